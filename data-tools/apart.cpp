@@ -20,7 +20,7 @@ namespace trephine::data_tools {
 
 namespace {
 
-/// Where one of the processes is.
+/// State of one of the processes.
 struct Progress {
   std::atomic<int> at{-1}, done{0};
 };

@@ -1,4 +1,4 @@
-// Work that other people's libraries do on bytes that nobody vouches for, in processes of their own: a crash,
+// Work of third-party libraries on untrusted bytes, in processes of their own: a crash,
 // an endless loop or a flood of memory ends there, and becomes an error here.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What is in a .zip, .tar or .gz, unpacked into memory: names in it are never names on the disk.
+// Contents of a .zip, .tar or .gz, unpacked into memory: names in it are never names on the disk.
 #pragma once
 
 #include <memory>

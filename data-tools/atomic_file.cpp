@@ -29,7 +29,7 @@ Error not_written(const std::string& path, const std::string& found, const std::
   return {"the file cannot be written", file_name(path), found, expected, remedy};
 }
 
-/// What is half written, where the handler of a signal finds it.
+/// Half-written files, where the handler of a signal finds them.
 class Unfinished {
  public:
   /// A file, or a folder when its files were named before. "####" in the name stands for 0001 to `numbered`.
@@ -96,7 +96,7 @@ fs::path folder_of(const fs::path& target) {
   return target.has_parent_path() ? target.parent_path() : fs::path(".");
 }
 
-/// What a link names, to its end, whether it is there or not.
+/// Target of a link, to its end, whether it is there or not.
 fs::path without_links(fs::path path) {
   std::error_code error;
   for (int i = 0; i < 40 && fs::is_symlink(path, error); ++i) {
@@ -107,7 +107,7 @@ fs::path without_links(fs::path path) {
   return path;
 }
 
-/// A file's name, or the end of it where there is no room for more beside ours.
+/// A file's name, or the end of it where there is no room for more with ours.
 std::string end_of_name(const fs::path& target) {
   constexpr std::size_t k_most = 160;
   const std::string name = target.filename().string();
@@ -122,7 +122,7 @@ fs::path temporary_for(const fs::path& target) {
          (k_prefix + std::to_string(::getpid()) + "-" + std::to_string(++count) + "-" + end_of_name(target));
 }
 
-/// What a program that was killed left of this file: its process is gone, and it is an hour old.
+/// Leftovers of this file by a program that was killed: its process is gone, and they are an hour old.
 void remove_abandoned(const fs::path& target) {
   std::error_code error;
   const std::string name = end_of_name(target);

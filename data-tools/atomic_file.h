@@ -9,7 +9,7 @@
 
 namespace trephine::data_tools {
 
-/// What would keep `path` from being written, before any work is done for it: no folder, no permission, or
+/// Checks that `path` can be written, before any work is done for it: no folder, no permission, or
 /// something of that name that is no plain file (a folder, a pipe, a device).
 volume::Status check_writable(const std::string& path);
 
@@ -19,13 +19,13 @@ volume::Status check_writable(const std::string& path);
 volume::Status write_atomically(const std::string& path,
                                 const std::function<volume::Status(const std::string&)>& write);
 
-/// The same for contents at hand.
+/// Writes contents at hand.
 volume::Status write_file_atomically(const std::string& path, const std::string& contents);
 
-/// What would keep a new folder from being made there.
+/// Checks that a new folder can be made there.
 volume::Status check_new_folder(const std::string& path);
 
-/// The same for a new folder, into which write(temporary folder) writes; `files` are the names that it may
+/// Makes a new folder, into which write(temporary folder) writes; `files` are the names that it may
 /// use there, in which "####" stands for 0001 to `numbered`. Error when there is something of that name.
 volume::Status write_folder_atomically(const std::string& path, const std::vector<std::string>& files,
                                        const std::function<volume::Status(const std::string&)>& write,
@@ -34,7 +34,7 @@ volume::Status write_folder_atomically(const std::string& path, const std::vecto
 /// A folder for outputs, with those above it; one that is there already is taken.
 volume::Status make_folder(const std::string& path);
 
-/// What could not be written, and why: `number` is an errno. A full or broken disk is this machine's fault.
+/// Error of a failed write: `number` is an errno. A full or broken disk is this machine's fault.
 volume::Error cannot_write(const std::string& path, int number);
 
 /// Takes away what is half written. For the handler of a signal that ends the program: it calls nothing but
@@ -44,7 +44,7 @@ void remove_unfinished() noexcept;
 /// Does the name end so, whatever its case? `end` is lower case.
 bool has_extension(const std::string& path, const std::string& end);
 
-/// The last part of a path: what we say to a person, never somebody's folders.
+/// The last part of a path: for messages, which never name folders.
 std::string file_name(const std::string& path);
 
 }  // namespace trephine::data_tools

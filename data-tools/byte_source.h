@@ -11,7 +11,7 @@ class ByteSource {
  public:
   /// Opens a file; null when it cannot be read or is no plain file.
   static std::unique_ptr<ByteSource> open(const std::string& path);
-  /// What is in memory already.
+  /// Bytes in memory.
   static std::unique_ptr<ByteSource> of(std::shared_ptr<const std::string> bytes);
   ~ByteSource();
   ByteSource(const ByteSource&) = delete;

@@ -39,7 +39,7 @@ std::vector<glm::u8vec3> read_colours(TomlReader& reader, const toml::value& lis
     const std::string text = v.is_string() ? v.as_string().str : "";
     if (text.size() != 7 || text[0] != '#' ||
         text.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos) {
-      reader.fail(v, "a label's colour is none", text, "\"#RRGGBB\", for example \"#d8b48c\"");
+      reader.fail(v, "a label's colour is invalid", text, "\"#RRGGBB\", for example \"#d8b48c\"");
       return {};
     }
     const unsigned long rgb = std::strtoul(text.c_str() + 1, nullptr, 16);
@@ -102,7 +102,7 @@ CaseLandmark read_landmark(TomlReader& reader, const toml::value& value) {
   return {name.value_or(""), at.value_or(glm::dvec3(0))};
 }
 
-/// What a case says of its scan's quality, by key.
+/// Quality of a case's scan, by key.
 template <class Quality, class Use>
 void for_each_quality(Quality& q, const Use& use) {
   use("blur_in_plane", q.blur_in_plane);
@@ -401,7 +401,7 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
     if (!written.shape_values.empty()) shape = std::move(mask).value();
   }
   const std::string text = case_text(written, has_labels);
-  // What is written must be understood again.
+  // Written cases must be readable again.
   if (const Result<CasePlan> again = parse_case(text, where + "/" + k_plan_file); !again)
     return again.error();
   const auto goes_on = [&progress](double share) { return !progress || progress(share); };

@@ -11,7 +11,7 @@
 
 namespace trephine::data_tools {
 
-/// How a structure answers to touch; what is left out is the scene's default.
+/// Mechanical response of a structure; what is left out is the scene's default.
 struct CaseMaterial {
   std::optional<double> stiffness;         ///< N/mm
   std::optional<double> damping;           ///< N s/mm
@@ -26,7 +26,7 @@ struct CaseStructure {
   CaseMaterial material;
 };
 
-/// Where a tool should go: from the skin side to the end, world frame (LPS, mm).
+/// Planned path of a tool: from the skin side to the end, world frame (LPS, mm).
 struct CaseTrajectory {
   std::string name;
   glm::dvec3 entry_world{0.0}, target_world{0.0};

@@ -41,11 +41,11 @@ std::string picture_name(std::size_t index) {
 }
 
 Error bad_line(const std::string& where, std::size_t line, const std::string& found) {
-  return {"a line of a depth video is none", where + ", line " + std::to_string(line), found,
+  return {"a line of a depth video is invalid", where + ", line " + std::to_string(line), found,
           "a time in seconds, and the file of a picture", ""};
 }
 
-/// TUM's list: times since 1970, pictures beside it.
+/// TUM's list: times since 1970, pictures next to it.
 Status read_tum(const std::string& path, const DepthVideoOptions& options, DepthVideo& video,
                 std::vector<std::string>& files) {
   std::ifstream in(fs::path(path) / k_tum_file);
@@ -91,7 +91,7 @@ Status read_ours(const std::string& path, DepthVideo& video, std::vector<std::st
     return wrong(j.contains("schema") ? "another schema" : "no schema");
   if (j.contains("world") && j["world"] != k_world) return wrong("another world");
   try {
-    // All of the camera or nothing of it, which is told on the command line then.
+    // All of the camera or nothing of it, which is an option on the command line then.
     const bool has_camera = j.contains("fx") || j.contains("fy") || j.contains("cx") || j.contains("cy");
     for (const auto& [key, value] :
          {std::pair{"fx", &video.fx}, {"fy", &video.fy}, {"cx", &video.cx}, {"cy", &video.cy}})
@@ -154,7 +154,7 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
   const auto is_pixels = [](double value, double least) { return value >= least && value < 1e5; };
   if (are_said && !(is_pixels(video.fx, 1) && is_pixels(video.fy, 1) && is_pixels(video.cx, -1e5) &&
                     is_pixels(video.cy, -1e5)))
-    return Error{"the camera's intrinsics are none", is_ours ? k_place_file : k_tum_file,
+    return Error{"the camera's intrinsics are invalid", is_ours ? k_place_file : k_tum_file,
                  volume::text_of(video.fx) + ", " + volume::text_of(video.fy) + ", " +
                      volume::text_of(video.cx) + ", " + volume::text_of(video.cy),
                  "focal lengths of 1 pixel and more, and the middle, in pixels", ""};

@@ -54,7 +54,7 @@ std::vector<SeriesFacts> all_facts(const DicomFolder& folder) {
 }
 
 /// Files that might be slices of this stack and could not be used: without them it could be short at an end,
-/// where no gap tells of it.
+/// where no gap shows it.
 Status check_whole(const DicomFolder& folder, const DicomStack& stack, const std::string& where) {
   const std::string& like = folder.entries[stack.slices[0].entry].name;
   std::vector<std::string> lost;
@@ -70,8 +70,8 @@ Status check_whole(const DicomFolder& folder, const DicomStack& stack, const std
   look(folder.refused);
   look(folder.no_dicom);
   if (lost.empty()) return std::nullopt;
-  return Error{lost.size() == 1 ? "a file beside the slices cannot be used, and may be one of them"
-                                : "files beside the slices cannot be used, and may be some of them",
+  return Error{lost.size() == 1 ? "another file in the folder cannot be used, and may be a slice"
+                                : "other files in the folder cannot be used, and may be slices",
                where, list_of(lost) + ": " + why, "every slice of the stack, whole", k_copy_again};
 }
 
@@ -87,7 +87,7 @@ Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, con
   }
   if (names.empty()) return std::nullopt;
   return Error{"slices of the series lie in another plane, or on another grid, than the others", where,
-               list_of(names) + " beside " + counted(stacks[k].slices.size(), "other"),
+               list_of(names) + " next to " + counted(stacks[k].slices.size(), "other"),
                "parallel slices of one size",
                "take them away if they do not belong to it, or take the others alone: --volume " +
                    std::to_string(k + 1) + " (info --list shows all)"};
@@ -100,7 +100,7 @@ std::string words_of(const SeriesFacts& f) {
          std::to_string(f.size.z);
 }
 
-/// Which stack is meant, of those there are.
+/// Chooses one of the stacks.
 Result<std::pair<std::size_t, std::size_t>> choose(const DicomFolder& folder, const OpenOptions& options,
                                                    const std::string& where) {
   const auto count = static_cast<int>(folder.series.size());

@@ -71,7 +71,7 @@ bool has_long_length(std::string_view vr) {
                         : vr == "SQ" || vr == "SV";
 }
 
-/// What implicit files do not say: only of those whose values are no text.
+/// Value representations that implicit files do not have: only of those whose values are no text.
 std::string_view implicit_vr(DicomTag tag) {
   switch (tag) {
     case k_samples:
@@ -483,7 +483,7 @@ std::variant<std::vector<std::string>, DicomRefusal> read_encapsulated_frames(co
     if (is_new)
       all.push_back(std::move(bytes));
     else if (all.empty())
-      return broken("compressed frames in fragments of which nothing tells where frames begin");
+      return broken("compressed frames in fragments without a table of where frames begin");
     else
       all.back() += bytes;
   }

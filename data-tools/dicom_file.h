@@ -21,7 +21,7 @@ class DicomDataSet {
   std::string_view text(DicomTag tag) const;
   /// Value `i` of several, or nothing.
   std::optional<double> number(DicomTag tag, std::size_t i = 0) const;
-  /// How many values are there.
+  /// Number of values.
   std::size_t count(DicomTag tag) const;
   const std::vector<DicomDataSet>& items(DicomTag tag) const;
 
@@ -50,7 +50,7 @@ bool read_pixel_bytes(const DicomFile& file, const ByteSource& source, std::uint
                       std::size_t count);
 
 enum class DicomFault { not_dicom, broken };
-/// Why there is no file: it is none, or it is one and cannot be read (`found` says why).
+/// Reason of a failure: no DICOM file, or one that cannot be read (`found` has the reason).
 struct DicomRefusal {
   DicomFault fault;
   std::string found;

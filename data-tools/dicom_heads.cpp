@@ -43,7 +43,7 @@ Result<std::vector<DicomHead>> read_dicom_heads(const std::string& path, const P
   const std::string where = file_name(path);
   const bool is_folder = fs::is_directory(path);
   std::vector<std::string> files = is_folder ? files_below(path) : std::vector{path};
-  // What lies in archives comes in memory, after the files: of the one that was named, or of those in a
+  // Files in archives come in memory, after the files: of the one that was named, or of those in a
   // folder.
   std::vector<ArchiveMember> members;
   if (!is_folder)  // an index stands for the disk that it lies on
@@ -57,7 +57,7 @@ Result<std::vector<DicomHead>> read_dicom_heads(const std::string& path, const P
   const auto name_of = [&](const std::string& file) {  // all of them begin with the folder's path
     return is_folder ? file.substr(file.find_first_not_of('/', path.size())) : file_name(file);
   };
-  // Heads are read side by side, in parts between which somebody may stop it.
+  // Heads are read side by side, in parts between which it may be stopped.
   std::vector<std::variant<DicomFile, DicomRefusal>> read;
   const auto read_heads = [&](std::size_t count_all, const auto& source_of) -> bool {
     const std::size_t first = read.size();

@@ -13,8 +13,8 @@ struct DicomHead {
   std::variant<DicomFile, DicomRefusal> read;
 };
 
-/// Of a folder, to any depth; of one file; of an archive (in a folder when nothing else is there); of the
-/// disk on which an index lies. Error when it was interrupted, or an archive is damaged.
+/// Reads the heads of a folder, to any depth; of one file; of an archive (in a folder when nothing else is
+/// there); of the disk on which an index lies. Error when it was interrupted, or an archive is damaged.
 volume::Result<std::vector<DicomHead>> read_dicom_heads(const std::string& path, const Progress& progress);
 
 }  // namespace trephine::data_tools

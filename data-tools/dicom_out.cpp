@@ -25,7 +25,7 @@ std::string vector_text(const glm::dvec3& v) {
   return dicom_decimal(v.x) + "\\" + dicom_decimal(v.y) + "\\" + dicom_decimal(v.z);
 }
 
-/// What all slices of a series say.
+/// Attributes of all slices of a series.
 struct Series {
   std::uint64_t hash;
   std::string name;  ///< of the hash: it stands for the patient

@@ -1,4 +1,4 @@
-// A volume as a DICOM series, by GDCM: derived images of nobody.
+// A volume as a DICOM series, by GDCM: derived, anonymous images.
 #pragma once
 
 #include "data-tools/open_volume.h"

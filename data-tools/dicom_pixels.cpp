@@ -120,7 +120,7 @@ std::string DicomPixels::read(const DicomSlice& slice, std::vector<std::int32_t>
     if (!is_there) return "fewer bytes of pixels than it says";
   }
   into.resize(count);
-  // What lies above the highest bit is no part of the number.
+  // Bits above the highest bit are no part of the number.
   const int spare = 32 - slice.bits_stored;
   const bool is_big = file_->is_big_endian && !file_->is_encapsulated;
   const auto* p = reinterpret_cast<const unsigned char*>(bytes.data());

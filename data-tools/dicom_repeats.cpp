@@ -107,7 +107,7 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
   std::vector<std::string> dropped;
   if (!has_doubles(slices)) return dropped;
   const std::vector<std::size_t> order = by_height(slices);
-  // Each file whose marks do not tell it from its neighbours is read once, for its hash.
+  // Each file whose marks do not distinguish it from its neighbours is read once, for its hash.
   std::vector<char> needs_hash(slices.size(), 0), is_copy(slices.size(), 0);
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t k = i + 1; k < order.size() && are_in_one_place(slices[order[i]], slices[order[k]]); ++k)
@@ -122,7 +122,7 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
          ++k) {
       if (is_copy[order[i]] || is_copy[order[k]]) continue;
       const DicomSlice &a = slices[order[i]], &b = slices[order[k]];
-      // The same pixels in another phase are that phase's own.
+      // Equal pixels in another phase are that phase's own.
       if (a.marks != b.marks || hashes[order[i]] != hashes[order[k]] || !are_same_pixels(folder, a, b))
         continue;
       is_copy[order[k]] = 1;
@@ -153,7 +153,7 @@ void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
       }
       part.slices.push_back(slice);
     }
-    // It tells them apart when one of the parts has a slice in every place, or when there are no more parts
+    // It distinguishes them when one of the parts has a slice in every place, or when there are no more parts
     // than slices in one place, none of which holds two there: some may lack slices.
     const bool has_whole = std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
       return count_places(part.second.slices) == places;

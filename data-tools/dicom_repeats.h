@@ -16,7 +16,7 @@ bool has_doubles(const std::vector<DicomSlice>& slices);
 std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<DicomSlice>& slices);
 
 /// Appends to `to` the stacks in which no two slices lie in one place, as far as the marks from `mark` on, or
-/// the order of instance numbers, tell them apart.
+/// the order of instance numbers, distinguish them.
 void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& to);
 
 /// Joins series of one slice each that agree in kind, number and description and make one regular stack: some

@@ -72,7 +72,7 @@ std::optional<glm::dvec3> vector_of(const DicomDataSet* set, DicomTag tag, std::
   return v;
 }
 
-/// Where the frames lie: a slice of the grid, and a segment.
+/// Position of the frames: a slice of the grid, and a segment.
 struct Layout {
   volume::Frame frame;
   glm::ivec3 size{0};

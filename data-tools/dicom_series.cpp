@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* k_index = "index of the disk";
 
-/// Of an attribute that a frame has, all frames share, or the file has.
+/// Value of an attribute that a frame has, all frames share, or the file has.
 class FrameView {
  public:
   FrameView(const DicomDataSet& data, std::size_t frame) : data_(&data) {
@@ -60,7 +60,7 @@ bool vector_of(const FrameView& view, DicomTag tag, DicomTag group, std::size_t 
   return true;
 }
 
-/// What may tell images in one place apart, the most telling first.
+/// Attributes that may distinguish images in one place, the strongest first.
 std::vector<std::pair<std::string, std::string>> marks_of(const FrameView& view, const DicomDataSet& data) {
   std::vector<std::pair<std::string, std::string>> marks;
   marks.emplace_back("kind", data.text(k_image_type));
@@ -105,7 +105,7 @@ std::string plain_name(std::string name) {
 
 std::string folder_of(const std::string& name) { return name.substr(0, name.find_last_of("/ ") + 1); }
 
-/// As the files beside it are called.
+/// In the style of the neighbouring files' names.
 std::string named_like(const std::string& sibling, const std::string& name) {
   const std::string plain = plain_name(sibling);
   const bool is_lower = sibling.starts_with(plain);
@@ -113,7 +113,7 @@ std::string named_like(const std::string& sibling, const std::string& name) {
 }
 
 /// A disk's index says what lies on it: what is not there may be the end of a stack. Folders of which nothing
-/// is there were left out by somebody.
+/// is there were left out on purpose.
 void compare_with_index(const DicomHead& index, const std::vector<DicomHead>& heads, DicomFolder& folder) {
   std::set<std::string> known;
   std::map<std::string, std::string> sibling_in;

@@ -1,4 +1,4 @@
-// What a folder of DICOM files holds: its series, each as one or more stacks of slices. Reads heads of files
+// Series in a folder of DICOM files, each as one or more stacks of slices. Reads heads of files
 // alone; no pixels but those of slices that lie in one place.
 #pragma once
 
@@ -26,14 +26,14 @@ struct DicomSlice {
   bool is_signed = false;
   std::optional<std::pair<int, int>> padding;  ///< stored values, both included
   long number = 0;                             ///< of the instance, or of the frame
-  /// What may tell slices in one place apart, with its value: "echo time 4.6", ...
+  /// Properties that may distinguish slices in one place, with values: "echo time 4.6", ...
   std::vector<std::pair<std::string, std::string>> marks;
 };
 
 /// Slices of one grid: a volume, when they make a regular stack.
 struct DicomStack {
   std::vector<DicomSlice> slices;
-  std::string mark;  ///< what tells it from the others of its series: "echo time 4.6"
+  std::string mark;  ///< distinguishes it from the others of its series: "echo time 4.6"
   bool is_localizer = false;
 };
 

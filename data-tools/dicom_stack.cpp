@@ -130,7 +130,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
         if (std::abs(g - times * usual) > times * tolerance) is_only_missing = false;
         if (times > 1) missing += static_cast<std::size_t>(times) - 1;
       }
-      // Where a good part would be missing, the spacing changes instead.
+      // A large gap is a change of the spacing instead.
       is_only_missing = is_only_missing && missing > 0 && 4 * missing <= count;
       if (!makes_even) {
         std::string where;
@@ -161,7 +161,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
         while (below + 2 < count && from_start(below + 1) < target) ++below;
         const double share = (target - from_start(below)) / (from_start(below + 1) - from_start(below));
         const double place = static_cast<double>(below) + std::clamp(share, 0.0, 1.0);
-        // What was measured there stays what it was.
+        // Measured values stay what they were.
         const double near = std::floor(place + 0.5);
         const bool is_there = std::abs(from_start(static_cast<std::size_t>(near)) - target) < tolerance;
         stack.at.push_back(is_there ? near : place);

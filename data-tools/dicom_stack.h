@@ -9,7 +9,7 @@
 
 namespace trephine::data_tools {
 
-/// Where one slice lies (DICOM LPS, mm).
+/// Position of one slice (DICOM LPS, mm).
 struct SlicePlace {
   glm::dvec3 position{0.0};      ///< centre of the first pixel
   glm::dvec3 row_axis{1, 0, 0};  ///< direction of growing column index

@@ -43,7 +43,7 @@ inline constexpr DicomTag k_transfer_syntax = 0x00020010, k_records = 0x00041220
                           k_most_fractional = 0x0062000e, k_shared_groups = 0x52009229,
                           k_frame_groups = 0x52009230, k_isocentre = 0x300a012c, k_pixels = 0x7fe00010;
 
-/// What is kept of a data set: all of them but the pixels.
+/// Tags of a data set that are kept: all of them but the pixels.
 inline constexpr DicomTag k_kept[] = {k_transfer_syntax,
                                       k_records,
                                       k_record_in_use,

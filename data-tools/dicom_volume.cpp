@@ -25,7 +25,7 @@ namespace {
 
 constexpr double k_air = -1000;
 
-/// What one volume is made of.
+/// Slices and stack of one volume.
 class Loader {
  public:
   Loader(const DicomFolder& folder, const DicomStack& stack, const OpenOptions& options, std::string where)
@@ -65,8 +65,8 @@ class Loader {
   }
   std::string modality() const { return std::string(data_of(stack_->slices[0]).text(k_modality)); }
 
-  /// How stored numbers become voxels: as Hounsfield units or whole numbers as they are; else stored numbers
-  /// with a scale, or the scale that was asked for.
+  /// Conversion of stored numbers to voxels: as Hounsfield units or whole numbers as they are; else stored
+  /// numbers with a scale, or the scale that was asked for.
   Status choose_scale(OpenedVolume& opened) {
     bool is_whole = true, is_one = true, has_all = true;
     std::set<std::string> types;
@@ -109,7 +109,7 @@ class Loader {
     return std::nullopt;
   }
 
-  /// Of all slices, in the file's units.
+  /// Range of all slices, in the file's units.
   Status collect(ValueStatistics& statistics) const {
     std::vector<std::int32_t> stored;
     std::vector<double> values;
@@ -160,7 +160,7 @@ class Loader {
     return std::nullopt;
   }
 
-  /// Of one stored number; false when int16 does not hold it.
+  /// Voxel of one stored number; false when int16 does not hold it.
   bool voxel_of(const DicomSlice& slice, std::int32_t stored, std::int16_t& to) const {
     double value = keeps_stored_ ? stored : slice.slope * stored + slice.intercept;
     if (step_ > 0) value = std::floor(value / step_ + 0.5);
@@ -169,7 +169,8 @@ class Loader {
     return true;
   }
 
-  /// The usual slice, where it lies: 16 bits, whole numbers. False: it is none, or a value does not fit.
+  /// Fast path of the usual slice: 16 bits, whole numbers. False: it is another kind, or a value does not
+  /// fit.
   bool read_usual_slice(const DicomPixels& pixels, const DicomSlice& slice, std::int16_t* to,
                         std::size_t& padding) const {
     const bool is_whole = slice.slope == std::floor(slice.slope) &&

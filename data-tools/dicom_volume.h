@@ -8,7 +8,7 @@ namespace trephine::data_tools {
 inline constexpr const char* k_copy_again =
     "copy it again from its source, or take it away if it does not belong here";
 
-/// Its voxels, places, units and what is to be told of them; `where` names it in errors.
+/// Its voxels, places, units and notices; `where` names it in errors.
 volume::Result<OpenedVolume> load_dicom_stack(const DicomFolder& folder, const DicomStack& stack,
                                               const OpenOptions& options, const std::string& where);
 

@@ -19,7 +19,7 @@ class DicomWriter {
   DicomWriter& set(std::uint16_t group, std::uint16_t element, const char* vr, std::string value);
   DicomWriter& set_short(std::uint16_t group, std::uint16_t element, int value);
   DicomWriter& set_pixels(const std::int16_t* pixels, std::size_t count);
-  /// What every file of ours says: derived, of nobody, not for diagnosis. `name` stands for the patient.
+  /// Common attributes of our files: derived, anonymous, not for diagnosis. `name` stands for the patient.
   DicomWriter& set_nobody(const std::string& name);
   /// GDCM aborts on a full disk: to be called in a process of its own.
   bool write(const std::string& path);

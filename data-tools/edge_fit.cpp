@@ -38,7 +38,7 @@ EdgeFit::EdgeFit(const Volume& v, const glm::ivec3& at, double in_plane, const d
   double voxel = 0;  // along the normal
   for (int a = 0; a < 3; ++a) voxel += std::abs(glm::dot(first_.normal, v.frame.axes()[a]));
   const double longest = 4.0 * voxel, wide = 2.5 * in_plane, tall = std::max(wide, 1.2 * slice_step);
-  // How far that goes along each index: by what a mm along and aside changes it.
+  // Step along each index: by what a mm along and aside changes it.
   glm::dmat3 index_of_mm;
   for (int a = 0; a < 3; ++a) {
     dvec3 unit(0);

@@ -10,7 +10,7 @@
 
 namespace trephine::data_tools {
 
-/// Per mm of the world, by the voxels beside it.
+/// Gradient per mm of the world, by the neighbouring voxels.
 glm::dvec3 gradient_at(const volume::Volume& v, const glm::ivec3& at);
 /// The value that so large a share of them is below.
 double share_of(std::vector<double> values, double share);
@@ -46,7 +46,7 @@ class EdgeFit {
   /// table, would make an edge look sharper than it is.
   bool is_level(const Edge& edge, int side, double noise) const;
   double squares(const Edge& edge) const;
-  /// What would change it to the least squares, nearly: Gauss and Newton's step, damped. Its normal turns
+  /// Change to the least squares, nearly: Gauss and Newton's step, damped. Its normal turns
   /// along u and w.
   std::optional<Unknowns> step_from(const Edge& edge, const glm::dvec3& u, const glm::dvec3& w,
                                     double damping) const;

@@ -35,7 +35,7 @@ void upper_face(const dvec3& p, Face& f) {
   bone = blend(bone, capsule(p, {50, -62, -48}, {65, -30, -45}, 4.5, 3.2), 5);
   bone = blend(bone, capsule(p, {65, -30, -45}, {63, -2, -43}, 3.2, 5.0), 5);
   bone = blend(bone, capsule(p, {2, -87, -26}, {3, -98, -43}, 4.2, 3.0), 5);   // nasal bones
-  bone = blend(bone, capsule(p, {9, -82, -30}, {14, -84, -56}, 4.0, 4.5), 5);  // and beside the nose
+  bone = blend(bone, capsule(p, {9, -82, -30}, {14, -84, -56}, 4.0, 4.5), 5);  // and along the nose
   bone = blend(bone, capsule(p, {0, -89, -78}, {21, -78, -77}, 4.5, 5.0), 6);  // the ridge of the teeth
   bone = blend(bone, capsule(p, {21, -78, -77}, {29, -54, -75}, 5.0, 5.5), 6);
   bone = blend(bone, ellipsoid(p - dvec3(0, -63, -62), {31, 29, 22}), 9);   // maxilla
@@ -81,7 +81,7 @@ Face face(const dvec3& p) {
   return f;
 }
 
-/// How wavy seams run over the dome: distance to the coronal and the sagittal suture (mm).
+/// Wavy seams over the dome: distance to the coronal and the sagittal suture (mm).
 double suture(const dvec3& p, double side_x) {
   const double jag =
       1.6 * volume::deterministic_sin(side_x * 0.9) + 1.1 * volume::deterministic_sin(side_x * 2.3 + 0.7);
@@ -133,7 +133,7 @@ HeadSample sample_head(const dvec3& place, double voxel_mm, const HeadAnatomy& a
     paint(std::max(inside, -(inside + 1.1)), 85, HeadTissue::dura);
     paint(inside + 1.1, 9, HeadTissue::cerebrospinal_fluid);
     const double fissure = 1.1 - p.x;  // between the hemispheres
-    // Deeper than any fold reaches, where every share below is whole, there is none to be computed.
+    // Deeper than any fold reaches every share below is whole, and need not be computed.
     const double fold =
         inside < -8.1 - edge
             ? 0.0

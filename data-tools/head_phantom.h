@@ -44,7 +44,7 @@ struct HeadSample {
   HeadTissue tissue;
   double clear_mm;  ///< in open air: about how far the skin is, up to a factor of k_head_steepness; else 0
 };
-/// How much faster than distance the skin's measure grows: it is of first order.
+/// Ratio of the skin's measure to distance: it is of first order.
 inline constexpr double k_head_steepness = 3;
 HeadSample sample_head(const glm::dvec3& p_world, double voxel_mm, const HeadAnatomy& anatomy) noexcept;
 

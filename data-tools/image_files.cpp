@@ -88,7 +88,7 @@ std::optional<ValueReader> reader_of(itk::IOComponentEnum type, const void* data
   }
 }
 
-/// ITK's reader trusts a MetaImage's header: it divides by what it finds and loops as often as it is told.
+/// ITK's reader trusts a MetaImage's header: it divides by what it finds and loops as often as it says.
 /// What no reader should be shown, in words, or "".
 std::string metaimage_header_fault(const std::string& path) {
   if (!has_extension(path, ".mha") && !has_extension(path, ".mhd")) return "";

@@ -203,7 +203,7 @@ Result<LabelLayers> layers_of(const std::string& path, const OpenOptions& option
   if (!first) return first.error();
   LabelLayers layers;
   layers.segments = first.value().segments;
-  // Where a volume of the file was chosen, that alone is meant.
+  // A chosen volume of the file is the only one to read.
   if (options.volume == 0)
     for (const SegmentFacts& segment : layers.segments)
       layers.count = std::max(layers.count, segment.layer + 1);

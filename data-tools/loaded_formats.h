@@ -36,7 +36,7 @@ struct VdbFacts {
   char fault[160] = "";
 };
 struct VdbLibrary {
-  /// Of grid `index` among those with numbers.
+  /// Name of grid `index` among those with numbers.
   void (*describe)(const char* path, int index, VdbFacts& facts);
   /// facts.size values, x fastest; what is wrong goes into facts.fault.
   void (*read)(const char* path, int index, VdbFacts& facts, float* to);

@@ -96,7 +96,7 @@ std::string frame_in_fields(vtkPolyData* data) {
   return name == "RAS" || name == "LPS" ? name : "";
 }
 
-/// Facts of a model's file beside the polygons.
+/// Facts of a model's file in addition to the polygons.
 struct ModelFile {
   std::string frame;       ///< "RAS", "LPS" or ""
   bool has_error = false;  ///< the library reported one
@@ -116,7 +116,7 @@ std::string other_dataset(const std::string& path) {
   return "";
 }
 
-/// What a person should know of a model before it is touched.
+/// Notices about a model before it is touched.
 void tell(PolygonModel& model) {
   const ModelFacts facts = facts_of(model);
   const auto say = [&](const std::string& text) { model.notices.push_back(text); };
@@ -264,7 +264,7 @@ volume::Result<PolygonModel> read_by_vtk(const std::string& path, ModelFile& fil
   return model;
 }
 
-/// What a process found, in memory that is shared: how much there is, or an error.
+/// Result of a process, in memory that is shared: how much there is, or an error.
 struct FoundModel {
   std::size_t vertices = 0, corners = 0;
   bool has_failed = false;
@@ -285,7 +285,7 @@ struct FoundModel {
   }
 };
 
-/// The same in a process of its own: once for the sizes, once for what they hold.
+/// Reads in a process of its own: once for the sizes, once for the contents.
 volume::Result<PolygonModel> read_apart(const std::string& path, ModelFile& file) {
   const std::string where = file_name(path);
   const auto shared = SharedBytes::make(sizeof(FoundModel));

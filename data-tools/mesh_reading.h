@@ -16,7 +16,7 @@ struct PolygonModel {
   std::vector<std::string> notices;      ///< what is odd about it: open, turned, of an odd size
 };
 
-/// How its triangles hang together, where corners in one place are one.
+/// Connectivity of its triangles, where corners in one place are one.
 struct ModelFacts {
   std::size_t triangles = 0;
   std::size_t open_edges = 0;     ///< of one triangle only: the surface has a border there

@@ -324,7 +324,7 @@ volume::Status write_nifti(const std::string& temporary, const std::string& path
   header.pixdim[0] = static_cast<float>(side);
   std::memcpy(header.magic, "n+1", 4);
 
-  // The same function writes both; T: as it is, without compression.
+  // One function writes both; T: as it is, without compression.
   gzFile file = gzopen(temporary.c_str(), has_extension(path, ".gz") ? "wb" : "wbT");
   if (file == nullptr) return cannot_write(path, errno);
   const auto put = [file](const void* from, std::size_t count) {

@@ -7,7 +7,7 @@
 
 namespace trephine::data_tools {
 
-/// See open_volume. Where sform and qform disagree somebody has to say which is right.
+/// See open_volume. Where sform and qform disagree the caller must choose.
 volume::Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& options);
 
 /// Writes .nii or .nii.gz, NIfTI-1 with sform and qform, of voxels of int16 or uint8; errors name `path`.

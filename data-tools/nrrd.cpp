@@ -70,7 +70,7 @@ Result<glm::dvec3> space_unit_mm(const Nrrd& file, const std::string& where) {
   return units;
 }
 
-/// Which axes of the file are those of the volume, and where it lies.
+/// Axes of the file that are those of the volume, and its place.
 struct Layout {
   std::array<unsigned, 3> axes{};
   glm::dvec3 origin{0.0};
@@ -179,7 +179,7 @@ std::vector<SegmentFacts> segments_of(const Nrrd& file) {
   return segments;
 }
 
-/// Of a header whose voxels lie apart.
+/// Data file of a header whose voxels lie apart.
 bool names_file_elsewhere(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   bool is_list = false;

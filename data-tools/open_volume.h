@@ -14,7 +14,7 @@ class Version;
 
 namespace trephine::data_tools {
 
-/// What may be asked of reading; what is left alone is refused where it matters, in words that say so.
+/// Options of reading; without an option that matters the file is refused with a remedy.
 struct OpenOptions {
   int series = 0;             ///< of those in a folder, from 1 as listed; 0: the one most probably meant
   int volume = 0;             ///< of several in one series or file (4-D, echoes), from 1; 0: the first
@@ -41,7 +41,7 @@ struct SeriesFacts {
   bool is_localizer = false;
 };
 
-/// What a segmentation says of one of its segments.
+/// Facts of a segmentation about one of its segments.
 struct SegmentFacts {
   std::string name;
   int value = 0, layer = 0;  ///< its voxels have this value in the volume `layer`, from 0
@@ -54,7 +54,7 @@ struct OpenedVolume {
   std::string format;    ///< "DICOM", "MetaImage", "NRRD", "NIfTI"
   std::string modality;  ///< "CT", "MR", ... or empty when the file does not say
   std::vector<std::string> notices;
-  /// What was scanned with it and how, without a word of who: an allow-list (docs/dicom.md).
+  /// Scanner and parameters, without a word of the patient: an allow-list (docs/dicom.md).
   std::vector<std::pair<std::string, std::string>> facts;
   std::vector<SeriesFacts> series;     ///< when there was a choice
   std::vector<SegmentFacts> segments;  ///< of a segmentation (.seg.nrrd)
@@ -68,10 +68,10 @@ struct OpenedVolume {
 /// regular stack, numbers that int16 cannot hold, and files that are broken. Nothing is loaded crooked.
 volume::Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& options = {});
 
-/// What there is to choose from in DICOM files, by their heads alone: what open_volume would refuse, too.
+/// Choices in DICOM files, by their heads alone: those that open_volume would refuse, too.
 volume::Result<std::vector<SeriesFacts>> list_series(const std::string& path, const Progress& progress = {});
 
-/// Three letters as axes to their unit vectors (LPS); nothing when they are none.
+/// Three letters as axes to their unit vectors (LPS); empty when they are invalid.
 std::optional<glm::dmat3> axes_of(const std::string& letters);
 
 /// Writes .mha, .nrrd, .nii, .nii.gz, .vti or .vdb (int16; .vdb: float), atomically. A sheared volume is

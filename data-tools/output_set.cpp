@@ -32,7 +32,7 @@ const KindOfOutput& facts_of(OutputKind kind) {
   return k_kinds[static_cast<std::size_t>(kind)];
 }
 
-/// Where those files are that a MetaImage or NRRD header names; a pattern stands for all that match it.
+/// Data files that a MetaImage or NRRD header names; a pattern stands for all that match it.
 class FilesOfHeader {
  public:
   explicit FilesOfHeader(const fs::path& header) : folder_(header.parent_path()) {
@@ -60,7 +60,7 @@ class FilesOfHeader {
       std::error_code ignored;
       if (percent == std::string::npos)
         return fs::weakly_canonical(folder_ / name, ignored) == canonical_file;
-      // What the pattern begins with, and numbers behind it.
+      // Prefix of the pattern, and numbers behind it.
       const std::string begin = fs::weakly_canonical(folder_ / name.substr(0, percent), ignored).string();
       return canonical_file.string().compare(0, begin.size(), begin) == 0;
     });

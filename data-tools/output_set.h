@@ -1,4 +1,4 @@
-// What a command reads and what it writes, said before it begins: nothing that is read is replaced, no two
+// Inputs and outputs of a command, declared before it begins: nothing that is read is replaced, no two
 // outputs are one file, and one that fails takes no other with it.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace trephine::data_tools {
 
-/// What a file that is written holds; its extensions are a table in output_set.cpp.
+/// Kind of a written file; its extensions are a table in output_set.cpp.
 enum class OutputKind { any, volume, mesh, picture, table, folder };  // folder: a new one
 
 /// ".mha, .nrrd, .nii or .nii.gz": those of a kind, for people; empty for any.
@@ -32,7 +32,7 @@ class OutputSet {
 
   /// Has the one of that path written; nothing when the path is empty. What fails is kept for result().
   void write(const std::string& path, const std::function<volume::Status()>& write);
-  /// How a recording ended beside them: its failure is one of result().
+  /// Adds the end of a recording: its failure is one of result().
   void recorded(const volume::Status& ended);
   /// When all are done: what failed, and which others are there all the same.
   volume::Status result() const;

@@ -9,7 +9,7 @@
 
 namespace trephine::data_tools {
 
-/// Of "head" and "spine", made with that seed; nothing for others.
+/// Plan of "head" and "spine", made with that seed; empty for others.
 std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed = 1);
 
 }  // namespace trephine::data_tools

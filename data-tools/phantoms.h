@@ -13,7 +13,7 @@
 
 namespace trephine::data_tools {
 
-/// What a phantom is sampled with. Shapes lie in a box of 120 mm about the world origin (head and spine in
+/// Sampling of a phantom. Shapes lie in a box of 120 mm about the world origin (head and spine in
 /// their own extent), whatever the grid; a grid size without a spacing fills the box, and a spacing without a
 /// size too.
 struct PhantomOptions {

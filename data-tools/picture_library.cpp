@@ -19,8 +19,8 @@ void fail(PictureFacts& facts, const std::string& why) {
 /// Its threads would not be there in a process that was forked.
 void keep_to_one_thread() { OIIO::attribute("threads", 1); }
 
-/// How many pages a TIFF file's chain of headers tells of, those beyond its end too; -1: its end is missing;
-/// 0: it is none, or too large for that (BigTIFF).
+/// Number of pages in a TIFF file's chain of headers, those beyond its end too; -1: its end is missing;
+/// 0: not a TIFF, or too large for that (BigTIFF).
 int pages_in_chain(const char* path) {
   std::ifstream in(path, std::ios::binary);
   unsigned char head[8] = {};
@@ -48,7 +48,7 @@ int pages_in_chain(const char* path) {
 int bits_of(const char* path, const OIIO::ImageSpec& spec) {
   const int format_bits = static_cast<int>(8 * spec.format.basesize());
   int bits = spec.get_int_attribute("oiio:BitsPerSample", format_bits);
-  // Of PNG it does not say.
+  // For PNG it is unknown.
   char head[26] = {};
   if (std::ifstream(path, std::ios::binary).read(head, sizeof head) && std::memcmp(head + 1, "PNG", 3) == 0)
     bits = std::min(bits, static_cast<int>(head[24]));
@@ -78,11 +78,11 @@ void describe(const char* path, PictureFacts& facts) {
 
 void read(const char* path, int page, PictureFacts& facts, float* to) {
   keep_to_one_thread();
-  // Colours are refused, not turned grey; numbers stay as they are, whatever gamma is written beside them.
-  OIIO::ImageSpec wish;
-  wish.attribute("oiio:RawColor", 1);
-  wish.attribute("oiio:UnassociatedAlpha", 1);
-  const auto in = OIIO::ImageInput::open(path, &wish);
+  // Colours are refused, not turned grey; numbers stay as they are, whatever the gamma.
+  OIIO::ImageSpec request;
+  request.attribute("oiio:RawColor", 1);
+  request.attribute("oiio:UnassociatedAlpha", 1);
+  const auto in = OIIO::ImageInput::open(path, &request);
   if (!in || !in->seek_subimage(page, 0)) return fail(facts, "no picture that can be opened");
   const OIIO::ImageSpec& spec = in->spec();
   if (spec.width != facts.width || spec.height != facts.height) {
@@ -93,7 +93,7 @@ void read(const char* path, int page, PictureFacts& facts, float* to) {
   if (bits_of(path, spec) != facts.bits)
     return fail(facts, std::to_string(bits_of(path, spec)) + " bits a pixel, where the first has " +
                            std::to_string(facts.bits));
-  // Of 8 bits OpenImageIO turns it about, of 16 it does not.
+  // OpenImageIO reverses 8 bits, not 16.
   if (spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0)
     return fail(facts, "inverted grey values (MINISWHITE)");
   const auto pixels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);

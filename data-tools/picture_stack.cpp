@@ -114,7 +114,7 @@ Status check_counting(const std::vector<std::string>& names, const std::string& 
     for (std::size_t k = 0; k < name.numbers.size(); ++k)
       if (name.numbers[k] != all[0].numbers[k]) {
         if (counter && *counter != k)
-          return std::nullopt;  // dates beside counters: their order is all we know
+          return std::nullopt;  // dates among counters: their order is all we know
         counter = k;
       }
   }
@@ -127,7 +127,7 @@ Status check_counting(const std::vector<std::string>& names, const std::string& 
   return std::nullopt;
 }
 
-/// What stack.json says.
+/// Contents of stack.json.
 struct Place {
   glm::dvec3 origin{0.0};
   glm::dmat3 axes{1.0};
@@ -142,7 +142,7 @@ Result<std::optional<Place>> read_place(const std::string& folder) {
   std::ostringstream text;
   text << file.rdbuf();
   const json read = json::parse(text.str(), nullptr, false);
-  const Error bad{"the file beside the pictures cannot be understood", k_place_file, "",
+  const Error bad{"the file next to the pictures cannot be read", k_place_file, "",
                   "schema, origin, axes, offset and slices, as trephine writes them",
                   "take it away and say --spacing instead"};
   if (!read.is_object() || read.value("schema", json()) != std::string(k_kind) + "/1") return bad;
@@ -244,7 +244,7 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
     return *failed;
   const auto refused = [](const Slice& slice, const std::string& found) {
     return Error{"a slice cannot be used", slice.name, found, "grey pictures of one size",
-                 "take it away if it is none of the slices, or export it again"};
+                 "remove it if it is not a slice, or export it again"};
   };
   if (first.fault[0] != 0) return refused(slices[0], first.fault);
   for (int page = 1; !is_folder && page < first.pages; ++page) {

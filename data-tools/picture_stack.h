@@ -9,7 +9,7 @@ namespace trephine::data_tools {
 /// Is it a folder of pictures and nothing else, or a TIFF?
 bool is_picture_stack(const std::string& path);
 
-/// See open_volume. Pictures do not say where they lie: stack.json beside them does (ours), or options.
+/// See open_volume. Pictures have no positions: stack.json next to them has them (ours), or options.
 volume::Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptions& options);
 
 /// Writes slice-0001.png, ... and stack.json into a new folder.

@@ -15,8 +15,8 @@ struct PlanFile {
 };
 
 /// Points come in the file's own frame, LPS or RAS. A markup's line is a trajectory from its first point to
-/// its second; what is not placed is passed over and told. Error when the frame is not said, and in a table
-/// of unknown columns.
+/// its second; what is not placed is passed over with a notice. Error when the frame is not given, and in a
+/// table of unknown columns.
 volume::Result<PlanFile> read_plan(const std::string& path);
 
 }  // namespace trephine::data_tools

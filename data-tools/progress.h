@@ -1,4 +1,4 @@
-// How long work says how far it is, and learns that it should stop.
+// Progress of long work, and its cancellation.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Numbers without a header, of a layout that somebody knows.
+// Numbers without a header, of a given layout.
 #pragma once
 
 #include "data-tools/open_volume.h"

@@ -21,7 +21,7 @@ double median(std::vector<double> values) {
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
-/// Where values crowd most: of the half in which they lie closest, the same again.
+/// Mode of values: of the half in which they lie closest, the same again.
 double mode(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   std::size_t first = 0, count = values.size();
@@ -122,7 +122,7 @@ std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, co
   const dvec3 way = v.frame.vector_volume_from_world(glm::normalize(normal_world));  // a mm
   const double step = 0.2 / glm::length(way);                                        // of a voxel
   const auto g = [&](double mm) { return linear_at(v, dvec3(at) + mm * way) - shape.low; };
-  /// Where it passes through 0 between there and a step before.
+  /// Zero crossing between there and a step before.
   const auto crossing = [&](double mm) {
     const double before = g(mm - step), here = g(mm);
     return mm - step * here / (here - before);
@@ -220,8 +220,8 @@ class Survey {
   void take(const Candidate& one) {
     const Edge& edge = one.edge;
     const Kind kind = one.found == EdgeFit::Fit::rough ? rough : one.kind;
-    // What is sharper than its own voxels was drawn, not scanned; what hardly reaches the threshold is not
-    // what is meant by the shape.
+    // An edge sharper than its own voxels was drawn, not scanned; one that hardly reaches the threshold is
+    // not what is meant by the shape.
     constexpr double k_drawn = 0.27, k_clear = 0.15;
     const double reaches = edge.outside + edge.step - k_clear * edge.step;
     if (edge.sigma < k_drawn * in_plane_ || (kind == of_shape && reaches < shape_->low)) return;
@@ -274,7 +274,7 @@ void measure_blur(const Survey& survey, ScanQuality& quality) {
 }
 
 /// A wall of thickness t keeps erf(t / (2 sqrt 2 sigma)) of its height; it is whole where noise opens it
-/// nowhere, three sigma of it; a gap likewise.
+/// nowhere, three sigma of it; a gap in the same way.
 void tell_what_is_felt(double low, ScanQuality& quality) {
   if (!quality.blur_in_plane || !(quality.inside > low && quality.outside < low)) return;
   constexpr double k_root_8 = 2.8284271247461903;
@@ -300,7 +300,7 @@ ScanQuality scan_quality(const Volume& v, const volume::Shape& shape) {
   quality.slice_step = slice_step(v);
   quality.noise = measure_noise(v);
 
-  // What is inside and what is about it, until edges say it.
+  // Values inside and around it, until edges give them.
   std::vector<double> inside, outside;
   const std::size_t every = 1 + v.voxels.size() / 400'000;
   const double lowest_tissue = v.is_hounsfield ? -200 : -1e9;

@@ -1,4 +1,4 @@
-// How good a scan is for a hand: blur, noise, slices, and what that leaves of thin walls and narrow gaps.
+// Quality of a scan for touch: blur, noise, slices, and what that leaves of thin walls and narrow gaps.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ struct ScanQuality {
   double slice_step = 0;           ///< mm from slice to slice, along their normal
   double inside = 0, outside = 0;  ///< what the shape and what is about it are like, in the scan's units
   std::optional<double> thinnest;  ///< mm; a fiftieth of the shape's surface has a thinner wall below it
-  /// The thinnest wall that would still be felt whole, and the narrowest gap that would still be felt open
+  /// The thinnest wall that would still be touched as whole, and the narrowest gap that would still be open
   /// (mm, within slices): what is finer is lost in blur and noise.
   std::optional<double> least_wall, least_gap;
   /// Edges laid over each other: place (mm from the edge), share of the step from outside to inside.
@@ -29,7 +29,7 @@ struct ScanQuality {
   std::vector<EdgePoint> edge;
 };
 
-/// `shape`: a window, what is felt. Half a second for a head.
+/// `shape`: a window, the touched shape. Half a second for a head.
 ScanQuality scan_quality(const volume::Volume& volume, const volume::Shape& shape);
 
 }  // namespace trephine::data_tools

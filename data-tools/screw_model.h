@@ -10,12 +10,12 @@
 
 namespace trephine::data_tools {
 
-/// Where a screw's shaft goes into bone and where its tip lies, mm (LPS).
+/// Entry of a screw's shaft into bone, and its tip, mm (LPS).
 struct ScrewPlace {
   glm::dvec3 entry_world{0.0}, tip_world{0.0};
   double diameter = 6;  ///< mm, of the shaft
 };
-/// "EX,EY,EZ:TX,TY,TZ:D". Error when it is none, shorter than its diameter, or of 1 to 15 mm not.
+/// "EX,EY,EZ:TX,TY,TZ:D". Error when it is invalid, shorter than its diameter, or not of 1 to 15 mm.
 volume::Result<ScrewPlace> parse_screw(std::string_view text);
 
 struct ScrewModel {

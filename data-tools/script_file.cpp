@@ -29,7 +29,7 @@ std::vector<std::string> texts(TomlReader& reader, const toml::table& t, const s
   return all;
 }
 
-/// [[t, x, y, z, button, share], ...], the last ones left out where there is none.
+/// [[t, x, y, z, button, share], ...], the last ones optional.
 std::vector<std::array<double, 6>> points(TomlReader& reader, const toml::table& t, bool has_place) {
   std::vector<std::array<double, 6>> all;
   const auto it = t.find("points");
@@ -157,7 +157,7 @@ ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::si
   return picture;
 }
 
-/// The same name twice, or a name of no place.
+/// Duplicate names, or a name of no place.
 void check_places(TomlReader& reader, const Script& script) {
   std::string known;
   for (std::size_t i = 0; i < script.places.size(); ++i) {
@@ -200,17 +200,18 @@ ScriptCommand read_command(TomlReader& reader, const toml::value& value, std::si
 
 ScriptExpectation read_expectation(TomlReader& reader, const toml::value& value, std::size_t hands) {
   const toml::table& t = reader.table(value, {"at", "hand", "what", "least", "most"});
-  ScriptExpectation wish;
-  wish.line = TomlReader::line_of(value);
-  wish.at = reader.number(t, "at", 0, k_longest);
-  wish.hand = static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
-  wish.what = reader.text(t, "what").value_or("");
-  wish.least = reader.number(t, "least", -1e12, 1e12), wish.most = reader.number(t, "most", -1e12, 1e12);
-  if (wish.what.empty() || (!wish.least && !wish.most))
+  ScriptExpectation request;
+  request.line = TomlReader::line_of(value);
+  request.at = reader.number(t, "at", 0, k_longest);
+  request.hand = static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
+  request.what = reader.text(t, "what").value_or("");
+  request.least = reader.number(t, "least", -1e12, 1e12),
+  request.most = reader.number(t, "most", -1e12, 1e12);
+  if (request.what.empty() || (!request.least && !request.most))
     reader.fail(value, "an expectation is not complete", "", "what = \"name\", and least, most or both");
-  if (wish.least && wish.most && *wish.least > *wish.most)
+  if (request.least && request.most && *request.least > *request.most)
     reader.fail(value, "nothing can be expected of these", "", "least <= most", "swap them");
-  return wish;
+  return request;
 }
 
 }  // namespace

@@ -43,13 +43,13 @@ struct ScriptModel {
   std::string file;
   glm::dvec3 at{0.0};  ///< mm (LPS), where a file's origin lies
   std::optional<ScrewPlace> screw;
-  bool is_depth = false;      ///< felt by depth images: a model, a folder of keys, or a depth video
+  bool is_depth = false;      ///< touched by depth images: a model, a folder of keys, or a depth video
   double beat = 1.0 / 30;     ///< s between keys
   bool is_repeating = false;  ///< after the last comes the first
   double rate = 100;          ///< Hz, of depth images
 };
 
-/// Something that is told at a moment.
+/// A command at a moment.
 struct ScriptCommand {
   int line = 0;
   double at = 0;  ///< s
@@ -58,7 +58,7 @@ struct ScriptCommand {
   bool is_refused = false;  ///< it must be
 };
 
-/// What must be so at a moment.
+/// An expectation at a moment.
 struct ScriptExpectation {
   int line = 0;
   std::optional<double> at;  ///< s; nothing: at the end
@@ -75,7 +75,7 @@ struct ScriptPicture {
   int hand = 0;                    ///< whose tool is drawn
   std::string place;               ///< what it looks at; empty: all
   glm::dvec3 from{0.0};            ///< direction to the viewer; of a place: right, up, outward
-  glm::dvec3 aim{0.0};             ///< mm beside the place or the middle of all
+  glm::dvec3 aim{0.0};             ///< mm from the place or the middle of all
   std::optional<double> distance;  ///< mm; nothing: so that all is seen
   std::string caption;             ///< with {name} and {name:digits} for what is measured
   bool has_tool = true;
@@ -98,7 +98,7 @@ struct Script {
   std::vector<ScriptHand> hands;
   std::vector<ScriptCommand> commands;          ///< in time
   std::vector<ScriptExpectation> expectations;  ///< as in the file
-  std::vector<ScriptPicture> pictures;          ///< likewise
+  std::vector<ScriptPicture> pictures;          ///< in the order of the file
 };
 
 /// Unknown keys, wrong types and impossible values are errors that name the line.

@@ -67,7 +67,7 @@ double SpinePhantom::body(const dvec3& p) const noexcept {
   return carve(side, k_body_z - bowl - std::abs(p.z), 3.0);
 }
 
-/// Of one vertebra alone, p.x >= 0: left and right are alike.
+/// Distance of one vertebra alone, p.x >= 0: left and right are alike.
 double SpinePhantom::bone(const dvec3& p) const noexcept {
   double arch = capsule({p.x, p.y, (p.z + 2) * 0.34}, {14, 30, 0}, {0, 40.5, 0}, 3.4, 3.2);          // lamina
   arch = blend(arch, capsule({p.x, p.y, (p.z + 7) * 0.40}, {0, 42, 0}, {0, 66, 0.8}, 2.8, 3.8), 4);  // spine
@@ -102,7 +102,7 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   const auto paint = [&](double s, double hounsfield, SpineTissue kind) {
     if (brush.paint(s, hounsfield)) tissue = kind;
   };
-  // What is farther than its edge paints nothing: it is left out where that is cheap to tell.
+  // Parts farther than their edge paint nothing: they are left out where that is cheap to decide.
   const double edge = brush.edge();
   const auto paint_waves = [&](double s, double middle, double height, double period) {
     return s <= edge && brush.paint(s, middle + height * wave(world, period));

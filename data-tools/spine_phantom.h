@@ -17,7 +17,7 @@ inline constexpr const char* k_spine_tissue_names[] = {"background", "L3",   "L4
 /// Box of the spine, world mm (LPS; x toward the left, y toward the back, z up).
 inline constexpr glm::dvec3 k_spine_low{-66, -52, -66}, k_spine_high{66, 86, 66};
 
-/// Where a screw should lie, of one vertebra and one side.
+/// Planned screw of one vertebra and one side.
 struct SpineScrew {
   std::string name;  ///< "L3 left pedicle", "L3 left cortical"
   glm::dvec3 entry_world, target_world;

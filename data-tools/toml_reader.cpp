@@ -26,7 +26,7 @@ std::optional<int> first_foreign_line(const std::string& text) {
   return std::nullopt;
 }
 
-/// The parser calls itself for each bracket within another: the line where they are more than anybody needs.
+/// The parser calls itself for each bracket within another: the line where they are more than any file needs.
 std::optional<int> first_deep_line(const std::string& text) {
   constexpr int k_deepest = 100;
   int depth = 0, line = 1;

@@ -107,7 +107,7 @@ class TomlReader {
     if (said < 1) fail(schema->second, "there is no such schema", "", "schema = 1");
     return std::nullopt;
   }
-  /// Of a value or a table, from 1.
+  /// Line of a value or a table, from 1.
   static int line_of(const toml::value& at) { return static_cast<int>(at.location().line()); }
   void fail(const toml::value& at, std::string what, std::string found, std::string expected,
             std::string remedy = "") {

@@ -53,7 +53,7 @@ Result<OpenedVolume> open_vdb(const std::string& path, const OpenOptions& option
             if (now.size == promised.size && now.low == promised.low)
               static_cast<const VdbLibrary*>(library)->read(path.c_str(), index, facts, numbers);
             else
-              facts.fault[0] = '?', facts.fault[1] = 0;  // somebody writes it
+              facts.fault[0] = '?', facts.fault[1] = 0;  // some programs write it
           },
           goes_on))
     return *error;

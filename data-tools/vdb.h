@@ -1,5 +1,5 @@
 // OpenVDB's sparse grids in and out. They say nothing of a patient's axes: ours are LPS in mm, and others are
-// taken for it, which is told.
+// taken for it, with a notice.
 #pragma once
 
 #include "data-tools/open_volume.h"

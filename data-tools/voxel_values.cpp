@@ -55,7 +55,7 @@ ValueStep step_for(const ValueStatistics& statistics) {
   // Whole units are the easiest to understand.
   const double noise = statistics.noise();
   if (statistics.most() <= k_most_voxel && noise >= 1) return {1, true};
-  // Two digits, rounded up: what is told is what was done.
+  // Two digits, rounded up: the notice has the value that was used.
   double step = statistics.most() > 0 ? statistics.most() / k_most_voxel : 1;
   const double digit = std::pow(10, std::floor(std::log10(step)) - 1);
   if (digit > 0) step = std::strtod(short_number(std::ceil(step / digit) * digit).c_str(), nullptr);

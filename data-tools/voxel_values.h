@@ -21,11 +21,11 @@ ValueReader values_of(const void* data, double slope = 1, double intercept = 0) 
   };
 }
 
-/// How large values are, and their noise: of differences of neighbours.
+/// Range of values, and their noise: of differences of neighbours.
 class ValueStatistics {
  public:
   ValueStatistics() = default;
-  /// Of what was added elsewhere.
+  /// Adds what was collected elsewhere.
   ValueStatistics(double most, double noise) : most_(most), known_noise_(noise) {}
   void add(std::span<const double> values);
   double most() const noexcept { return most_; }  ///< of absolute values
@@ -49,11 +49,11 @@ ValueStep step_for(const ValueStatistics& statistics);
 volume::Error too_coarse(const std::string& where, const ValueStatistics& statistics);
 
 /// Whole numbers that fit go in as they are. Others are rounded or scaled where that loses less than their
-/// noise, or as `scale` says, and told; else refused.
+/// noise, or as `scale` has it, with a notice; else refused.
 volume::Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optional<double> scale,
                            const std::string& where, std::vector<std::string>& notices);
 
-/// How files of ours say that their values are Hounsfield units, in DICOM's words; NIfTI has one note only.
+/// Marks of our files for values in Hounsfield units, in DICOM's words; NIfTI has one note only.
 inline constexpr const char *k_units_key = "RescaleType", *k_units = "HU",
                             *k_hounsfield_note = "RescaleType HU";
 

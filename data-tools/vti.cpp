@@ -38,7 +38,7 @@ constexpr const char* k_voxels = "voxels";
 
 namespace {
 
-/// What a file holds. Plain, so that it can lie in memory that processes share.
+/// Contents of a file. Plain, so that it can lie in memory that processes share.
 struct VtiFacts {
   glm::ivec3 size{0};
   glm::dvec3 origin{0.0};

@@ -1,5 +1,5 @@
 // VTK's image data (.vti) in and out, by VTK's XML reader and writer. It says nothing of a patient's axes:
-// ours are LPS, and others are taken for it, which is told.
+// ours are LPS, and others are taken for it, with a notice.
 #pragma once
 
 #include "data-tools/open_volume.h"

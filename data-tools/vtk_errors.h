@@ -1,4 +1,4 @@
-// What VTK's readers and writers would have printed.
+// Messages of VTK's readers and writers, caught instead of printed.
 #pragma once
 
 #include <string>

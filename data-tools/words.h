@@ -23,7 +23,7 @@ inline std::string counted(std::size_t n, const std::string& what) {
   return text.append(" ").append(what).append(n == 1 ? "" : "s");
 }
 
-/// How many bytes the character of UTF-8 has that begins at `at` (RFC 3629: no overlong forms, no
+/// Number of bytes of the UTF-8 character that begins at `at` (RFC 3629: no overlong forms, no
 /// surrogates); 0: none begins there.
 inline std::size_t utf8_length(std::string_view text, std::size_t at) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };

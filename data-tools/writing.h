@@ -1,4 +1,4 @@
-// What writers of all volume formats share.
+// Common parts of writers of all volume formats.
 #pragma once
 
 #include "volume/volume.h"
@@ -34,7 +34,7 @@ struct VoxelsToWrite {
 std::string slice_name(int z, const char* extension);
 volume::Status check_slices(int slices, const std::string& path);
 
-/// The colours of labels, shares of 1: as somebody chose them, else one of its own for each.
+/// The colours of labels, shares of 1: as chosen, else one of its own for each.
 glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexcept;
 
 /// Some writers say nothing of a full disk: is there room in the file for what was written?

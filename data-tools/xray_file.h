@@ -1,4 +1,4 @@
-// X-ray images as files: DICOM (XA) with the C-arm's pose, and the pose of such files, anybody's.
+// X-ray images as files: DICOM (XA) with the C-arm's pose, and the pose of any such file.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace trephine::data_tools {
 
-/// A C-arm's pose as headers of XA and RF images tell it (PS3.3 C.8.7.5), where they do.
+/// A C-arm's pose as headers of XA and RF images have it (PS3.3 C.8.7.5), where they do.
 struct XrayPose {
   std::optional<double> primary, secondary;       ///< degrees (0018,1510), (0018,1511)
   std::optional<double> to_detector, to_patient;  ///< mm (0018,1110), (0018,1111)
@@ -34,7 +34,7 @@ struct XrayToWrite {
   double area_product = 0;      ///< mGy cm2
   std::uint64_t scan_hash = 0;  ///< of what was seen: images of one scan share a frame of reference
 };
-/// The same image gets the same unique identifiers.
+/// Equal images get the same unique identifiers.
 volume::Status write_xray_file(const std::string& path, const XrayToWrite& xray);
 
 }  // namespace trephine::data_tools

@@ -1,4 +1,4 @@
-// What this build can do beside touching.
+// Modules of this build.
 #pragma once
 
 #include "sim/catalogue.h"

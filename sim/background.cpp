@@ -46,7 +46,7 @@ void Background::run() {
     is_busy_ = true;
     guard.unlock();
     Result result = work();
-    work = {};  // perhaps the last to hold a version: freed while nobody waits
+    work = {};  // perhaps the last to hold a version: freed while no caller waits
     guard.lock();
     is_busy_ = false;
     if (result) done_.push_back(std::move(result));

@@ -1,4 +1,4 @@
-// Longer work beside a live operation: a thread of its own, begun with the first work.
+// Longer work during a live operation: a thread of its own, begun with the first work.
 #pragma once
 
 #include <condition_variable>
@@ -10,7 +10,7 @@
 
 namespace trephine::sim {
 
-/// One work after another. What comes of it is carried out by whoever asks for it, on its own thread.
+/// Queue of work. The caller fetches results and applies them on its own thread.
 class Background {
  public:
   using Result = std::function<void()>;
@@ -22,7 +22,7 @@ class Background {
   Background& operator=(const Background&) = delete;
 
   void submit(Work work);
-  /// What is done since the last call, in order.
+  /// Results since the last call, in order.
   std::vector<Result> take();
   /// Nothing waits, runs, or is to be taken.
   bool is_idle() const;

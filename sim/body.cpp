@@ -14,7 +14,8 @@ namespace trephine::sim {
 using volume::get;
 using volume::put;
 
-Piece::Piece(const volume::PartSurface& surface, const haptics::Material& felt) : material(felt) {
+Piece::Piece(const volume::PartSurface& surface, const haptics::Material& surface_material)
+    : material(surface_material) {
   std::vector<glm::dvec3> vertices(surface.vertices_world.begin(), surface.vertices_world.end());
   for (const glm::dvec3& v : vertices) middle_world += v / static_cast<double>(vertices.size());
   for (std::size_t t = 0; t < surface.triangles.size(); t += 3) {
@@ -114,15 +115,15 @@ CameOff take_off(const haptics::TouchItem& shape, const volume::SolidParts& part
   return all;
 }
 
-CameOff come_off(const haptics::TouchItem& shape, const FreePieces& wish, std::vector<volume::Field> solids,
-                 const std::shared_ptr<const volume::Version>& version) {
+CameOff come_off(const haptics::TouchItem& shape, const FreePieces& request,
+                 std::vector<volume::Field> solids, const std::shared_ptr<const volume::Version>& version) {
   const volume::SolidParts parts(shape.field, *shape.bits, *version);
   const double sample_mm3 = version->lattice().frame().voxel_mm3();
   std::vector<PartFate> fates;
   for (const volume::SolidParts::Part& part : parts.parts())
-    fates.push_back(!part.is_off                                                      ? PartFate::stays
-                    : static_cast<double>(part.samples) * sample_mm3 >= wish.smallest ? PartFate::piece
-                                                                                      : PartFate::debris);
+    fates.push_back(!part.is_off                                                         ? PartFate::stays
+                    : static_cast<double>(part.samples) * sample_mm3 >= request.smallest ? PartFate::piece
+                                                                                         : PartFate::debris);
   return take_off(shape, parts, fates, std::move(solids), version);
 }
 

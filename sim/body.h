@@ -21,11 +21,11 @@ struct Piece {
   glm::dvec3 middle_world{0.0};
   std::uint64_t hash = 0;  ///< of all of it
 
-  Piece(const volume::PartSurface& surface, const haptics::Material& felt);
+  Piece(const volume::PartSurface& surface, const haptics::Material& material);
 };
 /// All of it: the same bits, the same piece.
 std::string to_bytes(const Piece& piece);
-/// Null: these bytes are none.
+/// Null: invalid bytes.
 std::shared_ptr<const Piece> piece_from_bytes(std::string_view bytes);
 
 struct Body {
@@ -37,10 +37,10 @@ struct Body {
   haptics::Placement grip;   ///< seen from that hand
 };
 
-/// What becomes of a part of a cut shape.
+/// Fate of a part of a cut shape.
 enum class PartFate : std::uint8_t { stays, piece, debris };
 
-/// What came off a shape.
+/// Detached parts of a shape.
 struct CameOff {
   std::shared_ptr<const volume::Version> rest;
   std::vector<std::shared_ptr<const Piece>> pieces;
@@ -52,15 +52,15 @@ struct CameOff {
 /// Can parts of that item come off? `field`: for the error.
 volume::Status check_shape_of_pieces(const haptics::TouchScene& anatomy, std::int64_t item,
                                      const char* field);
-/// Of all of it.
+/// Hash of all of it.
 std::uint64_t hash_of(const CameOff& off);
 /// Takes parts away, one after another; `fates`: one a part. Seconds for large pieces.
 CameOff take_off(const haptics::TouchItem& shape, const volume::SolidParts& parts,
                  std::span<const PartFate> fates, std::vector<volume::Field> solids,
                  const std::shared_ptr<const volume::Version>& version);
-/// Each part that came off and is as large as `wish` says becomes a piece; smaller ones go. Any thread, of
+/// Makes a piece of each detached part of at least the requested size; smaller ones go. Any thread, of
 /// immutable things; seconds for large pieces. `solids`: of all that is cut, as the engine's editor has them.
-CameOff come_off(const haptics::TouchItem& shape, const FreePieces& wish, std::vector<volume::Field> solids,
-                 const std::shared_ptr<const volume::Version>& version);
+CameOff come_off(const haptics::TouchItem& shape, const FreePieces& request,
+                 std::vector<volume::Field> solids, const std::shared_ptr<const volume::Version>& version);
 
 }  // namespace trephine::sim

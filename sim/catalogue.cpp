@@ -10,7 +10,7 @@ using volume::Status;
 
 namespace {
 
-/// What can be told whatever the modules are ...
+/// Commands that exist whatever the modules are ...
 std::array<const ValueType*, 21> own_commands() noexcept {
   return {&value_type<Undo>(),         &value_type<Redo>(),         &value_type<BeginBranch>(),
           &value_type<SwitchBranch>(), &value_type<Note>(),         &value_type<Resume>(),
@@ -20,7 +20,7 @@ std::array<const ValueType*, 21> own_commands() noexcept {
           &value_type<DiscardBody>(),  &value_type<AdoptFields>(),  &value_type<AdoptDepths>(),
           &value_type<AdoptPicture>(), &value_type<AdoptJob>(),     &value_type<CancelJob>()};
 }
-/// ... and what an engine tells.
+/// ... and events of an engine.
 std::array<const ValueType*, 9> own_events() noexcept {
   return {&value_type<FaultEvent>(),    &value_type<JobDiscarded>(),      &value_type<ForbiddenEntered>(),
           &value_type<ForbiddenLeft>(), &value_type<StructureStripped>(), &value_type<StructureTouched>(),

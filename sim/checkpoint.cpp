@@ -9,10 +9,10 @@
 namespace trephine::sim {
 
 namespace {
-// What a replay has to do, in ticks that touch nothing. A hand that slides deep takes 15 us a tick.
+// Cost of a replay, in ticks that touch nothing. A hand that slides deep takes 15 us a tick.
 constexpr int k_of_touch = 2, k_of_cut = 10, k_of_fields = 1000, k_of_brick = 300, k_of_history = 300,
               k_of_job = 8000;
-/// To make fields anew: `after` of `before`.
+/// Cost of new fields: `after` of `before`.
 int work_of(const OffsetJob::Offsets& before, const OffsetJob::Offsets& after) {
   std::size_t bricks = 0;
   for (std::size_t s = 0; s < after.size() && s < before.size(); ++s)

@@ -1,4 +1,5 @@
-// Where a session can be opened without playing what came before: all of an operation at one moment.
+// Checkpoints at which a session can be opened without a replay of what came before: all of an operation at
+// one moment.
 #pragma once
 
 #include <memory>
@@ -31,13 +32,13 @@ struct Checkpoint {
 };
 
 /// Makes them while an operation goes on, as often as a replay from one to the next takes some hundredths of
-/// a second; by counts, so that the same operation has the same ones. Told of everything that the engine has
-/// applied, in order. One thread.
+/// a second; by counts, so that the same operation has the same ones. Informed of everything that the engine
+/// has applied, in order. One thread.
 class CheckpointMaker {
  public:
   CheckpointMaker(const Engine& engine, const haptics::ForceOptions& force, double dt,
                   std::uint64_t first_tick, int work = k_work);
-  /// Of ticks that touch nothing; a touch is more, a cut more yet.
+  /// Weight of ticks that touch nothing; a touch is more, a cut more yet.
   static constexpr int k_work = 8000;
   /// Ticks for which servos that lag behind are waited for; then it is tried another time.
   static constexpr std::size_t k_most_records = 1024;

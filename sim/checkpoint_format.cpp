@@ -20,7 +20,7 @@ using volume::put_text;
 
 namespace {
 
-/// All that was told since a chain began is read to come to its end: it begins anew when that is much more
+/// All links of a chain are read to come to its end: it begins again when that is much more
 /// than the state itself.
 constexpr std::size_t k_short_chain = 1 << 20, k_longest_chain = 2;
 
@@ -31,7 +31,7 @@ void put_box(std::string& out, const volume::VoxelBox& box) {
     for (int a = 0; a < 3; ++a) put_number(out, corner[a]);
 }
 
-/// Of a type that whoever reads knows from elsewhere.
+/// Puts a value of a type that the reader knows from elsewhere.
 void put_bytes_of(std::string& out, const Value* value) {
   put_text(out, value && !value->is_empty() ? value->bytes() : std::string());
 }
@@ -78,7 +78,7 @@ void put_cuts(std::string& out, const TouchFields& fields) {
   }
 }
 
-/// What an image says of strokes and growth.
+/// Strokes and growth of an image.
 void put_numbers(std::string& out, const EngineImage& image) {
   for (const std::uint64_t number : {image.last_entry, image.growths, image.edits,
                                      std::uint64_t{image.last_job}, std::uint64_t{image.last_body}})
@@ -258,14 +258,14 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& all) {
   }
 }
 
-/// What is new in the history; all that leads there is told with it.
+/// New entries of the history; all that leads there is stored with it.
 void CheckpointEncoder::put_history(std::string& out, const Checkpoint& all) {
   std::set<std::uint64_t> told_here;  // branches share what was before they went apart
   for_branches(all.image, [&](const Branch& branch) {
     for (const auto& entry : branch.history) {
       if (entry->number <= tail_.last_entry || !told_here.insert(entry->number).second) continue;
       const volume::Result<HistoryPlace> told = entry->place();
-      if (!told) continue;  // its file is gone: whoever reads this one cannot go there either
+      if (!told) continue;  // its file is gone: a reader of this one cannot go there either
       std::string place;
       put_place(place, all, told.value());
       put_count(out, entry->number);
@@ -282,7 +282,7 @@ std::string CheckpointEncoder::encode(const Checkpoint& all) {
   // A tool that no hand feels with does not come back.
   std::erase_if(chains_,
                 [&](const auto& chain) { return hand_of(all, chain.first.first) == all.image.hands.size(); });
-  // What stands on its own, and the rest, which makes links.
+  // Independent parts first, and the rest, which makes links.
   std::string events, trails, history, rest;
   put_history(history, all);
   const Chronicle& chronicle = all.image.now.chronicle;

@@ -11,14 +11,14 @@
 
 namespace trephine::sim {
 
-/// Versions and fields are told by what changed since the one before: links of a chain. Chain 0 is the
+/// Versions and fields are stored by what changed since the one before: links of a chain. Chain 0 is the
 /// anatomy's; the others are a field's of a round tool, or one piece's.
 struct ChainLink {
   std::uint64_t chain = 0, number = 0;
-  bool is_first = false;  ///< told from the untouched one: nothing before it is needed
+  bool is_first = false;  ///< stored relative to the untouched one: nothing before it is needed
 };
 
-/// What encoders know of the checkpoints before.
+/// Memory of encoders about earlier checkpoints.
 struct CheckpointTail {
   std::uint64_t next_link = 0;                     ///< of the anatomy's chain
   std::shared_ptr<const volume::Version> version;  ///< the newest link; null: none can be gone on from
@@ -58,7 +58,7 @@ class CheckpointEncoder {
   std::shared_ptr<const volume::Version> untouched_;
   std::size_t chain_bytes_ = 0, first_bytes_ = 0;  ///< of the anatomy's chain since its first link, and that
   std::map<std::pair<std::shared_ptr<const haptics::TouchScene>, std::size_t>, Chain> chains_;
-  std::map<std::uint32_t, std::uint64_t> pieces_;  ///< chains of those that are told, by body
+  std::map<std::uint32_t, std::uint64_t> pieces_;  ///< chains of those that are stored, by body
   std::string links_;                              ///< of this checkpoint
   std::uint64_t link_count_ = 0;
 };
@@ -66,7 +66,7 @@ class CheckpointEncoder {
 /// All of an image but its state (which has a hash) and bricks: the same for the same.
 std::string bytes_beside_state(const EngineImage& image);
 
-/// Where the parts of a checkpoint are, in its bytes.
+/// Positions of the parts of a checkpoint, in its bytes.
 struct CheckpointIndex {
   struct Part {
     std::uint64_t at = 0, length = 0;
@@ -78,7 +78,7 @@ struct CheckpointIndex {
   std::vector<Link> links;
   Part events, trails, history, rest;
 };
-/// False: these bytes are none.
+/// False: these bytes are no checkpoint.
 bool read_index(std::string_view bytes, CheckpointIndex& index);
 
 }  // namespace trephine::sim

@@ -1,4 +1,4 @@
-// One file: what a checkpoint says is written and read beside each other, field by field.
+// One file: the parts of a checkpoint are written and read next to each other, field by field.
 #include "sim/checkpoint_store.h"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Broken {
   const char* what;
 };
 
-/// Takes value after value; what is none is thrown.
+/// Takes value after value; throws at an invalid one.
 class Taker {
  public:
   explicit Taker(std::string_view in) : in_(in) {}
@@ -49,7 +49,7 @@ class Taker {
     if (!get_number(in_, taken)) throw Broken{"it ends early"};
     return taken;
   }
-  /// Of things that take a byte each at least.
+  /// Count of things that take a byte each at least.
   std::uint64_t count_of_things() { return count(in_.size()); }
   std::string_view text() {
     std::string_view taken;
@@ -58,7 +58,7 @@ class Taker {
   }
   double number() {
     const auto taken = value<double>();
-    if (!(std::abs(taken) < 1e12)) throw Broken{"a number that is none"};
+    if (!(std::abs(taken) < 1e12)) throw Broken{"an invalid number"};
     return taken;
   }
   glm::dvec3 place() {
@@ -67,7 +67,7 @@ class Taker {
   }
   std::uint8_t flags(std::uint8_t known) {
     const auto taken = value<std::uint8_t>();
-    if ((taken & ~known) != 0) throw Broken{"a flag that nobody knows"};
+    if ((taken & ~known) != 0) throw Broken{"an unknown flag"};
     return taken;
   }
   haptics::Placement placement() {
@@ -76,7 +76,7 @@ class Taker {
     double parts[4];
     for (double& part : parts) part = number();
     taken.rotation = {parts[0], parts[1], parts[2], parts[3]};
-    if (!(std::abs(glm::length(taken.rotation) - 1) < 1e-6)) throw Broken{"a turn that is none"};
+    if (!(std::abs(glm::length(taken.rotation) - 1) < 1e-6)) throw Broken{"an invalid rotation"};
     return taken;
   }
   volume::VoxelBox box(const glm::ivec3& size) {
@@ -85,7 +85,7 @@ class Taker {
     for (glm::ivec3* corner : {&taken.low, &taken.high})
       for (int a = 0; a < 3; ++a) {
         const std::int64_t at = signed_number();
-        if (std::abs(at) > (1 << 30)) throw Broken{"a box that is none"};
+        if (std::abs(at) > (1 << 30)) throw Broken{"an invalid box"};
         (*corner)[a] = static_cast<int>(at);
       }
     for (int a = 0; a < 3; ++a) is_empty = is_empty || taken.low[a] > taken.high[a];
@@ -95,7 +95,7 @@ class Taker {
   }
   haptics::ServoRecord record() {
     haptics::ServoRecord taken;
-    if (!haptics::get_record(in_, taken)) throw Broken{"a tick that is none"};
+    if (!haptics::get_record(in_, taken)) throw Broken{"an invalid tick"};
     return taken;
   }
   bool is_at_end() const { return in_.empty(); }
@@ -106,7 +106,7 @@ class Taker {
 
 template <class T>
 T good(Result<T> result) {
-  if (!result) throw Broken{"bricks or values that are none"};
+  if (!result) throw Broken{"invalid bricks or values"};
   return std::move(result).value();
 }
 
@@ -123,7 +123,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   Engine start;
   std::map<std::pair<std::uint64_t, std::uint64_t>, const CheckpointIndex::Link*> links;
 
-  // What was read last: from there on is the shorter way.
+  // Last read position: from there on is the shorter way.
   std::uint64_t version_link = 0;
   std::shared_ptr<const volume::Version> version;
   struct LastField {
@@ -154,7 +154,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     is_on = false;
     for (std::uint64_t n = number;; --n) {
       const auto found = links.find({chain, n});
-      if (found == links.end()) throw Broken{"a state that is told nowhere"};
+      if (found == links.end()) throw Broken{"a missing state"};
       all.push_back(good(session->read(found->second->bytes)));
       if ((bytes += all.back().size()) > k_longest_way) throw Broken{"a chain that is too long"};
       if (found->second->is_first) break;
@@ -184,7 +184,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const bool is_same = last.field && last.scene == scene;
     if (is_same && last.link == link) return last.field;
     const std::shared_ptr<const volume::OffsetField>& untouched = scene->items[shape].offset;
-    if (!untouched) throw Broken{"a tool's field where there is none"};
+    if (!untouched) throw Broken{"a tool's field without a tool"};
     bool is_on = false;
     const auto way = way_to(chain, link, is_same ? last.link : ~std::uint64_t{0}, is_on);
     last.field = good(volume::OffsetChanges::applied(is_on ? *last.field : *untouched, views(way)));
@@ -219,16 +219,16 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       try {
         take_events(good(session->read(session->checkpoints()[events_of].events)));
       } catch (const Broken&) {
-        are_events_known = false;  // until one that tells all of them
+        are_events_known = false;  // until one that has all of them
       }
     }
-    if (!are_events_known) throw Broken{"events that are told nowhere"};
+    if (!are_events_known) throw Broken{"missing events"};
     return events;
   }
   void take_events(const std::string& bytes) {
     Taker in(bytes);
     const std::uint64_t from = in.count();
-    if (from > events.size()) throw Broken{"events that are told nowhere"};
+    if (from > events.size()) throw Broken{"missing events"};
     events.resize(from);
     for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
       Event event;
@@ -251,7 +251,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
           entries.insert_or_assign(number, KeptEntry{box, std::string(in.text())});
         }
       } catch (const Broken&) {
-        continue;  // whoever needs one of them says so
+        continue;  // a reader that needs one of them reports it
       }
     }
     return entries;
@@ -286,7 +286,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     }
     std::vector<HandTrail> trails;
     for (const Part& part : all) {
-      if (part.first - part.from > part.places.size()) throw Broken{"a trail that is none"};
+      if (part.first - part.from > part.places.size()) throw Broken{"an invalid trail"};
       trails.push_back(HandTrail::of(part.first, std::span(part.places).subspan(part.first - part.from)));
     }
     return trails;
@@ -298,7 +298,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     std::vector<std::shared_ptr<const haptics::TouchScene>> scenes;
     std::vector<std::uint64_t> layouts;
   };
-  /// `scene` null: they are told, and of no use.
+  /// `scene` null: they are read, and of no use.
   OffsetJob::Offsets take_offsets(Taker& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
     OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_most));
     if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
@@ -309,7 +309,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     }
     return offsets;
   }
-  /// The scene that a hand had with a tool of then; null when nobody has it any more.
+  /// The scene that a hand had with a tool of then; null when it is gone.
   std::shared_ptr<const haptics::TouchScene> scene_of(std::size_t hand, std::uint64_t layout,
                                                       const Hands& hands) const {
     if (hands.layouts[hand] == layout) return hands.scenes[hand];
@@ -337,7 +337,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       std::shared_ptr<const Piece>& piece = pieces[chain];
       bool is_on = false;
       if (!piece) piece = piece_from_bytes(way_to(chain, 0, ~std::uint64_t{0}, is_on).back());
-      if (!piece) throw Broken{"a piece that is none"};
+      if (!piece) throw Broken{"an invalid piece"};
       body.piece = piece;
       body.place = in.placement();
       const std::int64_t holder = in.signed_number();
@@ -382,8 +382,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       Command command;
       command.hand = in.value<std::uint8_t>();
       command.what = take_value(in);
-      if (command.what.is_empty() || command.hand >= start.hand_count())
-        throw Broken{"a command that is none"};
+      if (command.what.is_empty() || command.hand >= start.hand_count()) throw Broken{"an invalid command"};
       state.settings.told.emplace(std::move(key), std::move(command));
     }
     const std::uint64_t count = in.count(all_events.size());
@@ -395,7 +394,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         throw Broken{"a forbidden structure's values"};
     return state;
   }
-  /// What a hand feels with: as it began, or with a tool that it was given.
+  /// Scene of a hand: as it began, or with a tool that it was given.
   void take_hand(Taker& in, std::size_t h, EngineImage::Hand& hand) {
     ToolGeometry geometry{in.number(), {}};
     for (std::uint64_t left = in.count(haptics::TouchScene::k_most_balls); left > 0; --left)
@@ -405,7 +404,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     if (hand.tool.number != 0) {
       std::shared_ptr<const MadeGeometry>& made = geometries[{h, Value(geometry).bytes()}];
       if (!made) {
-        if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"a tool that is none"};
+        if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"an invalid tool"};
         made = make_geometry(hand.tool, geometry, *start.now().world.version, k_no_voxels);
       }
       if (made->failed) throw Broken{"a tool that cannot be made"};
@@ -457,14 +456,14 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     }
     branch.position = in.count();
     branch.forgotten = in.count();
-    if (branch.position >= branch.history.size()) throw Broken{"a place of the history that is none"};
+    if (branch.position >= branch.history.size()) throw Broken{"an invalid history entry"};
     return branch;
   }
 
   std::shared_ptr<const HistoryEntry> take_entry(std::uint64_t number, const Hands& hands,
                                                  const std::map<std::uint64_t, KeptEntry>& kept) {
     const auto found = kept.find(number);
-    if (found == kept.end()) throw Broken{"a place of the history that is told nowhere"};
+    if (found == kept.end()) throw Broken{"a missing history entry"};
     HistoryEntry entry{number, found->second.box, {}, {}};
     entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
                   made = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
@@ -494,7 +493,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       job.edits = in.count();
       job.cut = in.box(start.scene().base->size);
       job.input = std::make_shared<const OperationState>(take_state(in, all_events));
-      if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"a job that is none"};
+      if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"an invalid job"};
       if (!job.parameters->as<ToolGeometry>() && !job.parameters->as<FreePieces>() &&
           !start.find_job(job.parameters->type(), job.type, job.module))
         throw Broken{"a job that this program does not have"};

@@ -20,7 +20,7 @@ class CheckpointStore {
 
   std::size_t size() const noexcept;
   const CheckpointIndex& index(std::size_t i) const noexcept;
-  /// The newest from which a replay comes to `tick`; nothing when there is none.
+  /// The newest from which a replay comes to `tick`; empty without one.
   std::optional<std::size_t> before(std::uint64_t tick) const noexcept;
   /// Error when its bytes are broken, or speak of what the operation does not have.
   volume::Result<Checkpoint> read(std::size_t i);

@@ -1,17 +1,17 @@
-// A wish that changes an operation beside the ticks. A session is ticks and commands in order.
+// A request that changes an operation, outside the tick stream. A session is ticks and commands in order.
 #pragma once
 
 #include "sim/value.h"
 
 namespace trephine::sim {
 
-/// What is wished is a struct with a table: one of those below, the parameters of an instrument (the hand has
+/// A request is a struct with a table: one of those below, the parameters of an instrument (the hand has
 /// that instrument from here on), the parameters of a job (it begins), or a command of a module.
 struct Command {
   Command() = default;
   template <HasSchema T>
-  Command(T wish, std::uint8_t of_hand = 0) : what(std::move(wish)), hand(of_hand) {}
-  Command(Value wish, std::uint8_t of_hand) : what(std::move(wish)), hand(of_hand) {}
+  Command(T request, std::uint8_t of_hand = 0) : what(std::move(request)), hand(of_hand) {}
+  Command(Value request, std::uint8_t of_hand) : what(std::move(request)), hand(of_hand) {}
 
   Value what;
   std::uint8_t hand = 0;
@@ -44,12 +44,12 @@ struct Note {
 struct Resume {
   static const Schema& schema();
 };
-/// Offset fields made of what was left when `serial` was published are felt from here on.
+/// Adopts offset fields made of what was left when `serial` was published.
 struct AdoptFields {
   std::int64_t serial = 0;
   static const Schema& schema();
 };
-/// An item is felt by another set of depth images from here on: so they were drawn.
+/// Adopts another set of depth images for an item: it was drawn so.
 struct AdoptDepths {
   std::int64_t item = 0, serial = 0;
   glm::dvec3 middle{0.0}, touch{0.0};  ///< mm, of the item's frame, as haptics::depth::DepthView has them
@@ -57,7 +57,7 @@ struct AdoptDepths {
   std::int64_t hash = 0;               ///< of what came of it
   static const Schema& schema();
 };
-/// An item of which pictures come in is felt as this one shows it, from here on.
+/// Adopts a picture of an item whose pictures are submitted.
 struct AdoptPicture {
   std::int64_t item = 0, serial = 0;
   glm::dvec3 touch{0.0};                     ///< mm, of the item's frame: middle of the clip volume
@@ -90,7 +90,7 @@ struct PlaceModel {
   std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
   static const Schema& schema();
 };
-/// A force beside those of surfaces, for the hand; what it remembers stays while its id does.
+/// A force in addition to those of surfaces, for the hand; its memory stays while its id does.
 struct SetEffect {
   Id effect;
   std::string words;  ///< as haptics::parse_effect reads them; empty: it ends
@@ -130,7 +130,7 @@ struct DiscardBody {
   Id body;
   static const Schema& schema();
 };
-/// What a job made is taken over, if it still fits; `hash` says what it made.
+/// Adopts the result of a job, if it still fits; `hash` is that of the result.
 struct AdoptJob {
   Id job;
   std::int64_t hash = 0;  ///< the bits of an unsigned one
@@ -141,7 +141,7 @@ struct CancelJob {
   static const Schema& schema();
 };
 
-/// It says what was made, many times a second: nobody's wish, nor anybody's deed.
+/// Is it issued by the engine to adopt derived data, many times a second, and not by a user?
 bool keeps_books(const Value& what) noexcept;
 
 }  // namespace trephine::sim

@@ -20,58 +20,62 @@ std::shared_ptr<const DepthSet> DepthJob::make(int threads) const {
 }
 
 AdoptDepths DepthJob::command(const DepthSet& made) const {
-  AdoptDepths wish;
-  wish.item = item;
-  wish.serial = static_cast<std::int64_t>(serial);
-  wish.middle = view.middle, wish.touch = view.touch;
-  wish.edge = view.edge, wish.time = view.time;
-  wish.hash = static_cast<std::int64_t>(made.hash());
-  return wish;
+  AdoptDepths request;
+  request.item = item;
+  request.serial = static_cast<std::int64_t>(serial);
+  request.middle = view.middle, request.touch = view.touch;
+  request.edge = view.edge, request.time = view.time;
+  request.hash = static_cast<std::int64_t>(made.hash());
+  return request;
 }
 
 AdoptPicture told_of(const haptics::depth::DepthPicture& picture, std::int64_t item, const dvec3& touch,
                      double edge) {
   const haptics::depth::DepthCamera& c = picture.camera;
   const glm::dquat& q = picture.place.rotation;
-  AdoptPicture wish;
-  wish.item = item;
-  wish.touch = touch, wish.edge = edge;
-  wish.width = c.width, wish.height = c.height;
-  wish.fx = c.fx, wish.fy = c.fy, wish.cx = c.cx, wish.cy = c.cy;
-  wish.position = picture.place.position_world;
-  wish.rotation = {q.w, q.x, q.y, q.z};
-  wish.nearest = picture.nearest, wish.step = picture.mm_a_step;
-  wish.values = picture.values;
-  return wish;
+  AdoptPicture request;
+  request.item = item;
+  request.touch = touch, request.edge = edge;
+  request.width = c.width, request.height = c.height;
+  request.fx = c.fx, request.fy = c.fy, request.cx = c.cx, request.cy = c.cy;
+  request.position = picture.place.position_world;
+  request.rotation = {q.w, q.x, q.y, q.z};
+  request.nearest = picture.nearest, request.step = picture.mm_a_step;
+  request.values = picture.values;
+  return request;
 }
 
-haptics::depth::DepthPicture picture_of(const AdoptPicture& wish) {
+haptics::depth::DepthPicture picture_of(const AdoptPicture& request) {
   haptics::depth::DepthPicture picture;
-  picture.camera = {
-      static_cast<int>(wish.width), static_cast<int>(wish.height), wish.fx, wish.fy, wish.cx, wish.cy};
-  const std::vector<double>& q = wish.rotation;
-  picture.place.position_world = wish.position;
+  picture.camera = {static_cast<int>(request.width),
+                    static_cast<int>(request.height),
+                    request.fx,
+                    request.fy,
+                    request.cx,
+                    request.cy};
+  const std::vector<double>& q = request.rotation;
+  picture.place.position_world = request.position;
   if (q.size() == 4) picture.place.rotation = {q[0], q[1], q[2], q[3]};
-  picture.nearest = wish.nearest, picture.mm_a_step = wish.step;
-  picture.values = wish.values;
+  picture.nearest = request.nearest, picture.mm_a_step = request.step;
+  picture.values = request.values;
   return picture;
 }
 
-std::shared_ptr<const DepthSet> set_of(const AdoptPicture& wish) {
-  const haptics::depth::DepthPicture picture = picture_of(wish);
+std::shared_ptr<const DepthSet> set_of(const AdoptPicture& request) {
+  const haptics::depth::DepthPicture picture = picture_of(request);
   DepthView view;
-  view.middle = view.touch = wish.touch;
-  view.edge = wish.edge, view.time = wish.time;
-  const double far = glm::length(wish.touch - wish.position);
-  view.pixel = std::max(1e-3, far / std::min(wish.fx, wish.fy));
+  view.middle = view.touch = request.touch;
+  view.edge = request.edge, view.time = request.time;
+  const double far = glm::length(request.touch - request.position);
+  view.pixel = std::max(1e-3, far / std::min(request.fx, request.fy));
   return std::make_shared<const DepthSet>(haptics::depth::set_of(view, picture));
 }
 
-DepthJob job_of(const AdoptDepths& wish, std::uint8_t hand, const haptics::TouchScene& scene) {
-  const TouchItem& item = haptics::item_of(scene, static_cast<int>(wish.item));
-  DepthJob job{hand, wish.item, static_cast<std::uint64_t>(wish.serial), item.depth, {}};
-  job.view = {wish.middle,      wish.touch, wish.edge,
-              item.depth_pixel, wish.time,  DepthSets::interval_of(item, wish.time)};
+DepthJob job_of(const AdoptDepths& request, std::uint8_t hand, const haptics::TouchScene& scene) {
+  const TouchItem& item = haptics::item_of(scene, static_cast<int>(request.item));
+  DepthJob job{hand, request.item, static_cast<std::uint64_t>(request.serial), item.depth, {}};
+  job.view = {request.middle,   request.touch, request.edge,
+              item.depth_pixel, request.time,  DepthSets::interval_of(item, request.time)};
   return job;
 }
 
@@ -162,10 +166,11 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     DepthJob job{number, items_[d], next_serial(d), item.depth, {}};
     job.view.touch = seen_proxy;
     job.view.middle = 0.5 * (seen_hip + seen_proxy);
-    // What is known ends a few pixels before the border.
-    const double wished = std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
-                          k_border * item.depth_pixel;
-    job.view.edge = std::min(wished, k_most_pixels * item.depth_pixel);
+    // The known part ends a few pixels before the border.
+    const double requested =
+        std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
+        k_border * item.depth_pixel;
+    job.view.edge = std::min(requested, k_most_pixels * item.depth_pixel);
     job.view.pixel = item.depth_pixel;
     job.view.time = time;
     job.view.interval = interval_of(item, time);
@@ -181,7 +186,7 @@ void DepthSets::take(std::int64_t item, std::shared_ptr<DepthSet> made) {
   std::shared_ptr<const DepthSet>& kept = newest_[*place_of(item)];
   const std::uint64_t serial = made->serial;
   made->follow(kept.get());
-  made->serial = serial;  // of one that is told again it is not the next
+  made->serial = serial;  // a set that is sent again keeps its serial
   kept = std::move(made);
 }
 

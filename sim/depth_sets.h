@@ -1,4 +1,4 @@
-// Things that are felt by depth images: which sets a hand is owed, and what it has.
+// Objects that are touched by depth images: the sets that a hand needs, and those that it has.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace trephine::sim {
 
-/// A set that is owed. Made on any thread, from immutable things alone.
+/// A set to be made. Made on any thread, from immutable things alone.
 struct DepthJob {
   std::uint8_t hand = 0;
   std::int64_t item = 0;
@@ -22,19 +22,19 @@ struct DepthJob {
 
   /// Milliseconds, by what there is to see; the same bits whatever `threads`. Null: it cannot be seen so.
   std::shared_ptr<const haptics::depth::DepthSet> make(int threads = 1) const;
-  /// That from here on this set is felt.
+  /// The command that adopts this set.
   AdoptDepths command(const haptics::depth::DepthSet& made) const;
 };
 
-/// A picture that came in, as it is told of: `time` when it was taken, `edge` of the clip volume about
+/// A submitted picture in a command: `time` when it was taken, `edge` of the clip volume about
 /// `touch` (mm, of the item's frame).
 AdoptPicture told_of(const haptics::depth::DepthPicture& picture, std::int64_t item, const glm::dvec3& touch,
                      double edge);
-haptics::depth::DepthPicture picture_of(const AdoptPicture& wish);
+haptics::depth::DepthPicture picture_of(const AdoptPicture& request);
 /// The surface that it shows; some milliseconds.
-std::shared_ptr<const haptics::depth::DepthSet> set_of(const AdoptPicture& wish);
+std::shared_ptr<const haptics::depth::DepthSet> set_of(const AdoptPicture& request);
 
-/// A set as it is felt now, for whoever looks.
+/// An adopted set, for display.
 struct SeenDepths {
   int item;
   std::shared_ptr<const haptics::depth::DepthSet> set;
@@ -59,15 +59,15 @@ class DepthSets {
   /// `tick`: s between two poses of the hand.
   DepthSets(const haptics::TouchScene& scene, double tick);
 
-  /// For what hands feel: one an item that is felt so.
+  /// Adopted sets: one an item that is touched so.
   const Sets& newest() const noexcept { return newest_; }
-  /// Where the hand is, and what it touches with; world.
+  /// Position of the hand, and the radius of its tool; world.
   void see(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept;
-  /// The first that is owed at `time` (s), if the thing is in reach; nothing when all that is near is known.
+  /// The first set to be made at `time` (s), if the object is in reach; empty when all that is near is known.
   std::optional<DepthJob> job(const haptics::ServoHand& hand, std::uint8_t number, double time) const;
-  /// That set is felt from here on, in place of the one before it.
+  /// Adopts a set in place of the one before it.
   void take(std::int64_t item, std::shared_ptr<haptics::depth::DepthSet> made);
-  /// Of an item, its place among those; nothing: it is none.
+  /// Index of an item among those; empty: it is not touched so.
   std::optional<std::size_t> place_of(std::int64_t item) const noexcept;
   std::uint64_t next_serial(std::size_t place) const noexcept;
 
@@ -80,7 +80,7 @@ class DepthSets {
   double speed_ = 0;  ///< mm/s, of the hand; a fast one is remembered for a while
 };
 
-/// The job that such a command tells of.
-DepthJob job_of(const AdoptDepths& wish, std::uint8_t hand, const haptics::TouchScene& scene);
+/// The job whose result such a command adopts.
+DepthJob job_of(const AdoptDepths& request, std::uint8_t hand, const haptics::TouchScene& scene);
 
 }  // namespace trephine::sim

@@ -45,7 +45,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     now_.settings.modules.push_back(shared(module->settings()));
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
-  now_.world.version = felt_ = untouched_ = editor_.publish();
+  now_.world.version = published_version_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::cut);
   branch_.history.push_back(entry_here(k_no_voxels));
@@ -76,7 +76,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     Work work(editor_, news_, tick.tick, tick.hand);
     instrument.type->step(instrument.parameters.data(), instrument.state.data(), input, work);
     if (work.removed().bricks_changed > 0) {
-      now_.world.version = felt_ = editor_.publish();
+      now_.world.version = published_version_ = editor_.publish();
       ++edits_;
       publish(Change::cut);
       record_cut(work.removed());
@@ -93,7 +93,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
 Outcome Engine::apply(const Command& command) {
   Outcome outcome;
   if ((outcome.refused = check(command))) {
-    // What was made for it is of no use.
+    // Work that was made for it is of no use.
     if (const auto* adopt = command.what.as<AdoptJob>())
       std::erase_if(results_, [&](const auto& kept) { return kept.first == adopt->job; });
     if (command.what.as<AdoptFields>()) made_fields_.clear();
@@ -122,19 +122,19 @@ Status Engine::check(const Command& command) const {
     return Error{"no module of this session knows the command", "", std::string(command.what.name()),
                  "a command of its modules", ""};
   }
-  const auto wished_job = [&]() -> std::optional<Id> {
+  const auto requested_job = [&]() -> std::optional<Id> {
     if (const auto* adopt = command.what.as<AdoptJob>()) return adopt->job;
     if (const auto* cancel = command.what.as<CancelJob>()) return cancel->job;
     return std::nullopt;
   }();
-  if (wished_job &&
-      std::none_of(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == *wished_job; }))
-    return no_job(*wished_job);
+  if (requested_job && std::none_of(jobs_.begin(), jobs_.end(),
+                                    [&](const PendingJob& job) { return job.id == *requested_job; }))
+    return no_job(*requested_job);
   if (Status error = check_setting(command)) return error;
   if (Status error = check_body(command)) return error;
   if (Status error = check_branch(command)) return error;
   if (Status error = check_way_back(command)) return error;
-  // What keeps the books is nobody's wish, and not to be refused.
+  // Commands of derived data are never refused.
   if (keeps_books(command.what) || command.what.as<AdoptJob>() || command.what.as<Resume>())
     return std::nullopt;
   for (const Module* module : catalogue_.modules())
@@ -209,7 +209,7 @@ ModuleState Engine::state_of(std::size_t module) noexcept {
   return {now_.world.modules[module], now_.settings.modules[module]};
 }
 
-/// What a module did becomes a place of the history, if it is anything that undo takes back.
+/// Adds the work of a module to the history, if undo takes it back.
 void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   const bool is_cut = work.removed().bricks_changed > 0;
   if (!is_cut && !work.is_put_back() && !work.is_world_changed()) return;
@@ -217,7 +217,7 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   is_stroke_changed_ = outcome.is_edit = true;
   if (work.is_put_back()) {
     editor_.reset(untouched_);
-    now_.world.version = felt_ = editor_.publish();
+    now_.world.version = published_version_ = editor_.publish();
     if (!now_.world.bodies.empty()) {
       now_.world.bodies.clear();
       use_bodies(Bodies::others);
@@ -228,7 +228,7 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
     outcome.box = {glm::ivec3(0), scene().base->size - 1};
     stroke_box_ = outcome.box;
   } else if (is_cut) {
-    now_.world.version = felt_ = editor_.publish();
+    now_.world.version = published_version_ = editor_.publish();
     publish(Change::cut);
     record_cut(work.removed());
     outcome.box = work.removed().box;
@@ -248,12 +248,12 @@ void Engine::record_faults(const haptics::ServoRecord& tick) {
   noted = latched;
 }
 
-/// How near the tool's body came in this tick to what must not be cut.
+/// Distance of the tool's body in this tick to forbidden structures.
 void Engine::watch_forbidden(const InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
   const Instrument& held = now_.settings.hands[tick.hand];
   std::optional<ToolBall>& last = work_[tick.hand].body;
-  if (tick.raised & haptics::fault_not_finite) {  // nobody knows where it is
+  if (tick.raised & haptics::fault_not_finite) {  // its place is unknown
     last.reset();
     return;
   }
@@ -320,14 +320,14 @@ void Engine::end_stroke() {
   is_stroke_changed_ = false;
 }
 
-/// What hands feel now, by a serial of its own, for servos to adopt. Where matter may have grown each hand is
-/// told the way out of it.
+/// Publishes the current scene of the hands, by a serial of its own, for servos to adopt. Where matter may
+/// have grown each hand is given the way out of it.
 void Engine::publish(Change change) {
   std::shared_ptr<haptics::ServoScene> next = make_scene(servo_scene_ ? serial() + 1 : 1);
   if (change == Change::growth) {
     ++growths_;
     for (std::size_t h = 0; h < hands_.size(); ++h) {
-      // Where a tool of several balls was says nothing of how it was turned: it is set free.
+      // The place of a tool of several balls has no rotation: it is set free.
       const bool has_trail = tools_[h].scene->tool_balls.empty();
       haptics::WayOut way =
           has_trail ? trails_[h].way_out(hands_[h]).value_or(haptics::WayOut{}) : haptics::WayOut{};
@@ -346,7 +346,8 @@ std::shared_ptr<haptics::ServoScene> Engine::make_scene(std::uint64_t serial) {
   next->serial = serial;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const TouchFields* fields = fields_of(h);
-    hands_[h].state = haptics::TouchState(felt_, fields ? fields->newest() : OffsetJob::Offsets());
+    hands_[h].state =
+        haptics::TouchState(published_version_, fields ? fields->newest() : OffsetJob::Offsets());
     hands_[h].state.depths = depths_[h].newest();
   }
   return next;
@@ -374,7 +375,7 @@ std::optional<haptics::WayOut> Engine::way_out(std::size_t hand) const {
   return way;
 }
 
-/// Modules are told what happened, and the chronicle keeps it.
+/// Sends events to the modules, and keeps them in the chronicle.
 void Engine::settle(Outcome& outcome) {
   outcome.event_count = news_.size();
   for (Event& event : news_) {

@@ -16,7 +16,7 @@
 
 namespace trephine::sim {
 
-/// What a tick or a command changed.
+/// Result of a tick or a command.
 struct Outcome {
   bool is_edit = false;                                  ///< something that undo takes back, or an undo
   bool is_changed = false;                               ///< servos have something new to adopt
@@ -34,8 +34,8 @@ struct HandStart {
   std::vector<std::string> effects = {};  ///< in words, those of `feels`
 };
 
-/// What a job of FreePieces makes.
-std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& wish,
+/// Result of a job of FreePieces.
+std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& request,
                                              std::vector<volume::Field> solids, const OperationState& input);
 
 /// One thread: the edit thread, or the only one in lockstep. A copy, made when it is frozen, goes on by
@@ -56,14 +56,14 @@ class Engine {
   Outcome apply(const Command& command);
 
   // ---- what servos adopt ----
-  /// The newest: what can be felt, and after growth the ways out of it.
+  /// The newest published state: the touchable scene, and after growth the escape paths out of it.
   const std::shared_ptr<const haptics::ServoScene>& servo_scene() const noexcept { return servo_scene_; }
   std::uint64_t serial() const noexcept { return servo_scene_->serial; }
   std::size_t hand_count() const noexcept { return trails_.size(); }
   const haptics::TouchScene& scene(std::size_t hand = 0) const noexcept { return *feels(hand).scene; }
   /// With what the hand feels the anatomy.
   const HandTool& tool(std::size_t hand = 0) const noexcept { return tools_[hand]; }
-  /// Of the places (volume frame) where a hand's proxy was, the newest that is free now; null when none is.
+  /// The newest of the places (volume frame) of a hand's proxy that is free now; null when all are solid.
   const glm::dvec3* last_free(std::size_t hand = 0) const noexcept {
     return trails_[hand].last_free(feels(hand));
   }
@@ -79,17 +79,17 @@ class Engine {
   void freeze();
   /// s, of the next tick.
   double seconds() const noexcept { return static_cast<double>(now_.next_tick) * dt_; }
-  /// What is left of the anatomy.
+  /// Remaining anatomy.
   const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.world.version; }
   const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
   double removed_mm3() const noexcept;
   /// By label; one entry for volumes without labels.
   std::vector<double> removed_mm3_by_label() const;
   std::vector<Measure> measures() const;
-  /// What a view shows beside the anatomy: bodies, by their order, and then what modules want to be seen.
+  /// Overlays for a view: bodies, by their order, and then those of modules.
   Overlays overlays() const;
 
-  /// Where a body's frame is now; of one in a hand, where the hand was last.
+  /// Current frame of a body; of one in a hand, that of the hand's last tick.
   haptics::Placement place_of(const Body& body) const;
   /// Models of the scene, without what came off, and where they are now.
   std::vector<const haptics::TouchItem*> models() const;
@@ -100,7 +100,7 @@ class Engine {
   std::vector<SeenDepths> seen_depths(std::size_t hand) const;
   haptics::Placement place_of(const haptics::TouchItem& item) const;
 
-  /// What must not be cut; OperationState::watches says how near each hand came to each.
+  /// Forbidden structures; OperationState::watches has the distance of each hand to each.
   const std::vector<std::shared_ptr<const Forbidden>>& forbidden() const noexcept { return forbidden_; }
   const ForbiddenWatch& watch(std::size_t hand, std::size_t structure) const noexcept {
     return now_.watches[hand * forbidden_.size() + structure];
@@ -126,30 +126,30 @@ class Engine {
   static constexpr std::size_t k_most_branches = 16;
   const Branch& branch() const noexcept { return branch_; }
   const std::vector<Branch>& left_branches() const noexcept { return left_branches_; }
-  /// Of all that branches hold, what they share once: tables, bricks, masks. A pass over all of it.
+  /// Bytes of all that branches hold, what they share once: tables, bricks, masks. A pass over all of it.
   std::size_t history_bytes() const;
 
   // ---- longer work ----
   const std::vector<PendingJob>& jobs() const noexcept { return jobs_; }
-  /// The module's job that such a command begins; false: there is none.
+  /// The module's job that such a command begins; false: it begins none.
   bool find_job(const ValueType& parameters, const JobType*& type, std::size_t& module) const noexcept;
   /// Runs a job here and now: the command that adopts it. It is pending.
   AdoptJob finish_job(Id job);
-  /// What a job made, before AdoptJob; without it that makes it then.
+  /// Submits the result of a job, before AdoptJob; without it that makes it then.
   void hand_in(Id job, std::shared_ptr<const JobResult> result);
-  /// What was cut since the offset fields of round tools were made; nothing when they are up to date. Until
+  /// Cuts since the offset fields of round tools were made; empty when they are up to date. Until
   /// the job's fields are adopted such a tool hovers there.
   std::optional<OffsetJob> offset_job() const;
   bool has_stale_fields() const noexcept;
-  /// Of the first cut that some of them do not know; the largest number when there is none.
+  /// Tick of the first cut that some of them do not know; the largest number without such a cut.
   std::uint64_t oldest_stale_serial() const noexcept;
-  /// What that job made, before AdoptFields; likewise.
+  /// Submits the result of that job, before AdoptFields.
   void hand_in(const OffsetJob& job, OffsetJob::Offsets made);
-  /// A set of depth images that a hand is owed now; nothing where none is near, or nothing moved.
+  /// A set of depth images that a hand needs now; empty where no object is near, or nothing moved.
   std::optional<DepthJob> depth_job() const;
-  /// Draws it here and now: the command that adopts it. Nothing when none is owed.
+  /// Draws it here and now: the command that adopts it. Empty when no set is needed.
   std::optional<Command> finish_depth_job();
-  /// What that job made, before AdoptDepths; likewise.
+  /// Submits the result of that job, before AdoptDepths.
   void hand_in(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> made);
   /// The number of the next picture of an item for a hand; a job of that number without a source hands in
   /// what was made of it.
@@ -162,10 +162,10 @@ class Engine {
   volume::Status check_setting(const Command& command) const;
   bool set(const Command& command, std::int64_t& number, Change& change, volume::Status& error);
   bool record_setting(const Command& command);
-  volume::Status check_depths(const AdoptDepths& wish, std::size_t hand) const;
-  bool use_depths(const AdoptDepths& wish, std::uint8_t hand);
-  volume::Status check_picture(const AdoptPicture& wish, std::size_t hand) const;
-  void use_picture(const AdoptPicture& wish, std::uint8_t hand);
+  volume::Status check_depths(const AdoptDepths& request, std::size_t hand) const;
+  bool use_depths(const AdoptDepths& request, std::uint8_t hand);
+  volume::Status check_picture(const AdoptPicture& request, std::size_t hand) const;
+  void use_picture(const AdoptPicture& request, std::uint8_t hand);
   volume::Status check_effect_of(const Instrument& held, std::size_t hand) const;
   bool use_effect_of_instrument(std::size_t hand);
 
@@ -195,9 +195,9 @@ class Engine {
   volume::Status check_place(const HistoryEntry& entry) const;
   void carry_out(const Command& command, Outcome& outcome);
   void begin_job(const Command& command, PendingJob job, Outcome& outcome);
-  void end_job(const AdoptJob& wish, Outcome& outcome);
+  void end_job(const AdoptJob& request, Outcome& outcome);
   void finish(const ModuleWork& work, Outcome& outcome);
-  void adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome);
+  void adopt_fields(const AdoptFields& request, std::size_t hand, Outcome& outcome);
   void go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome);
   void go_to(std::size_t position, Outcome& outcome);
   volume::Status check_branch(const Command& command) const;
@@ -218,8 +218,8 @@ class Engine {
   double dt_;
   volume::RemovalEditor editor_;
   std::shared_ptr<const volume::Version> untouched_;
-  /// What was published last: current() as hands know it, whoever froze it since.
-  std::shared_ptr<const volume::Version> felt_;
+  /// Last published version: current() as hands know it, frozen since or not.
+  std::shared_ptr<const volume::Version> published_version_;
   OperationState now_;
   std::vector<Event> news_;  ///< of this tick or command
   std::vector<haptics::ServoHand>

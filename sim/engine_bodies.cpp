@@ -1,4 +1,4 @@
-// What comes off the anatomy, is taken in a hand and put down.
+// Detached bodies: grasped by a hand, and released.
 #include <algorithm>
 
 #include "haptics/proxy/methods.h"
@@ -42,15 +42,15 @@ auto held_by(Bodies& bodies, std::uint8_t hand) {
 
 }  // namespace
 
-std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& wish,
+std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& request,
                                              std::vector<volume::Field> solids, const OperationState& input) {
   auto made = std::make_shared<MadePieces>();
-  made->off = come_off(shape, wish, std::move(solids), input.world.version);
+  made->off = come_off(shape, request, std::move(solids), input.world.version);
   made->fingerprint = hash_of(made->off);
   return made;
 }
 
-/// Of those numbers by which things move: the ones that no model has, and no body.
+/// Free movers: those that no model has, and no body.
 std::vector<int> Engine::free_movers() const {
   std::vector<int> free;
   for (int m = 0; m < haptics::TouchScene::k_max_movers; ++m) {
@@ -64,7 +64,7 @@ std::vector<int> Engine::free_movers() const {
   return free;
 }
 
-/// Can every hand feel bodies beside what it feels the anatomy with?
+/// Can every hand touch bodies in addition to the anatomy?
 Status Engine::check_room_for_bodies() const {
   for (const HandTool& tool : tools_) {
     const std::string_view name = tool.method->name();  // those whose walls go together with models
@@ -72,7 +72,7 @@ Status Engine::check_room_for_bodies() const {
       return Error{"a hand feels with a method that cannot touch what comes off", "", std::string(name),
                    "subvoxel, scene or chain", "give it such a tool"};
     if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_most)
-      return Error{"there are too many things to touch beside what comes off", "",
+      return Error{"too many objects to touch together with the detached bodies", "",
                    std::to_string(haptics::item_count(*tool.scene)), "room for eight more", ""};
   }
   return std::nullopt;
@@ -80,15 +80,15 @@ Status Engine::check_room_for_bodies() const {
 
 Status Engine::check_body(const Command& command) const {
   const std::vector<Body>& bodies = now_.world.bodies;
-  const auto* wish = command.what.as<FreePieces>();
+  const auto* request = command.what.as<FreePieces>();
   const JobType* job = nullptr;
-  if (std::size_t module = 0; !wish && !find_job(command.what.type(), job, module)) job = nullptr;
+  if (std::size_t module = 0; !request && !find_job(command.what.type(), job, module)) job = nullptr;
   const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
-  if (wish)
-    if (Status error = check_shape_of_pieces(anatomy, wish->item, "free-pieces item")) return error;
+  if (request)
+    if (Status error = check_shape_of_pieces(anatomy, request->item, "free-pieces item")) return error;
   if (job && job->check)
     if (Status error = job->check(command.what.data(), anatomy)) return error;
-  if (wish || (job && job->frees_bodies)) {
+  if (request || (job && job->frees_bodies)) {
     if (Status error = check_room_for_bodies()) return error;
     if (free_movers().empty())
       return Error{"there is no room for another body", std::string(command.what.name()),
@@ -104,7 +104,7 @@ Status Engine::check_body(const Command& command) const {
     if (held_by(bodies, command.hand) != bodies.end())
       return Error{"the hand holds a body", "hold-body", "", "an empty hand", "release it"};
     if (!work_[command.hand].place)
-      return Error{"nobody knows where the hand is", "hold-body", "", "a hand that was seen", ""};
+      return Error{"the hand's position is unknown", "hold-body", "", "a hand that was seen", ""};
   } else if (command.what.as<ReleaseBody>()) {
     if (held_by(bodies, command.hand) == bodies.end())
       return Error{"the hand holds nothing", "release-body", "", "a body in it", ""};
@@ -138,7 +138,7 @@ bool Engine::change_body(const Command& command, Outcome& outcome) {
   } else {
     return false;
   }
-  // What was set elsewhere is new there: nobody is pushed by it.
+  // A body that was set elsewhere is new there: it pushes no hand.
   const bool is_elsewhere = command.what.as<DiscardBody>() || command.what.as<PlaceBody>();
   use_bodies(is_elsewhere ? Bodies::others : Bodies::same);
   publish(Change::cut);
@@ -204,7 +204,7 @@ void Engine::put_down(Body& body) {
   body.grip = {};
 }
 
-/// The devices begin anew, wherever they are.
+/// The devices begin again, wherever they are.
 void Engine::put_all_down(Outcome& outcome) {
   bool was_held = false;
   for (Body& body : now_.world.bodies)
@@ -229,7 +229,7 @@ std::string Engine::reason_not_to_adopt(const CameOff& off) const {
 void Engine::adopt(const CameOff& off, std::uint8_t hand, Outcome& outcome) {
   const std::vector<int> movers = free_movers();
   editor_.reset(off.rest);
-  now_.world.version = felt_ = editor_.publish();
+  now_.world.version = published_version_ = editor_.publish();
   ++edits_;
   for (std::size_t i = 0; i < off.pieces.size(); ++i) {
     const std::shared_ptr<const Piece>& piece = off.pieces[i];
@@ -248,8 +248,8 @@ void Engine::adopt(const CameOff& off, std::uint8_t hand, Outcome& outcome) {
   outcome.box = off.box;
 }
 
-/// What hands touch: their anatomy, and the bodies that there are. `which`: whether they are others, or stand
-/// elsewhere at once, so that nobody is pushed by how they came there.
+/// Scenes of the hands: their anatomy, and the bodies that there are. `which`: whether they are others, or
+/// stand elsewhere at once, so that they push no hand on their way.
 void Engine::use_bodies(Bodies which) {
   for (std::size_t h = 0; h < hands_.size(); ++h) use_bodies(h, which);
 }
@@ -280,7 +280,7 @@ void Engine::use_bodies(std::size_t h, Bodies which) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
     hand.set_placement(body.mover, body.place);
-    // Nobody touches what is in their own hand.
+    // A hand does not touch what it holds.
     hand.set_touchable(first + static_cast<int>(b), body.holder != static_cast<int>(h));
     if (body.holder >= 0) hand.set_held(body.mover, static_cast<std::uint8_t>(body.holder), body.grip);
   }

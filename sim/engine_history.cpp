@@ -55,9 +55,9 @@ Status Engine::check_way_back(const Command& command) const {
     to -= is_stroke_changed_ ? 0 : 1;  // the stroke will end first
   else if (command.what.as<Redo>() && can_redo() && !is_stroke_changed_)
     ++to;
-  else if (const auto* wish = command.what.as<SwitchBranch>())
+  else if (const auto* request = command.what.as<SwitchBranch>())
     return check_place(*[&] {
-      const Branch& branch = *find_branch(left_branches_, wish->name);
+      const Branch& branch = *find_branch(left_branches_, request->name);
       return branch.history[branch.position];
     }());
   else
@@ -149,7 +149,7 @@ void Engine::go_to(const HistoryEntry& place, const volume::VoxelBox& box, Outco
   editor_.reset(entry.world.version);
   const std::vector<Body> before = std::exchange(now_.world, entry.world).bodies;
   const bool has_bodies = !before.empty() || !now_.world.bodies.empty();
-  // What is in a hand stays there, if it is there at all then: who holds what is of the moment.
+  // A held body stays in its hand, if it is there at all then: holding is of the moment.
   for (Body& body : now_.world.bodies) {
     body.holder = -1, body.grip = {};
     for (const Body& was : before)
@@ -157,11 +157,11 @@ void Engine::go_to(const HistoryEntry& place, const volume::VoxelBox& box, Outco
   }
   ++edits_;
   if (has_bodies) use_bodies(Bodies::others);
-  now_.world.version = felt_ = editor_.publish();
+  now_.world.version = published_version_ = editor_.publish();
   for (TouchFields& fields : fields_) {
     const auto kept = std::find_if(entry.fields.begin(), entry.fields.end(),
                                    [&](const auto& one) { return one.first == fields.scene(); });
-    // A tool that came later: as if nothing had been cut, until a job tells better.
+    // A tool that came later: as if nothing had been cut, until a job updates it.
     fields.go_back(kept == entry.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, current(),
                    serial() + 1);
   }

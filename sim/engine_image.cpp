@@ -5,7 +5,7 @@ namespace trephine::sim {
 
 using volume::Status;
 
-/// What stands in both as it is, each with its own.
+/// Members that both have, each with its own.
 template <class SomeEngine, class Image, class Each>
 void Engine::each_kept(SomeEngine& engine, Image& image, Each&& each) {
   each(engine.now_, image.now);
@@ -41,7 +41,7 @@ Status Engine::restore(const EngineImage& image) {
   }
   each_kept(*this, image, [](auto& mine, const auto& kept) { mine = kept; });
   editor_.reset(now_.world.version);
-  felt_ = now_.world.version;
+  published_version_ = now_.world.version;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const EngineImage::Hand& hand = image.hands[h];
     tools_[h] = hand.tool;

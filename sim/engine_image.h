@@ -17,14 +17,14 @@ namespace trephine::sim {
 /// A place of the history.
 struct HistoryPlace {
   World world;
-  /// What each scene with a round tool had then.
+  /// Offset fields of each scene with a round tool.
   std::vector<std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept>> fields;
 };
 struct HistoryEntry {
   std::uint64_t number = 0;            ///< another for each, from 1 on
   volume::VoxelBox box = k_no_voxels;  ///< what led here changed
   HistoryPlace here;
-  /// Of an operation that was opened in its middle: read when someone goes there; null: `here` holds it.
+  /// Part of an operation that was opened in its middle: read when needed; null: `here` holds it.
   std::function<volume::Result<HistoryPlace>()> load = {};
   volume::Result<HistoryPlace> place() const { return load ? load() : here; }
 };
@@ -38,7 +38,7 @@ struct Branch {
   std::size_t forgotten = 0;  ///< strokes before the first that stay for good
 };
 
-/// What an engine knows of a hand beside what it feels.
+/// Data of a hand in addition to its scene.
 struct HandWork {
   bool is_pressed = false, is_fresh = true;
   std::uint32_t noted_faults = 0;
@@ -59,7 +59,7 @@ struct PendingJob {
   volume::VoxelBox cut = k_no_voxels;    ///< where anything had ever been cut
 };
 
-/// What a hand feels the anatomy with; bodies come beside it.
+/// Scene of a hand without bodies, which are added.
 struct HandTool {
   std::shared_ptr<const haptics::TouchScene> scene;
   std::shared_ptr<const haptics::ProxyMethod> method;

@@ -43,8 +43,8 @@ void Engine::arm(PendingJob& job) const {
   else if (job.parameters->as<FreePieces>())
     job.run = [scene = tools_[job.hand].scene, solids = haptics::solids_of(*tools_[0].scene),
                parameters = job.parameters, input = job.input] {
-      const auto& wish = *parameters->as<FreePieces>();
-      return make_pieces(scene->items[static_cast<std::size_t>(wish.item)], wish, solids, *input);
+      const auto& request = *parameters->as<FreePieces>();
+      return make_pieces(scene->items[static_cast<std::size_t>(request.item)], request, solids, *input);
     };
   else
     job.run = [tool = tools_[job.hand], parameters = job.parameters, input = job.input, cut = job.cut] {
@@ -57,14 +57,14 @@ AdoptJob Engine::finish_job(Id id) {
       std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& one) { return one.id == id; });
   TREPHINE_ASSERT(job != jobs_.end());
   std::shared_ptr<const JobResult> result = job->run();
-  const AdoptJob wish{id, static_cast<std::int64_t>(result->hash())};
+  const AdoptJob request{id, static_cast<std::int64_t>(result->hash())};
   hand_in(id, std::move(result));
-  return wish;
+  return request;
 }
 
-void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
+void Engine::end_job(const AdoptJob& request, Outcome& outcome) {
   const auto found =
-      std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == wish.job; });
+      std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == request.job; });
   const PendingJob job = *found;
   jobs_.erase(found);
   outcome.job = job.id;
@@ -115,7 +115,7 @@ std::uint64_t Engine::oldest_stale_serial() const noexcept {
 }
 
 std::optional<OffsetJob> Engine::offset_job() const {
-  // Whoever waits longest.
+  // The one that waits longest.
   const TouchFields* first = nullptr;
   for (const TouchFields& fields : fields_)
     if (fields.is_stale() && (first == nullptr || fields.oldest_serial() < first->oldest_serial()))
@@ -143,33 +143,33 @@ std::optional<Command> Engine::finish_depth_job() {
   if (!job) return std::nullopt;
   std::shared_ptr<const haptics::depth::DepthSet> made = job->make(0);
   if (!made) return std::nullopt;
-  Command wish(job->command(*made), job->hand);
+  Command request(job->command(*made), job->hand);
   hand_in(*job, std::move(made));
-  return wish;
+  return request;
 }
 
 void Engine::hand_in(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> made) {
   made_depths_.push_back({job, std::move(made)});
 }
 
-volume::Status Engine::check_depths(const AdoptDepths& wish, std::size_t hand) const {
-  if (!depths_[hand].place_of(wish.item))
-    return volume::Error{"this item is not felt by depth images", "adopt-depths", std::to_string(wish.item),
-                         "one that is", ""};
-  if (haptics::item_of(*tools_[hand].scene, static_cast<int>(wish.item)).depth->comes_in())
-    return volume::Error{"nobody draws this item: its pictures come in", "adopt-depths",
-                         std::to_string(wish.item), "one that is drawn", ""};
+volume::Status Engine::check_depths(const AdoptDepths& request, std::size_t hand) const {
+  if (!depths_[hand].place_of(request.item))
+    return volume::Error{"this item is not touched by depth images", "adopt-depths",
+                         std::to_string(request.item), "one that is", ""};
+  if (haptics::item_of(*tools_[hand].scene, static_cast<int>(request.item)).depth->comes_in())
+    return volume::Error{"this item is not drawn: its pictures are submitted", "adopt-depths",
+                         std::to_string(request.item), "one that is drawn", ""};
   glm::ivec3 size(0);
-  const auto frame = job_of(wish, static_cast<std::uint8_t>(hand), *tools_[hand].scene).view.lattice(size);
+  const auto frame = job_of(request, static_cast<std::uint8_t>(hand), *tools_[hand].scene).view.lattice(size);
   return frame ? volume::Status() : frame.error();
 }
 
-/// False: it cannot be seen so, and nothing is felt of it any more.
-bool Engine::use_depths(const AdoptDepths& wish, std::uint8_t hand) {
-  const DepthJob job = job_of(wish, hand, *tools_[hand].scene);
+/// False: it cannot be seen so, and is touched no more.
+bool Engine::use_depths(const AdoptDepths& request, std::uint8_t hand) {
+  const DepthJob job = job_of(request, hand, *tools_[hand].scene);
   std::vector<MadeDepths> made = std::exchange(made_depths_, {});
   const auto ready = std::find_if(made.begin(), made.end(), [&](const MadeDepths& one) {
-    return one.job.hand == hand && one.job.item == wish.item && one.job.serial == job.serial &&
+    return one.job.hand == hand && one.job.item == request.item && one.job.serial == job.serial &&
            one.job.view == job.view;
   });
   const std::shared_ptr<const haptics::depth::DepthSet> drawn =
@@ -179,29 +179,29 @@ bool Engine::use_depths(const AdoptDepths& wish, std::uint8_t hand) {
   set->view = job.view;
   if (!set->tree) set->tree = std::make_shared<const haptics::MeshTree>();
   set->serial = job.serial;
-  depths_[hand].take(wish.item, std::move(set));
+  depths_[hand].take(request.item, std::move(set));
   return drawn != nullptr;
 }
 
-volume::Status Engine::check_picture(const AdoptPicture& wish, std::size_t hand) const {
+volume::Status Engine::check_picture(const AdoptPicture& request, std::size_t hand) const {
   const haptics::TouchScene& scene = *tools_[hand].scene;
-  if (!depths_[hand].place_of(wish.item) ||
-      !haptics::item_of(scene, static_cast<int>(wish.item)).depth->comes_in())
-    return volume::Error{"no pictures come in of this item", "adopt-picture", std::to_string(wish.item),
-                         "one that is felt by them", ""};
-  if (volume::Status error = check_rotation(wish.rotation, "adopt-picture rotation")) return error;
-  return haptics::depth::check(picture_of(wish));
+  if (!depths_[hand].place_of(request.item) ||
+      !haptics::item_of(scene, static_cast<int>(request.item)).depth->comes_in())
+    return volume::Error{"no pictures come in of this item", "adopt-picture", std::to_string(request.item),
+                         "an item that is touched by them", ""};
+  if (volume::Status error = check_rotation(request.rotation, "adopt-picture rotation")) return error;
+  return haptics::depth::check(picture_of(request));
 }
 
-void Engine::use_picture(const AdoptPicture& wish, std::uint8_t hand) {
+void Engine::use_picture(const AdoptPicture& request, std::uint8_t hand) {
   std::vector<MadeDepths> made = std::exchange(made_depths_, {});
   const auto ready = std::find_if(made.begin(), made.end(), [&](const MadeDepths& one) {
-    return one.job.hand == hand && one.job.item == wish.item && one.job.source == nullptr &&
-           one.job.serial == static_cast<std::uint64_t>(wish.serial);
+    return one.job.hand == hand && one.job.item == request.item && one.job.source == nullptr &&
+           one.job.serial == static_cast<std::uint64_t>(request.serial);
   });
-  auto set = std::make_shared<haptics::depth::DepthSet>(ready != made.end() ? *ready->set : *set_of(wish));
-  set->serial = static_cast<std::uint64_t>(wish.serial);
-  depths_[hand].take(wish.item, std::move(set));
+  auto set = std::make_shared<haptics::depth::DepthSet>(ready != made.end() ? *ready->set : *set_of(request));
+  set->serial = static_cast<std::uint64_t>(request.serial);
+  depths_[hand].take(request.item, std::move(set));
 }
 
 std::uint64_t Engine::next_picture(std::int64_t item, std::size_t hand) const {
@@ -209,9 +209,9 @@ std::uint64_t Engine::next_picture(std::int64_t item, std::size_t hand) const {
   return place ? depths_[hand].next_serial(*place) : 1;
 }
 
-void Engine::adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome) {
+void Engine::adopt_fields(const AdoptFields& request, std::size_t hand, Outcome& outcome) {
   TouchFields* fields = fields_of(hand);
-  const auto serial = static_cast<std::uint64_t>(wish.serial);
+  const auto serial = static_cast<std::uint64_t>(request.serial);
   std::vector<MadeFields> made = std::exchange(made_fields_, {});
   if (fields == nullptr) return;
   const auto ready = std::find_if(made.begin(), made.end(), [&](const MadeFields& one) {
@@ -228,7 +228,7 @@ void Engine::adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& ou
   if (!fields->take(serial, std::move(offsets))) return;
   publish(Change::cut);
   outcome.is_changed = true;
-  // The state between strokes keeps what it has now, for whoever comes back to it.
+  // The state between strokes keeps its fields, for a later return to it.
   if (!is_stroke_changed_)
     branch_.history[branch_.position] = entry_here(branch_.history[branch_.position]->box);
 }

@@ -1,4 +1,4 @@
-// What hands feel with, set midway: switches, places of models, effects, tools.
+// Changes of a hand's scene midway: switches, places of models, effects, tools.
 #include <algorithm>
 #include <cmath>
 
@@ -35,7 +35,7 @@ volume::Result<std::shared_ptr<const haptics::LawSet>> with_law(const haptics::L
     for (const haptics::ServoLaw& one : before->laws())
       if (one.id != id) all.push_back(one);
   if (law) all.push_back(std::move(*law));
-  // In one order, whatever the order of telling: forces are summed in it.
+  // In one order, whatever the order of commands: forces are summed in it.
   std::sort(all.begin(), all.end(),
             [](const haptics::ServoLaw& a, const haptics::ServoLaw& b) { return a.id < b.id; });
   auto laws = std::make_shared<haptics::LawSet>();
@@ -45,20 +45,20 @@ volume::Result<std::shared_ptr<const haptics::LawSet>> with_law(const haptics::L
 }
 
 volume::Result<std::shared_ptr<const haptics::LawSet>> laws_after(const haptics::ServoHand& hand,
-                                                                  const SetEffect& wish) {
+                                                                  const SetEffect& request) {
   std::optional<haptics::ServoLaw> law;
-  if (!wish.words.empty()) {
-    auto effect = haptics::parse_effect(wish.words);
+  if (!request.words.empty()) {
+    auto effect = haptics::parse_effect(request.words);
     if (!effect) return effect.error();
-    auto made = haptics::law_of(effect.value(), wish.effect.value);
+    auto made = haptics::law_of(effect.value(), request.effect.value);
     if (!made) return made.error();
     law = std::move(made).value();
-    law->words = wish.words;
+    law->words = request.words;
   }
-  return with_law(hand.laws.get(), wish.effect.value, std::move(law));
+  return with_law(hand.laws.get(), request.effect.value, std::move(law));
 }
 
-/// No effect that anybody names has it.
+/// No named effect has it.
 constexpr std::uint32_t k_instruments_effect = 0xffffffff;
 
 /// The hand's laws with that which an instrument makes.
@@ -120,7 +120,7 @@ Status Engine::check_effect_of(const Instrument& held, std::size_t hand) const {
   return laws ? Status() : laws.error();
 }
 
-/// True: it has another force beside surfaces than before.
+/// True: it has another force in addition to surfaces than before.
 bool Engine::use_effect_of_instrument(std::size_t hand) {
   const auto words = [](const std::shared_ptr<const haptics::LawSet>& laws) {
     return laws && laws->laws().back().id == k_instruments_effect ? laws->laws().back().words : std::string();
@@ -137,7 +137,7 @@ bool Engine::set(const Command& command, std::int64_t& number, Change& change, S
   haptics::ServoHand& hand = hands_[command.hand];
   if (const auto* item = command.what.as<SwitchItem>()) {
     hand.set_touchable(static_cast<int>(number = item->item), item->is_touchable);
-    // What may hold again may be all around the tool.
+    // An item that may hold again may be all around the tool.
     if (item->is_touchable) change = Change::growth;
   } else if (const auto* place = command.what.as<PlaceModel>()) {
     number = place->mover;
@@ -195,7 +195,7 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
   use_bodies(job.hand, Bodies::others);
   use_fields();
   if (TouchFields* fields = fields_of(job.hand)) {
-    // What it knows of cuts holds if none of them was undone since.
+    // Its knowledge of cuts holds if none of them was undone since.
     const bool is_cut_since = job.edits != edits_;
     TouchFields::Kept kept{{}, ever_cut_};
     if (growths_ == job.growths) kept = {made.offsets, is_cut_since ? ever_cut_ : k_no_voxels};

@@ -1,4 +1,4 @@
-// What happened: told with its tick and its place, kept for good.
+// Events: emitted with their tick and place, kept for good.
 #pragma once
 
 #include <memory>
@@ -25,14 +25,14 @@ struct FaultEvent {
 
 /// Why a job was left that may be begun again.
 inline constexpr const char* k_world_changed = "the world changed";
-/// What a job made was left: the world changed too much under it, or there is no such thing.
+/// A job's result was left: the world changed too much under it, or its subject is gone.
 struct JobDiscarded {
   Id job;
   std::string why;
   static const Schema& schema();
 };
 
-/// A part came off; told where its middle is.
+/// A part came off; emitted at its middle.
 struct PieceFreed {
   Id body;
   double size = 0;  ///< mm3
@@ -62,7 +62,7 @@ class Chronicle {
     return i / k_chunk < full_.size() ? (*full_[i / k_chunk])[i % k_chunk] : newest_[i % k_chunk];
   }
   std::uint64_t undos = 0, redos = 0;
-  /// Of all of it.
+  /// Hash of all of it.
   std::uint64_t hash() const noexcept;
 
  private:
@@ -72,9 +72,9 @@ class Chronicle {
   volume::MixHash hash_;
 };
 
-/// Of bytes, a word at a time.
+/// Adds bytes, a word at a time.
 void add_bytes(volume::MixHash& hash, std::string_view bytes) noexcept;
-/// Of a value with its name; an empty one counts too.
+/// Adds a value with its name; an empty one counts too.
 void add_value(volume::MixHash& hash, const Value& value);
 
 }  // namespace trephine::sim

@@ -1,5 +1,5 @@
-// Tables of fields: what a plain struct holds, told once, and from that its bytes, its checks, its words.
-// Commands, parameters of instruments and events are such structs.
+// Tables of fields: the members of a plain struct, listed once, and from that its bytes, its checks, its
+// words. Commands, parameters of instruments and events are such structs.
 #pragma once
 
 #include <cstdint>
@@ -22,11 +22,11 @@ struct Id {
   friend bool operator==(const Id&, const Id&) = default;
 };
 
-/// Where a struct keeps a field; by its alternative the field's type. A choice is an enum of one byte.
+/// Member of a struct; by its alternative the field's type. A choice is an enum of one byte.
 using FieldPlace = std::variant<bool*, std::int64_t*, double*, glm::dvec3*, Id*, std::uint8_t*, std::string*,
                                 std::vector<double>*, std::vector<glm::dvec3>*, std::vector<Id>*>;
 
-/// What is told about a field beside its type.
+/// Properties of a field in addition to its type.
 struct FieldInfo {
   std::string_view unit = {};  ///< "mm", "N"; empty: none
   double low = -std::numeric_limits<double>::max(), high = std::numeric_limits<double>::max();
@@ -34,7 +34,7 @@ struct FieldInfo {
   std::string_view help = {};                      ///< half a sentence, for people
   std::string_view label = {};                     ///< what people call it; empty: its name
   bool is_expert = false;                          ///< a window shows it only on request
-  /// What a text is the name of, so that a window offers those that there are.
+  /// Kind of name in a text, so that a window offers those that there are.
   enum class Names : std::uint8_t { any, label, branch } names = Names::any;
 };
 
@@ -103,9 +103,9 @@ volume::Status decode_fields(const Schema& schema, void* value, std::string_view
 
 /// "radius=2 at=1,2,3 mode=fast", for people and scripts.
 std::string to_words(const Schema& schema, const void* value);
-/// Of one field what stands behind its name: "2".
+/// Value of one field as text, without its name: "2".
 std::string to_words(const Field& field, const void* value);
-/// The same back, in any order; fields that are not named stay as they are. Error names what was not
+/// Reads fields in any order; those that are not named stay as they are. Error names what was not
 /// understood, and the fields. Texts with spaces stand in quotes.
 volume::Status from_words(const Schema& schema, void* value, std::string_view words);
 

@@ -1,4 +1,4 @@
-// What must not be cut: how far a tool's body is from it at every tick, and what happened when it was not.
+// Forbidden structures: the distance of a tool's body at every tick, and the events of contact.
 #pragma once
 
 #include <algorithm>
@@ -44,7 +44,7 @@ class Forbidden {
     const glm::dvec3& spacing = volume_->frame.spacing();
     return std::max({spacing.x, spacing.y, spacing.z});
   }
-  /// Beyond this nothing is told apart, mm.
+  /// Largest distance that is measured, mm.
   static constexpr double k_reach = 20;
   /// mm from the ball to the structure, at most k_reach; negative: so deep is it inside. `expected`: about
   /// how much it will be; any guess gives the same answer, a good one sooner.
@@ -87,7 +87,7 @@ struct ForbiddenLeft {
   static const Schema& schema();
 };
 
-/// What a visit did to a membrane, such as the dura. A tool that does not work pushes it off the bone ...
+/// Effect of a visit on a membrane, such as the dura. A tool that does not work pushes it off the bone ...
 struct StructureStripped {
   std::string structure;
   double deepest = 0;  ///< mm
@@ -99,8 +99,8 @@ struct StructureTouched {
   double deepest = 0;
   static const Schema& schema();
 };
-/// ... and tears it where it goes deeper than k_tears, or not working deeper than k_bursts: told at once, the
-/// others when it left.
+/// ... and tears it where it goes deeper than k_tears, or not working deeper than k_bursts: emitted at once,
+/// the others when it left.
 struct StructureTorn {
   std::string structure;
   double deepest = 0;
@@ -110,7 +110,7 @@ struct StructureTorn {
 /// assumed.
 inline constexpr double k_tears = 0.5, k_bursts = 3;
 
-/// Of one hand and one structure, since the start; what undo takes back does not make it undone.
+/// Watch of one hand and one structure, since the start; undo does not change it.
 struct ForbiddenWatch {
   bool is_inside = false;
   double clearance = Forbidden::k_reach;  ///< mm, in the newest tick

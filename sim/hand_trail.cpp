@@ -50,7 +50,7 @@ std::size_t HandTrail::newest_free(const haptics::ServoHand& hand) const noexcep
 std::optional<haptics::WayOut> HandTrail::way_out(const haptics::ServoHand& hand) const {
   const std::size_t last = newest_free(hand);
   if (last == size()) return std::nullopt;
-  // Back along the path; from each place straight on to the oldest one that lies beside it.
+  // Back along the path; from each place straight on to the oldest one that lies near it.
   constexpr double k_beside = 1;  // voxels
   std::vector<glm::dvec3> way;
   for (std::size_t i = size() - 1;;) {

@@ -1,4 +1,4 @@
-// Where a hand's proxy has been: the way back out of matter that grows over it.
+// Trail of a hand's proxy: the escape path out of matter that grows over it.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ class HandTrail {
   /// From the newest back to the newest free one, loops left out. Nothing when none is free.
   std::optional<haptics::WayOut> way_out(const haptics::ServoHand& hand) const;
 
-  /// How many there ever were; those from first() on are still known.
+  /// Number of all places so far; those from first() on are still known.
   std::size_t count() const noexcept { return first_ + size(); }
   std::size_t first() const noexcept { return first_; }
   /// The i-th that ever was; i >= first().

@@ -1,4 +1,4 @@
-// What a hand works with. An instrument sees every tick, with the button and without; it answers with edits
+// Instruments of a hand. An instrument sees every tick, with the button and without; it answers with edits
 // and events, never with forces, since it runs ticks late.
 #pragma once
 
@@ -18,7 +18,7 @@ struct InstrumentInput {
   bool is_fresh;
 };
 
-/// What a session must be made ready for before an instrument can be used in it.
+/// Needs of an instrument, for which a session is prepared.
 struct ToolNeeds {
   double finest_cut = 0;    ///< mm, diameter of what it cuts with; 0: it cuts nothing
   double touch_radius = 0;  ///< mm, of the ball that the hand touches with; 0: a point, or what the hand has
@@ -33,12 +33,12 @@ struct InstrumentType {
   void (*step)(const void* parameters, void* state, const InstrumentInput& input, Work& work);
   /// Beyond each field's range: whether these parameters fit what the hand touches. May be null.
   volume::Status (*check)(const void* parameters, const haptics::TouchScene& scene) = nullptr;
-  /// Where its body is after that tick; asked where something must not be cut. May be null: it has none.
+  /// Position of its body after that tick; asked near forbidden structures. May be null: it has no body.
   ToolBall (*body)(const void* parameters, const void* state, const InstrumentInput& input) = nullptr;
-  /// Of a session over that anatomy. May be null: nothing.
+  /// Needs in a session over that anatomy. May be null: nothing.
   ToolNeeds (*needs)(const void* parameters, const volume::Volume& anatomy) = nullptr;
-  /// The force that it makes beside surfaces while a hand has it, in words (haptics::parse_effect); empty:
-  /// none. May be null: never any.
+  /// The force that it makes in addition to surfaces while a hand has it, in words (haptics::parse_effect);
+  /// empty: none. May be null: never any.
   std::string (*effect)(const void* parameters) = nullptr;
 
   std::string_view name() const noexcept { return parameters->schema->name; }

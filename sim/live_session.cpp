@@ -60,7 +60,7 @@ void LiveSession::stop() {
   fields_.stop();
   jobs_.stop();
   depths_.stop();
-  // What came while it ended.
+  // Requests that came while it ended.
   std::vector<Command> commands;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
   std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places;
@@ -107,7 +107,7 @@ void LiveSession::take_work() {
   fields_.submit([this, job = engine_.offset_job().value()]() mutable -> Background::Result {
     const auto begin = Clock::now();
     OffsetJob::Offsets made = job.make();
-    job.version.reset();  // perhaps the last to hold it: freed while nobody waits
+    job.version.reset();  // perhaps the last to hold it: freed while no caller waits
     const double seconds = seconds_since(begin);
     {
       const std::lock_guard guard(lock_);
@@ -121,7 +121,7 @@ void LiveSession::take_work() {
   });
 }
 
-/// Depth images around the hands, where anything is near that is felt by them.
+/// Depth images around the hands, where an object is near that is touched by them.
 void LiveSession::draw_depths() {
   if (!depths_.is_idle() || take_picture()) return;
   std::optional<DepthJob> owed = engine_.depth_job();
@@ -151,7 +151,7 @@ void LiveSession::see(haptics::depth::DepthPicture picture, std::int64_t item, c
   picture_ = std::move(command);
 }
 
-/// What came in becomes a surface beside the edits. False: nothing did.
+/// A submitted picture becomes a surface in the background. False: no picture was pending.
 bool LiveSession::take_picture() {
   std::optional<Command> come;
   {
@@ -159,16 +159,16 @@ bool LiveSession::take_picture() {
     come.swap(picture_);
   }
   if (!come) return false;
-  AdoptPicture wish = *come->what.as<AdoptPicture>();
-  wish.serial = static_cast<std::int64_t>(engine_.next_picture(wish.item, come->hand));
-  wish.time = engine_.seconds();
-  depths_.submit([this, wish = std::move(wish), hand = come->hand]() -> Background::Result {
-    std::shared_ptr<const haptics::depth::DepthSet> made = set_of(wish);
-    return [this, wish, hand, made = std::move(made)]() mutable {
-      wish.hash = static_cast<std::int64_t>(made->hash());
-      engine_.hand_in({hand, wish.item, static_cast<std::uint64_t>(wish.serial), nullptr, {}},
+  AdoptPicture request = *come->what.as<AdoptPicture>();
+  request.serial = static_cast<std::int64_t>(engine_.next_picture(request.item, come->hand));
+  request.time = engine_.seconds();
+  depths_.submit([this, request = std::move(request), hand = come->hand]() -> Background::Result {
+    std::shared_ptr<const haptics::depth::DepthSet> made = set_of(request);
+    return [this, request, hand, made = std::move(made)]() mutable {
+      request.hash = static_cast<std::int64_t>(made->hash());
+      engine_.hand_in({hand, request.item, static_cast<std::uint64_t>(request.serial), nullptr, {}},
                       std::move(made));
-      carry_out({std::move(wish), hand});
+      carry_out({std::move(request), hand});
     };
   });
   return true;
@@ -220,7 +220,7 @@ std::future<std::vector<LiveSession::Place>> LiveSession::places(std::size_t mos
 }
 
 void LiveSession::run() {
-  // Before ordinary threads, behind the servo: late edits are felt too.
+  // Before ordinary threads, behind the servo: late edits are noticed too.
   if (wants_realtime_) haptics::request_realtime(40);
   haptics::ServoRecord record;
   std::deque<Command> commands;
@@ -302,7 +302,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   });
 }
 
-/// Nobody asked for it: if it is refused, nobody is told.
+/// An internal command: a refusal is not reported.
 void LiveSession::free_pieces() {
   if (!carry_out(pieces_->command()).refused) return;
   const std::lock_guard guard(lock_);

@@ -1,4 +1,4 @@
-// Live operation: the servo on its thread, the edits on theirs, whoever draws on a third; longer work (offset
+// Live operation: the servo on its thread, the edits on theirs, the display on a third; longer work (offset
 // fields of round tools, jobs of modules) on threads that begin when there is some.
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace trephine::sim {
 
-/// What a display needs, copied at one moment.
+/// State for a display, copied at one moment.
 struct LiveState {
   haptics::ServoRecord newest;              ///< of the first hand
   std::vector<haptics::ServoRecord> hands;  ///< the newest of each
@@ -36,12 +36,12 @@ struct LiveState {
   std::vector<Event> events;             ///< since the last look; the newest k_most_events of them
   static constexpr std::size_t k_most_events = 256;
   bool can_undo = false, can_redo = false;
-  /// What to show beside the anatomy, as it was a look ago or later; null: nobody looked before.
+  /// Overlays of the anatomy, as of a previous fetch or later; null: not fetched before.
   std::shared_ptr<const Overlays> overlays;
   std::vector<Id> bodies;  ///< of the first overlays
   /// Depth images of the first hand, as old as the overlays.
   std::vector<SeenDepths> depths;
-  /// What modules keep that undo leaves alone, as old as the overlays.
+  /// Persistent settings of modules, as old as the overlays.
   std::vector<std::shared_ptr<const Value>> settings;
   std::size_t pending_jobs = 0;
   bool is_asking_for_pieces = false;  ///< the whole volume: a piece may come off yet
@@ -76,7 +76,7 @@ class LiveSession {
   /// through what lies between. The device must be there too.
   void set_down(const glm::dvec3& free_point_volume, std::size_t hand = 0);
   /// A picture of an item of which pictures come in, for a hand: the clip volume of `edge` mm about `touch`
-  /// (of the item's frame) is felt as it shows it, some milliseconds later. The newest counts. Any thread.
+  /// (of the item's frame) is touched as it shows it, some milliseconds later. The newest counts. Any thread.
   void see(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch, double edge,
            std::uint8_t hand = 0);
   /// After a latched fault whose cause is gone: the force comes back from zero, and the proxy from the last
@@ -92,7 +92,7 @@ class LiveSession {
   /// The ticks that the edit thread saw; after stop().
   const std::vector<haptics::ServoRecord>& trace() const noexcept { return trace_; }
   const Engine& engine() const noexcept { return engine_; }
-  /// Of round tools: how often offset fields were made anew, and the longest that took.
+  /// Updates of round tools' offset fields, and the longest of them.
   struct OffsetReport {
     std::uint64_t count = 0;
     double longest_seconds = 0;
@@ -105,7 +105,7 @@ class LiveSession {
     double longest_seconds = 0;
   };
   DepthReport depth_report();
-  /// What edits took: a tick, and a command, which may take 2 ms and is named.
+  /// Durations of edits: a tick, and a command, which may take 2 ms and is named.
   struct EditReport {
     double longest_tick_seconds = 0, longest_command_seconds = 0;
     std::string longest_command;
@@ -114,7 +114,7 @@ class LiveSession {
   /// The newest state, for any thread and for good; made when the edit thread comes to it.
   std::future<std::shared_ptr<const OperationState>> snapshot();
   /// Places to go back to, by their names: the untouched anatomy, strokes of this branch (the newest `most`
-  /// of them, and where it is), the others where they were left. Frozen; likewise.
+  /// of them, and where it is), the others where they were left. Frozen.
   struct Place {
     std::string name;
     std::shared_ptr<const volume::Version> version;
@@ -146,10 +146,11 @@ class LiveSession {
   LiveState state_;
   std::vector<Command> commands_;
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
-  std::optional<Command> picture_;  ///< that came in, and nobody looked at yet
-  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;    ///< that are waited for
-  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places_;  ///< likewise
-  bool is_running_ = false;                                                       ///< the edit thread answers
+  std::optional<Command> picture_;  ///< that was submitted, and not adopted yet
+  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< that are waited for
+  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>>
+      places_;               ///< pending requests of places()
+  bool is_running_ = false;  ///< the edit thread answers
   std::atomic<bool> is_stopping_{false}, wants_reset_{false}, is_looked_at_{false};
   std::optional<PieceWatch> pieces_;  ///< of the edit thread
   std::size_t weighed_strokes_ = 0;   ///< of the edit thread: when history_bytes was counted

@@ -10,7 +10,7 @@ namespace trephine::sim {
 class Lockstep {
  public:
   /// One hand, with an instrument or none. Borrows scene and method, which was prepared for it. `recorder`:
-  /// told of everything when not null.
+  /// informed of everything when not null.
   Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
            const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder = nullptr);
   /// Goes on from `engine`, whatever its hands, at `first_tick`.
@@ -41,7 +41,7 @@ class Lockstep {
     return cores_[hand].last_step();
   }
   const haptics::ServoCore& core(std::size_t hand = 0) const noexcept { return cores_[hand]; }
-  /// Of the last tick, all hands together.
+  /// Records of the last tick, all hands together.
   const Outcome& last_outcome() const noexcept { return last_outcome_; }
   const haptics::ServoRecord& last_record(std::size_t hand = 0) const noexcept { return records_[hand]; }
 

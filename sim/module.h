@@ -1,4 +1,4 @@
-// What a module adds to an operation: commands, jobs, instruments, state, events, measures. A module is
+// Extension of an operation: commands, jobs, instruments, state, events, measures. A module is
 // constant; its state is the operation's.
 #pragma once
 
@@ -51,7 +51,7 @@ class ModuleState {
   bool is_world_changed_ = false;
 };
 
-/// What a command or the end of a job may do.
+/// Changes that a command or the end of a job may make.
 class ModuleWork : public Work, public ModuleState {
  public:
   ModuleWork(const Work& work, const ModuleState& state) : Work(work), ModuleState(state) {}
@@ -63,16 +63,16 @@ class ModuleWork : public Work, public ModuleState {
   bool is_put_back_ = false;
 };
 
-/// What a job made. Immutable.
+/// Result of a job. Immutable.
 class JobResult {
  public:
   virtual ~JobResult() = default;
   virtual std::uint64_t hash() const = 0;  ///< worked out when it is made: asked on the edit thread
-  /// What came off the anatomy on the way: adopted with the result, as bodies. Null: nothing is cut.
+  /// Parts that the job detaches from the anatomy: adopted with the result, as bodies. Null: nothing is cut.
   virtual const CameOff* came_off() const noexcept { return nullptr; }
 };
 
-/// What a job is made of: immutable.
+/// Input of a job: immutable.
 struct JobInput {
   const OperationState& state;
   /// As the job's hand feels the anatomy when nothing is cut.
@@ -89,7 +89,7 @@ struct JobType {
   /// The world changed since: may the result still be taken over? Null: whatever happened.
   bool (*still_fits)(const void* parameters, const OperationState& input, const OperationState& now);
   void (*adopt)(const void* parameters, const JobResult& result, ModuleWork& work);
-  /// What of its parameters does not fit the hand's anatomy; null: nothing can.
+  /// Checks its parameters against the hand's anatomy; null: they always fit.
   volume::Status (*check)(const void* parameters, const haptics::TouchScene& anatomy) = nullptr;
   bool frees_bodies = false;  ///< there must be room for one before it begins
   bool is_of_cuts = false;    ///< what was made before a cut, or an undo, is not taken over after it
@@ -117,7 +117,7 @@ class Module {
   /// Something happened, in whatever module. Changes its own state only.
   virtual void react(const Event& event, ModuleState& state) const;
   virtual std::vector<Measure> measures(const OperationState& now) const;
-  /// What a view should show of its state, in the world; at most 0.2 ms. Asked only while somebody looks.
+  /// Overlays of its state, in the world; at most 0.2 ms. Asked only while a display fetches them.
   virtual Overlays overlays(const OperationState& now) const;
 };
 

@@ -11,18 +11,18 @@
 
 namespace trephine::sim {
 
-/// What undo takes back.
+/// Undoable state.
 struct World {
   std::shared_ptr<const volume::Version> version;     ///< of the anatomy, that never moves
   std::vector<std::shared_ptr<const Value>> modules;  ///< one a module, in the session's order; may be null
-  std::vector<Body> bodies;                           ///< beside the anatomy, by rising id
+  std::vector<Body> bodies;                           ///< in addition to the anatomy, by rising id
 };
 
-/// What undo leaves alone.
+/// Persistent state: undo leaves it alone.
 struct Settings {
   std::vector<Instrument> hands;
-  /// What was told last of each switch, place, effect and tool geometry, by name, hand and number: a state is
-  /// restored by telling it again. Nothing was told: as it began.
+  /// The last command of each switch, place, effect and tool geometry, by name, hand and number: a state is
+  /// restored by applying them again. Empty: as it began.
   std::map<std::string, Command> told;
   std::vector<std::shared_ptr<const Value>> modules;  ///< as the world's
 };
@@ -44,8 +44,8 @@ struct OperationState {
     return held_in<T>(settings.modules);
   }
 
-  /// Of the canonical bytes of all of it: the same for the same state. The version is frozen, or nobody cuts
-  /// meanwhile.
+  /// Hash of the canonical bytes of all of it: the same for the same state. The version is frozen, or no edit
+  /// runs meanwhile.
   std::uint64_t hash() const;
 
  private:

@@ -1,4 +1,4 @@
-// What a view shows beside the anatomy, as data: who makes it knows nothing of how it is drawn.
+// Overlays of a view, as data: their makers know nothing of how they are drawn.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace trephine::sim {
 
 /// A thing of surfaces, lines and labels in one frame, mm.
 struct Overlay {
-  /// What it is, from which a view takes colours. Scenery is felt as it is drawn.
+  /// Kind, from which a view takes colours. Scenery is touched as it is drawn.
   enum class Kind : std::uint8_t { bone, metal, plan, warning, scenery };
   struct Label {
     glm::dvec3 at{0.0};

@@ -12,18 +12,18 @@ namespace trephine::sim {
 /// other: a replay needs no watch.
 class PieceWatch {
  public:
-  /// `smallest`, mm3: less is nobody's piece, and stays where it is until one comes off.
+  /// `smallest`, mm3: smaller parts stay where they are until a larger part comes off.
   explicit PieceWatch(double smallest) : smallest_(smallest) {}
 
-  /// What a stroke did.
+  /// Result of a stroke.
   enum class Finding : std::uint8_t {
     nothing,
     parted,  ///< command() is due
-    pending  ///< has_loose() of the state as it is now will tell: too long for a tick
+    pending  ///< has_loose() of the current state has the answer: too long for a tick
   };
   /// After each tick. At most some hundred bricks are looked at (volume::parting).
   Finding after_tick(const Engine& engine);
-  /// After a command of anybody: what it changed is no stroke. `outcome` of the command that was due says
+  /// Call after any command: its changes are no stroke. `outcome` of the command that was due says
   /// which job it began.
   void after_command(const Engine& engine, const Command& command, const Outcome& outcome);
   /// To be applied next.

@@ -25,7 +25,7 @@ std::string newtons(const glm::dvec3& f) {
   return text;
 }
 
-/// Copies of an engine whose editor has something to publish are none.
+/// Copies of an engine whose editor has something to publish are not allowed.
 Engine frozen(Engine& engine) {
   engine.freeze();
   return engine;
@@ -110,7 +110,7 @@ Status Replay::restore(State state) {
   return session_->go_to(place);
 }
 
-/// To what a checkpoint says. Error: it is none of this session, and the state may be any.
+/// Goes to a checkpoint. Error: it is not of this session, and the state may be any.
 Status Replay::open_at(std::size_t checkpoint) {
   Result<Checkpoint> read = checkpoints_.read(checkpoint);
   if (!read) return read.error();
@@ -198,7 +198,7 @@ Result<bool> Replay::step() {
   }
 }
 
-/// What is no tick.
+/// Items other than ticks.
 Status Replay::take(const LogItem& item) {
   if (const auto* command = std::get_if<CommandItem>(&item)) {
     if (command->command.hand >= state_->engine.hand_count())
@@ -235,7 +235,7 @@ void Replay::compare_checkpoint() {
   const EngineImage image = state_->engine.image();
   if (bytes_beside_state(kept.image) != bytes_beside_state(image))
     record_mismatch(tick, "checkpoint", "another history, trail or setting", "");
-  // Of much that was cut the hash takes longer than what it is asked of.
+  // After many cuts the hash takes longer than the replay that it checks.
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_some = 16;
   if (image.now.world.version->brick_count() > k_many_bricks && next_checkpoint_ % k_some != 0) {
@@ -312,7 +312,7 @@ void Replay::finish_tick(bool may_keep) {
   if (++state_->replayed < kept_.back().replayed + k_keep_every || !may_keep ||
       state_->next_tick <= kept_.back().next_tick)
     return;
-  // Where there is a checkpoint nothing has to be kept.
+  // At a checkpoint nothing has to be kept.
   const auto near = are_usable_ ? checkpoints_.before(state_->next_tick) : std::nullopt;
   if (!near || checkpoints_.index(*near).next_tick + k_keep_every < state_->next_tick) keep();
 }

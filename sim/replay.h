@@ -17,7 +17,7 @@
 
 namespace trephine::sim {
 
-/// Where a replay first differed from what was recorded.
+/// First difference of a replay from the recording.
 struct Mismatch {
   std::uint64_t tick = 0;
   std::string what;  ///< "force", "voxels", "removed volume"
@@ -53,16 +53,16 @@ class Replay {
     return state_->records[static_cast<std::size_t>(hand)];
   }
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
-  /// What the method did in that tick, and what it saw.
+  /// Result of the method in that tick, and its scene.
   const haptics::ProxyStep& proxy_step() const noexcept {
     return state_->servo.cores()[record_.hand].last_step();
   }
   std::shared_ptr<const haptics::TouchState> seen() const noexcept {
-    const auto hand = felt();
+    const auto hand = servo_hand();
     return {hand, &hand->state};
   }
-  /// All that its hand felt.
-  std::shared_ptr<const haptics::ServoHand> felt() const noexcept {
+  /// Scene of its hand.
+  std::shared_ptr<const haptics::ServoHand> servo_hand() const noexcept {
     const auto& scene = state_->servo.seen();
     return {scene, &scene->hands[record_.hand]};
   }

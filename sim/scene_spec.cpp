@@ -65,8 +65,8 @@ Status check_data(const SceneSpec& spec, const SceneData& data) {
   return std::nullopt;
 }
 
-/// What hands with one tool and one method share.
-struct Felt {
+/// Scene that hands with one tool and one method share.
+struct PreparedTouch {
   double radius;
   std::vector<glm::dvec3> balls;
   std::string method;
@@ -74,7 +74,7 @@ struct Felt {
   std::shared_ptr<const haptics::ProxyMethod> prepared;
 };
 
-Result<Felt> felt_by(const HandSpec& hand, const TouchScene& items, double smallest_burr) {
+Result<PreparedTouch> felt_by(const HandSpec& hand, const TouchScene& items, double smallest_burr) {
   auto scene = std::make_shared<TouchScene>(items);
   if (Status error = check_tool_radius(*scene->base, hand.tool_radius)) return *error;
   if (Status error = haptics::set_tool(*scene, hand.tool_radius, hand.tool_balls)) return *error;
@@ -84,7 +84,8 @@ Result<Felt> felt_by(const HandSpec& hand, const TouchScene& items, double small
     return Error{"this program does not have the session's proxy method", "", hand.method,
                  haptics::method_names(), "open it with the version that recorded it"};
   if (Status error = method.value()->prepare(*scene)) return *error;
-  return Felt{hand.tool_radius, hand.tool_balls, hand.method, std::move(scene), std::move(method).value()};
+  return PreparedTouch{hand.tool_radius, hand.tool_balls, hand.method, std::move(scene),
+                       std::move(method).value()};
 }
 
 }  // namespace
@@ -127,7 +128,7 @@ Status meet_needs(SceneSpec& spec, const volume::Volume& anatomy, const Catalogu
   if (finest > 0 && !(spec.smallest_burr > 0 && spec.smallest_burr <= finest))
     return Error{"the smallest burr is out of range", "smallest burr", found,
                  "above 0, at most the burr's " + text_of(finest) + " mm", ""};
-  // Which of both was too small.
+  // The one of both that was too small.
   if (spec.smallest_burr > 0)
     if (auto lattice = volume::CutLattice::for_burr(anatomy, spec.smallest_burr); !lattice) {
       Error error = lattice.error();
@@ -212,24 +213,24 @@ Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data,
   if (Status error = check_data(spec, data)) return *error;
   Result<TouchScene> items = build_items(spec, data);
   if (!items) return items.error();
-  std::vector<Felt> made;
+  std::vector<PreparedTouch> made;
   std::vector<HandStart> hands;
   for (const HandSpec& hand : spec.hands) {
     Result<Instrument> instrument = instrument_of(hand, catalogue);
     if (!instrument) return instrument.error();
-    auto felt = std::find_if(made.begin(), made.end(), [&](const Felt& one) {
+    auto touch = std::find_if(made.begin(), made.end(), [&](const PreparedTouch& one) {
       return one.radius == hand.tool_radius && one.balls == hand.tool_balls && one.method == hand.method;
     });
-    if (felt == made.end()) {
-      Result<Felt> fresh = felt_by(hand, items.value(), spec.smallest_burr);
+    if (touch == made.end()) {
+      Result<PreparedTouch> fresh = felt_by(hand, items.value(), spec.smallest_burr);
       if (!fresh) return fresh.error();
-      felt = made.insert(made.end(), std::move(fresh).value());
+      touch = made.insert(made.end(), std::move(fresh).value());
     }
     if (const Instrument& held = instrument.value(); held.type && held.type->check)
-      if (Status error = held.type->check(held.parameters.data(), *felt->scene)) return *error;
-    hands.push_back(
-        {haptics::ServoHand(felt->scene, felt->prepared, haptics::TouchState(nullptr), laws_of(hand.effects)),
-         std::move(instrument).value(), hand.effects});
+      if (Status error = held.type->check(held.parameters.data(), *touch->scene)) return *error;
+    hands.push_back({haptics::ServoHand(touch->scene, touch->prepared, haptics::TouchState(nullptr),
+                                        laws_of(hand.effects)),
+                     std::move(instrument).value(), hand.effects});
   }
   auto forbidden = build_forbidden(spec, data);
   if (!forbidden) return forbidden.error();
@@ -347,7 +348,7 @@ SceneData data_of(const TouchScene& scene) {
   };
   for (const TouchItem& item : scene.items)
     if (const auto* drawn = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
-      // Its keys stand together, whoever else has one of them.
+      // Its keys stand together, also those that others share.
       data.models.insert(data.models.end(), drawn->trees().begin(), drawn->trees().end());
     } else if (item.is_mesh()) {
       add(item.tree);

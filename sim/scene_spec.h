@@ -1,4 +1,4 @@
-// What an operation starts from, as a plain value: a session's header is one.
+// Start of an operation, as a plain value: a session's header is one.
 #pragma once
 
 #include <array>
@@ -43,8 +43,8 @@ struct StructureSpec {
   std::optional<haptics::Material> back_material = std::nullopt;
   haptics::Placement placement = {};  ///< of a model
   int mover = -1;                     ///< a model that is placed midway by this number
-  /// A model that is felt by depth images: so many models, from `model` on, are what it looks like a beat
-  /// after another; 0: it is felt as it is.
+  /// A model that is touched by depth images: so many models, from `model` on, are its shapes a beat
+  /// after another; 0: it is touched by its triangles.
   int depth_keys = 0;
   double depth_beat = 1.0 / 30;  ///< s
   bool is_repeating = false;     ///< after the last comes the first
@@ -52,7 +52,7 @@ struct StructureSpec {
   double depth_rate = 100;       ///< Hz
   /// Then it is this depth stream, placed as its camera; `model` is what it looked like at first.
   int stream = -1;
-  /// It is felt as pictures show it that come in; `model` is what is drawn of it.
+  /// It is touched by submitted pictures; `model` is what is drawn of it.
   bool comes_in = false;
 };
 
@@ -78,12 +78,12 @@ struct SceneSpec {
   double rate_hz = 1000;
   haptics::ForceOptions force;
   double smallest_burr = 0;  ///< mm, for which cuts are sampled; 0: on the voxels
-  /// Shapes of two values are made smooth, whatever StructureSpec::is_soft says. A wish, which no session
+  /// Shapes of two values are made smooth, whatever StructureSpec::is_soft says. A request, which no session
   /// keeps: it says of each which it was.
   bool is_softening = false;
 };
 
-/// What a spec names, loaded.
+/// Loaded data that a spec names.
 struct SceneData {
   std::vector<std::shared_ptr<const volume::Volume>> volumes;
   std::vector<std::shared_ptr<const haptics::MeshTree>> models;
@@ -93,7 +93,7 @@ struct SceneData {
   SceneData(std::shared_ptr<const volume::Volume> anatomy) : volumes{std::move(anatomy)} {}
 };
 
-/// What an engine starts from.
+/// Start of an engine.
 struct OperationStart {
   std::vector<HandStart> hands;
   std::vector<std::shared_ptr<const Forbidden>> forbidden;
@@ -105,7 +105,7 @@ volume::Result<OperationStart> build_scene(const SceneSpec& spec, const SceneDat
 /// The hand's instrument with its parameters; one without a type when it has none. Error when there is no
 /// such instrument, or its parameters are out of their ranges.
 volume::Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue);
-/// What the hands' instruments need and nobody said: the ball that they touch with, and how finely is cut.
+/// Fills in what the hands' instruments need: the ball that they touch with, and how finely is cut.
 /// `smallest_burr`: mm, what was said. Errors speak of "smallest burr" and "burr diameter".
 volume::Status meet_needs(SceneSpec& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
                           std::optional<double> smallest_burr);
@@ -113,7 +113,7 @@ volume::Status meet_needs(SceneSpec& spec, const volume::Volume& anatomy, const 
 bool touches_smooth(const SceneSpec& spec) noexcept;
 /// Its items alone, as a point touches them: no tool, no cuts.
 volume::Result<haptics::TouchScene> build_items(const SceneSpec& spec, const SceneData& data);
-/// The effects as laws; null when there are none. Each is in the range of effects.
+/// The effects as laws; null without effects. Each is in the range of effects.
 std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& effects);
 
 /// The forbidden structures of a spec.
@@ -125,7 +125,7 @@ SceneSpec describe_scene(const haptics::TouchScene& scene, const haptics::ProxyM
                          const haptics::ServoOptions& options, std::vector<HandSpec> hands);
 /// For hands of several tools.
 SceneSpec describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options);
-/// What was made of a spec, which says what must not be cut.
+/// Scene made of a spec, with its forbidden structures.
 SceneSpec as_made(const SceneSpec& asked, const OperationStart& start);
 /// Its volumes and models.
 SceneData data_of(const haptics::TouchScene& scene);
@@ -135,7 +135,7 @@ SceneData data_of(const haptics::TouchScene& scene);
 std::string to_text(const SceneSpec& spec);
 volume::Result<SceneSpec> scene_from_text(std::string_view text, const SceneData& data);
 
-/// Of what a tree holds.
+/// Hash of a tree's contents.
 std::uint64_t content_hash(const haptics::MeshTree& tree) noexcept;
 
 }  // namespace trephine::sim

@@ -17,7 +17,7 @@ haptics::ServoRecord ServoFollower::step(const haptics::ServoRecord& recorded) {
   haptics::ServoCore& core = cores_[recorded.hand];
   const haptics::DenormalsFlushed flushed;
   gap_ = recorded.tick - core.next_tick();
-  // Ticks that found no room in the ring: nothing was felt, and the force went on fading.
+  // Ticks that found no room in the ring: nothing was touched, and the force went on fading.
   if (gap_ > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap_);
   see(recorded.version);
   haptics::ServoInput input;

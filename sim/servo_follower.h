@@ -1,4 +1,4 @@
-// Servo cores that go through recorded ticks once more: for replays, and for whoever keeps what a servo
+// Servo cores that repeat recorded ticks: for replays, and for programs that keep what a servo
 // remembers without asking it.
 #pragma once
 
@@ -21,21 +21,21 @@ class ServoFollower {
   void publish(std::shared_ptr<const haptics::ServoScene> scene) { seen_.push_back(std::move(scene)); }
   /// Is it of a hand that there is, and not before that hand's last tick?
   bool can_follow(const haptics::ServoRecord& recorded) const noexcept;
-  /// The tick of these inputs; ticks before it that nobody was told of are made up for.
+  /// Steps the tick of these inputs; unrecorded ticks before it are made up for.
   haptics::ServoRecord step(const haptics::ServoRecord& recorded);
   /// A tick that is not followed saw this.
   void see(std::uint64_t serial);
-  /// The devices begin anew.
+  /// The devices begin again.
   void begin_anew(std::uint64_t first_tick);
   /// Goes on with cores that were saved.
   void set_cores(std::vector<haptics::ServoCore> cores) { cores_ = std::move(cores); }
 
-  /// What the last tick saw, and a coming one may see.
+  /// Scenes of the last tick, and of a coming one.
   const std::shared_ptr<const haptics::ServoScene>& seen() const noexcept { return seen_.front(); }
-  /// What was published last.
+  /// Last published scene.
   const std::shared_ptr<const haptics::ServoScene>& newest() const noexcept { return seen_.back(); }
   const std::vector<haptics::ServoCore>& cores() const noexcept { return cores_; }
-  /// Ticks before the last one that nobody was told of.
+  /// Number of unrecorded ticks before the last one.
   std::uint64_t gap() const noexcept { return gap_; }
 
  private:

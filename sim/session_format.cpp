@@ -379,7 +379,7 @@ std::string encode_model(const haptics::MeshTree& model) {
 Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view in) {
   std::uint64_t vertices = 0, corners = 0;
   if (!(get(in, vertices) && get(in, corners))) return broken("a model that ends early");
-  // What is there decides before anything is allocated.
+  // The bytes that are there decide before anything is allocated.
   if (vertices > in.size() / sizeof(dvec3) || corners > in.size() / sizeof(std::uint32_t) ||
       corners % 3 != 0 || in.size() != vertices * sizeof(dvec3) + corners * sizeof(std::uint32_t))
     return broken("a model of another size");
@@ -423,7 +423,7 @@ Result<std::shared_ptr<const haptics::depth::DepthStream>> decode_stream(std::st
        {&all.camera.fx, &all.camera.fy, &all.camera.cx, &all.camera.cy, &all.mm_a_step, &all.repeats_after})
     is_whole = is_whole && get(in, *value);
   if (!is_whole || !get(in, is_repeating) || !get(in, count)) return broken("a depth stream that ends early");
-  // What is there decides before anything is allocated.
+  // The bytes that are there decide before anything is allocated.
   constexpr std::uint32_t k_widest = 4096;
   if (width == 0 || height == 0 || width > k_widest || height > k_widest)
     return broken("a depth stream of a strange size");

@@ -26,8 +26,8 @@ struct NamedVersion {
   std::string fields;  ///< of a struct: what a program without its module can say of it
 };
 
-/// All that a replay needs beside the scan itself. Nothing of a patient: a scan is named only when its name
-/// was chosen for it (a case, a phantom).
+/// All that a replay needs in addition to the scan itself. Nothing of a patient: a scan is named only when
+/// its name was chosen for it (a case, a phantom).
 struct SessionHeader : SceneSpec {
   SessionHeader() = default;
   SessionHeader(SceneSpec scene) : SceneSpec(std::move(scene)) {}
@@ -39,13 +39,13 @@ struct SessionHeader : SceneSpec {
   std::vector<NamedVersion> modules;  ///< in their order
   std::vector<NamedVersion> types;    ///< of commands and events: items name them by their place here
 };
-/// What a program can do, into a header.
+/// Writes the abilities of a program into a header.
 void describe(const Catalogue& catalogue, SessionHeader& header);
 /// A header's types as this program has them; null for those that it does not know, or in another version.
 using TypeList = std::vector<const ValueType*>;
 TypeList types_of(const SessionHeader& header, const Catalogue& catalogue);
 
-/// What the servo did in a tick, with all that led to it.
+/// Result of the servo in a tick, with all its input.
 struct TickItem {
   haptics::ServoRecord record;  ///< inputs exact; of the outputs the force (as float), contact and version
   std::uint32_t check = 0;      ///< of all outputs, exact
@@ -80,10 +80,10 @@ struct SessionEnd {
   std::uint64_t hash = 0;     ///< of what was removed
   std::uint64_t state = 0;    ///< OperationState::hash()
   double removed_mm3 = 0;
-  std::vector<Measure> measures = {};  ///< facts: what was measured, as it was told then
+  std::vector<Measure> measures = {};  ///< facts: measures of that moment
 };
 
-/// Of everything that a tick's step answered, bit by bit.
+/// Hash of everything that a tick's step answered, bit by bit.
 std::uint32_t output_check(const haptics::ServoRecord& record) noexcept;
 /// The force as a session states it, rounded to its grid.
 glm::dvec3 logged_force(const glm::dvec3& force_world) noexcept;
@@ -96,14 +96,14 @@ volume::Result<SessionEnd> decode_end(std::string_view bytes);
 /// A model. What is read is one that a tree can be made of.
 std::string encode_model(const haptics::MeshTree& model);
 volume::Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view bytes);
-/// A depth stream; likewise.
+/// A depth stream.
 std::string encode_stream(const haptics::depth::DepthStream& stream);
 volume::Result<std::shared_ptr<const haptics::depth::DepthStream>> decode_stream(std::string_view bytes);
 /// The scan itself, for sessions that carry it.
 std::string encode_scan(const volume::Volume& scan);
 volume::Result<volume::Volume> decode_scan(std::string_view bytes);
 
-/// Of a hand's last tick in a block, relative to which the next is told.
+/// State of a hand's last tick in a block, relative to which the next is stored.
 struct TickMemory {
   bool is_there = false;
   std::uint64_t tick = 0, version = 0;
@@ -113,12 +113,12 @@ struct TickMemory {
   std::array<std::int64_t, 4> turn{};
 };
 
-/// Items of one block, each told relative to the one before; a block stands for itself.
+/// Items of one block, each stored relative to the one before; a block stands for itself.
 class ItemEncoder {
  public:
   explicit ItemEncoder(TypeList types) : types_(std::move(types)) {}
   void add(const haptics::ServoRecord& record);
-  /// Of types that are in the list.
+  /// Number of types that are in the list.
   void add(const CommandItem& item);
   void add(const EventItem& item);
   void add(const VersionItem& item);
@@ -126,7 +126,7 @@ class ItemEncoder {
   bool is_empty() const noexcept { return bytes_.empty(); }
   std::size_t size() const noexcept { return bytes_.size(); }
   std::uint64_t first_tick() const noexcept { return first_tick_; }
-  /// What was added since the last call.
+  /// Bytes added since the last call.
   std::string take();
 
  private:

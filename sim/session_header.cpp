@@ -57,7 +57,7 @@ std::string to_text(const SceneSpec& h) {
   number("force_limit", h.force.force_limit);
   number("slew_limit", h.force.slew_limit);
   number("fade_seconds", h.force.fade_seconds);
-  // What is not as usual.
+  // Unusual settings.
   const auto unless = [&number](const std::string& key, double value, double usual) {
     if (value != usual) number(key, value);
   };
@@ -152,7 +152,7 @@ TypeList types_of(const SessionHeader& header, const Catalogue& catalogue) {
 }
 
 namespace {
-/// Where a shape keeps the number of its material, or of its back's, that a key names; null for other keys.
+/// Number of a shape's material, or of its back's, that a key names; null for other keys.
 double* place_of(StructureSpec& shape, std::string_view key) {
   using haptics::Material;
   Material* material = &shape.material;
@@ -239,7 +239,7 @@ std::optional<NamedVersion> named_version(std::string_view text) {
 
 namespace {
 
-/// What to say of a text that is wrong.
+/// Error of a wrong text.
 struct Words {
   const char *what, *remedy;
 };
@@ -406,7 +406,7 @@ Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
   return h;
 }
 
-/// Of the whole.
+/// Bytes of the whole.
 volume::Status check_whole(const SceneSpec& h, const Words& words) {
   const auto fail = [&](const char* found, const char* expected) {
     return Error{words.what, "", found, expected, words.remedy};

@@ -108,7 +108,7 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
   r.file_.clear();
   r.lost_bytes_ = size - r.whole_bytes_;
 
-  // Damage in the middle is told from a torn end by whole blocks after it.
+  // Damage in the middle is distinguished from a torn end by whole blocks after it.
   constexpr std::uint64_t k_chunk = 1 << 24;
   for (std::uint64_t at = r.whole_bytes_ + 4; at + 4 <= size && !r.is_damaged_; at += k_chunk) {
     std::string rest(static_cast<std::size_t>(std::min(size - at, k_chunk + 3)), '\0');  // 3: across the seam

@@ -43,7 +43,7 @@ class SessionReader {
 
   /// The next item in the order in which the edits saw them; false after the last one.
   volume::Result<bool> next(LogItem& item);
-  /// Where next() is, to come back to; a block and how many of its items are done.
+  /// Position of next(), to come back to; a block and how many of its items are done.
   struct Place {
     std::size_t block = 0, items = 0;
   };
@@ -54,7 +54,7 @@ class SessionReader {
 
   /// Ends with the reader: for those who would ask it later.
   std::weak_ptr<const bool> life() const noexcept { return is_open_; }
-  /// Where the session can be opened in its middle, in the order of its ticks; parts are read on demand.
+  /// Checkpoints at which the session can be opened, in the order of its ticks; parts are read on demand.
   const std::vector<CheckpointIndex>& checkpoints() const noexcept { return checkpoints_; }
   volume::Result<std::string> read(const CheckpointIndex::Part& part) {
     return read_packed(Span{part.at, part.length});

@@ -1,4 +1,4 @@
-// Scans and labels in a session's file, for those that nobody else has.
+// Scans and labels in a session's file, for those that exist nowhere else.
 #include <cstring>
 
 #include "sim/session_format.h"

@@ -61,7 +61,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   if (Status error = catalogue.check()) return *error;
   describe(catalogue, header);
   const std::string where = name_of(path), header_text = encode(header);
-  // What could not be read again is not begun.
+  // A file that could not be read again is not begun.
   if (const auto readable = decode_header(header_text); !readable)
     return Error{"this cannot be recorded", where, readable.error().found, "a value in the range of sessions",
                  ""};
@@ -71,7 +71,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
                  "choose another name, or go on with it: trephine resume " + where};
   if (file < 0) return disk_error("the session cannot be recorded", where, errno);
   std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, catalogue.all(), options));
-  ::flock(file, LOCK_EX | LOCK_NB);  // it is new: nobody else has it
+  ::flock(file, LOCK_EX | LOCK_NB);  // it is new: nothing else has it
   std::string preamble(k_session_magic);
   const std::uint32_t layout[2] = {k_session_layout, 0};
   preamble.append(reinterpret_cast<const char*>(layout), sizeof layout);
@@ -205,7 +205,7 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
   record_checkpoint(engine);
 }
 
-/// What a replay must come to.
+/// Facts that a replay must come to.
 void SessionWriter::record_outcome(const Engine& engine, const Outcome& outcome) {
   const Chronicle& chronicle = engine.now().chronicle;
   if (outcome.is_edit) has_edits_ = true;
@@ -238,7 +238,7 @@ void SessionWriter::seal() {
 }
 
 /// One that is due begins where a block of the log does. What takes longer than a copy is done without the
-/// lock: nobody else adds ticks or commands meanwhile.
+/// lock: no other thread adds ticks or commands meanwhile.
 void SessionWriter::record_checkpoint(Engine& engine) {
   if (maker_->is_due())
     if (const std::optional<std::uint64_t> block = block_for_checkpoint()) maker_->begin(engine, *block);
@@ -269,7 +269,7 @@ void SessionWriter::encode_checkpoints(std::unique_lock<std::mutex>& guard) {
     guard.unlock();
     std::string bytes = encoder_->encode(*next);
     const std::uint64_t tick = next->next_tick;
-    next.reset();  // perhaps the last to hold versions and fields: freed while nobody waits
+    next.reset();  // perhaps the last to hold versions and fields: freed while no caller waits
     guard.lock();
     checkpoints_.emplace_back(tick, std::move(bytes));
     encoded_.notify_one();

@@ -26,7 +26,7 @@ struct WriterOptions {
   int checkpoint_work = CheckpointMaker::k_work;
 };
 
-/// What a session ends with, for whoever goes on with it.
+/// End of a session, for its continuation.
 struct SessionTail {
   std::uint64_t length = 0;      ///< bytes of whole blocks
   std::uint64_t blocks = 0;      ///< of all kinds
@@ -52,7 +52,7 @@ class SessionLock {
   std::string path_;
 };
 
-/// Appends checksummed blocks from a thread of its own; whoever adds items never waits for the disk. The
+/// Appends checksummed blocks from a thread of its own; callers that add items never wait for the disk. The
 /// first failure (a full disk) ends the recording, not the session: what was written stays readable.
 /// add() from one thread, the edit thread. While it lives no other writer can take the file.
 class SessionWriter {
@@ -75,7 +75,7 @@ class SessionWriter {
   SessionWriter& operator=(const SessionWriter&) = delete;
 
   /// Servos of such options begin at `first_tick` with what the engine says now. Checkpoints are made from
-  /// here on; not told, there are none. `may_wait`: whoever adds waits for those that are not written yet
+  /// here on; none unless set. `may_wait`: the caller that adds waits for those that are not written yet
   /// rather than go without the next.
   void begin(const Engine& engine, const haptics::ForceOptions& force, double rate_hz,
              std::uint64_t first_tick, bool may_wait);
@@ -89,7 +89,7 @@ class SessionWriter {
   volume::Status finish(const Engine& engine);
   /// The first failure so far.
   volume::Status status() const;
-  /// How often the file was made safe against a power cut.
+  /// Number of times that the file was made safe against a power cut.
   int sync_count() const noexcept { return sync_count_.load(); }
   std::uint64_t bytes_written() const noexcept { return bytes_written_.load(); }
 
@@ -113,7 +113,7 @@ class SessionWriter {
   std::string path_, where_;
   WriterOptions options_;
   std::shared_ptr<const volume::Volume> scan_;  ///< until its hash is written
-  mutable std::mutex lock_;                     ///< items and wishes; held for copies only
+  mutable std::mutex lock_;                     ///< items and requests; held for copies only
   std::mutex file_lock_;
   std::condition_variable write_wake_, background_wake_, encoded_;
   ItemEncoder items_;
@@ -121,7 +121,7 @@ class SessionWriter {
   std::shared_ptr<const volume::Version> to_hash_;             ///< published by `hashed_serial_`
   std::uint64_t log_blocks_ = 0;                               ///< whose items are complete
   CheckpointTail tail_;
-  std::unique_ptr<CheckpointMaker> maker_;      ///< of whoever adds
+  std::unique_ptr<CheckpointMaker> maker_;      ///< of the adding thread
   std::unique_ptr<CheckpointEncoder> encoder_;  ///< of the background thread
   bool may_wait_ = false;
   std::vector<std::unique_ptr<Checkpoint>> to_encode_;  ///< complete

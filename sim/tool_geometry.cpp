@@ -16,7 +16,7 @@ volume::Status check_tool_radius(const volume::Volume& base, double radius) {
 }
 
 namespace {
-/// Of a field at so many places all over it: another radius, step, shape or cut shows, in a millisecond.
+/// Hash of a field at so many places all over it: another radius, step, shape or cut shows, in a millisecond.
 void add_samples(volume::MixHash& hash, const volume::OffsetField& field) {
   constexpr int k_places = 1 << 16;
   const glm::uvec3 size(field.size());
@@ -32,17 +32,17 @@ void add_samples(volume::MixHash& hash, const volume::OffsetField& field) {
 }
 }  // namespace
 
-std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, const ToolGeometry& wish,
+std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, const ToolGeometry& request,
                                                   const volume::Version& version,
                                                   const volume::VoxelBox& cut) {
   auto made = std::make_shared<MadeGeometry>();
   auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
-  const double radius = wish.radius;
-  if ((made->failed = haptics::set_tool(*scene, radius, wish.balls))) return made;
-  // Several balls have a method of their own; one ball is felt as the hand began, or with what touches all.
-  auto method = haptics::make_method(!wish.balls.empty()   ? "chain"
-                                     : tool.own == "chain" ? "scene"
-                                                           : tool.own);
+  const double radius = request.radius;
+  if ((made->failed = haptics::set_tool(*scene, radius, request.balls))) return made;
+  // Several balls have a method of their own; one ball touches as the hand began, or with the general method.
+  auto method = haptics::make_method(!request.balls.empty() ? "chain"
+                                     : tool.own == "chain"  ? "scene"
+                                                            : tool.own);
   if (!method) {
     made->failed = method.error();
     return made;
@@ -56,7 +56,7 @@ std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, const To
           shape.offset->updated(shape.field, *shape.bits, version, cut, 0, nullptr, shape.soft.get()));
   volume::MixHash all;
   all.add(radius);
-  for (const glm::dvec3& at : wish.balls)
+  for (const glm::dvec3& at : request.balls)
     for (int a = 0; a < 3; ++a) all.add(at[a]);
   if (radius > 0)
     for (std::size_t s = 0; s < base_shapes(*made->scene).size(); ++s)

@@ -1,4 +1,4 @@
-// Another tool in a hand: a ball of another radius, or a point, made ready beside the operation.
+// Another tool in a hand: a ball of another radius, or a point, prepared in the background.
 #pragma once
 
 #include "haptics/servo/servo_scene.h"
@@ -7,7 +7,7 @@
 
 namespace trephine::sim {
 
-/// What the hand would feel with, made of immutable things alone.
+/// Prepared scene of the hand, made of immutable things alone.
 class MadeGeometry final : public JobResult {
  public:
   std::shared_ptr<const haptics::TouchScene> scene;
@@ -22,7 +22,7 @@ class MadeGeometry final : public JobResult {
 volume::Status check_tool_radius(const volume::Volume& base, double radius);
 
 /// `tool` as it is, with such a geometry. `cut`: where anything was ever cut of `version`.
-std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, const ToolGeometry& wish,
+std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, const ToolGeometry& request,
                                                   const volume::Version& version,
                                                   const volume::VoxelBox& cut);
 

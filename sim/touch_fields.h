@@ -1,4 +1,4 @@
-// What a round tool feels is derived of what is left, and follows it a while later: which fields are owed.
+// Offset fields of round tools, derived of what is left and updated a while later: which are outdated.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace trephine::sim {
 
-/// Offset fields that a round tool needs anew: those of `version` in `box`. Made on any thread, from
+/// Offset fields of a round tool to be made again: those of `version` in `box`. Made on any thread, from
 /// immutable things alone.
 struct OffsetJob {
   std::uint64_t serial = 0;  ///< of the ServoScene in which the version was published
@@ -25,7 +25,7 @@ struct OffsetJob {
   Offsets make(int threads = 1) const;
 };
 
-/// Of one scene, by the cuts since its fields were made. A value.
+/// State of one scene, by the cuts since its fields were made. A value.
 class TouchFields {
  public:
   explicit TouchFields(std::shared_ptr<const haptics::TouchScene> scene) : scene_(std::move(scene)) {}
@@ -33,7 +33,7 @@ class TouchFields {
   /// For the next published state; empty where nothing was cut yet.
   const OffsetJob::Offsets& newest() const noexcept { return newest_; }
   bool is_stale() const noexcept { return !cuts_.empty(); }
-  /// Of the first cut that they do not know; they are stale.
+  /// Tick of the first cut that they do not know; they are stale.
   std::uint64_t oldest_serial() const noexcept { return cuts_.front().serial; }
   /// Something was cut in `box`, and published.
   void record_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
@@ -46,7 +46,7 @@ class TouchFields {
   /// undo say.
   bool take(std::uint64_t serial, OffsetJob::Offsets made);
 
-  /// What goes into the history beside a version.
+  /// History entry in addition to a version.
   struct Kept {
     OffsetJob::Offsets fields;
     volume::VoxelBox owed = k_no_voxels;  ///< where they are older than the version
@@ -56,7 +56,7 @@ class TouchFields {
   void go_back(const Kept& kept, std::shared_ptr<const volume::Version> version, std::uint64_t serial);
   const std::shared_ptr<const haptics::TouchScene>& scene() const noexcept { return scene_; }
 
-  // ---- for whoever saves it ----
+  // ---- saving ----
   const volume::VoxelBox& owed() const noexcept { return owed_; }
   /// The cuts that are not in them: when they were published, and where.
   std::vector<std::pair<std::uint64_t, volume::VoxelBox>> cuts() const;

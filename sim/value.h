@@ -10,7 +10,7 @@
 
 namespace trephine::sim {
 
-/// How a struct that holds `static const Schema& schema()` is made, copied and let go.
+/// Construction, copy and destruction of a struct that holds `static const Schema& schema()`.
 struct ValueType {
   const Schema* schema;
   void* (*make)();

@@ -1,4 +1,4 @@
-// What instruments and modules may do to an operation, and nothing beside it.
+// Operations that instruments and modules may perform, and no others.
 #pragma once
 
 #include "sim/event.h"
@@ -12,12 +12,12 @@ class Work {
   Work(volume::RemovalEditor& editor, std::vector<Event>& events, std::uint64_t tick, std::uint8_t hand)
       : editor_(&editor), events_(&events), tick_(tick), hand_(hand) {}
 
-  /// Takes away what a ball sweeps. Felt and seen from the next tick on.
+  /// Removes what a ball sweeps. Touched and seen from the next tick on.
   volume::RemovalReport remove(const volume::Sweep& sweep);
-  /// The same of a body of revolution that turns on the way.
+  /// Removes what a body of revolution sweeps that turns on the way.
   volume::RemovalReport remove(const volume::ToolSweep& sweep);
 
-  /// What is left, with all that was removed up to here.
+  /// Remaining matter, with all removals up to here.
   const volume::Version& left() const noexcept { return editor_->working(); }
   bool is_matter(const glm::dvec3& p_world) const noexcept { return editor_->is_matter(p_world); }
   void raise_event(Value what, const glm::dvec3& place_world);

@@ -31,7 +31,7 @@ class BoneLabels {
   bool has_any_ = false;
 };
 
-/// Is a place bone: where a shape is felt and nothing was cut away, or in a voxel of a label that names a
+/// Tests for bone: where a shape is touched and nothing was cut away, or in a voxel of a label that names a
 /// bone? Borrows volume and version; `version` null: untouched.
 class BoneAt {
  public:

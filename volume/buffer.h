@@ -26,7 +26,7 @@ class Buffer {
   /// Looks at memory of another, which stays there unchanged for this buffer's life.
   static Buffer borrow(const T* data, std::size_t count) {
     Buffer buffer;
-    // Borrowed memory is only ever read: whoever borrows hands out const volumes.
+    // Borrowed memory is read-only: borrowers hand out const volumes.
     buffer.data_ = {const_cast<T*>(data), Free{false}};
     buffer.count_ = count;
     return buffer;

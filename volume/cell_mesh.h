@@ -76,7 +76,7 @@ Mesh mesh_of_cells(const LocalCubes<Samples>& cubes, const glm::ivec3& size, boo
   return made.mesh();
 }
 
-/// The same of a net, whose quads lie around the grid's crossed edges.
+/// Triangles of a net, whose quads lie around the grid's crossed edges.
 template <class Samples>
 Mesh mesh_of_cells(const LocalNet<Samples>& net, const glm::ivec3& size) {
   MeshOfTriangles made(true);

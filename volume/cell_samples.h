@@ -1,4 +1,4 @@
-// What a surface net or marching cubes asks of the samples around one cell: the voxels of a shape, or the
+// Samples around one cell for a surface net or marching cubes: the voxels of a shape, or the
 // lattice of an offset field.
 #pragma once
 
@@ -26,7 +26,7 @@ class VoxelSamples {
   void place(const glm::ivec3& cell, const NetCase& net, glm::vec3* out) const {
     vertices_.place(cell, net, out);
   }
-  /// How far from solid voxel `in` to free voxel `air`, its neighbour, the surface lies: 0 to 1. Where the
+  /// Position of the surface from solid voxel `in` to free voxel `air`, its neighbour: 0 to 1. Where the
   /// first of the field and the cut leaves.
   float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept {
     const auto value = [this](const glm::ivec3& v) {

@@ -91,7 +91,7 @@ void Components::join_rows(std::size_t row, std::size_t other, int reach) noexce
       const int r = root_of(static_cast<int>(a)), s = root_of(static_cast<int>(b));
       if (r != s) part_[static_cast<std::size_t>(std::max(r, s))] = std::min(r, s);
     }
-    // What ends first meets nothing more.
+    // The run that ends first meets nothing more.
     one.high < two.high ? ++a : ++b;
   }
 }

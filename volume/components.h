@@ -1,4 +1,4 @@
-// Which voxels of a shape hang together, all at once.
+// Connected components of a shape, all at once.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace trephine::volume {
 
-/// By runs of solid voxels along x, joined where they touch runs of the rows beside them. The same numbers
+/// Joins runs of solid voxels along x where they touch runs of the neighbouring rows. The same numbers
 /// for any count of threads. Cost: a pass over the bits, and what there is of runs.
 class Components {
  public:
-  /// What touches: voxels that share a face (6), or a corner at least (26).
+  /// Connectivity: voxels that share a face (6), or a corner at least (26).
   enum class Touch : std::uint8_t { faces, corners };
   Components(const Occupancy& bits, Touch touch, int threads = 0);
-  /// The same from the voxels on, for who needs the bits for nothing else: they are not kept.
+  /// Starts from the voxels; bits that are not needed otherwise are not kept.
   Components(const Volume& volume, const Shape& shape, Touch touch, int threads = 0);
 
   /// Voxels of each part; numbered by their first voxels, z before y before x.
@@ -24,7 +24,7 @@ class Components {
   static constexpr int k_air = -1;
   /// To which part a voxel belongs. Inside the grid.
   int part_of(const glm::ivec3& v) const noexcept;
-  /// What hangs together with a voxel, as bits laid out like those of Occupancy: rows of words. Air gives
+  /// Component of a voxel, as bits laid out like those of Occupancy: rows of words. Air gives
   /// none.
   std::vector<std::uint64_t> flood(const glm::ivec3& seed) const;
 

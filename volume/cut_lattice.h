@@ -1,4 +1,4 @@
-// Where the distance to what was removed is sampled: the voxels of a volume, divided until the smallest burr
+// Samples of the distance to what was removed: the voxels of a volume, divided until the smallest burr
 // of a session spans several samples whatever the slices.
 #pragma once
 

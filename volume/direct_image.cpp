@@ -27,7 +27,7 @@ constexpr int k_values = 65536;
 constexpr int k_lowest = -32768;
 constexpr int k_tile = 16;  // rows of pixels that a thread takes
 
-/// What a ramp says of a value: colour, and opacity of a millimetre.
+/// Colour and opacity of a millimetre for a value.
 std::pair<dvec3, double> look_of(const Ramp& ramp, double value) {
   if (ramp.empty() || value < ramp.front().value) return {dvec3(0), 0};
   for (std::size_t i = 1; i < ramp.size(); ++i) {
@@ -39,7 +39,7 @@ std::pair<dvec3, double> look_of(const Ramp& ramp, double value) {
   return {ramp.back().colour, ramp.back().opacity};
 }
 
-/// Of a step through what weakens so much a millimetre.
+/// Opacity of a step through matter of so much a millimetre.
 float opacity_of(float weakens, double step) {
   return static_cast<float>(1 - deterministic_exp(-static_cast<double>(weakens) * step));
 }
@@ -219,7 +219,7 @@ struct DirectImage::Cast {
   const DirectImage& image;
   const Volume& scan;
   const Version& version;
-  const DirectWish& wish;
+  const RaycastRequest& request;
   double step;
   double soft;                // mm, of the edge of a cut
   glm::dmat3 gradient_world;  // from a gradient by voxels
@@ -274,7 +274,7 @@ struct DirectImage::Cast {
   }
 
   bool is_in_tube(const dvec3& world) const noexcept {
-    for (const Openings::Tube& tube : wish.openings.tubes) {
+    for (const Openings::Tube& tube : request.openings.tubes) {
       const dvec3 along = tube.to - tube.from, off = world - tube.from;
       const double size = glm::dot(along, along);
       const double share = size > 0 ? std::clamp(glm::dot(off, along) / size, 0.0, 1.0) : 0.0;
@@ -288,10 +288,10 @@ struct DirectImage::Cast {
 };
 
 DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) const noexcept {
-  const Eye::Ray ray = wish.eye.ray(i, j);
+  const Eye::Ray ray = request.eye.ray(i, j);
   const Frame& frame = scan.frame;
   const dvec3 from = frame.volume_from_world(ray.from), along = frame.vector_volume_from_world(ray.along);
-  // Where it is in the scan: to half a voxel beyond its outermost ones.
+  // Part of the ray in the scan: to half a voxel beyond its outermost ones.
   double enter = 0, leave = wall;
   for (int a = 0; a < 3; ++a) {
     const double low = -0.5, high = scan.size[a] - 0.5;
@@ -304,8 +304,8 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
   }
   double face_until = -1;  // matter that the plane cuts through is lit as that plane
   // Nothing before the plane: a ray begins, or ends, there.
-  if (wish.openings.plane) {
-    const Openings::Plane& plane = *wish.openings.plane;
+  if (request.openings.plane) {
+    const Openings::Plane& plane = *request.openings.plane;
     const double height = glm::dot(ray.from - plane.at, plane.normal),
                  falls = glm::dot(ray.along, plane.normal);
     if (std::abs(falls) > 1e-12) {
@@ -320,13 +320,13 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
   DirectPixel pixel;
   const vec3 toward_eye = vec3(-ray.along);
   const vec3 toward_lamp =
-      vec3(glm::normalize(-wish.eye.forward + 0.45 * wish.eye.up - 0.35 * wish.eye.right()));
+      vec3(glm::normalize(-request.eye.forward + 0.45 * request.eye.up - 0.35 * request.eye.right()));
   double k = std::ceil(enter / step);
   const double last = std::floor(leave / step);
   const dvec3 per_step = step * along;
   while (k <= last) {
     const dvec3 p = from + k * per_step;
-    // What is cut off is towards 0, and so belongs to the first voxel.
+    // Truncation is towards 0, and so belongs to the first voxel.
     const ivec3 v = glm::clamp(ivec3(p), ivec3(0), scan.size - 1), block = v >> 3;
     const auto at =
         static_cast<std::size_t>(block.x + image.blocks_.x * block.y) +
@@ -368,17 +368,17 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
           if (image.labels_[label].colour) colour = vec3(*image.labels_[label].colour);
         }
       }
-      if (weakens > 0 && !wish.openings.tubes.empty() && is_in_tube(ray.from + k * step * ray.along))
+      if (weakens > 0 && !request.openings.tubes.empty() && is_in_tube(ray.from + k * step * ray.along))
         weakens = 0;
       if (weakens > 0) {
         const float opacity = weakens == look[3] ? image.opacities_[entry] : opacity_of(weakens, step);
         const float share = (1 - pixel.opacity) * opacity;
-        // What hardly counts has no light of its own.
-        if (!wish.is_shaded || share < 0.003F) {
-          colour *= wish.is_shaded ? 0.7F : 1.0F;
+        // Faint samples have no light of their own.
+        if (!request.is_shaded || share < 0.003F) {
+          colour *= request.is_shaded ? 0.7F : 1.0F;
         } else {
           ++count.shaded;
-          colour *= k * step < face_until ? lit(vec3(wish.openings.plane->normal), toward_eye, toward_lamp)
+          colour *= k * step < face_until ? lit(vec3(request.openings.plane->normal), toward_eye, toward_lamp)
                                           : light(q, is_cut, toward_eye, toward_lamp);
         }
         pixel.red += share * std::min(1.0F, colour.x);
@@ -394,7 +394,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
   return pixel;
 }
 
-void DirectImage::draw(const DirectWish& wish, const Version& version, std::span<const float> walls,
+void DirectImage::draw(const RaycastRequest& request, const Version& version, std::span<const float> walls,
                        int threads, std::span<DirectPixel> pixels) {
   look_at_cuts(version);
   const Frame& frame = scan_->frame;
@@ -408,7 +408,7 @@ void DirectImage::draw(const DirectWish& wish, const Version& version, std::span
     for (int b = 0; b < 3; ++b) back[b][a] = v[b];
   }
   const double soft = std::min(0.5 * std::max({mm.x, mm.y, mm.z}), 0.9 * version.band_mm());
-  const double step = wish.step > 0 ? wish.step : own_step();
+  const double step = request.step > 0 ? request.step : own_step();
   if (step != step_of_opacities_) {
     opacities_.resize(k_values);
     for (std::size_t i = 0; i < opacities_.size(); ++i)
@@ -419,7 +419,7 @@ void DirectImage::draw(const DirectWish& wish, const Version& version, std::span
   const Cast cast{*this,
                   *scan_,
                   version,
-                  wish,
+                  request,
                   step,
                   soft,
                   back,
@@ -433,10 +433,10 @@ void DirectImage::draw(const DirectWish& wish, const Version& version, std::span
                   scan_->size.y > 1 ? row : 0,
                   scan_->size.z > 1 ? slice : 0};
   std::atomic<std::uint64_t> rays{0}, samples{0}, shaded{0}, leaps{0};
-  const int columns = wish.eye.columns, rows = wish.eye.rows;
+  const int columns = request.eye.columns, rows = request.eye.rows;
   parallel_for((rows + k_tile - 1) / k_tile, threads, [&](int tile) {
     Counters count;
-    if (wish.is_given_up != nullptr && *wish.is_given_up) return;
+    if (request.is_given_up != nullptr && *request.is_given_up) return;
     for (int j = k_tile * tile; j < std::min(rows, k_tile * (tile + 1)); ++j)
       for (int i = 0; i < columns; ++i) {
         const auto n =

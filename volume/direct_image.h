@@ -15,7 +15,7 @@
 
 namespace trephine::volume {
 
-/// What an intensity looks like. Linear between points, none before the first; the last one goes on.
+/// Transfer function. Linear between points, transparent before the first; the last one goes on.
 struct RampPoint {
   double value = 0;
   glm::dvec3 colour{1.0};  ///< 0 to 1
@@ -32,7 +32,7 @@ struct ValueWindow {
 };
 std::optional<ValueWindow> window_of_opacity(const Ramp& ramp, double least);
 
-/// Whence one looks, world frame. Pixel (i, j) is counted from the upper left.
+/// Camera, world frame. Pixel (i, j) is counted from the upper left.
 struct Eye {
   glm::dvec3 at{0.0};
   glm::dvec3 forward{0, 1, 0}, up{0, 0, 1};  ///< unit, at right angles
@@ -53,7 +53,7 @@ struct Eye {
 };
 Status check(const Eye& eye);
 
-/// What is not shown: all before a plane, all in tubes.
+/// Hidden parts: all before a plane, all in tubes.
 struct Openings {
   struct Plane {
     glm::dvec3 at{0.0}, normal{0, 0, 1};  ///< world; before it is where the normal points
@@ -66,18 +66,18 @@ struct Openings {
   std::vector<Tube> tubes;
 };
 
-/// How a label of the scan is shown.
+/// Appearance of a label of the scan.
 struct LabelLook {
   double opacity = 1;                ///< times the ramp's; 0: hidden
   std::optional<glm::dvec3> colour;  ///< instead of the ramp's
 };
 
-struct DirectWish {
+struct RaycastRequest {
   Eye eye;
   double step = 0;  ///< mm between samples; 0: half the least spacing
   bool is_shaded = true;
   Openings openings;
-  /// Becomes true when nobody wants it any more: the rest is left. Null: never.
+  /// Becomes true when the image is no longer needed: the rest is left. Null: never.
   const std::atomic<bool>* is_given_up = nullptr;
 };
 
@@ -86,7 +86,8 @@ struct DirectPixel {
   float red = 0, green = 0, blue = 0, opacity = 0, depth = 0;
 };
 
-/// Of one scan. Values between voxels are linear; what was cut away is air, with an edge of half a voxel.
+/// Ray caster of one scan. Values between voxels are linear; what was cut away is air, with an edge of half a
+/// voxel.
 class DirectImage {
  public:
   /// One pass over the voxels.
@@ -101,17 +102,17 @@ class DirectImage {
 
   /// `version` of the scan, frozen or not: any thread. `walls`: how far away rays end on something opaque,
   /// mm; empty: nowhere. The same bits for any number of threads.
-  void draw(const DirectWish& wish, const Version& version, std::span<const float> walls, int threads,
+  void draw(const RaycastRequest& request, const Version& version, std::span<const float> walls, int threads,
             std::span<DirectPixel> pixels);
 
   struct Counters {
     std::uint64_t rays = 0, samples = 0, shaded = 0, leaps = 0;
   };
-  /// Of the last image.
+  /// Statistics of the last image.
   const Counters& counters() const noexcept { return counters_; }
-  /// mm, of a wish that says none.
+  /// mm, default of a request.
   double own_step() const noexcept;
-  /// The blocks in which anything may be seen, voxels; nothing where there are none.
+  /// The blocks in which anything may be visible, voxels; empty without any.
   std::optional<std::array<glm::ivec3, 2>> seen_box() const;
 
  private:

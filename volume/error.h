@@ -1,4 +1,4 @@
-// How a library says no: an Error travels with the value, nothing is printed, thrown or aborted.
+// Errors of libraries: an Error travels with the value, nothing is printed, thrown or aborted.
 #pragma once
 
 #include <cassert>
@@ -23,10 +23,10 @@ enum class ErrorKind {
   interrupted,   ///< the person asked to stop
 };
 
-/// What went wrong, where, what was found and expected, and what mends it.
+/// Problem, location, found and expected values, and remedy.
 struct Error {
   std::string what;      ///< one clause: "path is not sorted in time"
-  std::string where;     ///< file, line, option; no full path of somebody's disk
+  std::string where;     ///< file, line, option; never a full path
   std::string found;     ///< may be empty
   std::string expected;  ///< may be empty
   std::string remedy;    ///< what the person can do; may be empty

@@ -11,7 +11,7 @@
 
 namespace trephine::volume {
 
-/// What a field is beyond the grid, next to a voxel where it is `g`: never solid, so also where g is 0.
+/// Value of a field beyond the grid, next to a voxel where it is `g`: never solid, so also where g is 0.
 inline double beyond_border(double g) noexcept {
   constexpr double k_least = 1e-9;
   return -std::max(std::abs(g), k_least);

@@ -261,7 +261,7 @@ std::uint32_t FineNet::coarse_vertex(const ivec3& cell, const Edge& edge,
         upper_q = !is_solid(low_corner);
       }
       of_edge = net_edge(a, side | upper_a << a | upper_q << q);
-      // Where the cell is turned on this face, the curve of all inner edges leads to the other air corner.
+      // On a face on which the cell is turned, the curve of all inner edges leads to the other air corner.
       const int face = 2 * across + (side != 0);
       const std::ptrdiff_t config = vertex.net - k_net_cases[1].data();
       const bool is_turned =
@@ -336,7 +336,7 @@ void FineNet::make(const CoarseVertices& coarse, std::uint32_t first_id, std::ve
     for (int axis = 0; axis < 3; ++axis) {
       const int b = (axis + 1) % 3, c = (axis + 2) % 3;
       const ivec3 low = origin_ + v * k_;
-      // The fine cell through which an edge is looked at: with ub, uc = 0 any around it, else one beside its
+      // The fine cell through which an edge is looked at: with ub, uc = 0 any around it, else one next to its
       // face.
       const auto block = [&](const ivec3& cell) { return block_of(origin_ + cell * k_); };
       const Block *here = block(v), *below_b = block(v - unit(b)), *below_c = block(v - unit(c)),

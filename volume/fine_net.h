@@ -25,15 +25,15 @@ namespace trephine::volume {
 /// Borrows the source, whose version must be finer than its voxels. Questions from any thread, make() on one.
 class FineNet {
  public:
-  /// Where the coarse net has its vertices: the first of a cell's patches, and its case. Asked for coarse
-  /// cells beside fine ones.
+  /// Vertices of the coarse net: the first of a cell's patches, and its case. Asked for coarse
+  /// cells next to fine ones.
   struct CoarseVertex {
     std::uint32_t first;
     const NetCase* net;
   };
   using CoarseVertices = std::unordered_map<std::uint64_t, CoarseVertex>;
 
-  /// Of the edges whose lowest voxel is in `owned`, and the cells around them.
+  /// Makes the net of the edges whose lowest voxel is in `owned`, and the cells around them.
   FineNet(const SurfaceSource& source, const VoxelBox& owned);
 
   bool is_empty() const noexcept { return blocks_.empty(); }

@@ -1,4 +1,4 @@
-// Where a volume lies: a general affine map between voxel index and world.
+// Frame of a volume: a general affine map between voxel index and world.
 // Volume frame: continuous voxel index (x, y, z), voxel centres at integers. World: DICOM LPS, mm.
 #pragma once
 

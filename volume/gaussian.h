@@ -14,7 +14,7 @@ namespace trephine::volume {
 void gaussian_blur(std::span<float> values, const glm::ivec3& size, const glm::dvec3& sigma_voxels,
                    int threads = 0);
 
-/// The same on a volume's intensities, rounded to the nearest whole number; labels are kept.
+/// Blurs a volume's intensities, rounded to the nearest whole number; labels are kept.
 Result<Volume> gaussian_blurred(const Volume& volume, const glm::dvec3& sigma_voxels, int threads = 0);
 
 }  // namespace trephine::volume

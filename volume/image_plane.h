@@ -45,10 +45,10 @@ std::array<glm::dvec3, 8> corners_world(const Frame& frame, const glm::ivec3& lo
 /// As radiologists look at them: axial from the feet, coronal from the front, sagittal from the patient's
 /// left with the face to the left.
 inline constexpr std::string_view k_planes[] = {"axial", "coronal", "sagittal"};
-/// Turns a plane that way; false: there is none of that name.
+/// Turns a plane that way; false: unknown name.
 bool turn_plane(ImagePlane& plane, std::string_view name) noexcept;
 /// Square to a direction, the head (or, of a direction toward it, the front) as far up as can be. False: the
-/// direction is none.
+/// direction is invalid.
 bool turn_plane(ImagePlane& plane, const glm::dvec3& normal) noexcept;
 /// Error when it is not finite, not at right angles, empty, or of more than 64 million pixels.
 Status check(const ImagePlane& plane);

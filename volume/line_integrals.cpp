@@ -150,7 +150,8 @@ struct LineIntegrals::Tile {
     int row = 0;
   };
 
-  /// Where the four outer rays of a tile cross the planes of a view; false: they do not enclose the others.
+  /// Crossings of the four outer rays of a tile with the planes of a view; false: they do not enclose the
+  /// others.
   static bool find_corners(const View& view, const RayFan& fan, const PixelBox& tile,
                            std::array<std::array<dvec2, 2>, 4>& corners) {
     int rising = 0;
@@ -258,7 +259,7 @@ void LineIntegrals::integrate_tile(const RayFan& fan, const PixelBox& tile, RayS
     if (packets[d].empty()) continue;
     const View& view = views_[d];
     const auto run = how == RaySum::exact ? kernels_->exact : kernels_->joseph;
-    const double reach = how == RaySum::exact ? 1e-6 : 0.5 + 1e-6;  // voxels beside a ray that it may read
+    const double reach = how == RaySum::exact ? 1e-6 : 0.5 + 1e-6;  // voxels around a ray that it may read
     std::array<std::array<dvec2, 2>, 4> corners;
     const bool has_corners = Tile::find_corners(view, fan, tile, corners);
     for (int k = 0, layer = 0; k < view.size_d; k += k_block, ++layer) {

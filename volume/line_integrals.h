@@ -1,4 +1,4 @@
-// What rays from one point sum up of a volume's voxels: the projections behind X-ray images. Exact, voxel by
+// Sums of a volume's voxels along rays from one point: the projections behind X-ray images. Exact, voxel by
 // voxel (Siddon 1985), or between voxels' centres (Joseph 1982).
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace trephine::volume {
 
-/// What a voxel of some intensity counts a mm: along two straight lines, from 0 at `zero` up to a knee and
+/// Weight of a voxel of some intensity a mm: along two straight lines, from 0 at `zero` up to a knee and
 /// beyond it; nothing up to `none`.
 struct VoxelWeights {
   std::int16_t none = -1000, zero = -1000, knee = 0;  ///< zero <= knee
@@ -44,12 +44,12 @@ struct PixelBox {
   bool is_empty() const noexcept { return column_low >= column_high || row_low >= row_high; }
 };
 
-/// How rays are summed up.
+/// Method of the sum.
 enum class RaySum : std::uint8_t { exact, joseph };
 
 /// Sums weight(voxel) over the part of a ray between two of its parameters (of 0 .. 1) that lies in a box of
 /// voxels, times how much of the parameter passes there; exactly, in double precision. Coordinates below
-/// k_traversal_limit. Boxes beside each other sum up what one box of both does.
+/// k_traversal_limit. Adjacent boxes sum up to what one box of both does.
 template <class Weight>
 double sum_along(const Ray& ray, double from, double to, const VoxelBox& box, const Weight& weight) noexcept;
 
@@ -137,7 +137,7 @@ double sum_along(const Ray& ray, double from, double to, const VoxelBox& box, co
     voxel[a] = a == entered ? (step[a] > 0 ? box.low[a] : box.high[a])
                             : std::clamp(voxel_along(ray.start[a] + in * along[a]), box.low[a], box.high[a]);
     next[a] = plane_at(a);
-    // What rounding put behind a plane that is still ahead.
+    // A plane that rounding put behind is still ahead.
     while (next[a] <= in && voxel[a] + step[a] >= box.low[a] && voxel[a] + step[a] <= box.high[a])
       voxel[a] += step[a], next[a] = plane_at(a);
   }

@@ -34,7 +34,7 @@ struct LineKernels {
   /// `is_inside`: they stay more than a voxel within the volume's sides.
   void (*exact)(const SlabVolume& volume, const RayPacket& rays, int k, int count, bool is_inside,
                 double* sums);
-  /// The same as if intensities were interpolated in the middle plane of each slab.
+  /// Variant that interpolates intensities in the middle plane of each slab.
   void (*joseph)(const SlabVolume& volume, const RayPacket& rays, int k, int count, bool is_inside,
                  double* sums);
 };

@@ -103,7 +103,7 @@ struct Lanes {
   static I has_wrapped(const I& sum, const I& part) {
     return each<I>([&](int i) { return mask(word(sum.v[i]) < word(part.v[i])); });
   }
-  /// What is missing to 2^32, in 2^-31.
+  /// Complement to 2^32, in 2^-31.
   static I rest(const I& fraction) {
     return each<I>([&](int i) { return of((0u - word(fraction.v[i])) >> 1); });
   }

@@ -5,7 +5,7 @@ struct Place {
   Lanes::I voxel, fraction;
 };
 
-/// `at`, `slope`: of RayPacket; k: the plane. Anew of doubles: nothing accumulates beyond 8 slabs.
+/// `at`, `slope`: of RayPacket; k: the plane. Recomputed from doubles: nothing accumulates beyond 8 slabs.
 inline Place place_at(const double* at, const double* slope, const std::int32_t* mirror, double k) {
   Place place;
   Lanes::split(at, slope, k, place.voxel, place.fraction);
@@ -13,7 +13,7 @@ inline Place place_at(const double* at, const double* slope, const std::int32_t*
   return place;
 }
 
-/// What voxels of these intensities count.
+/// Weights of voxels of these intensities.
 inline Lanes::F weigh(const SlabVolume& volume, Lanes::I intensity) {
   const Lanes::I zero = Lanes::all(0);
   const Lanes::I over = Lanes::max(Lanes::sub(intensity, Lanes::all(volume.zero)), zero);
@@ -23,7 +23,7 @@ inline Lanes::F weigh(const SlabVolume& volume, Lanes::I intensity) {
                                  Lanes::mul(Lanes::real(Lanes::sub(over, low)), Lanes::all(volume.above))));
 }
 
-/// What a voxel further along an axis adds to an offset, by the lane's direction.
+/// Offset of the next voxel along an axis, by the lane's direction.
 inline Lanes::I turn_of(const std::int32_t* mirror, std::int32_t stride) {
   const Lanes::I m = Lanes::load(mirror);
   return Lanes::sub(Lanes::exclusive_or(Lanes::all(stride), m), m);
@@ -92,7 +92,8 @@ void exact_in(const SlabVolume& volume, const RayPacket& rays, int k, int count,
     if (!Lanes::any(Lanes::either(over_a, over_b))) {
       sum = Lanes::add(sum, first);
     } else {
-      // Where in the slab, 0 to 1, the ray crosses into the next voxel along a, along b; 1: it does not.
+      // Position in the slab, 0 to 1, at which the ray crosses into the next voxel along a, along b; 1: it
+      // does not.
       const Lanes::F at_a = Lanes::min(
           one, Lanes::choose(over_a, Lanes::mul(Lanes::real(Lanes::rest(fraction_a)), per_a), one));
       const Lanes::F at_b = Lanes::min(

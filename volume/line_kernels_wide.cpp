@@ -40,7 +40,7 @@ struct Lanes {
     const I low = _mm256_set1_epi32(static_cast<int>(0x80000000u));
     return _mm256_cmpgt_epi32(_mm256_xor_si256(part, low), _mm256_xor_si256(sum, low));
   }
-  /// What is missing to 2^32, in 2^-31.
+  /// Complement to 2^32, in 2^-31.
   static I rest(I fraction) {
     return _mm256_srli_epi32(_mm256_sub_epi32(_mm256_setzero_si256(), fraction), 1);
   }

@@ -30,7 +30,7 @@ class LocalNet {
 
   int config(const glm::ivec3& cell) const noexcept { return config_of(samples_, cell); }
 
-  /// What a cell's patches are; where two patches pinch at a face, both its cells know.
+  /// Patches of a cell; where two patches pinch at a face, both its cells know.
   const NetCase& case_of(const glm::ivec3& cell) const noexcept {
     const std::size_t bits = table_bits(cell);
     const NetCase* net = &k_net_cases[0][bits];
@@ -70,7 +70,7 @@ class LocalNet {
       use(quad(cell + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1), axis));
     }
   }
-  /// The same, as use(a, b, c) for each triangle.
+  /// Calls use(a, b, c) for each triangle.
   template <class Use>
   void triangles_of_cell(const glm::ivec3& cell, Use&& use) const noexcept {
     quads_of_cell(cell, [&](const NetQuad& quad) { quad.triangles(use); });

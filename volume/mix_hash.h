@@ -1,4 +1,4 @@
-// A fast 64-bit hash of words, for telling data apart (not against an adversary).
+// A fast 64-bit hash of words, to distinguish data (not against an adversary).
 #pragma once
 
 #include <bit>

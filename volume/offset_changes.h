@@ -11,7 +11,7 @@ namespace trephine::volume {
 
 class OffsetChanges {
  public:
-  /// Of `after`, where it is not `before`: pages that both share are not looked at. Both of one shape and
+  /// Changes from `before` to `after`: pages that both share are skipped. Both of one shape and
   /// radius.
   static std::string between(const OffsetField& before, const OffsetField& after);
   /// Bricks that are another: by which to reckon what it took to make them.

@@ -35,7 +35,7 @@ constexpr int k_tile = 96;               // lattice points along the edge of wha
 /// Fills the bricks of a box of lattice points, tile by tile.
 class OffsetField::Builder {
  public:
-  /// `before`: the field of a solid that held all of this one; null when there is none. `changed`: the voxels
+  /// `before`: the field of a solid that held all of this one; null without one. `changed`: the voxels
   /// in which the two differ.
   Builder(OffsetField& out, const Field& field, const Occupancy& bits, const Version* version,
           const OffsetField* before, const VoxelBox& changed, const SoftField* soft)
@@ -142,7 +142,7 @@ class OffsetField::Builder {
     return bits;
   }
 
-  /// What is known of the voxels of a box by their bits and those around them.
+  /// Kinds of the voxels of a box by their bits and those around them.
   class VoxelKinds {
    public:
     /// mixed: solid and free ones among itself and its 26 neighbours, or next to a cut that their centres may
@@ -269,7 +269,7 @@ class OffsetField::Builder {
     }
   }
 
-  /// Tells of lattice points and of boxes of them whether there is matter.
+  /// Tests lattice points and boxes of them for matter.
   class Matter {
    public:
     Matter(const Builder& builder, const VoxelKinds& kinds) : builder_(builder), kinds_(kinds) {}
@@ -278,7 +278,7 @@ class OffsetField::Builder {
       const VoxelKinds::Kind kind = kinds_.at(voxel_of(p));
       return kind == VoxelKinds::mixed ? builder_.surface_.is_solid(p) : kind == VoxelKinds::solid;
     }
-    /// Of a box that holds no surface. Where that was missed the tool is held off.
+    /// Tests a box that holds no surface. Where that was missed the tool is held off.
     bool is_in(const ivec3& from, const ivec3& to) const {
       const dvec3 low = builder_.voxel(dvec3(from)), high = builder_.voxel(dvec3(to));
       const ivec3 first = voxel_of(low), last = voxel_of(high);
@@ -306,7 +306,7 @@ class OffsetField::Builder {
     const VoxelKinds& kinds_;
   };
 
-  /// Which samples of a tile are to be made: all, or after a cut those that it changed.
+  /// Samples of a tile to be made: all, or after a cut those that it changed.
   struct Wanted {
     VoxelBox tile, box;       ///< `box`: of those that are; low > high where none are
     std::vector<bool> stale;  ///< of the whole tile, x fastest; empty: all
@@ -353,7 +353,7 @@ class OffsetField::Builder {
         for (int bx = first.x; bx <= last.x; ++bx) {
           const ivec3 corner = ivec3(bx, by, bz) * k_edge;
           SampleSlot& slot = out_.own_slot({bx, by, bz});
-          // Where the wavefront never came a brick is all free or all solid.
+          // A brick that the wavefront never reached is all free or all solid.
           if (!before_ && !is_reached(wavefront, corner))
             slot = {nullptr, is_matter.is_in(corner, corner + (k_edge - 1))};
           else
@@ -380,7 +380,7 @@ class OffsetField::Builder {
       if (!is_wanted(v)) continue;
       float& u = brick->values[static_cast<std::size_t>(k)];
       const float now = static_cast<float>(sample(v, wavefront, points, is_matter, work));
-      // Where matter was taken the tool is nowhere held that it was not before, whatever rounding says.
+      // After a removal the tool is nowhere held that it was not before, in spite of rounding.
       if (before_ && now >= u) continue;
       u = now;
       is_changed = true;
@@ -426,7 +426,7 @@ class OffsetField::Builder {
   dvec3 voxel(const dvec3& lattice) const {
     return field_.volume().frame.volume_from_world(out_.frame_.world_from_volume(lattice));
   }
-  /// How deep in the solid (mm) samples may lie that count.
+  /// Depth in the solid (mm) to which samples count.
   double inner_reach() const { return std::max(0.0, (k_band + 1) * out_.step_ - out_.radius_); }
   bool is_solid_voxel(const ivec3& v) const {
     return field_.volume().contains(v) && bits_.is_solid(v) && (version_ == nullptr || version_->is_kept(v));

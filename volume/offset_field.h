@@ -1,5 +1,5 @@
-// Where the middle of a round tool may be: the distance to a solid, less the tool's radius, near that offset
-// surface.
+// Distance field for the middle of a round tool: the distance to a solid, less the tool's radius, near that
+// offset surface.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ namespace trephine::volume {
 /// Immutable; updates share the bricks that they do not change.
 class OffsetField {
  public:
-  /// What a build did.
+  /// Cost of a build.
   struct Work {
     std::size_t samples = 0;  ///< points of the surface
     std::size_t cells = 0;    ///< reached by their distance
@@ -34,13 +34,13 @@ class OffsetField {
   /// in volumes to 270 mm along each side for a ball of 0.5 mm, 400 for one of 1 mm. Larger ones get coarser
   /// steps.
   static double step_for(double radius_mm, const Volume& volume) noexcept;
-  /// Of the whole volume. `version` null: untouched; `soft`: where the shape was made smooth. Error when the
+  /// Builds for the whole volume. `version` null: untouched; `soft`: the shape's smooth field. Error when the
   /// radius is not above 0 and at most 20 mm, or larger than the volume. threads 0 = all.
   static Result<std::shared_ptr<const OffsetField>> build(const Field& field, const Occupancy& bits,
                                                           const Version* version, double radius_mm,
                                                           int threads = 0, Work* work = nullptr,
                                                           const SoftField* soft = nullptr);
-  /// The same after voxels low .. high were cut, and none put back: nowhere larger than before, so that a
+  /// Updates after voxels low .. high were cut, and none put back: nowhere larger than before, so that a
   /// tool that was free stays free. Any thread but the servo's.
   std::shared_ptr<const OffsetField> updated(const Field& field, const Occupancy& bits,
                                              const Version& version, const VoxelBox& changed, int threads = 1,

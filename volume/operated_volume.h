@@ -6,10 +6,10 @@
 namespace trephine::volume {
 
 /// The base with every voxel moved toward air (-1000 HU; the lowest value without HU) in proportion to what
-/// was removed of it. `version` is frozen, or nobody cuts meanwhile. Labels of voxels that are wholly gone
+/// was removed of it. `version` is frozen, or no edit runs meanwhile. Labels of voxels that are wholly gone
 /// become 0.
 Result<Volume> operated_volume(const Version& version);
-/// What wholly removed voxels become: -1000 HU; of a volume without HU its lowest value, for which all of it
+/// Value of wholly removed voxels: -1000 HU; of a volume without HU its lowest value, for which all of it
 /// is read.
 double air_of(const Volume& base);
 /// The voxels low .. high, x fastest, of the same.

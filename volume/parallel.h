@@ -41,7 +41,7 @@ void parallel_for(int count, int threads, const Body& body) {
     try {
       for (int t = 1; t < threads; ++t) helpers.emplace_back(work);
     } catch (const std::system_error&) {
-      // Fewer threads than wished for: those that there are do it all.
+      // Fewer threads than requested: those that started do it all.
     }
     work();
   }

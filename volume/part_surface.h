@@ -16,8 +16,8 @@ struct PartSurface {
   std::vector<std::uint32_t> triangles;
 };
 
-/// Of a part as `version` has it: its surface net, with every other part out of the way. `parts` are those of
-/// the version. Cost: the voxels of its box.
+/// Surface of a part as `version` has it: its surface net, with every other part out of the way. `parts` are
+/// those of the version. Cost: the voxels of its box.
 PartSurface part_surface(const Field& field, const Occupancy& bits,
                          const std::shared_ptr<const Version>& version, const SolidParts& parts, int part);
 

@@ -47,7 +47,7 @@ Words wider(const Words& w) noexcept {
     out[z] = flat[z] | (z > 0 ? flat[z - 1] : 0) | (z + 1 < k_brick ? flat[z + 1] : 0);
   return out;
 }
-/// Which samples of the brick in direction `d` touch some of `w`.
+/// Samples of the brick in direction `d` that touch some of `w`.
 Words beyond(const Words& w, const glm::ivec3& d) noexcept {
   Words flat;
   for (std::size_t z = 0; z < k_brick; ++z) {
@@ -97,11 +97,11 @@ class Search {
   struct Node {
     glm::ivec3 place{0};
     Words solid{}, removed{};
-    Words seeds{};    ///< beside the cut
+    Words seeds{};    ///< next to the cut
     Words reached{};  ///< by any part
-    /// Of each part that reached it, by the part's number when it did.
+    /// Samples of each part that reached it, by the part's number when it did.
     std::vector<std::pair<int, Words>> parts;
-    bool is_near = false, is_mixed = false;  ///< beside the cut; a voxel in it is not as all around it
+    bool is_near = false, is_mixed = false;  ///< next to the cut; a voxel in it is not as all around it
   };
   struct Step {
     Key at;
@@ -174,7 +174,7 @@ class Search {
           const glm::ivec3 v(x, y, z), a = glm::max(lattice_.low_of(v), low),
                                        b = glm::min(lattice_.high_of(v), last);
           const std::uint64_t bit = std::uint64_t{2} << (x - from.x);
-          // Where all voxels around are alike, so are the samples.
+          // Samples are alike if all voxels around them are.
           const bool is_alike = (row.all & bit) != 0 || (row.any & bit) == 0;
           if (is_alike || (brick == nullptr && !after_.has_brick(lattice_.low_of(v), lattice_.high_of(v)))) {
             if (row.own & bit) fill(n.solid, a - low, b - low);
@@ -226,10 +226,11 @@ class Search {
     return out;
   }
 
-  /// Parts of what is solid beside the bricks that changed, as far as they hang together there. False: too
+  /// Solid parts next to the bricks that changed, as far as they are connected there. False: too
   /// much changed.
   bool flood_beside_cut() {
-    // What went, and voxels that a brick came to reach into, which are asked anew; with what is beside them.
+    // Removed voxels, and voxels that a brick came to reach into, which are asked again; with their
+    // neighbours.
     bool is_too_much = false;
     const glm::ivec3& per = lattice_.per_voxel();
     const int longest = std::min(k_brick, std::max({per.x, per.y, per.z}));
@@ -248,7 +249,7 @@ class Search {
           for_around([&](const glm::ivec3& d) {
             Words beside = beyond(gone, d);
             if (!is_any(beside) || !is_inside(place + d)) return;
-            // As far as a voxel reaches that the brick asked anew.
+            // As far as a voxel reaches that the brick asked again.
             for (int i = 1; is_asked && i < longest; ++i) beside = wider(beside);
             add_seeds(node(place + d), beside);
           });
@@ -314,7 +315,7 @@ class Search {
     if (!is_any(fresh)) return;
     for (Words grown = both(wider(fresh), n.solid); grown != fresh; grown = both(wider(fresh), n.solid))
       fresh = grown;
-    // Where others were before they are one.
+    // Parts that meet become one.
     for (const auto& [number, words] : n.parts)
       if (const int other = root(number); other != part && is_any(both(words, fresh))) {
         join(part, other);
@@ -414,7 +415,7 @@ class Search {
       Node& n = node(place_of(step.at));
       Words& seen = gone[step.at];
       Words fresh = without(both(step.entering, n.removed), seen);
-      // Solid beside what was removed, and not its own.
+      // Solid next to what was removed, and not its own.
       if (!is_any(fresh)) continue;
       for (Words grown = both(wider(fresh), n.removed); grown != fresh; grown = both(wider(fresh), n.removed))
         fresh = grown;

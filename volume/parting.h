@@ -11,7 +11,7 @@ namespace trephine::volume {
 
 struct Parting {
   enum class Kind : std::uint8_t {
-    holds,   ///< no part came off that SolidParts would tell
+    holds,   ///< no part came off that SolidParts would report
     parted,  ///< one did
     pending  ///< looking on costs too much, or more voxels must be asked: SolidParts knows
   };
@@ -24,7 +24,7 @@ struct PartingLimits {
   std::int64_t least_samples = 1;  ///< smaller parts may come off unnoticed
 };
 
-/// `before`, of which nothing hung loose, became `after`. What is solid beside what went is flooded there; if
+/// `before`, of which nothing hung loose, became `after`. Solid samples next to the cut are flooded; if
 /// it does not all hang together, from each of its parts onward in turns, until all have met (it holds), one
 /// has nowhere to go (it parted, where what was removed ties it to another), or enough bricks were looked at.
 /// Samples hang together as SolidParts has them. Allocates. Any thread; neither version is written meanwhile.

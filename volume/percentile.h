@@ -7,14 +7,14 @@
 
 namespace trephine::volume {
 
-/// Of values in rising order; 0 of none.
+/// Percentile of values in rising order; 0 for an empty list.
 template <class T>
 double percentile(const std::vector<T>& sorted, double p) {
   if (sorted.empty()) return 0;
   const auto rank = static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(sorted.size())));
   return static_cast<double>(sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1]);
 }
-/// Of values in any order.
+/// Percentile of values in any order.
 template <class T>
 double percentile_of(std::vector<T> values, double p) {
   std::sort(values.begin(), values.end());

@@ -50,12 +50,12 @@ void hessian_bound_of_patch_wide(const double* rows, double out[6]) noexcept;
 /// centre, each coordinate in [-0.5, 0.5] up to rounding, allocate nothing and cost 10 - 25 ns.
 class QuadraticPatch {
  public:
-  /// Of a shape's field around voxel v, anywhere.
+  /// Loads a shape's field around voxel v, anywhere.
   void load(const Field& field, const glm::ivec3& v) noexcept;
-  /// Of the distance (mm) to what was removed, around a sample of the version's lattice: per lattice step.
+  /// Loads the distance (mm) to what was removed, around a sample of the version's lattice: per lattice step.
   void load_distance(const Version& version, const glm::ivec3& s) noexcept;
 
-  /// Of 27 samples from anywhere: [z][y][x].
+  /// Sets 27 samples from anywhere: [z][y][x].
   void set_row(int y, int z, double a, double b, double c) noexcept { rows_[z][y] = Lanes(a, b, c); }
 
   ValueAndGradient value_and_gradient(const glm::dvec3& p) const noexcept {
@@ -66,7 +66,7 @@ class QuadraticPatch {
     }
     return narrow_value_and_gradient(p);
   }
-  /// The same without AVX2.
+  /// Variant without AVX2.
   ValueAndGradient narrow_value_and_gradient(const glm::dvec3& p) const noexcept {
     const Weights y(p.y), z(p.z);
     Lanes flat[3], steep[3];

@@ -26,7 +26,7 @@ inline __m256d sum3(const double w[3], __m256d a, __m256d b, __m256d c) noexcept
 
 inline __m256d lanes_of(const double w[3]) noexcept { return _mm256_set_pd(0, w[2], w[1], w[0]); }
 
-/// (p0 + p2) + (p1 + p3) of a x, and likewise of b y.
+/// (p0 + p2) + (p1 + p3) of a x, and in the same way of b y.
 inline __m256d two_dots(__m256d a, __m256d x, __m256d b, __m256d y) noexcept {
   const __m256d p = _mm256_mul_pd(a, x), q = _mm256_mul_pd(b, y);
   return _mm256_add_pd(_mm256_permute2f128_pd(p, q, 0x20), _mm256_permute2f128_pd(p, q, 0x31));

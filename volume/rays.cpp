@@ -36,7 +36,7 @@ RayHit walk_exactly(const Occupancy& bits, const Ray& ray, const Version* versio
   return {};
 }
 
-/// The same in plain arithmetic. It knows where it may be wrong, which is nearly nowhere, and gives up there.
+/// Variant in plain arithmetic. It knows where it may be wrong, which is nearly nowhere, and gives up there.
 class PlainWalk {
  public:
   PlainWalk(const Occupancy& bits, const Ray& ray, const Version* version) noexcept
@@ -69,7 +69,7 @@ class PlainWalk {
   }
 
  private:
-  /// Where the lower face of voxel `plane` is crossed.
+  /// Crossing of the lower face of voxel `plane`.
   double parameter(int a, int plane) const noexcept { return ((plane - 0.5) - start_[a]) * inverse_[a]; }
 
   /// To the voxel after `plane` of `axis`; false when it is outside.

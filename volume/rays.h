@@ -1,4 +1,4 @@
-// Where rays first meet a solid voxel: exact, one at a time or many.
+// First solid voxels along rays: exact, one at a time or many.
 #pragma once
 
 #include <span>
@@ -27,7 +27,7 @@ struct RayHit {
 /// what was cut is not solid; null: nothing was.
 RayHit first_hit(const Occupancy& bits, const Ray& ray, const Version* version = nullptr) noexcept;
 
-/// The same for many rays. `hits` is as long as `rays`. threads 0 = all cores.
+/// First hits of many rays. `hits` is as long as `rays`. threads 0 = all cores.
 void first_hits(const Occupancy& bits, std::span<const Ray> rays, std::span<RayHit> hits,
                 const Version* version = nullptr, int threads = 1);
 

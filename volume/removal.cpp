@@ -151,7 +151,7 @@ namespace {
 
 constexpr int k_cells = k_brick + 2;  // of a brick and its neighbours, along an edge
 
-/// Which of the 10^3 samples around a brick are solid in the base: the trilinear field, rows of ten bits.
+/// Samples among the 10^3 around a brick that are solid in the base: the trilinear field, rows of ten bits.
 class SolidSamples {
  public:
   SolidSamples(const Field& field, const CutLattice& lattice, const glm::ivec3& first) {
@@ -321,7 +321,7 @@ RemovalReport RemovalEditor::remove(const SweptShape& shape, std::span<const glm
     high[i] = static_cast<int>(std::clamp(std::floor(b[i] + extent), -1.0, limit));
     if (low[i] > high[i]) return report;
   }
-  // A sample shapes the voxel it lies in and those beside it.
+  // A sample shapes the voxel it lies in and its neighbours.
   const glm::ivec3 last = next_->base().size - 1;
   report.box = {glm::clamp(lattice.voxel_of(low), glm::ivec3(0), last),
                 glm::clamp(lattice.voxel_of(high), glm::ivec3(0), last)};
@@ -363,12 +363,13 @@ void RemovalEditor::remove_in_brick(const SweptShape& shape, const glm::ivec3& l
 
 namespace {
 
-/// Where the points of a brick's cells are shifted to: point_shift() of its samples, by a table for each of
+/// Shifts of the points of a brick's cells: point_shift() of its samples, by a table for each of
 /// the 512, since a tick asks for many.
 class BrickShifts {
  public:
   explicit BrickShifts(const glm::ivec3& low) : turn_(point_turn(low)) {}
-  /// Of the sample in `in_brick`, in steps of the lattice; `share`: of a step that the points are apart.
+  /// Shift of the sample in `in_brick`, in steps of the lattice; `share`: of a step that the points are
+  /// apart.
   glm::vec3 place(std::size_t in_brick, const glm::ivec3& in, float share) const {
     const glm::ivec3 turn((k_turns[in_brick] + turn_) & (k_point_turns - 1u));
     return glm::vec3(in) + share * glm::vec3(point_shift(turn.x), point_shift(turn.y), point_shift(turn.z));

@@ -16,18 +16,18 @@
 
 namespace trephine::volume {
 
-/// A ball of `radius_mm` moved along a straight line, world frame. It leaves its own hole, to be felt and
+/// A ball of `radius_mm` moved along a straight line, world frame. It leaves its own hole, to be touched and
 /// seen, where the version's lattice was made for such a radius; a smaller one is cut as far as the lattice
 /// shows it.
 struct Sweep {
   glm::dvec3 start_world{0.0};
   glm::dvec3 end_world{0.0};
   double radius_mm = 1;
-  /// The same ball was swept to `start_world` before, in this editor's state: what lies behind is done.
+  /// The ball was swept to `start_world` before, in this editor's state: what lies behind is done.
   bool continues = false;
 };
 
-/// What one sweep changed.
+/// Changes of one sweep.
 struct RemovalReport {
   std::int64_t removed_units = 0;  ///< newly removed solid points, RemovalLedger units
   int bricks_changed = 0;
@@ -42,7 +42,7 @@ void add(RemovalReport& sum, const RemovalReport& one) noexcept;
 /// The smallest box that holds both; empty boxes (low > high) add nothing.
 VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept;
 
-/// What is taken away and has no closed form for the kernels: told by how far samples are from it, brick by
+/// Shape to remove without a closed form for the kernels: given by the distances of samples, brick by
 /// brick.
 class RemovalField {
  public:
@@ -55,7 +55,7 @@ class RemovalField {
     all  ///< it and all around it goes, whole
   };
   virtual ~RemovalField() = default;
-  /// Of the brick that begins at sample `low`.
+  /// Distances in the brick that begins at sample `low`.
   virtual Reach find(const glm::ivec3& low, double band, Distances& mm) = 0;
 };
 
@@ -78,14 +78,14 @@ class RemovalEditor {
 
   /// Edits the working state; readers see nothing until publish().
   RemovalReport remove(const Sweep& sweep);
-  /// The same of any body of revolution, which turns on the way: the union of places so near to each other (a
+  /// Sweeps any body of revolution, which turns on the way: the union of places so near to each other (a
   /// quarter of the lattice's finest step) that what stands between them is under a micrometre on a burr of
   /// that lattice. A ball goes the way above.
   RemovalReport remove(const ToolSweep& sweep);
 
   /// As what matter is counted that goes.
   enum class Ledger : std::uint8_t { removed, freed };
-  /// What a field says, linear between samples, in the bricks of these samples.
+  /// Removes what a field gives, linear between samples, in the bricks of these samples.
   RemovalReport remove(RemovalField& field, const VoxelBox& samples, Ledger ledger = Ledger::removed);
 
   /// Takes whole parts away: what lies nearer to samples of parts that go (`goes`, a byte a part) than to
@@ -99,7 +99,7 @@ class RemovalEditor {
   /// From here on masks of published versions are never written again.
   void end_stroke() noexcept;
   /// The working state as a version that readers on any thread may keep and read whole, in the middle of a
-  /// stroke too. Changes no bits: the stroke goes on as if nobody had asked, on copies of the masks that it
+  /// stroke too. Changes no bits: the stroke goes on unaffected, on copies of the masks that it
   /// touches.
   std::shared_ptr<const Version> freeze() {
     end_stroke();
@@ -109,7 +109,7 @@ class RemovalEditor {
   void reset(std::shared_ptr<const Version> start);
 
   const Version& working() const noexcept { return *next_; }
-  /// Is there matter at a point (world frame), as it is felt: of the scan, and not removed?
+  /// Tests for matter at a point (world frame), as it is touched: of the scan, and not removed.
   bool is_matter(const glm::dvec3& p_world) const noexcept;
 
  private:
@@ -119,13 +119,13 @@ class RemovalEditor {
   Brick& swept_brick(const glm::ivec3& s, const BrickSweep& sweep);
   RemovalMask& editable_mask(Brick& brick, int n);
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
-  /// What may change lies within `reach` (mm) of the box of these ends.
+  /// Possible changes lie within `reach` (mm) of the box of these ends.
   RemovalReport remove(const SweptShape& shape, std::span<const glm::dvec3> ends_world, double reach);
   void remove_in_brick(const SweptShape& shape, const glm::ivec3& low, RemovalReport& report);
 
   void mark_cells(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                   const glm::ivec3& low, const Brick* old, Brick*& brick, RemovalReport& report);
-  /// Of the cells of a brick that `cells` names, with masks of so many words a cell.
+  /// Updates the cells of a brick that `cells` names, with masks of so many words a cell.
   template <std::size_t Words>
   void mark_cells_of(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                      const glm::ivec3& low, const std::array<std::uint64_t, k_brick>& cells,
@@ -145,7 +145,7 @@ class RemovalEditor {
   void count(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
              const std::uint64_t* fresh, Ledger ledger, RemovalReport& report);
 
-  /// Of all editors, so that masks that they share are never written by two.
+  /// Number over all editors, so that masks that they share are never written by two.
   static std::uint64_t next_stroke() noexcept;
 
   std::shared_ptr<Version> next_;

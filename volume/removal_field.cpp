@@ -1,4 +1,4 @@
-// Removal of what is told by distances at samples of the cut lattice.
+// Removal by distances at samples of the cut lattice.
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
@@ -15,7 +15,7 @@ float at(const RemovalField::Distances& mm, const glm::ivec3& in) noexcept {
   return mm[static_cast<std::size_t>((in.x + 1) + k_edge * ((in.y + 1) + k_edge * (in.z + 1)))];
 }
 
-/// Which points of a cell go, linear between samples; false: none.
+/// Points of a cell that go, linear between samples; false: none.
 template <std::size_t Words>
 bool points_within(const RemovalField::Distances& mm, const glm::ivec3& in, const glm::vec3& shift,
                    std::array<std::uint64_t, Words>& points) noexcept {
@@ -112,7 +112,7 @@ void RemovalEditor::take_points(const RemovalField::Distances& mm, const glm::iv
         if (mask.full[in_brick / 64] >> (in_brick % 64) & 1) continue;
         const glm::ivec3 in(x, y, z), sample = low + in;
         std::array<std::uint64_t, Words> points{};
-        // Of air nobody counts how much goes: the whole cell, or nothing.
+        // Removed air is not counted: the whole cell, or nothing.
         if (mask.base_air[in_brick / 64] >> (in_brick % 64) & 1) {
           points.fill(at(mm, in) <= 0 ? ~std::uint64_t{0} : 0);
           mark(mask, in_brick, points);

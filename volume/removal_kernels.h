@@ -16,7 +16,7 @@ struct SweepShape {
   float allowance;            ///< what distances are less than to the ball, so that splines of them are not
 };
 
-/// A body of revolution (ToolBody) at some places, in single precision, mm. Plain data likewise.
+/// A body of revolution (ToolBody) at some places, in single precision, mm. Plain data also.
 struct BodyShape {
   struct Stamp {
     float at[3], axis[3];  ///< relative to where the sweep starts
@@ -55,11 +55,11 @@ struct RemovalKernels {
   /// `old`: the distances so far, or null.
   void (*sweep_brick)(const SweepShape& shape, const float corner[3], bool is_ball, const float* old,
                       BrickSweep& out);
-  /// Which points of the cell around sample c lie in the swept ball; n^3 bits. `is_ball`: the cell lies past
+  /// Points of the cell around sample c in the swept ball; n^3 bits. `is_ball`: the cell lies past
   /// the end.
   void (*sample)(const SweepShape& shape, const CellPoints& points, const float c[3], bool is_ball,
                  std::uint64_t* words);
-  /// The same two of a body at each of `count` places (at least 1), of which `shape` says what is common.
+  /// Both for a body at each of `count` places (at least 1); `shape` is what is common.
   void (*stamp_brick)(const SweepShape& shape, const BodyShape& body, const BodyShape::Stamp* stamps,
                       int count, const float corner[3], const float* old, BrickSweep& out);
   void (*sample_stamps)(const SweepShape& shape, const BodyShape& body, const BodyShape::Stamp* stamps,

@@ -23,7 +23,7 @@ struct Lanes {
   static V root(V a) { return _mm_sqrt_ps(a); }
   static V divide(V a, V b) { return _mm_div_ps(a, b); }
   static V magnitude(V a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
-  /// Of each lane `yes` where a > 0, else `no`.
+  /// Each lane: `yes` where a > 0, else `no`.
   static V where_positive(V a, V yes, V no) {
     const V chosen = _mm_cmplt_ps(_mm_setzero_ps(), a);
     return _mm_or_ps(_mm_and_ps(chosen, yes), _mm_andnot_ps(chosen, no));

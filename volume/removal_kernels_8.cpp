@@ -24,7 +24,7 @@ struct Lanes {
   static V root(V a) { return _mm256_sqrt_ps(a); }
   static V divide(V a, V b) { return _mm256_div_ps(a, b); }
   static V magnitude(V a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
-  /// Of each lane `yes` where a > 0, else `no`.
+  /// Each lane: `yes` where a > 0, else `no`.
   static V where_positive(V a, V yes, V no) {
     const V chosen = _mm256_cmp_ps(_mm256_setzero_ps(), a, _CMP_LT_OQ);
     return _mm256_or_ps(_mm256_and_ps(chosen, yes), _mm256_andnot_ps(chosen, no));

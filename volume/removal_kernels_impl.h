@@ -2,7 +2,7 @@
 
 inline float dot3(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/// What a brick becomes of a sweep's distances, for whatever was swept: eight rows of a slice, then the next.
+/// Merges a sweep's distances into a brick, for any shape: eight rows of a slice, then the next.
 class BrickMerge {
  public:
   using V = Lanes::V;
@@ -177,7 +177,7 @@ class BodyLanes {
   V distance(V along, V off_square) const {
     return body_.is_drum ? drum(along, Lanes::root(off_square)) : cone(along, off_square);
   }
-  /// Which of them lie in it: the same as distance() <= 0, without what that needs outside of it.
+  /// Lanes that lie in it: as distance() <= 0, without what that needs outside of it.
   unsigned contains(V along, V off_square) const {
     const V zero = Lanes::all(0);
     if (!body_.is_drum) {
@@ -193,7 +193,7 @@ class BodyLanes {
         Lanes::less_equal(at.along, edge) & Lanes::less_equal(twice_side(along, off), zero);
     return (is_beyond & in_corner) | (~is_beyond & in_faces);
   }
-  /// Of points relative to where the sweep starts.
+  /// Distances of points relative to where the sweep starts.
   V distance(const BodyShape::Stamp& stamp, V x, V y, V z) const {
     const V ux = Lanes::all(stamp.axis[0]), uy = Lanes::all(stamp.axis[1]), uz = Lanes::all(stamp.axis[2]);
     x = Lanes::sub(x, Lanes::all(stamp.at[0]));
@@ -208,7 +208,7 @@ class BodyLanes {
   }
 
  private:
-  /// Of a cone: along its axis, the middle of the ball that is nearest.
+  /// Cone: along its axis, the middle of the ball that is nearest.
   V nearest_ball(V along, V off_square) const {
     if (body_.slope != 0)
       along = Lanes::sub(along, Lanes::mul(Lanes::all(body_.slope), Lanes::root(off_square)));
@@ -219,7 +219,7 @@ class BodyLanes {
     const V far = Lanes::root(Lanes::add(off_square, Lanes::mul(beside, beside)));
     return Lanes::sub(far, Lanes::add(Lanes::all(body_.radius), Lanes::mul(t, Lanes::all(body_.growth))));
   }
-  /// Of a drum, from its rounded edge's middle: along the axis, squared, and above 0 where that is nearest.
+  /// Drum, from its rounded edge's middle: along the axis, squared, and above 0 where that is nearest.
   struct Edge {
     V along, square, beyond;
   };

@@ -4,11 +4,11 @@ namespace trephine::volume {
 
 namespace {
 
-/// Where samples of a ball's distance are a step h apart, the splines through them are nearer to a wall that
+/// Samples of a ball's distance a step h apart give splines that are nearer to a wall that
 /// bends by 1/r than the samples say: by h^2/(8r) along a hole, twice that at its round end. Samples are
 /// taken as much less as lies between.
 constexpr double k_spline_share = 3.0 / 16;
-/// Of the radius, at most: a ball of a step or two is no longer one.
+/// Share of the radius, at most: a ball of a step or two is no longer one.
 constexpr double k_most_allowance = 0.02;
 /// A body's side is round in one direction, and its ends hardly: a ball's share of that.
 constexpr double k_side_share = 1.0 / 3;
@@ -21,7 +21,7 @@ double allowance(double radius_mm, const Frame& lattice) {
   return radius_mm > 0 ? std::min(k_spline_share * square / radius_mm, k_most_allowance * radius_mm) : 0;
 }
 
-/// How finely a ball is counted: 4 points along a cell's edge where it spans many cells, 8 where it is small.
+/// Fineness of counting a ball: 4 points along a cell's edge where it spans many cells, 8 where it is small.
 /// Its volume is then within 0.05 % as a rule, and 0.2 % at worst.
 int points_per_edge(double radius_mm, const Frame& lattice) {
   const glm::dvec3& h = lattice.spacing();

@@ -1,4 +1,4 @@
-// What is swept in one go, in single precision: a ball along its way, or a body at some places.
+// Swept shape in single precision: a ball along its way, or a body at some places.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +10,9 @@
 
 namespace trephine::volume {
 
-/// What one call to RemovalEditor::remove() needs everywhere.
+/// Common data of one call to RemovalEditor::remove().
 struct SweptShape : SweepShape {
-  /// Of a body's places that are swept at once.
+  /// Places of a body that are swept at once.
   static constexpr int k_most_stamps = 32;
 
   glm::dvec3 start_world;
@@ -23,10 +23,10 @@ struct SweptShape : SweepShape {
   /// One part of a body's way: at shares `first` to `last` of it, by steps of one in `count`.
   SweptShape(const ToolSweep& s, int first, int last, int count, const Version& version);
 
-  /// Of a brick whose first sample is at `corner`, mm from the start; `middle` of its samples.
+  /// Prepares a brick whose first sample is at `corner`, mm from the start; `middle` of its samples.
   void sweep_brick(const RemovalKernels& kernels, const glm::vec3& corner, const glm::vec3& middle,
                    const float* old, BrickSweep& out) const;
-  /// Of a cell of the brick that was swept last, around `at`.
+  /// Mask of a cell of the brick that was swept last, around `at`.
   void sample(const RemovalKernels& kernels, const CellPoints& points, const glm::vec3& at, bool is_past_end,
               std::uint64_t* words) const;
 
@@ -58,7 +58,7 @@ struct SweptShape : SweepShape {
   }
 
  private:
-  /// What is common to both.
+  /// Data that both share.
   SweptShape(const glm::dvec3& start, bool goes_on, double smallest_radius, const Version& version);
   void set_body(const ToolBody& b);
   /// Is a brick whose middle is at q from a ball's beyond the band?

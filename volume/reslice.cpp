@@ -24,7 +24,7 @@ constexpr double k_margin = 2 / k_steps * (k_tile + 2);  // voxels, of a place a
 
 float between(float a, float b, float share) noexcept { return a + share * (b - a); }
 
-/// The same operations as the wide code's.
+/// The operations of the wide code.
 void row_any(const ResliceRow& row, int count, float* values) {
   std::uint32_t at[3];
   for (int a = 0; a < 3; ++a) at[a] = static_cast<std::uint32_t>(row.at[a]);
@@ -154,7 +154,7 @@ void sample(const Volume& v, const Line& line, const dvec3& step, const Window& 
       });
 }
 
-/// The same as pixels.
+/// Samples as pixels.
 void show(const Volume& v, const Line& line, const dvec3& step, const Window& window, int column, int count,
           ResliceCode code, std::int16_t outside, std::int16_t* pixels) {
   for_pixels(
@@ -188,7 +188,7 @@ bool box_of(const Volume& v, const dvec3& corner, const dvec3& to_right, const d
   return true;
 }
 
-/// What a plane that does not move along x reads, already between its neighbours along x: the lines of
+/// Samples of a plane that does not move along x, already between its neighbours along x: the lines of
 /// memory, each with but two voxels of it, are visited once and in order. Empty: another plane, or one with
 /// fewer pixels than voxels to visit.
 std::vector<float> sheet_of(const Volume& v, const ImagePlane& plane, const dvec3& step, const dvec3& down,

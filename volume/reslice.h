@@ -1,4 +1,4 @@
-// What a scan holds in any plane, or in a slab around one: the slices that people look at.
+// Reslicing of a scan by any plane, or a slab around one: the slices that people look at.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace trephine::volume {
 
-/// What a pixel shows of what lies before and behind it.
+/// Combination of the samples before and behind a pixel.
 struct Slab {
   enum class Kind : std::uint8_t { mean, maximum };
   double thickness = 0;  ///< mm, half of it on each side; 0: the plane alone
@@ -27,8 +27,8 @@ ResliceCode best_reslice_code() noexcept;
 void reslice(const Volume& volume, const ImagePlane& plane, const Slab& slab, std::int16_t outside,
              int threads, std::span<std::int16_t> pixels, ResliceCode code = best_reslice_code());
 
-/// Of the plane alone: what was cut away becomes `air`, with an edge as soft as the scan's own (half a voxel
-/// to each side of the surface of the cut).
+/// Applies cuts to the plane alone: what was cut away becomes `air`, with an edge as soft as the scan's own
+/// (half a voxel to each side of the surface of the cut).
 void reslice_cuts(const Version& version, const ImagePlane& plane, std::int16_t air, int threads,
                   std::span<std::int16_t> pixels);
 

@@ -17,7 +17,7 @@ struct SampleBrick {
   static constexpr std::size_t index(int x, int y, int z) noexcept {
     return static_cast<std::size_t>((z * k_edge + y) * k_edge + x);
   }
-  /// Of the sample at v, wherever its brick begins.
+  /// Index of the sample at v, wherever its brick begins.
   static std::size_t index_of(const glm::ivec3& v) noexcept {
     return index(v.x & (k_edge - 1), v.y & (k_edge - 1), v.z & (k_edge - 1));
   }
@@ -37,7 +37,7 @@ struct SampleSlot {
   bool is_solid = false;                     ///< when uniform
 };
 
-/// The 27 samples around v: from `brick` where it holds them all (null where there is none), else from
+/// Loads the 27 samples around v: from `brick` where it holds them all (null: no brick), else from
 /// at(x, y, z).
 template <class At>
 void load_around(const glm::ivec3& v, const SampleBrick* brick, QuadraticPatch& patch, At&& at) noexcept {

@@ -1,4 +1,4 @@
-// What counts as solid: a window of intensities, or a label.
+// Solid shapes: a window of intensities, or a label.
 #pragma once
 
 #include <limits>

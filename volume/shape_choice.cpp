@@ -161,7 +161,7 @@ struct BallRow {
   int y, z, low, high;
 };
 std::vector<BallRow> ball_rows(const Frame& frame, double radius_mm) {
-  // What a ball of the world spans in steps of a grid that may lean: try all that could be.
+  // Extent of a ball of the world in steps of a grid that may lean: tries all that could be.
   std::vector<BallRow> rows;
   glm::ivec3 reach(0);
   for (int a = 0; a < 3; ++a) {

@@ -1,4 +1,4 @@
-// What a person would call the shape in a scan: where its histogram parts, and the largest thing in it.
+// Automatic choice of the shape in a scan: where its histogram parts, and its largest part.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace trephine::volume {
 /// nothing by themselves (MR).
 int otsu_threshold(const Volume& volume);
 
-/// How a shape falls into parts (voxels that touch, corners included).
+/// Parts of a shape (voxels that touch, corners included).
 struct ShapeParts {
   std::int64_t largest = 0, second = 0, others = 0;  ///< voxels; others: of all but the largest
   int count = 0;                                     ///< of parts
@@ -27,7 +27,7 @@ ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& sh
 Result<Volume> with_largest_part(const std::shared_ptr<const Volume>& volume, const Shape& shape,
                                  ShapeParts& parts);
 
-/// The same, in which only parts stay that hold a value of `seed` and more (hysteresis: from the shape's
+/// Variant in which only parts stay that hold a value of `seed` and more (hysteresis: from the shape's
 /// lower end on, what hangs together with something certain) and are at least this share of the largest of
 /// those. Of windows.
 Result<Volume> with_seeded_parts(const std::shared_ptr<const Volume>& volume, const Shape& shape, double seed,

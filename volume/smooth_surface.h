@@ -55,7 +55,7 @@ class SmoothSurface {
     return version_ == nullptr || jet(true, p_volume).value >= 0;
   }
 
-  /// The surface point nearest to a place, along its gradient; false where there is none within 1.5 cells.
+  /// The surface point nearest to a place, along its gradient; false if it is not within 1.5 cells.
   /// `cells`: how many of them a voxel has along each axis.
   bool project(const glm::dvec3& from, const glm::dvec3& cells, SurfacePoint& out) const {
     bool is_found = false;
@@ -198,12 +198,12 @@ class SmoothSurface {
       const double s = (-scan.value * bb + cut.value * ab) / det,
                    t = (-cut.value * aa + scan.value * ab) / det;
       const glm::dvec3 along = glm::normalize(glm::cross(a, b)), back = s * a + t * b;
-      // More than twice as far as `most`, as far as slopes tell.
+      // It is more than twice as far as `most`, as far as slopes show.
       if (i == 0) {
         const glm::dvec3 there = y + back - x_world, aside = there - glm::dot(there, along) * along;
         if (glm::dot(aside, aside) > 4 * most * most) return most;
       }
-      // Where the curve bends around x what is left along it falls by less than each step: by the secant.
+      // If the curve bends around x the rest along it falls by less than each step: by the secant.
       const double left = glm::dot(x_world - y, along);
       double onward = left;
       if (last_step != 0)
@@ -219,7 +219,7 @@ class SmoothSurface {
     return most;
   }
 
-  /// Of Newton (mm): beyond its band the distance to a cut is flat.
+  /// Longest Newton step (mm): beyond its band the distance to a cut is flat.
   double longest_step(bool is_cut) const {
     const double usual = 1.5 * finest_;
     return is_cut && version_ ? std::min(usual, 2 * version_->band_mm()) : usual;

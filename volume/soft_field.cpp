@@ -81,7 +81,7 @@ void extend(const FarRows& sources, std::span<const Occupancy* const> hosts, con
     }
 }
 
-/// The voxels of the shape, as sources, that have a voxel of no shape beside them.
+/// The voxels of the shape, as sources, that have a neighbour of no shape.
 FarRows exposed(const Occupancy& bits, const SoftNeighbours& beside, const ivec3& first) {
   std::array<std::uint32_t, static_cast<std::size_t>(k_edge_of_far) * k_edge_of_far> air;
   const auto row = [](int y, int z) { return static_cast<std::size_t>(y + k_edge_of_far * z); };
@@ -124,7 +124,7 @@ void gather(const Occupancy& bits, const SoftNeighbours& beside, const ivec3& fi
   if (!beside.at_surface.empty()) extend(exposed(bits, beside, first), beside.at_surface, first, s);
 }
 
-/// How many voxels of the brick and its guard are solid in the window.
+/// Number of voxels of the brick and its guard that are solid in the window.
 int count_near(const Scratch& s) {
   int count = 0;
   for (int z = k_reach; z < k_reach + k_mid; ++z)
@@ -249,7 +249,7 @@ bool SoftField::is_two_valued(const Field& field, const Occupancy& bits) {
         const std::int16_t here = voxels[volume.index(x, y, z)], before = voxels[volume.index(x - 1, y, z)];
         const std::int16_t of_solid = is_in ? here : before, of_air = is_in ? before : here;
         if ((has_solid && of_solid != solid) || (has_air && of_air != air)) return false;
-        // A grey ramp across x has the same pair in every row; one more voxel tells.
+        // A grey ramp across x has the same pair in every row; one more voxel decides.
         if (x + 1 < size.x && bits.is_solid({x + 1, y, z}) == is_in &&
             voxels[volume.index(x + 1, y, z)] != here)
           return false;

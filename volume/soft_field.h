@@ -1,4 +1,4 @@
-// A binary shape made smooth: labels and thresholded data have stair-steps, which nobody segmented.
+// Smooth field of a binary shape: labels and thresholded data have stair-steps, which are artefacts.
 #pragma once
 
 #include <memory>
@@ -13,10 +13,10 @@ namespace trephine::volume {
 
 /// The bits of other shapes, on the grid of the volume, which must be as large. Into those of `whole` a shape
 /// goes on for SoftField::k_overlap voxels wherever they meet: cuts between them stay closed. Into those of
-/// `at_surface` only near its own voxels that have air beside them, so that nothing of it is felt where the
-/// other, which covers it, lets a tool through.
+/// `at_surface` only near its own voxels that have air next to them, so that nothing of it is touched where
+/// the other, which covers it, lets a tool through.
 struct SoftNeighbours {
-  std::span<const Occupancy* const> whole = {}, at_surface = {};
+  std::span<const Occupancy*const> whole = {}, at_surface = {};
   bool is_empty() const noexcept { return whole.empty() && at_surface.empty(); }
 };
 
@@ -34,8 +34,8 @@ class SoftField {
 
   static constexpr int k_overlap = 4;  ///< voxels that a shape goes on into its neighbours
 
-  /// Of the solid voxels alone. Shapes that meet leave no notch between their rounded edges: the samples are
-  /// those of the shape with what it goes on into. threads 0 = all; the same bits for any number.
+  /// Builds from the solid voxels alone. Shapes that meet leave no notch between their rounded edges: the
+  /// samples are those of the shape with what it goes on into. threads 0 = all; the same bits for any number.
   static std::shared_ptr<const SoftField> build(const Occupancy& bits, int threads = 0,
                                                 const SoftNeighbours& beside = {});
   /// Does a shape have but two values near its surface? A label does; so do thresholded intensities.

@@ -84,7 +84,7 @@ void SolidParts::find_parts(const Field& field, const Occupancy& bits) {
   number_parts(of_run, of_whole);
 }
 
-/// Voxels in and around the boxes of what came off that are not as all voxels beside them. False: none.
+/// Voxels in and around the boxes of detached parts that are not as all their neighbours. False: none.
 bool SolidParts::ask_along_surfaces(const Occupancy& bits) {
   const auto is_solid = [&](const glm::ivec3& v) {
     return glm::all(glm::greaterThanEqual(v, glm::ivec3(0))) && glm::all(glm::lessThan(v, size_)) &&

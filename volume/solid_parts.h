@@ -1,4 +1,4 @@
-// What hangs together of a shape that was cut: which parts came off.
+// Connected parts of a cut shape: which parts came off.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ class SolidParts {
   struct Part {
     std::int64_t samples = 0;
     VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< of the voxels that hold any
-    /// What was removed ties it to a larger part (of two alike, one of a lower number): it came off that one.
+    /// Removed matter ties it to a larger part (of two alike, one of a lower number): it came off that one.
     bool is_off = false;
   };
 
@@ -55,9 +55,9 @@ class SolidParts {
   void find_parts(const Field& field, const Occupancy& bits);
   void add_coarse_runs(const Occupancy& bits, int y, int z);
   void add_fine_runs(const Field& field, int y, int z);
-  /// Of a row of voxels whose samples are not asked.
+  /// Parts of a row of voxels whose samples are not asked.
   Runs coarse(int y, int z) const noexcept;
-  /// Of a row of the lattice, where they are.
+  /// Parts of a row of the lattice, where samples are asked.
   Runs fine(int y, int z) const noexcept;
   template <class Join>
   void for_neighbours(Join&& join) const;

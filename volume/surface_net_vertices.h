@@ -1,4 +1,4 @@
-// Where the vertices of a surface net lie, the same bits for the whole surface, a chunk and a single cell.
+// Vertices of a surface net, the same bits for the whole surface, a chunk and a single cell.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace trephine::volume {
 
-/// How far from voxel `in`, kept, to its neighbour `air` the cut lies, 0 to 1; more than 1 where none does.
+/// Position of the cut from voxel `in`, kept, to its neighbour `air`, 0 to 1; more than 1 without a cut.
 /// Linear between the samples on the edge.
 inline float cut_crossing(const Version& version, const glm::ivec3& in, const glm::ivec3& air) noexcept {
   const CutLattice& lattice = version.lattice();
@@ -31,9 +31,9 @@ inline float cut_crossing(const Version& version, const glm::ivec3& in, const gl
   return 2;
 }
 
-/// Where the zero surfaces of two fields meet near p, both trilinear between the corners of a cell, or as
-/// near to it as the cell allows; p where their tangent planes are parallel. In the cell's own coordinates, 0
-/// to 1.
+/// Common place of the zero surfaces of two fields near p, both trilinear between the corners of a cell, or
+/// as near to it as the cell allows; p where their tangent planes are parallel. In the cell's own
+/// coordinates, 0 to 1.
 inline glm::vec3 common_edge(const float* g, const float* d, const glm::vec3& p) noexcept {
   CellCorners of_g, of_d;
   std::copy_n(g, 8, of_g.begin());

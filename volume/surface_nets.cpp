@@ -277,7 +277,7 @@ class NetBuilder {
     const std::uint64_t all = r.r00 & r.r10 & r.r01 & r.r11 & r.s00 & r.s10 & r.s01 & r.s11;
     return any & ~all;
   }
-  /// Which edges with their low end in row (y, z) get quads: along x, y, z; and the local x they lie in.
+  /// Edges with their low end in row (y, z) that get quads: along x, y, z; and the local x they lie in.
   struct EdgeLimits {
     bool has_x, has_y, has_z;
     int along_low, along_high, across_low, across_high;
@@ -535,7 +535,7 @@ Mesh surface_net_chunk(const SurfaceSource& source, const glm::ivec3& chunk, Net
 }
 
 ChunkRange chunks_touching(const glm::ivec3& low, const glm::ivec3& high, const glm::ivec3& size) {
-  // A voxel shapes the cells beside it, their quads reach one cell on, and a flipped face one more.
+  // A voxel shapes its neighbouring cells, their quads reach one cell on, and a flipped face one more.
   return {glm::max((low - 2) / k_chunk, 0), glm::min((high + 3) / k_chunk, chunk_grid(size) - 1)};
 }
 

@@ -21,7 +21,7 @@ struct Mesh {
   std::size_t bytes() const { return vertices.bytes() + triangles.bytes(); }
 };
 
-/// What the surface is of. Borrowed for the call.
+/// Source of the surface. Borrowed for the call.
 struct SurfaceSource {
   const Field* field;
   const Version* version = nullptr;  ///< null: the base

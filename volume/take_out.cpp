@@ -14,7 +14,7 @@ namespace trephine::volume {
 
 namespace {
 
-/// How far samples are within what goes: half the difference of the distances to the nearest sample that goes
+/// Depth of samples within what goes: half the difference of the distances to the nearest sample that goes
 /// and to the nearest that stays, but nowhere more than the band beyond what goes. Like every distance it
 /// changes by no more than the way.
 class PartingDistances final : public RemovalField {

@@ -1,4 +1,4 @@
-// What a tool cuts with: a convex body of revolution about its axis.
+// Cutting body of a tool: a convex body of revolution about its axis.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -66,7 +66,7 @@ struct ToolBody {
 /// the other.
 Status check(const ToolBody& body);
 
-/// Where a body is, world frame.
+/// Pose of a body, world frame.
 struct ToolPlace {
   glm::dvec3 at_world{0.0};              ///< where `along` is 0, mm
   glm::dvec3 axis_world{0.0, 0.0, 1.0};  ///< unit, toward the shaft
@@ -79,7 +79,7 @@ ToolPlace between(const ToolPlace& a, const ToolPlace& b, double share) noexcept
 struct ToolSweep {
   ToolBody body;
   ToolPlace start, end;
-  /// The same body was swept to `start` before, in this editor's state.
+  /// The body was swept to `start` before, in this editor's state.
   bool continues = false;
 };
 

@@ -33,7 +33,7 @@ inline glm::ivec3 voxel_of(const glm::dvec3& p) noexcept {
   return v;
 }
 
-/// Which face of a voxel was crossed: axis, and the sign of travel along it.
+/// Face of a voxel that was crossed: axis, and the sign of travel along it.
 struct VoxelFace {
   int axis = -1;  ///< 0 x, 1 y, 2 z; -1 for the voxel in which the segment starts
   int step = 0;   ///< -1 or +1
@@ -119,7 +119,7 @@ class Segment {
 /// Walks a segment voxel by voxel inside a box.
 class VoxelWalk {
  public:
-  /// Starts at the first voxel of the segment inside `box`; is_done() at once when there is none.
+  /// Starts at the first voxel of the segment inside `box`; is_done() at once when it meets none.
   VoxelWalk(const Segment& segment, const VoxelBox& box) noexcept : segment_(segment), box_(box) {
     voxel_ = segment.first();
     last_index_ = segment.last();

@@ -52,7 +52,7 @@ inline constexpr int k_page_samples = k_brick * k_page;
 inline constexpr int k_region_samples = k_page_samples * k_page;
 
 inline constexpr int k_point_turns = 1024;
-/// How the points of the cell around a sample are shifted, -0.5 to 0.5 of their step along each axis: each
+/// Shift of the points of the cell around a sample, -0.5 to 0.5 of their step along each axis: each
 /// cell's by its own amount, or they would stand in rows, and a hole along these be counted by few.
 constexpr float point_shift(std::int32_t turn) noexcept {
   return (static_cast<float>(turn) - 511.5f) / 1024.0f;
@@ -70,7 +70,7 @@ inline glm::vec3 point_shift(const glm::ivec3& sample) noexcept {
   return {point_shift(turn.x), point_shift(turn.y), point_shift(turn.z)};
 }
 
-/// Which points of each lattice cell (the cube around a sample) were removed: n^3 bits a cell, n = 4 or 8,
+/// Removed points of each lattice cell (the cube around a sample): n^3 bits a cell, n = 4 or 8,
 /// point (i, j, k) at ((i + 0.5) + point_shift) / n - 0.5 steps from the sample. Only edits and ledgers read
 /// it.
 struct RemovalMask {
@@ -86,7 +86,7 @@ struct RemovalMask {
 
   int words_per_cell() const noexcept { return n * n * n / 64; }
   RemovalMask* copy() const;
-  /// The same points at twice the fineness (4 -> 8).
+  /// The points at twice the fineness (4 -> 8).
   RemovalMask* refined() const;
 };
 
@@ -129,11 +129,11 @@ struct Region {
   std::array<Ref<Page>, k_page * k_page * k_page> pages;
 };
 
-/// What was removed so far, in whole points: 512 units are one cell of the cut lattice.
+/// Removed matter so far, in whole points: 512 units are one cell of the cut lattice.
 struct RemovalLedger {
   static constexpr std::int64_t k_units_per_cell = 512;
   std::vector<std::int64_t> units_by_label;  ///< at least one entry; index is the label, 0 without labels
-  std::int64_t freed_units = 0;              ///< beside them: went as whole parts
+  std::int64_t freed_units = 0;              ///< in addition: went as whole parts
   std::int64_t total() const noexcept;
 };
 
@@ -152,14 +152,14 @@ class Version {
   bool is_untouched() const noexcept { return brick_count_ == 0; }
   int brick_count() const noexcept { return brick_count_; }
   const RemovalLedger& ledger() const noexcept { return ledger_; }
-  /// What so many units of the ledger are in mm^3.
+  /// Size of so many units of the ledger, mm^3.
   double mm3_of(std::int64_t units) const noexcept {
     return static_cast<double>(units) / static_cast<double>(RemovalLedger::k_units_per_cell) *
            lattice_.frame().voxel_mm3();
   }
   double band_mm() const noexcept { return band_mm_; }
-    std::size_t bytes() const noexcept;  ///< of tables, bricks and masks
-  /// Of those that are not among `seen`, which they are from then on: what versions share counts once.
+  std::size_t bytes() const noexcept;  ///< of tables, bricks and masks
+  /// Bytes of tables that are not among `seen`, to which they are added: what versions share counts once.
   std::size_t add_bytes(std::unordered_set<const void*>& seen) const;
 
   /// The page that holds a sample, or null where nothing was cut. The sample lies inside the lattice.
@@ -167,7 +167,7 @@ class Version {
     const Region* region = regions_[region_index(s)].get();
     return region ? region->pages[page_index(s)].get() : nullptr;
   }
-  /// The same for the brick.
+  /// The brick that holds a sample, or null where nothing was cut.
   const Brick* brick_at(const glm::ivec3& s) const noexcept {
     const Page* page = page_at(s);
     return page ? page->bricks[brick_index(s)].get() : nullptr;
@@ -228,8 +228,8 @@ class Version {
   glm::dvec3 distance_gradient(const glm::dvec3& p) const noexcept;
   /// Is there a brick in the cell of p or touching it?
   bool is_near_cut(const glm::dvec3& p) const noexcept;
-  /// May threads beside the edit thread read masks (removed_share(), content_hash())? Those of an unfrozen
-  /// version change while its stroke goes on; all the rest of a version never does.
+  /// May threads other than the edit thread read masks (removed_share(), content_hash())? Those of an
+  /// unfrozen version change while its stroke goes on; all the rest of a version never does.
   bool is_frozen() const noexcept {
     return !frozen_strokes_ || stroke_ <= frozen_strokes_->load(std::memory_order_acquire);
   }

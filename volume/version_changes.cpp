@@ -13,7 +13,7 @@ namespace trephine::volume {
 namespace {
 
 constexpr std::size_t k_eight = k_page * k_page * k_page;  // bricks of a page, pages of a region
-/// Of a brick; `changed`: what follows is the difference from the brick that was there.
+/// Puts a brick; `changed`: what follows is the difference from the brick that was there.
 enum BrickKind : std::uint8_t {
   gone = 0,
   hollow = 1,
@@ -29,7 +29,7 @@ std::uint8_t kind_of(const Brick& brick) noexcept {
 
 using Word = std::uint32_t;
 
-/// What a brick holds, part after part, as bytes of whole words.
+/// Contents of a brick, part after part, as bytes of whole words.
 struct BrickParts {
   std::array<std::span<std::byte>, 5> parts;
   std::size_t count = 0;  ///< of words
@@ -96,7 +96,7 @@ void put_brick(std::string& out, const Brick* before, const Brick* brick) {
 
 Error broken(const char* what) { return {"recorded bricks are broken", "", what, "what trephine wrote", ""}; }
 
-/// What put_runs() has written of as many words, each combined with what is there. False: it is not that.
+/// Reads the output of put_runs() of as many words, each combined with what is there. False: it is not that.
 bool xor_runs(std::string_view in, const BrickParts& brick) {
   for (std::size_t at = 0; at < brick.count;) {
     std::uint16_t head = 0;
@@ -121,9 +121,9 @@ bool xor_runs(std::string_view in, const BrickParts& brick) {
   return in.empty();
 }
 
-constexpr std::uint64_t k_own = ~std::uint64_t{0};  // serial of what nobody else holds yet
+constexpr std::uint64_t k_own = ~std::uint64_t{0};  // serial of a brick that is not shared yet
 
-/// The brick that was written so in its place, where the last one was. False when the bytes are none.
+/// Reads a brick in its place, where the last one was. False when the bytes are invalid.
 bool get_brick(std::string_view in, Ref<Brick>& place) {
   std::uint8_t told = 0;
   if (!get(in, told)) return false;
@@ -157,7 +157,7 @@ bool is_right(const RemovalMask& mask) noexcept {
   return true;
 }
 
-/// What follows from the rest, once that is there. False: it cannot be so.
+/// Derives the rest, once that is there. False: it cannot be so.
 bool complete(Brick& brick, double band_mm) {
   brick.kept.fill(0);
   for (std::size_t i = 0; i < brick.distance.size(); ++i) {

@@ -20,7 +20,7 @@ void* allocate_pages(std::size_t bytes) {
   const std::size_t rounded = (bytes + k_huge_page - 1) / k_huge_page * k_huge_page;
   void* memory = std::aligned_alloc(k_huge_page, rounded);
   if (memory == nullptr) throw std::bad_alloc();
-  madvise(memory, rounded, MADV_HUGEPAGE);  // a wish; refusal changes nothing but speed
+  madvise(memory, rounded, MADV_HUGEPAGE);  // a request; refusal changes nothing but speed
   return memory;
 }
 

@@ -23,7 +23,7 @@ struct Volume {
   bool is_hounsfield = false;              ///< intensities are Hounsfield units (CT)
   Buffer<std::uint8_t> labels;             ///< empty, or one label per voxel
   std::vector<std::string> label_names;    ///< name of each label value; 0 is the background
-  std::vector<glm::u8vec3> label_colours;  ///< of each label value, where somebody chose them; else empty
+  std::vector<glm::u8vec3> label_colours;  ///< of each label value, where chosen; else empty
 
   std::size_t index(int x, int y, int z) const noexcept {
     return static_cast<std::size_t>(x) +

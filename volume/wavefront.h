@@ -40,7 +40,7 @@ class Wavefront {
  public:
   static constexpr std::uint32_t k_none = ~0u;
 
-  /// Of the lattice points of `wanted` and `halo` more on each side; borrows the points.
+  /// Prepares the lattice points of `wanted` and `halo` more on each side; borrows the points.
   Wavefront(const Frame& lattice, const LatticeBox& wanted, const glm::ivec3& halo,
             const std::vector<SurfacePoint>& points)
       : lattice_(lattice),

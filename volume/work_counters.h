@@ -1,11 +1,11 @@
-// What this process has made so far, so that reports can prove what a scene did not need.
+// Counts of what this process has made, so that reports can prove what a scene did not need.
 #pragma once
 
 #include <atomic>
 
 namespace trephine::volume {
 
-/// Process-wide on purpose, against the house rule: what must be shown is that nobody, anywhere, made a mesh
+/// Process-wide on purpose, against the house rule: it must be shown that a mesh was never made anywhere
 /// or a GL context, and a counter that is passed along cannot show that. Nothing reads them but reports.
 struct WorkCounters {
   std::atomic<long> surfaces{0};       ///< whole surfaces and chunks extracted

@@ -193,9 +193,9 @@ int trephine_operation_command(trephine_operation* operation, int hand, const ch
     if (command == nullptr) return bad("there is no command", "NULL", "a name");
     if (hand < 0 || hand >= static_cast<int>(operation->poses.size()))
       return bad("there is no such hand", std::to_string(hand), "an index of a hand of the scene");
-    auto wish = modules::catalogue().command(command, words ? words : "", hand);
-    if (!wish) return wish.error();
-    const sim::Outcome outcome = operation->run->apply_whole(wish.value());
+    auto request = modules::catalogue().command(command, words ? words : "", hand);
+    if (!request) return request.error();
+    const sim::Outcome outcome = operation->run->apply_whole(request.value());
     operation->changed = sim::united(operation->changed, outcome.box);
     refused = outcome.refused;
     return std::nullopt;

@@ -15,11 +15,11 @@ using volume::Result;
 
 Result<Panel> depth_panel(std::span<const sim::SeenDepths> depths, int columns, int rows) {
   if (depths.empty())
-    return Error{"there are no depth images", "", "nothing near that is felt by them",
+    return Error{"there are no depth images", "", "no object near that is touched by them",
                  "the tool near a model or video of --depth", ""};
   const DepthSet& first = *depths[0].set;
   const haptics::Placement& place = depths[0].drawn;
-  // Each camera stands on a face: whence it looks, and which way its picture goes.
+  // Each camera stands on a face: its position, and the direction of its picture.
   struct Camera {
     int axis;
     double side;

@@ -1,4 +1,4 @@
-// What the six cameras of a clip volume see: depth images of what a hand feels by them.
+// Images of the six cameras of a clip volume: the depth images by which a hand touches.
 #pragma once
 
 #include "apps/imaging/panel.h"
@@ -7,7 +7,7 @@
 namespace trephine::imaging {
 
 /// From L, P, S in the upper row, from R, A, I in the lower one, near is bright; `columns` x `rows` pixels at
-/// most. Of all things together, in the clip volume of the first. Error: nothing near is felt so.
+/// most. All objects together, in the clip volume of the first. Error: no object near is touched so.
 volume::Result<Panel> depth_panel(std::span<const sim::SeenDepths> depths, int columns, int rows);
 
 /// The edges of the clip volumes, world.

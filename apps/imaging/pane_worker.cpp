@@ -6,7 +6,7 @@
 
 namespace trephine::imaging {
 
-PaneWorker::PaneWorker(std::size_t panes) : wishes_(panes), made_(panes) {}
+PaneWorker::PaneWorker(std::size_t panes) : requests_(panes), made_(panes) {}
 
 PaneWorker::~PaneWorker() {
   {
@@ -20,8 +20,8 @@ PaneWorker::~PaneWorker() {
 void PaneWorker::request(std::size_t pane, Make make, std::uint64_t stamp) {
   {
     const std::lock_guard guard(lock_);
-    counters_.superseded += wishes_[pane].first != nullptr;
-    wishes_[pane] = {std::move(make), stamp};
+    counters_.superseded += requests_[pane].first != nullptr;
+    requests_[pane] = {std::move(make), stamp};
     if (!thread_.joinable()) thread_ = std::thread(&PaneWorker::run, this);
   }
   changed_.notify_all();
@@ -29,7 +29,7 @@ void PaneWorker::request(std::size_t pane, Make make, std::uint64_t stamp) {
 
 void PaneWorker::forget(std::size_t pane) {
   const std::lock_guard guard(lock_);
-  wishes_[pane] = {};
+  requests_[pane] = {};
   made_[pane].reset();
 }
 
@@ -40,8 +40,8 @@ std::optional<PaneWorker::Made> PaneWorker::take(std::size_t pane) {
 
 bool PaneWorker::is_idle() const {
   const std::lock_guard guard(lock_);
-  for (const auto& [wish, stamp] : wishes_)
-    if (wish) return false;
+  for (const auto& [request, stamp] : requests_)
+    if (request) return false;
   for (const std::optional<Made>& one : made_)
     if (one) return false;
   return !is_working_;
@@ -55,16 +55,16 @@ PaneWorker::Counters PaneWorker::counters() const {
 void PaneWorker::run() {
   std::unique_lock guard(lock_);
   for (;;) {
-    std::size_t pane = wishes_.size();
-    for (std::size_t i = 0; i < wishes_.size() && pane == wishes_.size(); ++i)
-      if (wishes_[(next_ + i) % wishes_.size()].first) pane = (next_ + i) % wishes_.size();
+    std::size_t pane = requests_.size();
+    for (std::size_t i = 0; i < requests_.size() && pane == requests_.size(); ++i)
+      if (requests_[(next_ + i) % requests_.size()].first) pane = (next_ + i) % requests_.size();
     if (is_stopping_) return;
-    if (pane == wishes_.size()) {
+    if (pane == requests_.size()) {
       changed_.wait(guard);
       continue;
     }
     next_ = pane + 1;
-    const auto [make, stamp] = std::exchange(wishes_[pane], {});
+    const auto [make, stamp] = std::exchange(requests_[pane], {});
     is_working_ = true;
     guard.unlock();
     const auto begun = workbench::Clock::now();

@@ -29,7 +29,7 @@ struct Panel {
   std::vector<Line> lines;
 };
 
-/// Of the patient's directions (L, R, P, A, S, I) those that a way has most of: "L", "LA".
+/// Main letters of a direction among the patient's (L, R, P, A, S, I): "L", "LA".
 std::string direction_letters(const glm::dvec3& direction_world);
 /// A round length for a scale bar, mm: the longest that is at most so long, and at least 1.
 int bar_length(double longest) noexcept;

@@ -44,7 +44,7 @@ void Panes::show(Subject subject, bool is_changed) {
     if (pane.kind == PaneKind::depths) pane.is_stale |= are_newer;
 }
 
-/// What was made of something else, or is being made.
+/// Version of an image's sources, made or in progress.
 void Panes::forget(std::size_t index) {
   Pane& pane = panes_[index];
   worker_.forget(index);
@@ -224,7 +224,7 @@ void Panes::set_ramp(std::string_view name) {
 void Panes::set_label_opacity(std::size_t label, double opacity) {
   looks_.resize(std::max(looks_.size(), label + 1));
   looks_[label].opacity = opacity;
-  set_ramp(ramp_);  // drawn anew
+  set_ramp(ramp_);  // draws again
 }
 
 void Panes::set_arm(const fluoroscopy::CArm& arm) {
@@ -260,8 +260,8 @@ ImagePlane Panes::turned(const Pane& pane) const {
   } else if (pane.kind == PaneKind::tool) {
     // The shaft lies in it; seen as nearly from the patient's left as can be.
     through = tip_;
-    const dvec3 wish = std::abs(shaft_.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, -1, 0);
-    turn_plane(plane, wish - glm::dot(wish, shaft_) * shaft_);
+    const dvec3 request = std::abs(shaft_.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, -1, 0);
+    turn_plane(plane, request - glm::dot(request, shaft_) * shaft_);
   } else {
     turn_plane(plane, k_pane_kinds[static_cast<std::size_t>(pane.kind)]);
   }
@@ -269,7 +269,7 @@ ImagePlane Panes::turned(const Pane& pane) const {
     if (std::abs(plane.normal().z) > 0.7) plane.up = -plane.up;
     plane.right = -plane.right;
   }
-  // All of the scan, where nobody said how much.
+  // All of the scan, unless a width was chosen.
   dvec2 low(1e300), high(-1e300);
   for (const dvec3& corner :
        volume::corners_world(subject_.scan->frame, glm::ivec3(0), subject_.scan->size - 1)) {

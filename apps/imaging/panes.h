@@ -1,5 +1,5 @@
-// Panes beside a picture in three dimensions: slices that meet where one looks, sections, X-rays. Which they
-// are, what they show and when they are made anew; who draws them is elsewhere.
+// Panes next to a picture in three dimensions: slices that meet at the focus, sections, X-rays. Their
+// kinds, contents and updates; who draws them is elsewhere.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace trephine::imaging {
 
-/// What a pane shows. Along the tool: a slice in which its shaft lies. Drawn: the scan itself, directly, seen
+/// Kind of a pane. Along the tool: a slice in which its shaft lies. Drawn: the scan itself, directly, seen
 /// as the picture is. Depths: the depth images around the tool.
 enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray, drawn, depths };
 /// Does it show a plane of the scan?
@@ -25,18 +25,18 @@ class Panes {
  public:
   explicit Panes(std::size_t count);
 
-  // What is looked at.
+  // Focus.
   /// The newest state. is_changed: matter or things are not what they were the last time.
   void show(Subject subject, bool is_changed);
   /// Another scan: what was made of the old one is forgotten.
   void forget();
   void look_at(const glm::dvec3& world);
   const glm::dvec3& looked_at() const noexcept { return at_; }
-  /// Where the tool is and where its shaft points, out of the body. Unit.
+  /// Position of the tool and direction of its shaft, out of the body. Unit.
   void show_tool(const glm::dvec3& tip, const glm::dvec3& shaft);
   void turn_section(const glm::dvec3& normal);
   glm::dvec3 section_normal() const noexcept { return section_normal_; }
-  /// The scan's own number where one looks; nothing beside it.
+  /// Value of the scan at the focus; empty outside of it.
   std::optional<int> probe() const;
   bool is_hounsfield() const noexcept { return subject_.scan && subject_.scan->is_hounsfield; }
 
@@ -45,7 +45,7 @@ class Panes {
   void set_from_back(bool is_from_back);
   bool is_from_back() const noexcept { return is_from_back_; }
 
-  // What a person turns.
+  // Controls of the user.
   std::size_t count() const noexcept { return panes_.size(); }
   void set_kind(std::size_t pane, PaneKind kind);
   PaneKind kind(std::size_t pane) const noexcept { return panes_[pane].kind; }
@@ -65,13 +65,13 @@ class Panes {
   void set_slab(double thickness);
   double slab() const noexcept { return slab_; }
 
-  // What is drawn directly.
+  // Ray-cast scan.
   /// As the picture is seen; its pixels are those of the pane.
   void set_eye(const volume::Eye& eye, const std::optional<volume::Openings::Plane>& clip);
   /// One of k_ramps.
   void set_ramp(std::string_view name);
   const std::string& ramp() const noexcept { return ramp_; }
-  /// How much of a label's opacity is left: 0 hides it.
+  /// Factor of a label's opacity: 0 hides it.
   void set_label_opacity(std::size_t label, double opacity);
 
   // The C-arm. Between exposures its last image is held.
@@ -82,11 +82,11 @@ class Panes {
   bool is_live() const noexcept { return is_live_; }
   /// 1024 pixels across, once.
   void shoot();
-  /// What exposures came to, written beside X-rays.
+  /// Total exposure, written next to X-rays.
   void set_xray_note(std::string note) { xray_note_ = std::move(note); }
   const std::string& xray_note() const noexcept { return xray_note_; }
 
-  // What there is to draw.
+  // Requests and images.
   /// Takes finished images in, and asks for those that are not as they should be. True: there are new ones.
   bool frame();
   /// Null: none yet.
@@ -97,7 +97,7 @@ class Panes {
   std::uint64_t made(std::size_t pane) const noexcept { return panes_[pane].made; }
   /// Another number whenever there is something else to draw.
   std::uint64_t changes(std::size_t pane) const noexcept { return panes_[pane].changes; }
-  /// Does anybody see one of this kind?
+  /// Is a pane of this kind visible?
   bool sees(PaneKind kind) const noexcept;
   /// Is all that is visible as it should be?
   bool is_up_to_date() const;
@@ -105,9 +105,9 @@ class Panes {
 
   /// The plane of a pane that shows one.
   std::optional<volume::ImagePlane> plane(std::size_t pane) const;
-  /// Of a pixel; nothing in an X-ray.
+  /// World position of a pixel; empty in an X-ray.
   std::optional<glm::dvec3> world(std::size_t pane, const glm::dvec2& pixel) const;
-  /// Where a point is seen, or the foot of its plumb on the plane; nothing where it is not.
+  /// Position of a point in the image, or of its orthogonal projection on the plane; empty outside of it.
   std::optional<glm::dvec2> pixel(std::size_t pane, const glm::dvec3& world) const;
 
  private:
@@ -126,7 +126,7 @@ class Panes {
     std::string trouble;
     double milliseconds = 0;
     std::uint64_t made = 0, changes = 0;
-    std::uint64_t stamp = 0;                         ///< of wishes that are of this kind and scan
+    std::uint64_t stamp = 0;                         ///< of requests of this kind and scan
     std::shared_ptr<std::atomic<bool>> is_given_up;  ///< of an image that takes long, while it is made
   };
   void forget(std::size_t index);

@@ -117,7 +117,7 @@ void Panes::request_drawn(std::size_t index) {
   const double all = static_cast<double>(pane.columns) * pane.rows;
   const double share = is_moving ? std::clamp(std::sqrt(k_patience * pixels_a_ms_ / all), 0.08, 1.0) : 1.0;
   pane.is_coarse = share < 0.95;
-  volume::DirectWish request;
+  volume::RaycastRequest request;
   request.eye = eye_;
   request.openings.plane = clip_;
   request.eye.columns =
@@ -182,7 +182,7 @@ bool Panes::frame() {
   for (const Pane& pane : panes_) is_any = is_any || (pane.is_stale && pane.is_visible);
   for (std::size_t i = 0; i < panes_.size(); ++i) {
     Pane& pane = panes_[i];
-    // Others do not wait for a drawn one that takes long, nor for one that nobody sees.
+    // Others do not wait for a drawn one that takes long, nor for an invisible one.
     if (pane.is_given_up && (is_any || !pane.is_visible)) *pane.is_given_up = true;
     if (pane.is_stale && pane.is_visible && pane.columns > 1 && pane.rows > 1) request(i);
   }

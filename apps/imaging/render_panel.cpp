@@ -87,9 +87,9 @@ std::array<glm::ivec3, 2> Renderer::seen_box(const std::shared_ptr<const volume:
   return image_->seen_box().value_or(std::array{glm::ivec3(0), scan->size - 1});
 }
 
-Panel Renderer::draw(const Subject& subject, const volume::DirectWish& wish, int threads) {
+Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& request, int threads) {
   take(subject.scan, threads);
-  const volume::Eye& eye = wish.eye;
+  const volume::Eye& eye = request.eye;
   const std::size_t count = static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(eye.rows);
   pixels_.resize(count);
   walls_.clear();
@@ -121,7 +121,7 @@ Panel Renderer::draw(const Subject& subject, const volume::DirectWish& wish, int
       }
     });
   }
-  image_->draw(wish, *subject.version, walls_, threads, pixels_);
+  image_->draw(request, *subject.version, walls_, threads, pixels_);
   Panel panel;
   panel.columns = eye.columns, panel.rows = eye.rows, panel.mm_a_pixel = eye.pixel();
   panel.pixels.resize(count);

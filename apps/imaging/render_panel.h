@@ -9,7 +9,7 @@ namespace trephine::imaging {
 
 /// Ramps by name, HU; `grey` is between the ends of whatever numbers a scan has.
 inline constexpr std::string_view k_ramps[] = {"bone", "bone-and-skin", "skin", "vessels", "grey"};
-/// Of a scan in Hounsfield units; of others only `grey` means anything, and is what all of them are.
+/// Presets for a scan in Hounsfield units; of others only `grey` means anything, and all of them equal it.
 volume::Ramp ramp_of(std::string_view name, const volume::Volume& scan);
 /// From how opaque a millimetre on matter is touched that is drawn by a ramp.
 inline constexpr double k_touched = 0.1;
@@ -20,7 +20,7 @@ volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
                      const std::array<glm::ivec3, 2>& voxels, int columns, int rows);
 inline constexpr std::string_view k_sides[] = {"front", "back", "left", "right", "top", "bottom", "oblique"};
 
-/// Of one scan after another: what a scan needs is made once.
+/// Renderer of one scan after another: what a scan needs is made once.
 class Renderer {
  public:
   Renderer() = default;
@@ -31,7 +31,7 @@ class Renderer {
   /// The voxels of a scan in which anything may be seen; all of it, where nothing is.
   std::array<glm::ivec3, 2> seen_box(const std::shared_ptr<const volume::Volume>& scan, int threads);
   /// Things hide, and are hidden by, what is opaque.
-  Panel draw(const Subject& subject, const volume::DirectWish& wish, int threads);
+  Panel draw(const Subject& subject, const volume::RaycastRequest& request, int threads);
   volume::DirectImage::Counters counters() const;
 
  private:

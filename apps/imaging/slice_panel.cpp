@@ -14,7 +14,7 @@ using volume::Status;
 
 namespace {
 
-/// A line a little farther in, to its left: beside that of what lies on the other side.
+/// A line a little farther in, to its left: next to that of what lies on the other side.
 cross_section::Loop inset(const cross_section::Loop& loop, double mm) {
   cross_section::Loop in;
   for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -78,7 +78,7 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
     if (!cut) return cut.error();
     add(cut.value().outline, {255, 255, 255}, thing.name);
   }
-  // Of the plan what lies within 2 mm of the plane; farther away it says nothing here.
+  // The plan is drawn within 2 mm of the plane; farther away it does not belong to it.
   constexpr double k_near = 2;
   for (const auto& [from, to] : subject.plan)
     if (std::abs(plane.height(from)) < k_near && std::abs(plane.height(to)) < k_near)

@@ -7,7 +7,7 @@
 
 namespace trephine::imaging {
 
-/// Of the same plane's values.
+/// Image of the same plane's values.
 Panel slice_panel(const ct_viewer::SliceValues& values, const volume::ImagePlane& plane,
                   const ct_viewer::GreyWindow& window, ct_viewer::Blend blend);
 

@@ -1,4 +1,4 @@
-// What images are made of: a scan at one moment, and the things in it.
+// Subject of an image: a scan at one moment, and the objects in it.
 #pragma once
 
 #include "apps/workbench/moment.h"
@@ -12,7 +12,7 @@ using Thing = workbench::Moment::Thing;
 struct Subject {
   std::shared_ptr<const volume::Volume> scan;
   std::shared_ptr<const volume::Version> version;
-  std::optional<volume::Shape> bone;      ///< nothing where nobody says what is solid
+  std::optional<volume::Shape> bone;      ///< empty where no shape is chosen
   std::vector<volume::Shape> structures;  ///< that must not be cut
   std::vector<Thing> things;
   std::vector<std::array<glm::dvec3, 2>> plan;  ///< lines, world
@@ -25,7 +25,7 @@ bool is_spine(const volume::Volume& scan);
 
 /// Error names a thing that is no closed surface, or looks inward.
 volume::Status check_closed(const Thing& thing);
-/// Of a model, a screw or a piece; error names one that is no closed surface.
+/// Surface of a model, a screw or a piece; error names one that is not closed.
 volume::Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Thing& thing);
 
 }  // namespace trephine::imaging

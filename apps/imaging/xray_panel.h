@@ -8,12 +8,12 @@
 
 namespace trephine::imaging {
 
-/// What a detector received, in greys. `hidden`: pixels that are shown as closed ones are; may be empty.
+/// Signal of a detector, in greys. `hidden`: pixels that are shown as closed ones are; may be empty.
 Panel xray_panel(std::span<const float> received, const fluoroscopy::View& view, double pixel,
                  const fluoroscopy::Display& display, std::span<const std::uint8_t> hidden);
 /// Does an image show the patient's left and right?
 bool shows_sides(const fluoroscopy::View& view) noexcept;
-/// Where a point of the world lies in it, mm from its middle; nothing behind the source.
+/// Projection of a world point, mm from its middle; empty behind the source.
 std::optional<glm::dvec2> in_panel(const fluoroscopy::View& view, double pixel, const glm::dvec3& world);
 /// The plan, drawn in.
 void draw_in(Panel& panel, const Subject& subject, const fluoroscopy::View& view, double pixel);
@@ -34,7 +34,7 @@ class XrayCamera {
   std::shared_ptr<const volume::Volume> scan_;
   std::unique_ptr<fluoroscopy::VolumeXray> xray_;
   fluoroscopy::CArm arm_;       ///< of what is kept:
-  std::vector<double> beyond_;  ///< what the body would weaken rays by beside the scan
+  std::vector<double> beyond_;  ///< attenuation by the body outside the scan
   std::vector<std::uint8_t> hidden_;
 };
 

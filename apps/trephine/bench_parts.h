@@ -22,7 +22,7 @@ volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome);
 /// Series found and read, on files that it writes.
 volume::Status bench_dicom(const BenchArguments& arguments, Outcome& outcome);
 
-/// Of a session.
+/// Parts of a session.
 volume::Status bench_open(const BenchArguments& arguments, Outcome& outcome);
 
 }  // namespace trephine::app

@@ -91,7 +91,7 @@ checker::EffectLaw law_of(const std::string& words) {
   return law;
 }
 
-/// A round tip where its field lets it be, beside the scan's own samples and cuts.
+/// Judge of a round tip's place, by the scan's own samples and cuts in addition to its field.
 class Ball {
  public:
   explicit Ball(const haptics::TouchScene& scene)
@@ -137,37 +137,37 @@ class Ball {
   double deepest_ = 0;
 };
 
-/// What stops one hand, read from samples and triangles with the judges' own code: shapes of the anatomy as
-/// a tick saw them, of other scans, and models where they are.
-class FeltSolids {
+/// Touchable solids of one hand, read from samples and triangles with the judges' own code: shapes of the
+/// anatomy as a tick saw them, of other scans, and models where they are.
+class TouchableSolids {
  public:
   /// True when it is another solid than before.
-  bool see(const std::shared_ptr<const haptics::ServoHand>& felt) {
-    const bool is_other_scene = !felt_ || felt_->scene != felt->scene;
-    const bool is_cut = is_other_scene || felt_->state.version != felt->state.version ||
-                        felt_->state.offsets != felt->state.offsets;
-    const bool has_moved = is_other_scene || felt_->placement_count != felt->placement_count ||
-                           felt_->placements != felt->placements;
-    const bool is_switched = is_other_scene || !(felt_->untouchable == felt->untouchable);
-    felt_ = felt;
-    const haptics::TouchScene& scene = *felt->scene;
+  bool see(const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
+    const bool is_other_scene = !servo_hand_ || servo_hand_->scene != servo_hand->scene;
+    const bool is_cut = is_other_scene || servo_hand_->state.version != servo_hand->state.version ||
+                        servo_hand_->state.offsets != servo_hand->state.offsets;
+    const bool has_moved = is_other_scene || servo_hand_->placement_count != servo_hand->placement_count ||
+                           servo_hand_->placements != servo_hand->placements;
+    const bool is_switched = is_other_scene || !(servo_hand_->untouchable == servo_hand->untouchable);
+    servo_hand_ = servo_hand;
+    const haptics::TouchScene& scene = *servo_hand->scene;
     if (is_other_scene) see_scene(scene);
     if (is_cut) {
       cut_.clear();
-      const auto state = std::shared_ptr<const haptics::TouchState>(felt, &felt->state);
+      const auto state = std::shared_ptr<const haptics::TouchState>(servo_hand, &servo_hand->state);
       for (std::size_t s = 0; s < base_shapes(scene).size(); ++s)
         cut_.emplace_back(method(), scene, state, s);
     }
     return is_cut || has_moved || is_switched;
   }
-  const haptics::MethodInfo& method() const { return *haptics::find_method(felt_->method->name()); }
+  const haptics::MethodInfo& method() const { return *haptics::find_method(servo_hand_->method->name()); }
   /// Does the way meet what holds this hand from its front? Volume frame of the anatomy. `popped`: an item
   /// that gave way. `is_still`: models that move are left out.
   bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool is_still = false) const {
-    const haptics::TouchScene& scene = *felt_->scene;
+    const haptics::TouchScene& scene = *servo_hand_->scene;
     const auto holds = [&](std::size_t item) {
       return haptics::holds(scene.items[item].sides, haptics::Side::front) &&
-             !felt_->untouchable.contains(static_cast<int>(item)) && popped != static_cast<int>(item);
+             !servo_hand_->untouchable.contains(static_cast<int>(item)) && popped != static_cast<int>(item);
     };
     for (std::size_t s = 0; s < cut_.size(); ++s)
       if (holds(s) && cut_[s].meets(a, b)) return true;
@@ -188,14 +188,15 @@ class FeltSolids {
     return false;
   }
   bool has_movers() const {
-    for (const haptics::TouchItem& item : felt_->scene->items)
+    for (const haptics::TouchItem& item : servo_hand_->scene->items)
       if (item.depth) return true;
     return std::any_of(models_.begin(), models_.end(),
-                       [&](const Model& m) { return felt_->scene->items[m.item].mover >= 0; });
+                       [&](const Model& m) { return servo_hand_->scene->items[m.item].mover >= 0; });
   }
   haptics::Placement placement(const haptics::TouchItem& item) const {
     const auto mover = static_cast<std::size_t>(item.mover);
-    return item.mover >= 0 && mover < felt_->placement_count ? felt_->placements[mover] : item.placement;
+    return item.mover >= 0 && mover < servo_hand_->placement_count ? servo_hand_->placements[mover]
+                                                                   : item.placement;
   }
 
  private:
@@ -247,7 +248,7 @@ class FeltSolids {
     }
   }
 
-  std::shared_ptr<const haptics::ServoHand> felt_;
+  std::shared_ptr<const haptics::ServoHand> servo_hand_;
   std::vector<scenes::Promise> cut_;  ///< of the anatomy's shapes
   std::vector<Whole> whole_;
   std::vector<Model> models_;
@@ -261,7 +262,7 @@ struct Hand {
   Hand(const Hand&) = delete;
   Hand& operator=(const Hand&) = delete;
 
-  FeltSolids solids;
+  TouchableSolids solids;
   checker::FallThroughJudge falls;
   checker::ForceJudge force;
   DrawnJudge drawn;
@@ -331,16 +332,17 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     allowed = std::max(allowed, hand.ball->allowed_mm());
     hand.ball.reset();
   };
-  const auto see = [&](Hand& hand, const std::shared_ptr<const haptics::ServoHand>& felt) {
-    if (hand.scene != felt->scene) {
+  const auto see = [&](Hand& hand, const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
+    if (hand.scene != servo_hand->scene) {
       take_ball(hand);
-      hand.scene = felt->scene;
+      hand.scene = servo_hand->scene;
       // Methods on cubes promise no more than these, and a ball of a voxel may lie in the corner of one.
-      if (hand.scene->tool_radius > 0 && haptics::find_method(felt->method->name())->solid == Solid::smooth)
+      if (hand.scene->tool_radius > 0 &&
+          haptics::find_method(servo_hand->method->name())->solid == Solid::smooth)
         hand.ball.emplace(*hand.scene);
     }
-    if (hand.laws != felt->laws) {
-      hand.laws = felt->laws;
+    if (hand.laws != servo_hand->laws) {
+      hand.laws = servo_hand->laws;
       std::vector<checker::EffectLaw> laws;
       if (hand.laws)
         for (const haptics::ServoLaw& one : hand.laws->laws()) {
@@ -349,10 +351,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         }
       hand.force.set_effects(std::move(laws));
     }
-    if (!hand.solids.see(felt)) return;
+    if (!hand.solids.see(servo_hand)) return;
     hand.falls.solid_changed();
-    hand.friction.set_solid(felt);
-    if (hand.ball) hand.ball->set_version(felt->state.version);
+    hand.friction.set_solid(servo_hand);
+    if (hand.ball) hand.ball->set_version(servo_hand->state.version);
   };
 
   ProgressLine progress("auditing");
@@ -376,7 +378,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (!stepped.value()) break;
     const haptics::ServoRecord& r = replay.record();
     Hand& hand = judges[r.hand];
-    see(hand, replay.felt());
+    see(hand, replay.servo_hand());
     const haptics::TouchScene& scene = *hand.scene;
     if (!scene.tool_balls.empty())
       return Error{"the audit has no judge for tools of several balls",
@@ -444,7 +446,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (r.is_led) ++led;
     if (!r.is_led && !is_lost) {
       const long before = hand.falls.judged();
-      // What moves may have taken the proxy along before its way began: through nothing else.
+      // A moving object may have taken the proxy along before its way began: through nothing else.
       if (const glm::dvec3* last = hand.falls.free_proxy();
           last && hand.solids.has_movers() && !step.is_buried && waypoints > 0 && path[0] != *last)
         hand.falls.carried_to(path[0], hand.solids.meets(*last, path[0], hand.popped_shape, true));
@@ -464,8 +466,9 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
           plants ? pull + FrictionAudit::planted(pull, r.normal_world, material.static_friction) : pull);
       if (plants && hand.friction.found().outside > before) to_plant.reset();
     }
-    if (!r.is_led && !is_lost && r.tick % DrawnJudge::k_every == 0 && !replay.felt()->state.depths.empty())
-      hand.drawn.judge(*replay.felt(), drawn_at, r.t, hand.popped_shape);
+    if (!r.is_led && !is_lost && r.tick % DrawnJudge::k_every == 0 &&
+        !replay.servo_hand()->state.depths.empty())
+      hand.drawn.judge(*replay.servo_hand(), drawn_at, r.t, hand.popped_shape);
     if (!is_lost) hand.pop(scene, r);
   }
   if (to_plant)
@@ -546,7 +549,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                     balls, sunk, allowed, deepest);
   if (drawn > 0)
     outcome.text += format_text(
-        "things felt by depth images, seen without images in %ld ticks: %ld times deeper in them than %.2f "
+        "objects touched by depth images, judged without images in %ld ticks: %ld times deeper in them than "
+        "%.2f "
         "mm, "
         "at most %.3f mm\n",
         drawn, drawn_sunk, allowed_drawn, std::max(0.0, deepest_drawn));
@@ -560,7 +564,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                                         [](const sim::StructureSpec& s) { return s.comes_in; });
   outcome.json["is_screen_judged"] = !is_on_screen;
   if (is_on_screen)
-    outcome.text += "what was felt as it stood on the screen is not judged: the screen is gone\n";
+    outcome.text += "what was touched by its picture on the screen is not judged: the screen is gone\n";
   if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter before it\n";
   outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;

@@ -78,7 +78,7 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
 /// Bits, components and a flood of them, from the voxels on.
 void bench_flood(int size, Outcome& outcome) {
   outcome.text += format_text(
-      "floods and components of %d^3 int16, threshold included, ms, beside ITK and SciPy\n"
+      "floods and components of %d^3 int16, threshold included, ms, compared with ITK and SciPy\n"
       "%-8s %5s %7s %9s %11s %7s %16s %18s %15s %5s\n",
       size, "volume", "touch", "threads", "parts", "components", "flood", "ITK flood", "ITK components",
       "SciPy label", "same");
@@ -110,14 +110,15 @@ void bench_flood(int size, Outcome& outcome) {
   outcome.json["rows"] = rows;
 }
 
-/// Projections beside plastimatch.
+/// Projections compared with plastimatch.
 void bench_xray(int size, bool is_quick, Outcome& outcome) {
-  // Of what is summed up at most. Where matter reaches the border plastimatch counts otherwise.
+  // Relative to the largest sum. Where matter reaches the border plastimatch counts otherwise.
   const auto most_rmse = [](const bench::XrayRow& row) {
     return row.volume == "solid" ? 0.25 / row.size : 1e-6;
   };
   outcome.text += format_text(
-      "X-rays of %d^3 int16 in 512^2 pixels, ms an image of 12 around, beside plastimatch's exact drr\n"
+      "X-rays of %d^3 int16 in 512^2 pixels, ms an image of 12 around, compared with plastimatch's exact "
+      "drr\n"
       "%-7s %7s %7s %10s %9s %9s %18s %11s %12s %10s\n",
       size, "volume", "filled", "threads", "preparing", "exact", "Joseph", "plastimatch", "its RMSE",
       "Joseph's RMSE", "worst ray");
@@ -157,7 +158,7 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
   }
 }
 
-/// Scans drawn directly, beside VTK's mappers.
+/// Ray casting compared with VTK's mappers.
 volume::Status bench_render(int size, Outcome& outcome) {
   const auto surface = view::make_offscreen(512, 512);
   if (!surface) return surface.error();
@@ -185,10 +186,11 @@ volume::Status bench_render(int size, Outcome& outcome) {
   return std::nullopt;
 }
 
-/// Slices beside VTK's.
+/// Slices compared with VTK's.
 void bench_reslice(int size, Outcome& outcome) {
   outcome.text += format_text(
-      "linear slices of 1024^2 pixels of %d^3 int16, ms, beside vtkImageReslice\n%-16s %7s %8s %16s %11s\n",
+      "linear slices of 1024^2 pixels of %d^3 int16, ms, compared with vtkImageReslice\n%-16s %7s %8s %16s "
+      "%11s\n",
       size, "plane", "threads", "ours", "VTK", "differ by");
   Json rows = Json::array();
   std::map<int, std::pair<double, double>> range;  // by threads: best and worst plane
@@ -241,7 +243,8 @@ void bench_parting(Outcome& outcome) {
 void bench_surface(int size, Outcome& outcome) {
   const bench::SurfaceResult r = bench::run_surface_benchmark(size);
   Json rows = Json::array();
-  outcome.text += format_text("whole surface of %d^3 int16, bits included, beside VTK FlyingEdges3D\n", size);
+  outcome.text +=
+      format_text("whole surface of %d^3 int16, bits included, compared with VTK FlyingEdges3D\n", size);
   for (const bench::SurfaceRow& row : r.rows) {
     const double ratio = row.peer_ms / row.our_ms;
     rows.push_back({{"volume", row.volume},
@@ -427,7 +430,7 @@ Run build(Options& options) {
   options.add("SRC", a->source,
               "A scan: for load; one more scene for feel and stability; a folder for dicom. A session: for "
               "open (none: ten minutes of drilling, recorded first). A polygonal model, or a folder of them: "
-              "for depth, touched beside the made ones");
+              "for depth, touched in addition to the built-in ones");
   options.add("--case", a->case_source, "The scan of that session, where the session needs it");
   options.add("--size", a->size, "Voxels along each axis (surface, step and rays)").shows_default();
   options.add("-o,--output", a->output, "Folder for the tables and charts of feel and stability").type("DIR");
@@ -438,7 +441,7 @@ Run build(Options& options) {
       "with fewer voxels and rates");
   options
       .add("--only", a->only,
-           "Built-in scenes of feel whose name holds this, for example sphere; methods of stability likewise")
+           "Built-in scenes of feel whose name holds this, for example sphere; also methods of stability")
       .type("TEXT");
   options.add("--hand", a->hand, "A recorded hand for one more scene of feel: a session, or a path over SRC")
       .type("FILE");
@@ -451,7 +454,7 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_bench{"bench", "Measure, beside peers in the same run",
+const Command k_bench{"bench", "Measure, together with peers in the same run",
                       "  trephine bench surface\n  trephine bench step --json\n  trephine bench drill\n  "
                       "trephine bench load SCANS/HEAD\n"
                       "  trephine bench depth\n"

@@ -53,7 +53,7 @@ void report_images(bool is_quick, Outcome& outcome) {
   }
   outcome.text +=
       "\nSix images of 256^2 rows of voxels after a burr touched them\n"
-      "burr, mm   all anew, ms   where it changed, us   the chunk's net, ms   Embree's tree of it, ms   "
+      "burr, mm   whole, ms      where it changed, us   the chunk's net, ms   Embree's tree of it, ms   "
       "ratio\n";
   json["edits"] = Json::array();
   for (const bench::EditRow& row : bench::run_depth_edits(is_quick)) {
@@ -114,7 +114,7 @@ void report_falls(bool is_quick, Outcome& outcome) {
   }
 }
 
-/// Of a file or of all files of a folder; closed, 100 mm long.
+/// Models of a file or of all files of a folder; closed, 100 mm long.
 volume::Result<std::vector<bench::BenchModel>> real_models(const std::string& source) {
   namespace fs = std::filesystem;
   std::vector<bench::BenchModel> models;

@@ -1,4 +1,4 @@
-// bench dicom: how long a person waits for a series, beside GDCM and ITK on the same files.
+// bench dicom: time to read a series, compared with GDCM and ITK on the same files.
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>

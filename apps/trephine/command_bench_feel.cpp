@@ -80,10 +80,10 @@ Result<bench::FeelAnswers> read_answers(const std::string& path) {
     const int read = std::sscanf(rest, ",%lf,%lf,%lf%n,%lf%n", &x, &y, &z, &used, &us, &used_with_us);
     const int all = static_cast<int>(std::strlen(rest));
     if (!(read == 3 && used == all) && !(read == 4 && used_with_us == all))
-      return Error{"the answers have a line that is none", where + ", line " + std::to_string(number), line,
+      return Error{"the answers have an invalid line", where + ", line " + std::to_string(number), line,
                    "scene,proxy_x,proxy_y,proxy_z[,us]", "one line a step of hip.csv, numbers in mm"};
     if (!std::isfinite(x + y + z + us))
-      return Error{"the answers have a number that is none", where + ", line " + std::to_string(number), line,
+      return Error{"the answers have an invalid number", where + ", line " + std::to_string(number), line,
                    "finite numbers", ""};
     const std::string scene = line.substr(0, comma);
     answers.proxies_world[scene].emplace_back(x, y, z);
@@ -119,7 +119,7 @@ Result<haptics::PosePath> at_a_kilohertz(const haptics::PosePath& path, const st
   return haptics::PosePath::from_samples(std::move(samples), where);
 }
 
-/// Where a session's first hand was; poses that were no place are left out.
+/// Poses of a session's first hand; invalid poses are left out.
 Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string& where) {
   constexpr double k_most_seconds = 20;
   std::vector<haptics::PosePath::Sample> samples;
@@ -137,7 +137,7 @@ Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string
   return haptics::PosePath::from_samples(std::move(samples), where);
 }
 
-/// What a hand did, over the scan that it did it to: a session, or a path over `source`.
+/// Recorded hand over its scan: a session, or a path over `source`.
 Result<bench::FeelScene> recorded_hand(const std::string& file, const std::string& source) {
   const std::string where = data_tools::file_name(file);
   const auto play = [&](const std::string& name, haptics::TouchScene& scene,

@@ -15,7 +15,7 @@ namespace {
 double part_of(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
-/// Ten minutes over the crown of the built-in head: down beside where it was last, to and fro, up again; two
+/// Ten minutes over the crown of the built-in head: down next to the last place, to and fro, up again; two
 /// times in five the burr is on.
 haptics::PosePath long_hand() {
   std::mt19937 random(3);

@@ -97,7 +97,7 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
       "method,scene,steps,contacts,fall_throughs,judged_by_shape,sunk,buried,not_finite,fastest_mm_s\n";
   for (const bench::AttackRow& row : attacks) {
     falls += row.fall_throughs + row.sunk + row.not_finite, steps += row.steps;
-    // What was never touched was not tested.
+    // A scene that was never touched was not tested.
     outcome.text += format_text("%-16s %-46s %10ld %10ld ", row.method.c_str(), row.scene.c_str(), row.steps,
                                 row.contacts);
     outcome.text += row.contacts > 0

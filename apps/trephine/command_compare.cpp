@@ -1,4 +1,4 @@
-// compare: two moments of a session beside each other, and what differs.
+// compare: two states of a session side by side, and their difference.
 #include <array>
 
 #include "apps/trephine/commands.h"
@@ -106,15 +106,18 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<CompareArguments>();
   add_session(options, a->session, a->case_source);
-  options.add("--at", a->at, "Time of the first state (default: before the first event). --with gives the second").type("S");
+  options
+      .add("--at", a->at,
+           "Time of the first state (default: before the first event). --with gives the second")
+      .type("S");
   options.add("--with", a->with, "Time of the second state (default: the end)").type("S");
-  options.add("-o,--output", a->output, "Write a picture of both beside each other").type("PNG");
+  options.add("-o,--output", a->output, "Write a picture of both, side by side").type("PNG");
   return run_with(a, run_compare);
 }
 
 }  // namespace
 
-const Command k_compare{"compare", "Show two moments of a session beside each other, and what differs",
+const Command k_compare{"compare", "Show two states of a session side by side, and their difference",
                         "  trephine compare drill.session -o compared.png\n"
                         "  trephine compare drill.session --at 8.2 --with 12 --json",
                         build};

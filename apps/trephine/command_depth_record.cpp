@@ -15,41 +15,41 @@ namespace {
 struct RecordArguments {
   ModelArguments models;
   std::string from, at = "0,0,0", size = "320x240", output;
-  workbench::VideoWish wish;
+  workbench::VideoRequest request;
 };
 
-Status parse_size(const std::string& text, workbench::VideoWish& wish) {
+Status parse_size(const std::string& text, workbench::VideoRequest& request) {
   char extra = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%c", &wish.width, &wish.height, &extra) == 2 && wish.width >= 2 &&
-      wish.height >= 2 && wish.width <= 4096 && wish.height <= 4096)
+  if (std::sscanf(text.c_str(), "%dx%d%c", &request.width, &request.height, &extra) == 2 &&
+      request.width >= 2 && request.height >= 2 && request.width <= 4096 && request.height <= 4096)
     return std::nullopt;
   return Error{"this is no size of a picture", "--size", text, "WxH, 2 to 4096 pixels either way", ""};
 }
 
 Result<Outcome> run_record(const RecordArguments& arguments) {
-  workbench::VideoWish wish = arguments.wish;
-  if (Status error = parse_size(arguments.size, wish)) return *error;
+  workbench::VideoRequest request = arguments.request;
+  if (Status error = parse_size(arguments.size, request)) return *error;
   const auto in_range = [](double value, double low, double high, const char* option) -> Status {
     if (value >= low && value <= high) return std::nullopt;
     return Error{"a number is out of range", option, format_text("%g", value),
                  format_text("%g to %g", low, high), ""};
   };
-  if (Status error = in_range(wish.angle, 1, 150, "--angle")) return *error;
-  if (Status error = in_range(wish.rate, 0.1, 1000, "--fps")) return *error;
-  if (Status error = in_range(wish.seconds, 0, 600, "--seconds")) return *error;
+  if (Status error = in_range(request.angle, 1, 150, "--angle")) return *error;
+  if (Status error = in_range(request.rate, 0.1, 1000, "--fps")) return *error;
+  if (Status error = in_range(request.seconds, 0, 600, "--seconds")) return *error;
   if (Status error = in_range(arguments.models.beat, 1e-4, 1000, "--depth-beat")) return *error;
   auto from = parse_place(arguments.from, "--from");
   if (!from) return from.error();
   auto at = parse_place(arguments.at, "--aim");
   if (!at) return at.error();
-  wish.from = from.value(), wish.at = at.value();
+  request.from = from.value(), request.at = at.value();
   auto models = models_of(arguments.models);
   if (!models) return models.error();
   data_tools::OutputSet outputs;
   for (const std::string& file : arguments.models.depths) outputs.reads(file);
   outputs.writes("output", arguments.output, data_tools::OutputKind::folder);
   if (Status error = outputs.check()) return *error;
-  auto video = workbench::record_video(models.value(), wish, person());
+  auto video = workbench::record_video(models.value(), request, person());
   if (!video) return video.error();
   const data_tools::DepthVideo& made = video.value();
   std::size_t seen = 0;
@@ -65,7 +65,7 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
                                                     static_cast<double>(made.pictures.size()));
   Outcome outcome{new_report("depth-record"), "", exit_done};
   outcome.json["pictures"] = made.pictures.size();
-  outcome.json["seconds"] = static_cast<double>(made.pictures.size()) / wish.rate;
+  outcome.json["seconds"] = static_cast<double>(made.pictures.size()) / request.rate;
   outcome.json["mm_a_step"] = made.mm_a_step;
   outcome.json["seen_share"] = share;
   outcome.text =
@@ -86,9 +86,9 @@ Run build(Options& options) {
   options.add("--from", a->from, "Where the camera is, mm (LPS)").required().type("X,Y,Z");
   options.add("--aim", a->at, "What it looks at").shows_default().type("X,Y,Z");
   options.add("--size", a->size, "Of a picture, pixels").shows_default().type("WxH");
-  options.add("--angle", a->wish.angle, "That its width sees").shows_default().type("DEGREES");
-  options.add("--fps", a->wish.rate, "Pictures a second").shows_default().type("HZ");
-  options.add("--seconds", a->wish.seconds, "How long; 0: as long as the models move").shows_default();
+  options.add("--angle", a->request.angle, "That its width sees").shows_default().type("DEGREES");
+  options.add("--fps", a->request.rate, "Pictures a second").shows_default().type("HZ");
+  options.add("--seconds", a->request.seconds, "How long; 0: as long as the models move").shows_default();
   add_model_keys(options, a->models);
   add_model_units(options, a->models);
   return run_with(a, run_record);

@@ -33,7 +33,7 @@ struct Finding {
   bool is_fault = false;
 };
 
-/// How late a thread of the servo's priority wakes at 1 kHz, us, sorted.
+/// Lateness of a thread of the servo's priority at 1 kHz, us, sorted.
 std::vector<double> watch_timer(double seconds, bool& is_realtime) {
   std::vector<double> late;
   std::thread watcher([&] {
@@ -165,7 +165,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
       is_realtime ? Finding{"scheduling", "real-time priority is allowed", "", false}
                   : Finding{"scheduling", "real-time priority is refused",
                             "allow it: a line '@audio - rtprio 90' in /etc/security/limits.d/trephine.conf, "
-                            "then log in anew as a member of audio",
+                            "then log in again as a member of audio",
                             true});
   rlimit lock{};
   getrlimit(RLIMIT_MEMLOCK, &lock);

@@ -25,7 +25,7 @@ struct DrillArguments {
   workbench::RecordChoice record;
 };
 
-/// How near the tool came to what must not be cut, and each time that it was inside; then the check failed.
+/// Distance of the tool to forbidden structures, and each time that it was inside; then the check failed.
 void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
   if (engine.forbidden().empty()) return;
   Json all = Json::array();
@@ -69,7 +69,7 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
   outcome.json["forbidden"] = all;
 }
 
-/// What modules measured, and where resistance was lost.
+/// Measures of modules, and places where resistance was lost.
 void report_measures(const sim::Engine& engine, Outcome& outcome) {
   Json measures = Json::array(), through = Json::array();
   for (const sim::Measure& one : engine.measures()) {

@@ -262,7 +262,7 @@ Run build_convert(Options& options) {
       .add("-o,--output", a->output,
            data_tools::extensions_of(data_tools::OutputKind::volume) + "; with --as a new folder of slices")
       .required();
-  options.add("--as", a->as, "A DICOM series (derived, of nobody), or pictures of 16 bits with stack.json")
+  options.add("--as", a->as, "A DICOM series (derived, anonymous), or pictures of 16 bits with stack.json")
       .one_of({"dicom", "png", "tiff"});
   options.add("--labels", a->labels_output, "Also write the labels to this file; .seg.nrrd keeps their names")
       .type("FILE");

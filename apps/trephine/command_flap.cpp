@@ -36,7 +36,7 @@ struct FlapArguments {
   double diameter = 60;
   int corners = 8;
   std::vector<std::string> leave;
-  CutFlap wish;
+  CutFlap request;
   std::string target;
   std::optional<double> smallest_burr;
   double lift = 0;
@@ -78,9 +78,9 @@ Result<Places> anchors_of(const FlapArguments& a, const workbench::Operation& op
 }
 
 /// So finely that no step between samples is longer than half of the saw's width.
-double burr_for(const CutFlap& wish) { return 4 * bone_flap::width_of(wish.saw); }
+double burr_for(const CutFlap& request) { return 4 * bone_flap::width_of(request.saw); }
 
-/// The target's label; -1: there is none of that name.
+/// The target's label; -1: unknown name.
 int label_of(const FlapArguments& a, const workbench::Operation& operation) {
   const auto& names = operation.source.volume->label_names;
   const auto label = std::find(names.begin(), names.end(), a.target);
@@ -131,7 +131,7 @@ volume::Mesh mesh_of(const std::vector<sim::Body>& bodies) {
   return mesh;
 }
 
-/// What was cut, in words and numbers; empty when there was no flap.
+/// Report of the flap, in words and numbers; empty when it failed.
 Status report_flap(const FlapArguments& a, const workbench::Operation& operation, const sim::Engine& engine,
                    const Places& planned, Outcome& outcome) {
   Json& json = outcome.json;
@@ -210,7 +210,7 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
 Status check(const FlapArguments& a) {
   const int ways = !a.anchors.empty() + !a.landmarks.empty() + !a.at.empty();
   if (ways != 1)
-    return Error{ways == 0 ? "nobody says where the flap is" : "the outline is said twice", "", "",
+    return Error{ways == 0 ? "no outline given" : "the outline is said twice", "", "",
                  "one of --anchors, --landmarks, --at", ""};
   if (!(a.diameter >= 10 && a.diameter <= 200))
     return Error{"a flap is not so large", "diameter", volume::text_of(a.diameter), "10 to 200 mm", ""};
@@ -233,25 +233,25 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(arguments.record)) return *error;
-  CutFlap wish = arguments.wish;
+  CutFlap request = arguments.request;
   for (const std::string& number : arguments.leave) {
     std::uint32_t n = 0;
     const char* end = number.data() + number.size();
     if (std::from_chars(number.data(), end, n).ptr != end || n < 1 || n > 1000)
       return Error{"that is no number of a piece", "leave", number, "1 for the largest, 2, ...", ""};
-    wish.leave.push_back({n});
+    request.leave.push_back({n});
   }
   if (!arguments.seed.empty()) {
     const auto seed = parse_place(arguments.seed, "--seed");
     if (!seed) return seed.error();
-    wish.seed.push_back(seed.value());
+    request.seed.push_back(seed.value());
   }
-  if (Status error = sim::Value(wish).check()) return *error;
+  if (Status error = sim::Value(request).check()) return *error;
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.cuts_by_command = true;
 
-  choice.smallest_burr = arguments.smallest_burr.value_or(burr_for(wish));
+  choice.smallest_burr = arguments.smallest_burr.value_or(burr_for(request));
   auto opened = workbench::open_operation(arguments.source, choice, person());
   if (!opened) return opened.error();
   if (is_interrupted()) return interrupted("the flap");
@@ -260,7 +260,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     return Error{"there is no label of that name", "target", arguments.target, "a label of the scan", ""};
   auto anchors = anchors_of(arguments, operation);
   if (!anchors) return anchors.error();
-  wish.anchors = std::move(anchors).value();
+  request.anchors = std::move(anchors).value();
   Places planned;
   if (!arguments.planned.empty()) {
     FlapArguments other;
@@ -277,7 +277,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   {
     ProgressLine progress("sawing");
     progress(0);
-    const sim::Outcome done = run.apply_whole({wish, 0});
+    const sim::Outcome done = run.apply_whole({request, 0});
     if (done.refused) return *done.refused;
   }
   if (is_interrupted())
@@ -294,9 +294,9 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   json["source"] = name_in_report(operation.source);
   json["shape"] =
       volume::describe(operation.scene()->items[0].field.shape(), operation.source.volume->is_hounsfield);
-  json["saw_mm"] = bone_flap::width_of(wish.saw);
+  json["saw_mm"] = bone_flap::width_of(request.saw);
   json["anchors_world_mm"] = Json::array();
-  for (const dvec3& p : wish.anchors) json["anchors_world_mm"].push_back(json_of(p));
+  for (const dvec3& p : request.anchors) json["anchors_world_mm"].push_back(json_of(p));
   const sim::Engine& engine = run.engine();
   const std::vector<sim::Body> pieces = engine.now().world.bodies;
   dvec3 middle(0), normal(0);
@@ -305,7 +305,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     outcome.text = format_text("no flap: %s, at %.1f, %.1f, %.1f; nothing was cut\n", none->why.c_str(), at.x,
                                at.y, at.z);
     outcome.exit_code = exit_check_failed;
-    for (const dvec3& p : wish.anchors) middle += p / static_cast<double>(wish.anchors.size());
+    for (const dvec3& p : request.anchors) middle += p / static_cast<double>(request.anchors.size());
   } else if (pieces.empty()) {
     const auto* discarded = last_told<sim::JobDiscarded>(engine);
     return Error{"the flap cannot be taken off", "", discarded ? discarded->why : "", "", ""};
@@ -341,7 +341,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<FlapArguments>();
   const auto add = [&](std::string_view field, const char* called) {
-    return add_field(options, CutFlap::schema(), &a->wish, field, called);
+    return add_field(options, CutFlap::schema(), &a->request, field, called);
   };
   add_source(options, a->source).required();
   add_shape(options, a->shape);
@@ -356,7 +356,7 @@ Run build(Options& options) {
   add("saw", "--saw");
   add("distance", "--distance").type("MM").shows_default().means("cut-flap distance");
   add("way", "--way");
-  options.add("--seed", a->seed, "A place on the flap, where the outline's middle is none").type("X,Y,Z");
+  options.add("--seed", a->seed, "A place on the flap, if the outline's middle lies off it").type("X,Y,Z");
   options.add("--leave", a->leave, "Pieces that stay, by their numbers: 1 is the largest").type("N");
   add("smoothing", "--smoothing").type("MM");
   add("smallest", "--smallest").type("MM3").shows_default();

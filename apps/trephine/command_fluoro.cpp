@@ -65,7 +65,7 @@ Result<fluoroscopy::XrayTaken> go_to_shot(workbench::Moment& moment, int number)
                count > 0 ? format_text("1 to %d", static_cast<int>(count)) : "a session with shots", ""};
 }
 
-/// Where the C-arm stands: of a shot, of a file, by name, by numbers; what is said last counts.
+/// Position of the C-arm: of a shot, of a file, by name, by numbers; the last one counts.
 Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, const CArm* shot) {
   CArm arm;
   const glm::dvec3 middle = 0.5 * (glm::dvec3(moment.scan->size) - 1.0);
@@ -246,7 +246,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   for (const auto& thing : moment.things)
     if (Status error = imaging::check_closed(thing)) return *error;
 
-  // The image, and beside it the other kind's where that was asked for.
+  // The image, and next to it the other kind's where that was asked for.
   const bool is_surface = a.way == static_cast<std::uint8_t>(Way::surface);
   const fluoroscopy::Matter matter =
       a.metal == 0 ? fluoroscopy::Matter::titanium : fluoroscopy::Matter::steel;
@@ -294,7 +294,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   if (taken) shot.time = taken->time, shot.voltage = taken->voltage, shot.current = taken->current;
   const fluoroscopy::Dose dose = fluoroscopy::dose_of(arm, shot);
 
-  // What is told.
+  // Report.
   json["method"] = k_ways[a.way];
   json["energy_kev"] = energy;
   json["c_arm"] = {{"primary_degrees", arm.primary},
@@ -359,7 +359,7 @@ Run build(Options& options) {
   auto a = std::make_shared<FluoroArguments>();
   add_moment(options, a->moment);
   add_shape(options, a->moment.shape);
-  options.add("--view", a->view, "A usual pose; angles said beside it replace its own")
+  options.add("--view", a->view, "A usual pose; angles given with it replace its own")
       .one_of({std::begin(fluoroscopy::k_presets), std::end(fluoroscopy::k_presets)});
   options
       .add("--primary", a->primary, "Positioner primary angle: + with the detector toward the patient's left")
@@ -375,7 +375,9 @@ Run build(Options& options) {
   options.add("--pose", a->pose, "Stand as the C-arm of this DICOM image did (XA, RF)").type("FILE");
   options.add("--shot", a->shot, "This shot of the session again: its pose, and the state of that moment")
       .type("N");
-  options.add("--method", a->way, k_ways, "How rays are summed: interpolated between voxels, exact through voxels as boxes, or by surfaces");
+  options.add(
+      "--method", a->way, k_ways,
+      "How rays are summed: interpolated between voxels, exact through voxels as boxes, or by surfaces");
   options.add("--energy", a->energy, "Of the photons, keV (60)").type("KEV");
   options.add("--edge", a->edge, "Surfaces: how much a ray counts that only grazes bone").shows_default();
   add_things(options, a->things);
@@ -386,7 +388,7 @@ Run build(Options& options) {
   options.add("--seed", a->seed, "Of the noise").shows_default();
   options.add("--film", a->is_film, "Bone bright, as on a film");
   options.add("--linear", a->is_linear, "Greys by what comes through, not by its logarithm");
-  options.add("--beside", a->is_beside, "Volume and surfaces beside each other, and how alike they are");
+  options.add("--beside", a->is_beside, "Volume and surfaces side by side, and their similarity");
   options.add("-o,--output", a->output, "Write the image with letters and plan").type("PNG");
   options.add("--dicom", a->dicom, "Write the image as DICOM (XA)").type("FILE");
   options.add("--sums", a->sums, "Write the line integrals, -ln of what passes, as floats (MetaImage)")

@@ -48,7 +48,7 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
   return std::nullopt;
 }
 
-/// What no surgeon would plan: another unit, another frame or another patient may be behind it.
+/// Implausible plans: another unit, another frame or another patient may be behind them.
 std::string what_is_odd(const data_tools::CaseTrajectory& t, const volume::Volume& scan,
                         const data_tools::CasePlan& plan) {
   const double length = glm::length(t.target_world - t.entry_world);
@@ -81,7 +81,7 @@ std::string unique_name(const std::string& name, const Others& others) {
     }
 }
 
-/// Trajectories and landmarks of other programs; what lies outside of the scan is told.
+/// Trajectories and landmarks of other programs; what lies outside of the scan is reported.
 Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volume::Volume& scan) {
   auto read = data_tools::read_plan(file);
   if (!read) return read.error();
@@ -116,7 +116,7 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
   return std::nullopt;
 }
 
-/// What is solid and how it answers: the case's own plan, unless something else was asked for.
+/// Solid shape and its material: the case's own plan, unless something else was asked for.
 Status choose_structures(const ImportArguments& arguments, workbench::Source& source,
                          data_tools::CasePlan& plan) {
   const bool is_asked = !arguments.labels.empty() || arguments.shape.is_made() ||
@@ -220,7 +220,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   plan.label_colours = scan->label_colours;
   if (Status bad = choose_structures(arguments, source, plan)) return *bad;
   if (Status bad = forbid(plan, arguments.forbid)) return *bad;
-  // Of the scan as it came: what was filled or taken away says nothing of the scanner.
+  // Quality of the scan as it came: filled or removed voxels are not the scanner's.
   if (!plan.structures.empty() && !plan.structures[0].shape.is_label())
     plan.quality = data_tools::scan_quality(*scan, plan.structures[0].shape);
   scan = source.volume;

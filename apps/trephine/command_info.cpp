@@ -25,7 +25,7 @@ struct InfoArguments {
   std::string chart;
 };
 
-/// What was felt, as the header says it: its lines from the force on.
+/// Lines of the header from the force on.
 std::vector<std::string> settings_of(const sim::SessionHeader& header) {
   std::istringstream lines(sim::encode(header));
   std::vector<std::string> all;
@@ -148,7 +148,7 @@ Result<Outcome> describe_session(const std::string& path) {
   return outcome;
 }
 
-/// What else could have been opened. What a person wrote of it may name somebody.
+/// Other series that could have been opened. Free text of a person may contain names.
 Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
   Json all = Json::array();
   for (const data_tools::SeriesFacts& s : series) {
@@ -189,7 +189,7 @@ std::string series_text(const std::vector<data_tools::SeriesFacts>& series) {
   return text;
 }
 
-/// What there is to choose from, without reading any of it.
+/// Lists the choices, without reading any of them.
 Result<Outcome> list(const std::string& path) {
   const auto series = data_tools::list_series(path, person().progress("looking"));
   if (!series) return series.error();
@@ -255,17 +255,17 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
       landmarks.push_back({{"name", l.name}, {"at", {l.place_world.x, l.place_world.y, l.place_world.z}}});
     json["landmarks"] = landmarks;
   }
-  // What a case keeps, or what is measured now.
+  // Quality that a case keeps, or that is measured now.
   std::optional<data_tools::ScanQuality> quality;
-  volume::Shape felt;
-  if (source.plan && !source.plan->structures.empty()) felt = source.plan->structures[0].shape;
+  volume::Shape shape;
+  if (source.plan && !source.plan->structures.empty()) shape = source.plan->structures[0].shape;
   if (source.plan) quality = source.plan->quality;
   if (wants_quality) {
-    if (!v.is_hounsfield && !source.plan) felt.low = volume::otsu_threshold(v);
-    if (felt.is_label())
-      return Error{"the quality of what is a label cannot be measured", "quality", felt.name,
+    if (!v.is_hounsfield && !source.plan) shape.low = volume::otsu_threshold(v);
+    if (shape.is_label())
+      return Error{"the quality of what is a label cannot be measured", "quality", shape.name,
                    "a structure of intensities first in the case", "ask it of the scan, not of the case"};
-    quality = data_tools::scan_quality(v, felt);
+    quality = data_tools::scan_quality(v, shape);
   }
   if (quality) json["quality"] = quality_json(*quality);
   outputs.write(arguments.chart, [&] { return write_quality_chart(*quality, arguments.chart); });
@@ -302,7 +302,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   for (const auto& [name, value] : source.facts)
     if (name != "modality") outcome.text += "  " + name + ": " + value + "\n";
   outcome.text += series_text(source.series);
-  if (quality) outcome.text += quality_text(*quality, v.is_hounsfield, felt.low);
+  if (quality) outcome.text += quality_text(*quality, v.is_hounsfield, shape.low);
   if (!v.label_names.empty()) {
     outcome.text += "  labels:";
     for (const std::string& name : v.label_names) outcome.text += " " + name;

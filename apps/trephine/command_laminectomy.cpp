@@ -163,7 +163,7 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const 
   const auto add = [&](const dvec3& world, const std::string& title) {
     const CanalSection& at = section(world);
     imaging::Panel panel = plane.across(at.z, title);
-    // What lies in one slice needs one picture.
+    // Findings in one slice share one picture.
     for (imaging::Panel& other : panels)
       if (other.foot == panel.foot) {
         other.title += "; " + title;
@@ -202,7 +202,7 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const 
   return view::write_slices(panels, path);
 }
 
-/// What came near to dura and roots, by their names, with the slices where the tool came in.
+/// Contacts with dura and roots, by their names, with the slices where the tool came in.
 Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& frame, const Plane& plane,
                  std::string& text) {
   Json all = Json::array();
@@ -227,7 +227,7 @@ Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& fr
       slices += (slices.empty() ? "" : ", ") + std::to_string(slice + 1);
     }
     all.push_back({{"structure", name}, {"contacts", places}});
-    // The nearest of the whole operation; beyond that nothing is told apart.
+    // The nearest distance of the whole operation; larger ones are not measured.
     if (nearest < sim::Forbidden::k_reach) all.back()["nearest_mm"] = nearest;
     if (!places.empty())
       text += format_text("%s: entered %zu times here, %.1f mm deep at most in the operation, slices %s\n",
@@ -244,8 +244,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   outputs.writes("slices", arguments.slices, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (arguments.vertebra.empty() && arguments.canal.empty())
-    return Error{"nobody says which vertebra", "", "", "--vertebra or --canal",
-                 "labels of a scan: trephine info"};
+    return Error{"no vertebra selected", "", "", "--vertebra or --canal", "labels of a scan: trephine info"};
   std::optional<dvec3> canal;
   if (!arguments.canal.empty()) {
     const auto place = parse_place(arguments.canal, "--canal");

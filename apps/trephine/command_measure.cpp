@@ -26,8 +26,8 @@ struct MeasureArguments {
 
 /// Places between colons; of a region and of a part a number comes last.
 Result<Measure> parse_measure(const std::string& text, Kind kind, const char* option) {
-  Measure wish;
-  wish.kind = kind;
+  Measure request;
+  request.kind = kind;
   std::string rest = text;
   const auto next = [&rest] {
     const std::size_t end = rest.find(':');
@@ -37,22 +37,22 @@ Result<Measure> parse_measure(const std::string& text, Kind kind, const char* op
   };
   while (!rest.empty()) {
     const std::string part = next();
-    if ((kind == Kind::region || kind == Kind::part) && !wish.at.empty()) {
+    if ((kind == Kind::region || kind == Kind::part) && !request.at.empty()) {
       char* end = nullptr;
-      wish.radius = std::strtod(part.c_str(), &end);
-      if (end == part.c_str() || *end != 0 || !(wish.radius >= 0.1 && wish.radius <= 200))
+      request.radius = std::strtod(part.c_str(), &end);
+      if (end == part.c_str() || *end != 0 || !(request.radius >= 0.1 && request.radius <= 200))
         return Error{"this is no radius", option, part, "0.1 to 200 mm", ""};
       continue;
     }
     const auto place = parse_place(part, option);
     if (!place) return place.error();
-    wish.at.push_back(place.value());
+    request.at.push_back(place.value());
   }
-  if (Status error = measurement::Measurement().allows({wish, 0}, {})) {
+  if (Status error = measurement::Measurement().allows({request, 0}, {})) {
     error->where = option;
     return *error;
   }
-  return wish;
+  return request;
 }
 
 std::string text_of(const Measured& m, bool is_hounsfield) {
@@ -139,25 +139,25 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
   if (Status error = outputs.check()) return *error;
   if (!a.markups.empty() && !data_tools::has_extension(a.markups, ".json"))
     return Error{"markups have another extension", "--markups", "", "NAME.mrk.json", ""};
-  std::vector<Measure> wishes;
+  std::vector<Measure> requests;
   for (const auto& [texts, kind, option] :
        {std::tuple(&a.rulers, Kind::ruler, "--ruler"), std::tuple(&a.angles, Kind::angle, "--angle"),
         std::tuple(&a.tapes, Kind::tape, "--tape"), std::tuple(&a.regions, Kind::region, "--region"),
         std::tuple(&a.patches, Kind::patch, "--patch"), std::tuple(&a.parts, Kind::part, "--part")})
     for (const std::string& text : *texts) {
-      auto wish = parse_measure(text, kind, option);
-      if (!wish) return wish.error();
-      wishes.push_back(std::move(wish).value());
+      auto request = parse_measure(text, kind, option);
+      if (!request) return request.error();
+      requests.push_back(std::move(request).value());
     }
-  const bool is_recorded = wishes.empty() && workbench::is_session_file(a.moment.source.path);
-  if (wishes.empty() && !is_recorded)
+  const bool is_recorded = requests.empty() && workbench::is_session_file(a.moment.source.path);
+  if (requests.empty() && !is_recorded)
     return Error{"nothing is to be measured", "", "", "--ruler, --angle, --tape, --region, --patch or --part",
                  ""};
   const auto opened = workbench::open_moment(a.moment, person());
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   if (!moment.shape && !(a.tapes.empty() && a.patches.empty() && a.parts.empty()))
-    return Error{"nobody says on what a tape or a patch lies", "--tape, --patch, --part", "",
+    return Error{"no surface for the tape or patch", "--tape, --patch, --part", "",
                  "--iso, --window, --label or --auto", ""};
   const volume::Field shape(*moment.scan, moment.shape.value_or(volume::Shape()));
   Outcome outcome{new_report("measure"), "", exit_done};
@@ -169,7 +169,8 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
       if (const auto* one = told[i].what.as<Measured>()) all.push_back(*one);
     if (all.empty()) outcome.text += "nothing was measured in this session\n";
   }
-  for (const Measure& wish : wishes) all.push_back(measurement::measure(wish, shape, *moment.version));
+  for (const Measure& request : requests)
+    all.push_back(measurement::measure(request, shape, *moment.version));
   for (const Measured& one : all) {
     outcome.text += text_of(one, moment.scan->is_hounsfield);
     outcome.json["measures"].push_back(report_of(one));

@@ -1,4 +1,4 @@
-// modules: what hands may take and what can be told, from the tables of the modules.
+// modules: instruments, commands and events, from the tables of the modules.
 #include "apps/trephine/commands.h"
 #include "apps/workbench/script.h"
 #include "modules/catalogue.h"
@@ -46,7 +46,7 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
   outcome.json["modules"] = Json::array();
   std::string known;
   bool is_found = arguments.name.empty();
-  // What can be told and happens whatever the modules are.
+  // Commands and events that exist whatever the modules are.
   if (arguments.name.empty() || arguments.name == "engine") {
     is_found = true;
     outcome.text += "engine\n";

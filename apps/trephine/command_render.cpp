@@ -130,23 +130,23 @@ Result<Outcome> run_render(const RenderArguments& a) {
     if (!own) return own.error();
     ramp = std::move(own).value();
   }
-  volume::DirectWish wish;
-  wish.is_shaded = !a.is_flat;
+  volume::RaycastRequest request;
+  request.is_shaded = !a.is_flat;
   if (a.slices > 0) {
     const dvec3 mm = scan.frame.spacing() * dvec3(scan.size);
-    wish.step = glm::length(mm) / a.slices;
+    request.step = glm::length(mm) / a.slices;
   }
-  if (Status error = open_up(a, moment, wish.openings)) return *error;
+  if (Status error = open_up(a, moment, request.openings)) return *error;
   std::vector<volume::LabelLook> looks;
   if (Status error = look_at_labels(a, scan, looks)) return *error;
 
   imaging::Renderer renderer;
   renderer.set_ramp(ramp);
   renderer.set_labels(std::move(looks));
-  wish.eye = imaging::eye_from(a.from, scan.frame, renderer.seen_box(moment.scan, 0), a.size, a.size);
+  request.eye = imaging::eye_from(a.from, scan.frame, renderer.seen_box(moment.scan, 0), a.size, a.size);
   const imaging::Subject subject = imaging::subject_of(moment);
   const auto clock = Clock::now();
-  imaging::Panel panel = renderer.draw(subject, wish, 0);
+  imaging::Panel panel = renderer.draw(subject, request, 0);
   const double seconds = seconds_since(clock);
 
   Outcome outcome{new_report("render"), "", exit_done};
@@ -183,7 +183,7 @@ Run build(Options& options) {
   auto a = std::make_shared<RenderArguments>();
   add_moment(options, a->moment);
   add_things(options, a->things);
-  options.add("--from", a->from, "Whence one looks")
+  options.add("--from", a->from, "Side of the camera")
       .one_of({std::begin(imaging::k_sides), std::end(imaging::k_sides)})
       .shows_default();
   options.add("--ramp", a->ramp, "What intensities look like (bone)")

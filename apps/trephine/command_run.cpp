@@ -28,21 +28,21 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (arguments.wants_window && !view::has_display()) return view::no_display();
   auto script = data_tools::read_script(arguments.script);
   if (!script) return script.error();
-  ScriptWish wish;
-  wish.script = std::move(script).value();
-  wish.where = data_tools::file_name(arguments.script);
-  wish.folder = std::filesystem::path(arguments.script).parent_path().string();
-  wish.record = arguments.record;
-  wish.is_live = arguments.is_live;
-  wish.pictures = arguments.pictures;
-  wish.wants_session = arguments.wants_window;
-  wish.in_use = workbench::files_of(wish.script, wish.folder);
-  wish.in_use.insert(wish.in_use.end(), {arguments.script, arguments.record.file});
+  ScriptRequest request;
+  request.script = std::move(script).value();
+  request.where = data_tools::file_name(arguments.script);
+  request.folder = std::filesystem::path(arguments.script).parent_path().string();
+  request.record = arguments.record;
+  request.is_live = arguments.is_live;
+  request.pictures = arguments.pictures;
+  request.wants_session = arguments.wants_window;
+  request.in_use = workbench::files_of(request.script, request.folder);
+  request.in_use.insert(request.in_use.end(), {arguments.script, arguments.record.file});
   data_tools::OutputSet outputs;
-  for (const std::string& file : wish.in_use) outputs.reads(file);
+  for (const std::string& file : request.in_use) outputs.reads(file);
   outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
   if (Status error = outputs.check()) return *error;
-  auto played = play_script(wish);
+  auto played = play_script(request);
   if (!played) return played.error();
   const workbench::ScriptReport& report = played.value().report;
   const volume::Version& left = *report.state->world.version;
@@ -53,7 +53,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   const double removed = report.measure("removed");
   Outcome outcome{new_report("run"), "", report.is_met() ? exit_done : exit_check_failed};
   Json& json = outcome.json;
-  json["title"] = wish.script.title;
+  json["title"] = request.script.title;
   json["ticks"] = report.ticks;
   json["seconds"] = report.seconds;
   json["played_seconds"] = played.value().played_seconds;
@@ -62,7 +62,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   json["content_hash"] = hash_text(left.content_hash());
   json["is_met"] = report.is_met();
   json["checks"] = checks_json(report);
-  if (!wish.pictures.empty()) json["pictures"] = played.value().pictures;
+  if (!request.pictures.empty()) json["pictures"] = played.value().pictures;
   if (const auto& live = played.value().live) json["servo"] = servo_json(live->servo);
   const auto failed = std::count_if(report.checks.begin(), report.checks.end(),
                                     [](const workbench::ScriptCheck& check) { return !check.is_met; });
@@ -76,7 +76,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (!arguments.output.empty()) outcome.text += "written to " + arguments.output + "\n";
   if (!played.value().pictures.empty())
     outcome.text +=
-        format_text("%zu pictures in %s/\n", played.value().pictures.size(), wish.pictures.c_str());
+        format_text("%zu pictures in %s/\n", played.value().pictures.size(), request.pictures.c_str());
   if (report.recording) {  // what was played and written stays
     notice("note: " + report.recording->message());
     json["recording"] = report.recording->message();
@@ -84,11 +84,11 @@ Result<Outcome> run_script(const RunArguments& arguments) {
     return outcome;
   }
   if (arguments.wants_window) {
-    const std::string scan = workbench::scan_of(wish.script, wish.folder);
+    const std::string scan = workbench::scan_of(request.script, request.folder);
     auto again = workbench::open_session(played.value().session, scan, person());
     if (!again) return again.error();
     if (Status error = play_in_window(*again.value(), played.value().session,
-                                      wish.script.title.empty() ? "script" : wish.script.title))
+                                      request.script.title.empty() ? "script" : request.script.title))
       return *error;
   }
   if (is_interrupted()) outcome.exit_code = exit_interrupted;

@@ -86,7 +86,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   if (!moment.shape)
-    return Error{"nobody says what is bone", "section", "", "--iso, --window, --label or --auto", ""};
+    return Error{"no shape chosen as bone", "section", "", "--iso, --window, --label or --auto", ""};
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
   const ImagePlane& plane = placed.value();

@@ -73,7 +73,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   std::string csv = arguments.steps.empty() ? "" : k_steps_header;
   double strongest = 0;
   const auto start = Clock::now();
-  // A moment alone is opened there; whoever asks what happened on the way has it played.
+  // A moment alone is opened there; a report of what happened on the way needs a replay.
   const bool is_opened = end < all && arguments.steps.empty() && !arguments.is_verifying;
   if (is_opened)
     if (Status error = replay.seek(end)) return *error;

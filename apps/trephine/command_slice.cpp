@@ -140,7 +140,7 @@ Run build(Options& options) {
   options.add("--slab", a->thickness, "What lies in a slab so thick").type("MM");
   options.add("--slab-kind", a->slab, volume::k_slabs, "What a pixel shows of the slab");
   options.add("--labels", a->has_labels, "Outlines of the scan's labels");
-  options.add("--beside", a->is_beside, "As it was beside as it is");
+  options.add("--beside", a->is_beside, "Before and after, side by side");
   options.add("--blend", a->is_blended, "What was cut away in amber, as it was");
   options.add("--probe", a->probe, "What the scan holds there, mm (LPS)").type("X,Y,Z");
   options.add("-o,--output", a->output, "Write the slice").type("PNG");

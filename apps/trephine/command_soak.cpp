@@ -213,7 +213,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
       static_cast<unsigned long long>(servo.ticks), static_cast<unsigned long long>(replay.counts().versions),
       undos, redos, early, late, is_flat ? "flat" : "NOT flat", static_cast<double>(file_bytes) / 1e6,
       is_same ? "the same to the bit" : "NOT the same");
-  if (!has_worked) outcome.text += "nothing was cut and undone: this soak tells nothing\n";
+  if (!has_worked) outcome.text += "nothing was cut and undone: this soak proves nothing\n";
   if (replay.mismatch())
     outcome.text +=
         "  " + replay.mismatch()->what + " at tick " + std::to_string(replay.mismatch()->tick) + "\n";

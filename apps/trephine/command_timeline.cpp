@@ -50,7 +50,7 @@ class Timeline {
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       units_ = version->removed_units;
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
-      // What keeps the books is nobody's deed.
+      // Commands of derived data are not listed.
       const sim::Value& what = command->command.what;
       if (what.is_empty() || sim::keeps_books(what)) return;
       end_stroke();
@@ -69,11 +69,12 @@ class Timeline {
       rows_.push_back({last_, unknown->is_command ? "command" : "event", 0,
                        types_[unknown->type].name + " (unknown to this program)"});
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
-      rows_.push_back({event->event.tick, "event", event->event.hand, workbench::describe_event(event->event).text});
+      rows_.push_back(
+          {event->event.tick, "event", event->event.hand, workbench::describe_event(event->event).text});
       rows_.back().branch = branches_.back();
     }
   }
-  /// Of the history; that which went on last comes last.
+  /// Branches of the history; that which went on last comes last.
   const std::vector<std::string>& branches() const { return branches_; }
   std::vector<Row> finish() {
     end_stroke();
@@ -135,7 +136,7 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
     if (const auto* version = std::get_if<sim::VersionItem>(&item)) units = version->removed_units;
     timeline.take(item);
   }
-  // Only the end says what a unit is in mm3; a session that was cut short tells shares alone.
+  // Only the end has the size of a unit in mm3; a session that was cut short reports shares alone.
   std::optional<double> mm3;
   if (session.end() && units > 0) mm3 = session.end()->removed_mm3 / static_cast<double>(units);
   Outcome outcome{new_report("timeline"), "", exit_done};

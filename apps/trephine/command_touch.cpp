@@ -64,7 +64,7 @@ volume::Status parse_ramp(const std::string& text, std::optional<haptics::Stiffn
   return std::nullopt;
 }
 
-/// Of the surface, where something was said of it.
+/// Given properties of the surface.
 Result<workbench::MaterialChoice> material_of(const TouchArguments& arguments) {
   workbench::MaterialChoice material;
   if (arguments.stiffness && !(*arguments.stiffness > 0 && *arguments.stiffness <= 100))
@@ -204,7 +204,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
         returned.returned(), returned.bound());
   if (judge.in_drawn() > 0)
     outcome.text += format_text(
-        "in what is felt by depth images at %ld of the ticks looked at: the hand was too fast or too deep "
+        "inside objects touched by depth images in %ld of the judged ticks: the hand was too fast or too "
+        "deep "
         "for "
         "them\n",
         judge.in_drawn());
@@ -248,7 +249,7 @@ Run build(Options& options) {
       .type("N");
   options
       .add("--effect", a->effects,
-           "A force beside the surface's: a name of " + haptics::effect_names() +
+           "A force in addition to the surface's: a name of " + haptics::effect_names() +
                " and its parameters in quotes; may come again")
       .type("WORDS");
   options.add("--passive", a->is_passive, "Surfaces give the hand no more energy than they took");

@@ -32,7 +32,7 @@ struct ViewArguments {
   bool has_no_autosave = false;
 };
 
-/// What the window asks for while it is open: scans, and recordings of what is done to them.
+/// Services for the window while it is open: scans, and recordings of what is done to them.
 class Host {
  public:
   /// `choice`, `record`: what was asked for at the start; what is opened later goes on in FILE-2, FILE-3 and
@@ -271,7 +271,7 @@ Run build(Options& options) {
   add_models(options, a->models);
   options
       .add("--background", a->models.backgrounds,
-           "A model, closed or not, that is felt as it is seen: by the depth that the screen has of it "
+           "A model, closed or not, that is touched by its depth on the screen "
            "anyway; "
            "may come again")
       .type("MODEL");

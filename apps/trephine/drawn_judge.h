@@ -1,4 +1,4 @@
-// Judges what an operation felt by depth images.
+// Judge of touch by depth images.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,8 @@
 
 namespace trephine::app {
 
-/// What is felt by depth images, by other means: its own triangles at that time, or the pixels around.
+/// Judges objects touched by depth images, by other means: their own triangles at that time, or the pixels
+/// around.
 class DrawnJudge {
  public:
   static constexpr std::uint64_t k_every = 5;  ///< ticks
@@ -31,31 +32,32 @@ class DrawnJudge {
   void restart() noexcept { seen_ = {}; }
 
   /// `p`: where the hand's proxy is, world. `popped`: an item that gave way, as asked; -1: none.
-  void judge(const haptics::ServoHand& felt, const glm::dvec3& p, double time, int popped) {
+  void judge(const haptics::ServoHand& servo_hand, const glm::dvec3& p, double time, int popped) {
     std::size_t d = 0;
-    for (std::size_t i = 0; i < felt.scene->items.size(); ++i) {
-      const haptics::TouchItem& item = felt.scene->items[i];
+    for (std::size_t i = 0; i < servo_hand.scene->items.size(); ++i) {
+      const haptics::TouchItem& item = servo_hand.scene->items[i];
       if (!item.depth) continue;
-      const haptics::depth::DepthSet* set = haptics::depth::set_in(felt.state, static_cast<int>(d));
+      const haptics::depth::DepthSet* set = haptics::depth::set_in(servo_hand.state, static_cast<int>(d));
       Seen& seen = seen_[d++];
-      if (felt.untouchable.contains(static_cast<int>(i)) || popped == static_cast<int>(i)) {
+      if (servo_hand.untouchable.contains(static_cast<int>(i)) || popped == static_cast<int>(i)) {
         seen = {};
         continue;
       }
       const auto mover = static_cast<std::size_t>(item.mover);
-      const haptics::Placement place =
-          item.mover >= 0 && mover < felt.placement_count ? felt.placements[mover] : item.placement;
+      const haptics::Placement place = item.mover >= 0 && mover < servo_hand.placement_count
+                                           ? servo_hand.placements[mover]
+                                           : item.placement;
       const glm::dvec3 at = place.local_from_world(p);
       const bool is_known =
           set &&
           (!set->goes_on || time <= set->view.time + set->view.interval + haptics::depth::k_foretold) &&
-          set->knows(set->place_at(time).local_from_world(at), felt.scene->tool_radius);
-      // Of what is far from all of it nobody needs to ask its triangles.
+          set->knows(set->place_at(time).local_from_world(at), servo_hand.scene->tool_radius);
+      // Triangles of an object that is far away need not be asked.
       glm::dvec3 low, high;
       item.depth->bounds(low, high);
       const double far = glm::length(at - glm::clamp(at, low, high));
       const double within = low.x > high.x ? std::nan("") : far > 1 ? -far : depth(item, at, time);
-      if (std::isnan(within)) {  // nobody knows
+      if (std::isnan(within)) {  // unknown
         seen.was_free = false;
         continue;
       }

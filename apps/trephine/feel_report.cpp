@@ -80,7 +80,7 @@ std::vector<Column> columns() {
           {"bytes", [](R r) { return std::to_string(r.bytes); }}};
 }
 
-/// Ours, and whoever else answered.
+/// Our answers, and those of other programs.
 std::vector<std::string> methods_of(const FeelReport& report) {
   std::vector<std::string> names;
   for (const auto& info : haptics::method_catalogue()) names.emplace_back(info.name);
@@ -100,13 +100,13 @@ std::array<std::uint8_t, 3> color_of(const std::string& method) {
   return view::chart_color(all.size() + std::size(k_peers));  // a score
 }
 
-/// What a method did over the scenes of a report: medians over the smooth ones, sums over all.
+/// Summary of a method over the scenes of a report: medians over the smooth ones, sums over all.
 bool has_smooth(const FeelReport& report) {
   return std::any_of(report.rows.begin(), report.rows.end(),
                      [](const FeelRow& row) { return row.group == "smooth"; });
 }
 
-/// Of the smooth scenes, or of all where none was played.
+/// Median over the smooth scenes, or over all without smooth ones.
 struct Glance {
   std::vector<double> p50, p999, surface, direction, tangential, rough;
   long falls = 0, stuck = 0;
@@ -293,14 +293,15 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
   if (has_smooth(report))
     page +=
         "<h2>Error of the force</h2><img src=time-against-force-error.png alt='run time against force error'>"
-        "<p class=dim>At a depth of about 1 mm and 0.5 N/mm. The red line: hands tell forces apart from "
+        "<p class=dim>At a depth of about 1 mm and 0.5 N/mm. The red line: hands distinguish forces from "
         "about "
         "7 % (Pang, Tan and Durlach 1991).</p>"
         "<h2>Error of the surface</h2><img src=time-against-surface-error.png alt='run time against surface "
         "error'>"
         "<h2>Error of the force's direction</h2><img src=time-against-direction-error.png alt='run time "
         "against "
-        "direction error'><p class=dim>The red line: hands tell directions apart from 25.6 degrees (Barbagli "
+        "direction error'><p class=dim>The red line: hands distinguish directions from 25.6 degrees "
+        "(Barbagli "
         "et al. "
         "2006, without sight).</p>";
   if (!report.scaling.empty())
@@ -312,7 +313,7 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
         "force'><h2>Pressing, with a slow target</h2><img src=force-pressing.png alt='force while pressing'>"
         "<p class=dim>The target is seen 60 times a second and the servo runs 1000 times: the raw force "
         "climbs "
-        "in steps, and smoothing turns them into a lag. Hands tell forces apart from about 7 % (Pang, Tan "
+        "in steps, and smoothing turns them into a lag. Hands distinguish forces from about 7 % (Pang, Tan "
         "and Durlach 1991).</p>";
 
   if (!report.split.empty()) {
@@ -512,18 +513,18 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
        time_against(
            report, "Run time against the error of the force's direction, smooth scenes",
            "direction error, RMS (degrees)", [](const FeelRow& r) { return r.direction_rms_deg; }, 1e-3,
-           k_direction_threshold_deg, "told apart by hand (25.6 degrees)")},
+           k_direction_threshold_deg, "distinguished by hand (25.6 degrees)")},
       {"time-against-force-error.png",
        time_against(
            report, "Run time against the error of the force, smooth scenes", "force error, RMS (N)",
            [](const FeelRow& r) { return r.force_rms_n; }, 1e-4, k_force_threshold_n,
-           "told apart by hand (7 % of 0.5 N)")},
+           "distinguished by hand (7 % of 0.5 N)")},
       {"scaling.png", scaling_chart(report)},
       {"force-pressing.png", pressing_chart(report)},
       {"force-raw.png", force_chart(report, false)},
       {"force-smoothed.png", force_chart(report, true)}};
   for (const auto& picture : pictures) {
-    // Of a part of the scenes some charts would be empty.
+    // With a part of the scenes some charts would be empty.
     const bool is_empty = std::all_of(picture.chart.series.begin(), picture.chart.series.end(),
                                       [](const view::ChartSeries& series) { return series.x.empty(); });
     if (is_empty) continue;

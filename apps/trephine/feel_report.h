@@ -1,4 +1,4 @@
-// What `trephine bench feel` leaves in its folder: tables, charts and a page that a person reads.
+// Report of `trephine bench feel` in its folder: tables, charts and a page.
 #pragma once
 
 #include <string>

@@ -41,7 +41,7 @@ int finish(const std::string& name, bool wants_json, const Result<Outcome>& resu
   return std::fflush(stdout) == 0 ? outcome.exit_code : int{exit_missing_here};
 }
 
-/// Of words that were not expected: an option that is none makes what follows it one too many, and is what is
+/// Unexpected words: an unknown option makes what follows it one too many, and is what is
 /// wrong.
 std::string options_first(const std::string& words) {
   std::istringstream list(words);
@@ -53,7 +53,7 @@ std::string options_first(const std::string& words) {
   return options.empty() ? others : options;
 }
 
-/// What could not be read of the command line, in our words.
+/// Error of the command line, in our words.
 Error unreadable(const CLI::ParseError& error, const std::string& name) {
   const std::string why = error.what(), rest = why.substr(std::min(why.size(), why.find(": ") + 2));
   const std::string help = "see: trephine " + name + " --help";
@@ -160,7 +160,7 @@ int main(int argc, char** argv) {
         for (Json& text : result.value().json["notices"])
           text = chosen->options->without_names(text.get<std::string>());
     }
-    // What was written is whole; the program was asked to stop all the same.
+    // The output is whole; the program was asked to stop all the same.
     if (result && is_interrupted() && result.value().exit_code == exit_done)
       result.value().exit_code = exit_interrupted;
     return finish(chosen->command->name, wants_json, result);

@@ -1,4 +1,4 @@
-// Options about models and depth videos beside a scan: files, units, frames, and how they move.
+// Options about models and depth videos in addition to a scan: files, units, frames, and how they move.
 #pragma once
 
 #include "apps/trephine/options.h"
@@ -7,9 +7,9 @@
 namespace trephine::app {
 
 struct ModelArguments {
-  std::vector<std::string> meshes;       ///< files of polygonal models
-  std::vector<std::string> depths;       ///< of those felt by depth images, folders of them, or depth videos
-  std::vector<std::string> backgrounds;  ///< of those felt as they are drawn on the screen
+  std::vector<std::string> meshes;  ///< files of polygonal models
+  std::vector<std::string> depths;  ///< of those touched by depth images, folders of them, or depth videos
+  std::vector<std::string> backgrounds;  ///< of those touched as they are drawn on the screen
   double beat = 1.0 / 30, pixel = 0.2, rate = 100;
   bool is_repeating = false;
   std::string camera;                ///< fx,fy,cx,cy
@@ -23,7 +23,7 @@ struct ModelArguments {
 
 /// --mesh, --depth and what belongs to them.
 void add_models(Options& options, ModelArguments& arguments);
-/// How the files of models are meant: --mesh-scale, --mesh-frame, --mesh-at; --depth-beat and --depth-repeat.
+/// Units and frames of model files: --mesh-scale, --mesh-frame, --mesh-at; --depth-beat and --depth-repeat.
 void add_model_units(Options& options, ModelArguments& arguments);
 void add_model_keys(Options& options, ModelArguments& arguments);
 volume::Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments);

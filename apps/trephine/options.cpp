@@ -1,4 +1,4 @@
-// Beside main.cpp the only file that knows CLI11.
+// The only file in addition to main.cpp that knows CLI11.
 #include "apps/trephine/options.h"
 
 #include <CLI/CLI.hpp>
@@ -197,7 +197,7 @@ volume::Error Options::without_names(volume::Error error) const {
   return error;
 }
 
-/// How a scan is read, where there is a choice.
+/// Options of reading a scan.
 void add_reading(Options& options, workbench::SourceChoice& source) {
   options
       .add("--series", source.series, "Of a folder with several, as info lists them (default: the best CT)")

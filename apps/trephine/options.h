@@ -29,7 +29,7 @@ class Option {
   Option& required();
   Option& shows_default();
   Option& one_of(std::vector<std::string> words);
-  /// What libraries call it in their errors; else the option's own name without dashes: "smallest burr" for
+  /// Name in errors of libraries; else the option's own name without dashes: "smallest burr" for
   /// --smallest-burr.
   Option& means(const char* input);
 
@@ -77,7 +77,7 @@ class Options {
   std::vector<std::unique_ptr<Name>> names_;
 };
 
-// What several commands have.
+// Common options of several commands.
 Option add_source(Options& options, workbench::SourceChoice& source);
 void add_shape(Options& options, workbench::ShapeChoice& shape);
 void add_record(Options& options, workbench::RecordChoice& record);
@@ -86,14 +86,14 @@ void add_moment(Options& options, workbench::MomentChoice& moment);
 /// Error: the option's value is no number from low to high.
 volume::Status check_range(double value, double low, double high, const char* option);
 
-/// Models and screws beside it, as they were written.
+/// Models and screws in addition, as they were written.
 struct ThingArguments {
   std::vector<std::string> models, screws;
   double scale = 1;   ///< mm a unit of the models
   std::string frame;  ///< "LPS" or "RAS"; empty: as the files say
 };
 void add_things(Options& options, ThingArguments& things);
-/// What both are read from.
+/// Sources of both.
 void reads(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
            const ThingArguments& things = {});
 /// The moment with the things in it.

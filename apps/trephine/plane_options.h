@@ -11,7 +11,7 @@ struct PlaneArguments {
   double pixel = 0.2, width = 0;  ///< mm; width 0: as wide as the scan
 };
 void add_plane(Options& options, PlaneArguments& plane);
-/// What can be said of it without a scan.
+/// Checks that need no scan.
 volume::Status check(const PlaneArguments& plane);
 /// Error when nothing is called so, or the plane does not meet the scan.
 volume::Result<volume::ImagePlane> plane_of(const PlaneArguments& plane, const workbench::Moment& moment);

@@ -42,7 +42,7 @@ std::string quality_text(const data_tools::ScanQuality& q, bool is_hounsfield, d
   if (q.thinnest) text += "2 % of its surface has less than " + mm(q.thinnest) + " of it below";
   if (q.least_wall)
     text += (q.thinnest ? "; " : "") + std::string("a wall of ") + mm(q.least_wall) +
-            " and more is felt whole, a gap of " + mm(q.least_gap) + " and more is felt open";
+            " and more is touched as whole, a gap of " + mm(q.least_gap) + " and more as open";
   return text + (q.thinnest || q.least_wall ? "\n" : "unknown\n");
 }
 

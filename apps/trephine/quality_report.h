@@ -1,4 +1,4 @@
-// What is said of a scan's quality.
+// Report of a scan's quality.
 #pragma once
 
 #include "apps/trephine/report.h"

@@ -124,7 +124,7 @@ std::string for_terminal(const std::string& text, bool is_one_line) {
     }
     const bool is_control =
         (c < 0x20 && (c != '\n' || is_one_line)) || c == 0x7f || (c == 0xc2 && byte(i + 1) < 0xa0);
-    // What turns the direction of writing around: U+202A to 202E, U+2066 to 2069.
+    // Characters that change the direction of writing: U+202A to 202E, U+2066 to 2069.
     const bool is_turn = c == 0xe2 && ((byte(i + 1) == 0x80 && byte(i + 2) >= 0xaa && byte(i + 2) <= 0xae) ||
                                        (byte(i + 1) == 0x81 && byte(i + 2) >= 0xa6 && byte(i + 2) <= 0xa9));
     if (is_control || is_turn)

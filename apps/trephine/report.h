@@ -1,4 +1,4 @@
-// What a command answers: for people, for programs, and as an exit code.
+// Answer of a command: for people, for programs, and as an exit code.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -36,7 +36,7 @@ struct Outcome {
   int exit_code = exit_done;
 };
 
-/// What a command ends with that wrote files: those that it wrote, in both forms; `hint` where it was asked
+/// Final answer of a command that wrote files: lists them, in both forms; `hint` where it was asked
 /// for none. Error: one could not be written.
 volume::Result<Outcome> finished(const data_tools::OutputSet& outputs, Outcome outcome,
                                  const char* hint = "");
@@ -45,7 +45,7 @@ volume::Result<Outcome> finished(const data_tools::OutputSet& outputs, Outcome o
 /// its own.
 Json new_report(const std::string& name);
 inline Json json_of(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
-/// The same for an error: schema trephine.error/1, whatever the command.
+/// Report of an error: schema trephine.error/1, whatever the command.
 Json error_report(const std::string& name, const volume::Error& error);
 int exit_code_of(const volume::Error& error);
 /// As text, whatever bytes are in names: what is no UTF-8 is replaced.
@@ -66,7 +66,7 @@ std::string for_terminal(const std::string& text, bool is_one_line = false);
 /// May names of folders and files stand in reports? Said once, by --keep-identity.
 bool keeps_identity();
 void keep_identity();
-/// What a report calls a scan.
+/// Name of a scan in a report.
 std::string name_in_report(const workbench::Source& source);
 
 /// Says that a file of this volume holds it at right angles, when it does. No path: nothing is written.

@@ -27,7 +27,7 @@ class ScriptPictures {
   ScriptPictures(const workbench::ScriptRun& run, std::string folder)
       : run_(&run), folder_(std::move(folder)) {}
 
-  Status take(const data_tools::ScriptPicture& wish, const workbench::ScriptMoment& moment,
+  Status take(const data_tools::ScriptPicture& request, const workbench::ScriptMoment& moment,
               const std::string& caption) {
     const auto begin = Clock::now();
     const volume::Version& now = *moment.engine.current();
@@ -41,10 +41,10 @@ class ScriptPictures {
       picture_->request(moment.engine.current(), moment.changed);
     }
     picture_->wait();
-    aim(wish);
-    const auto h = static_cast<std::size_t>(wish.hand);
+    aim(request);
+    const auto h = static_cast<std::size_t>(request.hand);
     const haptics::ServoRecord& hand = moment.hands[h];
-    if (wish.has_tool)
+    if (request.has_tool)
       picture_->show_stylus(hand, view::look_of(moment.engine.now().settings.hands[h].parameters), now,
                             from_);
     else
@@ -52,25 +52,25 @@ class ScriptPictures {
     picture_->show(moment.engine.overlays(), moment.hands);
     picture_->show_text(caption, "");
     picture_->draw();
-    Status error = view::write_png(surface_->window(), (fs::path(folder_) / wish.file).string());
+    Status error = view::write_png(surface_->window(), (fs::path(folder_) / request.file).string());
     seconds_ += seconds_since(begin);
     return error;
   }
   double seconds() const noexcept { return seconds_; }
 
  private:
-  void aim(const data_tools::ScriptPicture& wish) {
-    from_ = glm::normalize(wish.from);
+  void aim(const data_tools::ScriptPicture& request) {
+    from_ = glm::normalize(request.from);
     const dvec3 up(0, 0, 1);
     for (const workbench::Place& place : run_->places())
-      if (place.name == wish.place) {
-        from_ = glm::normalize(place.direction(wish.from));
-        return picture_->view().aim_camera(place.at(wish.aim), from_, up, *wish.distance);
+      if (place.name == request.place) {
+        from_ = glm::normalize(place.direction(request.from));
+        return picture_->view().aim_camera(place.at(request.aim), from_, up, *request.distance);
       }
     dvec3 low, high;
     picture_->view().bounds(low, high);
-    picture_->view().aim_camera(0.5 * (low + high) + wish.aim, from_, up,
-                                wish.distance.value_or(view::BoneView::distance_of(low, high)));
+    picture_->view().aim_camera(0.5 * (low + high) + request.aim, from_, up,
+                                request.distance.value_or(view::BoneView::distance_of(low, high)));
   }
 
   const workbench::ScriptRun* run_;
@@ -99,32 +99,32 @@ TemporaryFile::~TemporaryFile() {
   if (!path.empty()) fs::remove(path, ignored);
 }
 
-Result<PlayedScript> play_script(const ScriptWish& wish) {
+Result<PlayedScript> play_script(const ScriptRequest& request) {
   const auto begin = Clock::now();
-  if (Status error = check(wish.record)) return *error;
+  if (Status error = check(request.record)) return *error;
   PlayedScript played;
-  if (!wish.pictures.empty()) {
-    if (Status error = data_tools::make_folder(wish.pictures)) return *error;
+  if (!request.pictures.empty()) {
+    if (Status error = data_tools::make_folder(request.pictures)) return *error;
     data_tools::OutputSet outputs;
-    for (const std::string& file : wish.in_use) outputs.reads(file);
-    for (const std::string& output : wish.outputs) outputs.writes("output", output);
-    for (const data_tools::ScriptPicture& picture : wish.script.pictures)
-      outputs.writes(picture.file, (fs::path(wish.pictures) / picture.file).string(),
+    for (const std::string& file : request.in_use) outputs.reads(file);
+    for (const std::string& output : request.outputs) outputs.writes("output", output);
+    for (const data_tools::ScriptPicture& picture : request.script.pictures)
+      outputs.writes(picture.file, (fs::path(request.pictures) / picture.file).string(),
                      data_tools::OutputKind::picture);
     if (Status error = outputs.check()) return *error;
   }
-  if (wish.is_live && !(wish.script.rate_hz >= 250 && wish.script.rate_hz <= 10000))
-    return Error{"a servo's thread does not run at such a rate", wish.where + ": rate",
-                 format_text("%g Hz", wish.script.rate_hz), "250 to 10000 Hz",
+  if (request.is_live && !(request.script.rate_hz >= 250 && request.script.rate_hz <= 10000))
+    return Error{"a servo's thread does not run at such a rate", request.where + ": rate",
+                 format_text("%g Hz", request.script.rate_hz), "250 to 10000 Hz",
                  "choose another, or play it without one"};
-  auto opened = workbench::ScriptRun::open(wish.script, wish.folder, wish.where, person());
+  auto opened = workbench::ScriptRun::open(request.script, request.folder, request.where, person());
   if (!opened) return opened.error();
   played.run = std::move(opened).value();
   workbench::ScriptRun& run = *played.run;
   played.ready_seconds = seconds_since(begin);
 
-  workbench::RecordChoice record = wish.record;
-  if ((wish.is_live || wish.wants_session) && record.file.empty()) {
+  workbench::RecordChoice record = request.record;
+  if ((request.is_live || request.wants_session) && record.file.empty()) {
     Result<std::string> place = temporary_session();
     if (!place) return place.error();
     played.temporary.path = record.file = place.value();
@@ -133,9 +133,9 @@ Result<PlayedScript> play_script(const ScriptWish& wish) {
   auto recorder = workbench::start_recording(record, run.operation());
   if (!recorder) return recorder.error();
 
-  ScriptPictures pictures(run, wish.pictures);
+  ScriptPictures pictures(run, request.pictures);
   workbench::PictureTaker take;
-  if (!wish.pictures.empty())
+  if (!request.pictures.empty())
     take = [&](const data_tools::ScriptPicture& picture, const workbench::ScriptMoment& moment,
                const std::string& caption) {
       played.pictures.push_back(picture.file);
@@ -143,7 +143,7 @@ Result<PlayedScript> play_script(const ScriptWish& wish) {
     };
   const auto start = Clock::now();
   Result<workbench::ScriptReport> report = workbench::ScriptReport();
-  if (wish.is_live) {
+  if (request.is_live) {
     notice(format_text("playing live, for %.0f s ...", std::ceil(run.duration())));
     auto live = run.play_live(*recorder.value(), person());
     if (!live) return live.error();
@@ -161,7 +161,7 @@ Result<PlayedScript> play_script(const ScriptWish& wish) {
   if (!report) return report.error();
   played.report = std::move(report).value();
   played.drawing_seconds = pictures.seconds();
-  if (!wish.is_live) played.played_seconds = seconds_since(start) - played.drawing_seconds;
+  if (!request.is_live) played.played_seconds = seconds_since(start) - played.drawing_seconds;
   return played;
 }
 

@@ -6,18 +6,18 @@
 
 namespace trephine::app {
 
-struct ScriptWish {
+struct ScriptRequest {
   data_tools::Script script;
   std::string folder, where;  ///< from where it sees its files; what to call it in errors
   workbench::RecordChoice record;
   bool is_live = false;
   std::string pictures;              ///< the folder for them; empty: none are taken
-  std::vector<std::string> outputs;  ///< files beside the pictures, which will be written
+  std::vector<std::string> outputs;  ///< files in addition to the pictures, which will be written
   std::vector<std::string> in_use;   ///< files that no picture may replace
   bool wants_session = false;        ///< there is a recording afterwards, asked for or not
 };
 
-/// A file that goes with whoever made it, unless it was let go.
+/// A file that is deleted with its owner, unless it is released.
 struct TemporaryFile {
   std::string path;
   TemporaryFile() = default;
@@ -32,11 +32,11 @@ struct PlayedScript {
   std::optional<workbench::ScriptRun::Live> live;
   std::vector<std::string> pictures;  ///< their names
   std::string session;
-  TemporaryFile temporary;  ///< that session, when nobody asked for it
+  TemporaryFile temporary;  ///< that session, when it is not to be kept
   double ready_seconds = 0, played_seconds = 0, drawing_seconds = 0;
 };
 
-volume::Result<PlayedScript> play_script(const ScriptWish& wish);
+volume::Result<PlayedScript> play_script(const ScriptRequest& request);
 /// {rate, steps in us, lateness, ...} of a servo.
 Json servo_json(const haptics::ServoReport& servo);
 /// [{line, at_seconds, what, found, is_met}, ...], and the same for people.

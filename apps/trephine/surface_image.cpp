@@ -57,8 +57,7 @@ fluoroscopy::SurfaceObject surface_of(const volume::Volume& scan, const volume::
 
 Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment, const View& view,
                                                double energy, const SurfaceChoice& choice) {
-  if (!moment.shape)
-    return Error{"nobody says what is bone", "surface", "", "--iso, --window or --label", ""};
+  if (!moment.shape) return Error{"no shape chosen as bone", "surface", "", "--iso, --window or --label", ""};
   const volume::Volume& scan = *moment.scan;
   std::vector<fluoroscopy::SurfaceObject> objects{
       surface_of(scan, *moment.shape, *moment.version, mean_weight(scan, *moment.shape, energy))};

@@ -14,12 +14,12 @@ struct SurfaceChoice {
   fluoroscopy::Matter metal = fluoroscopy::Matter::titanium;
   bool has_body = false;  ///< soft tissue is an object too, which is how it compares with a volume
 };
-/// Of the moment's shape as it is, and of its things.
+/// Surface of the moment's shape as it is, and of its objects.
 volume::Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment,
                                                        const fluoroscopy::View& view, double energy,
                                                        const SurfaceChoice& choice);
 
-/// How alike two images of weakening are: the correlation of their pixels, and the mean of their difference
+/// Similarity of two images of attenuation: the correlation of their pixels, and the mean of their difference
 /// as a share of the first (%), where that is more than a hundredth.
 struct Likeness {
   double zncc = 0, mape = 0;

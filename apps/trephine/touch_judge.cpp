@@ -94,7 +94,7 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   const haptics::ProxyStep& step = tick.servo.last_step();
   const glm::dvec3& place = record.pose.position_world;
   const glm::dvec3 hip = base_.frame.volume_from_world(place);
-  // What moves by itself takes the proxy along: through nothing else.
+  // A moving object takes the proxy along: through nothing else.
   if (const glm::dvec3* last = falls_.free_proxy();
       last && has_drawn_ && !step.is_buried && step.waypoint_count > 0 && step.path_volume[0] != *last)
     falls_.carried_to(step.path_volume[0], meets(*last, step.path_volume[0]));
@@ -108,7 +108,7 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   judge_passages(tick);
   if (!record.has_contact && popped_ >= 0) drawn_.restart(), popped_ = -1;
   if (has_drawn_ && record.tick % look_every_ == 0)
-    drawn_.judge(tick.felt, record.proxy_world, tick.t, popped_);
+    drawn_.judge(tick.servo_hand, record.proxy_world, tick.t, popped_);
   // On cubes each tick at rest is looked at, on the smooth solid, which takes milliseconds, the tenth of each
   // rest; with models about, none.
   resting_ = record.has_contact && glm::length(place - last_hip_) < 1e-6 ? resting_ + 1 : 0;
@@ -122,9 +122,9 @@ namespace {
 /// Do the images that the hand feels an item by reach around a place of its frame?
 bool knows(const workbench::TouchTick& tick, std::size_t index, const glm::dvec3& at) {
   int depth = 0;
-  for (std::size_t i = 0; i < index; ++i) depth += tick.felt.scene->items[i].depth != nullptr;
-  const haptics::depth::DepthSet* set = haptics::depth::set_in(tick.felt.state, depth);
-  return set != nullptr && set->knows(at, tick.felt.scene->tool_radius);
+  for (std::size_t i = 0; i < index; ++i) depth += tick.servo_hand.scene->items[i].depth != nullptr;
+  const haptics::depth::DepthSet* set = haptics::depth::set_in(tick.servo_hand.state, depth);
+  return set != nullptr && set->knows(at, tick.servo_hand.scene->tool_radius);
 }
 }  // namespace
 
@@ -134,10 +134,11 @@ void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
   for (ImagedModel& model : imaged_) {
     const haptics::TouchItem& item = scene_.items[model.item];
     const auto mover = static_cast<std::size_t>(item.mover);
-    const haptics::Placement place =
-        item.mover >= 0 && mover < tick.felt.placement_count ? tick.felt.placements[mover] : item.placement;
+    const haptics::Placement place = item.mover >= 0 && mover < tick.servo_hand.placement_count
+                                         ? tick.servo_hand.placements[mover]
+                                         : item.placement;
     const glm::dvec3 at = place.local_from_world(record.proxy_world);
-    const bool is_let_through = tick.felt.untouchable.contains(static_cast<int>(model.item)) ||
+    const bool is_let_through = tick.servo_hand.untouchable.contains(static_cast<int>(model.item)) ||
                                 popped_ == static_cast<int>(model.item);
     // A hand faster than images are made for leaves them: nothing is promised there.
     const bool is_seen = !item.depth || knows(tick, model.item, at);

@@ -20,7 +20,7 @@ class TouchJudge {
 
   long fall_throughs() const { return falls_.fall_throughs() + passed_; }
   long stuck() const { return stuck_; }
-  /// Ticks looked at in which it was in what is felt by depth images, deeper than these allow.
+  /// Judged ticks inside an object touched by depth images, deeper than these allow.
   long in_drawn() const { return drawn_.sunk + drawn_.let_through; }
   bool has_drawn() const { return has_drawn_; }
   /// Does the method promise anything?
@@ -55,7 +55,7 @@ class TouchJudge {
   DrawnJudge drawn_;
   std::uint64_t look_every_ = DrawnJudge::k_every;  ///< ticks; of large models fewer
   int popped_ = -1;
-  bool has_drawn_ = false;  ///< something is felt by depth images, which move by themselves
+  bool has_drawn_ = false;  ///< an object is touched by depth images, which move by themselves
   checker::FallThroughJudge falls_;
   long stuck_ = 0, resting_ = 0;
   glm::dvec3 last_hip_{1e300};

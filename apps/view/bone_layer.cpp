@@ -1,4 +1,4 @@
-// One file: the kept picture, its depth and what is drawn anew into it are one set of buffers.
+// One file: the kept picture, its depth and what is drawn into it are one set of buffers.
 #include "apps/view/bone_layer.h"
 
 #include <algorithm>
@@ -51,7 +51,7 @@ constexpr int k_group = 4;               // chunks along the edge of a coarse gr
 constexpr double k_rest_seconds = 0.12;  // the view stands still before the full picture is begun
 constexpr double k_batch_ms = 30;        // of a frame, for the full picture
 
-/// Colours that people with any colour vision tell apart: bone and cut differ in lightness too.
+/// Colours that people with any colour vision distinguish: bone and cut differ in lightness too.
 struct Tint {
   dvec3 spongy, compact, cut_spongy, cut_compact;
 };
@@ -60,7 +60,7 @@ constexpr Tint k_tints[] = {{{0.84, 0.71, 0.55}, {0.95, 0.90, 0.80}, {0.55, 0.20
                             {{0.80, 0.62, 0.20}, {0.95, 0.80, 0.35}, {0.50, 0.36, 0.05}, {0.70, 0.52, 0.12}},
                             {{0.35, 0.62, 0.48}, {0.55, 0.80, 0.66}, {0.12, 0.36, 0.26}, {0.25, 0.52, 0.40}}};
 
-/// Of a shape: its own colour, else the next of ours.
+/// Tint of a shape: its own colour, else the next of ours.
 Tint tint_of(std::size_t shape, const std::optional<dvec3>& colour) {
   if (!colour) return k_tints[shape % std::size(k_tints)];
   return {0.85 * *colour, glm::mix(*colour, dvec3(1), 0.2), 0.45 * *colour, 0.7 * *colour};
@@ -266,7 +266,7 @@ void BoneLayer::Painter::show(const ChunkMesh& mesh) {
   for (std::size_t a = 0; a < 3; ++a) group_key[a] /= k_group;
   groups_[group_key].is_stale = true;
 
-  // Where it was and where it is, the picture is no longer true.
+  // The picture is outdated both where it was and where it is.
   Chunk& chunk = chunks_[key];
   triangles_ -= chunk.triangles;
   const bool is_known = chunk.actor != nullptr;
@@ -552,7 +552,7 @@ bool BoneLayer::Painter::render(bool always) {
   const auto begin = Clock::now();
   window_->Render();
 
-  // How fast is this machine's drawing? Only frames with enough to measure tell.
+  // Estimates the speed of this machine's drawing, from frames with enough to measure.
   if (drawn_triangles_ > 15000) {
     glFinish();
     const double ms = 1e3 * seconds_since(begin);
@@ -567,7 +567,7 @@ bool BoneLayer::Painter::render(bool always) {
     if (is_last_batch_ && can_keep_) {
       seen_.swap(coming_);
       is_fine_ = true;
-      // What changed while it was made was drawn too, but perhaps over what was there before.
+      // Chunks that changed while it was made were drawn too, but perhaps over what was there before.
       if (!was_changed) changed_ = {};
     }
   }

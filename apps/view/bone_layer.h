@@ -11,7 +11,7 @@ class vtkRenderWindow;
 
 namespace trephine::view {
 
-/// How the bone is drawn in a live window: coarse while the view turns, then in full, a share of it in each
+/// Drawing of bone in a live window: coarse while the view turns, then in full, a share of it in each
 /// frame, and from then on only the rectangle in which a chunk changed. The finished picture is kept with its
 /// depth, and the instruments are drawn on top of it. One thread: the one that draws.
 class BoneLayer {
@@ -27,12 +27,13 @@ class BoneLayer {
   void clear();
   /// Cuts the picture open: only what lies on the side of `normal_world` is drawn. Null normal: all of it.
   void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
-  /// What is drawn on top reaches so far too: the camera sees it whole.
+  /// Box of what is drawn on top: the camera sees it whole.
   void set_room(const glm::dvec3& low, const glm::dvec3& high);
   /// Draws one frame of the window. Returns false, and draws nothing, where the picture would be the same as
   /// the last one, unless `always`.
   bool render(bool always = false);
-  /// Whoever draws the window next (a picture file) gets all of it, in full. render() goes on as before.
+  /// Exposes all of the bone, in full, to the next drawing of the window (a picture file). render() goes on
+  /// as before.
   void expose();
   /// Is all of the bone in the picture, in full?
   bool is_complete() const noexcept;

@@ -97,7 +97,7 @@ void place(vtkActor* actor, const dvec3& origin, const dvec3& x, const dvec3& y,
   }
   set_matrix(actor, m);
 }
-/// Two directions beside it.
+/// Two directions at right angles to it.
 std::pair<dvec3, dvec3> beside(const dvec3& direction) {
   const dvec3 other = std::abs(direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
   const dvec3 v = glm::normalize(glm::cross(other, direction));
@@ -109,7 +109,7 @@ void place(vtkActor* actor, const dvec3& origin, dvec3 direction, double length,
   const auto [v, w] = beside(direction);
   place(actor, origin, length * direction, width * v, width * w);
 }
-/// What turns around +z, along `axis`.
+/// Places a shape that turns around +z, along `axis`.
 void place(vtkActor* actor, const dvec3& origin, const dvec3& axis) {
   const auto [v, w] = beside(axis);
   place(actor, origin, v, w, axis);
@@ -362,7 +362,7 @@ void BoneView::show(const StylusLook& s) {
   }
   const double force = glm::length(s.force_world);
   p.arrow->SetVisibility(is_touching && force > 0.02);
-  // 12 mm a newton, from beside the burr, so that it is not hidden in it.
+  // 12 mm a newton, from the side of the burr, so that it is not hidden in it.
   const dvec3 aside = glm::length(glm::cross(shaft, s.force_world)) > 1e-9
                           ? glm::normalize(glm::cross(shaft, s.force_world))
                           : glm::normalize(glm::cross(shaft, dvec3(0.3, 1, 0.2)));
@@ -453,7 +453,7 @@ bool BoneView::render() {
   view[16] = p.window->GetSize()[0], view[17] = p.window->GetSize()[1];
   const bool has_changed = std::exchange(p.drawn_view, view) != view || p.is_text_stale;
   if (has_changed) p.text->update();
-  // Where bone was drawn anew labels may be hidden by other parts of it.
+  // Bone that was drawn again may hide labels.
   if (has_changed || p.overlays->labels().is_stale()) p.overlays->labels().lay_out();
   const bool is_drawn = p.bone->render(p.scenery != nullptr);
   p.is_text_stale = is_drawn && p.bone->drawn_triangles() > 0;

@@ -1,4 +1,4 @@
-// What a person sees: bone, cut, stylus with burr, proxy, force. All VTK lives behind this.
+// Picture of an operation: bone, cut, stylus with burr, proxy, force. All VTK lives behind this.
 #pragma once
 
 #include <glm/gtc/quaternion.hpp>
@@ -17,7 +17,7 @@ class vtkRenderWindow;
 
 namespace trephine::view {
 
-/// What to draw of the instrument; world frame, mm, N.
+/// Appearance of the instrument; world frame, mm, N.
 struct StylusLook {
   bool is_visible = true;
   glm::dvec3 hip_world{0.0};
@@ -47,7 +47,8 @@ class BoneView {
   const BoneLayer& bone() const;
   void show(const StylusLook& stylus);
   OverlayLayer& overlays();
-  /// What is felt as it is drawn, and its depth on the screen; null: there is none, or it is no live window.
+  /// Scenery that is touched as it is drawn, and its depth on the screen; null without scenery or a live
+  /// window.
   OverlayLayer* scenery();
   ScreenDepth* screen_depth();
   /// Makes the GL context current.

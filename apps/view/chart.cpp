@@ -114,7 +114,7 @@ volume::Status write_chart(const Chart& chart, const std::string& path, int widt
   plot->GetLegend()->SetHorizontalAlignment(vtkChartLegend::RIGHT);
   plot->GetLegend()->SetVerticalAlignment(vtkChartLegend::TOP);
   plot->GetLegend()->SetLabelSize(14);
-  plot->GetLegend()->SetInline(false);  // beside the data, not over them
+  plot->GetLegend()->SetInline(false);  // next to the data, not over them
 
   Range xs, ys;
   std::vector<vtkSmartPointer<vtkTable>> tables;

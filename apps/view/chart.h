@@ -25,7 +25,7 @@ struct Chart {
   std::vector<ChartSeries> series;
 };
 
-/// Colours that a reader tells apart, also with red-green blindness (Okabe and Ito 2008).
+/// Colours that a reader distinguishes, also with red-green blindness (Okabe and Ito 2008).
 std::array<std::uint8_t, 3> chart_color(std::size_t i);
 
 /// Draws into memory and writes a PNG. Points that an axis cannot show are left out.

@@ -167,7 +167,7 @@ DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& s
     side_of[i] =
         same != sides.end() ? same->second : sides.emplace_back(mesh.normals[i], side_count++).second;
   }
-  // What becomes one hangs together: two sheets that lie over each other in a cube stay two.
+  // Only connected vertices become one: two sheets that lie over each other in a cube stay two.
   std::vector<std::uint32_t> root(count);
   std::iota(root.begin(), root.end(), 0u);
   const auto root_of = [&](std::uint32_t i) {
@@ -277,7 +277,7 @@ double ChunkWorker::finished_share() const {
 }
 
 void ChunkWorker::run() {
-  // Behind whoever draws: a surface that is a frame late is not seen, a frame that is late is.
+  // Behind the drawing thread: a surface that is a frame late is not noticed, a frame that is late is.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
   volume::NetScratch scratch;
   std::unique_lock guard(lock_);

@@ -1,4 +1,4 @@
-// The surface in chunks, made by a worker and fetched by whoever draws: neither the servo nor the window
+// Surface in chunks, made by a worker and fetched by the drawing thread: neither the servo nor the window
 // waits.
 #pragma once
 
@@ -46,7 +46,7 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
                           const glm::ivec3& chunk, volume::NetScratch* scratch = nullptr,
                           CutsOfShape cuts = CutsOfShape::applied);
 
-/// Notes that only what these voxels decide has changed: the surface beside them, and the light a little
+/// Marks the part that these voxels decide as changed: the surface next to them, and the light a little
 /// farther.
 void set_changed(ChunkMesh& mesh, const volume::Frame& frame, const volume::VoxelBox& voxels);
 

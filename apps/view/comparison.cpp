@@ -21,7 +21,7 @@ namespace {
 
 constexpr int k_edge = 520;  // pixels of a panel
 
-/// How a state looks from a place, as pixels of a panel.
+/// Picture of a state from a place, as pixels of a panel.
 volume::Result<imaging::Panel> seen(const haptics::TouchScene& scene, const ComparedState& state,
                                     const dvec3& at, const dvec3& from) {
   auto surface = make_offscreen(k_edge, k_edge);
@@ -98,7 +98,7 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
   dvec3 sum(0);
   std::vector<dvec3> some;  // of the places that differ
   std::size_t count = 0;
-  // Where either has a brick of its own; a brick of one alone is met in its turn.
+  // Bricks of either version; a brick of one alone is met in its turn.
   const auto visit = [&](const volume::Version& one, const volume::Version& other,
                          bool only_where_other_has_none) {
     one.for_bricks_in(

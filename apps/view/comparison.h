@@ -1,4 +1,4 @@
-// Two states of one operation beside each other, and what differs.
+// Two states of one operation side by side, and their difference.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ struct ComparedState {
   sim::Overlays overlays = {};
 };
 
-/// Of the first shape.
+/// Difference of the first shape.
 struct Difference {
   double first_mm3 = 0, second_mm3 = 0;  ///< matter that only the one has, only the other
   glm::dvec3 middle_world{0.0};          ///< a place that differs, nearest to the middle of all that do

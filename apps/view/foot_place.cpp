@@ -101,7 +101,7 @@ Fit fit_under(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, co
   const double height = bottom - k_gap;  // of the top of the foot
   const double begin = s + tool.radius + k_gap, end = s - reach;
   const auto over = [&](double along, double h) { return at + along * way + h * shaft; };
-  // Down beside the edge, then under it.
+  // Down next to the edge, then under it.
   if (!is_disc_free(is_bone, over(begin, 0), shaft, tool.radius, height - tool.thickness - 0.1, k_above))
     return Fit::no_room;
   for (double along = begin; along > end - 1e-9; along -= 0.5)
@@ -180,7 +180,7 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3&
       FootPlace place;
       const Fit fit = fit_under(is_bone, tool, from, shaft, edge.way, *s, reach, place);
       is_too_thick = is_too_thick || fit == Fit::too_thick;
-      if (fit == Fit::too_thick) break;  // as it is beside it
+      if (fit == Fit::too_thick) break;  // as it is next to it
       if (fit != Fit::fits) continue;
       place.edge = line_along(is_bone, from, shaft, edge.way, *s);
       return {std::move(place), {}};
@@ -195,7 +195,7 @@ std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, 
                                  const dvec3& shaft) {
   constexpr int k_around = 8;
   const auto [a, b] = across(shaft);
-  // A place beside it may lie above or below the plane, by what a surface bends over a foot.
+  // A neighbouring place may lie above or below the plane, by what a surface bends over a foot.
   const auto depth_at = [&](const dvec3& at) -> std::optional<double> {
     double last = -k_above;
     bool has_bone = false;

@@ -3,10 +3,10 @@
 namespace trephine::view {
 
 MouseDevice::MouseDevice(const glm::dvec3& start)
-    : shared_{start.x, start.y, start.z, 1.0, 0.0, 0.0, 0.0}, wish_(start), position_(start) {}
+    : shared_{start.x, start.y, start.z, 1.0, 0.0, 0.0, 0.0}, request_(start), position_(start) {}
 
-void MouseDevice::set(const glm::dvec3& wish, const glm::dquat& turn, bool is_pressed) noexcept {
-  const double values[] = {wish.x, wish.y, wish.z, turn.w, turn.x, turn.y, turn.z};
+void MouseDevice::set(const glm::dvec3& request, const glm::dquat& turn, bool is_pressed) noexcept {
+  const double values[] = {request.x, request.y, request.z, turn.w, turn.x, turn.y, turn.z};
   sequence_.fetch_add(1);
   for (std::size_t i = 0; i < shared_.size(); ++i) shared_[i].store(values[i]);
   is_pressed_.store(is_pressed);
@@ -20,8 +20,8 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
     for (std::size_t i = 0; i < shared_.size(); ++i) now[i] = shared_[i].load();
     const bool is_pressed = is_pressed_.load();
     if (before % 2 == 0 && sequence_.load() == before) {
-      wish_ = {now[0], now[1], now[2]};
-      wished_turn_ = glm::dquat(now[3], now[4], now[5], now[6]);
+      request_ = {now[0], now[1], now[2]};
+      requested_turn_ = glm::dquat(now[3], now[4], now[5], now[6]);
       pressed_ = is_pressed;
       break;
     }
@@ -29,12 +29,12 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   constexpr double k_seconds = 0.015, k_turn_seconds = 0.08;
   const double dt = t - time_;
   if (dt > 0) {
-    position_ += dt / (dt + k_seconds) * (wish_ - position_);
+    position_ += dt / (dt + k_seconds) * (request_ - position_);
     // The short way round, and never through no turn at all.
-    const glm::dquat to = glm::dot(turn_, wished_turn_) < 0 ? -wished_turn_ : wished_turn_;
+    const glm::dquat to = glm::dot(turn_, requested_turn_) < 0 ? -requested_turn_ : requested_turn_;
     turn_ = haptics::unit_of(turn_ + dt / (dt + k_turn_seconds) * (to - turn_));
   }
-  if (is_jumping_.exchange(false)) position_ = wish_, turn_ = wished_turn_;
+  if (is_jumping_.exchange(false)) position_ = request_, turn_ = requested_turn_;
   time_ = t;
   pose.position_world = position_;
   pose.orientation = turn_;

@@ -20,18 +20,18 @@ class MouseDevice final : public haptics::Device {
   void write(const haptics::Wrench&) noexcept override {}
 
   /// `turn`: unit, how the tool is held.
-  void set(const glm::dvec3& wish_world, const glm::dquat& turn, bool is_pressed) noexcept;
-  /// Lifted over: the next read() is at the wish, without a way there.
+  void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed) noexcept;
+  /// Lifted over: the next read() is at the requested pose, without a way there.
   void jump() noexcept { is_jumping_ = true; }
 
  private:
   // A sequence lock for one writer: odd while it writes. The reader tries a few times and else keeps its last
-  // wish.
+  // request.
   std::atomic<unsigned> sequence_{0};
-  std::array<std::atomic<double>, 7> shared_;  ///< x, y, z of the wish; w, x, y, z of the turn
+  std::array<std::atomic<double>, 7> shared_;  ///< x, y, z of the request; w, x, y, z of the turn
   std::atomic<bool> is_pressed_{false}, is_jumping_{false};
-  glm::dvec3 wish_, position_;
-  glm::dquat wished_turn_{1, 0, 0, 0}, turn_{1, 0, 0, 0};
+  glm::dvec3 request_, position_;
+  glm::dquat requested_turn_{1, 0, 0, 0}, turn_{1, 0, 0, 0};
   bool pressed_ = false;
   double time_ = 0;
 };

@@ -1,4 +1,4 @@
-// What a window reports at the tool for some seconds, and keeps in a log.
+// Messages that a window shows at the tool for some seconds, and keeps in a log.
 #pragma once
 
 #include <cstddef>

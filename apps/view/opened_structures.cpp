@@ -22,8 +22,8 @@ using volume::VoxelBox;
 namespace {
 
 constexpr double k_margin = 12;  // mm around an opening in which structures are meshed
-constexpr int k_beside = 3;      // voxels beside a chunk that its surface and normals look at
-// Of 64. Below one half, so that a nerve of one voxel is not smoothed away.
+constexpr int k_beside = 3;      // voxels around a chunk that its surface and normals look at
+// Level, of 64. Below one half, so that a nerve of one voxel is not smoothed away.
 constexpr double k_level = 27;
 constexpr int k_membrane = 3;   // voxels below their surface that a cut strips: a flap takes as much with it
 constexpr int k_torn_near = 3;  // voxels around a deep cut in which shallow ones are drawn too

@@ -87,8 +87,8 @@ void OperationController::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5,
 
 void OperationController::go_to_stroke(std::size_t strokes) {
   strokes = std::clamp(strokes, state_.first_stroke, state_.all_strokes);
-  std::size_t at = wished_stroke_.value_or(state_.strokes);
-  wished_stroke_ = strokes;
+  std::size_t at = requested_stroke_.value_or(state_.strokes);
+  requested_stroke_ = strokes;
   for (; at > strokes; --at) undo();
   for (; at < strokes; ++at) redo();
 }
@@ -167,7 +167,7 @@ void OperationController::frame() {
   go_on_taking();
   viewport_.set_touch_radius(state_.tool_radius);
   drag_point();
-  if (state_.refused || wished_stroke_ == state_.strokes) wished_stroke_.reset();
+  if (state_.refused || requested_stroke_ == state_.strokes) requested_stroke_.reset();
   version_ = state_.version;
   viewport_.request(version_, state_.changed);
   viewport_.show_stylus(state_.newest, look_of(state_.tool), *version_, -viewport_.ray_at(x_, y_).direction);
@@ -193,9 +193,9 @@ void OperationController::frame() {
   if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(*ms));
 }
 
-/// What is drawn beside the bone is felt as the screen has it: its depth is read around the hand when the
+/// Scenery next to the bone is touched as the screen has it: its depth is read around the hand when the
 /// view turned, or the hand comes to where nothing was read. A picture in which something hides the hand says
-/// nothing of what it touches: what it felt before stays.
+/// nothing of what it touches: its contact stays as before.
 void OperationController::feel_scenery() {
   if (scenery_ < 0) return;
   const haptics::ServoRecord& r = state_.newest;
@@ -240,7 +240,7 @@ void OperationController::feel_scenery() {
     return glm::length(p - glm::clamp(p, drawn->low(), drawn->high())) < k_edge;
   };
   if (drawn == nullptr || (!is_near(hip) && !is_near(proxy))) return;
-  // What was asked for is on its way, or the screen shows no more there.
+  // The requested depth is on its way, or the screen shows no more there.
   const bool is_same_place = glm::length(proxy - asked_at_) < 1;
   if (is_same_view && (is_same_place || (knows(hip) && knows(proxy)))) return;
   drawn_from_ = eye, drawn_ = drawn, asked_at_ = proxy;
@@ -264,7 +264,7 @@ void OperationController::take(sim::Value what) {
       options_.catalogue ? options_.catalogue->find_instrument(what.name()) : nullptr;
   const sim::ToolNeeds needs =
       type && type->needs ? type->needs(what.data(), *scene_->base) : sim::ToolNeeds();
-  // What needs none touches as the operation began, but not with the balls of another tool.
+  // A tool without needs touches as the operation began, but not with the balls of another tool.
   const bool is_own = needs.touch_radius == 0 && needs.balls.empty() && scene_->tool_balls.empty();
   wanted_radius_ = is_own ? scene_->tool_radius : needs.touch_radius;
   const std::vector<dvec3>& balls = is_own ? scene_->tool_balls : needs.balls;
@@ -283,7 +283,7 @@ void OperationController::go_on_taking() {
   if (!is_taking()) return;
   const bool has_come =
       wanted_balls_ == state_.tool_balls && std::abs(wanted_radius_ - state_.tool_radius) < 1e-9;
-  constexpr int k_patience = 120;  // frames in which nobody works on it
+  constexpr int k_patience = 120;  // frames without a job
   frames_without_job_ = state_.pending_jobs == 0 ? frames_without_job_ + 1 : 0;
   if (has_come && !state_.refused) {
     apply(std::exchange(taken_, {}));
@@ -363,7 +363,7 @@ double OperationController::above_soft(const Ray& ray, double along) const {
 }
 
 void OperationController::follow_cursor() {
-  // The hand's wish: on the surface under the cursor, and into it while the button is down.
+  // The hand's request: on the surface under the cursor, and into it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
   const Viewport::RestingPlace rest = viewport_.resting_place(*version_, ray);
   double hit = is_pressed_ ? viewport_.distance_to_solid(*version_, ray) : rest.distance;
@@ -384,19 +384,19 @@ void OperationController::follow_cursor() {
                  is_over_bone_ || is_led);
   if (follow_guide(ray, hit)) return;
   if (is_soft) along = above_soft(ray, hit - middle);
-  const dvec3 wish = ray.origin + along * ray.direction;
+  const dvec3 request = ray.origin + along * ray.direction;
   const dvec3 up(0, 0, 1);
   constexpr double k_roll = 3.14159265358979 / 12;
-  mouse_.set(wish, glm::dquat(up, shaft()) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0);
+  mouse_.set(request, glm::dquat(up, shaft()) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0);
   // A cursor that jumps lifts the stylus over; it is not dragged through the bone.
   constexpr double k_jump_mm = 8;
-  if (glm::length(wish - wish_) > k_jump_mm) {
+  if (glm::length(request - request_) > k_jump_mm) {
     const double above =
         hit >= 0 ? std::max(0.0, hit - middle - 1.5 * scene_->base->frame.diagonal_mm()) : along;
     live_.set_down(scene_->base->frame.volume_from_world(ray.origin + above * ray.direction));
     mouse_.jump();
   }
-  wish_ = wish;
+  request_ = request;
 }
 
 }  // namespace trephine::view

@@ -30,13 +30,13 @@ class OperationController {
   /// Stops them, ends the recording, and says what happened. A second call says the same.
   const WindowReport& finish();
 
-  /// Where the cursor is: shares of the picture's width and height from the lower left.
+  /// Sets the cursor: shares of the picture's width and height from the lower left.
   void point(double x, double y) {
     if (!is_tip_held_) x_ = x, y_ = y;
   }
   void press(bool is_down) {
     if (is_pressed_ && !is_down)
-      wish_ = glm::dvec3(1e9);  // released: the stylus is lifted off, wherever it is held
+      request_ = glm::dvec3(1e9);  // released: the stylus is lifted off, wherever it is held
     is_pressed_ = is_down;
     has_click_ = has_click_ || is_down;
   }
@@ -56,32 +56,33 @@ class OperationController {
   void move_tip(double right, double up);
   /// Keeps the tip where it is, whatever the cursor does, until it is let go.
   void hold_tip(bool is_held) { is_tip_held_ = is_held; }
-  /// Slides the foot of a Kerrison that is under an edge. False: there is none.
+  /// Slides the foot of a Kerrison that is under an edge. False: it is not under one.
   bool slide_foot(int steps) { return guide_.slide(steps); }
   /// Draws where depth images are made.
   void show_clip_volumes(bool are_shown) {
     if (!are_shown && shows_clip_volumes_) shown_.reset();
     shows_clip_volumes_ = are_shown;
   }
-  /// How far a pressed stylus wants to go below the surface, mm.
+  /// Sets the depth of a pressed stylus below the surface, mm.
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
-  /// What the hand holds; empty: nothing.
+  /// The instrument in the hand; empty: without one.
   const sim::Value& tool() const noexcept { return state_.tool; }
   /// Gives the hand an instrument with these parameters; one that touches with other balls than the hand has
   /// comes when those are ready, some seconds later.
   void take(sim::Value instrument);
   bool is_taking() const noexcept { return !taken_.is_empty(); }
-  /// Tells a module something.
+  /// Sends a command to a module.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
-  /// What came off the bone comes free.
+  /// Frees what was cut off the bone.
   void free_pieces() { apply(sim::FreePieces()); }
-  /// Puts down what the hand holds, or takes the piece that it touches. False: there is none.
+  /// Releases what the hand holds, or grasps the piece that it touches. False: it touches none.
   bool take_or_put_down();
-  /// Where the tool touches, or what the cursor is on while the tool hovers over it; nothing: over nothing.
+  /// Place that the tool touches, or that the cursor is on while the tool hovers over it; empty: over
+  /// nothing.
   std::optional<glm::dvec3> touched() const;
   /// Takes the point of the plan that is nearest to where it touches, until it is put down: it goes with what
-  /// touches. False: there is none within a few millimetres.
+  /// touches. False: not within a few millimetres.
   bool grab_point();
   void drop_point() { grabbed_ = {}; }
   bool has_point() const noexcept { return !grabbed_.is_empty(); }
@@ -92,7 +93,7 @@ class OperationController {
   /// To be compared: waits for the edits, some milliseconds.
   std::vector<sim::LiveSession::Place> places() { return live_.places().get(); }
   const haptics::TouchScene& scene() const noexcept { return *scene_; }
-  /// What must not be cut: the same from beginning to end.
+  /// Forbidden structures: the same from beginning to end.
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden() const {
     return live_.engine().forbidden();
   }
@@ -103,18 +104,18 @@ class OperationController {
   const sim::LiveState& state() const noexcept { return state_; }
   /// That were drawn so far.
   int frames() const noexcept { return report_.frames; }
-  /// Of these: whose picture would have been the same as the one before, and was not drawn.
+  /// Number of these that were not drawn, since their picture would have been the same as the one before.
   int frames_skipped() const noexcept { return report_.frames_skipped; }
-  /// Pictures of scenery in which something hid the hand, so that it feels what it felt before.
+  /// Pictures of scenery in which something hid the hand, so that its contact stays as it was.
   std::uint64_t hidden_pictures() const noexcept { return hidden_; }
   haptics::ServoReport servo() const { return live_.servo_report(); }
-  /// Latched faults in words, with what mends them; empty when there are none.
+  /// Latched faults in words, with their remedies; empty without faults.
   std::string fault_text() const;
   /// Why the newest command was refused, once; empty when none was.
   std::string take_refusal() { return std::exchange(refused_, {}); }
   /// Returns the time since this operation's window opened, s.
   double seconds() const noexcept { return workbench::seconds_since(started_); }
-  /// What happened so far, in sentences. Refused commands are in it too.
+  /// Log of the operation, in sentences. Refused commands are in it too.
   const Notices& notices() const noexcept { return notices_; }
   /// Adds a sentence to the log.
   void note(std::string text) {
@@ -122,12 +123,12 @@ class OperationController {
   }
   /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
-  /// Returns the messages to show beside the tool now; what lasts (a fault, a tool inside a structure) first.
+  /// Returns the messages to show at the tool now; what lasts (a fault, a tool inside a structure) first.
   std::string notice_text() const;
   workbench::EventLevel notice_level() const;
   Viewport& viewport() noexcept { return viewport_; }
   const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
-  /// What is left now, for good: nothing that is cut later shows in it. Waits for the edits, some
+  /// Frozen current state: later cuts do not show in it. Waits for the edits, some
   /// milliseconds.
   std::shared_ptr<const volume::Version> frozen() { return live_.snapshot().get()->world.version; }
 
@@ -166,20 +167,20 @@ class OperationController {
   bool has_click_ = false;     ///< since the last frame, however short
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
-  int scenery_ = -1;        ///< the item that is felt as it is drawn; -1: there is none
+  int scenery_ = -1;        ///< the item that is touched as it is drawn; -1: no such item
   volume::Eye drawn_from_;  ///< when its depth was asked for last, and where
   glm::dvec3 asked_at_{1e9};
   const haptics::MeshTree* drawn_ = nullptr;
   std::uint64_t hidden_ = 0, felt_picture_ = 0;
-  std::optional<glm::dvec3> landing_;  ///< world: when the next picture is felt
-  glm::dvec3 wish_{1e9};
-  std::optional<std::size_t> wished_stroke_;  ///< until it is there
+  std::optional<glm::dvec3> landing_;  ///< world: when the next picture is adopted
+  glm::dvec3 request_{1e9};
+  std::optional<std::size_t> requested_stroke_;  ///< until it is there
   std::string refused_;
   Notices notices_;
   std::chrono::steady_clock::time_point started_;
   std::optional<std::chrono::steady_clock::time_point> fault_since_;  ///< of a mouse's hand
   sim::Value grabbed_;          ///< the command that moves what is held; empty: nothing is
-  glm::dvec3 dragged_to_{0.0};  ///< where that was told last
+  glm::dvec3 dragged_to_{0.0};  ///< last requested place
   int frames_since_drag_ = 0;
   sim::Value taken_;   ///< an instrument that waits for its balls; empty: none
   sim::Value before_;  ///< what the hand had until then, for when they do not come

@@ -23,7 +23,7 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
   if (!is_over_bone && !is_kerrison) return;
   if (hold_ == Hold::fixed) return;
   std::optional<dvec3> normal = viewport_.facing(*untouched_, ray);
-  // Beside an edge bone has no direction of its own, and the way to it is the one that is seen.
+  // Near an edge bone has no direction of its own, and the way to it is the one that is seen.
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
   if (!normal) return;
   const dvec3 target = hold_ == Hold::viewer ? -ray.direction
@@ -70,7 +70,7 @@ void OperationController::move_tip(double right, double up) {
 }
 
 /// Returns where the ray meets bone, or, where it passes an edge of bone to what lies behind, a place of that
-/// edge's surface beside it.
+/// edge's surface next to it.
 std::optional<dvec3> OperationController::bone_beside(const Ray& ray, double hit) {
   constexpr int k_rays = 8;
   constexpr double k_around = 4, k_behind = 5;  // mm
@@ -120,7 +120,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   if (std::string why = guide_.take_message(); !why.empty())
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
                   "Not possible here: " + why});
-  if (was_holding && !pose) wish_ = dvec3(1e9);  // lifted off
+  if (was_holding && !pose) request_ = dvec3(1e9);  // lifted off
   if (!pose) return false;
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed);
   if (pose->is_jump) {

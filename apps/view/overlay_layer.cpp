@@ -133,14 +133,14 @@ void place(vtkActor* actor, const haptics::Placement& at) {
 
 struct OverlayLayer::Parts {
   vtkRenderer* renderer;
-  /// Of each surface that is there; the tree keeps its address from being another's.
+  /// Actor of each surface that is there; the tree keeps its address from being another's.
   struct Surface {
     std::shared_ptr<const haptics::MeshTree> tree;
     vtkSmartPointer<vtkActor> actor;
     bool is_wanted = false;
   };
   std::map<const haptics::MeshTree*, Surface> surfaces;
-  /// Made anew each time: they are few.
+  /// Made again each time: they are few.
   std::vector<vtkSmartPointer<vtkProp>> others;
   LabelLayer labels;
 };

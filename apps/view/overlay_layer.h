@@ -21,7 +21,7 @@ class OverlayLayer {
 
   /// These, and no others. `hands`: where each is, for what it holds.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands);
-  /// What is drawn: surfaces, sets of lines and labels together.
+  /// Number of drawn surfaces, sets of lines and labels together.
   std::size_t size() const noexcept;
   /// To be laid out before each frame.
   LabelLayer& labels() noexcept;

@@ -42,7 +42,7 @@ void PaneController::begin() {
   shots_ = 0, is_placed_ = false, exposed_ = 0, told_ = 0;
 }
 
-/// What was told since, by whomever.
+/// Reads the settings that changed since, from any source.
 void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> settings) {
   const bool is_first = followed_.empty();
   for (std::size_t i = 0; i < settings.size(); ++i) {
@@ -60,7 +60,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       const auto* was = before ? before->as<cross_section::SectionState>() : nullptr;
       const bool is_other = !was || was->at != section->at || was->normal != section->normal ||
                             was->is_clipping != section->is_clipping;
-      // As it begins nobody has said anything.
+      // At its beginning the settings are empty.
       if (!is_other || (is_first && section->normal == dvec3(0, 0, 1) && section->at == dvec3(0))) continue;
       panes_.turn_section(section->normal);
       panes_.look_at(section->at);
@@ -68,7 +68,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       if (section->is_clipping) clip_ = Clip{section->at, section->normal};
     } else if (const auto* arm = now->as<fluoroscopy::FluoroscopyState>()) {
       if (arm->is_placed) is_placed_ = true, panes_.set_arm(*arm);
-      // Of a live second there are pictures already. A shot of an operation that is gone back is not taken
+      // A live second has its pictures already. A shot of an operation that is gone back is not taken
       // again.
       for (; shots_ < arm->shots && told_ > 0; ++shots_) --told_;
       if (arm->shots > shots_ && !is_first) panes_.shoot();

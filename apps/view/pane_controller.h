@@ -1,5 +1,5 @@
-// Panes beside an operation or a replay: they follow what it was told (where to look, where the C-arm stands,
-// shots), and what a person does with them is told to it.
+// Panes of an operation or a replay: they follow its settings (focus, position of the C-arm,
+// shots), and pass the user's actions to it.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace trephine::view {
 
-/// What there is at one frame; borrowed for it.
+/// State of one frame; borrowed for it.
 struct PaneNews {
   const haptics::TouchScene& scene;
   std::shared_ptr<const volume::Version> version;
@@ -34,16 +34,16 @@ class PaneController {
   explicit PaneController(std::size_t panes) : panes_(panes) {}
 
   imaging::Panes& panes() noexcept { return panes_; }
-  /// Tells the operation something; null in a replay: then pictures cost no dose.
+  /// Sends a command to the operation; null in a replay: then pictures cost no dose.
   std::function<void(sim::Value)> tell;
   /// Another operation.
   void begin();
   /// True: there are new images.
   bool frame(const PaneNews& news);
-  /// Instead of it while no pane is seen: nothing is exposed, and no image is owed for shots of that time.
+  /// Replaces frame() while no pane is visible: nothing is exposed, and shots of that time need no image.
   void rest(std::span<const std::shared_ptr<const sim::Value>> settings);
 
-  /// Where one looks goes with the tool while it touches.
+  /// Makes the focus follow the tool while it touches.
   bool follows_tool = true;
   /// Tip of the tool and a point up its shaft; null: it is not known.
   const std::array<glm::dvec3, 2>* tool() const noexcept { return tool_ ? &*tool_ : nullptr; }
@@ -51,11 +51,11 @@ class PaneController {
   // The C-arm. Of a scan that cannot be X-rayed nothing is exposed.
   void set_preset(std::size_t preset);
   void shoot();
-  /// While it is live every second is told as one shot of `k_pulses` of `k_pulse`.
+  /// Reports every live second as one shot of `k_pulses` of `k_pulse`.
   void set_live(bool is_live);
   static constexpr double k_pulses = 15, k_pulse = 0.008;  ///< 1/s; s
 
-  /// What the section's plane clips of the picture: a place and a normal. Nothing: it does not.
+  /// Plane by which the section clips the picture: a place and a normal. Empty: it does not.
   struct Clip {
     glm::dvec3 at, normal;
     friend bool operator==(const Clip&, const Clip&) = default;
@@ -72,8 +72,8 @@ class PaneController {
   std::vector<std::shared_ptr<const sim::Value>> followed_;  ///< settings as they were
   std::int64_t shots_ = 0;
   bool is_placed_ = false;  ///< the operation knows where the C-arm stands
-  int told_ = 0;            ///< live exposures that were told and not heard of yet
-  double exposed_ = 0;      ///< s of live pictures that were not told yet
+  int told_ = 0;            ///< live exposures that were reported and not confirmed yet
+  double exposed_ = 0;      ///< s of live pictures that were not reported yet
   std::optional<Clip> clip_;
 };
 

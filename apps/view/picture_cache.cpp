@@ -7,7 +7,7 @@ namespace trephine::view {
 
 namespace {
 
-/// Internal format of the depth that is drawn into; 0 when it cannot be told.
+/// Internal format of the depth that is drawn into; 0 when it is unknown.
 int current_depth_format() {
   GLint type = 0, name = 0, format = 0;
   glGetFramebufferAttachmentParameteriv(GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,

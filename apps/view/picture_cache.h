@@ -12,7 +12,7 @@ class PictureCache {
   PictureCache(const PictureCache&) = delete;
   PictureCache& operator=(const PictureCache&) = delete;
 
-  /// Copies what was drawn so far. False when this GL cannot (the formats do not fit): draw everything anew.
+  /// Copies what was drawn so far. False when this GL cannot (the formats do not fit): draw everything again.
   bool save(int width, int height);
   /// Puts it back, colour and depth.
   void restore() const;

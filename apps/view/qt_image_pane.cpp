@@ -207,7 +207,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
       painter.drawPolyline(points);
     }
   }
-  // Where the others go through, with a gap in which one sees what is there.
+  // Lines of the other planes, with a gap in which one sees what is there.
   if (imaging::is_planar(kind) && panel != nullptr)
     if (const auto at = panes_->pixel(index_, panes_->looked_at())) {
       constexpr double k_gap = 9;
@@ -255,7 +255,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
     if (kind == PaneKind::xray) foot = QString::fromStdString(panel->title + panes_->xray_note());
     if (kind == PaneKind::depths) foot = QString::fromStdString(panel->title + "\n" + panel->foot);
     if (kind == PaneKind::section) foot = QString::fromStdString(panel->title + "   " + panel->foot);
-    // Beside the scale bar.
+    // Next to the scale bar.
     const QFontMetricsF metrics(font());
     const double bar = std::max(0.3 * width(), metrics.horizontalAdvance("100 mm") + 16);
     const double room = panes_->plane(index_) ? width() - bar - 16 : width();

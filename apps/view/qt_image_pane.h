@@ -1,4 +1,4 @@
-// One pane beside the picture: an image, what lies where it shows, and what a person turns with the mouse.
+// One pane next to the picture: an image, what lies where it shows, and its mouse controls.
 #pragma once
 
 #include <QImage>
@@ -34,7 +34,7 @@ class ImagePane : public QWidget {
   std::function<void(bool)> on_live = [](bool) {};
   std::function<void(int)> on_preset = [](int) {};
   std::function<void()> on_look = [] {};  ///< elsewhere
-  /// What is drawn directly is turned with the picture, degrees.
+  /// Turns a ray-cast scan with the picture, degrees.
   std::function<void(double left, double up)> on_turn = [](double, double) {};
 
  protected:

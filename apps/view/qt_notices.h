@@ -10,13 +10,13 @@ class QListWidget;
 
 namespace trephine::view {
 
-/// A label over the picture that stands beside the tool's tip. Mouse events pass through it.
+/// A label over the picture at the tool's tip. Mouse events pass through it.
 class NoticeLabel : public QLabel {
   Q_OBJECT
 
  public:
   explicit NoticeLabel(QWidget* canvas);
-  /// Shows `text` beside a place of the picture (pixels of the canvas); hides where it is empty.
+  /// Shows `text` at a place of the picture (pixels of the canvas); hides where it is empty.
   void show_at(const QString& text, workbench::EventLevel level, const QPoint& tip);
 
  private:

@@ -1,4 +1,4 @@
-// The picture and the panes beside it: which are seen, how large, and what is remembered of that.
+// Layout of the picture and its panes: their visibility, sizes, and what is remembered of that.
 #pragma once
 
 #include <QSplitter>
@@ -37,7 +37,7 @@ class PaneGrid : public QSplitter {
 
  private:
   void show_what_is_seen();
-  /// How borders lie, of those that are seen.
+  /// Positions of the borders between visible panes.
   void note_shares();
 
   imaging::Panes* data_;

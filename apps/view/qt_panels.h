@@ -1,4 +1,4 @@
-// Small widgets of the window: the force bar, and what a person turns and presses beside the picture.
+// Small widgets of the window: the force bar, and the controls of the picture.
 #pragma once
 
 #include <QSlider>

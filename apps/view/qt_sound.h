@@ -1,4 +1,4 @@
-// The sound of contact and of a drill, made from force and touch; off until somebody wants it.
+// Sound of contact and of a drill, made from force and touch; off by default.
 #pragma once
 
 #include <QIODevice>

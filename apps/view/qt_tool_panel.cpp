@@ -192,7 +192,7 @@ ToolPicture::ToolPicture(QWidget* parent) : QWidget(parent) {
 
 void ToolPicture::show_tool(const sim::Value& tool) {
   look_ = look_of(tool);
-  if (!look_.parts.empty()) {  // as much of its shaft as tells where it is
+  if (!look_.parts.empty()) {  // as much of its shaft as shows where it is
     const double from = look_.shaft_from, radius = look_.shaft_radius;
     look_.parts.insert(
         look_.parts.begin(),
@@ -233,7 +233,7 @@ void ToolPicture::paintEvent(QPaintEvent*) {
     painter.drawPolygon(shapes[i]);
   }
   painter.restore();
-  // How large that is.
+  // Scale of the picture.
   const double bar = all.width() > 12 ? 5 : all.width() > 4 ? 2 : 1;
   const double y = height() - 6;
   painter.setPen(QPen(palette().windowText().color(), 1));

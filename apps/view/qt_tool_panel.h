@@ -1,4 +1,4 @@
-// Panels from tables: what a hand holds and what modules can be told, whichever they are.
+// Panels from tables: the instrument in the hand and the commands of modules, whichever they are.
 #pragma once
 
 #include <QStringList>
@@ -44,10 +44,10 @@ class FieldForm : public QWidget {
   bool is_showing_ = false;
   std::vector<std::function<void()>> rows_;  ///< show what value_ has
   std::function<void(int)> step_ = [](int) {};
-  QWidget* expert_ = nullptr;  ///< its rows are shown on request; null: there are none
+  QWidget* expert_ = nullptr;  ///< its rows are shown on request; null: no such rows
 };
 
-/// What the tool looks like, as large as it is: with a bar of a millimetre count.
+/// Picture of the tool in its size, with a bar of a millimetre count.
 class ToolPicture : public QWidget {
   Q_OBJECT
 
@@ -71,7 +71,7 @@ class ToolPanel : public QWidget {
  public:
   /// Null: the instrument stays, its parameters change.
   explicit ToolPanel(const sim::Catalogue* catalogue, QWidget* parent = nullptr);
-  /// What the hand has; empty: nothing.
+  /// The instrument in the hand; empty: without one.
   void show(const sim::Value& tool);
   void step(int steps);
   std::function<void(sim::Value)> on_change = [](const sim::Value&) {};

@@ -226,7 +226,7 @@ void MainWindow::dropEvent(QDropEvent* event) {
 }
 
 bool MainWindow::eventFilter(QObject* object, QEvent* event) {
-  // Whoever points at the picture means it with the keys, too.
+  // A click on the picture gives it the keys, too.
   if (object == canvas_ && event->type() == QEvent::Enter) canvas_->setFocus();
   return QMainWindow::eventFilter(object, event);
 }
@@ -363,7 +363,7 @@ void MainWindow::say(const QString& text) {
   });
 }
 
-/// Messages beside the tip of the tool, and the log.
+/// Messages at the tip of the tool, and the log.
 void MainWindow::show_notices() {
   const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
   const glm::dvec2 tip = viewport()->project(newest.proxy_world);
@@ -448,7 +448,7 @@ WindowReport MainWindow::finish() {
 
 void MainWindow::closeEvent(QCloseEvent* event) {
   remember_layout();
-  // A person who closes it is told; a program, or a time that is up, is not kept waiting.
+  // A person who closes it gets a message; a program, or a time that is up, is not kept waiting.
   if (const QString saved = saved_as();
       !saved.isEmpty() && !is_ended_by_program_ && (event->spontaneous() || is_quitting_)) {
     const WindowStage::Dialog dialog(stage_);

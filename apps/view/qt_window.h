@@ -45,7 +45,7 @@ class MainWindow : public QMainWindow {
 
   /// Opens another scan in the background; errors are shown, the old operation stays then.
   void open_source(const QString& source);
-  /// Goes on with a recorded session, likewise.
+  /// Continues a recorded session, in the background too.
   void resume_session(const QString& session);
   volume::Status check_save(const std::string& file, data_tools::OutputKind kind) const;
   volume::Status save_volume(const QString& path);
@@ -61,7 +61,7 @@ class MainWindow : public QMainWindow {
   PaneGrid* panes() noexcept { return grid_; }
   PaneController& pane_controller() noexcept { return panes_; }
   bool is_opening() const { return stage_.is_opening(); }
-  /// What is being opened is given up, as soon as its reading can be.
+  /// Cancels the opening of a scan, as soon as its reading can be.
   void cancel_opening();
   /// Ends the operation and says what happened in the window.
   WindowReport finish();
@@ -107,7 +107,7 @@ class MainWindow : public QMainWindow {
   /// For files: of this moment, whatever is cut meanwhile.
   std::shared_ptr<const volume::Version> frozen();
   void show_state();
-  /// Where the session is that was recorded until now; empty where nothing was done or recorded.
+  /// File of the session that was recorded until now; empty where nothing was done or recorded.
   QString saved_as() const;
   void show_notices();
   void press_deeper(int steps);
@@ -154,8 +154,8 @@ class MainWindow : public QMainWindow {
   WindowReport report_;
   volume::Status screenshot_error_;
   bool is_quitting_ = false;          ///< by the menu
-  bool is_ended_by_program_ = false;  ///< by a signal or a time that is up: nobody is asked
-  double first_font_ = 0;     ///< points; 0: text has the size with which it began
+  bool is_ended_by_program_ = false;  ///< by a signal or a time that is up: without a dialog
+  double first_font_ = 0;             ///< points; 0: text has the size with which it began
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
   /// The scene that was looked at, and whether another part of its shape is large.
   std::future<std::pair<std::shared_ptr<const haptics::TouchScene>, bool>> parts_;
@@ -187,7 +187,7 @@ class MainWindow : public QMainWindow {
 
 /// A dark palette that leaves the light to the bone, and keeps its contrast for every kind of sight.
 void apply_look();
-/// Where a person's own settings are; empty where there is no such place.
+/// Folder of the user's settings; empty where there is no such place.
 std::string default_layout_file();
 
 }  // namespace trephine::view

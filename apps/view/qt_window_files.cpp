@@ -1,4 +1,4 @@
-// What the window opens and saves.
+// Files that the window opens and saves.
 #include <QApplication>
 #include <QBuffer>
 #include <QCheckBox>
@@ -92,7 +92,7 @@ void MainWindow::cancel_opening() {
   notice_->setText("giving it up ...");
 }
 
-/// The operation stays as long as nothing can take its place, and while somebody is asked about it.
+/// The operation stays as long as nothing can take its place, and while a dialog about it is open.
 void MainWindow::take_opened() {
   if (!is_opening()) return;
   opening_bar_->setValue(static_cast<int>(100 * *opening_.share));
@@ -110,7 +110,7 @@ void MainWindow::take_opened() {
     if (const Status& ended = operation_->finish().recording) show_error(*ended);
   operation_.reset();
   recorder_ = std::move(o.recorder);
-  // What the one before borrowed goes when nothing shows it any more.
+  // Data that the previous operation borrowed goes when nothing shows it any more.
   const std::shared_ptr<void> before = std::exchange(owner_, std::move(o.owner));
   options_.rate_hz = o.rate_hz;
   options_.force = o.force;
@@ -184,7 +184,7 @@ Status MainWindow::save_session(const QString& path) {
                  volume::ErrorKind::missing_here};
   if (QFileInfo(path) == QFileInfo(QString::fromStdString(options_.session_file)))
     return std::nullopt;  // it is there
-  // What is written meanwhile comes in whole blocks: a copy ends with one of them.
+  // Blocks are written whole meanwhile: a copy ends with one of them.
   const std::string file = path.toStdString();
   if (Status error = check_save(file, data_tools::OutputKind::any)) return error;
   return data_tools::write_atomically(file, [&](const std::string& temporary) -> Status {
@@ -204,7 +204,7 @@ Status MainWindow::save_picture(const QString& path) {
                  "",
                  "show the window on a display before it is saved; with --seconds, allow more of them",
                  volume::ErrorKind::missing_here};
-  // What the canvas shows: the widget's own pixels, without panels.
+  // Contents of the canvas: the widget's own pixels, without panels.
   QByteArray bytes;
   QBuffer buffer(&bytes);
   if (!canvas_->grabFramebuffer().save(&buffer, "PNG"))

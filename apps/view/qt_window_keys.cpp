@@ -148,7 +148,8 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
   }
 }
 
-/// Keys and buttons that are let go elsewhere are never told: a window that is not in front does not drill.
+/// Releases of keys and buttons outside of the window are never reported: a window that is not in front does
+/// not drill.
 bool MainWindow::event(QEvent* event) {
   const bool is_left = event->type() == QEvent::WindowDeactivate || event->type() == QEvent::Hide;
   if (is_left && operation_) operation_->press(false), operation_->drop_point();

@@ -164,7 +164,7 @@ void MainWindow::build_command_menu() {
   }
 }
 
-/// A command that wants a place, told with that under the tool: by its key, as the cursor stays on the bone.
+/// A command that needs a place, sent with that under the tool: by its key, as the cursor stays on the bone.
 void MainWindow::apply_where_it_touches(const sim::ValueType& type) {
   if (!operation_) return;
   const std::optional<glm::dvec3> touched = operation_->touched();

@@ -26,7 +26,7 @@ void MainWindow::build_panes() {
   }
 }
 
-/// What is remembered from one run to the next: arrangement, kinds and sizes, never a scan.
+/// Layout that is remembered from one run to the next: arrangement, kinds and sizes, never a scan.
 void MainWindow::restore_layout() {
   if (options_.layout_file.empty()) return;
   std::error_code none;
@@ -41,7 +41,7 @@ void MainWindow::remember_layout() {
   if (options_.layout_file.empty()) return;
   std::error_code none;
   std::filesystem::create_directories(std::filesystem::path(options_.layout_file).parent_path(), none);
-  // Nobody is asked, nobody is told: a folder that cannot be written to remembers nothing.
+  // Failures are silent: a folder that cannot be written to remembers nothing.
   (void)data_tools::write_file_atomically(options_.layout_file, grid_->remember().toStdString() + "\n");
 }
 
@@ -88,7 +88,7 @@ void MainWindow::build_panes_menu() {
     add(drawn, "ramp_" + name, words_of(ramp), {}, [this, ramp] { panes_.panes().set_ramp(ramp); });
   }
   drawn->addSeparator();
-  // Of the scan's labels, whichever it has when one looks.
+  // Labels of the scan, as of the opening of the menu.
   QMenu* structures = drawn->addMenu("&Structures");
   structures->setObjectName("structures");
   connect(structures, &QMenu::aboutToShow, this, [this, structures] { fill_structures(structures); });
@@ -146,7 +146,7 @@ void MainWindow::touch_what_is_drawn() {
   say("Shown is what would be touched: Use takes it.");
 }
 
-/// What it is of, without a name of anybody.
+/// Subject of an X-ray file, without a name.
 void MainWindow::show_scan_facts() {
   const volume::Volume& scan = *scene_->base;
   const glm::dvec3 mm = scan.frame.spacing();

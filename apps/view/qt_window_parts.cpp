@@ -247,7 +247,7 @@ void MainWindow::build_history_panel() {
   history_->setPageStep(1);
   history_text_ = new QLabel;
   history_text_->setObjectName("history_text");
-  auto* compare = make_button("compare", "Compare ...", "This state beside another one  (Ctrl+D)");
+  auto* compare = make_button("compare", "Compare ...", "This state next to another one  (Ctrl+D)");
   row->addWidget(history_, 1);
   row->addWidget(history_text_);
   row->addWidget(compare);

@@ -1,4 +1,4 @@
-// A place to draw: a window on a display, or memory where there is none.
+// Render target: a window on a display, or memory without a display.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace trephine::view {
 
 /// Is there an X display to open a window on?
 bool has_display();
-/// What to say when a window is wanted and there is none.
+/// Error for a window without a display.
 volume::Error no_display();
 
 /// Owns an OpenGL context and a VTK window that draws into it. One thread.
@@ -26,11 +26,11 @@ class DrawSurface {
 /// found.
 volume::Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height);
 
-/// Which OpenGL draws, in words: "llvmpipe (LLVM 15), 4.5 (Core Profile) Mesa 22.3". Makes a context and
+/// Description of the OpenGL in use: "llvmpipe (LLVM 15), 4.5 (Core Profile) Mesa 22.3". Makes a context and
 /// drops it.
 volume::Result<std::string> describe_gl();
 
-/// What the window shows, as a PNG file holds it.
+/// Contents of the window as a PNG file.
 std::string png_of(vtkRenderWindow* window);
 /// Writes what the window shows as PNG, atomically. What is written in the picture is its description, too.
 volume::Status write_png(vtkRenderWindow* window, const std::string& path);

@@ -49,15 +49,15 @@ std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const in
 void ScreenDepth::before(vtkRenderer* renderer, vtkRenderWindow* window) {
   ++counters_.draws;
   is_reading_ = false;
-  if (!wish_ || asked_) return;
-  const Wish wish = *std::exchange(wish_, std::nullopt);
+  if (!request_ || asked_) return;
+  const Request request = *std::exchange(request_, std::nullopt);
   vtkCamera* camera = renderer->GetActiveCamera();
   const auto [all, place] = camera_of(camera, window->GetSize());
-  const dvec3 p = place.local_from_world(wish.at);
+  const dvec3 p = place.local_from_world(request.at);
   if (!(p.z > 0)) return;
   const double column = all.fx * p.x / p.z + all.cx, row = all.fy * p.y / p.z + all.cy;
   // A cube however it is turned.
-  const double reach = 0.87 * wish.edge / p.z * all.fx + 2;
+  const double reach = 0.87 * request.edge / p.z * all.fx + 2;
   const auto range = [&](double middle, int count, int& first, int& number) {
     const double half = std::min(reach, 0.5 * (k_most - 1));
     first = static_cast<int>(std::clamp(std::floor(middle - half), 0.0, 1.0 * count));
@@ -68,7 +68,7 @@ void ScreenDepth::before(vtkRenderer* renderer, vtkRenderWindow* window) {
   range(column, all.width, left, columns);
   range(row, all.height, top, rows);
   if (columns < 4 || rows < 4) return;
-  Seen seen{{}, wish.at, wish.edge};
+  Seen seen{{}, request.at, request.edge};
   seen.picture.camera = {columns, rows, all.fx, all.fy, all.cx - left, all.cy - top};
   seen.picture.place = place;
   camera->GetClippingRange(near_, far_);

@@ -1,4 +1,4 @@
-// The depth buffer as it is on the screen, read once around a place: what is drawn for the eye is felt by the
+// Depth buffer of the screen, read once around a place: what is drawn for the eye is touched by the
 // hand, and nothing is drawn for that.
 #pragma once
 
@@ -19,11 +19,11 @@ namespace trephine::view {
 class ScreenDepth {
  public:
   /// In the next frame: what lies in a cube of `edge` mm about a place, world.
-  void ask(const glm::dvec3& at, double edge) noexcept { wish_ = Wish{at, edge}; }
+  void ask(const glm::dvec3& at, double edge) noexcept { request_ = Request{at, edge}; }
   /// Within that frame, the GL context current: before the scenery is drawn, and when it is.
   void before(vtkRenderer* renderer, vtkRenderWindow* window);
   void after(vtkRenderer* renderer, vtkRenderWindow* window);
-  /// What came of it, when the graphics side has it ready; what is not scenery was not seen. The GL context
+  /// Result, when the graphics side has it ready; other objects than scenery are left out. The GL context
   /// must be current.
   struct Seen {
     haptics::depth::DepthPicture picture;  ///< in the world
@@ -43,11 +43,11 @@ class ScreenDepth {
  private:
   void read(std::size_t which);
 
-  struct Wish {
+  struct Request {
     glm::dvec3 at;
     double edge;
   };
-  std::optional<Wish> wish_;
+  std::optional<Request> request_;
   std::optional<Seen> asked_;  ///< of the frame that is being read
   glm::ivec2 corner_{0};       ///< lower left pixel
   double near_ = 1, far_ = 2;

@@ -34,7 +34,7 @@ namespace {
 
 constexpr int k_head = 44, k_foot = 34;  // pixels above and below panels
 
-/// What a picture's lines are, once each, in rows that are not wider than it.
+/// Legend of a picture's lines, once each, in rows that are not wider than it.
 struct Legend {
   struct Entry {
     std::string name;
@@ -160,7 +160,7 @@ volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edg
   auto surface = make_offscreen(wide, high);
   if (!surface) return surface.error();
   vtkRenderWindow* window = surface.value()->window();
-  // What is written lies over the whole picture.
+  // Text lies over the whole picture.
   vtkNew<vtkRenderer> words;
   words->SetBackground(0.07, 0.07, 0.08);
   window->SetNumberOfLayers(2);

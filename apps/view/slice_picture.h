@@ -1,4 +1,4 @@
-// Cuts through a scan as one picture, beside each other, with what is drawn in them.
+// Cuts through a scan as one picture, side by side, with what is drawn in them.
 #pragma once
 
 #include "apps/imaging/panel.h"

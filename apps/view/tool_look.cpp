@@ -14,12 +14,12 @@ namespace {
 
 constexpr double k_right_angle = 1.5707963267948966;
 
-/// What a tool says of itself that can be seen.
+/// Visible parameters of a tool.
 struct Fields {
   explicit Fields(const sim::Value& tool) {
     if (tool.is_empty()) return;
     for (const sim::Field& field : tool.schema().fields) {
-      // Places are told of what may be written; nothing is here.
+      // place() takes a mutable struct; nothing is written here.
       const auto place = field.place(const_cast<void*>(tool.data()));
       if (auto* const* number = std::get_if<double*>(&place))
         for (const auto& [name, value] : numbers)

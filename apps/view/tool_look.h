@@ -1,4 +1,4 @@
-// How a tool is drawn and changed by a window that knows none: by the table of its parameters.
+// Appearance and controls of a tool that the window does not know: by the table of its parameters.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -29,9 +29,9 @@ struct ToolLook {
   FootTool foot;              ///< of kind none where it has none
 };
 
-/// Of the fields "diameter", "shape" (sphere, cylinder, barrel, match-head), "length"; with a "foot", below
-/// it; with an "inner" and its "lead", ahead of it; of "width", "opening" and "jaw", two jaws. What has none
-/// of them is a fine tip, of radius 0 and without parts.
+/// Look from the fields "diameter", "shape" (sphere, cylinder, barrel, match-head), "length"; with a "foot",
+/// below it; with an "inner" and its "lead", ahead of it; of "width", "opening" and "jaw", two jaws. What has
+/// none of them is a fine tip, of radius 0 and without parts.
 ToolLook look_of(const sim::Value& parameters);
 ToolLook ball_look(double radius);
 /// mm: half of its field "diameter"; 0 when it has none.

@@ -17,11 +17,11 @@
 
 namespace trephine::view {
 
-/// Where an operation begins, or goes on.
+/// Start of an operation, or of its continuation.
 struct WindowStart {
   sim::Engine engine;
   std::uint64_t first_tick = 0;
-  /// What the first hand works on, without what came off.
+  /// Scene of the first hand, without detached bodies.
   const std::shared_ptr<const haptics::TouchScene>& scene() const { return engine.tool().scene; }
 };
 
@@ -32,7 +32,7 @@ struct OpenedScene {
   std::unique_ptr<sim::SessionWriter> recorder;
   std::string session_file;               ///< where the recorder writes; empty without
   std::vector<std::string> in_use;        ///< what it was read from: saving replaces none of it
-  sim::Overlays plan;                     ///< shown beside the bone
+  sim::Overlays plan;                     ///< shown in addition to the bone
   std::shared_ptr<void> owner = nullptr;  ///< keeps what `start` borrows; null where it borrows nothing
   double rate_hz = 1000;
   haptics::ForceOptions force = {};
@@ -45,7 +45,7 @@ struct ShapeRequest {
   bool is_largest = false;  ///< without what hangs apart: a table, a head holder
 };
 
-/// What only the program around a window can do: find and read scans, begin recordings.
+/// Services of the program around a window: find and read scans, begin recordings.
 struct WindowHost {
   using Listener = workbench::Listener;
   /// A folder, a file, "head" or "spine". Off the drawing thread; one of both at a time.
@@ -53,13 +53,14 @@ struct WindowHost {
   /// A recorded session, to go on where it stopped, in the same file. Its scan: in the session, built in, or
   /// else the one that is open.
   std::function<volume::Result<OpenedScene>(const std::string& session, const Listener& listener)> resume;
-  std::string session_folder;  ///< where sessions are kept that nobody named; empty: nowhere
+  std::string session_folder;  ///< folder of sessions without a name; empty: nowhere
   /// The scan that was opened last, with another shape.
   std::function<volume::Result<OpenedScene>(const ShapeRequest& shape, const Listener& listener)> reshape;
 };
 
 struct WindowOptions {
-  const sim::Catalogue* catalogue = nullptr;  ///< what hands may take and tell; null: what they begin with
+  const sim::Catalogue* catalogue =
+      nullptr;  ///< instruments and commands of the program; null: those of the start alone
   double rate_hz = 1000;
   haptics::ForceOptions force = {};
   std::shared_ptr<haptics::Device> device;  ///< drives the first hand; null: the mouse
@@ -69,15 +70,15 @@ struct WindowOptions {
   std::string screenshot;  ///< PNG at the end; empty for none
   char side = 0;           ///< from which it is seen, as Viewport::look_from has it; 0: from the front, above
   double free_pieces = 50;  ///< mm3: what a stroke cuts free and is so large comes off by itself; 0: nothing
-  sim::Overlays plan;       ///< shown beside the bone
+  sim::Overlays plan;       ///< shown in addition to the bone
   bool has_tool = true;     ///< in a picture that is all that is wanted
   std::string title = "trephine";
   /// Draw the first frame and the screenshot into memory, no window (no display, or a screenshot is all that
   /// is wanted).
   bool is_offscreen = false;
-  /// What has already been cut, to look at; null for the untouched volume.
+  /// A cut state, to look at; null for the untouched volume.
   std::shared_ptr<const volume::Version> version;
-  sim::SessionWriter* recorder = nullptr;  ///< told of everything; finished when the window closes
+  sim::SessionWriter* recorder = nullptr;  ///< records everything; finished when the window closes
   std::string session_file;                ///< where it writes
   std::vector<std::string> in_use;         ///< what was read: saving replaces none of it
   std::vector<std::string> notices;        ///< what was assumed of the scan: for the log
@@ -90,7 +91,7 @@ struct WindowOptions {
   double width = 1100, height = 760;       ///< pixels
 };
 
-/// What happened in the window.
+/// Report of the window.
 struct WindowReport {
   std::string window = "none";  ///< "qt", "plain" or "none" (offscreen)
   haptics::ServoReport servo;

@@ -1,4 +1,4 @@
-// An operation as a picture: bone, cut, stylus and overlays at one moment, whoever moves them on.
+// Picture of an operation: bone, cut, stylus and overlays at one moment, live or replayed.
 #pragma once
 
 #include <functional>
@@ -43,9 +43,9 @@ class Viewport {
                const std::shared_ptr<const volume::Version>& version);
   void set_clip(const ClipChoice& choice);
   const ClipChoice& clip() const noexcept { return clip_; }
-  /// What that cuts away: all before this plane.
+  /// Half space that this cuts away: all before this plane.
   std::optional<volume::Openings::Plane> clip_plane() const;
-  /// Whence the picture is seen, in its own pixels.
+  /// Camera of the picture, in its own pixels.
   volume::Eye eye();
   /// Turns the picture about what is looked at, degrees; the patient's head stays up.
   void turn(double left, double up);
@@ -55,17 +55,17 @@ class Viewport {
 
   /// mm, of the ball that the tool touches with by now; 0: a point.
   void set_touch_radius(double radius) { touch_radius_ = radius; }
-  /// The stylus as a tick left it. One of which nobody says how it is held leans as `held_at()` has it.
+  /// Shows the stylus as a tick left it. One without an orientation leans as `held_at()` has it.
   void show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
-  /// How the shaft of a ball is held on a surface so that one sees what it does: between the normal and the
+  /// Direction of the shaft of a ball on a surface, so that one sees what it does: between the normal and the
   /// viewer. Unit.
   static glm::dvec3 held_at(const glm::dvec3& normal, const glm::dvec3& toward_viewer);
   /// Draws a line on the bone, world, with the stylus: the edge that a tool goes under. Empty: none.
   void mark_edge(std::vector<glm::dvec3> line) { edge_ = std::move(line); }
-  /// What is shown beside the bone at all times: a plan.
+  /// Sets what is always shown in addition to the bone: a plan.
   void set_plan(sim::Overlays plan);
-  /// What else is shown beside it, and no more; `hands`: the newest tick of each.
+  /// Shows other overlays in addition, and no more; `hands`: the newest tick of each.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands);
   std::size_t overlay_count() { return view_.overlays().size(); }
   void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
@@ -88,8 +88,8 @@ class Viewport {
   Ray ray_at(double x, double y);
   /// Returns where a place of the world is in the picture, as ray_at() takes it.
   glm::dvec2 project(const glm::dvec3& at_world);
-  /// Where the ray first meets the solid of any shape, mm along it, in the part that is not clipped away;
-  /// negative when it does not.
+  /// First crossing of the ray with the solid of any shape, mm along it, in the part that is not clipped
+  /// away; negative when it does not.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;
   /// Finds the place at which a tool that does not work rests along the ray. Through an opening in what was
   /// solid before anything was cut it goes no farther than the first labelled structure behind it, or, where
@@ -107,7 +107,7 @@ class Viewport {
   /// Unit normal of the first shape's surface, out of the solid; 0 where it is flat.
   glm::dvec3 normal_at(const volume::Version& version, const glm::dvec3& p_world) const;
 
-  /// Of scenery: asks for its depth on the screen around a place, in the next frame. What came of it; nothing
+  /// Scenery: requests its depth on the screen around a place, in the next frame; returns the result. Empty
   /// where there is no scenery, or nothing is ready.
   void ask_depth(const glm::dvec3& at, double edge);
   std::optional<ScreenDepth::Seen> take_depth();
@@ -138,7 +138,7 @@ class Viewport {
   ClipChoice clip_;
   double touch_radius_;
   glm::dvec3 low_{0.0}, high_{0.0};            ///< world box of all that is solid
-  glm::dvec3 seen_low_{0.0}, seen_high_{0.0};  ///< and of models beside it
+  glm::dvec3 seen_low_{0.0}, seen_high_{0.0};  ///< and of models in addition
   glm::dvec3 clip_origin_{0.0}, clip_normal_{0.0};
 };
 

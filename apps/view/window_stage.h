@@ -1,5 +1,5 @@
-// What a window is doing, and what may happen next: one operation at a time, opened beside it, replaced when
-// nobody is being asked, ended once. No windowing toolkit in here.
+// States of a window, and what may happen next: one operation at a time, opened in the background, replaced
+// when no dialog is open, ended once. No windowing toolkit in here.
 #pragma once
 
 namespace trephine::view {
@@ -8,8 +8,8 @@ class WindowStage {
  public:
   enum class Stage {
     working,    ///< an operation, a replay, or a picture
-    opening,    ///< beside it another one is being opened
-    giving_up,  ///< of which nobody wants to know any more
+    opening,    ///< another operation is being opened in the background
+    giving_up,  ///< the opening was cancelled
     closing,    ///< everything has ended
   };
   Stage stage() const noexcept { return stage_; }
@@ -42,7 +42,7 @@ class WindowStage {
     return is_first;
   }
 
-  /// Somebody is asked something, as long as this lives.
+  /// A dialog is open, as long as this lives.
   class Dialog {
    public:
     explicit Dialog(WindowStage& stage) noexcept : stage_(&stage) { ++stage.dialogs_; }

@@ -54,9 +54,9 @@ Result<std::vector<std::string>> keys_of(const ModelChoice& model) {
   return files;
 }
 
-Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const VideoWish& wish,
+Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const VideoRequest& request,
                                 const Listener& listener) {
-  const dvec3 way = wish.at - wish.from;
+  const dvec3 way = request.at - request.from;
   const double distance = glm::length(way);
   if (!(distance > 1e-3))
     return Error{"the camera looks at itself", "", volume::text_of(distance) + " mm", "two places", ""};
@@ -86,19 +86,19 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
     longest = std::max(longest, choice.beat * (choice.is_repeating ? count : count - 1));
     things.push_back({std::move(model).value(), choice.at_world, {}});
   }
-  const double seconds = wish.seconds > 0 ? wish.seconds : longest;
-  const auto count = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(seconds * wish.rate)));
+  const double seconds = request.seconds > 0 ? request.seconds : longest;
+  const auto count = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(seconds * request.rate)));
   constexpr std::size_t k_most = 3000;
   if (count > k_most)
     return Error{"the depth video would be too long", "", std::to_string(count) + " pictures",
                  "at most " + std::to_string(k_most), "fewer seconds, or a lower rate"};
   DepthVideo video;
-  video.width = wish.width, video.height = wish.height;
-  video.fx = video.fy = 0.5 * wish.width / std::tan(0.5 * wish.angle * 3.14159265358979323846 / 180);
-  video.cx = 0.5 * (wish.width - 1), video.cy = 0.5 * (wish.height - 1);
+  video.width = request.width, video.height = request.height;
+  video.fx = video.fy = 0.5 * request.width / std::tan(0.5 * request.angle * 3.14159265358979323846 / 180);
+  video.cx = 0.5 * (request.width - 1), video.cy = 0.5 * (request.height - 1);
   // Twice as far as what it looks at, in 16 bits.
   video.mm_a_step = std::max(0.001, std::ceil(2 * distance / 65535 * 1000) / 1000);
-  video.position = wish.from;
+  video.position = request.from;
   const dvec3 ahead = way / distance;
   const dvec3 up = std::abs(ahead.z) > 0.99 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
   const dvec3 right = glm::normalize(glm::cross(ahead, up));
@@ -109,35 +109,35 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
   const bool is_moving = longest > 0;
   const auto progress = listener.progress("looking at the models");
   for (std::size_t n = 0; n < count; ++n) {
-    const double time = static_cast<double>(n) / wish.rate;
+    const double time = static_cast<double>(n) / request.rate;
     for (Seen& thing : things)
       if (n == 0 || is_moving)
         thing.tree = haptics::MeshTree(thing.model->corners(time).all(), thing.model->keys().triangles);
     video.times.push_back(time);
-    auto& picture = video.pictures.emplace_back(static_cast<std::size_t>(wish.width) *
-                                                static_cast<std::size_t>(wish.height));
-    volume::parallel_for(wish.height, 0, [&](int row) {
-      for (int column = 0; column < wish.width; ++column) {
-        const dvec3 end = wish.from + axes * camera.place(column, row, farthest);
+    auto& picture = video.pictures.emplace_back(static_cast<std::size_t>(request.width) *
+                                                static_cast<std::size_t>(request.height));
+    volume::parallel_for(request.height, 0, [&](int row) {
+      for (int column = 0; column < request.width; ++column) {
+        const dvec3 end = request.from + axes * camera.place(column, row, farthest);
         double nearest = 1;
         for (const Seen& thing : things) {
           haptics::FacetHit hit;
           int looked = 0;
-          if (thing.tree.cast(wish.from - thing.at, end - thing.at, true, true, hit, looked))
+          if (thing.tree.cast(request.from - thing.at, end - thing.at, true, true, hit, looked))
             nearest = std::min(nearest, hit.t);
         }
         if (nearest < 1)
           picture[static_cast<std::size_t>(column) +
-                  static_cast<std::size_t>(wish.width) * static_cast<std::size_t>(row)] =
+                  static_cast<std::size_t>(request.width) * static_cast<std::size_t>(row)] =
               static_cast<std::uint16_t>(std::lround(nearest * 65535));
       }
     });
     if (!progress(static_cast<double>(n + 1) / static_cast<double>(count)))
       return Error{"given up", "", "", "", ""};
   }
-  if (is_moving && wish.seconds <= 0 &&
+  if (is_moving && request.seconds <= 0 &&
       std::all_of(choices.begin(), choices.end(), [](const ModelChoice& one) { return one.is_repeating; }))
-    video.repeats_after = static_cast<double>(count) / wish.rate;
+    video.repeats_after = static_cast<double>(count) / request.rate;
   return video;
 }
 

@@ -7,7 +7,7 @@
 
 namespace trephine::workbench {
 
-/// How a window shows an event.
+/// Importance of an event in a window.
 enum class EventLevel {
   record,   ///< in the log only: another part of the window shows it already
   outcome,  ///< at the tool: what an action led to

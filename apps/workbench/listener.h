@@ -1,4 +1,4 @@
-// Who is told what was assumed, and how far long work is. Nobody, unless a program says who.
+// Notices about assumptions, and progress of long work; ignored by default.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,8 @@ namespace trephine::workbench {
 struct Listener {
   /// A sentence for a person.
   std::function<void(const std::string& text)> notice = [](const std::string&) {};
-  /// Long work begins: what is told its share from then on, until it is let go; false from it stops the work.
+  /// Begins long work: the result is called with its share until it is released; false from it stops the
+  /// work.
   std::function<std::function<bool(double share)>(const char* what)> progress = [](const char*) {
     return [](double) { return true; };
   };

@@ -10,7 +10,7 @@ struct MomentChoice {
   std::string case_source;      ///< of a session: the scan, where it does not say or hold it
   std::optional<double> until;  ///< s; of a session: its end where nothing is said
   ShapeChoice shape;
-  std::vector<ModelChoice> models;  ///< beside those of the session
+  std::vector<ModelChoice> models;  ///< in addition to those of the session
 };
 
 /// Not to be moved once opened.
@@ -21,7 +21,7 @@ struct Moment {
     std::shared_ptr<const haptics::MeshTree> tree;
     haptics::Placement place;
     bool is_piece = false;                                       ///< of bone, that came off
-    bool is_beside = false;                                      ///< of no session: opened beside it
+    bool is_beside = false;                                      ///< not of the session: opened in addition
     std::optional<data_tools::ScrewPlace> screw = std::nullopt;  ///< where it is a screw
   };
 
@@ -29,14 +29,14 @@ struct Moment {
   std::unique_ptr<OpenedSession> session;  ///< null: a scan alone
   std::shared_ptr<const volume::Volume> scan;
   std::shared_ptr<const volume::Version> version;  ///< frozen
-  std::optional<volume::Shape> shape;              ///< nothing where nobody says what is solid
+  std::optional<volume::Shape> shape;              ///< empty where no shape is chosen
   std::vector<Thing> things;
   std::optional<data_tools::CasePlan> plan;
   double seconds = 0;  ///< of the session
 
   const sim::OperationState* state() const { return session ? &session->replay->engine().now() : nullptr; }
 };
-/// Of its plan; error names those that there are.
+/// A trajectory of its plan; error names those that there are.
 volume::Result<const data_tools::CaseTrajectory*> find_trajectory(const Moment& moment,
                                                                   const std::string& name, const char* where);
 /// To another moment of its session.

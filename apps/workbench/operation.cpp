@@ -37,7 +37,7 @@ Status check_effects(const std::vector<std::string>& effects) {
   return std::nullopt;
 }
 
-/// What can be touched of the scan: what was chosen, or what its case says.
+/// Touchable shapes of the scan: the chosen one, or those of its case.
 Status add_touchable(const Source& source, const ShapeChoice& choice, const Listener& listener,
                      SceneSpec& spec) {
   if (!source.plan || choice.is_made()) {
@@ -190,7 +190,7 @@ Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData
   return std::nullopt;
 }
 
-/// What the hands' instruments need of the session.
+/// Adds the needs of the hands' instruments to the session.
 Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, const Listener& listener,
                  SceneSpec& spec) {
   spec.hands = choice.hands;

@@ -16,32 +16,32 @@ struct ModelChoice {
   std::string frame;                                           ///< "LPS" or "RAS"; empty: as the file says
   glm::dvec3 at_world{0.0};                                    ///< where its origin lies
   std::optional<data_tools::ScrewPlace> screw = std::nullopt;  ///< in place of a file
-  /// It is felt by depth images. `file` may be a folder then: of models that have the same triangles, by
+  /// It is touched by depth images. `file` may be a folder then: of models that have the same triangles, by
   /// their names, which it looks like a beat after another.
   bool is_depth = false;
   double beat = 1.0 / 30;     ///< s
   bool is_repeating = false;  ///< after the last comes the first
   double pixel = 0.2;         ///< mm
   double rate = 100;          ///< Hz, of depth images
-  /// Of a depth video that does not say them: fx, fy, cx, cy, pixels.
+  /// Intrinsics of a depth video without them: fx, fy, cx, cy, pixels.
   std::optional<std::array<double, 4>> intrinsics = std::nullopt;
   std::optional<double> mm_per_value = std::nullopt;  ///< of a depth video that does not state it
-  /// It is felt as the picture of it on the screen; all of those are one thing.
+  /// It is touched as the picture of it on the screen; all of those are one object.
   bool is_background = false;
 };
 
-/// The surface that is meant, where its file or place puts it; what was assumed is told.
+/// The chosen surface, at its file's or its given place; reports what was assumed.
 volume::Result<std::shared_ptr<const haptics::MeshTree>> load_model(const ModelChoice& choice,
                                                                     std::size_t number,
                                                                     const Listener& listener);
 
-/// What was said of how a surface answers; what was not stays as it is.
+/// Given properties of a surface; the others stay as they are.
 struct MaterialChoice : data_tools::CaseMaterial {
   std::optional<double> viscosity, pop_force;
   haptics::Material over(haptics::Material under) const;
 };
 
-/// What an operation is asked to be, beside its scan.
+/// Options of an operation, in addition to its scan.
 struct OperationChoice {
   ShapeChoice shape;  ///< none: a case's touchable structures, or bone
   /// One at least. A tool radius of 0 is that which the instrument needs.
@@ -64,7 +64,7 @@ struct Operation {
   sim::OperationStart start;
   double making_seconds = 0;  ///< bits, fields, methods
 
-  /// What the first hand touches, and with which method.
+  /// Scene of the first hand, and its method.
   const std::shared_ptr<const haptics::TouchScene>& scene() const { return start.hands[0].feels.scene; }
   const haptics::ProxyMethod& method() const { return *start.hands[0].feels.method; }
   haptics::ServoOptions servo() const;
@@ -74,7 +74,7 @@ struct Operation {
 /// Trajectories and landmarks of a plan as what a view shows: lines that begin before the bone, with names.
 sim::Overlays plan_overlays(const data_tools::CasePlan& plan);
 
-/// What can be said before any work is done for it: names, ranges, words. Parses the hands' instruments.
+/// Checks that need no work: names, ranges, words. Parses the hands' instruments.
 volume::Status check(const OperationChoice& choice);
 /// Error names what it speaks of by the names above: "iso", "smallest burr", "tool radius", "method" ...
 volume::Result<Operation> open_operation(const SourceChoice& src, const OperationChoice& choice,

@@ -18,7 +18,7 @@ constexpr double k_deepest = 20;  // mm, to which thickness is looked for
 constexpr double k_gap = 3;       // mm without solid, after which it has ended
 constexpr double k_above = 15;    // mm over and under the place, between which its surface is followed
 
-/// First solid voxel on the way from a to b (world), as a share of it; negative when there is none.
+/// First solid voxel on the way from a to b (world), as a share of it; negative without one.
 double first_solid(const haptics::TouchScene& scene, const Version& version, const dvec3& a, const dvec3& b) {
   double hit = -1;
   const volume::Frame& frame = scene.base->frame;
@@ -31,7 +31,7 @@ double first_solid(const haptics::TouchScene& scene, const Version& version, con
   return hit;
 }
 
-/// Where the surface itself is met first, between voxels; the share of the way, negative when it is not.
+/// First crossing with the surface itself, between voxels; the share of the way, negative when it is not met.
 double first_surface(const haptics::TouchScene& scene, const Version& version, const dvec3& a,
                      const dvec3& b) {
   const double hit = first_solid(scene, version, a, b);
@@ -74,8 +74,9 @@ dvec3 along_of(const dvec3& outward, const dvec3& up) {
 }
 
 /// The first place on the way from outside to the middle that faces outside, and below which there is enough.
-std::optional<Place> place_on(const dvec3& outside, const dvec3& middle, const data_tools::ScriptPlace& wish,
-                              const haptics::TouchScene& scene, const Version& untouched) {
+std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
+                              const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
+                              const Version& untouched) {
   const volume::Frame& frame = scene.base->frame;
   const dvec3 way = middle - outside;
   const double length = glm::length(way), past = 0.5 * frame.diagonal_mm() / length;
@@ -84,15 +85,15 @@ std::optional<Place> place_on(const dvec3& outside, const dvec3& middle, const d
     if (hit < 0) return std::nullopt;
     const double at = from + hit * (1 - from);
     Place place;
-    place.name = wish.name;
+    place.name = request.name;
     place.point = outside + at * way;
     int cells = 0;
     place.outward =
         haptics::outward_normal(scene.items[0], untouched, frame.volume_from_world(place.point), cells);
     place.thickness = thickness_below(place.point, place.outward, scene);
-    const bool is_thick = place.thickness == 0 || place.thickness >= wish.least_thickness;
+    const bool is_thick = place.thickness == 0 || place.thickness >= request.least_thickness;
     if (is_thick && glm::dot(place.outward, -way) >= 0.5 * length) {  // else a rim, or the wall of a hole
-      place.along = along_of(place.outward, wish.up);
+      place.along = along_of(place.outward, request.up);
       place.across = glm::cross(place.outward, place.along);
       return place;
     }
@@ -107,18 +108,18 @@ std::optional<Place> place_on(const dvec3& outside, const dvec3& middle, const d
 
 }  // namespace
 
-volume::Result<Place> find_place(const data_tools::ScriptPlace& wish, const haptics::TouchScene& scene,
+volume::Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
                                  const Version& untouched) {
   const volume::Frame& frame = scene.base->frame;
   const dvec3 middle = frame.world_from_volume(0.5 * dvec3(scene.base->size - 1));
   const double far = 2 * glm::length(frame.world_from_volume(dvec3(scene.base->size)) - frame.origin());
-  for (const dvec3& from : wish.from)
-    if (auto place = place_on(middle + far * glm::normalize(from), middle, wish, scene, untouched))
+  for (const dvec3& from : request.from)
+    if (auto place = place_on(middle + far * glm::normalize(from), middle, request, scene, untouched))
       return *std::move(place);
-  return volume::Error{"no such place was found", "place " + wish.name,
-                       "nothing met on " + std::to_string(wish.from.size()) + " ways to the middle",
+  return volume::Error{"no such place was found", "place " + request.name,
+                       "nothing met on " + std::to_string(request.from.size()) + " ways to the middle",
                        "a surface that faces one of them" +
-                           std::string(wish.least_thickness > 0 ? ", as thick as was asked for" : ""),
+                           std::string(request.least_thickness > 0 ? ", as thick as was asked for" : ""),
                        "choose other directions, or the shape with iso"};
 }
 

@@ -21,15 +21,15 @@ struct Place {
   glm::dvec3 at(const glm::dvec3& seen) const noexcept { return point + direction(seen); }
 };
 
-/// Where the first ray from outside toward the middle of the scan meets the first shape from without. Error
+/// First crossing of a ray from outside toward the middle of the scan with the first shape. Error
 /// when none does.
-volume::Result<Place> find_place(const data_tools::ScriptPlace& wish, const haptics::TouchScene& scene,
+volume::Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
                                  const volume::Version& untouched);
 /// The hand's points, seen from the place: along, across, height over the surface there.
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
                                                   const haptics::TouchScene& scene,
                                                   const volume::Version& untouched);
-/// How a tool is turned whose shaft points that way: the shortest way from upright.
+/// Rotation of a tool whose shaft points that way: the shortest way from upright.
 glm::dquat turn_of_shaft(const glm::dvec3& shaft) noexcept;
 /// Can one look through the solid there, along the normal?
 bool is_open(const Place& place, const haptics::TouchScene& scene, const volume::Version& version);

@@ -1,4 +1,4 @@
-// What a raw CT needs to become bone to operate on, for people who want no thresholds.
+// Presets that turn a raw CT into bone to operate on, without thresholds.
 #pragma once
 
 #include "apps/workbench/source.h"
@@ -15,7 +15,7 @@ struct PresetChoice {
 std::string preset_names();
 volume::Status check(const PresetChoice& choice, const ShapeChoice& shape);
 
-/// Brings the shape out of the scan, which is altered by what is told: thin walls are filled, what hangs
+/// Prepares the shape in the scan, with notices of each change: thin walls are filled, what hangs
 /// together with nothing certain goes (hysteresis), and the largest part stays, of a spine all large ones.
 /// Without a preset only what was asked for by itself.
 volume::Result<volume::Shape> bring_out(Source& source, const PresetChoice& choice, const ShapeChoice& shape,

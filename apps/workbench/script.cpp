@@ -35,7 +35,7 @@ std::string seen_from(const std::string& folder, const std::string& file) {
   return path.is_absolute() || folder.empty() ? file : (std::filesystem::path(folder) / path).string();
 }
 
-/// Of a hand whose points are in the world.
+/// Path of a hand whose points are in the world.
 Result<haptics::PosePath> path_of(const ScriptHand& hand, const std::string& folder,
                                   const std::string& where) {
   if (!hand.path.empty()) return open_path(seen_from(folder, hand.path));
@@ -46,7 +46,7 @@ Result<haptics::PosePath> path_of(const ScriptHand& hand, const std::string& fol
   return haptics::PosePath::from_samples(std::move(samples), at_line(where, hand.line));
 }
 
-/// The same from second 0 on, which is a script's beginning.
+/// The path from second 0 on, which is a script's beginning.
 haptics::PosePath from_zero(const haptics::PosePath& path) {
   std::vector<haptics::PosePath::Sample> samples{{0, path.at(0)}};
   for (const haptics::PosePath::Sample& sample : path.samples())
@@ -68,7 +68,7 @@ Result<std::string> placed_words(const ScriptCommand& said, std::span<const Plac
     if (open == std::string::npos || close == std::string::npos) return words.append(said.words, at);
     words.append(said.words, at, open - at);
     const std::string inside = said.words.substr(open + 1, close - open - 1);
-    // A name may have spaces; what stands behind the last of them may be how far beside.
+    // A name may have spaces; behind the last of them may be an offset.
     const auto named = [&](const std::string& name) {
       return std::find_if(places.begin(), places.end(), [&](const Place& one) { return one.name == name; });
     };
@@ -196,8 +196,8 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   for (const haptics::PosePath& path : made->paths_)
     made->duration_ = std::max(made->duration_, path.end_time());
   for (const ScriptCommand& said : script.commands) made->duration_ = std::max(made->duration_, said.at);
-  for (const ScriptExpectation& wish : script.expectations)
-    made->duration_ = std::max(made->duration_, wish.at.value_or(0));
+  for (const ScriptExpectation& request : script.expectations)
+    made->duration_ = std::max(made->duration_, request.at.value_or(0));
   for (const ScriptPicture& picture : script.pictures)
     made->duration_ = std::max(made->duration_, picture.at.value_or(0));
   return made;
@@ -207,11 +207,11 @@ Status ScriptRun::find_places(const std::string& where) {
   if (script_.places.empty()) return std::nullopt;
   const haptics::TouchScene& scene = *operation_.scene();
   const volume::Version untouched(scene.base);
-  for (const ScriptPlace& wish : script_.places) {
-    Result<Place> place = find_place(wish, scene, untouched);
+  for (const ScriptPlace& request : script_.places) {
+    Result<Place> place = find_place(request, scene, untouched);
     if (!place) {
       Error error = place.error();
-      error.where = at_line(where, wish.line) + ": " + error.where;
+      error.where = at_line(where, request.line) + ": " + error.where;
       return error;
     }
     places_.push_back(std::move(place).value());
@@ -292,7 +292,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   if (script_.free_pieces) live.watch_pieces(*script_.free_pieces);
   if (Status error = live.start()) return *error;
   const auto progress = listener.progress("playing live");
-  // What takes longer than its moment moves what comes after it, so that all stays in order.
+  // A command that takes longer than its moment moves the next ones, so that all stays in order.
   const auto due = [&](double at) {
     if (result.told.empty()) return at;
     return std::max(at, result.told.back().done_at + at - told_[result.told.size() - 1].from->at);
@@ -301,7 +301,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   for (;;) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const sim::LiveState state = live.fetch_state();
-    // A machine that was busy elsewhere for a tenth of a second takes the force away; nobody's hand is on
+    // A machine that was busy elsewhere for a tenth of a second takes the force away; no person's hand is on
     // this stylus.
     if (state.newest.faults & haptics::fault_stale_scene) live.reset_faults(), ++result.stalls;
     const double t = state.newest.t;
@@ -321,7 +321,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
     if (!progress(t / duration_))
       broken = Error{"the script was interrupted", "", "", "", "", volume::ErrorKind::interrupted};
     const bool is_over = t >= due(duration_) && result.told.size() == told_.size();
-    // What the last stroke freed still comes off.
+    // Pieces that the last stroke freed still come off.
     const bool is_working = script_.free_pieces && (state.is_asking_for_pieces || state.pending_jobs > 0);
     if (broken || (is_over && !is_working)) break;
   }

@@ -1,4 +1,4 @@
-// A script is played: hands go their ways, commands are told, expectations are checked, pictures are taken.
+// Player of a script: moves hands, sends commands, checks expectations, takes pictures.
 #pragma once
 
 #include "apps/workbench/script_watch.h"

@@ -99,7 +99,7 @@ Status check_names(const data_tools::Script& script, const std::vector<Place>& p
           add(std::string(k_events) + std::string(type->schema->name));
     } else if (what.starts_with(k_nearest)) {
       for (const auto& structure : engine.forbidden()) add(std::string(k_nearest) + structure->name());
-      if (engine.forbidden().empty()) add("a forbidden structure of a case, of which there is none");
+      if (engine.forbidden().empty()) add("a forbidden structure of a case, which has none");
     } else if (what.starts_with(k_open) || what.starts_with(k_thickness)) {
       for (const Place& place : places) add(what.substr(0, what.find(' ') + 1) + place.name);
       if (places.empty()) add("[[places]] first");
@@ -110,8 +110,8 @@ Status check_names(const data_tools::Script& script, const std::vector<Place>& p
     return Error{"nothing is measured by this name", where + ", line " + std::to_string(line), what, known,
                  "choose one of these"};
   };
-  for (const ScriptExpectation& wish : script.expectations)
-    if (Status error = check(wish.what, wish.line)) return error;
+  for (const ScriptExpectation& request : script.expectations)
+    if (Status error = check(request.what, request.line)) return error;
   for (const ScriptPicture& picture : script.pictures)
     for (const Slot& slot : slots_of(picture.caption)) {
       if (!slot.is_good)
@@ -136,12 +136,12 @@ double ScriptReport::measure(std::string_view name) const {
 ScriptWatch::ScriptWatch(const data_tools::Script& script, const std::vector<Place>& places, double end,
                          PictureTaker take_picture)
     : script_(&script), places_(&places), take_picture_(std::move(take_picture)), end_(end) {
-  for (const ScriptExpectation& wish : script.expectations) wishes_.push_back(&wish);
+  for (const ScriptExpectation& request : script.expectations) requests_.push_back(&request);
   for (const ScriptPicture& picture : script.pictures) pictures_.push_back(&picture);
   const auto by_time = [end](const auto* a, const auto* b) {
     return a->at.value_or(2 * end) < b->at.value_or(2 * end);
   };
-  std::stable_sort(wishes_.begin(), wishes_.end(), by_time);
+  std::stable_sort(requests_.begin(), requests_.end(), by_time);
   std::stable_sort(pictures_.begin(), pictures_.end(), by_time);
   report_.strongest_of.resize(script.hands.size());
   report_.contact_ticks.resize(script.hands.size());
@@ -170,12 +170,12 @@ double ScriptWatch::due(const std::optional<double>& at) const {
   return when;
 }
 
-/// What is due at t.
+/// Checks and pictures that are due at t.
 Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
   const auto is_due = [&](const auto& all, std::size_t next) {
     return next < all.size() && due(all[next]->at) <= t;
   };
-  for (; is_due(wishes_, next_wish_); ++next_wish_) check(*wishes_[next_wish_], moment);
+  for (; is_due(requests_, next_request_); ++next_request_) check(*requests_[next_request_], moment);
   for (; take_picture_ && is_due(pictures_, next_picture_); ++next_picture_) {
     if (Status error =
             take_picture_(*pictures_[next_picture_], moment, caption_of(*pictures_[next_picture_], moment)))
@@ -206,13 +206,13 @@ void ScriptWatch::record_command(const ScriptCommand& command, double t, const S
                             refused ? in_a_line(*refused) : std::string("it was done")});
 }
 
-void ScriptWatch::check(const ScriptExpectation& wish, const ScriptMoment& moment) {
-  const double value = value_of(wish.what, wish.hand, moment).value_or(std::nan(""));
-  std::string words = wish.what;
-  if (wish.least) words = volume::text_of(*wish.least) + " <= " + words;
-  if (wish.most) words += " <= " + volume::text_of(*wish.most);
-  const bool is_met = value >= wish.least.value_or(value) && value <= wish.most.value_or(value);
-  report_.checks.push_back({wish.line, words, moment.t, is_met, volume::text_of(value)});
+void ScriptWatch::check(const ScriptExpectation& request, const ScriptMoment& moment) {
+  const double value = value_of(request.what, request.hand, moment).value_or(std::nan(""));
+  std::string words = request.what;
+  if (request.least) words = volume::text_of(*request.least) + " <= " + words;
+  if (request.most) words += " <= " + volume::text_of(*request.most);
+  const bool is_met = value >= request.least.value_or(value) && value <= request.most.value_or(value);
+  report_.checks.push_back({request.line, words, moment.t, is_met, volume::text_of(value)});
 }
 
 std::optional<double> ScriptWatch::value_of(const std::string& what, int hand,

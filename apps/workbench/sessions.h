@@ -1,4 +1,4 @@
-// Sessions as programs use them: recorded beside a run, opened with the scan they belong to.
+// Sessions of programs: recorded during a run, opened with the scan they belong to.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ struct RecordChoice {
   std::string program;       ///< who records, with version: kept in the session
 };
 
-/// What would keep it from being started, before any work is done for it.
+/// Checks whether it can be started, before any work is done for it.
 volume::Status check(const RecordChoice& choice);
 /// Starts the recording that is asked for; null without one.
 volume::Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice,
@@ -32,7 +32,7 @@ struct OpenedSession {
   std::unique_ptr<sim::SessionReader> reader;
   Source source;
   std::unique_ptr<sim::Replay> replay;
-  /// What the first hand touches.
+  /// Scene of the first hand.
   const haptics::TouchScene& scene() const { return replay->engine().scene(); }
 };
 /// Finds the scan: `case_source` when given, in the session itself, or the built-in one that it names.
@@ -40,10 +40,10 @@ volume::Result<std::unique_ptr<OpenedSession>> open_session(const std::string& p
                                                             const SourceChoice& case_source,
                                                             const Listener& listener = {});
 
-/// Where windows keep their sessions: $XDG_STATE_HOME/trephine/sessions (~/.local/state/...), made when
+/// Folder of sessions of windows: $XDG_STATE_HOME/trephine/sessions (~/.local/state/...), made when
 /// missing; empty when there is no such place.
 std::string autosave_folder();
-/// A new name in it; empty likewise.
+/// A new name in it; empty without such a folder.
 std::string autosave_path();
 /// Keeps the twenty that were written last; none that is being written goes.
 void prune_autosaves();

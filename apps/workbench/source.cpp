@@ -194,7 +194,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   if (!source.volume->is_hounsfield) {
     const auto voxels = source.volume->voxels.span();
     if (const auto [low, high] = std::minmax_element(voxels.begin(), voxels.end()); *low == *high)
-      return Error{"there is nothing to tell apart in this scan", source.name,
+      return Error{"every voxel of this scan has the same value", source.name,
                    "every voxel is " + std::to_string(*low), "a scan of something", "is it the right file?"};
     const std::string parted = std::to_string(volume::otsu_threshold(*source.volume));
     if (!choice.is_auto)

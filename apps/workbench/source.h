@@ -47,10 +47,10 @@ struct Source {
   /// For what is kept in files, pictures too: never what a folder or file is called.
   std::string written_name() const { return case_name.empty() ? "scan" : case_name; }
   bool is_builtin = false;
-  bool is_altered = false;                   ///< on purpose, after it was read: nobody else has this scan
+  bool is_altered = false;                   ///< on purpose, after it was read: this scan exists only here
   std::optional<data_tools::CasePlan> plan;  ///< of a case
   std::vector<std::string> notices;
-  std::vector<std::pair<std::string, std::string>> facts;  ///< how it was scanned, of nobody
+  std::vector<std::pair<std::string, std::string>> facts;  ///< parameters of the scanner, anonymous
   std::vector<data_tools::SeriesFacts> series;             ///< what else could have been opened
   std::vector<data_tools::SegmentFacts> segments;          ///< of a segmentation
   double read_seconds = 0;
@@ -58,18 +58,18 @@ struct Source {
 
 /// Is it the name of a phantom that is built in, "head" or "spine"?
 bool is_builtin(const std::string& src);
-/// Opens `src`, and tells its notices.
+/// Opens `src`, and reports its notices.
 volume::Result<Source> open_source(const SourceChoice& choice, const Listener& listener = {});
 /// In place of the scan its Gaussian; sigma in voxels, of which check(OperationChoice) says whether it may
 /// be.
 volume::Status blur(Source& source, double sigma);
-/// In place of the scan one in which a shape's other parts are gone: tells how many.
+/// Replaces the scan by one without a shape's other parts; reports how many.
 volume::Status keep_largest(Source& source, const volume::Shape& shape, const Listener& listener = {});
 /// Says so when other parts of a shape are large enough to be in the way: a table, a head holder.
 void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener);
-/// What can be said of it without a scan.
+/// Checks that need no scan.
 volume::Status check(const ShapeChoice& choice);
-/// The shape that is meant; CT without a choice is bone from 300 HU, which is told. Error when there is no
+/// The chosen shape; CT without a choice is bone from 300 HU, with a notice. Error when there is no
 /// default.
 volume::Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice,
                                            const Listener& listener = {});

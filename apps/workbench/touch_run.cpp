@@ -17,12 +17,12 @@ sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path
     const haptics::Pose pose = haptics::on_grid(path.at(times[i]));
     const haptics::DenormalsFlushed flushed;  // as everywhere else that a session comes from
     const auto begin = Clock::now();
-    const auto felt = engine.servo_scene();
-    const haptics::ServoRecord record = servo.step(*felt, {pose});
+    const auto servo_scene = engine.servo_scene();
+    const haptics::ServoRecord record = servo.step(*servo_scene, {pose});
     const double us = 1e6 * seconds_since(begin);
     const sim::Outcome happened = engine.apply(record);
     if (recorder) recorder->add(record, engine, happened);
-    observer({times[i], record, servo, felt->hands[0], us});
+    observer({times[i], record, servo, servo_scene->hands[0], us});
     while (const std::optional<sim::Command> owed = engine.finish_depth_job()) {
       const sim::Outcome adopted = engine.apply(*owed);
       if (recorder) recorder->add(*owed, engine, adopted);

@@ -1,4 +1,4 @@
-// A path of the stylus is played over what can be touched, and whoever wants to sees every tick.
+// Run of a path over a touchable scene, with a callback for every tick.
 #pragma once
 
 #include "apps/workbench/operation.h"
@@ -7,16 +7,16 @@
 namespace trephine::workbench {
 
 struct TouchTick {
-  double t = 0;                        ///< s
-  const haptics::ServoRecord& record;  ///< input and output
-  const haptics::ServoCore& servo;     ///< after it
-  const haptics::ServoHand& felt;      ///< what it felt
-  double step_us = 0;                  ///< what the servo's step took
+  double t = 0;                          ///< s
+  const haptics::ServoRecord& record;    ///< input and output
+  const haptics::ServoCore& servo;       ///< after it
+  const haptics::ServoHand& servo_hand;  ///< its scene
+  double step_us = 0;                    ///< what the servo's step took
 };
 using TouchObserver = std::function<void(const TouchTick& tick)>;
 
-/// One hand, without threads. `recorder` may be null; it is told of every tick, and not finished. Gives the
-/// engine as it ended, before the path's end when the listener stopped it.
+/// Runs one hand, without threads. `recorder` may be null; it records every tick, and is not finished. Gives
+/// the engine as it ended, before the path's end when the listener stopped it.
 sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path,
                        sim::SessionWriter* recorder, const TouchObserver& observer,
                        const Listener& listener = {});

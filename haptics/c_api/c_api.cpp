@@ -40,7 +40,7 @@ struct trephine_scene {
   dvec3 start{0.0}, end{0.0}, point{0.0}, normal{0.0};
   bool has_motion = false;
   int met_shape = -1, met_side = TREPHINE_NONE;
-  mutable std::atomic<int> users{1};  ///< whoever made it, and its hands
+  mutable std::atomic<int> users{1};  ///< its creator, and its hands
 };
 
 struct trephine_hand {
@@ -78,7 +78,7 @@ volume::Status check_shape(const trephine_scene* scene, int shape) {
   return std::nullopt;
 }
 
-/// Of a window or a label: its index, or -1.
+/// Index of a window or a label, or -1.
 int add_shape(trephine_scene* scene, const char* name, volume::Shape shape, trephine_error* error) noexcept {
   int index = -1;
   guarded(error, [&]() -> volume::Status {

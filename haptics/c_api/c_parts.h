@@ -1,4 +1,4 @@
-// What the C interfaces share: errors in C, and what C hands over checked and turned into ours.
+// Shared parts of the C interfaces: C errors, and checks and conversions of C arguments.
 #pragma once
 
 #include <exception>

@@ -75,7 +75,7 @@ void DepthCube::SignedRays::sort(std::size_t pixels, std::vector<Crossing> unsor
     });
 }
 
-/// `start(ray, winding)`: how often matter winds round the ray's near end; false where nobody knows. What
+/// `start(ray, winding)`: how often matter winds round the ray's near end; false where that is unknown. What
 /// winds round matter more than once is one layer.
 template <class Start>
 std::size_t DepthCube::set_image(int axis, const SignedRays& rays, const Start& start) {
@@ -112,7 +112,7 @@ namespace {
 
 /// Triangles that a clip volume needs, by the place of their first corner.
 struct Needed {
-  std::vector<std::uint32_t> of_columns;  ///< of the whole rays along x: they tell what is matter
+  std::vector<std::uint32_t> of_columns;  ///< of the whole rays along x: they decide what is matter
   std::vector<std::uint32_t> of_box;      ///< of the rays along y and z, within the lattice
 };
 
@@ -181,7 +181,7 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
     return Error{"a model reaches too far beyond its depth images", "corner", std::to_string(too_far),
                  "within 32768 pixels", "choose a coarser resolution"};
   Needed needed = find_needed(beyonds, triangles, threads);
-  // Where many are needed each corner is placed once.
+  // Places each corner once where many are needed.
   std::vector<dvec3> places(4 * needed.of_columns.size() > corners.size() ? corners.size() : 0);
   if (!places.empty()) for_corners([&](std::size_t i) { places[i] = place_of(i); });
   // A frame that mirrors turns triangles round.
@@ -214,7 +214,7 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
         static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]), std::move(crossings));
   });
   // Whole rays along x know themselves on which side of the surface each place is; what the others see begins
-  // within the lattice, and they are told.
+  // within the lattice, and they are reported.
   const SignedRays& along_x = rays[0];
   const auto pixel_of = [](int i, int j, int columns) {
     return static_cast<std::size_t>(i) + static_cast<std::size_t>(columns) * static_cast<std::size_t>(j);

@@ -14,7 +14,7 @@
 
 namespace trephine::haptics::depth {
 
-/// Which layers a camera has.
+/// The layers of a camera that are kept.
 enum class Layers : std::uint8_t {
   outermost,  ///< what six cameras see from outside: the first and the last of each ray
   all
@@ -49,7 +49,7 @@ class DepthCube {
  public:
   static constexpr int k_most = 2048;  ///< pixels along an edge
 
-  /// Of triangles that look out counter-clockwise, in the frame that `frame` leads to. Matter is where the
+  /// Builds from triangles that face outward counter-clockwise, in the frame of `frame`. Matter is where the
   /// winding number is not 0. Corners are taken to 2^-14 of a pixel across the rays, and which triangle a ray
   /// meets is decided in whole numbers: of a closed surface no ray finds one side alone. A lattice may be a
   /// clip volume, far smaller than the model: of that a corner costs a look at where it lies, a triangle at
@@ -61,16 +61,16 @@ class DepthCube {
                                                 const volume::Frame& frame, const glm::ivec3& size,
                                                 int threads = 0, std::vector<std::uint32_t>* met = nullptr);
 
-  /// Of a shape of a volume as it is untouched, trilinear between its voxels: so many rays a voxel along each
-  /// axis, the first through its middle. Solids end half a voxel beyond the border. Only cells that the
+  /// Builds from an untouched shape of a volume, trilinear between its voxels: so many rays a voxel along
+  /// each axis, the first through its middle. Solids end half a voxel beyond the border. Only cells that the
   /// surface crosses are looked at.
   static volume::Result<DepthCube> of_voxels(const volume::Field& field, const volume::Occupancy& bits,
                                              const glm::ivec3& rays, int threads = 0);
 
   const volume::Frame& frame() const noexcept { return frame_; }
   const glm::ivec3& size() const noexcept { return size_; }
-  /// Of the ray along `axis` at pixel (i, j) of the two other axes, in the order x, y, z: rising; even ones
-  /// enter.
+  /// Crossings of the ray along `axis` at pixel (i, j) of the two other axes, in the order x, y, z: rising;
+  /// even ones enter.
   std::span<const float> ray(int axis, int i, int j) const noexcept {
     const Image& image = images_[static_cast<std::size_t>(axis)];
     const auto pixel =
@@ -80,7 +80,7 @@ class DepthCube {
 
   /// Do all cameras see p (of the frame) within matter? By the nearest pixels.
   bool is_inside(const glm::dvec3& p, Layers layers) const noexcept;
-  /// The same between four pixels each, where these agree about their layers.
+  /// Crossings between four pixels each, where these agree about their layers.
   bool is_inside_smoothly(const glm::dvec3& p, Layers layers) const noexcept;
 
   std::size_t crossing_count() const noexcept;
@@ -94,7 +94,7 @@ class DepthCube {
     std::vector<std::uint32_t> first;  ///< of each pixel, and one behind the last
     std::vector<float> at;
   };
-  /// Where a ray of an image meets a surface.
+  /// A crossing of an image's ray with a surface.
   struct Crossing {
     std::uint32_t pixel;
     float at;

@@ -9,7 +9,7 @@ using volume::Result;
 
 namespace {
 
-/// Nobody chooses pixels: another method is the way out.
+/// Pixels are not an option here: another method is the remedy.
 Error with_way_out(Error error, const TouchItem& item, const char* method) {
   error.where = name_of(item);
   error.remedy = std::string("use method ") + method;

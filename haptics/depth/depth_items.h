@@ -11,7 +11,7 @@ struct ItemPixels {
   double of_volumes = 0.2;  ///< mm; as many rays a voxel as that takes
 };
 
-/// Of each item, a volume's as it is untouched; models in their own frames. Error: a model that moves, is not
+/// Makes the images of each item, untouched; models in their own frames. Error: a model that moves, is not
 /// closed, or is too large for pixels so fine.
 volume::Result<std::vector<DepthCube>> cubes_of(const TouchScene& scene, const ItemPixels& pixels);
 

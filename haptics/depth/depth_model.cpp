@@ -27,8 +27,8 @@ Result<std::shared_ptr<const DepthModel>> DepthModel::of(ModelKeys keys) {
   if (keys.keys.empty() || keys.triangles.size() < 3)
     return Error{"a model without triangles has no depth", "model", "nothing", "triangles", ""};
   if (!(keys.beat > 0) || !std::isfinite(keys.beat))
-    return Error{"the time between two keys is none", "beat", std::to_string(keys.beat) + " s", "above 0 s",
-                 ""};
+    return Error{"the time between two keys is invalid", "beat", std::to_string(keys.beat) + " s",
+                 "above 0 s", ""};
   const std::size_t corners = keys.keys[0].size();
   for (std::size_t k = 0; k < keys.keys.size(); ++k) {
     if (keys.keys[k].size() != corners)
@@ -60,7 +60,7 @@ Result<std::shared_ptr<const DepthModel>> DepthModel::of_keys(
 }
 
 volume::Status DepthModel::check(double pixel) const {
-  // Of a closed surface each edge is gone along both ways: by its corners, or, as files repeat corners, by
+  // On a closed surface each edge is gone along both ways: by its corners, or, as files repeat corners, by
   // where these are, in every key.
   const auto& t = keys_.triangles;
   const auto is_closed = [&](const auto& name_of) {
@@ -168,7 +168,7 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
   set.goes_on = is_moving(view.time);
   if (!set.goes_on) return set;
   const ModelCorners then = corners(view.time + view.interval);
-  // Of what is near the middle, or of all where nothing is.
+  // Triangles near the middle, or all where it has none near.
   std::vector<MovingPlace> samples;
   const auto& t = keys_.triangles;
   for (const double around : {k_around, 1e300}) {
@@ -182,7 +182,7 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
       if (!(doubled > 0)) continue;
       const dvec3 p = then[t[i]], q = then[t[i + 1]], r = then[t[i + 2]];
       const auto add = [&](const dvec3& place) {
-        // Where on the triangle: shares of its area.
+        // Place on the triangle: shares of its area.
         const double of_b = glm::dot(glm::cross(place - a, c - a), across) / (doubled * doubled),
                      of_c = glm::dot(glm::cross(b - a, place - a), across) / (doubled * doubled);
         samples.push_back({place, p + of_b * (q - p) + of_c * (r - p),

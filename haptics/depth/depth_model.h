@@ -19,14 +19,14 @@ struct ModelKeys {
 /// Its triangles are looked at each time: nothing is made of it beforehand, so that all of it may move.
 class DepthModel final : public DepthSource {
  public:
-  /// Error: it has no triangles, keys of other corners, or a place that is none.
+  /// Error: no triangles, keys with other corners, or an invalid place.
   static volume::Result<std::shared_ptr<const DepthModel>> of(ModelKeys keys);
 
-  /// Of models that have the same triangles; what is kept of them is told again by trees().
+  /// Builds from models with the same triangles; trees() returns what is kept of them.
   static volume::Result<std::shared_ptr<const DepthModel>> of_keys(
       std::vector<std::shared_ptr<const MeshTree>> trees, double beat, ModelKeys::After after);
   const std::vector<std::shared_ptr<const MeshTree>>& trees() const noexcept { return trees_; }
-  /// Can it be felt by images of such pixels? Error: it is not closed, or too large.
+  /// Checks that it can be touched by images of such pixels. Error: it is not closed, or too large.
   volume::Status check(double pixel_mm) const;
 
   volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;

@@ -90,7 +90,7 @@ void DepthNet::set_by_ends() {
   }
 }
 
-/// What separates two free places is a crossed edge between them, so that no way leads past places that hold
+/// Two free places are separated by a crossed edge between them, so that no way leads past places that hold
 /// both ends of each. Where three free edges lead around such an edge nothing is separated.
 void DepthNet::hold_thin_matter() {
   const ivec3 size = cube_.size();

@@ -29,9 +29,9 @@ class DepthNet {
     if (v.x < 0 || v.y < 0 || v.z < 0 || v.x >= size.x || v.y >= size.y || v.z >= size.z) return false;
     return bits_[row_of(v) + static_cast<std::size_t>(v.x >> 6)] >> (v.x & 63) & 1u;
   }
-  /// Of the cell from v on, as volume::config_of() tells it.
+  /// Configuration of the cell from v on, as volume::config_of() gives it.
   int config(const glm::ivec3& v) const noexcept;
-  /// How far from a solid place to a free one beside it the surface lies, 0 to 1. Where their ray knows none
+  /// Position of the surface from a solid place to a free neighbour, 0 to 1. Where their ray has no crossing
   /// it is at the place about which that and another one disagree, or which holds what is thin.
   float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept;
   /// Calls use(low) for the places of a layer z from which the surface crosses the edge to the next place

@@ -10,7 +10,7 @@ using glm::ivec3;
 
 namespace {
 
-/// What two cameras see of the ray between them.
+/// Crossings of the ray between two cameras.
 struct Seen {
   int layers = 0;               ///< stretches of matter there
   double enters = 0, ends = 0;  ///< the first and the last place of matter: what lies between is hidden

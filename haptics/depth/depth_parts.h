@@ -14,7 +14,7 @@ class DepthParts {
   /// Borrows the cube for this call alone. n log n in its pixels.
   explicit DepthParts(const DepthCube& cube);
 
-  /// As DepthCube tells it with Layers::outermost, but each place by the cameras of its own box.
+  /// As DepthCube with Layers::outermost, but each place by the cameras of its own box.
   bool is_inside(const DepthCube& cube, const glm::dvec3& p) const noexcept;
   bool is_inside_smoothly(const DepthCube& cube, const glm::dvec3& p) const noexcept;
 

@@ -18,7 +18,7 @@ using volume::Error;
 PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& high, double beyond,
                            const std::function<double(int, int)>& depth_of) {
   PixelSurface made;
-  // Which pixels can show anything there: by the corners of the clip volume, where all lie before the camera.
+  // Pixels that can show anything there: by the corners of the clip volume, where all lie before the camera.
   made.first = ivec2(0), made.last = ivec2(c.width - 1, c.height - 1);
   if (high.z <= 0) made.last = ivec2(-1);
   if (low.z > 0) {
@@ -130,7 +130,7 @@ volume::Status check(const DepthPicture& picture) {
                          is_length(c.fx) && is_length(c.fy) && std::isfinite(c.cx) && std::isfinite(c.cy) &&
                          is_length(picture.mm_a_step) && is_length(picture.nearest);
   if (!is_camera)
-    return Error{"a depth picture's camera is none", "camera",
+    return Error{"a depth picture's camera is invalid", "camera",
                  std::to_string(c.width) + " x " + std::to_string(c.height) + " pixels",
                  "2 to 4096 either way, focal lengths and steps above 0", ""};
   const std::size_t bytes = 2 * static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);

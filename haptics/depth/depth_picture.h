@@ -1,4 +1,4 @@
-// What one camera sees at one moment, from wherever it stands: the depth buffer of a window, a depth camera.
+// Picture of one camera at one moment: the depth buffer of a window, or a depth camera.
 #pragma once
 
 #include <functional>
@@ -34,24 +34,24 @@ struct DepthPicture {
   double depth(int column, int row) const noexcept;
   /// Keeps depths of such pixels, 0 or less where nothing was seen.
   void keep(const std::vector<double>& depths);
-  /// How far p (mm, of the thing's frame) lies behind what is seen around it; negative: before it. Nothing:
+  /// Distance of p (mm, frame of the object) behind the surface in the picture; negative: before it. Empty:
   /// it is not in the picture, or nothing was seen there.
   std::optional<double> behind(const glm::dvec3& p) const noexcept;
   /// mm, of the thing's frame: a cube about p of which the picture shows all that is before the surface.
   double known_around(const glm::dvec3& p) const noexcept;
 };
-/// Error: its pixels are of another number, or its camera is none.
+/// Error: another number of pixels, or an invalid camera.
 volume::Status check(const DepthPicture& picture);
 
 /// The surface within the clip volume: what lies behind it is taken for matter. At rest: what moves is seen
 /// to have moved by the next one.
 DepthSet set_of(const DepthView& view, const DepthPicture& picture);
 
-/// A thing of which pictures come in, whoever takes them: the background on a window's screen, a camera.
+/// An object whose pictures are submitted from outside: the background on a window's screen, a camera.
 /// Between them it stays as it was seen last.
 class IncomingDepths final : public DepthSource {
  public:
-  /// Error: nobody can draw it.
+  /// Error: it cannot be drawn.
   volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
   bool is_moving(double) const noexcept override { return false; }
   bool comes_in() const noexcept override { return true; }

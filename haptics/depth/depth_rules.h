@@ -1,4 +1,4 @@
-// How large, how fine and how often depth images must be for a hand of a given speed: the design rules of
+// Size, resolution and rate of depth images for a hand of a given speed: the design rules of
 // touching by depth images (Kim et al., Presence 18:340, 2009), each by its name. mm, mm/s, Hz.
 #pragma once
 
@@ -6,14 +6,14 @@
 
 namespace trephine::haptics::depth {
 
-/// What the rules start from. As published: 1 m/s, images 100 times a second, forces 1000 times.
+/// Inputs of the rules. As published: 1 m/s, images 100 times a second, forces 1000 times.
 struct Rates {
   double fastest = 1000;    ///< of the hand; no real one may be faster
-  double image_rate = 100;  ///< of the depth images, beside what is drawn for the eye
+  double image_rate = 100;  ///< of the depth images, in addition to those for the eye
   double haptic_rate = 1000;
 };
 
-/// How far the clip volume around the proxy reaches, edge to edge: wherever it goes before the next images,
+/// Edge of the clip volume around the proxy: wherever the proxy goes before the next images,
 /// it stays within. Twice: there are two ways along each axis.
 constexpr double clip_volume(const Rates& r) noexcept { return 2 * r.fastest / r.image_rate; }
 
@@ -39,15 +39,15 @@ inline int lomi_voxels(double lomi_mm, double desired_resolution) noexcept {
   return whole + (whole % 2 == 0);
 }
 
-/// What a step of a depth buffer of so many bits is, between two cameras that face each other.
+/// Step of a depth buffer of so many bits, between two cameras that face each other.
 inline double depth_resolution(double distance, int bits) noexcept { return std::ldexp(distance, -bits); }
 
-/// Where a depth of 0 to 1 lies, of an orthographic camera.
+/// Position of a depth of 0 to 1, orthographic camera.
 constexpr double linear_position(double near, double far, double depth) noexcept {
   return near + (far - near) * depth;
 }
 
-/// How far before a perspective camera a depth of 0 to 1 lies.
+/// Distance before a perspective camera of a depth of 0 to 1.
 constexpr double perspective_distance(double near, double far, double depth) noexcept {
   return far * near / (far - depth * (far - near));
 }

@@ -1,4 +1,4 @@
-// What can be drawn can be touched: its surface around a hand, from depth images, made anew as often as it
+// Touch of anything that can be drawn: its surface around a hand, from depth images made again whenever it
 // changes.
 #pragma once
 
@@ -15,9 +15,9 @@ namespace trephine::haptics::depth {
 // A set that is late.
 inline constexpr double k_foretold = 0.05;  ///< s beyond its interval that it goes on as it went
 inline constexpr double k_fading = 0.05;    ///< s after those in which it lets go
-inline constexpr double k_beside = 2;       ///< mm from where a thing can be: nobody waits for images there
+inline constexpr double k_beside = 2;  ///< mm outside the reach of an object: no images are awaited there
 
-/// Which images: a clip volume around a place, pixels of one lattice that never moves, so that two sets agree
+/// Request for images: a clip volume around a place, pixels of one fixed lattice, so that two sets agree
 /// where both look.
 struct DepthView {
   glm::dvec3 middle{0.0};  ///< mm, of the thing's own frame
@@ -28,11 +28,11 @@ struct DepthView {
   double interval = 0.01;  ///< s until the next set is due
 
   friend bool operator==(const DepthView&, const DepthView&) = default;
-  /// The lattice of those pixels. Error: it is none, or too large.
+  /// The lattice of those pixels. Error: invalid, or too large.
   volume::Result<volume::Frame> lattice(glm::ivec3& size) const;
 };
 
-/// How what was drawn goes on between two sets: a rigid motion, as near as one comes to how it deforms around
+/// Extrapolation between two sets: a rigid motion, as near as one comes to the deformation around
 /// the middle. Of the same bits on any machine: only + - * / and roots.
 struct DepthMotion {
   glm::dvec3 pivot{0.0};   ///< mm, of the thing's frame
@@ -40,7 +40,7 @@ struct DepthMotion {
   glm::dvec3 turn{0.0};    ///< in one interval: its axis, as long as the tangent of half its angle
 
   bool is_still() const noexcept { return travel == glm::dvec3(0) && turn == glm::dvec3(0); }
-  /// Where it has gone after so many intervals; before the first they are negative.
+  /// Displacement after so many intervals; before the first they are negative.
   Placement after(double intervals) const noexcept;
 };
 
@@ -55,13 +55,13 @@ struct DepthSet {
   double slack_before = 0;  ///< mm, that set's
   double slack = 0;  ///< mm that the surface may be off where the motion puts it when the next set is due
 
-  // What it took.
+  // Cost.
   std::size_t pixels = 0;     ///< of three images
   std::size_t crossings = 0;  ///< layers that they met
-  std::size_t open_rays = 0;  ///< rays of which nobody knows the sides: the thing has a hole there
+  std::size_t open_rays = 0;  ///< rays with unknown sides: the object has a hole there
   std::uint64_t serial = 0;   ///< another for each that a hand is given
 
-  /// How far the thing has gone at a time (s) since it was drawn.
+  /// Displacement at a time (s) since it was drawn.
   Placement place_at(double time) const noexcept {
     return motion.is_still() ? Placement{} : motion.after((time - view.time) / view.interval);
   }
@@ -71,7 +71,7 @@ struct DepthSet {
     foretold = before ? before->place_at(view.time) : Placement{};
     slack_before = before ? before->slack : 0;
   }
-  /// Of what is felt.
+  /// Box of the touched object.
   std::uint64_t hash() const noexcept;
   /// Does all within `reach` mm of p lie where it looked?
   bool knows(const glm::dvec3& p, double reach) const noexcept;
@@ -86,24 +86,24 @@ void triangles_of(const DepthNet& net, std::vector<glm::dvec3>& vertices,
 class DepthSource {
  public:
   virtual ~DepthSource() = default;
-  /// The same bits whatever `threads`. Error: nothing can be seen of it so.
+  /// Returns the same bits for any `threads`. Error: nothing of it is visible.
   virtual volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const = 0;
   /// Does it look otherwise at another time?
   virtual bool is_moving(double time) const noexcept = 0;
   /// The next time at which it may turn: from here until then everything of it goes straight. Beyond all
   /// numbers where it never does.
   virtual double turns_at(double /*time*/) const noexcept { return 1e300; }
-  /// Nobody draws it: its pictures come in, and are told of by sim::AdoptPicture.
+  /// It is not drawn: its pictures are submitted by sim::AdoptPicture.
   virtual bool comes_in() const noexcept { return false; }
   /// mm, its own frame: all places where it ever is; low > high where there is nothing.
   virtual void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept = 0;
-  /// Of all that it is made of.
+  /// Hash of all its data.
   virtual std::uint64_t hash() const noexcept = 0;
-  /// What a picture shows of it at a time, its own frame; null: what its item says.
+  /// Contents of its picture at a time, own frame; null: the item's own.
   virtual std::shared_ptr<const MeshTree> look(double /*time*/) const { return nullptr; }
 };
 
-/// That of an item by its place among those felt by depth images; null: none was made yet.
+/// The set of an item by its place among those touched by depth images; null: not made yet.
 inline const DepthSet* set_in(const TouchState& seen, int depth) noexcept {
   const auto d = static_cast<std::size_t>(depth);
   return d < seen.depths.size() ? seen.depths[d].get() : nullptr;

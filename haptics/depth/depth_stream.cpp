@@ -27,8 +27,8 @@ Result<std::shared_ptr<const DepthStream>> DepthStream::of(DepthPictures all) {
     return Error{"the camera's intrinsics are missing", "camera",
                  std::to_string(c.fx) + ", " + std::to_string(c.fy), "focal lengths in pixels, above 0", ""};
   if (!is_length(all.mm_a_step))
-    return Error{"the step of depths is none", "camera", std::to_string(all.mm_a_step) + " mm", "above 0 mm",
-                 ""};
+    return Error{"the step of depths is invalid", "camera", std::to_string(all.mm_a_step) + " mm",
+                 "above 0 mm", ""};
   if (all.pictures.empty() || all.pictures.size() != all.times.size())
     return Error{"there is no picture for each time", "stream", std::to_string(all.pictures.size()),
                  std::to_string(all.times.size()) + ", one at least", ""};
@@ -43,7 +43,7 @@ Result<std::shared_ptr<const DepthStream>> DepthStream::of(DepthPictures all) {
                    std::to_string(all.times[p]) + " s", "later than the one before", ""};
   }
   if (all.is_repeating && !(all.repeats_after > all.times.back()))
-    return Error{"a stream begins anew before it ends", "stream", std::to_string(all.repeats_after) + " s",
+    return Error{"a stream begins again before it ends", "stream", std::to_string(all.repeats_after) + " s",
                  "after its last picture", ""};
   return std::shared_ptr<const DepthStream>(new DepthStream(std::move(all)));
 }

@@ -1,4 +1,4 @@
-// What one camera sees, picture after picture: a recorded depth video, or one that comes in.
+// Pictures of one camera in sequence: a recorded depth video, or a live one.
 #pragma once
 
 #include <cstdint>

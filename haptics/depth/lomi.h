@@ -1,4 +1,4 @@
-// Where a proxy rests, by asking depth images about single places: the published way (Kim et al. 2009), kept
+// Proxy by look-ups of single places in depth images: the published method (Kim et al. 2009), kept
 // as it is, faults and all, as a yardstick.
 #pragma once
 
@@ -18,14 +18,14 @@ struct LomiOptions {
   bool is_physical = false;  ///< all of the map is filled first, two bits a voxel
 };
 
-/// Where the HIP came to, by what it is to the way there: the published cases 1 to 3.
+/// Position of the HIP relative to the way there: the published cases 1 to 3.
 enum class HipCase : std::uint8_t {
   stays_inside,      ///< 1: matter thicker than its way
   moves_out,         ///< 2: nothing was met; no force
   passes_thin_part,  ///< 3: free again behind what was met; the first collision counts
 };
 
-/// Where a search ended, and what it cost.
+/// Result and cost of a search.
 struct LomiRest {
   glm::dvec3 before{0.0};  ///< the temporary place: the last free one of the way
   glm::dvec3 place{0.0};   ///< the true one
@@ -118,7 +118,7 @@ glm::dvec3 search_physical_lomi(const glm::dvec3& middle, const glm::dvec3& hip,
         ++rest.asked, ++rest.stored;
         set(index(x, y, z), inside(place(x, y, z)) ? interior : free_space);
       }
-  // Matter beside free space is its surface.
+  // Matter next to free space is its surface.
   for (int z = 0; z < n; ++z)
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {

@@ -59,9 +59,9 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
   const auto inside = [&](const dvec3& p) { return ask(p, false); };
   const auto inside_smoothly = [&](const dvec3& p) { return ask(p, true); };
   const dvec3 from = frame.world_from_volume(state.proxy_volume);
-  // Nearest pixels and those between may tell two things.
+  // Nearest pixels and those between may disagree.
   const auto is_in_matter = [&](const dvec3& p) { return inside(p) && inside_smoothly(p); };
-  // Where matter lies over the proxy nothing holds it.
+  // Matter over the proxy does not hold it.
   if (is_in_matter(from)) {
     result.is_buried = state.had_contact;
     begin_at_hip(hip, input.hip_world, state, result);

@@ -12,7 +12,7 @@ namespace trephine::haptics {
 /// each item with pixels of the desired resolution, of volumes as they are untouched. The force is that from
 /// the HIP to the true place, and friction that from the true place to the temporary one before it, at most
 /// what the material's cone allows: it opposes how far the proxy slid in this step. What hides behind the
-/// outermost layers is not felt, and what is thinner than the resolution may be passed. Cost: some hundred
+/// outermost layers is not touched, and what is thinner than the resolution may be passed. Cost: some hundred
 /// look-ups, whatever the scene's size.
 class LomiProxy : public ProxyMethod {
  public:
@@ -37,7 +37,7 @@ class LomiProxy : public ProxyMethod {
   depth::LomiOptions options_;
 };
 
-/// With concave objects decomposed: cavities and the undersides of overhangs are felt.
+/// Variant that decomposes concave objects: cavities and the undersides of overhangs are touched.
 class LomiPartsProxy final : public LomiProxy {
  public:
   LomiPartsProxy() noexcept : LomiProxy(Objects::parts) {}

@@ -18,13 +18,13 @@ struct MovingPlace {
   glm::dvec3 now, next;
   double weight;
 };
-/// Of a place by its distance to the touch.
+/// Weight of a place by its distance to the touch.
 inline double weight_of(const glm::dvec3& off) noexcept {
   const double near = 1 / (1 + glm::dot(off, off));
   return near * near;
 }
 
-/// Where p goes to q, q - p = h x (q + p) about the pivot, exactly, if the motion is rigid (Cayley): least
+/// Fits p -> q with q - p = h x (q + p) about the pivot, exact if the motion is rigid (Cayley): least
 /// squares of that, which is linear.
 inline DepthMotion motion_of(const std::vector<MovingPlace>& places) {
   using glm::dvec3;

@@ -14,7 +14,7 @@ using volume::VoxelSamples;
 
 namespace {
 
-/// What is left of a row of voxels along x.
+/// Remaining voxels of a row along x.
 void solid_row(const SurfaceSource& source, int y, int z, std::vector<std::uint64_t>& words) {
   const int count = source.bits->words_per_row();
   words.assign(source.bits->row(y, z), source.bits->row(y, z) + count);
@@ -95,7 +95,7 @@ void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_h
 void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& changed) {
   asked_ = 0;
   const VoxelSamples samples(source);
-  // A surface moves with the voxel beside it too.
+  // A surface moves with the neighbouring voxel too.
   const ivec3 low = glm::max(changed.low - 1, ivec3(0)), high = glm::min(changed.high + 1, size_ - 1);
   if (low.x > high.x || low.y > high.y || low.z > high.z) return;
   for (int axis = 0; axis < 3; ++axis) {
@@ -122,7 +122,7 @@ void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& ch
           if (find(enter, leave + way)) {
             place(samples, axis, from_high, at, known);
           } else if (!was_beyond) {
-            // What it ended at is gone, and so is all within the box.
+            // The voxel at which it ended is gone, and so is all within the box.
             if (find(leave + way, end))
               place(samples, axis, from_high, at, known);
             else

@@ -1,4 +1,4 @@
-// The six depth images of a shape's voxels as they are left, looked at anew only where something changed.
+// The six depth images of the remaining voxels of a shape, updated only where something changed.
 #pragma once
 
 #include <array>
@@ -21,11 +21,11 @@ class VoxelImages {
 
   const glm::ivec3& size() const noexcept { return size_; }
   /// The first solid voxel of the row along `axis` at (i, j) of the other two axes in their order, from the
-  /// low side or the high one; -1: there is none.
+  /// low side or the high one; -1: no such voxel.
   int first(int axis, bool from_high, int i, int j) const noexcept {
     return image(axis, from_high)[pixel(axis, i, j)].voxel;
   }
-  /// Where the surface before it lies, voxels along the axis.
+  /// Position of the surface before it, voxels along the axis.
   float surface(int axis, bool from_high, int i, int j) const noexcept {
     return image(axis, from_high)[pixel(axis, i, j)].at;
   }

@@ -5,11 +5,11 @@
 
 namespace trephine::haptics {
 
-VirtualDevice::VirtualDevice(PosePath wish, const HandModel& hand)
-    : wish_(std::move(wish)), hand_(hand), position_(wish_.samples().front().pose.position_world) {}
+VirtualDevice::VirtualDevice(PosePath request, const HandModel& hand)
+    : request_(std::move(request)), hand_(hand), position_(request_.samples().front().pose.position_world) {}
 
 volume::Status VirtualDevice::open() {
-  position_ = wish_.samples().front().pose.position_world;
+  position_ = request_.samples().front().pose.position_world;
   velocity_ = force_ = glm::dvec3(0);
   time_ = 0;
   return std::nullopt;
@@ -18,20 +18,20 @@ volume::Status VirtualDevice::open() {
 bool VirtualDevice::read(double t, Pose& pose) noexcept {
   if (t >= lost_from_) return false;
   const double dt = t - time_;
-  const Pose wish = wish_.at(wish_.start_time() + t);
+  const Pose request = request_.at(request_.start_time() + t);
   if (dt > 0) {
-    const glm::dvec3 before = wish_.at(wish_.start_time() + time_).position_world;
-    const glm::dvec3 wish_velocity = (wish.position_world - before) / dt;
+    const glm::dvec3 before = request_.at(request_.start_time() + time_).position_world;
+    const glm::dvec3 request_velocity = (request.position_world - before) / dt;
     // 1 N = 1000 kg mm/s^2. Damping is taken implicitly, so that a stiff hand stays stable at low rates.
     const double unit = 1000 / hand_.mass;
     const glm::dvec3 drive =
-        force_ + hand_.stiffness * (wish.position_world - position_) + hand_.damping * wish_velocity;
+        force_ + hand_.stiffness * (request.position_world - position_) + hand_.damping * request_velocity;
     velocity_ = (velocity_ + unit * dt * drive) /
                 (1 + unit * dt * (hand_.damping + hand_.device_damping + dt * hand_.stiffness));
     position_ += dt * velocity_;
     time_ = t;
   }
-  pose = wish;
+  pose = request;
   pose.position_world = position_;
   if (hand_.encoder_step > 0)
     for (int a = 0; a < 3; ++a)

@@ -1,4 +1,4 @@
-// What a haptic device is to us.
+// Interface of haptic devices.
 #pragma once
 
 #include <string>
@@ -57,7 +57,7 @@ struct HandModel {
   double mass = 0.05;             ///< kg, of the stylus and what moves with it
   double device_damping = 0.002;  ///< N s/mm
   double stiffness = 0.3;         ///< N/mm, from the hand to where it wants to be
-  double damping = 0.006;         ///< N s/mm, likewise
+  double damping = 0.006;         ///< N s/mm, of the hand
   double encoder_step = 0.02;     ///< mm; 0: exact
 };
 
@@ -65,7 +65,7 @@ struct HandModel {
 /// Semi-implicit Euler at the servo's period.
 class VirtualDevice final : public Device {
  public:
-  VirtualDevice(PosePath wish, const HandModel& hand);
+  VirtualDevice(PosePath request, const HandModel& hand);
   volume::Status open() override;
   void close() noexcept override {}
   DeviceCapabilities capabilities() const override {
@@ -80,7 +80,7 @@ class VirtualDevice final : public Device {
   double kinetic_energy() const noexcept;
 
  private:
-  PosePath wish_;
+  PosePath request_;
   HandModel hand_;
   glm::dvec3 position_, velocity_{0.0}, force_{0.0};
   double time_ = 0, lost_from_ = 1e300;
@@ -96,7 +96,7 @@ class Recorder final : public Device {
   bool read(double t, Pose& pose) noexcept override;
   void write(const Wrench& wrench) noexcept override { device_->write(wrench); }
 
-  /// What was recorded; call when the servo has stopped. Error when nothing was.
+  /// Returns the recording; call when the servo has stopped. Error when nothing was recorded.
   volume::Result<PosePath> path() const { return PosePath::from_samples(samples_, "recording"); }
   /// Poses that did not fit.
   std::size_t dropped() const noexcept { return dropped_; }

@@ -52,7 +52,7 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
-/// Which column of the file holds each of k_columns; -1 where it has none.
+/// Column of the file for each of k_columns; -1 where it has none.
 Result<std::array<int, k_columns.size()>> read_header(std::string_view line, const std::string& where) {
   std::array<int, k_columns.size()> column;
   column.fill(-1);
@@ -185,7 +185,7 @@ void PosePath::write_csv(std::ostream& out) const {
     out.write(text, last - text);
     out.put(end);
   };
-  // What nobody used has no columns.
+  // Unused values have no columns.
   bool has_more_buttons = false, has_axes = false;
   for (const Sample& s : samples_) {
     has_more_buttons = has_more_buttons || s.pose.buttons > 1;

@@ -14,7 +14,7 @@
 
 namespace trephine::haptics {
 
-/// Where a stylus is, in the world frame (mm), and what the hand does with its switches.
+/// Pose of a stylus in the world frame (mm), and its switches.
 struct Pose {
   glm::dvec3 position_world{0.0};
   glm::dquat orientation{1, 0, 0, 0};  ///< w, x, y, z
@@ -30,9 +30,9 @@ struct Pose {
 /// The pose as a servo takes it: places on a grid of 2^-20 mm (1 nm), quaternions on one of 2^-24, finer than
 /// what any device says, so that a recording holds inputs exactly in few bytes. What is no number stays so.
 Pose on_grid(Pose pose) noexcept;
-/// Of length 1, as devices should say it; no turn where it is none.
+/// Unit quaternion; identity where the device reports no valid rotation.
 glm::dquat unit_of(const glm::dquat& orientation) noexcept;
-/// Which way and how far `to` is turned from `from`, radians about the axis, for turns that are small; of
+/// Rotation of `to` from `from`, radians about the axis, for small rotations; of
 /// large ones twice the sine of their half.
 glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept;
 inline constexpr double k_place_grid = 0x1p-20, k_turn_grid = 0x1p-24;

@@ -1,4 +1,4 @@
-// What a device renders.
+// Force and torque that a device renders.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -63,7 +63,7 @@ const dvec3& VirtualCoupling::step(const dvec3& hand, const Wrench& on_tool,
   return tool_;
 }
 
-/// The same about its place: I dw/dt = K (turn to the hand) + B (hand's spin - w) + torque.
+/// Rotation: I dw/dt = K (turn to the hand) + B (hand's spin - w) + torque.
 void VirtualCoupling::turn(const glm::dquat& hand, const dvec3& torque_on_tool) noexcept {
   const dvec3 hand_spin = turn_between(hand_turn_, hand) / dt_;
   hand_turn_ = hand;

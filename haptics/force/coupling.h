@@ -1,4 +1,4 @@
-// What a device can bear: how stiff a coupling or a surface may be.
+// Limits of a device: the largest stiffness of a coupling or a surface.
 #pragma once
 
 #include "haptics/device/device.h"

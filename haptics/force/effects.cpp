@@ -26,7 +26,7 @@ struct Parameter {
   double low, high;
 };
 
-/// What an effect is called, and its parameters with their ranges.
+/// Name of an effect, and its parameters with their ranges.
 struct Description {
   const char* name;
   EffectKind (*make)();
@@ -198,7 +198,7 @@ volume::Result<Effect> parse_effect(const std::string& text) {
 
 namespace {
 
-/// What an effect keeps from tick to tick, and of which effect: another kind, or another track, begins anew.
+/// Memory of an effect from tick to tick, and of which effect: another kind, or another track, begins again.
 struct EffectMemory {
   std::size_t kind;  ///< one more than its index
   dvec3 start_world, ahead_world;
@@ -245,7 +245,7 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     }
     if (!memory.has_track) memory.track_end = std::max(0.0, depth);
     memory.has_track = true;
-    // What is ahead gives way when it is pushed harder than it resists.
+    // The layer ahead gives way when it is pushed harder than it resists.
     double push = line->stiffness * (depth - memory.track_end);
     const double holds = is_in ? line->resistance : 0;
     if (push > holds) {
@@ -278,12 +278,12 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     const dvec3 shaft = glm::normalize(input.orientation) * dvec3(0, 0, 1);
     const dvec3& n = input.proxy.normal_world;
     const double pressed = std::max(0.0, glm::dot(input.contact_force_world, n));
-    // Where it is touched its surface goes along shaft x normal, and bone holds it back.
+    // At the contact its surface goes along shaft x normal, and bone holds it back.
     const double shake = spin->chatter * volume::deterministic_sin(k_turn * memory.phase);
     give(pressed * (shake * n - (spin->drag + shake) * glm::cross(shaft, n)));
   } else if (const auto* align = std::get_if<Align>(&effect.kind)) {
     const dvec3 points = glm::normalize(input.orientation) * dvec3(0, 0, -1);
-    constexpr double k_arm = 10;  // mm: as an effect's most is told in newtons
+    constexpr double k_arm = 10;  // mm: as an effect's limit is given in newtons
     sum.torque_world += limited(
         align->stiffness * glm::cross(points, align->direction_world) - align->damping * input.turning_world,
         k_arm * effect.most);

@@ -9,7 +9,7 @@
 
 namespace trephine::haptics {
 
-/// The same push everywhere.
+/// Constant force.
 struct ConstantForce {
   glm::dvec3 force_world{0.0};  ///< N
 };
@@ -47,7 +47,7 @@ struct GravityCompensation {
   double mass = 0.05;  ///< kg
   glm::dvec3 up_world{0, 0, 1};
 };
-/// Ripples on whatever is touched: a height a sin(2 pi x / wavelength) along a direction, felt as its slope
+/// Ripples on touched surfaces: a height a sin(2 pi x / wavelength) along a direction, rendered as its slope
 /// times the normal force.
 struct Texture {
   glm::dvec3 direction_world{1, 0, 0};

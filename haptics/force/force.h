@@ -32,7 +32,7 @@ enum FaultBit : std::uint32_t {
   fault_slew = 4,          ///< the slew limit held
   fault_stale_scene = 8,   ///< no new pose or scene within the watchdog's time; latched
   fault_lost_device = 16,  ///< the device stopped answering; latched
-  fault_full_ring = 32,    ///< nobody reads the servo's records; latched
+  fault_full_ring = 32,    ///< the servo's records are not read; latched
 };
 inline constexpr std::uint32_t k_latched_faults =
     fault_not_finite | fault_stale_scene | fault_lost_device | fault_full_ring;
@@ -56,12 +56,12 @@ class ForceModel {
     smoothed_turn_ = glm::dvec3(0);
     had_turn_ = false;
   }
-  /// The next stretch starts anew, without damping against the last one; the smoothed force goes on.
+  /// Starts the next stretch without damping against the last one; the smoothed force goes on.
   void let_go() noexcept { had_contact_ = had_turn_ = false; }
   /// As if never touched: the force starts from zero.
   void reset() noexcept;
   double alpha() const noexcept { return alpha_; }
-  /// All that it remembers, field by field, for whoever saves it.
+  /// Complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
     fields(smoothed_, stretch_, hip_, had_contact_, smoothed_turn_, turn_, had_turn_);
@@ -96,7 +96,7 @@ class ForceGuard {
            ((latched_ & fault_not_finite) != 0 || (latched_ != 0 && fade_ == 0));
   }
   std::uint32_t faults() const noexcept { return latched_ | momentary_; }
-  /// All that it remembers, field by field, for whoever saves it.
+  /// Complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
     fields(last_, last_torque_, fade_, latched_, momentary_);

@@ -6,7 +6,7 @@
 
 namespace trephine::haptics {
 
-/// The same direction, no longer than `most`.
+/// Returns the vector with its length limited to `most`.
 inline glm::dvec3 limited(const glm::dvec3& v, double most) noexcept {
   const double size = glm::length(v);
   return size > most ? v * (most / size) : v;

@@ -33,7 +33,7 @@ dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x, const dvec3
     energy_ += fresh;
     largest_ = std::max(std::abs(fresh), k_forget * largest_);
     if (moved != dvec3(0)) move_ = moved;
-    // What the next hold will give when the hand goes on as it went.
+    // Energy of the next hold when the hand goes on as it went.
     double store = allowance_ - energy_;
     // Forces that are late meet a hand that may be faster by then.
     const double faster = delay_ > 0 ? 2 : 1;

@@ -12,7 +12,7 @@ namespace trephine::haptics {
 /// holds. What a proxy that yields takes for good (friction, bone that gives way: -F_k . (p_{k+1} - p_k)
 /// where that is above 0) is no store: it is heat, and may not be given back. No damping is added, so nothing
 /// rings on coarse encoders. What a step gives too much, because the hand goes faster than in the step
-/// before, is at most that step's energy, and is owed. Where forces are late, what gave too much is made
+/// before, is at most that step's energy, and is a debt. Where forces are late, what gave too much is made
 /// softer, and firm again out of contact. Plain data; servo thread: no allocation, no waiting.
 class PassivityController {
  public:
@@ -28,11 +28,11 @@ class PassivityController {
   /// The force to render in place of `wanted` at position x (mm), with the proxy at p. Once a tick, with what
   /// is measured; without contact p is x.
   glm::dvec3 step(const glm::dvec3& wanted, const glm::dvec3& x, const glm::dvec3& p) noexcept;
-  /// What became of the last step's force: others limited it further, or let it out more slowly.
+  /// Reports the force that was rendered last: others limited it further, or let it out more slowly.
   void set_rendered(const glm::dvec3& force) noexcept {
     under_way_[static_cast<std::size_t>(delay_)] = force;
   }
-  /// Ticks were lost, in which the hand went where nobody saw: what is owed stays, the store does not.
+  /// Reports lost ticks, in which the motion of the hand is unknown: the debt stays, the store does not.
   void lose_sight() noexcept;
   /// Work done on the hand so far less what friction took, N mm; positive is energy that came from nowhere.
   double energy() const noexcept { return energy_; }
@@ -41,9 +41,9 @@ class PassivityController {
   double softness() const noexcept { return softness_; }
   /// Ticks in which the force was cut.
   long cuts() const noexcept { return cuts_; }
-  /// What was taken counts no more: contact was lost, or the scene changed.
+  /// Discards the balance: contact was lost, or the scene changed.
   void reset() noexcept;
-  /// All that it remembers, field by field, for whoever saves it.
+  /// Complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
     fields(under_way_, last_x_, last_p_, move_, energy_, softness_, largest_, cuts_, has_last_);

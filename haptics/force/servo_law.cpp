@@ -14,7 +14,7 @@ constexpr double k_velocity_seconds = 0.003;  // time constant of the velocity t
 
 volume::Status LawSet::add(ServoLaw law) {
   if (laws_.size() == k_most)
-    return volume::Error{"too many forces beside the surfaces' at once", "laws of a hand",
+    return volume::Error{"too many forces in addition to the surfaces' at once", "laws of a hand",
                          std::to_string(laws_.size() + 1), "at most " + std::to_string(k_most), ""};
   for (const ServoLaw& other : laws_)
     if (other.id == law.id)

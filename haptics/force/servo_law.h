@@ -1,5 +1,5 @@
-// Forces beside those of surfaces: a law is a function of its module that the servo calls every tick. An
-// instrument never makes a force itself, since it runs ticks late; it sets the parameters of a law.
+// Forces in addition to those of surfaces: a law is a function of its module that the servo calls every tick.
+// An instrument never makes a force itself, since it runs ticks late; it sets the parameters of a law.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace trephine::haptics {
 
-/// What a law is told.
+/// Input of a law.
 struct LawInput {
   const TouchScene& scene;
   const volume::Version* cuts;  ///< of the scene's base; null: untouched
@@ -24,12 +24,12 @@ struct LawInput {
   glm::dvec3 hip_world;
   glm::dquat orientation;     ///< of the hand
   glm::dvec3 velocity_world;  ///< mm/s, of the hand, smoothed
-  glm::dvec3 turning_world;   ///< rad/s, likewise
+  glm::dvec3 turning_world;   ///< rad/s, of the hand, smoothed
   double dt;                  ///< s since the tick before
   bool is_working;            ///< the button is down
 };
 
-/// What the laws of a hand make together.
+/// Sum of the laws of a hand.
 struct LawForces {
   glm::dvec3 rendered_world{0.0};    ///< N; of springs and dampers, which store or take energy
   glm::dvec3 active_world{0.0};      ///< N; of those that may give some
@@ -45,7 +45,7 @@ struct ServoLaw {
   using Step = void (*)(const void* parameters, void* memory, const LawInput& input, LawForces& sum) noexcept;
   Step step = nullptr;
   std::shared_ptr<const void> parameters;
-  std::string words = {};  ///< how it was told, for judges and people
+  std::string words = {};  ///< its definition as text, for judges and people
 };
 
 /// A law from `void step(const Parameters&, Memory&, const LawInput&, LawForces& sum) noexcept`, which adds
@@ -84,25 +84,25 @@ class LawSet {
   std::vector<ServoLaw> laws_;
 };
 
-/// What the laws of one hand remember, by their ids. Plain data, so that a copy saves it.
+/// Memory of the laws of one hand, by their ids. Plain data, so that a copy saves it.
 class LawMemory {
  public:
   static constexpr double k_power = 500;  ///< N mm/s: what active laws may give a moving hand
 
   /// Servo thread; once a tick. The input's velocities are filled in here. A law that was not there in the
-  /// tick before begins anew; one that is there no more is forgotten.
+  /// tick before begins again; one that is gone is forgotten.
   LawForces step(const LawSet& set, LawInput input) noexcept;
   /// Forgets motion and memories.
   void reset() noexcept { count_ = 0, has_last_ = false, velocity_ = turning_ = glm::dvec3(0); }
   bool is_empty() const noexcept { return count_ == 0 && !has_last_; }
-  /// All that it remembers, field by field, for whoever saves it.
+  /// Complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
     fields(count_, last_, last_turn_, velocity_, turning_, has_last_);
     count_ = count_ <= k_most ? count_ : 0;  // as a file says
     for (std::size_t i = 0; i < count_; ++i) fields(slots_[i].id, slots_[i].memory);
   }
-  /// What was saved belongs to these laws, by their ids.
+  /// Checks that saved memory belongs to these laws, by their ids.
   void belong_to(const LawSet& set) noexcept;
 
  private:

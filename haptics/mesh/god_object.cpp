@@ -6,7 +6,7 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-dvec3 nearest_allowed(const dvec3& wish, const std::array<HoldingPlane, 3>& planes, int count) noexcept {
+dvec3 nearest_allowed(const dvec3& target, const std::array<HoldingPlane, 3>& planes, int count) noexcept {
   const auto plane = [&](int i) -> const HoldingPlane& { return planes[static_cast<std::size_t>(i)]; };
   constexpr double k_slack = 1e-9;  // mm
   const auto is_allowed = [&](const dvec3& p) {
@@ -14,18 +14,18 @@ dvec3 nearest_allowed(const dvec3& wish, const std::array<HoldingPlane, 3>& plan
       if (glm::dot(plane(i).normal, p) < plane(i).offset - k_slack) return false;
     return true;
   };
-  if (is_allowed(wish)) return wish;
-  const auto missing = [&](int i) { return plane(i).offset - glm::dot(plane(i).normal, wish); };
+  if (is_allowed(target)) return target;
+  const auto missing = [&](int i) { return plane(i).offset - glm::dot(plane(i).normal, target); };
   for (int i = count - 1; i >= 0; --i)
     if (const double m = missing(i); m > 0)
-      if (const dvec3 p = wish + m * plane(i).normal; is_allowed(p)) return p;
+      if (const dvec3 p = target + m * plane(i).normal; is_allowed(p)) return p;
   for (int i = count - 1; i >= 0; --i)
     for (int j = i - 1; j >= 0; --j) {
       const double c = glm::dot(plane(i).normal, plane(j).normal), s = 1 - c * c;
       if (s < 1e-12) continue;
       const double a = (missing(i) - c * missing(j)) / s, b = (missing(j) - c * missing(i)) / s;
       if (a < 0 || b < 0) continue;
-      if (const dvec3 p = wish + a * plane(i).normal + b * plane(j).normal; is_allowed(p)) return p;
+      if (const dvec3 p = target + a * plane(i).normal + b * plane(j).normal; is_allowed(p)) return p;
     }
   if (count == 3) {
     const dvec3 jk = glm::cross(plane(1).normal, plane(2).normal),
@@ -35,7 +35,7 @@ dvec3 nearest_allowed(const dvec3& wish, const std::array<HoldingPlane, 3>& plan
     if (std::abs(volume) > 1e-9)
       return (plane(0).offset * jk + plane(1).offset * ki + plane(2).offset * ij) / volume;
   }
-  return wish + std::max(0.0, missing(count - 1)) * plane(count - 1).normal;
+  return target + std::max(0.0, missing(count - 1)) * plane(count - 1).normal;
 }
 
 namespace {

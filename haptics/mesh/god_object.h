@@ -14,7 +14,7 @@
 
 namespace trephine::haptics {
 
-/// Where a way first meets a facet that holds it.
+/// First crossing of a way with a facet that holds it.
 struct FacetHit {
   double t = 1;
   glm::dvec3 normal_world{0.0};  ///< unit, toward the side that the way came from
@@ -29,9 +29,9 @@ struct HoldingPlane {
   double offset;
 };
 
-/// The point nearest to `wish` that all planes (at most three) allow; by trying which of them hold. `wish`
-/// itself when none does, and the point on the last plane alone when rounding leaves none.
-glm::dvec3 nearest_allowed(const glm::dvec3& wish, const std::array<HoldingPlane, 3>& planes,
+/// The point nearest to `target` that all planes (at most three) allow; by trying which of them hold.
+/// `target` itself when none does, and the point on the last plane alone when rounding leaves none.
+glm::dvec3 nearest_allowed(const glm::dvec3& target, const std::array<HoldingPlane, 3>& planes,
                            int count) noexcept;
 
 /// a b - c d with the right sign, whatever rounding does to the products.

@@ -86,8 +86,8 @@ MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> trian
 }
 
 namespace {
-/// Where the highest bit changes in which codes differ; the middle where all are the same. `begin`, `end`: of
-/// triangles, two of which have one code.
+/// First place at which the highest differing bit of codes changes; the middle where all are the same.
+/// `begin`, `end`: of triangles, two of which have one code.
 std::uint32_t where_codes_part(std::span<const std::uint64_t> codes, std::uint32_t begin, std::uint32_t end) {
   const std::uint64_t first = codes[begin / 2], differing = first ^ codes[(end - 1) / 2];
   if (differing == 0) return (begin + end) / 2;

@@ -22,7 +22,7 @@ class MeshTree {
   /// Triangles look to the free side counter-clockwise. Degenerate ones are kept and never met. n log n.
   MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles)
       : MeshTree(std::move(vertices), std::move(triangles), {}) {}
-  /// Of triangles that come in the order of where they are: made in a quarter of the time. `codes`, rising,
+  /// Builds from triangles in spatial order, in a quarter of the time. `codes`, rising,
   /// one for two of them: what begins with the same bits lies in the same cube (Morton 1966); nodes are those
   /// cubes (Lauterbach and others 2009).
   static MeshTree of_ordered(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles,
@@ -30,7 +30,7 @@ class MeshTree {
     return {std::move(vertices), std::move(triangles), codes};
   }
 
-  /// The same triangles at other places: boxes anew, the tree as it is. Not while others look.
+  /// Moves the triangles to other places: updates boxes, keeps the tree. Not while others read it.
   void refit(std::span<const glm::dvec3> vertices);
 
   /// The first triangle that a ball meets on a side that holds, when its middle goes from a to b; a point
@@ -72,7 +72,7 @@ class MeshTree {
     return {vertices_[triangles_[3 * triangle]], vertices_[triangles_[3 * triangle + 1]],
             vertices_[triangles_[3 * triangle + 2]]};
   }
-  /// The box of all triangles; low > high when there are none.
+  /// The box of all triangles; low > high without triangles.
   glm::dvec3 low() const noexcept { return nodes_.empty() ? glm::dvec3(1) : nodes_[0].low; }
   glm::dvec3 high() const noexcept { return nodes_.empty() ? glm::dvec3(-1) : nodes_[0].high; }
 
@@ -95,7 +95,7 @@ class MeshTree {
            std::span<const std::uint64_t> codes);
   static constexpr int k_deepest = 64;
 
-  /// What the nodes are made by: of triangles by place, or of ordered ones.
+  /// Input of the build: triangles by place, or ordered ones.
   struct Guide {
     std::vector<glm::dvec3> centres;
     std::span<const std::uint64_t> codes;
@@ -105,7 +105,7 @@ class MeshTree {
   static void split(std::uint32_t begin, std::uint32_t middle, std::uint32_t end,
                     std::span<const glm::dvec3> centres, std::vector<std::uint32_t>& order);
   void bound_leaf(Node& node) const;
-  /// Calls use(triangle) for those in the leaves that `meets` leads to, asked anew at every node.
+  /// Calls use(triangle) for those in the leaves that `meets` leads to, asked again at every node.
   template <class Meets, class Use>
   void for_triangles(Meets&& meets, Use&& use) const noexcept;
   /// False where it is farther than `reach`, or degenerate.
@@ -121,7 +121,7 @@ class MeshTree {
   double gap_ = 1e-5;
 };
 
-/// Where on a triangle a point lies.
+/// The feature of a triangle on which a point lies.
 enum class TriangleFeature { face, corner, edge_ab, edge_bc, edge_ac };
 /// The point of triangle (a, b, c) nearest to p (Ericson 2005, 5.1.5).
 inline glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,

@@ -137,7 +137,7 @@ class LineFinder {
   static constexpr std::uint32_t k_none = 0xffffffffu;
 
   struct Node {
-    std::uint32_t a = k_none, b = k_none;  ///< edge; of a vertex b is none; of a place in a triangle both
+    std::uint32_t a = k_none, b = k_none;  ///< edge; of a vertex b is unset; of a place in a triangle both
     std::uint32_t triangle = k_none;       ///< of such a place
     dvec3 at{0.0};
     bool is_vertex() const { return a != k_none && b == k_none; }
@@ -255,7 +255,7 @@ class LineFinder {
   }
 
   /// The line from before to behind the vertex across the edges of one side, laid flat; its length, or
-  /// endless where there is none.
+  /// endless without one.
   double way_around(std::size_t i, std::uint32_t v, std::uint32_t start, bool is_forward,
                     std::vector<Node>& side) const {
     constexpr double k_endless = std::numeric_limits<double>::infinity();
@@ -298,8 +298,8 @@ class LineFinder {
     if (!(way.sine > 1e-9)) return k_endless;
     const double r0 = glm::length(from.at - middle), r1 = glm::length(to.at - middle);
     if (!(r0 > 1e-12 && r1 > 1e-12)) return k_endless;
-    // Where the straight line meets each edge: its distance from the vertex. Where that is beyond an edge's
-    // end, all of them come nearer by as much: cutting the corner shorter is shorter too.
+    // Crossings of the straight line with each edge: distances from the vertex. Where that is beyond an
+    // edge's end, all of them come nearer by as much: cutting the corner shorter is shorter too.
     std::vector<double> off;
     double nearer = 1;
     for (const auto& [w, turned] : crossed) {

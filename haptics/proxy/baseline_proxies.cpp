@@ -129,7 +129,7 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
       plane.point_world = hip - height * normal;
       plane.normal_world = normal;
     }
-    // What a step onto the new plane would be, taken back over the recovery time.
+    // Step onto the new plane, taken back over the recovery time.
     plane.recovery =
         had && plane.shape >= 0 && old < 0 ? old - glm::dot(hip - plane.point_world, plane.normal_world) : 0;
     plane.recovery_left = k_recovery;

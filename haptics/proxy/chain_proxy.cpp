@@ -29,7 +29,7 @@ struct Twist {
   friend Twist operator*(double share, const Twist& t) noexcept { return {share * t.along, share * t.about}; }
 };
 
-/// What a wall near a ball asks of a motion: along . t + about . t >= least.
+/// Bound that a wall near a ball sets to a motion: along . t + about . t >= least.
 struct Bound {
   dvec3 along, about;
   double least, push = 0;
@@ -37,7 +37,7 @@ struct Bound {
   Wall wall;
 };
 
-// Turns without sines: the same bits on every machine. A turn is told as turn_between() does.
+// Turns without sines: the same bits on every machine. A turn is given as by turn_between().
 
 /// Turned by that; of a large one by less.
 dquat turned(const dquat& q, const dvec3& about) noexcept {
@@ -71,7 +71,7 @@ class Chain {
       if (!solids_at(ball(tool_, i)).is_empty()) state_.balls_inside |= 1u << i;
     return (state_.balls_inside & ~before) != 0;
   }
-  /// Where it was; one that was set down is turned as the hand is.
+  /// Continues where it was; one that was set down is turned as the hand is.
   void go_on(const volume::Frame& base) noexcept {
     tool_ = {base.world_from_volume(state_.proxy_volume),
              state_.has_turn ? state_.tool_turn : hand_.rotation};
@@ -91,7 +91,7 @@ class Chain {
       if (walls_.is_solid(s, p)) found.flip(s);
     return found;
   }
-  /// mm: of all together, as one. Of a turn by a 4 (1 - cos(a/2)), whose slope turn_between() tells.
+  /// mm: of all together, as one. Of a turn by a 4 (1 - cos(a/2)), whose slope turn_between() gives.
   double length_of_springs() const noexcept {
     const dvec3 along = hand_.position_world - tool_.position_world,
                 about = turn_between(tool_.rotation, hand_.rotation);
@@ -101,7 +101,7 @@ class Chain {
   }
   void find_bounds() noexcept;
   void add_bound(const Wall& wall, std::size_t ball, const dvec3& p) noexcept;
-  Twist solve(const Twist& wish) noexcept;
+  Twist solve(const Twist& request) noexcept;
   double free_share(const Placement& to, Wall& wall, std::size_t& stopped, int but = -1) noexcept;
   double go(const Twist& t, Wall& wall, std::size_t& stopped) noexcept;
   Placement moved(const Twist& by) const noexcept {
@@ -162,10 +162,10 @@ void Chain::find_bounds() noexcept {
   }
 }
 
-/// The motion within the bounds that is nearest to the wish: of its dual problem one push after the other, so
-/// often. Those of the round before are where it begins.
-Twist Chain::solve(const Twist& wish) noexcept {
-  Twist t = wish;
+/// The motion within the bounds that is nearest to the request: of its dual problem one push after the other,
+/// so often. Those of the round before are where it begins.
+Twist Chain::solve(const Twist& request) noexcept {
+  Twist t = request;
   const double light = 1 / square_;
   for (int k = 0; k < count_; ++k) {
     const Bound& b = bounds_[static_cast<std::size_t>(k)];
@@ -189,8 +189,8 @@ Twist Chain::solve(const Twist& wish) noexcept {
   return t;
 }
 
-/// How far the balls may go straight to where they are in `to`; what stops the first of them. `but`: a shape
-/// that is not asked.
+/// Free part of the balls' straight ways to where they are in `to`; what stops the first of them. `but`: a
+/// shape that is not asked.
 double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped, int but) noexcept {
   double least = 1;
   for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
@@ -282,7 +282,7 @@ void Chain::run(ProxyStep& result) noexcept {
   std::size_t stopped = 0;
   double share = 1;
   // Every place on the way is free, and so is the way back to each: it ends at the best. One that is no
-  // better than where it began is none, or a tool at rest would go round and round between its walls.
+  // better than where it began does not count, or a tool at rest would go round and round between its walls.
   Placement best = tool_;
   double least = length_of_springs() - k_worth * voxel_;
   for (int round = 0; round < k_rounds; ++round) {

@@ -13,8 +13,8 @@ struct MethodInfo {
   const char* name;
   const char* meaning;
   const char* source;  ///< whom it follows
-  /// What the method promises not to enter, and a judge tests: the cubes of solid voxels, the smooth
-  /// reconstruction, what the surface's triangles enclose, or those that depth images show. The older
+  /// The solid that the method promises not to enter, and a judge tests: the cubes of solid voxels, the
+  /// smooth reconstruction, what the surface's triangles enclose, or those that depth images show. The older
   /// baselines promise nothing, and are judged by cubes.
   enum class Solid { cubes, smooth, net, marching_cubes, images, nothing } solid;
   bool is_of_untouched = false;  ///< it is a model of the volume before any cut

@@ -51,8 +51,8 @@ volume::Status check_burr_opens_voxels(const TouchScene& scene) {
 volume::Status check_has_no_depth(const TouchScene& scene) {
   for (const TouchItem& item : scene.items)
     if (item.depth)
-      return volume::Error{"this method does not touch what is drawn anew", item.name,
-                           "an item felt by depth images", "none", "use method scene"};
+      return volume::Error{"this method does not touch objects by depth images", item.name,
+                           "an item touched by depth images", "none", "use method scene"};
   return std::nullopt;
 }
 

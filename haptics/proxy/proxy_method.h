@@ -27,7 +27,7 @@ struct PlaneMemory {
   int shape = -1, age = 0, recovery_left = 0;
 };
 
-/// What is around a proxy, touched or not.
+/// Surroundings of a proxy, touched or not.
 struct Surroundings {
   ShapeSet let_through;  ///< shapes that hold nothing now, whatever the scene says; set by the host
   ShapeSet fresh;        ///< models that no step has seen where they are; set by the host
@@ -41,7 +41,7 @@ struct Surroundings {
   std::array<std::uint64_t, TouchScene::k_max_depths> sets{};  ///< of depth images, in the last step
 };
 
-/// What a method keeps from step to step. Plain data: copying it saves and restores a method.
+/// State of a method between steps. Plain data: copying it saves and restores a method.
 struct ProxyState {
   bool has_proxy = false;
   glm::dvec3 proxy_volume{0.0};
@@ -64,7 +64,7 @@ struct ProxyState {
     *this = ProxyState{};
     around = kept;
   }
-  /// The same, on a place.
+  /// Starts at a place.
   void begin_at(const glm::dvec3& place_volume) noexcept {
     forget();
     has_proxy = true;
@@ -89,7 +89,7 @@ struct ProxyInput {
 inline constexpr int k_max_iterations = 8;
 inline constexpr int k_max_waypoints = 32;
 
-/// Where a tool of several balls is pushed.
+/// A contact of a tool of several balls.
 struct ToolContact {
   glm::dvec3 place_world, normal_world;  ///< toward the tool
   double push;                           ///< mm: times the stiffness the force
@@ -112,7 +112,7 @@ class ToolContacts {
   }
   std::size_t size() const noexcept { return count_; }
   const ToolContact& operator[](std::size_t i) const noexcept { return all_[i]; }
-  /// Of more than there is room for the hardest are kept.
+  /// Keeps the hardest contacts where there are too many.
   void add(const ToolContact& one) noexcept {
     if (count_ < k_most) {
       all_[count_++] = one;
@@ -129,7 +129,7 @@ class ToolContacts {
   std::array<ToolContact, k_most> all_;
 };
 
-/// What a step answers, but for lists.
+/// Result of a step, without path and contacts.
 struct ProxyAnswer {
   glm::dvec3 proxy_world{0.0};
   glm::dvec3 normal_world{0.0};  ///< unit, toward the side of the proxy; 0 without contact
@@ -142,7 +142,7 @@ struct ProxyAnswer {
   glm::dvec3 carried_world{
       0.0};  ///< mm that what is touched moved by, there, since the last step; method `scene`
   glm::dvec3 turn_world{
-      0.0};  ///< as turn_between() tells it, from the hand to the tool; of tools of several balls
+      0.0};  ///< as turn_between() gives it, from the hand to the tool; of tools of several balls
   int waypoint_count = 0;
   ProxyCounters counters;
 
@@ -190,11 +190,11 @@ volume::Status check_touchable(const TouchScene& scene, bool has_radius = false,
 /// For methods that a point feels cuts by only if they are no narrower than `least` mm: error when the scene
 /// is ready for smaller burrs.
 volume::Status check_smallest_burr(const TouchScene& scene, double least_mm);
-/// The same for methods on whole voxels: a hole as wide as a voxel's diagonal holds a centre everywhere.
+/// Check for methods on whole voxels: a hole as wide as a voxel's diagonal holds a centre everywhere.
 volume::Status check_burr_opens_voxels(const TouchScene& scene);
 /// For methods that touch what was there at first: error when the scene is ready to be cut.
 volume::Status check_stays_whole(const TouchScene& scene, const char* method);
-/// For methods whose models stay as they are: error when one is felt by depth images that come and go.
+/// Check for methods with fixed models: error when one is touched by depth images that change.
 volume::Status check_has_no_depth(const TouchScene& scene);
 /// Has a scene whose tool has a radius the offset fields for it? Error also for a tool of several balls,
 /// where the method is for one.

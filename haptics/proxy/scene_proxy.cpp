@@ -51,7 +51,7 @@ void look_around(const TouchScene& scene, const SceneLayout& layout, const Place
 }
 
 /// A model that is new may lie over the proxy by what its triangles are off the surface that was there: then
-/// it is set before the model, or would be felt from neither side. Not where another wall is in between.
+/// it is set before the model, or would be held from neither side. Not where another wall is in between.
 void set_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls& walls,
                 const Placements& placements, int mesh, double reach, ProxyState& state,
                 dvec3& proxy) noexcept {
@@ -64,7 +64,7 @@ void set_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls& 
   dvec3 p = start;
   constexpr int k_most_rounds = 16;  // in a corner one facet after another
   for (int round = 0; round < k_most_rounds; ++round) {
-    // Triangles that meet where it is nearest tell together whether that is before them or behind.
+    // Triangles that meet where it is nearest decide together whether that is before them or behind.
     double nearest = std::max(reach, off);
     dvec3 to(0), normals(0);
     constexpr double k_tie = 1e-9;
@@ -117,7 +117,7 @@ int left_images(const TouchScene& scene, const SceneLayout& layout, const TouchS
       leaves = leaves || !set->knows(place.local_from_world(p), 0);
     }
     if (!leaves) continue;
-    // What it slides along may have moved off by this tick's part.
+    // The surface that it slides along may have moved off by this tick's part.
     constexpr double k_off = 1;  // mm
     const double near = scene.tool_radius + k_off;
     if (set->tree->is_near(from, near)) return shape;
@@ -281,9 +281,9 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   const ProxyState before = may_leave ? state : ProxyState{};
   const ProxyStep made = result;
   slide(scene, walls, base, state, input.hip_world, result);
-  // Beyond the border of depth images nobody knows the surface that the tool slides along: it goes no farther
+  // Beyond the border of depth images the surface that the tool slides along is unknown: it goes no farther
   // until the next ones come.
-  constexpr double k_least = 1.0 / 64;  // of its way; less is none
+  constexpr double k_least = 1.0 / 64;  // of its way; less does not count
   int left = may_leave ? left_images(scene, layout_, seen, walls, base, start, result) : -1;
   const int holding = left;
   for (double share = 0.5; left >= 0; share *= 0.5) {

@@ -117,7 +117,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& seen,
     return result;
   }
 
-  // The god-object on the meshes; set anew where the proxy was.
+  // The god-object on the meshes; set again where the proxy was.
   if (!state.has_on_meshes) state.on_meshes_world = base.world_from_volume(state.proxy_volume);
   state.has_on_meshes = true;
   const ProxyStep on_meshes = follow_on_meshes(scene, state, input, result.counters);

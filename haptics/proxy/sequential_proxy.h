@@ -28,7 +28,7 @@ class SequentialProxy final : public ProxyMethod {
       return untouched ? *untouched : of_base;
     }
   };
-  /// What one volume would do.
+  /// Result of one volume alone.
   struct Answer {
     ProxyStep step;
     ProxyState state;

@@ -124,7 +124,7 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
         back > 0.5 * glm::dot(p, p) && 2 * glm::dot(p, p) > glm::dot(last_step, last_step))
       p *= 0.5;
     last_step = p;
-    // Where a wall is nearly flat it may lie anywhere: no place to go to.
+    // A wall that is nearly flat may lie anywhere: no place to go to.
     if (only_back && !(glm::dot(p, p) <= farthest_back())) return false;
     // A stage ends on a sphere around its start; from there on only back to the wall.
     const glm::dvec3 far = at + p - start;
@@ -147,7 +147,7 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
   return true;
 }
 
-/// The same planes from another point, p (mm) away. False when a wall is flat there.
+/// Moves the planes to another point, p (mm) away. False when a wall is flat there.
 template <class Walls>
 bool Slide<Walls>::look_again(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept {
   for (int k = 0; k < planes.count; ++k) {
@@ -271,7 +271,7 @@ void Slide<Walls>::run() noexcept {
       }
       planes_at(at, 4 * k_touch * voxel_mm_, planes);
       if constexpr (requires { walls_.is_mesh(0); }) {
-        // What stopped the way holds, whatever else is near.
+        // The wall that stopped the way holds, whatever else is near.
         if (walls_.is_mesh(straight.wall.shape) && planes.count < k_max_planes) {
           Plane& stopping = planes[planes.count];
           plane_of(straight.wall, at, stopping);

@@ -7,7 +7,7 @@
 namespace trephine::haptics {
 
 /// From the last proxy toward the HIP, straight until walls stop it, then along them, with friction; into
-/// `result`, whose counters `walls` has. `base`: the frame of the state and of the path that is told; `walls`
+/// `result`, whose counters `walls` has. `base`: the frame of the state and of the reported path; `walls`
 /// may be in another. `Walls`: SmoothWalls or SceneWalls. Servo thread: no allocation, every loop bounded.
 template <class Walls>
 void slide(const TouchScene& scene, Walls& walls, const volume::Frame& base, ProxyState& state,

@@ -35,7 +35,7 @@ struct FrozenPlane {
 template <class Walls>
 class Slide {
  public:
-  /// `base`: the frame of the state and of the path that is told; `walls` may be in another.
+  /// `base`: the frame of the state and of the reported path; `walls` may be in another.
   Slide(const TouchScene& scene, Walls& walls, const volume::Frame& base, ProxyState& state,
         const glm::dvec3& hip_world, ProxyStep& result) noexcept
       : scene_(scene),
@@ -65,7 +65,7 @@ class Slide {
     if (!is_elsewhere()) return p;
     return base_.volume_from_world(p == hip_ ? hip_world_ : frame_.world_from_volume(p));
   }
-  /// The path is told in the volume's frame, and begins and ends where the state says.
+  /// Reports the path in the volume's frame; it begins and ends where the state says.
   void report_path() noexcept {
     if (!is_elsewhere()) return;
     for (int i = 0; i < result_.waypoint_count; ++i) {

@@ -41,7 +41,7 @@ void tangents(const glm::dvec3& normal, glm::dvec3& u, glm::dvec3& w) noexcept;
 /// `frame` of the walls.
 glm::dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plane,
                        const glm::dvec3& to_hip) noexcept;
-/// The same with several walls: the first active set whose step keeps off all others and pulls at none.
+/// Newton's step with several walls: the first active set whose step keeps off all others and pulls at none.
 glm::dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& planes,
                       const glm::dvec3& to_hip) noexcept;
 /// Back to the walls, and nowhere else.

@@ -154,7 +154,7 @@ void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) 
     for (std::size_t other = 0; other < scene.items.size(); ++other) {
       const TouchItem& item = scene.items[other];
       if (other == s || item.is_mesh() || shape.sides != Side::front || item.sides != Side::front) continue;
-      // What a shape that lets tools through covers must not be felt in it then.
+      // Parts that a passable shape covers must not be touched in it then.
       const bool is_soft = std::find(which.begin(), which.end(), other) != which.end();
       const double pop_force = std::max(item.material.pop_force, shape.material.pop_force);
       if (&item.field.volume() == &shape.field.volume()) {

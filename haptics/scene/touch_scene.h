@@ -1,4 +1,4 @@
-// What can be touched: shapes of volumes, each with its bits and its material, and polygonal models.
+// Touchable scene: shapes of volumes, each with its bits and its material, and polygonal models.
 #pragma once
 
 #include <glm/gtc/quaternion.hpp>
@@ -17,7 +17,7 @@
 
 namespace trephine::haptics {
 
-/// How a surface answers. Defaults are the field's usual ones (docs/performance.md lists them).
+/// Mechanical response of a surface. Defaults are the field's usual ones (docs/performance.md lists them).
 struct Material {
   double stiffness = 0.5;        ///< N/mm
   double damping = 0.001;        ///< N s/mm
@@ -38,7 +38,7 @@ struct StiffnessRamp {
 /// Error when a value is out of its range; the error says which.
 volume::Status check_material(const Material& material);
 
-/// The same for a ramp.
+/// Checks a ramp.
 volume::Status check_ramp(const StiffnessRamp& ramp);
 
 /// The haptic window of a graphics transfer function, piecewise linear over rising intensities: what is more
@@ -59,7 +59,7 @@ class DepthSource;
 struct DepthSet;
 }  // namespace depth
 
-/// Where a rigid thing is: its frame in the world.
+/// Pose of a rigid object: its frame in the world.
 struct Placement {
   glm::dvec3 position_world{0.0};  ///< mm
   glm::dquat rotation{1, 0, 0, 0};
@@ -106,7 +106,7 @@ struct TouchItem {
   std::uint64_t since =
       0;  ///< the first ServoHand::layout that has it there: what is new may lie over a proxy
 
-  /// A mesh that is felt by depth images of this, made anew while a hand is near: its triangles in TouchState
+  /// Set for a mesh that is touched by depth images, made while a hand is near: its triangles in TouchState
   /// come and go, and `tree` is what it looked like at first. One that moves by itself has a mover.
   std::shared_ptr<const depth::DepthSource> depth = nullptr;
   double depth_pixel = 0.2;  ///< mm, of those images
@@ -115,7 +115,7 @@ struct TouchItem {
   bool is_mesh() const noexcept { return kind == Kind::mesh; }
 };
 TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, const Material& material = {});
-/// What can be drawn; `tree` is made of what it looks like at first.
+/// Makes an item from a drawable object; `tree` is its first shape.
 TouchItem depth_item(std::string name, std::shared_ptr<const depth::DepthSource> depth,
                      std::shared_ptr<const MeshTree> tree, const Material& material = {});
 
@@ -125,7 +125,7 @@ TouchItem depth_item(std::string name, std::shared_ptr<const depth::DepthSource>
 struct TouchScene {
   static constexpr std::size_t k_max_shapes = 8;  ///< of one volume, for methods that touch one volume
   static constexpr int k_max_movers = 8;
-  static constexpr int k_max_depths = 8;  ///< items that are felt by depth images
+  static constexpr int k_max_depths = 8;  ///< items that are touched by depth images
   std::shared_ptr<const volume::Volume> base;
   std::vector<TouchItem> items;
   double tool_radius = 0;  ///< mm; above 0 every shape needs its offset field
@@ -148,7 +148,7 @@ inline int item_count(const TouchScene& scene) noexcept { return static_cast<int
 std::span<const TouchItem> base_shapes(const TouchScene& scene) noexcept;
 /// Their fields: what counts as matter when it is cut.
 std::vector<volume::Field> solids_of(const TouchScene& scene);
-/// What answers where an item is touched on one side.
+/// Material of an item on one side.
 inline const Material& material_of(const TouchScene& scene, int index, Side side) noexcept {
   const TouchItem& item = item_of(scene, index);
   return side == Side::back && item.back_material ? *item.back_material : item.material;
@@ -174,7 +174,7 @@ volume::Status set_smallest_burr(TouchScene& scene, double diameter_mm);
 /// and small radii. 0 makes it a point again. Error when the radius is out of range or a shape also holds
 /// from its back.
 volume::Status set_tool_radius(TouchScene& scene, double radius_mm, int threads = 0);
-/// The same, for a rigid tool of several such balls; no place: one ball, or a point.
+/// Sets a rigid tool of several such balls; no place: one ball, or a point.
 volume::Status set_tool(TouchScene& scene, double radius_mm, std::vector<glm::dvec3> balls, int threads = 0);
 /// Can there be such a tool?
 volume::Status check_tool_balls(double radius_mm, const std::vector<glm::dvec3>& balls);

@@ -1,4 +1,4 @@
-// What was taken away from what can be touched, with what was derived of it: all that a contact method sees
+// Removed matter of a touchable scene, with what was derived of it: all that a contact method sees
 // change.
 #pragma once
 
@@ -28,11 +28,11 @@ struct TouchState {
   /// more was removed since, and never enters.
   OffsetFields offsets;
 
-  /// Depth images around the hand, one an item that is felt by them, in their order; null: none were made
+  /// Depth images around the hand, one an item that is touched by them, in their order; null: not made
   /// yet. Empty: the scene has no such item.
   std::vector<std::shared_ptr<const depth::DepthSet>> depths = {};
 
-  /// What `shape` is touched with by a tool with a radius.
+  /// The offset field by which `shape` is touched by a tool with a radius.
   const std::shared_ptr<const volume::OffsetField>& shared_offset(const TouchScene& scene,
                                                                   std::size_t shape) const noexcept {
     return shape < offsets.size() && offsets[shape] ? offsets[shape] : scene.items[shape].offset;

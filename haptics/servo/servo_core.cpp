@@ -32,7 +32,7 @@ bool is_finite(const Pose& pose) noexcept {
   return is_good;
 }
 
-/// Where voxels can still be counted, however small they are.
+/// Largest coordinate at which voxels can still be counted, however small they are.
 bool is_in_reach(const volume::Frame& frame, const dvec3& p) noexcept {
   const dvec3 v = frame.volume_from_world(p);
   for (int a = 0; a < 3; ++a)
@@ -77,8 +77,8 @@ void ServoCore::let_through_what_is_off(const ServoHand& mine) noexcept {
   if (popped_shape_ >= 0) off.set(popped_shape_, true);
 }
 
-/// Which items cannot hold yet. One of which a part is ready holds where that is: around hand and proxy, with
-/// what is read beside them.
+/// Items that cannot hold yet. One of which a part is ready holds where that is: around hand and proxy, with
+/// what is read around them.
 void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
   not_ready_ = mine.not_ready;
   const volume::Volume& base = *mine.scene->base;
@@ -110,7 +110,7 @@ void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
   }
 }
 
-/// What is felt by depth images holds where these look, and fades where new ones are long due.
+/// Items touched by depth images hold where these look, and fade where new ones are long due.
 void ServoCore::find_depths_ready(const ServoHand& mine, const dvec3& hip, double farthest) noexcept {
   const dvec3 proxy = state_.has_proxy ? mine.scene->base->frame.world_from_volume(state_.proxy_volume) : hip;
   int d = 0;
@@ -121,7 +121,7 @@ void ServoCore::find_depths_ready(const ServoHand& mine, const dvec3& hip, doubl
     Placement place = item.placement;
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < mine.placement_count)
       place = mine.placements[static_cast<std::size_t>(item.mover)];
-    // Where it may ever be does not go on with it.
+    // The box of all its motion does not go on with it.
     const dvec3 hip_there = place.local_from_world(hip), proxy_there = place.local_from_world(proxy);
     if (set) place = place * set->place_at(time());
     const dvec3 here = place.local_from_world(hip), there = place.local_from_world(proxy);
@@ -189,7 +189,7 @@ void ServoCore::pop_through(const ServoHand& mine, const dvec3& hip, ServoRecord
   add_event(record, TouchEvent::popped, popped_shape_);  // from the next tick on
 }
 
-/// What changed since the last tick.
+/// Changes since the last tick.
 void ServoCore::emit_events(ServoRecord& record) noexcept {
   const int shape = record.has_contact ? record.shape : -1;
   if (shape != last_shape_) {
@@ -212,7 +212,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   if (mine.layout != layout_) adopt(mine);
   if (input.is_reset) reset();
   if (input.is_restarted) {
-    // A place that is none can only come from a file.
+    // Invalid positions can only come from a file.
     const dvec3 place = scene.base->frame.world_from_volume(input.restart_volume);
     if (is_place(place) && is_in_reach(scene, place)) restart_at(input.restart_volume);
   }
@@ -230,7 +230,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   if (is_turning_) torque_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
   if (is_place(hip) && is_finite(input.pose) && is_in_reach(scene, hip) && (faults & fault_not_finite) == 0) {
-    // What grew before the first tick grew over nobody.
+    // Growth before the first tick buries no proxy.
     if (is_fresh_ && mine.way) way_.serial = mine.way->serial;
     is_fresh_ = false;
     const bool has_grown = mine.way && mine.way->serial > way_.serial;
@@ -275,7 +275,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
       laws_.reset();
     }
     if (torque != dvec3(0)) torque_ = torque, is_turning_ = true;
-    // Of tools of several balls force and torque come of one potential, and it would see the force alone.
+    // Force and torque of tools of several balls come of one potential, and it would see the force alone.
     if (is_passive_ && scene.tool_balls.empty())
       wanted_ = passivity_.step(wanted_, hip, step_.has_contact ? step_.proxy_world : hip);
     wanted_ += active_;
@@ -314,7 +314,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   return record;
 }
 
-/// What hands hold goes where they were in the tick before.
+/// Held bodies go to the hands of the previous tick.
 ProxyStep ServoCore::step_with_held(const ServoHand& mine, const ServoInput& input) noexcept {
   std::array<Placement, TouchScene::k_max_movers> placements = mine.placements;
   for (std::size_t i = 0; i < mine.held_count; ++i) {
@@ -327,7 +327,7 @@ ProxyStep ServoCore::step_with_held(const ServoHand& mine, const ServoInput& inp
                             input.pose.orientation, time()});
 }
 
-/// Where it is while its device is seen.
+/// Position while its device is seen.
 void ServoCore::remember_place(const ServoScene& seen, const ServoRecord& record) noexcept {
   if (!seen.has_held) {
     places_ = {};
@@ -347,7 +347,7 @@ std::optional<Placement> ServoCore::place_before(std::uint64_t tick) const noexc
   return std::nullopt;
 }
 
-/// A scene that does not know this hand: nothing is felt.
+/// A scene without this hand: no contact.
 ServoRecord ServoCore::without_scene(const ServoScene& seen, const ServoInput& input) noexcept {
   ServoRecord record;
   record.tick = tick_;
@@ -364,7 +364,7 @@ ServoRecord ServoCore::without_scene(const ServoScene& seen, const ServoInput& i
   return record;
 }
 
-/// Of a force that the guard let out, what effects did not make: it limits all parts alike.
+/// Part of a guarded force that effects did not make: the guard limits all parts alike.
 dvec3 ServoCore::passive_part(const dvec3& rendered) const noexcept {
   const double wanted = glm::dot(wanted_, wanted_);
   if (active_ == dvec3(0) || !(wanted > 0)) return rendered;

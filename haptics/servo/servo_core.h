@@ -40,7 +40,7 @@ struct TouchEvent {
 /// For people and reports: "touched", "popped", ...
 const char* event_name(TouchEvent::Kind kind) noexcept;
 
-/// What one tick did, for the edit thread, recordings and displays. Input and output: a tick can be run
+/// Record of one tick, for the edit thread, recordings and displays. Input and output: a tick can be run
 /// again.
 struct ServoRecord {
   std::uint64_t tick = 0;
@@ -50,7 +50,7 @@ struct ServoRecord {
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
   glm::dvec3 torque_world{0.0};  ///< N mm
   glm::dvec3 press_world{0.0};   ///< N, of surfaces alone, before fades and limits of the whole
-  glm::dvec3 turn_world{0.0};    ///< as turn_between() tells it, from the hand to a tool of several balls
+  glm::dvec3 turn_world{0.0};    ///< as turn_between() gives it, from the hand to a tool of several balls
   bool has_contact = false, is_buried = false;
   bool is_led = false;  ///< matter grew over the proxy and it is on its way out
   int shape = -1;       ///< the touched item
@@ -69,10 +69,10 @@ struct ServoRecord {
 
 /// The frame of a hand, as a thing that it holds sees it.
 Placement place_of(const Pose& pose) noexcept;
-/// Where each hand was in the tick before, where that is known.
+/// Position of each hand in the previous tick, where known.
 using HandPlaces = std::array<std::optional<Placement>, ServoScene::k_most_hands>;
 
-/// All that a tick is told.
+/// Input of a tick.
 struct ServoInput {
   Pose pose;
   std::uint32_t faults = 0;  ///< seen outside: latched ones stay raised until a reset
@@ -82,7 +82,7 @@ struct ServoInput {
   const HandPlaces* places = nullptr;  ///< for what hands hold; null: none is known
 };
 
-/// How a proxy is led out: in tenths of a second over the length of a burr hole, with less force than a
+/// Escape of a buried proxy: in tenths of a second over the length of a burr hole, with less force than a
 /// resting hand holds against.
 inline constexpr double k_lead_speed = 100;    ///< mm/s
 inline constexpr double k_lead_force = 3;      ///< N
@@ -98,13 +98,14 @@ class ServoCore {
   /// Servo thread. A pose that is no place gives no force and a latched fault. When a scene with a way out is
   /// first seen, a proxy that its matter buries, or that is being led, goes this way.
   ServoRecord step(const ServoScene& seen, const ServoInput& input) noexcept;
-  /// Ticks that nobody can be told about: the proxy stays, the force goes on fading. Gives what is rendered.
+  /// Steps through ticks that cannot be recorded: the proxy stays, the force goes on fading. Returns the
+  /// output.
   Wrench skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
   void restart_at(const glm::dvec3& free_point_volume) noexcept;
   void reset() noexcept;
 
   std::uint64_t next_tick() const noexcept { return tick_; }
-  /// Where the hand was in its last tick before this one; nothing while nobody holds anything.
+  /// Position of the hand in the previous tick; empty while no hand is held.
   std::optional<Placement> place_before(std::uint64_t tick) const noexcept;
   const ProxyStep& last_step() const noexcept { return step_; }
   const ProxyState& proxy_state() const noexcept { return state_; }
@@ -186,7 +187,7 @@ class ServoCore {
   bool knows_place_ = false;
 };
 
-/// Of some cores, for a tick of any of them.
+/// Places of the hands of several cores before a tick of any of them.
 template <class Cores>
 HandPlaces places_before(const Cores& cores, std::uint64_t tick) noexcept {
   HandPlaces all;

@@ -57,7 +57,7 @@ volume::Status ServoLoop::start() {
   if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
     return volume::Error{"the servo rate is out of range", "", std::to_string(options_.rate_hz) + " Hz",
                          "250 to 10000 Hz", ""};
-  // What is recorded is what was asked for, so nothing is limited here in silence.
+  // The recording has the requested force, so nothing is limited here in silence.
   for (const Hand& hand : hands_) {
     const DeviceCapabilities device = hand.device->capabilities();
     const ForceOptions limited = within_limits(options_.force, device);
@@ -141,7 +141,7 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
   const double t = static_cast<double>(tick) / options_.rate_hz;
   std::uint32_t all_faults = 0;
 
-  // A tick that cannot be told to the edits is not felt either: the replay must know every step.
+  // A tick that cannot be sent to the edits has no contact either: the replay must know every step.
   if (ring_.room() < hands_.size()) {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     for (Hand& hand : hands_) {

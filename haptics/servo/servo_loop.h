@@ -36,7 +36,7 @@ struct ServoReport {
   std::string notice;  ///< what real-time help was refused, in words; empty when all was granted
 };
 
-/// One thread for all hands: every device is read, felt and answered in each tick, on one version.
+/// One thread for all hands: every device is read, stepped and answered in each tick, on one version.
 class ServoLoop {
  public:
   /// Borrows everything for its life. `first_tick`: where the count goes on (a resumed session).
@@ -60,8 +60,8 @@ class ServoLoop {
   /// Asks the servo to put a hand's proxy on a free point (volume frame) at its next tick, with force from
   /// zero. These requests come from one thread, the edit thread.
   void request_restart(const glm::dvec3& free_point_volume, std::size_t hand = 0) noexcept;
-  /// Clears latched faults of all hands at the next tick; their proxies start anew at the HIP, the force from
-  /// zero. A person asks for it, once the cause is gone.
+  /// Clears latched faults of all hands at the next tick; their proxies start again at the HIP, the force
+  /// from zero. A person asks for it, once the cause is gone.
   void request_reset() noexcept { wants_reset_ = true; }
   ServoReport report() const;
 

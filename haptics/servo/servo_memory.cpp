@@ -76,7 +76,7 @@ concept HasFields = requires(T& value, Fields& fields) {
 
 constexpr double k_most = 1e12;  // whatever unit
 
-/// Puts every field, or gets it; places and numbers that are none are not taken.
+/// Puts every field, or gets it; invalid places and numbers are refused.
 template <bool k_is_saving>
 struct Fields {
   std::string* out = nullptr;
@@ -120,7 +120,7 @@ struct Fields {
       fields_of(value, *this);
     }
   }
-  /// What a law remembers is its own, and mostly zeros.
+  /// Memory of a law is its own, and mostly zeros.
   void one(std::array<std::byte, ServoLaw::k_memory>& memory) {
     std::array<std::uint64_t, ServoLaw::k_memory / sizeof(std::uint64_t)> words;
     static_assert(sizeof words == ServoLaw::k_memory);
@@ -141,7 +141,7 @@ bool is_item(int index, const TouchScene& scene) noexcept { return index >= -1 &
 
 bool is_side(Side side) noexcept { return side <= Side::both; }
 
-/// Where voxels can be counted.
+/// Range in which voxels can be counted.
 bool is_near(const glm::dvec3& p_volume) noexcept {
   const glm::dvec3 a = glm::abs(p_volume);
   return std::max({a.x, a.y, a.z}) < 0.25 * volume::k_traversal_limit;
@@ -151,7 +151,7 @@ bool is_near(const glm::dvec3& p_volume) noexcept {
 
 std::string ServoMemory::save(const ServoCore& core, const ServoHand& mine) {
   ServoCore copy = core;
-  // What the next step does first, so that nothing speaks of what is gone.
+  // As the next step does first, so that nothing refers to what is gone.
   if (copy.layout_ != mine.layout) copy.adopt(mine);
   // Numbers of this run: whether they are the newest is what counts.
   copy.layout_ = 1;

@@ -1,4 +1,4 @@
-// What a servo core remembers, as bytes: so a recorded operation is opened in its middle.
+// State of a servo core as bytes: so a recorded operation is opened in its middle.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace trephine::haptics {
 
 struct ServoMemory {
-  /// `mine`: what the core felt in its last step.
+  /// `mine`: the scene of the core's last step.
   static std::string save(const ServoCore& core, const ServoHand& mine);
   /// Into a core of the same options, hand and period. False, and the core is as it was, when the bytes are
   /// broken, or speak of what `mine` does not have.

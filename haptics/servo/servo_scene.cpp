@@ -30,7 +30,7 @@ void ServoHand::set_scene(std::shared_ptr<const TouchScene> items,
   const auto gone = std::remove_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(part_count),
                                    [this](const Part& part) { return part.item >= item_count(*scene); });
   part_count = static_cast<std::size_t>(gone - parts.begin());
-  // Whoever comes to such an index later begins as all do.
+  // A later hand of such an index begins as all do.
   for (int i = item_count(*scene); i < ShapeSet::k_most; ++i)
     untouchable.set(i, false), not_ready.set(i, false);
 }

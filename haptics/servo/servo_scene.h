@@ -1,5 +1,5 @@
-// What a servo adopts, by one pointer a tick: all that hands can feel, made ready on another thread. Beside
-// it a tick is told poses and faults alone.
+// Scene that a servo adopts, by one pointer a tick: all touchable data, prepared on another thread. In
+// addition a tick gets poses and faults alone.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct WayOut {
   std::array<glm::dvec3, k_most_places> places_volume;
 };
 
-/// What one hand can feel. A value; immutable when published.
+/// Touchable data of one hand. A value; immutable when published.
 struct ServoHand {
   ServoHand(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared,
             TouchState seen, std::shared_ptr<const LawSet> beside = nullptr);
@@ -35,7 +35,7 @@ struct ServoHand {
   /// indices; switches, readiness and places stay too, but for parts of items that are gone.
   void set_scene(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared);
   TouchState state;
-  std::shared_ptr<const LawSet> laws;  ///< null: no force beside the surfaces'
+  std::shared_ptr<const LawSet> laws;  ///< null: no force in addition to the surfaces'
   std::shared_ptr<const WayOut> way;   ///< the newest; null: none yet
   bool has_pops = false;               ///< some material of the scene gives way
 
@@ -43,11 +43,11 @@ struct ServoHand {
   /// through, and the next tick says so. Both are true at the start.
   void set_touchable(int item, bool is_touchable) noexcept { untouchable.set(item, !is_touchable); }
   void set_ready(int item, bool is_ready) noexcept;
-  /// Of a shape's bits only those of these voxels are there yet (none where low > high): it is ready while
+  /// Voxels of a shape whose bits are there (low > high: not a single one): it is ready while
   /// hand and proxy stay within them, a few voxels off their border. Of k_most_parts items at a time; a
   /// further one is not ready at all.
   void set_ready(int item, const volume::VoxelBox& voxels) noexcept;
-  /// Where a moving mesh is.
+  /// Place of a moving mesh.
   void set_placement(int mover, const Placement& placement) noexcept;
 
   static constexpr std::size_t k_most_parts = 8;
@@ -82,7 +82,7 @@ struct ServoScene {
 
 using ServoChannel = volume::Channel<ServoScene>;
 
-/// For values that outlive whoever is given them.
+/// Shares values that outlive their users.
 template <class T>
 std::shared_ptr<const T> borrowed(const T& value) noexcept {
   return {std::shared_ptr<void>(), &value};

@@ -9,7 +9,7 @@
 
 namespace trephine::haptics {
 
-/// Where a way ends. When it is blocked, `before` is the last free voxel and `t` where the way leaves it.
+/// End of a way. When it is blocked, `before` is the last free voxel and `t` where the way leaves it.
 struct WayEnd {
   bool is_blocked = false;
   double t = 1;

@@ -1,4 +1,4 @@
-// Where a way first meets a surface whose triangles are made cell by cell, where the way goes.
+// First crossing of a way with a surface whose triangles are made cell by cell, along the way.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Where a proxy may be set down.
+// Places where a proxy may be set down.
 #pragma once
 
 #include "haptics/scene/touch_state.h"

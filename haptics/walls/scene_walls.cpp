@@ -116,7 +116,7 @@ volume::Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
     depth_of_.back() = static_cast<int>(depths_.size());
     depths_.push_back(index);
     if (depths_.size() > TouchScene::k_max_depths)
-      return too_many("too many things felt by depth images", static_cast<int>(depths_.size()),
+      return too_many("too many objects touched by depth images", static_cast<int>(depths_.size()),
                       TouchScene::k_max_depths);
   }
   if (mesh.mover >= TouchScene::k_max_movers)
@@ -280,7 +280,7 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
   int blocking = -1;
   for (int i = 0; i < static_cast<int>(layout_.parts().size()); ++i) {
     if (state_.around.near.next(part(i).begin) >= part(i).end) continue;
-    // What this part makes of `inside` counts as far as the way is free of the others.
+    // Changes of `inside` by this part count as far as the way is free of the others.
     const Reach one = walls_of(i).reach(in_part(i, a), in_part(i, b), after, tolerance);
     if (one.is_blocked && (!first.is_blocked || one.t < first.t)) first = one, blocking = i;
   }

@@ -11,7 +11,7 @@
 
 namespace trephine::haptics {
 
-/// What of a scene does not change from step to step. Made once, not on the servo thread.
+/// Parts of a scene that do not change from step to step. Made once, not on the servo thread.
 class SceneLayout {
  public:
   static constexpr int k_max_volumes = 8;
@@ -28,12 +28,13 @@ class SceneLayout {
   /// Error when shapes of a volume do not stand together, or volumes, shapes or movers are too many.
   static volume::Result<SceneLayout> of(const TouchScene& scene);
 
-  /// Axis-aligned, as fine as the finest volume, 0.5 mm where there is none, finer where a model is tiny.
+  /// Axis-aligned, as fine as the finest volume, 0.5 mm without volumes, finer where a model is tiny.
   const volume::Frame& frame() const noexcept { return frame_; }
   const std::vector<Part>& parts() const noexcept { return parts_; }
   /// The mesh that each mover moves, as a shape; -1: none.
   const std::array<int, TouchScene::k_max_movers>& movers() const noexcept { return movers_; }
-  /// Where each of those is now; however many stand still. What moves by itself goes on as its images tell.
+  /// Current place of each of those; of those that stand still too. What moves by itself goes on by its
+  /// images.
   std::array<Placement, TouchScene::k_max_movers> placements_of(const TouchScene& scene,
                                                                 const TouchState& seen,
                                                                 const ProxyInput& input) const noexcept;
@@ -41,9 +42,9 @@ class SceneLayout {
   /// were adopted, their thing was then where they say it was. The shapes of those.
   ShapeSet adopt_sets(const TouchScene& scene, const TouchState& seen, const ProxyInput& input,
                       Surroundings& around) const noexcept;
-  /// Where a mesh is placed, however it moves by itself.
+  /// Place that was set for a mesh, without its own motion.
   static const Placement& set_place(const TouchItem& mesh, const ProxyInput& input) noexcept;
-  /// Of an item its place among those felt by depth images; -1: it is none.
+  /// Index of an item among those touched by depth images; -1: it is not touched by images.
   int depth_of(int shape) const noexcept { return depth_of_[static_cast<std::size_t>(shape)]; }
   /// Those items.
   const std::vector<int>& depths() const noexcept { return depths_; }
@@ -98,12 +99,12 @@ class SceneWalls {
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,
              bool&) const noexcept {}
   using WallList = std::array<Wall, 4>;
-  /// Of a mesh: the facets within `within` mm of the tool, but those that others keep it away from.
+  /// Walls of a mesh: the facets within `within` mm of the tool, but those that others keep it away from.
   int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within,
                WallList& walls) noexcept;
 
   const Placement& placement_of(int mesh_shape) const noexcept;
-  /// Of what is felt by depth images that which they show; none where nothing was looked at.
+  /// Mesh of an object that is touched by depth images; empty where no images were made.
   const MeshTree& tree_of(int mesh) const noexcept;
   bool is_mesh(int shape) const noexcept { return item_of(scene_, shape).is_mesh(); }
 

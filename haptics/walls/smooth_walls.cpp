@@ -94,7 +94,7 @@ bool are_air(const volume::Occupancy& bits, const ivec3& size, const ivec3& v) n
 
 int SmoothWalls::empty_distance(int shape, const ivec3& v) const noexcept {
   const TouchItem& item = scene_->items[static_cast<std::size_t>(shape)];
-  // What a soft shape goes on for fits into one block of four voxels.
+  // The extension of a soft shape fits into one block of four voxels.
   static_assert(volume::SoftField::k_overlap <= 4);
   const int extension = item.soft && item.soft->is_extended() ? 1 : 0;
   return item.bits->empty_distance(v) - extension;
@@ -230,7 +230,7 @@ double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, co
     const dvec3 p = origin + t * along;
     return is_fine_ ? p * lattice.scale() - dvec3(*sample - lattice.centre_of(v)) : p;
   };
-  // How far field or cut alone prove the way free from t, forward or backward.
+  // Free part of the way from t that field or cut alone prove, forward or backward.
   const auto proven = [&](bool is_cut, double t, double direction) {
     volume::ValueAndGradient s;
     Cached& kept = patch(is_cut ? k_cut : shape, is_cut ? *sample : v);
@@ -278,7 +278,7 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
     const ivec3 sample = lattice.centre_of(v);
     return reach_in_piece(shape, is_inside, v, &sample, way, t0, t1, blocker);
   }
-  // Where there is no matter the cut need not be asked.
+  // Without matter the cut need not be asked.
   if (!is_inside && patch(shape, v).patch.most() < 0) return t1;
   // The pieces of the way in the cubes of samples. Rounding may leave a rest before or behind them.
   const volume::Segment in_samples(lattice.lattice_from_volume(way.a),
@@ -346,7 +346,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
   if (!(length > 0)) return {};
   const Way way{a, along, tolerance / length};
 
-  // Where a shape let the way pass, so that what lies behind a wall met by a later shape is taken back.
+  // Passages of shapes, so that what lies behind a wall met by a later shape is taken back.
   struct Passed {
     int shape;
     double t;

@@ -22,7 +22,7 @@ struct Wall {
   friend bool operator==(const Wall&, const Wall&) = default;
 };
 
-/// How far a way is free.
+/// Free part of a way.
 struct Reach {
   double t = 1;  ///< [0, t] is free; 1 when nothing is in the way
   bool is_blocked = false;
@@ -75,7 +75,7 @@ class SmoothWalls {
   /// May the shape have a wall for a proxy inside or outside of it?
   bool may_hold(int shape, bool is_inside) const noexcept { return holds(shape, side_of(is_inside)); }
 
-  /// How far from a toward b (volume frame) the proxy may go: proven by bounds on the polynomials of every
+  /// Free part of the way from a toward b (volume frame): proven by bounds on the polynomials of every
   /// cube that the way meets, so that no solid however thin is passed. Stops within `tolerance` mm before
   /// the first wall, or where a proof would take too long. `inside` says in which solids the way runs, and is
   /// brought up to date where a shape lets it pass.
@@ -159,7 +159,7 @@ class SmoothWalls {
   /// `blocker` is.
   double reach_in_cube(int shape, bool is_inside, const glm::ivec3& v, const Way& way, double t0, double t1,
                        Wall& blocker) noexcept;
-  /// The same where the cut, if there is one, has one polynomial: all in the cube of `sample`.
+  /// Free part where the cut, if there is one, has one polynomial: all in the cube of `sample`.
   double reach_in_piece(int shape, bool is_inside, const glm::ivec3& v, const glm::ivec3* sample,
                         const Way& way, double t0, double t1, Wall& blocker) noexcept;
   /// Near a cut, is everything of the shape in the cube of v also matter of another one that holds there?
@@ -187,7 +187,7 @@ class SmoothWalls {
 /// The longest step tau with c + c' tau + c'' tau^2 / 2 <= 0 for c < 0, c'' >= 0: how far a value that
 /// is c here stays negative.
 double free_step(double c, double derivative, double second_derivative) noexcept;
-/// What rounding may have added to a value of a patch.
+/// Bound of the rounding error of a patch's value.
 double rounding_of(const volume::ValueAndGradient& field,
                    const volume::QuadraticPatch::HessianBound& hessian) noexcept;
 

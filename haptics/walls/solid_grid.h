@@ -27,7 +27,7 @@ class VoxelGrid {
   bool is_solid(std::size_t shape, const glm::ivec3& v) const noexcept {
     return contains(v) && is_solid_within(shape, v);
   }
-  /// The same for a voxel of the grid.
+  /// Tests a voxel of the grid.
   bool is_solid_within(std::size_t shape, const glm::ivec3& v) const noexcept {
     return scene_.items[shape].bits->is_solid(v) && version_.is_kept(v);
   }

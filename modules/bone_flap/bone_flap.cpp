@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::array<double, 5> k_widths{0.8, 1.2, 1.6, 2.0, 2.4};
 
-/// What the job made: a flap, or why there is none.
+/// Result of the job: a flap, or the reason of its failure.
 struct MadeFlap final : sim::JobResult {
   std::optional<Trouble> trouble;
   std::int64_t holes = 0;
@@ -58,10 +58,10 @@ struct MadeFlap final : sim::JobResult {
 /// One run of the job, step by step; each step says whether there is anything to go on with.
 class Flap {
  public:
-  Flap(const CutFlap& wish, const sim::JobInput& input)
-      : wish_(wish),
+  Flap(const CutFlap& request, const sim::JobInput& input)
+      : request_(request),
         input_(input),
-        shape_(input.anatomy.items[static_cast<std::size_t>(wish.item)]),
+        shape_(input.anatomy.items[static_cast<std::size_t>(request.item)]),
         editor_(input.state.world.version, input.solids) {}
 
   std::shared_ptr<const MadeFlap> make() {
@@ -81,9 +81,9 @@ class Flap {
  private:
   bool plan(Trouble& trouble) {
     Pyramid pyramid;
-    if (!make_pyramid(anchors_of(wish_, *input_.state.settings_of<FlapSettings>()), wish_.distance,
+    if (!make_pyramid(anchors_of(request_, *input_.state.settings_of<FlapSettings>()), request_.distance,
                       shape_.field, pyramid, trouble) ||
-        !sheet_.make(pyramid, shape_.field, width_of(wish_.saw), depth_of(wish_), trouble))
+        !sheet_.make(pyramid, shape_.field, width_of(request_.saw), depth_of(request_), trouble))
       return false;
     FlapWorld& world = made_->cut;
     world.centre = pyramid.centre_world, world.normal = pyramid.normal_world, world.apex = pyramid.apex_world;
@@ -99,7 +99,7 @@ class Flap {
     const volume::Version& before = editor_.working();
     Kerf kerf(sheet_, before);
     volume::RemovalReport report;
-    if (wish_.way == Way::kerf) {
+    if (request_.way == Way::kerf) {
       report = editor_.remove(kerf, kerf.samples());
     } else {
       TracedVoxels traced(sheet_, before, k_seeds_step);
@@ -114,25 +114,25 @@ class Flap {
     return false;
   }
 
-  /// Where the flood begins.
+  /// Finds the start of the flood.
   bool find_seed(Trouble& trouble) {
     const volume::Volume& scan = version_->base();
     const Pyramid& pyramid = sheet_.pyramid();
-    if (!wish_.seed.empty()) {
-      const glm::ivec3 v = volume::voxel_of(scan.frame.volume_from_world(wish_.seed[0]));
+    if (!request_.seed.empty()) {
+      const glm::ivec3 v = volume::voxel_of(scan.frame.volume_from_world(request_.seed[0]));
       for (int n = 0; n < 27 && !seed_; ++n) {
         const glm::ivec3 at = v + glm::ivec3((n + 1) % 3 - 1, (n / 3 + 1) % 3 - 1, (n / 9 + 1) % 3 - 1);
         if (is_solid(at)) seed_ = at;
       }
-      if (seed_ && pyramid.contains(wish_.seed[0])) return true;
+      if (seed_ && pyramid.contains(request_.seed[0])) return true;
       trouble = {seed_ ? "the seed lies outside of the outline" : "there is no bone at the seed",
-                 wish_.seed[0]};
+                 request_.seed[0]};
       return false;
     }
     // Both ways along the normal, the nearer first.
     const dvec3 at = scan.frame.volume_from_world(pyramid.centre_world);
     double nearest = 2;
-    for (const double way : {wish_.distance, -wish_.distance}) {
+    for (const double way : {request_.distance, -request_.distance}) {
       const dvec3 to = scan.frame.volume_from_world(pyramid.centre_world + way * pyramid.normal_world);
       const volume::RayHit hit = volume::first_hit(*shape_.bits, {at, to}, version_.get());
       if (hit.is_hit && hit.t < nearest) nearest = hit.t, seed_ = hit.voxel;
@@ -174,18 +174,18 @@ class Flap {
     for (const Within& one : within) {
       const auto p = static_cast<std::size_t>(one.part);
       fates[p] = sim::PartFate::debris;
-      if (one.size < wish_.smallest && one.part != of_seed) continue;
+      if (one.size < request_.smallest && one.part != of_seed) continue;
       const volume::VoxelBox& box = parts.parts()[p].box;
       FlapPiece told{static_cast<std::int64_t>(made_->pieces.size()) + 1, one.size, one.part == of_seed, true,
                      glm::any(glm::equal(box.low, glm::ivec3(0))) || glm::any(glm::equal(box.high, last))};
-      told.is_taken = std::none_of(wish_.leave.begin(), wish_.leave.end(), [&](const sim::Id& id) {
+      told.is_taken = std::none_of(request_.leave.begin(), request_.leave.end(), [&](const sim::Id& id) {
         return static_cast<std::int64_t>(id.value) == told.number;
       });
       fates[p] = told.is_taken ? sim::PartFate::piece : sim::PartFate::stays;
       if (told.is_taken) made_->cut.flap_size += one.size;
       made_->pieces.push_back({told, one.middle});
     }
-    for (const sim::Id& id : wish_.leave)
+    for (const sim::Id& id : request_.leave)
       if (id.value == 0 || id.value > made_->pieces.size()) {
         trouble = {"there is no piece " + std::to_string(id.value) + ": " +
                        std::to_string(made_->pieces.size()) + " came off",
@@ -200,10 +200,10 @@ class Flap {
     }
     made_->cut.flaps = 1;
     made_->off = sim::take_off(shape_, parts, fates, input_.solids, version_);
-    if (wish_.smoothing > 0) {
+    if (request_.smoothing > 0) {
       volume::RemovalEditor editor(made_->off.rest, input_.solids);
       const std::shared_ptr<const volume::Version> sharp = made_->off.rest;
-      Rim rim(sheet_, shape_.field, *sharp, wish_.smoothing);
+      Rim rim(sheet_, shape_.field, *sharp, request_.smoothing);
       const volume::RemovalReport report = editor.remove(rim, rim.samples());
       made_->off.rest = editor.freeze();
       made_->cut.rim_size = sharp->mm3_of(report.removed_units);
@@ -239,7 +239,7 @@ class Flap {
     return 2 * inside > count || (count == 0 && sheet_.pyramid().contains(middle));
   }
 
-  /// Where the flood that begins at the seed first leaves the outline.
+  /// First place at which the flood that begins at the seed leaves the outline.
   Trouble leak() const {
     const glm::ivec3 size = version_->base().size;
     const auto index = [&](const glm::ivec3& v) {
@@ -279,7 +279,7 @@ class Flap {
   /// mm between places of the outline to which the seed's way looks: half of the finest clinical voxels.
   static constexpr double k_seeds_step = 0.2;
 
-  const CutFlap& wish_;
+  const CutFlap& request_;
   const sim::JobInput& input_;
   const haptics::TouchItem& shape_;
   MadeFlap* made_ = nullptr;
@@ -372,7 +372,7 @@ volume::Status BoneFlap::allows(const sim::Command& command, const sim::Operatio
   const auto check_number = [&](const char* where, std::int64_t number) -> volume::Status {
     if (number <= count && count > 0) return std::nullopt;
     return volume::Error{"there is no such anchor", where, std::to_string(number),
-                         count > 0 ? "1 to " + std::to_string(count) : "there are none", ""};
+                         count > 0 ? "1 to " + std::to_string(count) : "no pieces", ""};
   };
   const auto check_count = [](const char* where, std::int64_t found) -> volume::Status {
     if (found <= k_most_anchors) return std::nullopt;
@@ -398,14 +398,15 @@ volume::Status BoneFlap::allows(const sim::Command& command, const sim::Operatio
       return error;
     return check_saw("preview-flap saw", preview->saw);
   }
-  const auto* wish = command.what.as<CutFlap>();
-  if (wish == nullptr) return std::nullopt;
-  if (volume::Status error = check_count("cut-flap anchors", static_cast<std::int64_t>(wish->anchors.size())))
+  const auto* request = command.what.as<CutFlap>();
+  if (request == nullptr) return std::nullopt;
+  if (volume::Status error =
+          check_count("cut-flap anchors", static_cast<std::int64_t>(request->anchors.size())))
     return error;
-  if (wish->seed.size() > 1)
-    return volume::Error{"there are several seeds", "cut-flap seed", std::to_string(wish->seed.size()),
+  if (request->seed.size() > 1)
+    return volume::Error{"there are several seeds", "cut-flap seed", std::to_string(request->seed.size()),
                          "one, or none", ""};
-  return check_saw("cut-flap saw", wish->saw);
+  return check_saw("cut-flap saw", request->saw);
 }
 
 void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {

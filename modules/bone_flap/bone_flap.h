@@ -5,12 +5,12 @@
 
 namespace trephine::bone_flap {
 
-/// How wide the saw cuts, mm: choices of a list.
+/// Width of the saw's cut, mm: choices of a list.
 enum class Saw : std::uint8_t { w0_8, w1_2, w1_6, w2_0, w2_4 };
 double width_of(Saw saw) noexcept;
 
-/// What is cut: a kerf as wide as the saw along the sides of a pyramid, or the voxels that lines from its
-/// apex to the outline go through ("A Surface-based Volume Haptics Approach", thesis, 5.2.3), which leave
+/// Method of the cut: a kerf as wide as the saw along the sides of a pyramid, or the voxels that lines from
+/// its apex to the outline go through ("A Surface-based Volume Haptics Approach", thesis, 5.2.3), which leave
 /// holes.
 enum class Way : std::uint8_t { kerf, traced };
 
@@ -60,7 +60,7 @@ struct PreviewFlap {
   static const sim::Schema& schema();
 };
 
-/// What was cut last. Undo takes it back.
+/// Last cut. Undo takes it back.
 struct FlapWorld {
   std::int64_t flaps = 0;
   std::vector<glm::dvec3> outline;  ///< on the skull's outside, where the saw's middle went ...
@@ -74,7 +74,7 @@ struct FlapWorld {
 /// The outline that is drawn, that for which there was no flap last, and why; what a flap would be.
 struct FlapSettings {
   std::vector<glm::dvec3> anchors;  ///< drawn
-  std::vector<glm::dvec3> tried;    ///< of which there was none
+  std::vector<glm::dvec3> tried;    ///< anchors of the last attempt that failed
   std::string trouble;
   glm::dvec3 trouble_at{0.0};
   std::vector<glm::dvec3> lid = {};    ///< on the skull: lines from the middle to the outline, ...
@@ -84,27 +84,27 @@ struct FlapSettings {
   static const sim::Schema& schema();
 };
 
-/// Told at the outline's middle.
+/// Emitted at the outline's middle.
 struct FlapCut {
   std::int64_t pieces = 0;  ///< within the outline, taken or left
   double area = 0, wall = 0, kerf_size = 0, rim_size = 0, flap_size = 0;
   std::int64_t holes = 0;  ///< ways through the cut, of those between neighbouring samples
   static const sim::Schema& schema();
 };
-/// Told at its middle.
+/// Emitted at the piece's middle.
 struct FlapPiece {
   std::int64_t number = 0;  ///< by size, from 1
   double size = 0;          ///< mm3
   bool is_seed = false, is_taken = false, is_at_border = false;
   static const sim::Schema& schema();
 };
-/// What a preview showed: told at the outline's middle, or where there would be none.
+/// Result of a preview: emitted at the outline's middle, or where the cut fails.
 struct FlapSeen {
-  double area = 0;  ///< mm2; 0: there would be none
+  double area = 0;  ///< mm2; 0: the cut fails
   std::string says;
   static const sim::Schema& schema();
 };
-/// Told where it is the matter.
+/// Emitted at the location of the problem.
 struct NoFlap {
   std::string why;
   std::int64_t holes = 0;

@@ -1,4 +1,4 @@
-// How good a flap is: what it uncovers, how near it is to what was planned, what its saw came near to.
+// Evaluation of a flap: what it uncovers, its distance to the plan, and to structures along the saw.
 #pragma once
 
 #include "modules/bone_flap/bone_flap.h"
@@ -13,7 +13,7 @@ struct OutlineShape {
 };
 OutlineShape shape_of(const FlapWorld& flap);
 
-/// What of a label's shadow along the normal lies within the opening (the outline less half of the saw).
+/// Share of a label's shadow along the normal within the opening (the outline less half of the saw).
 struct Cover {
   double share = 0;   ///< 0 to 1, of the shadow's area
   double margin = 0;  ///< mm from the shadow's edge to the opening's, at the worst; below 0: beyond it

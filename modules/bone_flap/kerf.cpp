@@ -68,7 +68,7 @@ bool Sheet::make(const Pyramid& pyramid, const Field& bone, double width, const 
     const int count = std::max(2, static_cast<int>(std::ceil(glm::length(b - a) / step)));
     for (int k = 0; k < count; ++k) {
       const dvec3 w = a + static_cast<double>(k) / count * (b - a) - pyramid_.apex_world;
-      // Where the chord is, until the tables are found.
+      // Position of the chord, until the tables are found.
       const double far = glm::length(w);
       lines_.push_back({i, w / far, far, far, 0, 0, k == 0, false});
     }
@@ -188,7 +188,7 @@ bool Sheet::check_holes(double largest, Trouble& trouble) {
     }
     first = end;
   }
-  // What lies within half of the width of the saw.
+  // Extends each line by its neighbours within half of the width of the saw.
   const double step = std::min(k_least_line, 0.5 * width_);
   const auto beside = static_cast<std::size_t>(std::ceil(0.5 * width_ / step));
   const std::vector<Line> found = lines_;
@@ -220,7 +220,7 @@ bool Sheet::check_scan(const volume::Volume& scan, Trouble& trouble) const {
 
 double Sheet::wall_mm2(const Field& bone, const volume::Version& before) const {
   const std::size_t n = lines_.size();
-  // Of a line what it sweeps for an angle of 1, without what was cut before.
+  // Area that a line sweeps for an angle of 1, without what was cut before.
   constexpr double k_step = 0.1;
   std::vector<double> swept(n, 0);
   for (std::size_t i = 0; i < n; ++i)

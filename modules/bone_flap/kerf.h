@@ -1,4 +1,4 @@
-// Where a saw goes that follows a pyramid's sides through the calvaria, and how far places are from it.
+// Path of a saw that follows a pyramid's sides through the calvaria, and distances to it.
 #pragma once
 
 #include <unordered_map>
@@ -11,7 +11,7 @@ namespace trephine::bone_flap {
 /// mm that a kerf goes on beyond the inner and the outer table, so that the flap comes free.
 inline constexpr double k_under_table = 0.25;
 
-/// How deep the saw goes, mm.
+/// Depth of the saw, mm.
 struct Depth {
   double hole = 5;       ///< along the outline: wider than that without bone is no seam
   double space = 3;      ///< air within the bone, through which it goes on to what lies deeper
@@ -21,8 +21,8 @@ struct Depth {
 /// "between anchors 3 and 4", of so many.
 std::string between_anchors(std::size_t side, std::size_t count);
 
-/// What the saw's middle sweeps: flat strips between lines from the apex through the outline, each from
-/// under the inner table to above the outer one.
+/// Surface that the saw's middle sweeps: flat strips between lines from the apex through the outline, each
+/// from under the inner table to above the outer one.
 class Sheet {
  public:
   /// A line from the apex, and where the sheet begins and ends on it.
@@ -43,7 +43,7 @@ class Sheet {
   double width() const noexcept { return width_; }
   glm::dvec3 place(const Line& line, double t) const noexcept { return pyramid_.apex_world + t * line.along; }
   glm::dvec3 outer_place(std::size_t i) const noexcept { return place(lines_[i], lines_[i].outer); }
-  /// Where its lines meet the skull's outside, and where they end below.
+  /// Places at which its lines meet the skull's outside, and at which they end below.
   std::vector<glm::dvec3> outline() const;
   std::vector<glm::dvec3> floor() const;
   /// mm2 of the sheet that lies in bone that is there.
@@ -104,7 +104,7 @@ class Kerf final : public volume::RemovalField {
 };
 
 /// The other way, of the thesis "A Surface-based Volume Haptics Approach" (5.2.3): all voxels that lines from
-/// the apex to places of the outline go through, exactly. Kept beside the kerf to be compared with it: it has
+/// the apex to places of the outline go through, exactly. Kept for comparison with the kerf: it has
 /// holes.
 class TracedVoxels final : public volume::RemovalField {
  public:

@@ -34,7 +34,7 @@ bool meet(const dvec2& a, const dvec2& b, const dvec2& c, const dvec2& d) {
 
 std::string named(std::size_t i) { return "anchor " + std::to_string(i + 1); }
 
-/// What can be seen of the anchors alone.
+/// Checks of the anchors alone.
 bool check_loop(const std::vector<dvec3>& anchors, Trouble& trouble) {
   const std::size_t n = anchors.size();
   if (n < 3) {
@@ -52,7 +52,7 @@ bool check_loop(const std::vector<dvec3>& anchors, Trouble& trouble) {
     }
     if (i + 1 < n) longest = std::max(longest, way);
   }
-  // Of a line that was drawn: nobody knows how it should go on.
+  // A drawn line: its continuation is unknown.
   constexpr double k_open = 4;
   if (const double gap = glm::length(anchors[n - 1] - anchors[0]); n > 4 && gap > k_open * longest) {
     trouble = {"the outline is open: its ends are " + whole(gap) + " mm apart, and its other anchors " +
@@ -211,7 +211,7 @@ bool make_pyramid(const std::vector<dvec3>& anchors_world, double distance, cons
     const dvec3& at = made.anchor(i);
     dvec3 normal;
     if (!outward(bone, at, normal)) {
-      trouble = {named(i) + " lies off the bone: there is none within " + whole(k_anchor_reach) + " mm", at};
+      trouble = {named(i) + " lies off the bone: no bone within " + whole(k_anchor_reach) + " mm", at};
       return false;
     }
     const double weight =
@@ -221,7 +221,7 @@ bool make_pyramid(const std::vector<dvec3>& anchors_world, double distance, cons
     weights += weight;
   }
   made.centre_world /= weights;
-  // Of normals that look everywhere nothing is left.
+  // Normals in all directions cancel.
   if (glm::length(turn) < 0.2 * weights) {
     trouble = {"the outline goes round the head: its normals look to all sides", made.centre_world};
     return false;
@@ -234,7 +234,7 @@ bool make_pyramid(const std::vector<dvec3>& anchors_world, double distance, cons
     made.plan.push_back(made.seen(made.anchor(i), is_ahead));
     const dvec3 w = made.anchor(i) - made.apex_world;
     if (glm::dot(w, made.normal_world) < 0.2 * glm::length(w)) {
-      trouble = {named(i) + " lies beside the apex or behind it", made.anchor(i)};
+      trouble = {named(i) + " lies level with the apex or behind it", made.anchor(i)};
       return false;
     }
   }

@@ -27,7 +27,7 @@ struct Pyramid {
   std::vector<glm::dvec3> anchors_world;
   /// Each anchor weighs half of the two segments that meet in it.
   glm::dvec3 centre_world{0.0}, normal_world{0.0}, apex_world{0.0};
-  glm::dvec3 right_world{0.0}, up_world{0.0};  ///< beside the normal
+  glm::dvec3 right_world{0.0}, up_world{0.0};  ///< at right angles to the normal
   std::vector<glm::dvec2> plan;                ///< the anchors as the apex sees them, at a distance of 1
 
   std::size_t size() const noexcept { return anchors_world.size(); }
@@ -37,7 +37,7 @@ struct Pyramid {
   bool contains(const glm::dvec3& p_world) const noexcept;
 };
 
-/// Two directions beside a normal, right-handed with it.
+/// Returns two directions at right angles to a normal, right-handed with it.
 void beside(const glm::dvec3& normal, glm::dvec3& right, glm::dvec3& up) noexcept;
 /// Does a point lie within a closed line?
 bool is_within(const std::vector<glm::dvec2>& loop, const glm::dvec2& p) noexcept;
@@ -55,7 +55,7 @@ bool make_pyramid(const std::vector<glm::dvec3>& anchors_world, double distance,
 bool outward(const volume::Field& bone, const glm::dvec3& p_world, glm::dvec3& normal_world);
 
 /// Anchors in a ring on the skull, as a plan to begin with: of such a diameter (mm) around the bone that is
-/// nearest to a place, none when there is none within 30 mm. Where no bone is found an anchor lies beside it.
+/// nearest to a place, empty without bone within 30 mm. Where no bone is found an anchor lies off the bone.
 std::vector<glm::dvec3> ring_of(const volume::Field& bone, const glm::dvec3& at_world, double diameter,
                                 int count);
 

@@ -11,7 +11,7 @@ using glm::dvec3;
 
 namespace {
 
-/// What a flap would be, or why there would be none.
+/// Preview of a flap, or the reason of its failure.
 struct SeenFlap final : sim::JobResult {
   FlapSettings seen;  ///< of it what a preview shows
   double area = 0;
@@ -24,16 +24,16 @@ struct SeenFlap final : sim::JobResult {
 };
 
 std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const sim::JobInput& input) {
-  const auto& wish = *static_cast<const PreviewFlap*>(parameters);
-  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(wish.item)].field;
+  const auto& request = *static_cast<const PreviewFlap*>(parameters);
+  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const FlapSettings& drawn = *input.state.settings_of<FlapSettings>();
   auto made = std::make_shared<SeenFlap>();
   const Depth depth = depth_of({});
   Pyramid pyramid;
   Sheet sheet;
   Trouble trouble;
-  bool is_any = make_pyramid(anchors_of(wish, drawn), wish.distance, bone, pyramid, trouble) &&
-                sheet.make(pyramid, bone, width_of(wish.saw), depth, trouble);
+  bool is_any = make_pyramid(anchors_of(request, drawn), request.distance, bone, pyramid, trouble) &&
+                sheet.make(pyramid, bone, width_of(request.saw), depth, trouble);
   if (is_any && sheet.wall_mm2(bone, *input.state.world.version) <
                     0.01 * sheet.wall_mm2(bone, volume::Version(input.anatomy.base))) {
     trouble = {"nothing is there to be cut: it was cut before", pyramid.centre_world};
@@ -55,7 +55,7 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
   made->area = sheet.outer_mm2(bone);
   seen.preview = "flap of " + whole(made->area) + " mm\u00b2";
   FlapWorld saw;
-  saw.width = width_of(wish.saw), saw.outline = sheet.outline(), saw.floor = sheet.floor();
+  saw.width = width_of(request.saw), saw.outline = sheet.outline(), saw.floor = sheet.floor();
   for (const Near& one : nearness_of(saw, input.forbidden))
     if (one.mm < 0 && !one.is_stripped())
       seen.preview += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
@@ -71,8 +71,8 @@ bool is_of_outline(const void* parameters, const sim::OperationState& input, con
 void adopt_preview(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
   const FlapSettings& seen = static_cast<const SeenFlap&>(result).seen;
   FlapSettings& settings = work.change_settings<FlapSettings>();
-  const auto& wish = *static_cast<const PreviewFlap*>(parameters);
-  const std::vector<dvec3> asked = anchors_of(wish, settings);
+  const auto& request = *static_cast<const PreviewFlap*>(parameters);
+  const std::vector<dvec3> asked = anchors_of(request, settings);
   settings.tried = seen.trouble.empty() ? std::vector<dvec3>() : asked;
   settings.trouble = seen.trouble;
   settings.trouble_at = seen.trouble_at;

@@ -1,4 +1,4 @@
-// What a flap would be, shown before it is cut.
+// Preview of a flap before it is cut.
 #pragma once
 
 #include "modules/bone_flap/bone_flap.h"
@@ -6,11 +6,11 @@
 
 namespace trephine::bone_flap {
 
-inline Depth depth_of(const CutFlap& wish) { return {wish.hole, wish.space, wish.thickest}; }
+inline Depth depth_of(const CutFlap& request) { return {request.hole, request.space, request.thickest}; }
 /// Those that a command names, or else those that were drawn.
-template <class Wish>
-const std::vector<glm::dvec3>& anchors_of(const Wish& wish, const FlapSettings& drawn) {
-  return wish.anchors.empty() ? drawn.anchors : wish.anchors;
+template <class Request>
+const std::vector<glm::dvec3>& anchors_of(const Request& request, const FlapSettings& drawn) {
+  return request.anchors.empty() ? drawn.anchors : request.anchors;
 }
 
 const sim::JobType& preview_job();

@@ -45,7 +45,7 @@ double Rim::off_bone_mm(const dvec3& p) const {
 }
 
 volume::RemovalField::Reach Rim::find(const ivec3& low, double band, Distances& mm) {
-  // Where the walls are, and how far from them.
+  // Distance to the walls.
   if (kerf_.find(low, band + 2 * sigma_, mm) == Reach::none) return Reach::none;
   const ivec3 first = low - 1 - halo_, window = k_edge + 2 * halo_;
   const auto count = [](const ivec3& size) {

@@ -5,9 +5,9 @@
 
 namespace trephine::bone_flap {
 
-/// What goes of the bone near a kerf where a Gaussian of all bone is well below one half: sharp edges, not
+/// Bone to remove near a kerf, where a Gaussian of all bone is well below one half: sharp edges, not
 /// walls, nor the skull's own surface. It ends two sigmas from the walls, and 1.5 samples outside the bone:
-/// soft tissue beside the rim stays.
+/// soft tissue along the rim stays.
 class Rim final : public volume::RemovalField {
  public:
   /// `left`: after the flap is gone. `sigma`: mm. Borrows.

@@ -30,7 +30,7 @@ const sim::Schema& ClearAnchors::schema() {
 }
 
 namespace {
-// What cutting and its preview have in common.
+// Common fields of cutting and its preview.
 constexpr std::string_view k_saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"};
 constexpr sim::FieldInfo k_anchors{
     .unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull, in order round", .is_expert = true};
@@ -157,7 +157,7 @@ const sim::Schema& FlapPiece::schema() {
 const sim::Schema& FlapSeen::schema() {
   static constexpr sim::Field fields[] = {
       field<&FlapSeen::area>("area",
-                             {.unit = "mm2", .help = "of the skull's outside; 0: there would be none"}),
+                             {.unit = "mm2", .help = "of the skull's outside; 0: the cut would fail"}),
       field<&FlapSeen::says>("says")};
   static constexpr sim::Schema table{"flap-seen", 1, fields};
   return table;

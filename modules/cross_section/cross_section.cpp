@@ -20,15 +20,15 @@ struct Measured final : sim::JobResult {
 };
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
-  const auto& wish = *static_cast<const MeasureSection*>(parameters);
+  const auto& request = *static_cast<const MeasureSection*>(parameters);
   auto made = std::make_shared<Measured>();
-  made->at = wish.at;
+  made->at = request.at;
   volume::ImagePlane plane;
-  plane.middle_world = wish.at;
-  turn_plane(plane, wish.normal);
-  plane.pixel = wish.pixel;
-  plane.columns = plane.rows = static_cast<int>(std::lround(wish.width / wish.pixel));
-  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(wish.item)].field;
+  plane.middle_world = request.at;
+  turn_plane(plane, request.normal);
+  plane.pixel = request.pixel;
+  plane.columns = plane.rows = static_cast<int>(std::lround(request.width / request.pixel));
+  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const Cut of_bone = cut_volume(plane, bone, input.state.world.version.get());
   made->what.bone = of_bone.area;
   const std::vector<std::uint8_t> of_labels =
@@ -39,7 +39,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
     bool is_bone = false;  // what came off is no implant
     for (const sim::Body& body : input.state.world.bodies) is_bone |= body.piece->tree == item.tree;
     if (is_bone) continue;
-    // Where it was placed last.
+    // Last placed plane.
     haptics::Placement place = item.placement;
     for (const auto& [name, told] : input.state.settings.told)
       if (const auto* moved = told.what.as<sim::PlaceModel>(); moved != nullptr && moved->mover == item.mover)
@@ -58,7 +58,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
     for (std::size_t i = 0; i < of_bone.inside.size(); ++i)
       outside += cut.value().inside[i] && !of_bone.inside[i] && (of_labels.empty() || !of_labels[i]);
   }
-  made->what.outside = outside * wish.pixel * wish.pixel;
+  made->what.outside = outside * request.pixel * request.pixel;
   volume::MixHash all;
   sim::add_value(all, made->what);
   made->fingerprint = all.value();
@@ -66,11 +66,11 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
 }
 
 volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
-  const auto& wish = *static_cast<const MeasureSection*>(parameters);
-  if (wish.item < 0 || static_cast<std::size_t>(wish.item) >= anatomy.items.size() ||
-      anatomy.items[static_cast<std::size_t>(wish.item)].is_mesh())
+  const auto& request = *static_cast<const MeasureSection*>(parameters);
+  if (request.item < 0 || static_cast<std::size_t>(request.item) >= anatomy.items.size() ||
+      anatomy.items[static_cast<std::size_t>(request.item)].is_mesh())
     return volume::Error{"there is no such shape of a volume", "measure-section item",
-                         std::to_string(wish.item), "a shape of the anatomy", ""};
+                         std::to_string(request.item), "a shape of the anatomy", ""};
   return std::nullopt;
 }
 

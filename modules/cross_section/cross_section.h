@@ -1,4 +1,4 @@
-// Where an operation is looked at in section, and what that section comes to.
+// Section plane of an operation, and its measurement.
 #pragma once
 
 #include "modules/cross_section/section.h"
@@ -23,7 +23,7 @@ struct MeasureSection {
   static const sim::Schema& schema();
 };
 
-/// Told at the plane's middle, and kept.
+/// Emitted at the plane's middle, and kept.
 struct SectionMeasured {
   double bone = 0;          ///< mm2
   double models = 0;        ///< mm2 of closed models that are not of bone
@@ -32,7 +32,7 @@ struct SectionMeasured {
   static const sim::Schema& schema();
 };
 
-/// What is kept.
+/// Settings of the module.
 struct SectionState : SectionPlane {
   double bone = 0, models = 0, outside = 0;  ///< mm2, of what was measured last
   static const sim::Schema& schema();

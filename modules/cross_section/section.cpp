@@ -53,7 +53,7 @@ Welded weld(const std::vector<Corner>& corners, std::span<const std::uint32_t> t
   return welded;
 }
 
-/// Which parts of which edges are not met by as many the other way.
+/// Parts of edges that are not met by as many the other way.
 std::map<std::pair<std::uint32_t, std::uint32_t>, int> unmatched(std::span<const std::uint32_t> triangles) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3)
@@ -87,7 +87,7 @@ std::vector<Loop> chained(std::multimap<Edge, Edge>& ways, const Place& place) {
   return loops;
 }
 
-/// Where the plane (a hair before it) cuts the triangles, end to end.
+/// Crossings of the plane (a hair before it) with the triangles, end to end.
 std::vector<Loop> loops_of(const Welded& mesh) {
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
   std::multimap<Edge, Edge> ways;  // from the edge where a triangle is entered to that where it is left
@@ -237,7 +237,7 @@ Cut cut_volume(const ImagePlane& plane, const volume::Field& field, const volume
   const auto columns = static_cast<std::size_t>(plane.columns), rows = static_cast<std::size_t>(plane.rows);
   Cut cut;
   cut.inside.assign(columns * rows, 0);
-  // What a field is is told in intensities: a mm for so many of them, as a blurred edge of bone has it.
+  // A field is in intensities: a mm for so many of them, as a blurred edge of bone has it.
   constexpr double k_intensities_a_mm = 500;
   const double scale = field.shape().is_label() ? 1 : 1 / k_intensities_a_mm;
   std::vector<double> values(columns * rows);

@@ -26,23 +26,23 @@ std::vector<std::array<glm::dvec3, 2>> open_edges(const SectionMesh& mesh);
 using Loop = std::vector<glm::dvec2>;
 double area_of(std::span<const Loop> loops) noexcept;  ///< mm2
 
-/// What of the plane lies within one object.
+/// Cut of the plane through one object.
 struct Cut {
   std::vector<std::uint8_t> inside;  ///< a byte a pixel, row by row from the upper left
   std::vector<Loop> outline;
   double area = 0;  ///< mm2, of the outline
 };
 
-/// Of a closed mesh: a pixel's middle is inside where the surface before the plane is left more often than
+/// Cuts a closed mesh: a pixel's middle is inside where the surface before the plane is left more often than
 /// entered (winding number above 0). Corners and pixels are taken to 2^-20 mm, and all decisions are made in
 /// whole numbers; a middle on the surface counts as if it were moved by (e, e^2, e^3) to the right, up and
 /// forward. Places within 1000 mm of the plane's middle; error beyond, and for meshes with open edges, which
 /// are named.
 volume::Result<Cut> cut_mesh(const volume::ImagePlane& plane, const SectionMesh& mesh, int threads = 0);
 
-/// Of a shape of a volume as it is felt: its field is 0 or more and the place was not cut away. `version`:
-/// of the field's volume; null: untouched. The outline is that of values at pixels' middles, linear
-/// between.
+/// Cuts a shape of a volume as it is touched: its field is 0 or more and the place was not cut away.
+/// `version`: of the field's volume; null: untouched. The outline is that of values at pixels' middles,
+/// linear between.
 Cut cut_volume(const volume::ImagePlane& plane, const volume::Field& field, const volume::Version* version,
                int threads = 0);
 

@@ -1,4 +1,4 @@
-// Where in a scan one looks, and with which greys: kept with an operation, so that whoever plays it again
+// Place in a scan and grey values of the viewer: kept with an operation, so that a replay
 // looks there too.
 #pragma once
 
@@ -18,11 +18,11 @@ struct SetGreyWindow : GreyWindow {
   static const sim::Schema& schema();
 };
 
-/// What is kept. Undo leaves it alone.
+/// Settings of the viewer. Undo leaves them alone.
 struct CtViewerState : GreyWindow {
   glm::dvec3 at{0.0};
-  bool is_looking = false;  ///< somebody said where
-  bool is_window = false;   ///< somebody said with which greys
+  bool is_looking = false;  ///< a place was chosen
+  bool is_window = false;   ///< a grey window was chosen
   static const sim::Schema& schema();
 };
 

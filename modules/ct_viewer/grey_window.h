@@ -1,4 +1,4 @@
-// Which intensities are black and which are white.
+// Mapping of intensities to grey values.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ inline constexpr NamedWindow k_windows[] = {
     {"bone", {500, 2000}}, {"soft-tissue", {40, 400}}, {"brain", {40, 80}},       {"subdural", {75, 280}},
     {"stroke", {35, 40}},  {"lung", {-600, 1500}},     {"temporal", {700, 4000}}, {"spine", {50, 350}}};
 
-/// Of numbers that have no such meaning: between their ends, but for one in 200 at each. `none` is not
+/// Window for numbers without such a meaning: between their ends, but for one in 200 at each. `none` is not
 /// counted.
 GreyWindow window_of(std::span<const std::int16_t> values, std::int16_t none);
 

@@ -1,4 +1,4 @@
-// What a person sees of a plane through a scan: as it was, as it is, or one over the other.
+// Image of a plane through a scan: before, after, or one over the other.
 #pragma once
 
 #include <limits>
@@ -21,10 +21,10 @@ struct SliceValues {
 SliceValues slice_values(const volume::Volume& scan, const volume::Version& version,
                          const volume::ImagePlane& plane, const volume::Slab& slab, int threads = 0);
 
-/// What of both is shown.
+/// Parts of both states that are shown.
 enum class Blend : std::uint8_t { now, before, both };
 inline constexpr std::string_view k_blends[] = {"now", "before", "both"};
-/// Of `both`, what was cut away is as it was, in amber.
+/// With `both`, removed matter is shown as it was, in amber.
 struct Pixel {
   std::uint8_t red, green, blue;
 };

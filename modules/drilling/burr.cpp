@@ -66,7 +66,7 @@ BurrTick::BurrTick(const Burr& burr, const ToolBody& body, BurrState& state,
 
 double BurrTick::press() const noexcept {
   if (!tick_.has_contact) return 0;
-  // Of a tool of several balls the surfaces' force as a whole; else its part across the surface.
+  // For a tool of several balls the surfaces' force as a whole; else its part across the surface.
   return glm::dot(tick_.normal_world, tick_.normal_world) > 0
              ? std::max(0.0, glm::dot(tick_.press_world, tick_.normal_world))
              : glm::length(tick_.press_world);
@@ -84,7 +84,7 @@ double BurrTick::sweep_to(const ToolPlace& place) {
           ? work_.remove(volume::Sweep{from.at_world, place.at_world, body_.radius, state_.has_centre})
           : work_.remove(volume::ToolSweep{body_, from, place, state_.has_centre});
   const double mm3 = work_.left().mm3_of(one.removed_units);
-  // What is engaged is the volume over the way, of at least k_engaged_mm, and never more than the body has.
+  // Engaged length: the volume over the way, of at least k_engaged_mm, and never more than the body has.
   state_.bite_mm3 += mm3;
   state_.bite_mm += way_between(from, place);
   if (!state_.has_centre) state_.bite_mm3 = state_.bite_mm = state_.engaged = 0;
@@ -101,7 +101,7 @@ double BurrTick::sweep_to(const ToolPlace& place) {
 
 void BurrTick::turn_axis() noexcept {
   // The axis of approach is the first normal. A wall that stands steeply to it, and is pressed, turns it; a
-  // new touch on such a wall starts anew.
+  // new touch on such a wall starts again.
   const dvec3& normal = tick_.normal_world;
   const double cosine = glm::dot(state_.axis, normal);
   if (cosine >= k_turn_cosine) return;
@@ -113,12 +113,12 @@ void BurrTick::turn_axis() noexcept {
   }
 }
 
-/// Where the body stands on the surface on which the proxy rests.
+/// Place of the body on the surface on which the proxy rests.
 ToolPlace BurrTick::place_at_proxy() const noexcept {
   if (burr_.is_round) return {tick_.proxy_world, turned(hand_shaft_, tick_.turn_world)};
   return {tick_.proxy_world - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
 }
-/// Where its lowest point is on the HIP.
+/// Place of the body with its lowest point on the HIP.
 ToolPlace BurrTick::place_at_hand() const noexcept {
   const dvec3& hip = tick_.pose.position_world;
   return {burr_.is_round ? hip : hip - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
@@ -147,7 +147,7 @@ void BurrTick::go_to(const ToolPlace& to, double& limit) {
 }
 
 /// On the way from the proxy to the hand, as far as time has paid for. Where the proxy slid aside the body
-/// comes after it first; one that is left behind starts anew there.
+/// comes after it first; one that is left behind starts again there.
 void BurrTick::follow(double limit) {
   const ToolPlace proxy = place_at_proxy(), hand = place_at_hand();
   const dvec3 way = hand.at_world - proxy.at_world;
@@ -183,7 +183,8 @@ void BurrTick::drill() {
   state_.owed_mm3 = std::min(state_.owed_mm3 + rate * dt_, rate * (k_credit_seconds + dt_));
   if (tick_.has_contact) {
     if (!burr_.is_round) turn_axis();  // else the axis stays 0
-    // What touches is a little smaller than what cuts, so where it stands there is bone to pay for.
+    // The touching body is a little smaller than the cutting one, so where it stands there is bone to pay
+    // for.
     const ToolPlace proxy = place_at_proxy();
     if (!state_.has_centre && may_go)  // what may not go anywhere takes that on its way
       state_.centre = proxy.at_world, state_.shaft = proxy.axis_world, state_.has_centre = true;
@@ -242,7 +243,7 @@ void BurrTick::cool_and_watch() {
   }
 }
 
-/// In the air nobody knows on which side of its lowest point the burr is, so there it is that point.
+/// In the air the side of its lowest point is unknown, so there it is that point.
 sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrState& state,
                           const sim::InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
@@ -326,13 +327,13 @@ volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
                          "one of the two", ""};
   const ToolBody body = burr.body();
   if (burr.shaft > 0 && !burr.is_round)
-    return volume::Error{"the shaft is felt by a round burr alone", "burr shaft",
+    return volume::Error{"only a round burr touches with its shaft", "burr shaft",
                          std::to_string(burr.shaft) + " mm", "0, or a round burr", ""};
   // Balls along it, one and a quarter radii apart at most.
   const double narrow = body.least_radius();
   const double longest = 1.25 * narrow * (haptics::TouchScene::k_most_balls - 1);
   if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * narrow)
-    return volume::Error{"the burr and its shaft are too long for their width to be felt", "burr shaft",
+    return volume::Error{"the burr and its shaft are too long to touch for their width", "burr shaft",
                          std::to_string(body.high() - body.low() + burr.shaft) + " mm",
                          "at most " + std::to_string(longest + 2 * narrow) + " mm in all",
                          "take a shorter shaft"};
@@ -356,7 +357,7 @@ sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   return needs;
 }
 
-/// What the turning burr does to the hand: dragged aside, and shaken. One that is not held by bone is only
+/// Forces of the turning burr on the hand: dragged aside, and shaken. One that is not held by bone is only
 /// moved; one of a fixed rate has no press to go by.
 std::string effect(const Burr& burr) {
   if (burr.is_kinematic || burr.removal_rate > 0) return {};

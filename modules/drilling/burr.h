@@ -19,27 +19,27 @@ struct Burr {
   Grade grade = Grade::cutting;
   double rpm = 60000;   ///< of the spindle
   double length = 0;    ///< mm, of a burr that is no ball; 0: as usual for its shape
-  double shaft = 0;     ///< mm of shaft behind it that are felt too, as thick as its end; with is_round
+  double shaft = 0;     ///< mm of shaft behind it that are touched too, as thick as its end; with is_round
   bool is_dry = false;  ///< not irrigated
 
   double radius() const noexcept { return 0.5 * diameter; }
-  /// What it cuts with. The hand holds its `along` 0: the middle of a ball, of the tip ball of a match head,
+  /// Cutting body. The hand holds its `along` 0: the middle of a ball, of the tip ball of a match head,
   /// of the end face of the others.
   volume::ToolBody body() const noexcept;
   static const sim::Schema& schema();
 };
 
-/// Of the balls that touch in place of a round burr, mm: a step of its offset field less than it cuts, so
+/// Balls that touch in place of a round burr, mm: a step of its offset field less than it cuts, so
 /// that it has room in its own hole, whose axis that field does not resolve finer.
 double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept;
 
-/// Where a burr is. In contact it starts tangent to the surface on which the proxy rests (of a ball: centre =
+/// Pose of a burr. In contact it starts tangent to the surface on which the proxy rests (of a ball: centre =
 /// proxy + radius normal) and sinks toward the HIP as fast as the removal rate allows: its lowest point, seen
 /// along the axis of approach, ends on the HIP and never passes it. So a proxy that never enters matter still
 /// removes it, and the hole depends neither on voxel size nor on servo rate
 /// (docs/decisions/0003-the-burr-follows-the-hip.md). A round one is touched with all of it
 /// (haptics::set_tool): it starts where the proxy is and moves to where the hand is, by the same rate. One
-/// that goes by the press starts anew where the proxy is, when that slid away from it.
+/// that goes by the press starts again where the proxy is, when that slid away from it.
 struct BurrState {
   bool has_centre = false;
   glm::dvec3 centre{0.0};  ///< where its `along` is 0, world frame
@@ -52,20 +52,20 @@ struct BurrState {
   double engaged = 0;                ///< mm2 that were in the bone in the last bites
   double bite_mm3 = 0, bite_mm = 0;  ///< of bites since, and their way
 
-  // Of breaking through.
+  // Breakthrough.
   glm::dvec3 held_at{0.0}, held_normal{0.0};        ///< of the last contact in which it cut; normal 0: none
   glm::dvec3 begun_at{0.0};                         ///< of the first of them
   double thrust = 0;                                ///< N, smoothed over k_thrust_seconds of contact
   bool is_through = false;                          ///< resistance was lost, and the hand goes on
   double deepest = 0, seconds = 0, deepest_at = 0;  ///< mm beyond held_at; s since; s when deepest
 
-  // Of all its work; stays when the button is let go.
+  // Total of its work; stays when the button is let go.
   double rise = 0, hottest = 0;  ///< K, of the bone under it
   static const sim::Schema& schema();
 };
 
-/// Resistance was lost and the hand went on: told when it stopped, with the place where it was lost. Pores
-/// that the burr passes are none.
+/// Resistance was lost and the hand went on: emitted when it stopped, with the place where it was lost. Pores
+/// that the burr passes do not count.
 struct Breakthrough {
   double thrust = 0;   ///< N, before
   double plunge = 0;   ///< mm beyond
@@ -76,7 +76,7 @@ struct Breakthrough {
 /// The instrument, for a hand.
 sim::Instrument burr(const Burr& parameters);
 
-/// What drilling adds to an operation: the burr.
+/// Module of drilling tools: the burr.
 class Drilling final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "drilling"; }

@@ -46,7 +46,7 @@ const sim::Schema& Burr::schema() {
       field<&Burr::shaft>("shaft", {.unit = "mm",
                                     .low = 0,
                                     .high = 40,
-                                    .help = "of it that is felt too, with round",
+                                    .help = "of it that touches too, with round",
                                     .label = "Shaft that touches",
                                     .is_expert = true}),
       field<&Burr::is_dry>("dry", {.help = "without irrigation", .label = "Without irrigation"})};

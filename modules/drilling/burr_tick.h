@@ -10,7 +10,7 @@ namespace trephine::drilling {
 
 /// Unit, toward the shaft: a stylus points along its own -z.
 glm::dvec3 shaft_of(const glm::dquat& hand) noexcept;
-/// Of a tool that the bone turns out of the hand's way (ServoRecord::turn_world).
+/// Turn of a tool that the bone turns out of the hand's way (ServoRecord::turn_world).
 glm::dvec3 turned(const glm::dvec3& shaft, const glm::dvec3& turn) noexcept;
 
 class BurrTick {
@@ -18,11 +18,11 @@ class BurrTick {
   /// `body`: the burr's own, or what it is in place of that.
   BurrTick(const Burr& burr, const volume::ToolBody& body, BurrState& state,
            const sim::InstrumentInput& input, sim::Work& work);
-  /// Where it may not go it stops short; null: anywhere.
+  /// Test of places that it may not enter; null: it may go anywhere.
   const std::function<bool(const volume::ToolPlace& from, const volume::ToolPlace& to)>* may_go = nullptr;
 
   void drill();
-  /// What follows from the tick beside the cut: warmth, and whether resistance was lost.
+  /// Consequences of the tick in addition to the cut: heat, and loss of resistance.
   void cool_and_watch();
   /// N, of bone on the burr.
   double press() const noexcept;

@@ -136,14 +136,14 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   // lead the bit to.
   haptics::ServoRecord led = tick;
   const dvec3 from = state.has_centre ? state.centre : tool.at_world;
-  const dvec3 wish = across(tick.pose.position_world - from, tool.axis_world);
-  const double wish_length = glm::length(wish);
-  if (state.heading != dvec3(0) && wish_length > 1e-9) {
+  const dvec3 request = across(tick.pose.position_world - from, tool.axis_world);
+  const double request_length = glm::length(request);
+  if (state.heading != dvec3(0) && request_length > 1e-9) {
     // Aside of that it only leans on its kerf.
     const auto on_the_way = [&](const dvec3& at) {
       return at + glm::dot(at - from, state.heading) * state.heading - across(at - from, tool.axis_world);
     };
-    if (glm::dot(wish, state.heading) > 0) {
+    if (glm::dot(request, state.heading) > 0) {
       led.pose.position_world = on_the_way(tick.pose.position_world);
       led.proxy_world = on_the_way(tick.proxy_world);
     }
@@ -162,16 +162,16 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   cut.may_go = &may_go;
   cut.drill();
   cut.cool_and_watch();
-  // A way through air is none.
+  // A way through air does not count.
   if (!state.has_centre || work.removed().removed_units == 0) return;
   const dvec3 moved = across(state.centre - from, tool.axis_world);
   const double way = glm::length(moved);
   if (way <= 1e-9) return;
   if (state.heading == dvec3(0)) {
     state.heading = moved / way;
-  } else if (wish_length > 1e-9 && glm::dot(moved, state.heading) > 0) {
+  } else if (request_length > 1e-9 && glm::dot(moved, state.heading) > 0) {
     // Turned toward where the hand wants it by as much as the curve allows over that way.
-    const dvec3 aside = across(wish / wish_length, state.heading);
+    const dvec3 aside = across(request / request_length, state.heading);
     const double size = glm::length(aside), most = way / c.turning_radius;
     if (size > 1e-9) state.heading = glm::normalize(state.heading + std::min(1.0, most / size) * aside);
   }

@@ -22,7 +22,7 @@ struct CraniotomeState : BurrState {
   static const sim::Schema& schema();
 };
 
-/// It does not start here: told once, when the button goes down.
+/// It does not start here: emitted once, when the button goes down.
 struct CraniotomeRefused {
   std::string why;
   static const sim::Schema& schema();

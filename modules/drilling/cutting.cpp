@@ -11,7 +11,7 @@ constexpr double k_two_pi = 6.283185307179586;
 // Tangential over normal force: a burr that cuts is held back by about a third of what presses it. Assumed;
 // measured values scatter (docs/drilling.md).
 constexpr double k_drag = 0.3;
-/// J/mm3 of the reference bone, with all that is rubbed away beside it.
+/// J/mm3 of the reference bone, with all that is rubbed away next to it.
 constexpr double k_energy_cutting = 4.0;
 /// From the times of a hole in a skull (Vartiainen et al. 2025): 63 s fluted, 165 s diamond.
 constexpr double k_energy_diamond = k_energy_cutting * 165 / 63;
@@ -25,10 +25,10 @@ constexpr double k_bite_cutting = 8 * 0.010, k_bite_diamond = 8 * 0.001;
 
 // Heat: a disc on a half space (Carslaw and Jaeger 1959, section 10.5), W/(mm K) and mm2/s of cortical bone.
 constexpr double k_conductivity = 0.54e-3, k_diffusivity = 0.25;
-/// Of the power, what goes into the bone and not with the chips. Fitted to 40 K and 137 K above body
+/// Share of the power that goes into the bone and not with the chips. Fitted to 40 K and 137 K above body
 /// temperature (Hosono et al. 2009, dry) at a press of 3 N.
 constexpr double k_heat_cutting = 0.012, k_heat_diamond = 0.041;
-/// Of the rise, what irrigation leaves (between 4 and 20 %, by the two that measured it).
+/// Share of the rise that irrigation leaves (between 4 and 20 %, by the two that measured it).
 constexpr double k_wet = 0.05;
 
 // Apparent density by HU (Rho, Hobatho and Ashman 1995).

@@ -1,5 +1,5 @@
-// How fast a burr takes bone away, and how warm that makes it: what is known of it, and what is assumed.
-// docs/drilling.md tells where each number comes from.
+// Removal rate and heat of a burr: measured data and assumptions.
+// docs/drilling.md cites the source of each number.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 
 namespace trephine::drilling {
 
-/// What it is made to cut with: teeth, grains, or the long flutes of a craniotome, whose chips are coarse.
+/// Cutting edges: teeth, grains, or the long flutes of a craniotome, whose chips are coarse.
 enum class Grade : std::uint8_t { cutting, diamond, router };
 
-/// What a motor, a burr and a hand do together at one moment.
+/// State of motor, burr and hand at one moment.
 struct Cutting {
   Grade grade = Grade::cutting;
   double radius = 2;   ///< mm, where it cuts
@@ -41,7 +41,7 @@ inline constexpr double k_reference_density = 1.8;  ///< g/cm3, apparent, of cor
 
 /// g/cm3 of bone without what fills its pores, by its Hounsfield units; never below a tenth.
 double apparent_density(double hounsfield) noexcept;
-/// How much more energy a mm3 of what was removed took than a mm3 of cortical bone of the reference density.
+/// Energy of removal, relative to that of a mm3 of cortical bone of the reference density.
 /// 1 where the scan says nothing of density, or where nothing was removed.
 double relative_energy(const volume::RemovalReport& removed, const volume::Volume& of) noexcept;
 

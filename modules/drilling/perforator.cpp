@@ -38,7 +38,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   Burr inner = inner_of(p);
   const ToolBody ball = ToolBody::ball(0.5 * p.inner), outer = outer_of(p);
   const double press = BurrTick(inner, ball, state, input, work).press();
-  // In the air it is nowhere; set down elsewhere it begins anew.
+  // In the air it has no place; set down elsewhere it begins again.
   if (!input.tick.has_contact) state.has_centre = false;
   if (!state.has_centre && glm::length(input.tick.proxy_world - state.centre) > 0.5 * p.inner)
     state.has_begun = false;

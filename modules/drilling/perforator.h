@@ -23,7 +23,7 @@ struct PerforatorState : BurrState {
   static const sim::Schema& schema();
 };
 
-/// The clutch let go: told where its tip was.
+/// The clutch let go: emitted where its tip was.
 struct PerforatorStopped {
   double depth = 0;  ///< mm of bone that it went through
   static const sim::Schema& schema();

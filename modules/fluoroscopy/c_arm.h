@@ -1,4 +1,4 @@
-// Where a C-arm stands, in DICOM's words and signs (PS3.3 C.8.7.5), and what its rays are.
+// Pose of a C-arm, in DICOM's words and signs (PS3.3 C.8.7.5), and its rays.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -28,7 +28,7 @@ struct CArm {
 inline constexpr std::string_view k_presets[] = {"ap",    "lateral", "left-oblique", "right-oblique",
                                                  "inlet", "outlet"};
 bool set_preset(CArm& arm, std::string_view name) noexcept;
-/// What no C-arm can be: a source within the detector, a field of nothing, more than 64 million pixels.
+/// Reports an impossible C-arm: a source within the detector, an empty field, more than 64 million pixels.
 volume::Status check(const CArm& arm);
 
 /// The rays of a C-arm that passed check(), world frame. Seen from the detector to the source: in an
@@ -41,9 +41,9 @@ struct View {
 
   explicit View(const CArm& arm);
   glm::dvec3 pixel(double column, double row) const noexcept { return corner + column * right + row * down; }
-  /// Where a point is seen, pixels; none behind the source.
+  /// Projection of a point, pixels; empty behind the source.
   std::optional<glm::dvec2> seen(const glm::dvec3& p_world) const noexcept;
-  /// The same rays, so many of them to a pixel's edge.
+  /// Refines the view: so many rays to a pixel's edge.
   View refined(int times) const noexcept;
   volume::RayFan fan_in(const volume::Frame& frame) const noexcept;
 };

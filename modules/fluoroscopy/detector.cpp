@@ -39,7 +39,7 @@ double photons_met(double mean, std::uint64_t seed, std::size_t pixel) noexcept 
   return count;
 }
 
-/// What passes where so much is summed up.
+/// Transmission of such a sum.
 double passing(double sum) noexcept { return volume::deterministic_exp(-std::min(sum, 690.0)); }
 
 /// Along rows, then along columns, within the open pixels; beyond them the nearest goes on.
@@ -126,7 +126,7 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
   const auto brightness = [&](std::size_t pixel) {
     return display.is_logarithmic ? -weakening(received[pixel]) : static_cast<double>(received[pixel]);
   };
-  // Where something is in the beam; the rest is bright anyway.
+  // Pixels with matter in the beam; the rest is bright anyway.
   std::vector<double> all, beside;
   for (std::size_t pixel = 0; pixel < received.size(); ++pixel)
     if (is_open(pixel)) (received[pixel] < k_empty_beam ? all : beside).push_back(brightness(pixel));
@@ -139,7 +139,7 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
     return *at;
   };
   if (display.is_logarithmic) {
-    // Of the body: what is much thinner than most of it would leave no greys for the rest.
+    // The greys are the body's: what is much thinner than most of it would leave none for the rest.
     const double thin = k_thin * percentile(0.25);
     std::vector<double> body;
     for (const double b : all)

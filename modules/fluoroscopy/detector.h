@@ -15,7 +15,7 @@ struct Detector {
   std::uint64_t seed = 1;  ///< of the noise
 };
 
-/// What each pixel receives, 1: all that was sent. `sums`: of `view` refined so many times; a pixel receives
+/// Signal of each pixel, 1: all that was sent. `sums`: of `view` refined so many times; a pixel receives
 /// the mean of its rays. Closed pixels 0. The same bits for any number of threads.
 std::vector<float> receive(std::span<const double> sums, const View& view, int rays_a_pixel_edge,
                            const Detector& detector, int threads = 0);

@@ -34,7 +34,7 @@ volume::Status Fluoroscopy::allows(const sim::Command& command, const sim::Opera
   if (const auto* arm = command.what.as<CArm>()) return check(*arm);
   const auto* state = now.settings_of<FluoroscopyState>();
   if (command.what.as<Shoot>() != nullptr && state != nullptr && !state->is_placed)
-    return volume::Error{"nobody said where the C-arm stands", "shoot", "", "a command c-arm before it", ""};
+    return volume::Error{"the C-arm's position is not set", "shoot", "", "a command c-arm before it", ""};
   return std::nullopt;
 }
 

@@ -24,7 +24,7 @@ struct Dose {
 inline constexpr double k_kerma_output = 1e-5;  ///< mGy m2 / (kV2 mA s)
 Dose dose_of(const CArm& arm, const Shoot& shot) noexcept;
 
-/// Told at the isocentre: what is needed to make the image again of that moment's state.
+/// Emitted at the isocentre: what is needed to make the image again of that moment's state.
 struct XrayTaken : CArm {
   std::int64_t number = 0;
   double time = 0, voltage = 0, current = 0;  ///< s, kV, mA
@@ -32,9 +32,9 @@ struct XrayTaken : CArm {
   static const sim::Schema& schema();
 };
 
-/// Where the C-arm stands, and all that it gave. Undo leaves it alone.
+/// Pose of the C-arm, and its images. Undo leaves it alone.
 struct FluoroscopyState : CArm {
-  bool is_placed = false;  ///< somebody said where it stands
+  bool is_placed = false;  ///< its position was set
   std::int64_t shots = 0;
   double seconds = 0, kerma = 0, area_product = 0;
   static const sim::Schema& schema();

@@ -1,4 +1,4 @@
-// Where rays of a view go into closed meshes and out of them: every closed mesh is left as often as it is
+// Entries and exits of a view's rays in closed meshes: every closed mesh is left as often as it is
 // entered, on every ray, whatever its corners and edges are aimed at.
 #pragma once
 

@@ -27,7 +27,7 @@ void add_changed(const Version& of, const Version* other, std::set<std::array<in
   });
 }
 
-/// How much of a voxel is gone, by the distances of its samples to what was removed: unlike the masks of a
+/// Removed share of a voxel, by the distances of its samples to what was removed: unlike the masks of a
 /// version they never change, whatever stroke goes on. A sample near the surface counts in part.
 double removed_share(const Version& version, const ivec3& voxel, double softness) {
   const volume::CutLattice& lattice = version.lattice();

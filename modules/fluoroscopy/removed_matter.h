@@ -1,4 +1,4 @@
-// What was taken from a scan, as what an X-ray of the whole scan has too much of.
+// Matter removed from a scan, as the excess of an X-ray of the whole scan.
 #pragma once
 
 #include <array>
@@ -26,14 +26,14 @@ class RemovedMatter {
   };
 
   /// Goes on to a version of the volume of `lines`, frozen or not: only blocks in which bricks differ from
-  /// those of the one before are made anew. The blocks (voxel >> 3) that changed.
+  /// those of the previous one are updated. The blocks (voxel >> 3) that changed.
   std::vector<glm::ivec3> update(const volume::LineIntegrals& lines,
                                  std::shared_ptr<const volume::Version> version, int threads);
   /// By rising place.
   using Blocks = std::map<std::array<int, 3>, Block>;  // z, y, x
   const Blocks& blocks() const noexcept { return blocks_; }
   static volume::VoxelBox box_of(const std::array<int, 3>& place) noexcept;
-  /// What a ray (volume frame) passes of one block between two of its parameters.
+  /// Length of a ray (volume frame) within one block between two of its parameters.
   static double sum(const volume::Ray& ray, double from, double to, const std::array<int, 3>& place,
                     const Block& block) noexcept;
   /// The sum along the whole ray, interpolated between the voxels of each slab across `axis`, as

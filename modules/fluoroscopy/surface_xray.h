@@ -18,7 +18,7 @@ struct SurfaceObject {
   double edge = 0;       ///< what a ray that only grazes it counts (no unit); squarely met: nothing
 };
 
-/// Sum of signed depths times weight (the ray's way within), and beside it the edges: a pixel's transmission
+/// Sum of signed depths times weight (the ray's way within), and with it the edges: a pixel's transmission
 /// is exp(-(within + edges)). Row by row of the whole view; closed pixels 0.
 struct SurfaceXray {
   std::vector<double> within, edges;

@@ -50,7 +50,7 @@ PixelBox VolumeXray::shadow(const View& view, const std::array<int, 3>& block) c
   double low_x = 1e300, low_y = 1e300, high_x = -1e300, high_y = -1e300;
   for (const dvec3& corner : volume::corners_world(scan_->frame, box.low, box.high)) {
     const auto at = view.seen(corner);
-    if (!at) return view.open;  // beside or behind the source: anywhere
+    if (!at) return view.open;  // level with or behind the source: anywhere
     low_x = std::min(low_x, at->x), high_x = std::max(high_x, at->x);
     low_y = std::min(low_y, at->y), high_y = std::max(high_y, at->y);
   }
@@ -228,7 +228,7 @@ int VolumeXray::body_axis() const {
 std::vector<double> VolumeXray::beyond(const View& view, int threads) const {
   constexpr int k_tissue = 40;     // HU, in place of bone
   constexpr int k_step = 4;        // pixels: between them it is interpolated ...
-  constexpr double k_even = 0.03;  // ... where they differ by no more than nobody sees
+  constexpr double k_even = 0.03;  // ... where the difference is invisible
   std::vector<double> result(static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows), 0);
   const dvec3 size(scan_->size);
   const int d = beam_axis(view), body = body_axis(), side = 3 - d - body;

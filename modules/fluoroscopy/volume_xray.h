@@ -9,7 +9,7 @@
 
 namespace trephine::fluoroscopy {
 
-/// A closed thing beside the scan. It takes the place of what lies where it is.
+/// A closed object in addition to the scan. It replaces the matter where it is.
 struct Thing {
   std::shared_ptr<const haptics::MeshTree> tree;
   haptics::Placement place;
@@ -17,14 +17,14 @@ struct Thing {
   bool is_of_scan = false;  ///< it came off: it attenuates as the untouched scan does where it was
 };
 
-/// Where a ray passes the scan's border within the body: nowhere; at a side, where pictures let soft tissue
-/// go on (beyond()); at the first or last slice, where they show nothing.
+/// Places where a ray passes the scan's border within the body: nowhere; at a side, where pictures let soft
+/// tissue go on (beyond()); at the first or last slice, where they show nothing.
 enum class Border : std::uint8_t { none, side, end };
 inline constexpr int k_tissue_from = -300;  ///< HU, at the border
 
 class VolumeXray {
  public:
-  /// Of a scan in Hounsfield units; one pass over it. threads 0 = all cores.
+  /// Prepares a scan in Hounsfield units; one pass over it. threads 0 = all cores.
   VolumeXray(std::shared_ptr<const volume::Volume> scan, double energy_kev, int threads = 0);
 
   /// Makes sums() those of this view and state: `version` of this scan, frozen or not: any thread. What is
@@ -37,7 +37,7 @@ class VolumeXray {
   /// The integral of attenuation along each pixel's ray, row by row of the whole view: exp(-sum) of the
   /// radiation passes. 0 where collimators are closed.
   const std::vector<double>& sums() const noexcept { return sums_; }
-  /// What the body would weaken rays by beside the scan, where its sides cut through it, so that no walls are
+  /// Attenuation of the body outside the scan, where its sides cut through it, so that no walls are
   /// seen there: as thick as the scan along the beam, what is nearest at the border goes on, bone as soft
   /// tissue. Beyond the first and last slice nothing does. For pictures; no part of sums().
   std::vector<double> beyond(const View& view, int threads = 0) const;

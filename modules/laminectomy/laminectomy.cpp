@@ -30,15 +30,15 @@ struct Judged final : sim::JobResult {
 };
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
-  const auto& wish = *static_cast<const JudgeLaminectomy*>(parameters);
-  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(wish.item)].field;
-  const int label = wish.vertebra.empty() ? -1 : bone.volume().label_value(wish.vertebra);
+  const auto& request = *static_cast<const JudgeLaminectomy*>(parameters);
+  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
+  const int label = request.vertebra.empty() ? -1 : bone.volume().label_value(request.vertebra);
   auto made = std::make_shared<Judged>();
   Outcome outcome;
   Trouble trouble;
-  if (judge(bone, label, wish.canal.empty() ? nullptr : wish.canal.data(), *input.state.world.version,
+  if (judge(bone, label, request.canal.empty() ? nullptr : request.canal.data(), *input.state.world.version,
             outcome, trouble)) {
-    made->what = judgement_of(outcome, wish.vertebra);
+    made->what = judgement_of(outcome, request.vertebra);
     made->at = outcome.frame.middle;
   } else {
     made->trouble = trouble;
@@ -48,14 +48,14 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
 }
 
 volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
-  const auto& wish = *static_cast<const JudgeLaminectomy*>(parameters);
-  if (wish.item < 0 || static_cast<std::size_t>(wish.item) >= anatomy.items.size() ||
-      anatomy.items[static_cast<std::size_t>(wish.item)].is_mesh())
+  const auto& request = *static_cast<const JudgeLaminectomy*>(parameters);
+  if (request.item < 0 || static_cast<std::size_t>(request.item) >= anatomy.items.size() ||
+      anatomy.items[static_cast<std::size_t>(request.item)].is_mesh())
     return volume::Error{"there is no such shape of a volume", "judge-laminectomy item",
-                         std::to_string(wish.item), "a shape of the anatomy", ""};
-  const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(wish.item)].field.volume();
-  if (!wish.vertebra.empty() && (scan.labels.is_empty() || scan.label_value(wish.vertebra) <= 0))
-    return volume::Error{"there is no label of that name", "judge-laminectomy vertebra", wish.vertebra,
+                         std::to_string(request.item), "a shape of the anatomy", ""};
+  const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(request.item)].field.volume();
+  if (!request.vertebra.empty() && (scan.labels.is_empty() || scan.label_value(request.vertebra) <= 0))
+    return volume::Error{"there is no label of that name", "judge-laminectomy vertebra", request.vertebra,
                          "a label of the scan", "or name a place in its canal"};
   return std::nullopt;
 }
@@ -122,13 +122,13 @@ std::span<const sim::ValueType* const> Laminectomy::events() const {
 }
 
 volume::Status Laminectomy::allows(const sim::Command& command, const sim::OperationState&) const {
-  const auto* wish = command.what.as<JudgeLaminectomy>();
-  if (wish == nullptr) return std::nullopt;
-  if (wish->canal.size() > 1)
+  const auto* request = command.what.as<JudgeLaminectomy>();
+  if (request == nullptr) return std::nullopt;
+  if (request->canal.size() > 1)
     return volume::Error{"there are several places in the canal", "judge-laminectomy canal",
-                         std::to_string(wish->canal.size()), "one, or none", ""};
-  if (wish->vertebra.empty() && wish->canal.empty())
-    return volume::Error{"nobody says which vertebra", "judge-laminectomy", "",
+                         std::to_string(request->canal.size()), "one, or none", ""};
+  if (request->vertebra.empty() && request->canal.empty())
+    return volume::Error{"no vertebra selected", "judge-laminectomy", "",
                          "vertebra, a label of the scan, or canal, a place in its canal", ""};
   return std::nullopt;
 }

@@ -15,7 +15,7 @@ struct JudgeLaminectomy {
   static const sim::Schema& schema();
 };
 
-/// Told at the middle of the canal, and kept: what was judged last. Undo leaves it alone.
+/// Emitted at the middle of the canal, and kept: the last judgement. Undo leaves it alone.
 struct Judgement {
   std::string vertebra;
   double canal_before = 0, canal_after = 0;  ///< mm2, where the canal was narrowest under a roof
@@ -36,7 +36,7 @@ struct Judgement {
 };
 Judgement judgement_of(const Outcome& outcome, const std::string& vertebra);
 
-/// Told where it is the matter.
+/// Emitted at the location of the problem.
 struct NoVertebra {
   std::string vertebra, why;
   static const sim::Schema& schema();

@@ -55,7 +55,7 @@ class Judge {
           section_at(o_.frame, o_.frame.low + i * k_section, {bone_, label_}, &version_);
     });
     if (!find_pedicles()) {
-      trouble = {"no pedicles stand beside the canal", o_.frame.middle};
+      trouble = {"no pedicles on both sides of the canal", o_.frame.middle};
       return false;
     }
     if (!find_roof()) {
@@ -152,7 +152,7 @@ class Judge {
   }
 
  private:
-  /// Where the pedicles close the canal on both sides: the longest such stretch; and how wide it is there.
+  /// Finds where the pedicles close the canal on both sides: the longest such stretch; and its width there.
   bool find_pedicles() {
     std::size_t best = 0, best_count = 0, count = 0;
     for (std::size_t i = 0; i < o_.sections.size(); ++i) {

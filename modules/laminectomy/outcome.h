@@ -1,4 +1,4 @@
-// What a laminectomy came to: room in the canal, what is left of the vertebra's back.
+// Outcome of a laminectomy: room in the canal, remains of the vertebra's back.
 #pragma once
 
 #include "modules/laminectomy/vertebra.h"
@@ -42,8 +42,8 @@ struct Outcome {
   }
 };
 
-/// Of the vertebra with this label; -1 and a place in its canal: of the bone within 18 mm above and below it.
-/// `version` is frozen. False, and why, when no such vertebra is found.
+/// Judges the vertebra with this label; -1 and a place in its canal: the bone within 18 mm above and below
+/// it. `version` is frozen. False, and why, when no such vertebra is found.
 bool judge(const volume::Field& bone, int label, const glm::dvec3* canal_world,
            const volume::Version& version, Outcome& outcome, Trouble& trouble);
 

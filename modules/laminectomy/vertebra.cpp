@@ -57,8 +57,8 @@ class Line {
     }
     return 0.5 * (one + other);
   }
-  /// Where the scan is half way between what lies before the surface at t and the bone behind it; that is
-  /// where the surface is, whatever the window. `step`: mm. t itself where the scan does not tell.
+  /// Finds where the scan is half way between what lies before the surface at t and the bone behind it; that
+  /// is where the surface is, whatever the window. `step`: mm. t itself where the scan does not show it.
   double half_way(double t, double step) const {
     if (bone_.shape().is_label()) return t;
     constexpr double k_before = 2, k_behind = 3.5;  // voxels, as blurred as scans are
@@ -113,7 +113,7 @@ std::vector<dvec3> places_of(const volume::Volume& scan, int label) {
   return places;
 }
 
-/// Where most directions across meet the label: the hole in its ring. False: there is none.
+/// Finds the place from which most directions across meet the label: the hole in its ring. False: no hole.
 bool find_hole(const volume::Volume& scan, int label, const std::vector<dvec3>& places, dvec3& hole) {
   constexpr double k_grid = 2, k_step = 1, k_far = 25;  // mm
   constexpr int k_ways = 16, k_enough = 14;
@@ -194,8 +194,8 @@ double front_of(const VertebraFrame& frame, const Walls& walls) {
   return *middle;
 }
 
-/// How the middles of the body's cuts across lean, mm to the left and to the back a mm up; 0 where there is
-/// too little of a body. Its ends are left out: where they are not at right angles they would tell.
+/// Lean of the middles of the body's cuts across, mm to the left and to the back a mm up; 0 where there is
+/// too little of a body. Its ends are left out: where they are not at right angles they would bias it.
 dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& places, double front) {
   constexpr double k_spared = 0.2;  // of its height at either end
   constexpr double k_behind = 4;    // mm, where pedicles begin

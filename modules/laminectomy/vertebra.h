@@ -1,4 +1,4 @@
-// Where a vertebra and its canal lie, found in the bone itself.
+// Location of a vertebra and its canal, found in the bone itself.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct VertebraFrame {
   glm::dvec3 local(const glm::dvec3& w) const noexcept;
 };
 
-/// Why there is none; where.
+/// Reason and location of a failure.
 struct Trouble {
   std::string why;
   glm::dvec3 at_world{0.0};
@@ -27,7 +27,7 @@ struct Trouble {
 
 /// Rays of a plane across the canal, turned from `back` toward `left`.
 inline constexpr int k_rays = 720;
-/// Bone farther from the canal's middle is none of its wall, mm.
+/// Bone farther from the canal's middle does not belong to its wall, mm.
 inline constexpr double k_reach = 20;
 
 /// The canal's wall in the plane at `z` along `up`, as it was and as it is.
@@ -41,17 +41,17 @@ struct CanalSection {
   bool is_closed(int ray, bool of_after) const noexcept;
   /// Has it a roof: are all rays within 35 degrees of straight back closed, by the vertebra itself?
   bool has_roof(bool of_after) const noexcept;
-  /// mm2 within the wall; where it is open, within the straight line between the ends of the bone beside the
+  /// mm2 within the wall; where it is open, within the straight line between the ends of the bone at the
   /// opening, and never less than before. Nothing (below 0) where less than half is closed.
   double area(bool of_after) const noexcept;
-  /// mm, between the ends of the bone beside the opening that was cut into the roof; 0: there is none.
+  /// mm, between the ends of the bone at the opening that was cut into the roof; 0: not open.
   double opening() const noexcept;
 };
 /// The direction of a ray, of unit length: x to the left, y to the back.
 glm::dvec2 ray_direction(int ray) noexcept;
 
-/// What bounds a canal: bone, and the label of its vertebra, which knows better where that ends than blurred
-/// walls do; -1: there is none.
+/// Walls of a canal: bone, and the label of its vertebra, which ends more exactly than blurred
+/// walls do; -1: no label.
 struct Walls {
   volume::Field bone;
   int label = -1;
@@ -60,9 +60,9 @@ struct Walls {
 CanalSection section_at(const VertebraFrame& frame, double z, const Walls& walls,
                         const volume::Version* after);
 
-/// Of the vertebra with that label; without one of the bone around `canal_world`, patient upright.
+/// Finds the vertebra with that label; without one the bone around `canal_world`, patient upright.
 /// `canal_world`: a place in its canal at the height of the lamina; null: it is found. False, and why, when
-/// there is none.
+/// it is not found.
 bool find_vertebra(const Walls& walls, const glm::dvec3* canal_world, VertebraFrame& frame, Trouble& trouble);
 
 }  // namespace trephine::laminectomy

@@ -1,4 +1,4 @@
-// What is marked on a surface: how large the part within an outline is, and a part by itself.
+// Measures on a surface: size of the part within an outline, and of a separate part.
 #pragma once
 
 #include <optional>

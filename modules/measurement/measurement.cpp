@@ -62,7 +62,7 @@ haptics::Surface surface_near(const volume::Field& shape, const volume::Version&
   return {std::move(vertices), std::move(triangles)};
 }
 
-/// How deep a place lies within what is left of a shape, to first order.
+/// Depth of a place within what is left of a shape, to first order.
 haptics::Inside inside(const volume::Field& shape, const volume::Version& version, const dvec3& world) {
   const volume::Frame& frame = shape.volume().frame;
   const dvec3 p = frame.volume_from_world(world);
@@ -78,7 +78,7 @@ haptics::Inside inside(const volume::Field& shape, const volume::Version& versio
   return is;
 }
 
-/// What is kept says where it lies, no more.
+/// Kept measurements have their location, no more.
 void thin_out(std::vector<dvec3>& line) {
   constexpr std::size_t k_most = 400;
   if (line.size() <= k_most) return;
@@ -93,18 +93,18 @@ struct LineOnSurface {
   haptics::Surface surface;
   std::vector<haptics::Surface::Place> places;
 };
-std::optional<LineOnSurface> lay_line(const Measure& wish, const volume::Field& shape,
+std::optional<LineOnSurface> lay_line(const Measure& request, const volume::Field& shape,
                                       const volume::Version& version, bool is_closed, Measured& made) {
   double farthest = 0;
-  for (const dvec3& p : wish.at) farthest = std::max(farthest, glm::length(p - wish.at[0]));
-  // What is around the way first; all of it where nothing is there.
+  for (const dvec3& p : request.at) farthest = std::max(farthest, glm::length(p - request.at[0]));
+  // Looks around the way first; at all of it where nothing is there.
   for (const double reach : {0.6 * farthest + 20, 1e6}) {
-    haptics::Surface surface = surface_near(shape, version, wish.at, reach);
+    haptics::Surface surface = surface_near(shape, version, request.at, reach);
     made.line.clear();
-    auto places = surface.nearest_on_one_part(wish.at);
+    auto places = surface.nearest_on_one_part(request.at);
     made.moved = 0;
     for (std::size_t i = 0; i < places.size(); ++i)
-      made.moved = std::max(made.moved, glm::length(places[i].at - wish.at[i]));
+      made.moved = std::max(made.moved, glm::length(places[i].at - request.at[i]));
     for (std::size_t i = 1; i < places.size() + is_closed; ++i) {
       const std::vector<dvec3> part =
           haptics::surface_line(surface, places[i - 1], places[i % places.size()]);
@@ -120,16 +120,16 @@ std::optional<LineOnSurface> lay_line(const Measure& wish, const volume::Field& 
     std::snprintf(text, sizeof text, "a place lies %.1f mm from the surface; at most %.0f", made.moved,
                   k_farthest);
     made.trouble = text;
-    made.line = wish.at;
+    made.line = request.at;
     return std::nullopt;
   }
   made.trouble = "no surface joins these places";
   return std::nullopt;
 }
 
-void measure_patch(const Measure& wish, const volume::Field& shape, const volume::Version& version,
+void measure_patch(const Measure& request, const volume::Field& shape, const volume::Version& version,
                    Measured& made) {
-  const auto laid = lay_line(wish, shape, version, true, made);
+  const auto laid = lay_line(request, shape, version, true, made);
   if (!laid) return;
   made.length = haptics::length_of(made.line);
   const auto area = area_within(laid->surface, laid->places, made.line);
@@ -140,25 +140,25 @@ void measure_patch(const Measure& wish, const volume::Field& shape, const volume
     made.trouble = "the surface turns away within the outline: mark it in smaller parts";
 }
 
-void measure_part(const Measure& wish, const volume::Field& shape, const volume::Version& version,
+void measure_part(const Measure& request, const volume::Field& shape, const volume::Version& version,
                   Measured& made) {
-  const haptics::Surface surface = surface_near(shape, version, wish.at, wish.radius + 5);
+  const haptics::Surface surface = surface_near(shape, version, request.at, request.radius + 5);
   haptics::Surface::Place place;
-  if (!surface.nearest(wish.at[0], place) || glm::length(place.at - wish.at[0]) > wish.radius) {
+  if (!surface.nearest(request.at[0], place) || glm::length(place.at - request.at[0]) > request.radius) {
     made.trouble = "nothing of the shape is so near";
     return;
   }
-  const MarkedPart part = part_of(surface, place.triangle, wish.at[0]);
-  if (part.farthest > wish.radius) {
+  const MarkedPart part = part_of(surface, place.triangle, request.at[0]);
+  if (part.farthest > request.radius) {
     made.trouble = "the part reaches farther than the radius";
     return;
   }
   made.area = part.area, made.size = std::abs(part.volume);
 }
 
-void measure_tape(const Measure& wish, const volume::Field& shape, const volume::Version& version,
+void measure_tape(const Measure& request, const volume::Field& shape, const volume::Version& version,
                   Measured& made) {
-  if (!lay_line(wish, shape, version, false, made)) return;
+  if (!lay_line(request, shape, version, false, made)) return;
   made.length = haptics::length_of(made.line);
   made.straight = glm::length(made.line.back() - made.line.front());
   made.taut = haptics::length_of(
@@ -166,14 +166,14 @@ void measure_tape(const Measure& wish, const volume::Field& shape, const volume:
   thin_out(made.line);
 }
 
-void measure_region(const Measure& wish, const volume::Volume& scan, Measured& made) {
-  const dvec3 middle = scan.frame.volume_from_world(wish.at[0]);
+void measure_region(const Measure& request, const volume::Volume& scan, Measured& made) {
+  const dvec3 middle = scan.frame.volume_from_world(request.at[0]);
   glm::ivec3 low, high;
   for (int a = 0; a < 3; ++a) {
-    // How many voxels of this axis the ball may reach over, whichever way the axes lean.
+    // Number of voxels of this axis that the ball may reach over, whichever way the axes lean.
     dvec3 unit(0.0);
     unit[a] = 1;
-    const double reach = wish.radius * glm::length(scan.frame.gradient_world_from_volume(unit));
+    const double reach = request.radius * glm::length(scan.frame.gradient_world_from_volume(unit));
     low[a] = std::max(0, static_cast<int>(std::floor(middle[a] - reach)));
     high[a] = std::min(scan.size[a] - 1, static_cast<int>(std::ceil(middle[a] + reach)));
   }
@@ -183,7 +183,7 @@ void measure_region(const Measure& wish, const volume::Volume& scan, Measured& m
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x) {
         const dvec3 off = scan.frame.vector_world_from_volume(dvec3(x, y, z) - middle);
-        if (glm::dot(off, off) > wish.radius * wish.radius) continue;
+        if (glm::dot(off, off) > request.radius * request.radius) continue;
         const double v = scan.voxels[scan.index(x, y, z)];
         ++count, sum += v, square += v * v;
         made.least = std::min(made.least, v), made.most = std::max(made.most, v);
@@ -198,7 +198,7 @@ void measure_region(const Measure& wish, const volume::Volume& scan, Measured& m
   made.size = count * scan.frame.voxel_mm3();
 }
 
-/// The number that is written beside it.
+/// The number that is written next to it.
 double value_of(const Measured& what) noexcept {
   switch (what.kind) {
     case Kind::angle:
@@ -231,9 +231,9 @@ struct Result final : sim::JobResult {
 };
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
-  const auto& wish = *static_cast<const Measure*>(parameters);
+  const auto& request = *static_cast<const Measure*>(parameters);
   auto made = std::make_shared<Result>();
-  made->what = measure(wish, input.anatomy.items[static_cast<std::size_t>(wish.item)].field,
+  made->what = measure(request, input.anatomy.items[static_cast<std::size_t>(request.item)].field,
                        *input.state.world.version);
   volume::MixHash all;
   sim::add_value(all, made->what);
@@ -242,10 +242,10 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
 }
 
 volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
-  const auto& wish = *static_cast<const Measure*>(parameters);
-  if (wish.item < 0 || static_cast<std::size_t>(wish.item) >= anatomy.items.size() ||
-      anatomy.items[static_cast<std::size_t>(wish.item)].is_mesh())
-    return volume::Error{"there is no such shape of a volume", "measure item", std::to_string(wish.item),
+  const auto& request = *static_cast<const Measure*>(parameters);
+  if (request.item < 0 || static_cast<std::size_t>(request.item) >= anatomy.items.size() ||
+      anatomy.items[static_cast<std::size_t>(request.item)].is_mesh())
+    return volume::Error{"there is no such shape of a volume", "measure item", std::to_string(request.item),
                          "a shape of the anatomy", ""};
   return std::nullopt;
 }
@@ -271,28 +271,28 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
 
 std::string words_of(const Measured& what) { return words_of(what.kind, value_of(what)); }
 
-Measured measure(const Measure& wish, const volume::Field& shape, const volume::Version& version) {
+Measured measure(const Measure& request, const volume::Field& shape, const volume::Version& version) {
   Measured made;
-  made.kind = wish.kind, made.is_any = true;
-  made.line = wish.at;
-  switch (wish.kind) {
+  made.kind = request.kind, made.is_any = true;
+  made.line = request.at;
+  switch (request.kind) {
     case Kind::ruler:
-      made.length = made.straight = glm::length(wish.at[1] - wish.at[0]);
+      made.length = made.straight = glm::length(request.at[1] - request.at[0]);
       break;
     case Kind::angle:
-      made.angle = angle_between(wish.at[0] - wish.at[1], wish.at[2] - wish.at[1]);
+      made.angle = angle_between(request.at[0] - request.at[1], request.at[2] - request.at[1]);
       break;
     case Kind::tape:
-      measure_tape(wish, shape, version, made);
+      measure_tape(request, shape, version, made);
       break;
     case Kind::region:
-      measure_region(wish, shape.volume(), made);
+      measure_region(request, shape.volume(), made);
       break;
     case Kind::patch:
-      measure_patch(wish, shape, version, made);
+      measure_patch(request, shape, version, made);
       break;
     case Kind::part:
-      measure_part(wish, shape, version, made);
+      measure_part(request, shape, version, made);
       break;
   }
   return made;
@@ -319,22 +319,23 @@ std::span<const sim::ValueType* const> Measurement::events() const {
 }
 
 volume::Status Measurement::allows(const sim::Command& command, const sim::OperationState&) const {
-  const auto* wish = command.what.as<Measure>();
-  if (wish == nullptr) return std::nullopt;
-  const std::size_t count = wish->at.size();
-  const bool is_good = wish->kind == Kind::ruler                                ? count == 2
-                       : wish->kind == Kind::angle                              ? count == 3
-                       : wish->kind == Kind::region || wish->kind == Kind::part ? count == 1
-                       : wish->kind == Kind::patch                              ? count >= 3 && count <= 100
-                                                                                : count >= 2 && count <= 100;
+  const auto* request = command.what.as<Measure>();
+  if (request == nullptr) return std::nullopt;
+  const std::size_t count = request->at.size();
+  const bool is_good = request->kind == Kind::ruler                                   ? count == 2
+                       : request->kind == Kind::angle                                 ? count == 3
+                       : request->kind == Kind::region || request->kind == Kind::part ? count == 1
+                       : request->kind == Kind::patch ? count >= 3 && count <= 100
+                                                      : count >= 2 && count <= 100;
   if (!is_good)
     return volume::Error{"these are not as many places as it takes", "measure at", std::to_string(count),
                          "two for a ruler, three for an angle, one for a region or a part, 2 to 100 for a "
                          "tape, 3 to 100 for a patch",
                          ""};
-  if (wish->kind == Kind::angle && count == 3 && (wish->at[0] == wish->at[1] || wish->at[2] == wish->at[1]))
+  if (request->kind == Kind::angle && count == 3 &&
+      (request->at[0] == request->at[1] || request->at[2] == request->at[1]))
     return volume::Error{"an angle's corner is one of its ends", "measure at", "", "three places", ""};
-  for (const dvec3& p : wish->at)
+  for (const dvec3& p : request->at)
     if (!(glm::dot(p, p) < 1e12))
       return volume::Error{"a place lies nowhere", "measure at", "", "finite numbers, mm", ""};
   return std::nullopt;

@@ -19,7 +19,7 @@ struct Measure {
   static const sim::Schema& schema();
 };
 
-/// Told where it was measured, and kept: what was measured last.
+/// Emitted where it was measured, and kept: the last measurement.
 struct Measured {
   Kind kind = Kind::ruler;
   bool is_any = false;
@@ -30,12 +30,12 @@ struct Measured {
   double angle = 0;     ///< degrees
   double mean = 0, deviation = 0, least = 0, most = 0;  ///< of a region's voxels, as they were scanned
   double size = 0;                                      ///< mm3 of these voxels, or of a part
-  std::string trouble;                                  ///< why there is none of it; empty: it is there
+  std::string trouble;                                  ///< reason of a failure; empty: success
   std::vector<glm::dvec3> line = {};                    ///< as it lies
   double area = 0;                                      ///< mm2, of a patch, or of a part's surface
   static const sim::Schema& schema();
 };
-/// What it comes to, with its unit, as it is written beside it.
+/// Value with its unit, as it is written next to it.
 std::string words_of(const Measured& what);
 
 /// A command: what was measured is not shown any more.
@@ -43,7 +43,7 @@ struct ClearMeasures {
   static const sim::Schema& schema();
 };
 
-/// What was measured last, and what is shown: the newest `k_shown`.
+/// Last measurements, and those that are shown: the newest `k_shown`.
 struct MeasurementState : Measured {
   static constexpr std::size_t k_shown = 32;
   std::vector<double> kinds, counts,
@@ -52,8 +52,8 @@ struct MeasurementState : Measured {
   static const sim::Schema& schema();
 };
 
-/// Of a shape as `version` (frozen) has it.
-Measured measure(const Measure& wish, const volume::Field& shape, const volume::Version& version);
+/// Measures a shape as `version` (frozen) has it.
+Measured measure(const Measure& request, const volume::Field& shape, const volume::Version& version);
 
 class Measurement final : public sim::Module {
  public:

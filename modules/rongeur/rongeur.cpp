@@ -15,7 +15,7 @@ namespace {
 
 constexpr double k_closed = 0.98, k_open = 0.2;  // of a squeeze: bites, and may bite again
 
-/// Where the bite is: its axis leads from one jaw to the other.
+/// Place of the bite: its axis leads from one jaw to the other.
 ToolPlace place_of(const Rongeur& r, const sim::InstrumentInput& input) {
   const glm::dquat turn = glm::normalize(input.tick.pose.orientation);
   const dvec3 shaft = turn * dvec3(0, 0, 1), tip = input.tick.proxy_world;
@@ -75,8 +75,8 @@ double bite_size(const Rongeur& r, const ToolPlace& at, const sim::Work& work) {
 
 void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::Pose& pose = input.tick.pose;
-  if (input.tick.raised & haptics::fault_not_finite) return;  // nobody knows what the hand does
-  // What the jaws do is the hand's, whatever stroke it is: after an undo they open first, too.
+  if (input.tick.raised & haptics::fault_not_finite) return;  // the hand's motion is unknown
+  // The state of the jaws is the hand's, whatever stroke it is: after an undo they open first, too.
 
   const double squeeze = std::clamp(static_cast<double>(pose.axes[0]), 0.0, 1.0);
   state.has_squeeze = state.has_squeeze || squeeze > 0;
@@ -104,7 +104,7 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
   if (bitten.removed_units > 0) work.raise_event(Bite{work.left().mm3_of(bitten.removed_units)}, middle);
 }
 
-/// What comes near to dura: a ball as wide as the jaws, on whose underside a Kerrison's foot ends, or between
+/// Body near the dura: a ball as wide as the jaws, on whose underside a Kerrison's foot ends, or between
 /// a rongeur's cups.
 sim::ToolBall body(const Rongeur& r, const RongeurState&, const sim::InstrumentInput& input) {
   const ToolPlace at = place_of(r, input);

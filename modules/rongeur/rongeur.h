@@ -18,7 +18,7 @@ struct Rongeur {
   double most = 60;         ///< mm3 that a hand can bite through at once; more is refused
   double close_time = 0.4;  ///< s of the button held until they are closed, where the device has no squeeze
   static const sim::Schema& schema();
-  /// What lies between the open jaws.
+  /// Bone between the open jaws.
   volume::ToolBody bite() const noexcept {
     return volume::ToolBody::cylinder(0.5 * width, opening, 0.1 * width);
   }

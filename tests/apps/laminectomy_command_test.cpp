@@ -44,7 +44,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   }
   EXPECT_GE(bites, 20u);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"", "which vertebra"}, {"--canal 1,2", "X,Y,Z"}, {"--vertebra L4 --until -1", "out of range"}}) {
+           {"", "no vertebra selected"}, {"--canal 1,2", "X,Y,Z"}, {"--vertebra L4 --until -1", "out of range"}}) {
     const Ended bad = run("laminectomy l.session " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;

@@ -79,18 +79,18 @@ long apart(const DepthCube& ours, const SixImages& peer, double edge) {
   return count;
 }
 
-DrawPeerWish wish_of(const Floats& floats, const BenchModel& m, const dvec3& middle, double edge, int rounds,
-                     SixImages& images) {
-  DrawPeerWish wish{floats.vertices.data(),
-                    static_cast<long>(m.vertices.size()),
-                    m.triangles.data(),
-                    static_cast<long>(m.triangles.size() / 3),
-                    {},
-                    edge,
-                    rounds,
-                    images.mm.data()};
-  for (int a = 0; a < 3; ++a) wish.middle[a] = middle[a];
-  return wish;
+DrawPeerRequest request_of(const Floats& floats, const BenchModel& m, const dvec3& middle, double edge,
+                           int rounds, SixImages& images) {
+  DrawPeerRequest request{floats.vertices.data(),
+                          static_cast<long>(m.vertices.size()),
+                          m.triangles.data(),
+                          static_cast<long>(m.triangles.size() / 3),
+                          {},
+                          edge,
+                          rounds,
+                          images.mm.data()};
+  for (int a = 0; a < 3; ++a) request.middle[a] = middle[a];
+  return request;
 }
 
 }  // namespace
@@ -134,7 +134,7 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
       }
       if (const DrawOn on = draw_on(pixels); on.window && draw_peer()) {
         DrawPeerAnswer answer;
-        if (draw_peer()(wish_of(floats, m, touched, k_edge, 3, images), on.window, answer)) {
+        if (draw_peer()(request_of(floats, m, touched, k_edge, 3, images), on.window, answer)) {
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
           row.gl_apart = apart(ours_at(touched), images, k_edge);
         }
@@ -253,7 +253,7 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
     if (const DrawOn on = draw_on(k_pixels); on.window && draw_peer()) {
       DrawPeerAnswer answer;
       SixImages images(k_pixels);
-      if (draw_peer()(wish_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3, images), on.window, answer)) {
+      if (draw_peer()(request_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3, images), on.window, answer)) {
         row.draw_ms = answer.draw_ms / 6;
         row.again_ms = (answer.draw_ms + answer.read_ms) / 6;
       }
@@ -263,18 +263,18 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
   volume::DirectImage image(scene.base);
   image.set_ramp({{0, dvec3(1), 0}, {500, dvec3(1), 0.6}, {1000, dvec3(1), 0.9}});
   const double wide = scene.base->frame.spacing().x * scene.base->size.x;
-  volume::DirectWish wish;
-  wish.eye.forward = {0, 1, 0}, wish.eye.up = {0, 0, 1};
-  wish.eye.at = middle - dvec3(0, 3 * wide, 0);
-  wish.eye.distance = 3 * wide, wish.eye.height = 1.2 * wide;
-  wish.eye.columns = wish.eye.rows = k_pixels;
+  volume::RaycastRequest request;
+  request.eye.forward = {0, 1, 0}, request.eye.up = {0, 0, 1};
+  request.eye.at = middle - dvec3(0, 3 * wide, 0);
+  request.eye.distance = 3 * wide, request.eye.height = 1.2 * wide;
+  request.eye.columns = request.eye.rows = k_pixels;
   std::vector<volume::DirectPixel> pixels(static_cast<std::size_t>(k_pixels) * k_pixels);
   for (const int slices : is_quick ? std::vector{200} : std::vector{200, 500, 1000, 2000}) {
     FrameRow row;
     row.slices = slices;
-    wish.step = wide / slices;
+    request.step = wide / slices;
     row.ours_us = steps_us();
-    row.draw_ms = least_ms(3, [&] { image.draw(wish, *version, {}, 0, pixels); });
+    row.draw_ms = least_ms(3, [&] { image.draw(request, *version, {}, 0, pixels); });
     rows.push_back(row);
   }
   return rows;

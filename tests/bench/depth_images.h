@@ -20,7 +20,7 @@ struct SixImages {
 };
 
 /// What the graphics side is asked; plain data, for a library of its own that is loaded for this.
-struct DrawPeerWish {
+struct DrawPeerRequest {
   const float* vertices;
   long vertex_count;
   const unsigned* triangles;
@@ -33,7 +33,7 @@ struct DrawPeerAnswer {
   double first_ms = 0;          ///< with the triangles' way to the graphics side
   double draw_ms = 0, read_ms;  ///< six pictures as large as the window, drawn; and their depths read
 };
-using DrawPeer = bool (*)(const DrawPeerWish&, vtkRenderWindow*, DrawPeerAnswer&);
+using DrawPeer = bool (*)(const DrawPeerRequest&, vtkRenderWindow*, DrawPeerAnswer&);
 
 /// Six images of so many pixels of 20 mm around the touch.
 struct ImagesRow {

@@ -189,16 +189,16 @@ std::vector<Plan> plans(bool is_quick) {
   all.push_back({"sphere", "psf 1.5", "tremor", "smooth", "sphere", {}, soft, around(1.5, 2, 1, 0.3)});
   // A hand that wants to slide along and press, and yields: mass, spring and tremor, felt through an encoder.
   const auto by_hand = [over](const Distance& distance, int samples) {
-    std::vector<haptics::PosePath::Sample> wish;
+    std::vector<haptics::PosePath::Sample> request;
     for (int i = 0; i < samples + 400; ++i) {
       const double t = 1e-3 * i, a = 0.9 * t;
       const dvec3 n = glm::normalize(glm::normalize(over) + dvec3(0.6 * a, -0.4 * std::sin(a), 0.1));
       const double depth = i < 300 ? -2 : 1.5 + std::sin(2.5 * t);
       dvec3 p = (45 - depth) * n;
       for (int k = 0; k < 3; ++k) p[k] += 0.1 * std::sin(6.283185307179586 * (8 + k) * t + k);
-      wish.push_back({t, {p, {1, 0, 0, 0}, true}});
+      request.push_back({t, {p, {1, 0, 0, 0}, true}});
     }
-    haptics::VirtualDevice hand(haptics::PosePath::from_samples(std::move(wish), "hand").value(), {});
+    haptics::VirtualDevice hand(haptics::PosePath::from_samples(std::move(request), "hand").value(), {});
     std::vector<dvec3> hips;
     for (int i = 0; i < samples; ++i) {
       haptics::Pose pose;

@@ -30,21 +30,22 @@ VTK_MODULE_INIT(vtkRenderingVolumeOpenGL2)
 
 using namespace trephine::bench;
 
-extern "C" bool trephine_render_peer(const RenderPeerWish& wish, vtkRenderWindow* window,
+extern "C" bool trephine_render_peer(const RenderPeerRequest& request, vtkRenderWindow* window,
                                      RenderPeerAnswer& answer) {
   vtkNew<vtkShortArray> scalars;
-  scalars->SetArray(wish.voxels, static_cast<vtkIdType>(wish.size) * wish.size * wish.size, 1);
+  scalars->SetArray(request.voxels, static_cast<vtkIdType>(request.size) * request.size * request.size, 1);
   vtkNew<vtkImageData> image;
-  image->SetDimensions(wish.size, wish.size, wish.size);
-  image->SetSpacing(wish.spacing, wish.spacing, wish.spacing);
-  image->SetOrigin(wish.origin);
+  image->SetDimensions(request.size, request.size, request.size);
+  image->SetSpacing(request.spacing, request.spacing, request.spacing);
+  image->SetOrigin(request.origin);
   image->GetPointData()->SetScalars(scalars);
   vtkNew<vtkColorTransferFunction> white;
   white->AddRGBPoint(-32768, 1, 1, 1);
   white->AddRGBPoint(32767, 1, 1, 1);
   vtkNew<vtkPiecewiseFunction> opacity;
-  opacity->AddPoint(wish.ramp[0] - 1, 0);
-  for (int i = 0; i < wish.ramp_count; ++i) opacity->AddPoint(wish.ramp[2 * i], wish.ramp[2 * i + 1]);
+  opacity->AddPoint(request.ramp[0] - 1, 0);
+  for (int i = 0; i < request.ramp_count; ++i)
+    opacity->AddPoint(request.ramp[2 * i], request.ramp[2 * i + 1]);
   vtkNew<vtkVolumeProperty> property;
   property->SetColor(white);
   property->SetScalarOpacity(opacity);
@@ -55,29 +56,29 @@ extern "C" bool trephine_render_peer(const RenderPeerWish& wish, vtkRenderWindow
   volume->SetProperty(property);
   vtkNew<vtkFixedPointVolumeRayCastMapper> software;
   vtkNew<vtkOpenGLGPUVolumeRayCastMapper> graphics;
-  if (wish.is_on_gpu) {
+  if (request.is_on_gpu) {
     graphics->SetInputData(image);
     graphics->AutoAdjustSampleDistancesOff();
-    graphics->SetSampleDistance(static_cast<float>(wish.step));
+    graphics->SetSampleDistance(static_cast<float>(request.step));
     graphics->UseJitteringOff();
     volume->SetMapper(graphics);
   } else {
     software->SetInputData(image);
     software->AutoAdjustSampleDistancesOff();
-    software->SetSampleDistance(static_cast<float>(wish.step));
-    software->SetInteractiveSampleDistance(static_cast<float>(wish.step));
+    software->SetSampleDistance(static_cast<float>(request.step));
+    software->SetInteractiveSampleDistance(static_cast<float>(request.step));
     software->SetImageSampleDistance(1);
-    software->SetNumberOfThreads(wish.threads);
+    software->SetNumberOfThreads(request.threads);
     volume->SetMapper(software);
   }
   vtkNew<vtkRenderer> renderer;
   renderer->SetBackground(0, 0, 0);
   renderer->AddVolume(volume);
   vtkCamera* camera = renderer->GetActiveCamera();
-  camera->SetPosition(wish.eye);
-  camera->SetFocalPoint(wish.aim);
-  camera->SetViewUp(wish.up);
-  camera->SetViewAngle(wish.view_angle);
+  camera->SetPosition(request.eye);
+  camera->SetFocalPoint(request.aim);
+  camera->SetViewUp(request.up);
+  camera->SetViewAngle(request.view_angle);
   renderer->ResetCameraClippingRange();
   window->AddRenderer(renderer);
   const auto draw = [&] {
@@ -90,9 +91,10 @@ extern "C" bool trephine_render_peer(const RenderPeerWish& wish, vtkRenderWindow
   answer.frame_ms = answer.changed_ms = 1e300;
   constexpr int k_runs = 4;
   std::int16_t& voxel =
-      wish.voxels[wish.changed[0] +
-                  static_cast<std::ptrdiff_t>(wish.size) *
-                      (wish.changed[1] + static_cast<std::ptrdiff_t>(wish.size) * wish.changed[2])];
+      request
+          .voxels[request.changed[0] +
+                  static_cast<std::ptrdiff_t>(request.size) *
+                      (request.changed[1] + static_cast<std::ptrdiff_t>(request.size) * request.changed[2])];
   const std::int16_t kept = voxel;
   for (int run = 0; run < k_runs; ++run) {
     answer.frame_ms = std::min(answer.frame_ms, draw());
@@ -111,18 +113,18 @@ extern "C" bool trephine_render_peer(const RenderPeerWish& wish, vtkRenderWindow
   return true;
 }
 
-extern "C" bool trephine_draw_peer(const DrawPeerWish& wish, vtkRenderWindow* window,
+extern "C" bool trephine_draw_peer(const DrawPeerRequest& request, vtkRenderWindow* window,
                                    DrawPeerAnswer& answer) {
   vtkNew<vtkFloatArray> places;
   places->SetNumberOfComponents(3);
-  places->SetArray(const_cast<float*>(wish.vertices), 3 * wish.vertex_count, 1);
+  places->SetArray(const_cast<float*>(request.vertices), 3 * request.vertex_count, 1);
   vtkNew<vtkPoints> points;
   points->SetData(places);
   vtkNew<vtkCellArray> cells;
-  cells->AllocateExact(wish.triangle_count, 3 * wish.triangle_count);
-  for (long t = 0; t < wish.triangle_count; ++t) {
-    const vtkIdType corners[3] = {wish.triangles[3 * t], wish.triangles[3 * t + 1],
-                                  wish.triangles[3 * t + 2]};
+  cells->AllocateExact(request.triangle_count, 3 * request.triangle_count);
+  for (long t = 0; t < request.triangle_count; ++t) {
+    const vtkIdType corners[3] = {request.triangles[3 * t], request.triangles[3 * t + 1],
+                                  request.triangles[3 * t + 2]};
     cells->InsertNextCell(3, corners);
   }
   vtkNew<vtkPolyData> data;
@@ -138,23 +140,23 @@ extern "C" bool trephine_draw_peer(const DrawPeerWish& wish, vtkRenderWindow* wi
   window->AddRenderer(renderer);
   vtkCamera* camera = renderer->GetActiveCamera();
   camera->ParallelProjectionOn();
-  camera->SetParallelScale(0.5 * wish.edge);
+  camera->SetParallelScale(0.5 * request.edge);
   constexpr double k_near = 1e-3;  // mm
   const int* size = window->GetSize();
   vtkNew<vtkFloatArray> depths;
   answer.draw_ms = answer.read_ms = 1e300;
-  for (int round = 0; round <= wish.rounds; ++round) {
+  for (int round = 0; round <= request.rounds; ++round) {
     double draw_ms = 0, read_ms = 0;
     for (int face = 0; face < 6; ++face) {
       const int axis = face / 2;
       double at[3], up[3] = {0, 0, 0};
-      for (int a = 0; a < 3; ++a) at[a] = wish.middle[a];
-      at[axis] += (face % 2 == 0 ? 0.5 : -0.5) * wish.edge;
+      for (int a = 0; a < 3; ++a) at[a] = request.middle[a];
+      at[axis] += (face % 2 == 0 ? 0.5 : -0.5) * request.edge;
       up[(axis + 1) % 3] = 1;
       camera->SetPosition(at);
-      camera->SetFocalPoint(wish.middle);
+      camera->SetFocalPoint(request.middle);
       camera->SetViewUp(up);
-      camera->SetClippingRange(k_near, wish.edge);
+      camera->SetClippingRange(k_near, request.edge);
       auto begin = Clock::now();
       window->Render();
       window->WaitForCompletion();
@@ -166,13 +168,13 @@ extern "C" bool trephine_draw_peer(const DrawPeerWish& wish, vtkRenderWindow* wi
       // Up is along (axis + 1) % 3; from the high face right is against (axis + 2) % 3.
       const bool is_high = face % 2 == 0;
       const int pixels = size[0];
-      float* const image = wish.depths + static_cast<std::ptrdiff_t>(2 * axis + is_high) * pixels * pixels;
+      float* const image = request.depths + static_cast<std::ptrdiff_t>(2 * axis + is_high) * pixels * pixels;
       for (int up_pixel = 0; up_pixel < pixels; ++up_pixel)
         for (int right_pixel = 0; right_pixel < pixels; ++right_pixel) {
           const int row = is_high ? pixels - 1 - right_pixel : right_pixel;
           const double depth = depths->GetValue(static_cast<vtkIdType>(up_pixel) * pixels + right_pixel);
           image[static_cast<std::ptrdiff_t>(row) * pixels + up_pixel] =
-              static_cast<float>(depth < 1 ? k_near + depth * (wish.edge - k_near) : wish.edge);
+              static_cast<float>(depth < 1 ? k_near + depth * (request.edge - k_near) : request.edge);
         }
     }
     if (round == 0) {

@@ -36,16 +36,16 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
 
   volume::Ramp ramp;
   for (std::size_t i = 0; i < std::size(k_ramp); i += 2) ramp.push_back({k_ramp[i], dvec3(1), k_ramp[i + 1]});
-  volume::DirectWish wish;
+  volume::RaycastRequest request;
   const dvec3 from = glm::normalize(dvec3(0.55, -1, 0.38));
   constexpr double k_half_angle = 14 * 3.14159265358979 / 180;
   const double distance = 0.5 * mm * size / std::tan(k_half_angle) * 1.25;
-  wish.eye.at = middle + distance * from;
-  wish.eye.forward = -from;
-  wish.eye.up = glm::normalize(dvec3(0, 0, 1) - from.z * from);
-  wish.eye.distance = distance, wish.eye.height = 2 * distance * std::tan(k_half_angle);
-  wish.eye.columns = wish.eye.rows = k_pixels;
-  wish.is_shaded = false;
+  request.eye.at = middle + distance * from;
+  request.eye.forward = -from;
+  request.eye.up = glm::normalize(dvec3(0, 0, 1) - from.z * from);
+  request.eye.distance = distance, request.eye.height = 2 * distance * std::tan(k_half_angle);
+  request.eye.columns = request.eye.rows = k_pixels;
+  request.is_shaded = false;
 
   volume::DirectImage image(scan);
   image.set_ramp(ramp);
@@ -59,8 +59,8 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
     for (const DirectPixel& p : pixels) all.push_back(static_cast<double>(p.opacity));
     return all;
   };
-  wish.step = mm / 16;
-  image.draw(wish, *untouched, {}, 0, pixels);
+  request.step = mm / 16;
+  image.draw(request, *untouched, {}, 0, pixels);
   const std::vector<double> exact = opacities();
 
   std::vector<RenderRow> rows;
@@ -74,12 +74,12 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
     for (const int threads : {1, 2}) {
       if (threads == 1 && voxels != 0.5) continue;
       RenderRow row{"ours", voxels * mm, threads, 1e300, 1e300};
-      wish.step = row.step;
-      image.draw(wish, *untouched, {}, threads, pixels);
+      request.step = row.step;
+      image.draw(request, *untouched, {}, threads, pixels);
       row.error = rms([&](std::size_t i) { return static_cast<double>(pixels[i].opacity); });
       for (int run = 0; run < k_runs; ++run) {
         auto begin = Clock::now();
-        image.draw(wish, *now, {}, threads, pixels);
+        image.draw(request, *now, {}, threads, pixels);
         row.frame_ms = std::min(row.frame_ms, 1e3 * seconds_since(begin));
         const dvec3 at =
             middle +
@@ -87,7 +87,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
         editor.remove({at, at, 2});
         now = editor.freeze();
         begin = Clock::now();
-        image.draw(wish, *now, {}, threads, pixels);
+        image.draw(request, *now, {}, threads, pixels);
         row.changed_ms = std::min(row.changed_ms, 1e3 * seconds_since(begin));
       }
       rows.push_back(row);
@@ -99,23 +99,23 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
        {std::tuple("VTK fixed point", false, 1), std::tuple("VTK fixed point", false, 2),
         std::tuple("VTK OpenGL", true, 0)}) {
     RenderRow row{name, 0.5 * mm, threads};
-    RenderPeerWish asked{made->voxels.data(),
-                         size,
-                         mm,
-                         {},
-                         {},
-                         {},
-                         {},
-                         28,
-                         k_ramp,
-                         static_cast<int>(std::size(k_ramp) / 2),
-                         row.step,
-                         threads,
-                         is_on_gpu,
-                         {size / 2, size / 2, size / 8}};
+    RenderPeerRequest asked{made->voxels.data(),
+                            size,
+                            mm,
+                            {},
+                            {},
+                            {},
+                            {},
+                            28,
+                            k_ramp,
+                            static_cast<int>(std::size(k_ramp) / 2),
+                            row.step,
+                            threads,
+                            is_on_gpu,
+                            {size / 2, size / 2, size / 8}};
     for (int a = 0; a < 3; ++a) {
       asked.origin[a] = scan->frame.origin()[a];
-      asked.eye[a] = wish.eye.at[a], asked.aim[a] = middle[a], asked.up[a] = wish.eye.up[a];
+      asked.eye[a] = request.eye.at[a], asked.aim[a] = middle[a], asked.up[a] = request.eye.up[a];
     }
     RenderPeerAnswer answer;
     row.is_there = peer != nullptr && peer(asked, window, answer) && answer.greys.size() == exact.size();

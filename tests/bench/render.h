@@ -10,7 +10,7 @@ class vtkRenderWindow;
 namespace trephine::bench {
 
 /// What a peer is asked, and what it answers; plain data, for a library of its own that is loaded for this.
-struct RenderPeerWish {
+struct RenderPeerRequest {
   std::int16_t* voxels;
   int size;
   double spacing, origin[3];
@@ -26,7 +26,7 @@ struct RenderPeerAnswer {
   double frame_ms = 0, changed_ms = 0;  ///< an image; the first one after voxels changed. Least of several.
   std::vector<std::uint8_t> greys;      ///< of white matter on black, from the lower left on
 };
-using RenderPeer = bool (*)(const RenderPeerWish&, vtkRenderWindow*, RenderPeerAnswer&);
+using RenderPeer = bool (*)(const RenderPeerRequest&, vtkRenderWindow*, RenderPeerAnswer&);
 
 struct RenderRow {
   std::string who;

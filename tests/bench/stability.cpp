@@ -298,12 +298,12 @@ std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& 
 namespace {
 
 /// Where the hand of the soak wants to be: a slow walk through walls and holes, with tremor.
-dvec3 wish_at(double t) {
-  dvec3 wish;
+dvec3 request_at(double t) {
+  dvec3 request;
   for (int a = 0; a < 3; ++a)
-    wish[a] = 22 * volume::deterministic_sin(0.31 * (a + 1.3) * t + a) +
-              0.1 * volume::deterministic_sin(6.283185307179586 * (8 + a) * t);
-  return wish;
+    request[a] = 22 * volume::deterministic_sin(0.31 * (a + 1.3) * t + a) +
+                 0.1 * volume::deterministic_sin(6.283185307179586 * (8 + a) * t);
+  return request;
 }
 
 /// Energy from nowhere: what a surface gave and holds, less what the device lost, above its least so far.
@@ -339,7 +339,7 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
     held = r.force_world;
     row.frictionless_contacts += r.has_contact;
     ++row.frictionless_steps;
-    device.hold(held + 0.3 * (wish_at(1e-3 * static_cast<double>(i)) - device.x) - 0.006 * device.v, 1e-3);
+    device.hold(held + 0.3 * (request_at(1e-3 * static_cast<double>(i)) - device.x) - 0.006 * device.v, 1e-3);
   }
   row.most_made = made.most;
 }
@@ -364,7 +364,7 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
     if (progress && i % 100'000 == 0 && !progress(0.5 * static_cast<double>(i) / static_cast<double>(steps)))
       return row;
     const double t = 1e-3 * static_cast<double>(i % 600'000);
-    const dvec3 wish = wish_at(t), x = device.measured();
+    const dvec3 request = request_at(t), x = device.measured();
     if (i % 5000 == 2500) {
       editor.remove({x, x, 2});
       seen.hands[0].state.version = editor.publish();
@@ -381,7 +381,7 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
       for (int a = 0; a < 3; ++a) hash.add((*v)[a]);
     row.contacts += r.has_contact;
     row.not_finite += !std::isfinite(glm::length(r.proxy_world) + glm::length(r.force_world));
-    device.hold(held + 0.3 * (wish - device.x) - 0.006 * device.v, 1e-3);
+    device.hold(held + 0.3 * (request - device.x) - 0.006 * device.v, 1e-3);
     ++row.steps;
     if (row.steps == SoakRow::k_early) row.early_hash = hash.value();
   }
@@ -458,9 +458,9 @@ std::vector<EnergyRow> run_energy_test() {
             const double t = i * dt;
             const dvec3 aside = glm::normalize(glm::cross(surface.normal, dvec3(0.3, 1, 0.2)));
             const dvec3 off = device.x - surface.start;
-            const dvec3 wish = (surface.name == "wall" ? 0.0 : 2 * std::sin(3 * t)) * aside;
+            const dvec3 request = (surface.name == "wall" ? 0.0 : 2 * std::sin(3 * t)) * aside;
             const dvec3 hand = -(0.5 + 0.2 * std::sin(40 * t) + 0.1 * std::sin(711 * t)) * surface.normal +
-                               0.1 * (wish - off + glm::dot(off, surface.normal) * surface.normal);
+                               0.1 * (request - off + glm::dot(off, surface.normal) * surface.normal);
             device.hold(held + hand, dt);
           }
           (has_controller ? row.contact_share_with : row.contact_share) =

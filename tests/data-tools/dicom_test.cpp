@@ -132,7 +132,7 @@ TEST_F(Dicom, FramesOfOneFileAreSlices) {
   expect_own_values(v);
   EXPECT_NEAR(v.frame.spacing().z, 2, 1e-12);
   write(false);
-  expect_refused({"enhanced.dcm", "nothing tells where frames begin"}, {}, "enhanced.dcm");
+  expect_refused({"enhanced.dcm", "without a table of where frames begin"}, {}, "enhanced.dcm");
 }
 
 TEST_F(Dicom, NumbersAreReadAsEachSliceStoresThem) {

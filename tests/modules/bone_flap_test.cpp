@@ -11,7 +11,7 @@ TEST(BoneFlap, AreaWallsAndKerfAreAShells) {
     SCOPED_TRACE(spacing.z);
     const Vault vault = spacing.z > 0 ? Vault(spacing, 6.5, Vault::shell, 24) : Vault(Vault::sheared(), 6.5);
     sim::Lockstep run = vault.run();
-    ASSERT_EQ(cut(run, outline.wish()), "");
+    ASSERT_EQ(cut(run, outline.request()), "");
     const auto cuts = told<FlapCut>(run.engine());
     ASSERT_EQ(cuts.size(), 1u);
     const FlapCut& flap = cuts[0].first;
@@ -87,7 +87,7 @@ TEST(BoneFlap, FlapAndKerfAndRestAreWhatWas) {
   const Outline outline(8, 5);
   const Vault vault(dvec3(0.9), 8.2, Vault::shell, 20);
   sim::Lockstep run = vault.run();
-  ASSERT_EQ(cut(run, outline.wish(Saw::w2_4)), "");
+  ASSERT_EQ(cut(run, outline.request(Saw::w2_4)), "");
   const volume::Version& left = *run.engine().current();
   Pyramid pyramid;
   Trouble trouble;
@@ -138,7 +138,7 @@ TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
   EXPECT_GT(holes_after(thin, thin.samples()), 0);
   const Vault coarse(dvec3(0.9), 0, Vault::shell, 22);
   sim::Lockstep run = coarse.run();
-  EXPECT_NE(cut(run, outline.wish(Saw::w1_2)).find("too narrow"), std::string::npos);
+  EXPECT_NE(cut(run, outline.request(Saw::w1_2)).find("too narrow"), std::string::npos);
 }
 
 /// A skull whose diploe is wide and darker than the threshold: the label keeps its two tables together.
@@ -187,7 +187,7 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
   const Outline outline(10, 6);
   struct Case {
     const char* words;
-    CutFlap wish;
+    CutFlap request;
     Vault::Hounsfield hounsfield;
     dvec3 place;
     double reach;  ///< mm
@@ -195,8 +195,8 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
   std::vector<Case> cases;
   const auto add = [&](const char* words, const dvec3& place, double reach, auto&& change,
                        const Vault::Hounsfield& hounsfield = Vault::shell) {
-    cases.push_back({words, outline.wish(), hounsfield, place, reach});
-    change(cases.back().wish);
+    cases.push_back({words, outline.request(), hounsfield, place, reach});
+    change(cases.back().request);
   };
   const auto nothing = [](CutFlap&) {};
   const auto& a = outline.anchors;
@@ -209,7 +209,7 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
   add("are at the same place", a[1], 1, [](CutFlap& w) { w.anchors[2] = w.anchors[1]; });
   add("anchor 3 lies off the bone", 1.2 * a[2], 1, [](CutFlap& w) { w.anchors[2] *= 1.2; });
   add(
-      "anchor 2 lies beside the apex or behind it", dvec3(0, 0, 45.5), 1,
+      "anchor 2 lies level with the apex or behind it", dvec3(0, 0, 45.5), 1,
       [](CutFlap& w) {
         w.distance = 20;
         w.anchors[1] = dvec3(0, 0, 45.5);
@@ -260,7 +260,7 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
     const Vault vault(dvec3(0.9), 6.5, one.hounsfield, 24);
     sim::Lockstep run = vault.run();
     const std::uint64_t before = run.engine().current()->content_hash();
-    EXPECT_NE(cut(run, one.wish).find(one.words), std::string::npos) << cut(run, one.wish);
+    EXPECT_NE(cut(run, one.request).find(one.words), std::string::npos) << cut(run, one.request);
     const auto refusals = told<NoFlap>(run.engine());
     ASSERT_FALSE(refusals.empty());
     EXPECT_LT(glm::length(refusals[0].second - one.place), one.reach);
@@ -284,9 +284,9 @@ TEST(BoneFlap, PiecesAreNamedTakenOrLeftAndPutBack) {
   const Outline outline(11, 6);
   sim::Lockstep run = vault.run();
   const std::uint64_t before = run.engine().current()->content_hash();
-  CutFlap wish = outline.wish();
-  wish.leave = {{2}};
-  ASSERT_EQ(cut(run, wish), "");
+  CutFlap request = outline.request();
+  request.leave = {{2}};
+  ASSERT_EQ(cut(run, request), "");
   auto pieces = told<FlapPiece>(run.engine());
   ASSERT_EQ(pieces.size(), 2u);
   EXPECT_GT(pieces[0].first.size, 1.3 * pieces[1].first.size);
@@ -321,8 +321,8 @@ TEST(BoneFlap, PiecesAreNamedTakenOrLeftAndPutBack) {
   EXPECT_EQ(run.engine().now().world_of<FlapWorld>()->flaps, 0);
   EXPECT_EQ(run.engine().current()->content_hash(), before);
   // Taken together.
-  wish.leave.clear();
-  ASSERT_EQ(cut(run, wish), "");
+  request.leave.clear();
+  ASSERT_EQ(cut(run, request), "");
   EXPECT_EQ(run.engine().now().world.bodies.size(), 2u);
 }
 
@@ -347,27 +347,27 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   // Numbers stand at the anchors; what is wrong is told, and put right.
   ASSERT_FALSE(run.engine().overlays().empty());
   EXPECT_EQ(run.engine().overlays()[0].labels.size(), 5u);
-  CutFlap no_shape = outline.wish();
+  CutFlap no_shape = outline.request();
   no_shape.item = 1;
   EXPECT_TRUE(refused(no_shape, "no such shape"));
-  CutFlap wish = outline.wish();
-  wish.anchors.clear();
-  EXPECT_NE(cut(run, wish).find("anchor 2 lies off the bone"), std::string::npos);
+  CutFlap request = outline.request();
+  request.anchors.clear();
+  EXPECT_NE(cut(run, request).find("anchor 2 lies off the bone"), std::string::npos);
   EXPECT_EQ(drawn().size(), 5u);
   EXPECT_FALSE(run.apply({MoveAnchor{2, outline.anchors[1]}, 0}).refused);
-  EXPECT_EQ(cut(run, wish), "");
+  EXPECT_EQ(cut(run, request), "");
   // It stays, for who takes the flap back and tries again; what another command tried is not mixed with it.
   EXPECT_EQ(drawn(), outline.anchors);
   run.undo();
-  EXPECT_EQ(cut(run, wish), "");
+  EXPECT_EQ(cut(run, request), "");
   run.undo();
-  CutFlap other = outline.wish();
+  CutFlap other = outline.request();
   other.anchors.resize(2);
   EXPECT_NE(cut(run, other), "");
   EXPECT_EQ(drawn(), outline.anchors);
-  EXPECT_EQ(cut(run, wish), "");
+  EXPECT_EQ(cut(run, request), "");
   sim::Lockstep told_whole = vault.run();
-  EXPECT_EQ(cut(told_whole, outline.wish()), "");
+  EXPECT_EQ(cut(told_whole, outline.request()), "");
   EXPECT_EQ(run.engine().current()->content_hash(), told_whole.engine().current()->content_hash());
   EXPECT_FALSE(run.apply({AddAnchor{dvec3(0, 0, 40)}, 0}).refused);
   EXPECT_FALSE(run.apply({ClearAnchors{}, 0}).refused);
@@ -378,16 +378,17 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
 TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
   const Outline outline(10, 6);
   const Vault vault(dvec3(0.45), 6.5, Vault::shell, 22);
-  CutFlap wish = outline.wish();
+  CutFlap request = outline.request();
   sim::Lockstep sharp = vault.run(), smooth = vault.run();
-  ASSERT_EQ(cut(sharp, wish), "");
-  wish.smoothing = 0.8;
-  ASSERT_EQ(cut(smooth, wish), "");
+  ASSERT_EQ(cut(sharp, request), "");
+  request.smoothing = 0.8;
+  ASSERT_EQ(cut(smooth, request), "");
   const FlapCut one = told<FlapCut>(sharp.engine())[0].first, other = told<FlapCut>(smooth.engine())[0].first;
   EXPECT_EQ(one.rim_size, 0);
   EXPECT_EQ(one.kerf_size, other.kerf_size);
   // Of a right angle as long as both edges: where (P(x) P(y) - 1/2) sqrt(2 pi) is below what is spared.
-  const double spared = Rim::spared(wish.smoothing, sharp.engine().current()->lattice()) / wish.smoothing;
+  const double spared =
+      Rim::spared(request.smoothing, sharp.engine().current()->lattice()) / request.smoothing;
   const auto normal = [](double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); };
   double share = 0;
   constexpr double k_step = 0.005;
@@ -395,7 +396,7 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
     for (double y = 0.5 * k_step; y < 2; y += k_step)
       share += k_step * k_step * ((normal(x) * normal(y) - 0.5) * std::sqrt(2 * k_pi) < -spared);
   const double edges = outline.count * outline.side_angle() * (k_outer + k_inner);
-  EXPECT_NEAR(other.rim_size / (share * wish.smoothing * wish.smoothing * edges), 1, 0.2);
+  EXPECT_NEAR(other.rim_size / (share * request.smoothing * request.smoothing * edges), 1, 0.2);
   // In the middle of a wall, and a little beside the rim, the surface is where it was.
   const dvec3 over = glm::normalize(outline.anchors[0] + outline.anchors[1]),
               aside = glm::normalize(over - dvec3(0, 0, glm::dot(over, dvec3(0, 0, 1))));

@@ -13,9 +13,9 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
     sim::Lockstep run = vault.run();
     const std::uint64_t before = run.engine().current()->content_hash();
     for (const dvec3& at : outline.anchors) run.apply({AddAnchor{at}, 0});
-    PreviewFlap wish;
-    wish.distance = outline.height;
-    ASSERT_FALSE(run.apply_whole({wish, 0}).refused);
+    PreviewFlap request;
+    request.distance = outline.height;
+    ASSERT_FALSE(run.apply_whole({request, 0}).refused);
     const auto shown = [&] { return *run.engine().now().settings_of<FlapSettings>(); };
     EXPECT_FALSE(shown().preview.empty()) << shown().trouble;
     const sim::Overlays all = run.engine().overlays();
@@ -44,19 +44,19 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
     EXPECT_TRUE(shown().lid.empty());
     // Where there would be none it says why, as cutting does.
     run.apply({MoveAnchor{1, 2.0 * outline.anchors[0]}, 0});
-    run.apply_whole({wish, 0});
+    run.apply_whole({request, 0});
     EXPECT_NE(shown().trouble.find("anchor 1 lies off the bone"), std::string::npos);
     EXPECT_TRUE(shown().preview.empty());
     EXPECT_TRUE(told<NoFlap>(run.engine()).empty());
     run.apply({MoveAnchor{1, outline.anchors[0]}, 0});
-    run.apply_whole({wish, 0});
+    run.apply_whole({request, 0});
     EXPECT_FALSE(shown().preview.empty());
-    CutFlap cuts = outline.wish();
+    CutFlap cuts = outline.request();
     cuts.anchors.clear();
     EXPECT_EQ(cut(run, cuts), "");
     EXPECT_TRUE(shown().preview.empty());
     // Each was told; what is sawn already comes off no more.
-    EXPECT_FALSE(run.apply_whole({wish, 0}).refused);
+    EXPECT_FALSE(run.apply_whole({request, 0}).refused);
     EXPECT_NE(shown().trouble.find("cut before"), std::string::npos) << shown().preview;
     const auto seen = told<FlapSeen>(run.engine());
     ASSERT_EQ(seen.size(), 4u);
@@ -64,11 +64,11 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
     EXPECT_EQ(seen[1].first.area, 0);
     EXPECT_NE(seen[1].first.says.find("off the bone"), std::string::npos);
     EXPECT_EQ(seen[2].first.area, seen[0].first.area);
-    wish.saw = Saw::w0_8;
-    EXPECT_EQ(run.apply({wish, 0}).refused.has_value(),
-              run.apply({outline.wish(Saw::w0_8), 0}).refused.has_value());
-    wish.item = 1;
-    const sim::Outcome no_shape = run.apply({wish, 0});
+    request.saw = Saw::w0_8;
+    EXPECT_EQ(run.apply({request, 0}).refused.has_value(),
+              run.apply({outline.request(Saw::w0_8), 0}).refused.has_value());
+    request.item = 1;
+    const sim::Outcome no_shape = run.apply({request, 0});
     ASSERT_TRUE(no_shape.refused.has_value());
     EXPECT_NE(no_shape.refused->what.find("no such shape"), std::string::npos);
   }
@@ -94,7 +94,7 @@ TEST(BoneFlap, WhatMustNotBeCutHearsOfTheSaw) {
     preview.distance = outline.height;
     run.apply_whole({preview, 0});
     const std::string seen = run.engine().now().settings_of<FlapSettings>()->preview;
-    EXPECT_EQ(cut(run, outline.wish()), "");
+    EXPECT_EQ(cut(run, outline.request()), "");
     const auto torn = told<sim::StructureTorn>(run.engine());
     EXPECT_TRUE(told<sim::StructureTouched>(run.engine()).empty());
     if (above < 0) {

@@ -91,7 +91,7 @@ struct Outline {
   }
   double area() const { return solid_angle() * k_outer * k_outer; }
   double wall() const { return count * side_angle() * 0.5 * (k_outer * k_outer - k_inner * k_inner); }
-  CutFlap wish(Saw saw = Saw::w1_6) const {
+  CutFlap request(Saw saw = Saw::w1_6) const {
     CutFlap one;
     one.anchors = anchors, one.saw = saw, one.distance = height;
     return one;
@@ -108,9 +108,9 @@ std::vector<std::pair<T, dvec3>> told(const sim::Engine& engine) {
 }
 
 /// Why there was none; empty: there was one.
-inline std::string cut(sim::Lockstep& run, const CutFlap& wish) {
+inline std::string cut(sim::Lockstep& run, const CutFlap& request) {
   const std::size_t before = told<NoFlap>(run.engine()).size();
-  const sim::Outcome outcome = run.apply_whole({wish, 0});
+  const sim::Outcome outcome = run.apply_whole({request, 0});
   if (outcome.refused) return outcome.refused->message();
   const auto refusals = told<NoFlap>(run.engine());
   return refusals.size() > before ? refusals.back().first.why : std::string();

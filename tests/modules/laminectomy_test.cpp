@@ -313,10 +313,10 @@ TEST(Laminectomy, IsJudgedByCommand) {
   EXPECT_NE(told().as<NoVertebra>(), nullptr);
   EXPECT_EQ(measure("canal"), 0);
   EXPECT_NE(run.engine().now().hash(), first);
-  for (const JudgeLaminectomy& wish :
+  for (const JudgeLaminectomy& request :
        {JudgeLaminectomy{}, JudgeLaminectomy{"L9"}, JudgeLaminectomy{"background"},
         JudgeLaminectomy{"L4", {dvec3(0), dvec3(1)}}, JudgeLaminectomy{"L4", {}, 3}})
-    EXPECT_TRUE(run.apply_whole({wish, 0}).refused.has_value()) << sim::Value(wish).words();
+    EXPECT_TRUE(run.apply_whole({request, 0}).refused.has_value()) << sim::Value(request).words();
 }
 
 }  // namespace

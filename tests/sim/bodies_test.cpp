@@ -188,7 +188,7 @@ TEST(Bodies, WhatCannotBeIsRefusedInWordsAndChangesNothing) {
   // Devices that begin anew hold nothing.
   run.apply(Resume{});
   EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
-  expect_refused(Command(HoldBody{id}, 1), "nobody knows where the hand is");
+  expect_refused(Command(HoldBody{id}, 1), "the hand's position is unknown");
 
   // A method that cannot.
   SawBench other("implicit");

@@ -102,10 +102,10 @@ TEST(Branches, AreTheSameInReplayAndBySeek) {
                                       bench.scene.base, toys(), often(1500))
                     .value();
   Lockstep run(bench.engine(), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(20);
+  const haptics::PosePath request = drilling_request(20);
   int begun = 0, switched = 0;
   for (int i = 0; i < 9000; ++i) {
-    run.step(wish.at(1e-3 * i));
+    run.step(request.at(1e-3 * i));
     if (i % 900 == 450) begun += !run.apply(BeginBranch{std::string("b").append(std::to_string(i))}).refused;
     if (i % 700 == 350)
       switched += !run.apply(SwitchBranch{run.engine().left_branches().empty()

@@ -36,7 +36,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   ASSERT_TRUE(writer.is_ok());
   Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue()), {}, 1000,
                writer.value().get());
-  const haptics::PosePath wish = drilling_wish(20);
+  const haptics::PosePath request = drilling_request(20);
   double most_torque = 0;
   long contacts[3] = {};
   const auto give = [&](const ToolGeometry& geometry) {
@@ -45,7 +45,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
     EXPECT_TRUE(run.apply(run.engine().finish_job(begun.job)).is_changed);
   };
   for (int i = 0; i < 4500; ++i) {
-    haptics::Pose poses[2] = {waving(i), wish.at(1e-3 * i)};
+    haptics::Pose poses[2] = {waving(i), request.at(1e-3 * i)};
     poses[1].position_world.x += 3;
     const haptics::ServoRecord r = run.step(poses)[0];
     most_torque = std::max(most_torque, glm::length(r.torque_world));
@@ -71,7 +71,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   give({1, {}});
   EXPECT_STREQ(run.engine().tool(0).method->name(), "scene");
   for (int i = 4500; i < 4900; ++i) {
-    haptics::Pose poses[2] = {waving(i), wish.at(1e-3 * i)};
+    haptics::Pose poses[2] = {waving(i), request.at(1e-3 * i)};
     run.step(poses);
   }
   EXPECT_FALSE(writer.value()->finish(run.engine()));

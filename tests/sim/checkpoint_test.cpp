@@ -24,9 +24,9 @@ TEST(Checkpoint, ARandomLogOpensAtAnyTick) {
     auto writer = bench.toy_writer(path, often(2000));
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     std::mt19937 random(seed);
-    const haptics::PosePath wish = drilling_wish(20);
+    const haptics::PosePath request = drilling_request(20);
     for (int i = 0; i < 3000; ++i) {
-      run.step(wish.at(1e-3 * i));
+      run.step(request.at(1e-3 * i));
       if (i % 10 != 0) continue;
       for (int n = static_cast<int>(random() % 3); n > 0; --n)
         run.apply(with_hash(random_command(random, run.engine().jobs()), run.engine()));
@@ -47,14 +47,14 @@ TEST(Checkpoint, OpensWhereTheServoRanAheadOfTheEdits) {
   haptics::ServoCore core({}, 1e-3);
   std::deque<haptics::ServoRecord> ring;
   auto published = engine.servo_scene();
-  const haptics::PosePath wish = drilling_wish(20);
+  const haptics::PosePath request = drilling_request(20);
   std::mt19937 random(4);
   for (int tick = 0; tick < 3000 || !ring.empty();) {
     const bool wants_tick = random() % 2 == 0;
     if (tick < 3000 && (ring.empty() || (wants_tick && ring.size() < 40))) {
       const haptics::DenormalsFlushed flushed;
       haptics::ServoInput input;
-      input.pose = haptics::on_grid(wish.at(1e-3 * tick++));
+      input.pose = haptics::on_grid(request.at(1e-3 * tick++));
       if (random() % 211 == 0) core.skip(haptics::fault_full_ring, random() % 5), input.is_reset = true;
       ring.push_back(core.step(*published, input));
       continue;
@@ -87,9 +87,9 @@ template <class Tell>
 void record_drilling(RoundBench& bench, const std::string& path, int ticks, Tell&& tell) {
   auto writer = bench.writer(path, 1000, often(4000));
   Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(10);
+  const haptics::PosePath request = drilling_request(10);
   for (int i = 0; i < ticks; ++i) {
-    run.step(wish.at(1e-3 * i));
+    run.step(request.at(1e-3 * i));
     tell(run, i);
   }
   EXPECT_FALSE(writer->finish(run.engine()));
@@ -112,7 +112,7 @@ TEST(Checkpoint, ALiveSessionOpensAtAnyTick) {
   RoundBench bench;
   {
     auto writer = bench.writer(path, 1000, often(3000));
-    haptics::VirtualDevice device(drilling_wish(20), {});
+    haptics::VirtualDevice device(drilling_request(20), {});
     LiveSession live(device, bench.scene, *bench.method, drilling::burr(bench.burr), {}, writer.get());
     ASSERT_FALSE(live.start().has_value());
     for (int i = 0; i < 6; ++i) {
@@ -134,9 +134,9 @@ TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
   {
     auto writer = bench.writer(path, 1000, often(1500));
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath wish = drilling_wish(10);
+    const haptics::PosePath request = drilling_request(10);
     for (int i = 0; i < 4000; ++i) {
-      run.step(wish.at(1e-3 * i));
+      run.step(request.at(1e-3 * i));
       if (i % 500 == 250) run.undo();
     }
     EXPECT_FALSE(writer->finish(run.engine()));
@@ -161,9 +161,9 @@ TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
     Lockstep run(std::move(engine), {}, 1000, writer.get(), first_tick);
     // Back to strokes that were never played here, and on from there.
     for (int i = 0; i < 4; ++i) EXPECT_FALSE(run.undo().refused);
-    const haptics::PosePath wish = drilling_wish(10);
+    const haptics::PosePath request = drilling_request(10);
     for (int i = 0; i < 2500; ++i) {
-      run.step(wish.at(2e-3 * i));
+      run.step(request.at(2e-3 * i));
       if (i % 700 == 600) run.undo();
     }
     EXPECT_FALSE(writer->finish(run.engine()));
@@ -178,11 +178,11 @@ TEST(Checkpoint, OpensAfterManyUndos) {
   Bench bench;
   auto writer = bench.writer(path, 1000, often(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(10);
+  const haptics::PosePath request = drilling_request(10);
   std::mt19937 random(3);
   long led = 0;
   for (int i = 0; i < 6000; ++i) {
-    led += run.step(wish.at(1e-3 * i)).is_led;
+    led += run.step(request.at(1e-3 * i)).is_led;
     if (random() % 300 == 0) run.undo();  // in contact and in the air
   }
   EXPECT_GT(led, 20);
@@ -270,8 +270,8 @@ Lied recorded(const Folder& folder) {
   Bench bench;
   auto writer = bench.writer(all.path, 1000, often(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(10);
-  for (int i = 0; i < 3000; ++i) run.step(wish.at(1e-3 * i));
+  const haptics::PosePath request = drilling_request(10);
+  for (int i = 0; i < 3000; ++i) run.step(request.at(1e-3 * i));
   EXPECT_FALSE(writer->finish(run.engine()));
   all.blocks = blocks_of(all.path, all.preamble);
   std::size_t seen = 0;
@@ -411,8 +411,8 @@ TEST(Checkpoint, AnEngineMayOutliveItsReader) {
   Bench bench;
   auto writer = bench.writer(path, 1000, often(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(10);
-  for (int i = 0; i < 4000; ++i) run.step(wish.at(1e-3 * i));
+  const haptics::PosePath request = drilling_request(10);
+  for (int i = 0; i < 4000; ++i) run.step(request.at(1e-3 * i));
   ASSERT_FALSE(writer->finish(run.engine()));
   std::optional<Engine> goes_on;
   {

@@ -64,10 +64,10 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
   ASSERT_TRUE(writer.is_ok()) << writer.error().message();
   Lockstep run(Engine(std::move(hands.value().hands), 1e-3, drilling_catalogue()), {}, 1000,
                writer.value().get());
-  const haptics::PosePath wish = drilling_wish(20);
+  const haptics::PosePath request = drilling_request(20);
   long contacts[2] = {}, on_models = 0, on_ball = 0;
   for (int i = 0; i < 3000; ++i) {
-    haptics::Pose poses[2] = {wish.at(1e-3 * i), wish.at(1e-3 * i + 0.4)};
+    haptics::Pose poses[2] = {request.at(1e-3 * i), request.at(1e-3 * i + 0.4)};
     const double tilt = 0.3 * std::sin(4e-3 * i);
     poses[1].orientation = {std::cos(tilt), 0, std::sin(tilt), 0};
     poses[1].position_world = {-poses[1].position_world.x + 2, poses[1].position_world.y,

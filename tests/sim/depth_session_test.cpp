@@ -76,9 +76,9 @@ OperationStart start_of(const haptics::TouchScene& scene) {
 
 /// The first hand drills; the second goes from the block to under the paddle and presses.
 std::array<haptics::Pose, 2> poses_at(double t) {
-  static const haptics::PosePath wish = drilling_wish(20);
+  static const haptics::PosePath request = drilling_request(20);
   const double s = 0.5 - 0.5 * std::cos(4.4 * t);
-  return {wish.at(t), haptics::Pose{{8 - 16 * s, 0.6 * std::sin(5 * t), 3.4 + 3 * s}, {1, 0, 0, 0}, 0}};
+  return {request.at(t), haptics::Pose{{8 - 16 * s, 0.6 * std::sin(5 * t), 3.4 + 3 * s}, {1, 0, 0, 0}, 0}};
 }
 
 struct Touched {
@@ -229,14 +229,15 @@ TEST(DepthSession, PixelsTooFineForAHandAreRefused) {
 TEST(DepthSession, CommandsAboutSetsAreChecked) {
   OperationStart start = start_of(mixed());
   Engine engine(std::move(start.hands), 1e-3, drilling_catalogue());
-  AdoptDepths wish;
-  wish.item = 0, wish.serial = 1, wish.edge = 20;
-  ASSERT_TRUE(engine.apply({wish, 1}).refused);
-  EXPECT_NE(engine.apply({wish, 1}).refused->message().find("not felt by depth images"), std::string::npos);
-  wish.item = 1, wish.edge = 1e9;
-  EXPECT_TRUE(engine.apply({wish, 1}).refused);
-  wish.edge = 20;
-  EXPECT_FALSE(engine.apply({wish, 1}).refused);
+  AdoptDepths request;
+  request.item = 0, request.serial = 1, request.edge = 20;
+  ASSERT_TRUE(engine.apply({request, 1}).refused);
+  EXPECT_NE(engine.apply({request, 1}).refused->message().find("not touched by depth images"),
+            std::string::npos);
+  request.item = 1, request.edge = 1e9;
+  EXPECT_TRUE(engine.apply({request, 1}).refused);
+  request.edge = 20;
+  EXPECT_FALSE(engine.apply({request, 1}).refused);
 }
 
 /// A plane before a camera that looks down on it, as pictures of it come in.
@@ -245,9 +246,9 @@ AdoptPicture picture_of_plane(double height, std::int64_t item) {
   picture.place = {{8, 0, 100}, {0, 1, 0, 0}};  // x stays, y and z turn around
   picture.camera = {80, 80, 200, 200, 39.5, 39.5};
   picture.keep(std::vector<double>(80 * 80, 100 - height));
-  AdoptPicture wish = told_of(picture, item, {8, 0, height}, 16);
-  wish.hash = static_cast<std::int64_t>(set_of(wish)->hash());
-  return wish;
+  AdoptPicture request = told_of(picture, item, {8, 0, height}, 16);
+  request.hash = static_cast<std::int64_t>(set_of(request)->hash());
+  return request;
 }
 
 TEST(DepthSession, PicturesThatComeInAreKeptAndReplayed) {
@@ -262,9 +263,9 @@ TEST(DepthSession, PicturesThatComeInAreKeptAndReplayed) {
   ASSERT_TRUE(writer.is_ok()) << writer.error().message();
   Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000, writer.value().get());
   const auto show = [&](double height, std::int64_t serial) {
-    AdoptPicture wish = picture_of_plane(height, 1);
-    wish.serial = serial, wish.time = run.engine().seconds();
-    return run.apply(Command(wish, 1));
+    AdoptPicture request = picture_of_plane(height, 1);
+    request.serial = serial, request.time = run.engine().seconds();
+    return run.apply(Command(request, 1));
   };
   std::vector<haptics::Pose> poses{poses_at(0)[0], {{8, 0, 6}, {1, 0, 0, 0}, 0}};
   double lowest[2] = {1e9, 1e9};

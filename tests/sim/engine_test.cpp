@@ -51,10 +51,10 @@ TEST(Engine, ARandomLogGivesOneStateThroughLockstepReplayAndSeek) {
     auto writer = bench.toy_writer(path);
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     std::mt19937 random(seed);
-    const haptics::PosePath wish = drilling_wish(20);
+    const haptics::PosePath request = drilling_request(20);
     Hashes hashes;
     for (int i = 0; i < 2500; ++i) {
-      run.step(wish.at(1e-3 * i));
+      run.step(request.at(1e-3 * i));
       if (i % 10 != 0) continue;
       hashes[static_cast<std::uint64_t>(i)] = run.engine().snapshot()->hash();
       for (int n = static_cast<int>(random() % 3); n > 0; --n) {
@@ -91,7 +91,7 @@ TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
     haptics::ServoCore core({}, 1e-3);
     std::deque<haptics::ServoRecord> ring;
     auto published = engine.servo_scene();
-    const haptics::PosePath wish = drilling_wish(20);
+    const haptics::PosePath request = drilling_request(20);
     std::mt19937 random(seed);
     Hashes hashes;
     for (int tick = 0; tick < 2500 || !ring.empty();) {
@@ -99,7 +99,7 @@ TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
       if (tick < 2500 && (ring.empty() || (wants_tick && ring.size() < 40))) {
         const haptics::DenormalsFlushed flushed;
         haptics::ServoInput input;
-        input.pose = wish.at(1e-3 * tick++);
+        input.pose = request.at(1e-3 * tick++);
         ring.push_back(core.step(*published, input));
         continue;
       }
@@ -126,7 +126,7 @@ TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
 template <class During>
 std::shared_ptr<const OperationState> run_live(ToyBench& bench, const std::string& path, During&& during) {
   auto writer = bench.toy_writer(path);
-  haptics::VirtualDevice device(drilling_wish(20), {});
+  haptics::VirtualDevice device(drilling_request(20), {});
   haptics::Device* devices[] = {&device};
   LiveSession live(devices, bench.engine(), {}, writer.get());
   EXPECT_FALSE(live.start().has_value());
@@ -294,7 +294,7 @@ TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
   }
 }
 
-/// Refuses everything that somebody may wish for.
+/// Refuses everything that somebody may request for.
 class Strict final : public Module {
  public:
   std::string_view name() const noexcept override { return "strict"; }
@@ -303,13 +303,13 @@ class Strict final : public Module {
   }
 };
 
-TEST(Engine, AGuardRefusesWishesAndNotTheBooks) {
+TEST(Engine, AGuardRefusesRequestsButNotDerivedData) {
   const ToyBench bench;
   const Strict strict;
   Engine engine(bench.scene, *bench.method, drilling::burr(k_burr), 1e-3, Catalogue({&strict}));
-  for (const Command& wish : {Command(Undo{}), Command(Note{"no"}), Command(drilling::Burr{2}),
-                              Command(SwitchItem{0, false}), Command(ToolGeometry{1})})
-    EXPECT_EQ(engine.apply(wish).refused.value_or(volume::Error{}).what, "not now");
+  for (const Command& request : {Command(Undo{}), Command(Note{"no"}), Command(drilling::Burr{2}),
+                                 Command(SwitchItem{0, false}), Command(ToolGeometry{1})})
+    EXPECT_EQ(engine.apply(request).refused.value_or(volume::Error{}).what, "not now");
   EXPECT_FALSE(engine.apply(Resume{}).refused);
   EXPECT_FALSE(engine.apply(AdoptFields{3}).refused);
 }
@@ -387,7 +387,7 @@ TEST(Engine, ASessionOfModuleWorkAloneIsKept) {
 
 TEST(Engine, ASnapshotIsAnsweredBeforeDuringAndAfterALiveRun) {
   const ToyBench bench;
-  haptics::VirtualDevice device(drilling_wish(20), {});
+  haptics::VirtualDevice device(drilling_request(20), {});
   haptics::Device* devices[] = {&device};
   LiveSession live(devices, bench.engine(), {});
   EXPECT_TRUE(live.snapshot().get());

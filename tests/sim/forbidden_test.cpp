@@ -313,8 +313,8 @@ TEST(Forbidden, SessionsHoldItAndASceneWithoutPaysNothing) {
     Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue(),
                         std::move(start.value().forbidden)),
                  {}, 1000, writer.get());
-    const haptics::PosePath wish = drilling_wish(10);
-    for (int i = 0; i < 1500; ++i) run.step(wish.at(1e-3 * i));
+    const haptics::PosePath request = drilling_request(10);
+    for (int i = 0; i < 1500; ++i) run.step(request.at(1e-3 * i));
     EXPECT_FALSE(writer->finish(run.engine()));
     state = run.engine().now().hash();
     events = run.engine().now().chronicle.size();

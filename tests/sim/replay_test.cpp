@@ -43,11 +43,11 @@ void write_session_with(Lie lie, const std::string& path) {
   Engine edits(bench.scene, bench.method, drilling::burr(bench.burr), 1e-3);
   haptics::ServoCore core({}, 1e-3);
   ItemEncoder items(drilling_catalogue().all());
-  const haptics::PosePath wish = drilling_wish(10);
+  const haptics::PosePath request = drilling_request(10);
   std::string true_bytes, forged_bytes;
   for (int i = 0; i < 600; ++i) {
     haptics::ServoInput input;
-    input.pose = wish.at(1e-3 * i);
+    input.pose = request.at(1e-3 * i);
     haptics::ServoRecord record = core.step(*edits.servo_scene(), input);
     const Outcome outcome = edits.apply(record);
     if (lie == Lie::force && i == 400) record.force_world.x += 1e-12;
@@ -121,8 +121,8 @@ TEST(Replay, CommandsAfterTheLastTickAreReplayedToo) {
   {
     auto writer = bench.writer(path);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath wish = drilling_wish(10);
-    for (int i = 0; i < 550; ++i) run.step(wish.at(1e-3 * i));
+    const haptics::PosePath request = drilling_request(10);
+    for (int i = 0; i < 550; ++i) run.step(request.at(1e-3 * i));
     ASSERT_GT(run.engine().removed_mm3(), 0);
     run.undo();
     ASSERT_EQ(run.engine().removed_mm3(), 0);
@@ -170,11 +170,11 @@ TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
     // One that turns and drags has a force of its own, which rests while the tool is led out.
     if (round % 2 == 1) waiting.push_back(drilling::Burr{.diameter = 3});
     auto published = edits.servo_scene();
-    const haptics::PosePath wish = drilling_wish(20);
+    const haptics::PosePath request = drilling_request(20);
     for (int tick = 0; tick < 3000;) {
       if (random() % 3 != 0 && ring.size() < 40) {
         haptics::ServoInput input;
-        input.pose = wish.at(1e-3 * tick++);
+        input.pose = request.at(1e-3 * tick++);
         ring.push_back(core.step(*published, input));
         led_ticks += ring.back().is_led;
       }

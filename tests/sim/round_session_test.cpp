@@ -35,10 +35,10 @@ TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
     RoundBench bench;
     auto writer = bench.writer(path);
     Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath wish = drilling_wish(10);
+    const haptics::PosePath request = drilling_request(10);
     int stale = 0, contacts = 0;
     for (int i = 0; i < 3000; ++i) {
-      const haptics::ServoRecord r = run.step(wish.at(1e-3 * i));
+      const haptics::ServoRecord r = run.step(request.at(1e-3 * i));
       EXPECT_FALSE(r.is_buried) << i;
       contacts += r.has_contact;
       stale += run.engine().has_stale_fields();
@@ -78,9 +78,9 @@ TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
         drilling::Burr options = k_burr;
         options.is_round = radius > 0;
         Lockstep run(scene, *method, drilling::burr(options), {}, 1000);
-        const haptics::PosePath wish = drilling_wish(20);
+        const haptics::PosePath request = drilling_request(20);
         for (int i = 0; i < 2500; ++i) {
-          const haptics::ServoRecord r = run.step(wish.at(1e-3 * i + 0.013 * round));
+          const haptics::ServoRecord r = run.step(request.at(1e-3 * i + 0.013 * round));
           buried += r.is_buried;
           led += r.is_led;
           if (i % 500 == (13 * round + 250) % 500) run.undo();
@@ -122,7 +122,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   const std::string path = folder.file("live.session");
   RoundBench bench;
   auto writer = bench.writer(path, 500);
-  haptics::VirtualDevice device(drilling_wish(60), {});
+  haptics::VirtualDevice device(drilling_request(60), {});
   haptics::ServoOptions options;
   options.rate_hz = 500;
   LiveSession live(device, bench.scene, *bench.method, drilling::burr(bench.burr), options, writer.get());

@@ -29,8 +29,8 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
   {
     auto writer = bench.writer(path, 1000, options);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath wish = drilling_wish(2);
-    for (int i = 0; i < 550; ++i) run.step(wish.at(1e-3 * i));
+    const haptics::PosePath request = drilling_request(2);
+    for (int i = 0; i < 550; ++i) run.step(request.at(1e-3 * i));
     run.undo();  // work all the same: it can be done again
     EXPECT_FALSE(writer->finish(run.engine()));
   }
@@ -197,9 +197,9 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWhatWasWritten) {
   auto writer = bench.writer(path);
   setrlimit(RLIMIT_FSIZE, &small);
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(10);
+  const haptics::PosePath request = drilling_request(10);
   for (int i = 0; i < 3000; ++i) {
-    run.step(wish.at(1e-3 * i));
+    run.step(request.at(1e-3 * i));
     if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
   }
   EXPECT_TRUE(writer->status().has_value());  // said while it goes on

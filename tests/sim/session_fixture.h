@@ -114,7 +114,7 @@ inline void expect_same(const Verdict& v) {
 }
 
 /// Up and down over the plate, drilling, for `seconds`.
-inline haptics::PosePath drilling_wish(double seconds) {
+inline haptics::PosePath drilling_request(double seconds) {
   std::vector<haptics::PosePath::Sample> samples;
   for (double t = 0; t < seconds; t += 0.05) {
     const double phase = std::fmod(t, 0.6);
@@ -130,9 +130,9 @@ inline std::uint64_t record_lockstep(const std::string& path, int ticks) {
   Bench bench;
   auto writer = bench.writer(path);
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(10);
+  const haptics::PosePath request = drilling_request(10);
   for (int i = 0; i < ticks; ++i) {
-    run.step(wish.at(1e-3 * i));
+    run.step(request.at(1e-3 * i));
     if (i % 500 == 250) run.undo();
   }
   EXPECT_FALSE(writer->finish(run.engine()));

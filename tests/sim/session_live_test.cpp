@@ -40,7 +40,7 @@ class CpuLoad {
 void record_live(const std::string& path, int undos, double rate, std::uint64_t* hash, double* removed) {
   Bench bench;
   auto writer = bench.writer(path, rate);
-  haptics::VirtualDevice device(drilling_wish(60), {});
+  haptics::VirtualDevice device(drilling_request(60), {});
   haptics::ServoOptions options;
   options.rate_hz = rate;
   LiveSession live(device, bench.scene, bench.method, drilling::burr(bench.burr), options, writer.get());
@@ -205,7 +205,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
   SessionHeader header = bench.header();
   header.hands.push_back(header.hands[0]);
   auto writer = SessionWriter::create(path, header, bench.scene.base, drilling_catalogue()).value();
-  const auto wish = [](double x) {
+  const auto request = [](double x) {
     return haptics::PosePath::from_samples({{0, {{x, 0, 6}, {1, 0, 0, 0}, false}},
                                             {0.1, {{x, 0, 3}, {1, 0, 0, 0}, true}},
                                             {0.5, {{x, 0, 0.5}, {1, 0, 0, 0}, true}},
@@ -213,7 +213,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
                                            "test")
         .value();
   };
-  haptics::VirtualDevice left(wish(-4), {}), right(wish(4), {});
+  haptics::VirtualDevice left(request(-4), {}), right(request(4), {});
   right.lose_at(0.8);
   haptics::Device* devices[] = {&left, &right};
   const HandStart hand{haptics::ServoHand(haptics::borrowed(bench.scene), haptics::borrowed(bench.method),
@@ -269,7 +269,7 @@ TEST(Session, GoesOnWhereItStopped) {
   const Command command{Resume{}};
   const Outcome outcome = edits.apply(command);
   writer->add(command, edits, outcome);
-  haptics::VirtualDevice device(drilling_wish(10), {});
+  haptics::VirtualDevice device(drilling_request(10), {});
   haptics::Device* devices[] = {&device};
   LiveSession live(devices, std::move(edits), {}, writer.get(), first_tick);
   ASSERT_FALSE(live.start().has_value());
@@ -311,8 +311,8 @@ TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
 TEST(Session, KilledAtAnyMomentAtMostATenthOfASecondIsLost) {
   const Folder folder;
   Bench bench;
-  const char* wish_count = std::getenv("TREPHINE_KILLS");
-  const int kills = wish_count ? std::atoi(wish_count) : 25;
+  const char* request_count = std::getenv("TREPHINE_KILLS");
+  const int kills = request_count ? std::atoi(request_count) : 25;
   auto* newest = static_cast<std::atomic<std::uint64_t>*>(
       mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   ASSERT_NE(newest, MAP_FAILED);
@@ -325,7 +325,7 @@ TEST(Session, KilledAtAnyMomentAtMostATenthOfASecondIsLost) {
     const pid_t child = fork();
     if (child == 0) {
       auto writer = bench.writer(path);
-      haptics::VirtualDevice device(drilling_wish(10), {});
+      haptics::VirtualDevice device(drilling_request(10), {});
       LiveSession live(device, bench.scene, bench.method, drilling::burr(bench.burr), {}, writer.get());
       const CpuLoad load(3);
       if (live.start()) _exit(1);

@@ -225,15 +225,15 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const drilling::Burr burr{4, 60, 40, false};
-  const auto wish = haptics::PosePath::from_samples({{0, {{0, 0, 3}, {1, 0, 0, 0}, false}},
-                                                     {0.1, {{0, 0, 0.5}, {1, 0, 0, 0}, true}},
-                                                     {0.4, {{0, 0, -4}, {1, 0, 0, 0}, true}},
-                                                     {0.9, {{0, 0, -4}, {1, 0, 0, 0}, true}},
-                                                     {0.95, {{0, 0, 5}, {1, 0, 0, 0}, false}},
-                                                     {1.1, {{0, 0, 5}, {1, 0, 0, 0}, false}}},
-                                                    "test")
-                        .value();
-  haptics::VirtualDevice device(wish, {});
+  const auto request = haptics::PosePath::from_samples({{0, {{0, 0, 3}, {1, 0, 0, 0}, false}},
+                                                        {0.1, {{0, 0, 0.5}, {1, 0, 0, 0}, true}},
+                                                        {0.4, {{0, 0, -4}, {1, 0, 0, 0}, true}},
+                                                        {0.9, {{0, 0, -4}, {1, 0, 0, 0}, true}},
+                                                        {0.95, {{0, 0, 5}, {1, 0, 0, 0}, false}},
+                                                        {1.1, {{0, 0, 5}, {1, 0, 0, 0}, false}}},
+                                                       "test")
+                           .value();
+  haptics::VirtualDevice device(request, {});
   LiveSession live(device, scene, method, drilling::burr(burr), {});
   live.keep_trace(100'000);
   ASSERT_FALSE(live.start().has_value());

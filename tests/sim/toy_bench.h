@@ -75,7 +75,7 @@ inline Command random_command(std::mt19937& random, const std::vector<PendingJob
       return random() % 2 == 0 ? Command(drilling::Burr{-1}) : Command(ToyMark{dvec3(1e5)});
     case 12:
       return random() % 3 == 0   ? Command(Stranger{})
-             : random() % 2 == 0 ? Command(FaultEvent{"told as if it were a wish"})
+             : random() % 2 == 0 ? Command(FaultEvent{"told as if it were a request"})
                                  : Command(Undo{}, 3);
     case 13:
       return random() % 2 == 0

@@ -45,7 +45,7 @@ struct Twin {
   const Volume& scan;
   const Version& version;
   const Ramp& ramp;
-  const DirectWish& wish;
+  const RaycastRequest& request;
   double step;
 
   double voxel(int x, int y, int z) const {
@@ -76,13 +76,13 @@ struct Twin {
     return 1 - ramp.back().opacity;
   }
   double opacity(int i, int j) const {
-    const Eye::Ray ray = wish.eye.ray(i, j);
+    const Eye::Ray ray = request.eye.ray(i, j);
     double through = 1;
     for (double k = 0; k * step < 900; ++k) {
       const dvec3 world = ray.from + k * step * ray.along, p = scan.frame.volume_from_world(world);
       if (glm::any(glm::lessThan(p, dvec3(-0.5))) || glm::any(glm::greaterThan(p, dvec3(scan.size) - 0.5)))
         continue;
-      const auto& open = wish.openings;
+      const auto& open = request.openings;
       if (open.plane && glm::dot(world - open.plane->at, open.plane->normal) > 0) continue;
       bool is_in_tube = false;
       for (const auto& tube : open.tubes) {
@@ -134,19 +134,19 @@ TEST(DirectImage, IsThatOfEverySampleOfEveryRay) {
     image.set_ramp(k_bone);
     for (const dvec3& at : {dvec3(0, -200, 0), dvec3(150, 80, 60), dvec3(-20, 5, 190), dvec3(8, -3, 1)})
       for (int opening = 0; opening < 3; ++opening) {
-        DirectWish wish;
-        wish.eye = eye_at(at, 24, 46);
-        if (opening == 2) wish.eye.distance = 0;
+        RaycastRequest request;
+        request.eye = eye_at(at, 24, 46);
+        if (opening == 2) request.eye.distance = 0;
         if (opening == 1)
-          wish.openings.plane = Openings::Plane{{1, 2, 0}, glm::normalize(dvec3(0.3, -1, 0.2))};
-        if (opening == 1) wish.openings.tubes = {{{0, -30, 0}, {0, 0, 0}, 3}};
+          request.openings.plane = Openings::Plane{{1, 2, 0}, glm::normalize(dvec3(0.3, -1, 0.2))};
+        if (opening == 1) request.openings.tubes = {{{0, -30, 0}, {0, 0, 0}, 3}};
         const std::size_t pixels = 24 * 24;
         std::vector<DirectPixel> drawn(pixels), again(pixels);
-        image.draw(wish, *cut, {}, 1, drawn);
+        image.draw(request, *cut, {}, 1, drawn);
         EXPECT_GT(image.counters().leaps, 0u);
-        image.draw(wish, *cut, {}, 2, again);
+        image.draw(request, *cut, {}, 2, again);
         for (std::size_t n = 0; n < pixels; ++n) ASSERT_EQ(drawn[n].opacity, again[n].opacity) << "threads";
-        const Twin twin{*scan, *cut, k_bone, wish, image.own_step()};
+        const Twin twin{*scan, *cut, k_bone, request, image.own_step()};
         const int every = is_whole() ? 1 : 3;
         for (int j = 0; j < 24; j += every)
           for (int i = 0; i < 24; i += every, ++rays) {
@@ -158,7 +158,7 @@ TEST(DirectImage, IsThatOfEverySampleOfEveryRay) {
         // Planted: of the untouched scan.
         if (opening == 0) {
           const Version untouched(scan);
-          const Twin wrong{*scan, untouched, k_bone, wish, image.own_step()};
+          const Twin wrong{*scan, untouched, k_bone, request, image.own_step()};
           for (int j = 0; j < 24; j += 2)
             for (int i = 0; i < 24; i += 2)
               planted +=
@@ -183,15 +183,15 @@ TEST(DirectImage, OfABallComesToItsChordWithTheStep) {
   const Version untouched(scan);
   double before = 1;
   for (const double step : {2.0, 1.0, 0.5, 0.25}) {
-    DirectWish wish;
-    wish.eye = eye_at({0, -300, 0}, 40, 36);
-    wish.step = step;
+    RaycastRequest request;
+    request.eye = eye_at({0, -300, 0}, 40, 36);
+    request.step = step;
     std::vector<DirectPixel> drawn(1600);
-    image.draw(wish, untouched, {}, 2, drawn);
+    image.draw(request, untouched, {}, 2, drawn);
     double square = 0;
     for (int j = 0; j < 40; ++j)
       for (int i = 0; i < 40; ++i) {
-        const Eye::Ray ray = wish.eye.ray(i, j);
+        const Eye::Ray ray = request.eye.ray(i, j);
         const double b = glm::dot(ray.from, ray.along), root = b * b - glm::dot(ray.from, ray.from) + 14 * 14;
         if (std::abs(14 - std::sqrt(14 * 14 - root)) < 1) continue;  // its rim is soft
         const double is = root > 0 ? 1 - std::pow(0.95, 2 * std::sqrt(root)) : 0;
@@ -222,20 +222,20 @@ TEST(DirectImage, EndsOnWallsHidesLabelsAndTellsHowFar) {
   const Version untouched(scan);
   DirectImage image(scan, 1);
   image.set_ramp({{500, {1, 0, 0}, 0}, {1000, {1, 0, 0}, 0.9}});
-  DirectWish wish;
-  wish.eye = eye_at({0, -100, 0}, 1, 1);
+  RaycastRequest request;
+  request.eye = eye_at({0, -100, 0}, 1, 1);
   DirectPixel pixel;
-  image.draw(wish, untouched, {}, 1, {&pixel, 1});
+  image.draw(request, untouched, {}, 1, {&pixel, 1});
   EXPECT_GT(pixel.opacity, 0.99);
   EXPECT_NEAR(pixel.depth, 86, 1.5);
   image.set_labels({{1, {}}, {0, {}}, {1, dvec3(0, 1, 0)}});
-  image.draw(wish, untouched, {}, 1, {&pixel, 1});
+  image.draw(request, untouched, {}, 1, {&pixel, 1});
   EXPECT_NEAR(pixel.depth, 92, 1.5) << "the shell is hidden";
   EXPECT_GT(pixel.green, 0.3);
   EXPECT_EQ(pixel.red, 0) << "nor is what blur makes of it just outside";
   image.set_labels({});
   const float wall = 80;
-  image.draw(wish, untouched, {&wall, 1}, 1, {&pixel, 1});
+  image.draw(request, untouched, {&wall, 1}, 1, {&pixel, 1});
   EXPECT_EQ(pixel.opacity, 0) << "something opaque lies before it";
 }
 

@@ -108,10 +108,10 @@ TEST(ForceGuard, FaultFadesOutWithinTheStatedTime) {
 }
 
 TEST(VirtualDevice, HandSettlesWhereSpringAndForceBalance) {
-  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 0}}}, {10, {{0, 0, 0}}}}, "test").value();
+  const PosePath request = PosePath::from_samples({{0, {{0, 0, 0}}}, {10, {{0, 0, 0}}}}, "test").value();
   HandModel hand;
   hand.encoder_step = 0;
-  VirtualDevice device(wish, hand);
+  VirtualDevice device(request, hand);
   ASSERT_FALSE(device.open().has_value());
   Pose pose;
   for (int i = 0; i < 3000; ++i) {
@@ -123,8 +123,9 @@ TEST(VirtualDevice, HandSettlesWhereSpringAndForceBalance) {
 }
 
 TEST(VirtualDevice, EncoderRoundsAndLossIsReported) {
-  const PosePath wish = PosePath::from_samples({{0, {{0.013, 0, 0}}}, {1, {{0.013, 0, 0}}}}, "test").value();
-  VirtualDevice device(wish, {});
+  const PosePath request =
+      PosePath::from_samples({{0, {{0.013, 0, 0}}}, {1, {{0.013, 0, 0}}}}, "test").value();
+  VirtualDevice device(request, {});
   ASSERT_FALSE(device.open().has_value());
   Pose pose;
   ASSERT_TRUE(device.read(0, pose));

@@ -68,9 +68,9 @@ TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
   ImplicitProxy method;
   ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
-  const PosePath wish =
+  const PosePath request =
       PosePath::from_samples({{0, {{0, 0, 50}}}, {0.1, {{0, 0, 43}}}, {1, {{0, 0, 43}}}}, "test").value();
-  VirtualDevice device(wish, {});
+  VirtualDevice device(request, {});
   ServoLoop loop(device, channel, {});
   ASSERT_FALSE(loop.start().has_value());
   ServoRecord record;
@@ -97,9 +97,9 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
   ImplicitProxy method;
   ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
-  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  const PosePath request = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
   {
-    VirtualDevice device(wish, {});
+    VirtualDevice device(request, {});
     device.lose_at(0.2);
     ServoOptions options;
     options.rate_hz = 2000;
@@ -116,7 +116,7 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
     EXPECT_TRUE(loop.report().faults & fault_lost_device);
   }
   {
-    VirtualDevice device(wish, {});
+    VirtualDevice device(request, {});
     ServoOptions options;
     options.ring_capacity = 16;
     ServoLoop loop(device, channel, options);
@@ -133,9 +133,9 @@ TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
   ImplicitProxy method;
   ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
-  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  const PosePath request = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
   for (const double rate : {1000.0, 10000.0}) {
-    VirtualDevice device(wish, {});
+    VirtualDevice device(request, {});
     ServoOptions options;
     options.rate_hz = rate;
     options.watchdog_seconds = 10;  // of this machine's own delays nothing is asked here
@@ -176,8 +176,8 @@ TEST(ServoLoop, AFaultIsClearedOnRequest) {
   ImplicitProxy method;
   ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
-  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
-  VirtualDevice device(wish, {});
+  const PosePath request = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  VirtualDevice device(request, {});
   ServoOptions options;
   options.ring_capacity = 64;
   ServoLoop loop(device, channel, options);

@@ -1,4 +1,4 @@
-// What is asked of a scan drawn directly: ramps and eyes.
+// Request of a ray-cast image: transfer functions and cameras.
 #include <cmath>
 #include <glm/geometric.hpp>
 

@@ -1,0 +1,154 @@
+// The words of docs/glossary.md in comments, messages and docs. Each room has a count of phrases that the
+// glossary does not write; it may only fall.
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A phrase that the project does not write, and what it writes instead.
+struct Phrase {
+  const char* pattern;
+  const char* instead;
+};
+
+/// Phrases in comments, string literals and docs.
+constexpr std::array<Phrase, 6> k_phrases{
+    {{R"(\b(is|are|be|was|were) none\b)", "\"no X\", \"invalid\", \"missing\""},
+     {R"(\b([Nn]obody|[Ww]hoever|[Aa]nybody|[Ss]omebody)\b)", "the subject: the caller, the user, no module"},
+     {R"(\b([Tt]old|[Tt]ells?|telling)\b)", "report, return, set, print"},
+     {R"(\b[Bb]eside\b)", "in addition to, next to, along"},
+     {R"(\b([Aa]new|[Ll]ikewise|[Ww]hence)\b)", "again, also, from where"},
+     {R"(\b([Ww]ish(es|ed)?|[Ff]elt|[Oo]wed)\b)", "request, touched, outdated"}}};
+/// A comment that begins with a relative clause or without its subject.
+constexpr Phrase k_opening{R"(^(Of|What|Where|Which|Whence|How|The same)\b)",
+                           "begin with the subject or a verb"};
+
+/// The most phrases that each room may have. Lower a count when phrases go; never raise one.
+const std::map<std::string, int> k_most{{"README.md", 0}, {"volume", 0},  {"haptics", 0},
+                                        {"sim", 0},       {"modules", 0}, {"data-tools", 0},
+                                        {"apps", 0},      {"tests", 408}, {"docs", 94}};
+
+struct Text {
+  enum class Kind { comment, string, doc } kind;
+  int line;
+  std::string words;
+};
+
+/// Returns the comments and the string literals with more than one word of a C++ file.
+std::vector<Text> texts_of_code(const std::string& code) {
+  static const std::regex comment(R"((^|[^:"])//[/!]?<?[ \t]*(.*)$)"), literal(R"re("((?:[^"\\]|\\.)*)")re");
+  std::vector<Text> texts;
+  std::istringstream lines(code);
+  bool is_in_comment = false;
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    std::smatch found;
+    const bool has_comment = std::regex_search(line, found, comment);
+    if (has_comment) {
+      const bool goes_on = is_in_comment && found.position(0) <= static_cast<std::ptrdiff_t>(
+                                                                     line.find_first_not_of(" \t") + 1);
+      texts.push_back({goes_on ? Text::Kind::doc : Text::Kind::comment, number, found[2]});
+    }
+    const std::string before =
+        has_comment ? line.substr(0, static_cast<std::size_t>(found.position(0)) + 1) : line;
+    is_in_comment = has_comment && before.find_first_not_of(" \t/") == std::string::npos;
+    for (std::sregex_iterator it(before.begin(), before.end(), literal), end; it != end; ++it)
+      if (std::string words = (*it)[1]; words.find(' ') != std::string::npos)
+        texts.push_back({Text::Kind::string, number, words});
+  }
+  return texts;
+}
+
+/// Returns the lines of a page outside blocks of code.
+std::vector<Text> texts_of_page(const std::string& page) {
+  std::vector<Text> texts;
+  std::istringstream lines(page);
+  bool is_code = false;
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.starts_with("```")) is_code = !is_code;
+    if (!is_code) texts.push_back({Text::Kind::doc, number, line});
+  }
+  return texts;
+}
+
+/// Calls found(line, phrase) for each phrase that is not written.
+template <class Found>
+void check(const std::vector<Text>& texts, const Found& found) {
+  static const std::vector<std::pair<std::regex, Phrase>> phrases = [] {
+    std::vector<std::pair<std::regex, Phrase>> all;
+    for (const Phrase& one : k_phrases) all.emplace_back(one.pattern, one);
+    return all;
+  }();
+  static const std::regex opening(k_opening.pattern);
+  for (const Text& text : texts) {
+    for (const auto& [pattern, phrase] : phrases)
+      for (std::sregex_iterator it(text.words.begin(), text.words.end(), pattern), end; it != end; ++it)
+        found(text, phrase);
+    if (text.kind == Text::Kind::comment && text.words.find('?') == std::string::npos &&
+        std::regex_search(text.words, opening))
+      found(text, k_opening);
+  }
+}
+
+TEST(Vocabulary, IsThatOfTheGlossary) {
+  const fs::path root = TREPHINE_SOURCE_DIR;
+  for (const auto& [room, most] : k_most) {
+    int count = 0;
+    std::string first;
+    std::vector<fs::path> files;
+    if (fs::is_regular_file(root / room)) files.push_back(root / room);
+    if (fs::is_directory(root / room))
+      for (const auto& entry : fs::recursive_directory_iterator(root / room)) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    for (const fs::path& path : files) {
+      const bool is_page = path.extension() == ".md";
+      if (!is_page && path.extension() != ".h" && path.extension() != ".cpp") continue;
+      if (path.filename() == "vocabulary_test.cpp" || path.filename() == "glossary.md") continue;
+      std::ostringstream text;
+      text << std::ifstream(path).rdbuf();
+      check(is_page ? texts_of_page(text.str()) : texts_of_code(text.str()),
+            [&](const Text& found, const Phrase& phrase) {
+              ++count;
+              if (count <= 20)
+                first += fs::relative(path, root).generic_string() + ":" + std::to_string(found.line) + ": " +
+                         found.words + "\n    write: " + phrase.instead + "\n";
+            });
+    }
+    EXPECT_LE(count, most) << room << " has new phrases that docs/glossary.md does not write. Among these:\n"
+                           << first;
+    EXPECT_GE(count, most) << room
+                           << " has fewer of them: lower its count in tests/house/vocabulary_test.cpp";
+  }
+}
+
+TEST(Vocabulary, PlantedPhrasesAreFound) {
+  const auto count = [](const std::vector<Text>& texts) {
+    int found = 0;
+    check(texts, [&](const Text&, const Phrase&) { ++found; });
+    return found;
+  };
+  EXPECT_EQ(count(texts_of_code("/// Of a wall, its side.\nint a;")), 1);
+  EXPECT_EQ(count(texts_of_code("/// What a step answers.\nint a;")), 1);
+  EXPECT_EQ(count(texts_of_code("int a;  ///< Where it is.")), 1);
+  EXPECT_EQ(count(texts_of_code("return \"nobody says which vertebra\";")), 1);
+  EXPECT_EQ(count(texts_of_code("// a place that is none can be told\n")), 2);
+  EXPECT_EQ(count(texts_of_page("It is beside the point.\n```\nbeside\n```\nLikewise here.")), 2);
+  EXPECT_EQ(count(texts_of_code("/// Returns the side.\n/// Of two, the first.\nint wish = told(\"told\");")),
+            0);
+  EXPECT_EQ(count(texts_of_code("/// Where does it lie?\nconst char* url = \"http://nobody\";")), 0);
+}
+
+}  // namespace
