@@ -142,6 +142,7 @@ class BoneLayer::Painter {
   std::size_t coarse_triangle_count() const;
   void bounds(dvec3& low, dvec3& high) const;
   std::size_t drawn_triangles() const noexcept { return drawn_triangles_; }
+  std::uint64_t revision() const noexcept { return revision_; }
 
  private:
   using Key = std::array<int, 4>;  // chunk and shape
@@ -188,6 +189,7 @@ class BoneLayer::Painter {
   vtkNew<vtkPlane> clip_;
   bool is_clipped_ = false;
   std::size_t triangles_ = 0, drawn_triangles_ = 0;
+  std::uint64_t revision_ = 0;
 
   // The kept pictures: the one that is seen, and the one that is being made in full.
   PictureCache seen_, coming_;
@@ -307,6 +309,7 @@ void BoneLayer::Painter::clear() {
   to_draw_.clear();
   triangles_ = 0;
   seen_from_ = {};
+  ++revision_;
 }
 
 void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
@@ -326,6 +329,7 @@ void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
     for (const auto& [key, group] : groups_) apply(group.actor);
   }
   seen_from_ = {};  // another picture
+  ++revision_;
 }
 
 std::size_t BoneLayer::Painter::coarse_triangle_count() const {
@@ -543,10 +547,11 @@ bool BoneLayer::Painter::render(bool always) {
     pass_ = Pass::nothing;
     drawn_triangles_ = 0;
     bone_->DrawOff();
-    if (!always && is_fine_ && changed_on_top() == drawn_on_top_) return false;
   }
   // Others fit the camera's planes to what is visible at the moment, of which most is not drawn again.
   camera->SetClippingRange(fitted_range_.data());
+  if (!always && pass_ == Pass::nothing && is_fine_ && changed_on_top() == drawn_on_top_) return false;
+  revision_ += pass_ != Pass::nothing;
   const bool was_changed = !changed_.is_empty();
   if (pass_ == Pass::rectangle) changed_ = {};
   const auto begin = Clock::now();
@@ -588,6 +593,7 @@ bool BoneLayer::is_complete() const noexcept { return painter_->is_complete(); }
 double BoneLayer::drawn_share() const noexcept { return painter_->drawn_share(); }
 std::size_t BoneLayer::triangle_count() const noexcept { return painter_->triangle_count(); }
 std::size_t BoneLayer::coarse_triangle_count() const { return painter_->coarse_triangle_count(); }
+std::uint64_t BoneLayer::revision() const noexcept { return painter_->revision(); }
 std::size_t BoneLayer::drawn_triangles() const noexcept { return painter_->drawn_triangles(); }
 void BoneLayer::bounds(dvec3& low, dvec3& high) const { painter_->bounds(low, high); }
 

@@ -1,6 +1,7 @@
 // The bone in the picture, drawn only where something changed: software rendering stays fluent.
 #pragma once
 
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <memory>
 
@@ -44,6 +45,8 @@ class BoneLayer {
   std::size_t coarse_triangle_count() const;
   /// World box of what is shown; low > high when there is nothing.
   void bounds(glm::dvec3& low, glm::dvec3& high) const;
+  /// Returns a number that grows when the picture of the bone changes.
+  std::uint64_t revision() const noexcept;
   /// Triangles that were sent in the last frame: the counter behind "only where something changed".
   std::size_t drawn_triangles() const noexcept;
 

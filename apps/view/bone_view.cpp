@@ -152,6 +152,7 @@ struct BoneView::Parts {
   std::unique_ptr<PictureText> text;
   double text_scale = 1, drawn_text_scale = 1;
   bool is_text_stale = true;            ///< letters, scale bar and labels
+  std::uint64_t labelled_revision = 0;  ///< of the bone, that labels were laid out for
   std::array<double, 18> drawn_view{};  ///< camera and size for which these were placed
   vtkNew<vtkLineSource> leash_line;
   vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
@@ -323,7 +324,7 @@ void BoneView::show(const StylusLook& s) {
     p.tool[i]->SetVisibility(s.is_visible);
     place(p.tool[i], s.tool_world + s.turn * p.drawn[i].at, s.turn * p.drawn[i].along);
   }
-  for (vtkActor* a : {p.shaft.Get(), p.grip.Get()}) a->SetVisibility(s.is_visible);
+  p.shaft->SetVisibility(s.is_visible);
   const double size = s.tool.radius;
   const dvec3 shaft = s.turn * dvec3(0, 0, 1);
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
@@ -451,13 +452,14 @@ bool BoneView::render() {
   std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, view.begin());
   view[15] = camera->GetViewAngle();
   view[16] = p.window->GetSize()[0], view[17] = p.window->GetSize()[1];
-  const bool has_changed = std::exchange(p.drawn_view, view) != view || p.is_text_stale;
+  bool has_changed = std::exchange(p.drawn_view, view) != view;
+  has_changed |= std::exchange(p.is_text_stale, false);
   if (has_changed) p.text->update();
-  // Bone that was drawn again may hide labels.
+  // Bone that was drawn again may hide labels, or no longer hide them.
+  const std::uint64_t revision = p.bone->revision();
+  has_changed |= std::exchange(p.labelled_revision, revision) != revision;
   if (has_changed || p.overlays->labels().is_stale()) p.overlays->labels().lay_out();
-  const bool is_drawn = p.bone->render(p.scenery != nullptr);
-  p.is_text_stale = is_drawn && p.bone->drawn_triangles() > 0;
-  return is_drawn;
+  return p.bone->render(p.scenery != nullptr);
 }
 
 }  // namespace trephine::view

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <string>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -27,6 +28,7 @@ constexpr int k_beside = 3;      // voxels around a chunk that its surface and n
 constexpr double k_level = 27;
 constexpr int k_membrane = 3;   // voxels below their surface that a cut strips: a flap takes as much with it
 constexpr int k_torn_near = 3;  // voxels around a deep cut in which shallow ones are drawn too
+constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane needs intact matter
 
 /// Parts of names, the colour of what they name, shares of 1.
 struct NamedColour {
@@ -56,6 +58,15 @@ VoxelBox grown(const VoxelBox& box, const ivec3& by, const ivec3& size) {
   return {glm::max(box.low - by, ivec3(0)), glm::min(box.high + by, size - 1)};
 }
 
+template <class Is>
+bool any_in_ball(const ivec3& v, int radius, const Is& is) {
+  for (int z = -radius; z <= radius; ++z)
+    for (int y = -radius; y <= radius; ++y)
+      for (int x = -radius; x <= radius; ++x)
+        if (x * x + y * y + z * z <= radius * radius && is(v + ivec3(x, y, z))) return true;
+  return false;
+}
+
 template <class Each>
 void for_voxels(const VoxelBox& box, const Each& each) {
   for (int z = box.low.z; z <= box.high.z; ++z)
@@ -76,6 +87,8 @@ struct OpenedStructures::Solid {
   }
   /// Returns whether a voxel lies deeper in the structures than a membrane's thickness.
   bool is_deep(const ivec3& v) const;
+  /// Returns whether the structures go on beneath a removed voxel, near enough for a membrane.
+  bool is_backed(const volume::Version& version, const ivec3& v) const;
   void cut(const volume::Version& version, const VoxelBox& box);
   /// Smooths what is drawn in a box: labels have steps.
   void smooth(const VoxelBox& box);
@@ -117,16 +130,28 @@ OpenedStructures::Solid::Solid(const haptics::TouchScene& touched, const std::ve
 }
 
 bool OpenedStructures::Solid::is_deep(const ivec3& v) const {
-  for (int z = -k_membrane; z <= k_membrane; ++z)
-    for (int y = -k_membrane; y <= k_membrane; ++y)
-      for (int x = -k_membrane; x <= k_membrane; ++x)
-        if (x * x + y * y + z * z <= k_membrane * k_membrane && !is_structure(v + ivec3(x, y, z)))
-          return false;
-  return true;
+  return !any_in_ball(v, k_membrane, [&](const ivec3& near) { return !is_structure(near); });
+}
+
+bool OpenedStructures::Solid::is_backed(const volume::Version& version, const ivec3& v) const {
+  ivec3 inward(0);  // toward the middle of the structures around
+  any_in_ball(v, k_backing, [&](const ivec3& near) {
+    if (is_structure(near)) inward += near - v;
+    return false;
+  });
+  // Within 60 degrees of it. A nerve's stumps lie across.
+  return any_in_ball(v, k_backing, [&](const ivec3& near) {
+    if (!is_structure(near) || !version.is_kept(near)) return false;
+    const dvec3 way(near - v), in(inward);
+    return 2 * glm::dot(way, in) > glm::length(way) * glm::length(in);
+  });
 }
 
 void OpenedStructures::Solid::cut(const volume::Version& version, const VoxelBox& box) {
-  for_voxels(box, [&](const ivec3& v) { drawn->labels[drawn->index(v.x, v.y, v.z)] = is_structure(v); });
+  for_voxels(box, [&](const ivec3& v) {
+    const bool is_drawn = is_structure(v) && (version.is_kept(v) || is_backed(version, v));
+    drawn->labels[drawn->index(v.x, v.y, v.z)] = is_drawn;
+  });
   for_voxels(grown(box, ivec3(k_torn_near), base->size), [&](const ivec3& v) {
     if (version.is_kept(v) || !is_deep(v)) return;
     const VoxelBox near = grown({v, v}, ivec3(k_torn_near), base->size);
@@ -153,10 +178,10 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh(const volume::Version& vers
                                                      const VoxelBox& changed) {
   const ivec3 margin(glm::ceil(k_margin / base->frame.spacing()));
   const VoxelBox around = grown(changed, margin, base->size),
-                 near = grown(changed, ivec3(k_torn_near + 1), base->size);
+                 near = grown(changed, ivec3(k_backing + 1), base->size);
   const volume::ChunkRange range = volume::chunks_touching(around.low, around.high, base->size),
                            again = volume::chunks_touching(near.low, near.high, base->size);
-  cut(version, grown(changed, ivec3(k_torn_near), base->size));
+  cut(version, grown(changed, ivec3(k_backing), base->size));
   smooth(near);
   std::vector<std::pair<ivec3, bool>> chunks;  // and whether it is new
   for_voxels({range.first, range.last}, [&](const ivec3& chunk) {

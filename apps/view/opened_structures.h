@@ -12,8 +12,8 @@
 namespace trephine::view {
 
 /// Meshes the labelled structures near what was removed, for a BoneLayer: one solid, coloured by what lies
-/// just below its surface. What a tool takes off it to a depth of 1.5 voxels is drawn whole: a membrane that
-/// was pushed off the bone. A scan without such labels, and one without openings, cost nothing. Borrows the
+/// just below its surface. What a tool takes off it to a depth of 3 voxels is drawn whole, as a membrane that
+/// was pushed off the bone, where more of the structure is left beneath. A scan without such labels, and one without openings, cost nothing. Borrows the
 /// scene; one thread, that which draws.
 class OpenedStructures {
  public:

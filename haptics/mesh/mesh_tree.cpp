@@ -196,6 +196,37 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
   return nearest <= 1;
 }
 
+std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p,
+                                          int& looked) const noexcept {
+  constexpr int k_most_steps = 16;
+  constexpr double k_nearer = 1e-9;       // of the distance: by less than that it is the same place
+  constexpr double k_same_place = 1e-10;  // of coordinates, mm: corners within it are one
+  int left = k_most_connected;
+  for (int step = 0; step < k_most_steps; ++step) {
+    const auto [u, v, w] = corners(triangle);
+    TriangleFeature feature;
+    const dvec3 place = nearest_on_triangle(p, u, v, w, &feature);
+    if (feature == TriangleFeature::face) break;
+    double least = (1 - k_nearer) * glm::length(p - place);
+    const double reach = k_same_place * (1 + glm::length(place));
+    std::uint32_t nearer = triangle;
+    const auto can_be_nearer = [&](const Node& node) {
+      return left > 0 && square_to(node, place) <= reach * reach && square_to(node, p) < least * least;
+    };
+    for_triangles(can_be_nearer, [&](std::uint32_t other) {
+      --left, ++looked;
+      Near near;
+      if (!look(other, place, reach, near)) return;
+      const auto [a, b, c] = corners(other);
+      if (const double distance = glm::length(p - nearest_on_triangle(p, a, b, c)); distance < least)
+        least = distance, nearer = other;
+    });
+    if (nearer == triangle) break;
+    triangle = nearer;
+  }
+  return triangle;
+}
+
 bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_front, bool is_back,
                          FacetHit& hit, int& looked) const noexcept {
   if (a == b) return false;

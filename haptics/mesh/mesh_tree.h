@@ -66,6 +66,10 @@ class MeshTree {
   /// mm.
   template <class Use>
   void for_nearest(const glm::dvec3& p, double reach, double tie, Use&& use) const noexcept;
+  /// Walks from a triangle to neighbours that share the place nearest to p, as long as they are nearer to p,
+  /// and returns the last one. At most k_most_connected triangles are looked at; `looked` grows by them.
+  std::uint32_t nearest_connected(std::uint32_t triangle, const glm::dvec3& p, int& looked) const noexcept;
+  static constexpr int k_most_connected = 256;
   /// Is any within `reach` mm of p?
   bool is_near(const glm::dvec3& p, double reach) const noexcept;
   std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept {

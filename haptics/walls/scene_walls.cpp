@@ -16,11 +16,10 @@ using glm::ivec3;
 
 namespace {
 
-constexpr double k_goes_on = 40;        // mm that a thing may go between two sets of depth images
-constexpr double k_step = 0.5;          // mm, of the scene's frame where models alone could be coarser
-constexpr double k_steps_across = 40;   // a model is at least this large in it
-constexpr double k_same_place = 1e-10;  // of coordinates, mm: corners within it are one
-constexpr double k_least_gap = 5e-8;    // of a step of the scene's frame: half of what the slide keeps
+constexpr double k_goes_on = 40;       // mm that a thing may go between two sets of depth images
+constexpr double k_step = 0.5;         // mm, of the scene's frame where models alone could be coarser
+constexpr double k_steps_across = 40;  // a model is at least this large in it
+constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half of what the slide keeps
 
 /// The box of a shape's voxels in the world, larger all round by two voxels and by how far a soft shape goes
 /// on into others. low > high: there is no matter.
@@ -303,39 +302,15 @@ bool SceneWalls::is_solid(int shape, const dvec3& p) noexcept {
   return walls_of(i).is_solid(shape, in_part(i, p));
 }
 
-std::uint32_t SceneWalls::nearest_beside(int mesh, std::uint32_t facet, const dvec3& at) noexcept {
-  constexpr int k_most_steps = 16;
-  constexpr double k_nearer = 1e-9;  // of the distance: by less than that it is the same place
-  const MeshTree& tree = tree_of(mesh);
-  for (int i = 0; i < k_most_steps; ++i) {
-    const auto [u, v, w] = tree.corners(facet);
-    TriangleFeature feature;
-    const dvec3 q = nearest_on_triangle(at, u, v, w, &feature);
-    if (feature == TriangleFeature::face) break;
-    // The triangles that meet at that place of its border.
-    const double here = glm::length(at - q);
-    double least = (1 - k_nearer) * here;
-    std::uint32_t nearer = facet;
-    tree.for_near(q, k_same_place * (1 + glm::length(q)), [&](const MeshTree::Near& one) {
-      ++counters_.triangles;
-      const auto [a, b, c] = tree.corners(one.triangle);
-      if (const double distance = glm::length(at - nearest_on_triangle(at, a, b, c)); distance < least)
-        least = distance, nearer = one.triangle;
-    });
-    if (nearer == facet) break;
-    facet = nearer;
-  }
-  return facet;
-}
-
 volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
   if (is_mesh(wall.shape)) {
     const Placement& placement = placement_of(wall.shape);
     const dvec3 at = placement.local_from_world(frame().world_from_volume(p));
     // A ball rolls over edges: of the surface that goes on from the facet, what is nearest counts.
+    const MeshTree& tree = tree_of(wall.shape);
     const std::uint32_t facet =
-        scene_.tool_radius > 0 ? nearest_beside(wall.shape, wall.facet, at) : wall.facet;
-    const auto [u, v, w] = tree_of(wall.shape).corners(facet);
+        scene_.tool_radius > 0 ? tree.nearest_connected(wall.facet, at, counters_.triangles) : wall.facet;
+    const auto [u, v, w] = tree.corners(facet);
     const double step = frame().spacing().x;
     volume::Jet jet{};
     if (!(scene_.tool_radius > 0)) {

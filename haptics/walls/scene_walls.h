@@ -116,9 +116,6 @@ class SceneWalls {
   glm::dvec3 in_part(int i, const glm::dvec3& p) const noexcept {
     return part(i).frame->volume_from_world(frame().world_from_volume(p));
   }
-  /// Goes from a facet to its neighbours, as long as they are nearer to a place (the mesh's frame): the facet
-  /// where the distance is least on the surface that goes on from it.
-  std::uint32_t nearest_beside(int mesh, std::uint32_t facet, const glm::dvec3& at) noexcept;
   bool reach_mesh(int shape, const glm::dvec3& a, const glm::dvec3& b, double tolerance,
                   Reach& reach) noexcept;
 

@@ -16,8 +16,9 @@ using glm::ivec3;
 constexpr int k_size = 40;
 constexpr int k_inner_table = 20;  // voxels of 1 mm below it are dura, two layers, then brain
 
-/// Bone over dura over brain, with these names.
-haptics::TouchScene layers(const std::vector<std::string>& names) {
+/// Bone over air, with these names; below the bone the labels that label_of(x, y, z) returns.
+template <class Label>
+haptics::TouchScene below_bone(const std::vector<std::string>& names, const Label& label_of) {
   volume::Volume base = volume::make_volume(ivec3(k_size), volume::Frame(), true).value();
   base.is_hounsfield = true;
   base.label_names = names;
@@ -27,17 +28,27 @@ haptics::TouchScene layers(const std::vector<std::string>& names) {
         const std::size_t i = base.index(x, y, z);
         const bool is_bone = z >= k_inner_table && z < k_inner_table + 6;
         base.voxels[i] = is_bone ? 1000 : z < k_inner_table ? 40 : -1000;
-        base.labels[i] = is_bone                                       ? 1
-                         : z >= k_inner_table - 2 && z < k_inner_table ? 2
-                         : z < k_inner_table                           ? 3
-                                                                       : 0;
+        const int label = is_bone ? 1 : z < k_inner_table ? label_of(x, y, z) : 0;
+        base.labels[i] = static_cast<std::uint8_t>(label);
       }
   return scenes::scene_of(std::move(base), {});
 }
 
+/// Two layers of dura over brain.
+haptics::TouchScene layers(const std::vector<std::string>& names) {
+  return below_bone(names, [](int, int, int z) { return z >= k_inner_table - 2 ? 2 : 3; });
+}
+
+/// A nerve of 2 x 2 voxels along x.
+haptics::TouchScene nerve() {
+  return below_bone({"background", "skull", "nerve"}, [](int, int y, int z) {
+    return z >= k_inner_table - 2 && std::abs(2 * y - k_size + 1) == 1 ? 2 : 0;
+  });
+}
+
 struct Bottom {
-  std::size_t vertices = 0;
-  double height = -1e9;  ///< of the highest vertex in the hole's axis, voxels
+  std::size_t vertices = 0, in_axis = 0;  ///< all, and those within 1 mm of the hole's axis in x
+  double height = -1e9;                   ///< of the highest vertex in the hole's axis, voxels
   glm::vec3 colour{0.0f};
 };
 
@@ -72,6 +83,7 @@ Bottom drilled(const haptics::TouchScene& scene, double below, bool is_at_once) 
     for (std::size_t i = 0; i < mesh.fine.vertices.size(); ++i) {
       const glm::vec3& p = mesh.fine.vertices[i];
       ++found.vertices;
+      found.in_axis += std::abs(p.x - 20) < 1;
       if (std::abs(p.x - 20) > 0.6f || std::abs(p.y - 20) > 0.6f || mesh.fine.normals[i].z < 0.5f) continue;
       if (static_cast<double>(p.z) < found.height) continue;
       found.height = static_cast<double>(p.z);
@@ -106,6 +118,17 @@ TEST(OpenedStructures, WhatWasDrilledAwayIsMissing) {
     const Bottom bottom = drilled(scene, 5.0, is_at_once);
     EXPECT_NEAR(bottom.height, k_inner_table - 5.5, 0.7);
     EXPECT_GT(bottom.colour.r, bottom.colour.b) << "brain is pink";
+  }
+}
+
+TEST(OpenedStructures, ANerveThatWasCutThroughIsMissing) {
+  const haptics::TouchScene scene = nerve();
+  for (const bool is_at_once : {true, false}) {
+    EXPECT_GT(drilled(scene, -1, is_at_once).in_axis, 0u) << "intact";
+    EXPECT_GT(drilled(scene, 0.5, is_at_once).in_axis, 0u) << "pushed off";
+    const Bottom cut = drilled(scene, 5, is_at_once);
+    EXPECT_EQ(cut.in_axis, 0u);
+    EXPECT_GT(cut.vertices, 0u) << "its stumps";
   }
 }
 

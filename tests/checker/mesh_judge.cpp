@@ -141,6 +141,8 @@ MeshWall::MeshWall(std::span<const glm::dvec3> vertices, std::span<const std::ui
     }
     top_ = std::max(top_, high.z);
     const glm::ivec3 first = cube_of(low / cube_), last = cube_of(high / cube_);
+    first_cube_ = i == 0 ? first : glm::min(first_cube_, first);
+    last_cube_ = i == 0 ? last : glm::max(last_cube_, last);
     for (int z = first.z; z <= last.z; ++z)
       for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x) {
@@ -206,7 +208,8 @@ std::vector<MeshWall::Crossing> MeshWall::crossings_along(const glm::dvec3& a, c
 
 template <class Each>
 void MeshWall::for_near(const glm::dvec3& p, double reach, const Each& each) const {
-  const glm::ivec3 first = cube_of((p - reach) / cube_), last = cube_of((p + reach) / cube_);
+  const glm::ivec3 first = glm::max(cube_of((p - reach) / cube_), first_cube_),
+                   last = glm::min(cube_of((p + reach) / cube_), last_cube_);
   for (int z = first.z; z <= last.z; ++z)
     for (int y = first.y; y <= last.y; ++y)
       for (int x = first.x; x <= last.x; ++x) {

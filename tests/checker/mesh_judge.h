@@ -72,6 +72,7 @@ class MeshWall {
   std::vector<Near> near_;
   std::unordered_map<std::uint64_t, std::uint32_t> newest_in_cube_;  ///< of near_
   double top_ = -1e300;
+  glm::ivec3 first_cube_{0}, last_cube_{-1};  ///< with triangles
 };
 
 }  // namespace trephine::checker
