@@ -46,9 +46,9 @@ if [ "${1:-}" = --all ]; then
         ;;
       soak)
         echo "== soak"
-        build_preset release trephine
-        XDG_STATE_HOME=$TMPDIR build/release/bin/trephine soak --seconds "${TREPHINE_SOAK_SECONDS:-60}"
-        build/release/bin/trephine bench stability --steps "${TREPHINE_ATTACK_STEPS:-3000000}"
+        build_preset release "trephine_bench_program"
+        XDG_STATE_HOME=$TMPDIR build/release/bin/trephine-bench soak --seconds "${TREPHINE_SOAK_SECONDS:-60}"
+        build/release/bin/trephine-bench stability --steps "${TREPHINE_ATTACK_STEPS:-3000000}"
         continue
         ;;
     esac

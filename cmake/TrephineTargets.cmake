@@ -20,7 +20,7 @@ target_compile_options(trephine_flags INTERFACE -Wall -Wextra -Wpedantic -Wconve
                        $<$<BOOL:${TREPHINE_WARNINGS_AS_ERRORS}>:-Werror>)
 target_compile_definitions(trephine_flags INTERFACE $<$<BOOL:${TREPHINE_ASSERTS}>:TREPHINE_ASSERTS>)
 if(TREPHINE_SANITIZE)
-  # g++ 12 with sanitizers sees uninitialized values where there are none.
+  # g++ 12 with sanitizers reports uninitialized values that do not exist.
   target_compile_options(trephine_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   add_compile_options(-fsanitize=${TREPHINE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${TREPHINE_SANITIZE})
@@ -29,7 +29,7 @@ endif()
 # Calls inside a library stay inside it: the servo pays nothing for a library's being shared.
 add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>)
 
-# An installed program finds its libraries beside it, wherever the prefix is.
+# An installed program finds its libraries by a path relative to itself, at any prefix.
 set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR};$ORIGIN")
 
 # trephine_library(NAME SOURCES ... [HEADERS ...] [USES public targets] [LINKS private targets] [PACKAGE library|command])

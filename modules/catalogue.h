@@ -1,11 +1,11 @@
-// Modules of this build.
+// Catalogue of the modules of this build.
 #pragma once
 
-#include "sim/catalogue.h"
+#include "sim/api/catalogue.h"
 
 namespace trephine::modules {
 
-/// All modules of modules/CMakeLists.txt, in its order.
+/// Returns all modules of modules/CMakeLists.txt, in its order.
 const sim::Catalogue& catalogue();
 
 }  // namespace trephine::modules

@@ -1,4 +1,4 @@
-// Whether a test shall try all of its cases: ./test.sh --all says so, since that takes longer.
+// True if a test shall run all of its cases, which takes longer: ./test.sh --all.
 #pragma once
 
 #include <cstdlib>
@@ -7,7 +7,7 @@ namespace trephine {
 
 inline bool is_whole() { return std::getenv("TREPHINE_WHOLE") != nullptr; }
 
-/// Others take twenty times as long a step.
+/// Other builds take twenty times as long per step.
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 inline constexpr bool k_is_fast_build = true;
 #else

@@ -7,21 +7,18 @@
 
 #include "haptics/c_api/c_parts.h"
 #include "modules/catalogue.h"
-#include "sim/lockstep.h"
-#include "sim/replay.h"
-#include "volume/operated_volume.h"
+#include "sim/drivers/lockstep.h"
+#include "sim/drivers/replay.h"
+#include "volume/cuts/operated_volume.h"
 
 using namespace trephine;
 using haptics::c_api::bad;
 using haptics::c_api::fail;
 using haptics::c_api::guarded;
-using volume::Error;
-using volume::Result;
-using volume::Status;
 
-/// Driven by its host (`run`), or by a file (`replay`).
+/// An operation that is driven by its caller (`run`), or by a file (`replay`).
 struct trephine_operation {
-  sim::SceneSpec scene;
+  sim::SceneDescription scene;
   double air = -1000;
   std::unique_ptr<sim::SessionWriter> recorder;
   std::optional<sim::Lockstep> run;
@@ -40,91 +37,92 @@ struct trephine_operation {
 
 namespace {
 
-/// Their voxels stay the caller's.
+/// Returns the volumes as scene data; the voxels remain owned by the caller.
 Result<sim::SceneData> borrow_data(const trephine_voxels* volumes, std::size_t count) {
   sim::SceneData data;
   if (count > 0 && volumes == nullptr) return bad("an argument is missing", "NULL", "volumes");
   for (std::size_t v = 0; v < count; ++v) {
-    const trephine_voxels& of = volumes[v];
-    auto made = haptics::c_api::borrow_volume(of.intensities, of.size, of.origin, of.axes);
-    if (!made) return made.error();
-    made.value()->is_hounsfield = of.is_hounsfield != 0;
-    if (of.labels)
-      made.value()->labels = volume::Buffer<std::uint8_t>::borrow(of.labels, made.value()->voxels.size());
-    data.volumes.push_back(std::move(made).value());
+    const trephine_voxels& input = volumes[v];
+    auto result = haptics::c_api::borrow_volume(input.intensities, input.size, input.origin, input.axes);
+    if (!result) return result.error();
+    result.value()->is_hounsfield = input.is_hounsfield != 0;
+    if (input.labels)
+      result.value()->labels = Buffer<std::uint8_t>::borrow(input.labels, result.value()->voxels.size());
+    data.volumes.push_back(std::move(result).value());
   }
   return data;
 }
 
-Status begin(trephine_operation& made, const trephine_start& start) {
+Status begin(trephine_operation& result, const trephine_start& start) {
   if (start.scene == nullptr || start.volume_count < 1 || (start.model_count > 0 && start.models == nullptr))
-    return bad("an argument is missing", "NULL", "a scene, at least one volume, and as many models as said");
+    return bad("an argument is missing", "NULL", "a scene, at least one volume, and model_count models");
   Result<sim::SceneData> data = borrow_data(start.volumes, start.volume_count);
   if (!data) return data.error();
   for (std::size_t m = 0; m < start.model_count; ++m) {
-    const trephine_model& of = start.models[m];
-    auto tree = haptics::c_api::copy_mesh(of.vertices, of.vertex_count, of.triangles, of.triangle_count);
+    const trephine_model& model = start.models[m];
+    auto tree =
+        haptics::c_api::copy_mesh(model.vertices, model.vertex_count, model.triangles, model.triangle_count);
     if (!tree) return tree.error();
     data.value().models.push_back(std::move(tree).value());
   }
-  Result<sim::SceneSpec> asked = sim::scene_from_text(start.scene, data.value());
-  if (!asked) return asked.error();
-  sim::SceneSpec spec = std::move(asked).value();
+  Result<sim::SceneDescription> description = sim::scene_from_text(start.scene, data.value());
+  if (!description) return description.error();
+  sim::SceneDescription spec = std::move(description).value();
   const volume::Volume& anatomy = *data.value().volumes[0];
   const auto smallest = spec.smallest_burr > 0 ? std::optional(spec.smallest_burr) : std::nullopt;
-  if (Status error = sim::meet_needs(spec, anatomy, modules::catalogue(), smallest)) return error;
+  if (Status error = sim::apply_tool_needs(spec, anatomy, modules::catalogue(), smallest)) return error;
   spec.is_softening = sim::touches_smooth(spec);
   auto built = sim::build_scene(spec, data.value(), modules::catalogue());
   if (!built) return built.error();
-  made.scene = sim::as_made(spec, built.value());
-  made.air = volume::air_of(anatomy);
+  result.scene = sim::describe_built_scene(spec, built.value());
+  result.air = volume::air_of(anatomy);
   if (start.record) {
-    sim::SessionHeader header(made.scene);
+    sim::SessionHeader header(result.scene);
     header.program = "trephine " TREPHINE_VERSION " (C interface)";
     sim::WriterOptions options;
     options.is_embedding = start.is_embedding != 0;
     auto recorder =
         sim::SessionWriter::create(start.record, header, data.value(), modules::catalogue(), options);
     if (!recorder) return recorder.error();
-    made.recorder = std::move(recorder).value();
+    result.recorder = std::move(recorder).value();
   }
-  made.run.emplace(
+  result.run.emplace(
       sim::Engine(built.value().hands, 1 / spec.rate_hz, modules::catalogue(), built.value().forbidden),
-      spec.force, spec.rate_hz, made.recorder.get());
-  made.poses.resize(made.run->engine().hand_count());
+      spec.force, spec.rate_hz, result.recorder.get());
+  result.poses.resize(result.run->engine().hand_count());
   return std::nullopt;
 }
 
-Status open(trephine_operation& made, const char* path, const trephine_voxels* volumes, std::size_t count) {
+Status open(trephine_operation& result, const char* path, const trephine_voxels* volumes, std::size_t count) {
   if (path == nullptr) return bad("an argument is missing", "NULL", "a session's file");
   Result<sim::SceneData> data = borrow_data(volumes, count);
   if (!data) return data.error();
   auto session = sim::SessionReader::open(path, modules::catalogue());
   if (!session) return session.error();
-  made.session = std::make_unique<sim::SessionReader>(std::move(session).value());
-  auto replay = sim::Replay::open(*made.session, std::move(data).value());
+  result.session = std::make_unique<sim::SessionReader>(std::move(session).value());
+  auto replay = sim::Replay::open(*result.session, std::move(data).value());
   if (!replay) return replay.error();
-  made.replay = std::move(replay).value();
-  made.scene = made.session->header();
-  made.air = volume::air_of(*made.engine().scene().base);
+  result.replay = std::move(replay).value();
+  result.scene = result.session->header();
+  result.air = volume::air_of(*result.engine().scene().base);
   return std::nullopt;
 }
 
-template <class Make>
-trephine_operation* make(trephine_error* error, Make&& work) noexcept {
-  std::unique_ptr<trephine_operation> made;
+template <class Initialize>
+trephine_operation* make(trephine_error* error, Initialize&& initialize) noexcept {
+  std::unique_ptr<trephine_operation> result;
   const int code = guarded(error, [&]() -> Status {
-    made = std::make_unique<trephine_operation>();
-    return work(*made);
+    result = std::make_unique<trephine_operation>();
+    return initialize(*result);
   });
-  return code == TREPHINE_OK ? made.release() : nullptr;
+  return code == TREPHINE_OK ? result.release() : nullptr;
 }
 
 Status check_run(const trephine_operation* operation) {
-  if (operation == nullptr) return bad("there is no operation", "NULL", "one that was begun");
+  if (operation == nullptr) return bad("there is no operation", "NULL", "one from trephine_operation_begin");
   if (!operation->run)
     return bad("a recorded operation cannot be changed", "opened", "one from trephine_operation_begin");
-  if (operation->has_ended) return bad("the operation has ended", "ended", "one that goes on");
+  if (operation->has_ended) return bad("the operation has ended", "ended", "an operation that has not ended");
   return std::nullopt;
 }
 Status check_replay(const trephine_operation* operation) {
@@ -133,16 +131,16 @@ Status check_replay(const trephine_operation* operation) {
              "one from trephine_operation_open");
 }
 
-haptics::Pose pose_of(const trephine_pose& said) noexcept {
+haptics::Pose pose_of(const trephine_pose& input) noexcept {
   haptics::Pose pose;
-  pose.position_world = {said.position[0], said.position[1], said.position[2]};
-  pose.orientation = {said.rotation[0], said.rotation[1], said.rotation[2], said.rotation[3]};
+  pose.position_world = {input.position[0], input.position[1], input.position[2]};
+  pose.orientation = {input.rotation[0], input.rotation[1], input.rotation[2], input.rotation[3]};
   const double length = glm::length(pose.orientation);
   if (length < 1e-6)
     pose.orientation = {1, 0, 0, 0};
   else
-    pose.orientation /= length;  // what is no number stays none
-  pose.buttons = said.buttons;
+    pose.orientation /= length;  // NaN remains NaN
+  pose.buttons = input.buttons;
   return pose;
 }
 
@@ -158,15 +156,16 @@ void copy_text(char (&to)[N], std::string_view text) noexcept {
 uint32_t trephine_operation_abi_version(void) { return TREPHINE_OPERATION_ABI_VERSION; }
 
 trephine_operation* trephine_operation_begin(const trephine_start* start, trephine_error* error) {
-  return make(error, [&](trephine_operation& made) -> Status {
-    if (start == nullptr) return bad("an argument is missing", "NULL", "what it starts from");
-    return begin(made, *start);
+  return make(error, [&](trephine_operation& result) -> Status {
+    if (start == nullptr) return bad("an argument is missing", "NULL", "a trephine_start");
+    return begin(result, *start);
   });
 }
 
 trephine_operation* trephine_operation_open(const char* session, const trephine_voxels* volumes,
                                             size_t volume_count, trephine_error* error) {
-  return make(error, [&](trephine_operation& made) { return open(made, session, volumes, volume_count); });
+  return make(error,
+              [&](trephine_operation& result) { return open(result, session, volumes, volume_count); });
 }
 
 void trephine_operation_destroy(trephine_operation* operation) { delete operation; }
@@ -174,8 +173,8 @@ void trephine_operation_destroy(trephine_operation* operation) { delete operatio
 int trephine_operation_step(trephine_operation* operation, const trephine_pose* poses,
                             trephine_touch* touches, trephine_error* error) {
   return guarded(error, [&]() -> Status {
-    if (Status wrong = check_run(operation)) return wrong;
-    if (poses == nullptr) return bad("there are no poses", "NULL", "one of each hand");
+    if (Status invalid = check_run(operation)) return invalid;
+    if (poses == nullptr) return bad("there are no poses", "NULL", "one pose per hand");
     for (std::size_t h = 0; h < operation->poses.size(); ++h) operation->poses[h] = pose_of(poses[h]);
     const auto records = operation->run->step(operation->poses);
     operation->changed = sim::united(operation->changed, operation->run->last_outcome().box);
@@ -189,10 +188,10 @@ int trephine_operation_command(trephine_operation* operation, int hand, const ch
                                const char* words, trephine_error* error) {
   Status refused;
   const int code = guarded(error, [&]() -> Status {
-    if (Status wrong = check_run(operation)) return wrong;
+    if (Status invalid = check_run(operation)) return invalid;
     if (command == nullptr) return bad("there is no command", "NULL", "a name");
     if (hand < 0 || hand >= static_cast<int>(operation->poses.size()))
-      return bad("there is no such hand", std::to_string(hand), "an index of a hand of the scene");
+      return bad("unknown hand", std::to_string(hand), "an index of a hand of the scene");
     auto request = modules::catalogue().command(command, words ? words : "", hand);
     if (!request) return request.error();
     const sim::Outcome outcome = operation->run->apply_whole(request.value());
@@ -205,7 +204,7 @@ int trephine_operation_command(trephine_operation* operation, int hand, const ch
 
 int trephine_operation_reset(trephine_operation* operation) {
   return guarded(nullptr, [&]() -> Status {
-    if (Status wrong = check_run(operation)) return wrong;
+    if (Status invalid = check_run(operation)) return invalid;
     operation->run->reset();
     return std::nullopt;
   });
@@ -214,7 +213,7 @@ int trephine_operation_reset(trephine_operation* operation) {
 int trephine_operation_end(trephine_operation* operation, trephine_error* error) {
   Status failed;
   const int code = guarded(error, [&]() -> Status {
-    if (Status wrong = check_run(operation)) return wrong;
+    if (Status invalid = check_run(operation)) return invalid;
     operation->has_ended = true;
     if (operation->recorder) failed = operation->recorder->finish(operation->run->engine());
     return std::nullopt;
@@ -224,7 +223,7 @@ int trephine_operation_end(trephine_operation* operation, trephine_error* error)
 
 int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, trephine_error* error) {
   return guarded(error, [&]() -> Status {
-    if (Status wrong = check_replay(operation)) return wrong;
+    if (Status invalid = check_replay(operation)) return invalid;
     return operation->replay->seek(tick);
   });
 }
@@ -232,21 +231,25 @@ int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, treph
 int trephine_operation_verify(trephine_operation* operation, trephine_error* error) {
   Status failed, different;
   const int code = guarded(error, [&]() -> Status {
-    if (Status wrong = check_replay(operation)) return wrong;
+    if (Status invalid = check_replay(operation)) return invalid;
     sim::Replay& replay = *operation->replay;
     failed = replay.why_not_verifiable();
     if (!failed) failed = replay.seek(0);
-    for (bool goes_on = !failed; goes_on;) {
+    for (bool has_next = !failed; has_next;) {
       const Result<bool> stepped = replay.step();
       if (!stepped) failed = stepped.error();
-      goes_on = stepped && stepped.value();
+      has_next = stepped && stepped.value();
     }
     if (!failed && operation->session->is_damaged())
-      failed = Error{"the session is damaged", "byte " + std::to_string(operation->session->whole_bytes()),
-                     "", "a whole file", "what lies before that was compared"};
+      failed = Error{.what = "the session is damaged",
+                     .where = "byte " + std::to_string(operation->session->whole_bytes()),
+                     .expected = "a whole file",
+                     .remedy = "the part before this tick was compared"};
     if (const std::optional<sim::Mismatch>& found = replay.mismatch())
-      different = Error{"the replay differs from what was recorded", "tick " + std::to_string(found->tick),
-                        found->what + " " + found->replayed, found->recorded, ""};
+      different = Error{.what = "the replay differs from the recording",
+                        .where = "tick " + std::to_string(found->tick),
+                        .found = found->what + " " + found->replayed,
+                        .expected = found->recorded};
     return std::nullopt;
   });
   if (different) return fail(error, TREPHINE_DIFFERENT, *different);
@@ -271,18 +274,18 @@ size_t trephine_operation_hand_count(const trephine_operation* operation) {
 }
 
 size_t trephine_operation_scene(const trephine_operation* operation, char* text, size_t capacity) {
-  std::string all;
+  std::string scene;
   if (guarded(nullptr, [&]() -> Status {
-        if (operation) all = sim::to_text(operation->scene);
+        if (operation) scene = sim::to_text(operation->scene);
         return std::nullopt;
       }) != TREPHINE_OK)
     return 0;
   if (text && capacity > 0) {
-    const std::size_t length = std::min(all.size(), capacity - 1);
-    std::memcpy(text, all.data(), length);
+    const std::size_t length = std::min(scene.size(), capacity - 1);
+    std::memcpy(text, scene.data(), length);
     text[length] = '\0';
   }
-  return all.size();
+  return scene.size();
 }
 
 uint64_t trephine_operation_hash(trephine_operation* operation) {
@@ -302,12 +305,12 @@ int trephine_operation_event(const trephine_operation* operation, size_t index, 
   return guarded(nullptr, [&]() -> Status {
     if (event == nullptr || index >= trephine_operation_event_count(operation))
       return bad("there is no such event", std::to_string(index), "below the count");
-    const sim::Event& happened = operation->engine().now().chronicle[index];
-    event->tick = happened.tick;
-    event->hand = happened.hand;
-    for (int a = 0; a < 3; ++a) event->place[a] = happened.place_world[a];
-    copy_text(event->name, happened.what.name());
-    copy_text(event->words, happened.what.words());
+    const sim::Event& source = operation->engine().now().chronicle[index];
+    event->tick = source.tick;
+    event->hand = source.hand;
+    for (int a = 0; a < 3; ++a) event->place[a] = source.place_world[a];
+    copy_text(event->name, source.what.name());
+    copy_text(event->words, source.what.words());
     return std::nullopt;
   });
 }
@@ -323,12 +326,12 @@ size_t trephine_operation_measure_count(const trephine_operation* operation) {
 
 int trephine_operation_measure(const trephine_operation* operation, size_t index, trephine_measure* measure) {
   return guarded(nullptr, [&]() -> Status {
-    const auto all = operation ? operation->engine().measures() : std::vector<sim::Measure>();
-    if (measure == nullptr || index >= all.size())
+    const auto measures = operation ? operation->engine().measures() : std::vector<sim::Measure>();
+    if (measure == nullptr || index >= measures.size())
       return bad("there is no such measure", std::to_string(index), "below the count");
-    copy_text(measure->name, all[index].name);
-    copy_text(measure->unit, all[index].unit);
-    measure->value = all[index].value;
+    copy_text(measure->name, measures[index].name);
+    copy_text(measure->unit, measures[index].unit);
+    measure->value = measures[index].value;
     return std::nullopt;
   });
 }
@@ -339,16 +342,16 @@ size_t trephine_operation_body_count(const trephine_operation* operation) {
 
 int trephine_operation_body(const trephine_operation* operation, size_t index, trephine_body* body) {
   if (body == nullptr || index >= trephine_operation_body_count(operation)) return TREPHINE_BAD_ARGUMENT;
-  const sim::Body& of = operation->engine().now().world.bodies[index];
-  body->id = of.id.value;
-  body->holder = of.holder;
-  body->mm3 = of.piece->mm3;
-  const haptics::Placement place = operation->engine().place_of(of);
-  const glm::dquat& turn = place.rotation;
+  const sim::Body& source = operation->engine().now().world.bodies[index];
+  body->id = source.id.value;
+  body->holder = source.holder;
+  body->mm3 = source.piece->mm3;
+  const haptics::Placement placement = operation->engine().place_of(source);
+  const glm::dquat& turn = placement.rotation;
   const double rotation[4] = {turn.w, turn.x, turn.y, turn.z};
   std::copy_n(rotation, 4, body->rotation);
-  for (int a = 0; a < 3; ++a) body->position[a] = place.position_world[a];
-  const haptics::MeshTree& tree = *of.piece->tree;
+  for (int a = 0; a < 3; ++a) body->position[a] = placement.position_world[a];
+  const haptics::MeshTree& tree = *source.piece->tree;
   static_assert(sizeof(glm::dvec3) == 3 * sizeof(double));
   body->surface = {&tree.vertices().data()->x, tree.vertices().size(), tree.triangles().data(),
                    tree.triangles().size() / 3};

@@ -1,16 +1,16 @@
-/* Operate from C, or from any program that loads a library: a scene from text, hands with instruments, cuts,
- * commands, undo, events, and sessions that are recorded and opened again.
+/* C interface of operations, for any program that loads a library: a scene from text, hands with
+ * instruments, cuts, commands, undo, events, and sessions that are recorded and reopened.
  *
- * Lengths mm, forces N, time s; world frame; errors as in haptics/c_api/c_api.h. Nothing throws, prints or
- * exits.
+ * Lengths mm, forces N, time s; world frame. Errors as in haptics/c_api/c_api.h. No function throws, prints
+ * or exits.
  *
- * Threads: an operation belongs to one thread at a time; operations share nothing. One step is one servo tick
- * of each hand and the edits that follow from it, so that it takes longer while bone is cut; the same poses
- * and commands give the same bits on every machine.
+ * Threads: an operation belongs to one thread at a time; operations share no data. One step is one servo tick
+ * of each hand and the resulting edits, and takes longer while bone is cut. Equal poses and commands give
+ * equal bits on every machine.
  *
- * Order of destruction: any. An operation needs no other object of this interface. The voxels are borrowed:
- * they stay where they are, unchanged, until it is destroyed. Models, texts and poses are copied. To destroy
- * an operation ends its recording first. */
+ * Operations may be destroyed in any order; they need no other object of this interface. The voxels are
+ * borrowed: keep them at their address and unchanged until the operation is destroyed. Models, texts and
+ * poses are copied. Destroying an operation first ends its recording. */
 #ifndef TREPHINE_APPS_C_API_OPERATION_H
 #define TREPHINE_APPS_C_API_OPERATION_H
 
@@ -24,15 +24,15 @@ extern "C" {
 
 typedef struct trephine_operation trephine_operation;
 
-/* Intensities of size[0] * size[1] * size[2] voxels, x fastest, and the displacement (mm) of one voxel step
- * along x, then y, then z. `labels` may be NULL. */
+/* A volume of size[0] * size[1] * size[2] voxels, x fastest. `origin`: centre of the first voxel, mm. `axes`:
+ * displacement (mm) of one voxel step along x, then y, then z. `labels` may be NULL. */
 typedef struct trephine_voxels {
   const int16_t* intensities;
   const uint8_t* labels;
   int size[3];
   double origin[3];
   double axes[9];
-  int is_hounsfield; /* CT: what is cut becomes -1000 */
+  int is_hounsfield; /* CT: removed matter becomes -1000 */
 } trephine_voxels;
 
 /* A polygonal model: vertices (mm, x y z each), triangles of three vertices, counter-clockwise from outside.
@@ -44,117 +44,117 @@ typedef struct trephine_model {
   size_t triangle_count;
 } trephine_model;
 
-/* What an operation starts from. All that is not set may be 0. */
+/* Specification of an operation. Unused members are 0. */
 typedef struct trephine_start {
-  /* Lines of key=value: structures, hands, options; docs/file-formats.md, "A scene in text", has all keys.
-   * Empty lines and lines that begin with '#' are left out; "volume" and "model" may be. The shortest for a
-   * burr: "structure=bone\nlow=300\nhand=burr\nparameters=diameter=4" */
+  /* Lines of key=value: structures, hands, options. docs/file-formats.md, "A scene in text", lists all keys.
+   * Empty lines and lines that begin with '#' are ignored; "volume" and "model" may be omitted. A minimal
+   * scene with a burr: "structure=bone\nlow=300\nhand=burr\nparameters=diameter=4" */
   const char* scene;
-  const trephine_voxels* volumes; /* the anatomy, which alone is cut, first */
+  const trephine_voxels* volumes; /* the first is the anatomy, and the only one that is cut */
   size_t volume_count;
   const trephine_model* models;
   size_t model_count;
-  const char* record; /* a new file, or NULL: nothing is recorded */
-  int is_embedding;   /* the volumes go into that file too */
+  const char* record; /* a new file; NULL: no recording */
+  int is_embedding;   /* nonzero: also writes the volumes to that file */
 } trephine_start;
 
 typedef struct trephine_pose {
   double position[3];
-  double rotation[4]; /* a unit quaternion w x y z; all 0: not turned */
-  uint32_t buttons;   /* bit 0: the instrument works */
+  double rotation[4]; /* unit quaternion w x y z; all 0: identity */
+  uint32_t buttons;   /* bit 0: the instrument is active */
 } trephine_pose;
 
 typedef struct trephine_event {
   uint64_t tick;
   int hand;
-  double place[3];
+  double place[3]; /* position, mm */
   char name[64];
-  char words[400]; /* "depth=0.2 structure=dura", cut where it is longer */
+  char words[400]; /* parameters, truncated if longer: "depth=0.2 structure=dura" */
 } trephine_event;
 
 typedef struct trephine_measure {
   char name[128]; /* "removed", "strokes", "nearest to dura", ... */
-  char unit[16];  /* "mm3"; empty: none */
+  char unit[16];  /* "mm3"; empty: no unit */
   double value;
 } trephine_measure;
 
-/* Something that came off. Its surface (as in trephine_model, in the frame in which it was freed) stays where
- * it is until the next step, command or move of this operation. */
+/* A detached body. `surface` is in the frame in which the body was detached; its arrays remain valid until
+ * the next step, command or go_to of this operation. */
 typedef struct trephine_body {
-  uint32_t id; /* of commands: "hold-body" with "body=3" */
-  int holder;  /* a hand, or -1: it lies still */
+  uint32_t id; /* number in commands: "hold-body" with "body=3" */
+  int holder;  /* the hand that holds it; -1: not held */
   double mm3;
-  double position[3]; /* of that frame now */
+  double position[3]; /* current pose of that frame */
   double rotation[4];
   trephine_model surface;
 } trephine_body;
 
-/* TREPHINE_OPERATION_ABI_VERSION of the library that was loaded. */
+/* Returns TREPHINE_OPERATION_ABI_VERSION of the loaded library. */
 uint32_t trephine_operation_abi_version(void);
 
-/* An operation at its beginning. NULL on failure. */
+/* Creates an operation. Returns NULL on failure. */
 trephine_operation* trephine_operation_begin(const trephine_start* start, trephine_error* error);
-/* A recorded one, at its beginning, to be looked at; volumes that the file does not hold are given, the
- * anatomy first. NULL on failure. */
+/* Opens a recorded operation at its beginning, read-only. `volumes`: the volumes that the file does not
+ * contain, the anatomy first. Returns NULL on failure. */
 trephine_operation* trephine_operation_open(const char* session, const trephine_voxels* volumes,
                                             size_t volume_count, trephine_error* error);
-/* NULL is fine. */
+/* `operation` may be NULL. */
 void trephine_operation_destroy(trephine_operation* operation);
 
-/* ---- of one that was begun ---- */
-/* One tick: a pose of each hand, in their order; what each felt, when `touches` is not NULL. A position that
- * is no number gives no force and a latched fault. */
+/* ---- operations of trephine_operation_begin ---- */
+/* Executes one tick with one pose per hand, in the order of the hands. `touches`: results per hand, or NULL.
+ * A non-finite position gives zero force and a latched fault. */
 int trephine_operation_step(trephine_operation* operation, const trephine_pose* poses,
                             trephine_touch* touches, trephine_error* error);
-/* A command by name, with its parameters in words: "undo", "redo", "note" with "text=\"two words\"", "burr"
- * with "diameter=3", "free-pieces", "hold-body" with "body=1", ...: `trephine modules` lists them. Work that
- * takes longer (a job) is done before this returns. TREPHINE_REFUSED when it may not be done now, which
- * changes nothing; undo and redo with nothing to take back are done, and change nothing either. A job whose
- * result cannot be used (nothing came off) is told by an event "job-discarded". */
+/* Executes a command by name with parameters as key=value: "undo", "redo", "note" with "text=\"two words\"",
+ * "burr" with "diameter=3", "free-pieces", "hold-body" with "body=1", ...: `trephine modules` lists them.
+ * Longer work (a job) is finished before this returns. Returns TREPHINE_REFUSED, without a change, if the
+ * command is not allowed now; undo and redo with an empty history succeed without a change. A job whose
+ * result cannot be used (no body was detached) raises an event "job-discarded". */
 int trephine_operation_command(trephine_operation* operation, int hand, const char* command,
                                const char* words, trephine_error* error);
-/* Faults, contact and force are forgotten with the next step: after a pose that was no number there is no
- * force until then. */
+/* Clears faults, contact and force with the next step. After a non-finite pose the force is 0 until then. */
 int trephine_operation_reset(trephine_operation* operation);
-/* Ends the recording and makes it safe; TREPHINE_FAILED with the first failure of all of it. Afterwards
- * nothing more can be done, only asked. Without a recording nothing but that. */
+/* Ends the operation, and finishes its recording if there is one. Returns TREPHINE_FAILED with the first
+ * error of the recording. Afterwards only queries are possible. */
 int trephine_operation_end(trephine_operation* operation, trephine_error* error);
 
-/* ---- of one that was opened ---- */
-/* Forward or back to where `tick` ticks were done, 0: its beginning; from the last one on: to its very end,
- * with the commands after it. */
+/* ---- operations of trephine_operation_open ---- */
+/* Seeks forward or back to the state after `tick` ticks; 0: the beginning. The last tick and beyond: the end,
+ * including the commands after the last tick. */
 int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, trephine_error* error);
-/* Plays all of it from its beginning. TREPHINE_DIFFERENT, with where and what, when forces or voxels were
- * others than those recorded; TREPHINE_FAILED when that cannot be said: the file is damaged or cannot be
- * read, or was recorded by a program of another arithmetic. */
+/* Replays the whole session from its beginning. Returns TREPHINE_DIFFERENT, with location and values, if
+ * forces or voxels differ from the recording; TREPHINE_FAILED if they cannot be compared: the file is damaged
+ * or unreadable, or was recorded by a program with another arithmetic. */
 int trephine_operation_verify(trephine_operation* operation, trephine_error* error);
 
-/* 1 when the file was closed in order; 0 when its end was lost: what lies before that is there. */
+/* Returns 1 if the file was closed properly; 0 if its end was lost and only the part before is available. */
 int trephine_operation_is_whole(const trephine_operation* operation);
 
-/* ---- of both ---- */
-/* Ticks that were done up to now. */
+/* ---- all operations ---- */
+/* Number of ticks executed so far. */
 uint64_t trephine_operation_tick(const trephine_operation* operation);
-/* The same; of one that was opened: that are recorded in all. */
+/* Number of recorded ticks; equal to trephine_operation_tick for operations of trephine_operation_begin. */
 uint64_t trephine_operation_tick_count(const trephine_operation* operation);
 size_t trephine_operation_hand_count(const trephine_operation* operation);
-/* The scene as it was made, as trephine_start::scene has it. At most `capacity` bytes with the 0 at the end
- * are written; the length without it. */
+/* Writes the scene in the format of trephine_start::scene, at most `capacity` bytes including the terminating
+ * 0. Returns the length without it. */
 size_t trephine_operation_scene(const trephine_operation* operation, char* text, size_t capacity);
-/* Of all state: equal states, equal hashes. Takes longer the more was cut. */
+/* Returns the hash of the whole state: equal states have equal hashes. The cost grows with removed matter. */
 uint64_t trephine_operation_hash(trephine_operation* operation);
-/* Events, oldest first; undo takes none back. TREPHINE_BAD_ARGUMENT beyond the last. */
+/* Number of events; undo removes no events. */
 size_t trephine_operation_event_count(const trephine_operation* operation);
+/* Events (oldest first), measures and bodies by index. Return TREPHINE_BAD_ARGUMENT beyond the last. */
 int trephine_operation_event(const trephine_operation* operation, size_t index, trephine_event* event);
 size_t trephine_operation_measure_count(const trephine_operation* operation);
 int trephine_operation_measure(const trephine_operation* operation, size_t index, trephine_measure* measure);
 size_t trephine_operation_body_count(const trephine_operation* operation);
 int trephine_operation_body(const trephine_operation* operation, size_t index, trephine_body* body);
-/* 1, with the box (both ends included) of the anatomy's voxels that may look different since the last call; 0
- * when there is none. */
+/* Returns 1 and the box low .. high (inclusive) of the anatomy's voxels that may have changed since the last
+ * call; 0 if no voxels changed. */
 int trephine_operation_changed(trephine_operation* operation, int low[3], int high[3]);
-/* Intensities as they are now, x fastest, of the box low .. high (both included): a voxel goes toward air
- * (-1000 HU; the lowest value of other scans) in proportion to what was removed of it. */
+/* Reads the current intensities of the box low .. high (inclusive), x fastest. A voxel approaches air (-1000
+ * HU; the lowest value of other scans) in proportion to its removed share. */
 int trephine_operation_read(const trephine_operation* operation, const int low[3], const int high[3],
                             int16_t* intensities, trephine_error* error);
 

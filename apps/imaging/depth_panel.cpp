@@ -10,16 +10,15 @@ namespace trephine::imaging {
 
 using glm::dvec3;
 using haptics::depth::DepthSet;
-using volume::Error;
-using volume::Result;
 
-Result<Panel> depth_panel(std::span<const sim::SeenDepths> depths, int columns, int rows) {
+Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int columns, int rows) {
   if (depths.empty())
-    return Error{"there are no depth images", "", "no object near that is touched by them",
-                 "the tool near a model or video of --depth", ""};
+    return Error{.what = "no depth images",
+                 .found = "no object near the tool that is touched by them",
+                 .expected = "the tool near a model or video of --depth"};
   const DepthSet& first = *depths[0].set;
-  const haptics::Placement& place = depths[0].drawn;
-  // Each camera stands on a face: its position, and the direction of its picture.
+  const haptics::Placement& placement = depths[0].drawn;
+  // Each camera is on a face of the clip volume: axis and sign of the face, and the directions of its image.
   struct Camera {
     int axis;
     double side;
@@ -32,7 +31,7 @@ Result<Panel> depth_panel(std::span<const sim::SeenDepths> depths, int columns, 
   const int side = std::clamp(std::min((columns - 2 * k_gap) / 3, (rows - k_gap) / 2), k_fewest, k_most);
   Panel panel;
   panel.columns = 3 * side + 2 * k_gap, panel.rows = 2 * side + k_gap;
-  panel.mm_a_pixel = first.view.edge / side;
+  panel.mm_per_pixel = first.view.edge / side;
   panel.pixels.assign(static_cast<std::size_t>(panel.columns) * static_cast<std::size_t>(panel.rows),
                       {70, 74, 82});
   for (int c = 0; c < 6; ++c) {
@@ -45,14 +44,14 @@ Result<Panel> depth_panel(std::span<const sim::SeenDepths> depths, int columns, 
         const double u = (column + 0.5) / side - 0.5, v = (row + 0.5) / side - 0.5;
         const dvec3 begin =
             first.view.middle + first.view.edge * (u * camera.right + v * camera.up - 0.5 * ahead);
-        const dvec3 from = place.world_from_local(begin),
-                    to = place.world_from_local(begin + first.view.edge * ahead);
+        const dvec3 from = placement.world_from_local(begin),
+                    to = placement.world_from_local(begin + first.view.edge * ahead);
         double nearest = 1;
-        for (const sim::SeenDepths& one : depths) {
+        for (const sim::DisplayedDepths& object : depths) {
           haptics::FacetHit hit;
-          int looked = 0;
-          if (one.set->tree->cast(one.now.local_from_world(from), one.now.local_from_world(to), true, true,
-                                  hit, looked))
+          int visited = 0;
+          if (object.set->tree->cast(object.now.local_from_world(from), object.now.local_from_world(to), true,
+                                     true, hit, visited))
             nearest = std::min(nearest, hit.t);
         }
         const auto grey = static_cast<std::uint8_t>(nearest < 1 ? std::lround(235 - 195 * nearest) : 12);
@@ -67,12 +66,12 @@ Result<Panel> depth_panel(std::span<const sim::SeenDepths> depths, int columns, 
   return panel;
 }
 
-std::vector<std::array<dvec3, 2>> clip_volumes(std::span<const sim::SeenDepths> depths) {
+std::vector<std::array<dvec3, 2>> clip_volumes(std::span<const sim::DisplayedDepths> depths) {
   std::vector<std::array<dvec3, 2>> lines;
-  for (const sim::SeenDepths& one : depths) {
+  for (const sim::DisplayedDepths& object : depths) {
     const auto corner = [&](int c) {
-      const dvec3 half = 0.5 * one.set->view.edge * dvec3(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1);
-      return one.drawn.world_from_local(one.set->view.middle + half);
+      const dvec3 half = 0.5 * object.set->view.edge * dvec3(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1);
+      return object.drawn.world_from_local(object.set->view.middle + half);
     };
     for (int c = 0; c < 8; ++c)
       for (const int other : {c | 1, c | 2, c | 4})

@@ -1,4 +1,4 @@
-// Images of the six cameras of a clip volume: the depth images by which a hand touches.
+// Panel of the six depth images around the tool, by which a hand touches objects.
 #pragma once
 
 #include "apps/imaging/panel.h"
@@ -6,11 +6,12 @@
 
 namespace trephine::imaging {
 
-/// From L, P, S in the upper row, from R, A, I in the lower one, near is bright; `columns` x `rows` pixels at
-/// most. All objects together, in the clip volume of the first. Error: no object near is touched so.
-volume::Result<Panel> depth_panel(std::span<const sim::SeenDepths> depths, int columns, int rows);
+/// Draws the views from L, P, S in the upper row and from R, A, I in the lower row; near is bright. At most
+/// `columns` x `rows` pixels. Shows all objects in the clip volume of the first. Error: no object near the
+/// tool is touched by depth images.
+Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int columns, int rows);
 
-/// The edges of the clip volumes, world.
-std::vector<std::array<glm::dvec3, 2>> clip_volumes(std::span<const sim::SeenDepths> depths);
+/// Returns the edges of the clip volumes (world, mm).
+std::vector<std::array<glm::dvec3, 2>> clip_volumes(std::span<const sim::DisplayedDepths> depths);
 
 }  // namespace trephine::imaging

@@ -42,8 +42,8 @@ bool PaneWorker::is_idle() const {
   const std::lock_guard guard(lock_);
   for (const auto& [request, stamp] : requests_)
     if (request) return false;
-  for (const std::optional<Made>& one : made_)
-    if (one) return false;
+  for (const std::optional<Made>& image : made_)
+    if (image) return false;
   return !is_working_;
 }
 
@@ -67,9 +67,9 @@ void PaneWorker::run() {
     const auto [make, stamp] = std::exchange(requests_[pane], {});
     is_working_ = true;
     guard.unlock();
-    const auto begun = workbench::Clock::now();
-    volume::Result<Panel> panel = make();
-    const double ms = 1e3 * workbench::seconds_since(begun);
+    const auto start = workbench::Clock::now();
+    Result<Panel> panel = make();
+    const double ms = 1e3 * workbench::seconds_since(start);
     guard.lock();
     is_working_ = false;
     ++counters_.made;

@@ -1,4 +1,4 @@
-// Thread that makes images for panes: the newest request of each, in turn.
+// PaneWorker: thread that renders images for panes, the newest request of each pane in turn.
 #pragma once
 
 #include <condition_variable>
@@ -11,21 +11,21 @@
 #include <vector>
 
 #include "apps/imaging/panel.h"
-#include "volume/error.h"
+#include "volume/base/error.h"
 
 namespace trephine::imaging {
 
-/// Only its destructor waits for it, for the image in progress.
+/// Runs requests on its own thread. Only the destructor blocks, until the image in progress is finished.
 class PaneWorker {
  public:
-  using Make = std::function<volume::Result<Panel>()>;
+  using Make = std::function<Result<Panel>()>;
   struct Made {
-    volume::Result<Panel> panel;
-    double milliseconds = 0;  ///< that it took
-    std::uint64_t stamp = 0;  ///< of its request
+    Result<Panel> panel;
+    double milliseconds = 0;  ///< duration of rendering
+    std::uint64_t stamp = 0;  ///< stamp of the request
   };
   struct Counters {
-    std::uint64_t made = 0, superseded = 0;  ///< images; requests that a newer one replaced
+    std::uint64_t made = 0, superseded = 0;  ///< finished images; requests replaced by newer ones
   };
 
   explicit PaneWorker(std::size_t panes);
@@ -33,14 +33,14 @@ class PaneWorker {
   PaneWorker(const PaneWorker&) = delete;
   PaneWorker& operator=(const PaneWorker&) = delete;
 
-  /// Drawing thread. Replaces a request of the same pane that was not begun. The thread begins with the
-  /// first one. `stamp`: what it is given back with.
+  /// Requests an image. Drawing thread. Replaces a pending request of the same pane. The first request starts
+  /// the thread. `stamp`: returned with the image.
   void request(std::size_t pane, Make make, std::uint64_t stamp = 0);
-  /// Cancels what this pane requested and got; an image in progress is finished all the same.
+  /// Discards the pending request and the finished image of a pane; an image in progress is still finished.
   void forget(std::size_t pane);
-  /// A pane's newest image, once.
+  /// Returns the newest image of a pane once; nullopt if there is no new one.
   std::optional<Made> take(std::size_t pane);
-  /// Has it neither requests nor images, in progress or not taken yet?
+  /// True if there are no pending requests, no image in progress and no image that was not yet fetched.
   bool is_idle() const;
   Counters counters() const;
 
@@ -52,7 +52,7 @@ class PaneWorker {
   std::vector<std::pair<Make, std::uint64_t>> requests_;
   std::vector<std::optional<Made>> made_;
   Counters counters_;
-  std::size_t next_ = 0;  ///< whose turn it is
+  std::size_t next_ = 0;  ///< next pane in turn
   bool is_working_ = false, is_stopping_ = false;
   std::thread thread_;
 };

@@ -6,15 +6,15 @@
 
 namespace trephine::imaging {
 
-std::string direction_letters(const glm::dvec3& way) {
-  std::array<std::pair<double, char>, 3> parts{{{std::abs(way.x), way.x > 0 ? 'L' : 'R'},
-                                                {std::abs(way.y), way.y > 0 ? 'P' : 'A'},
-                                                {std::abs(way.z), way.z > 0 ? 'S' : 'I'}}};
+std::string direction_letters(const glm::dvec3& direction) {
+  std::array<std::pair<double, char>, 3> parts{{{std::abs(direction.x), direction.x > 0 ? 'L' : 'R'},
+                                                {std::abs(direction.y), direction.y > 0 ? 'P' : 'A'},
+                                                {std::abs(direction.z), direction.z > 0 ? 'S' : 'I'}}};
   std::stable_sort(parts.begin(), parts.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::string letters;
   for (const auto& [share, letter] : parts)
-    if (share > 0.4 * glm::length(way) && letters.size() < 2) letters += letter;
+    if (share > 0.4 * glm::length(direction) && letters.size() < 2) letters += letter;
   return letters;
 }
 
@@ -29,7 +29,7 @@ void mirror(Panel& panel) {
     std::reverse(begin, begin + panel.columns);
   }
   for (Panel::Line& line : panel.lines)
-    for (glm::dvec2& place : line.places) place.x = -place.x;
+    for (glm::dvec2& point : line.places) point.x = -point.x;
   std::swap(panel.left, panel.right);
 }
 

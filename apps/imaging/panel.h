@@ -1,4 +1,4 @@
-// An image with what is drawn in it, as data.
+// Panel: an image with lines, letters and captions, as data.
 #pragma once
 
 #include <array>
@@ -13,27 +13,27 @@ namespace trephine::imaging {
 struct Panel {
   using Colour = std::array<std::uint8_t, 3>;
   struct Line {
-    std::vector<glm::dvec2> places;  ///< mm in the panel, from its middle: x to the right, y up
+    std::vector<glm::dvec2> places;  ///< points in mm from the panel's centre: x to the right, y up
     Colour colour{255, 255, 255};
     bool is_closed = true;
-    std::string name = {};  ///< in the legend, once a picture
+    std::string name = {};  ///< name in the legend; equal names appear once
   };
   std::string title, foot;
-  std::string left, right, above, below;  ///< letters at its edges
+  std::string left, right, above, below;  ///< orientation letters at the edges
   int columns = 0, rows = 0;
-  double mm_a_pixel = 1;
-  bool shows_sides = false;    ///< an X-ray in which the patient's left and right are seen
+  double mm_per_pixel = 1;
+  bool shows_sides = false;    ///< an X-ray that shows the patient's left and right
   bool is_mirrored = false;    ///< left and right were exchanged
-  bool is_to_scale = false;    ///< mm in it are the patient's: it may have a scale bar
-  std::vector<Colour> pixels;  ///< from the lower left on, row by row
+  bool is_to_scale = false;    ///< lengths are those of the patient: a scale bar is valid
+  std::vector<Colour> pixels;  ///< row by row from the lower left
   std::vector<Line> lines;
 };
 
-/// Main letters of a direction among the patient's (L, R, P, A, S, I): "L", "LA".
+/// Returns the one or two main orientation letters (L, R, P, A, S, I) of a direction: "L", "LA".
 std::string direction_letters(const glm::dvec3& direction_world);
-/// A round length for a scale bar, mm: the longest that is at most so long, and at least 1.
+/// Returns a round length for a scale bar, mm: the longest up to `longest`, at least 1.
 int bar_length(double longest) noexcept;
-/// The letters at its edges, of where its right and its upper edge lie.
+/// Sets the letters at the panel's edges from the directions of its right and upper edge.
 void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world);
 /// Exchanges left and right: pixels, lines and letters.
 void mirror(Panel& panel);

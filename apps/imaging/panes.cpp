@@ -24,32 +24,32 @@ Panes::Panes(std::size_t count) : panes_(count), worker_(count) {
 }
 
 void Panes::show(Subject subject, bool is_changed) {
-  const bool is_other = subject.scan != subject_.scan;
-  if (is_other) forget();
-  is_changed |= is_other || subject.things.size() != subject_.things.size();
+  const bool is_new_scan = subject.scan != subject_.scan;
+  if (is_new_scan) forget();
+  is_changed |= is_new_scan || subject.things.size() != subject_.things.size();
   for (std::size_t i = 0; !is_changed && i < subject.things.size(); ++i)
     is_changed = subject.things[i].tree != subject_.things[i].tree ||
                  !(subject.things[i].place == subject_.things[i].place);
   is_changed |= subject.version != subject_.version;
   const auto is_newer = [&](std::size_t i) { return subject.depths[i].set != subject_.depths[i].set; };
-  bool are_newer = subject.depths.size() != subject_.depths.size();
-  for (std::size_t i = 0; !are_newer && i < subject.depths.size(); ++i) are_newer = is_newer(i);
+  bool has_newer_depths = subject.depths.size() != subject_.depths.size();
+  for (std::size_t i = 0; !has_newer_depths && i < subject.depths.size(); ++i) has_newer_depths = is_newer(i);
   subject_ = std::move(subject);
-  if (is_other && subject_.scan) {
+  if (is_new_scan && subject_.scan) {
     at_ = middle_of(*subject_.scan);
     if (!has_arm_) arm_.isocentre = at_;
   }
   if (is_changed) make_stale(is_live_);
   for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::depths) pane.is_stale |= are_newer;
+    if (pane.kind == PaneKind::depths) pane.is_stale |= has_newer_depths;
 }
 
-/// Version of an image's sources, made or in progress.
+/// Discards all images of a pane, finished or in progress.
 void Panes::forget(std::size_t index) {
   Pane& pane = panes_[index];
   worker_.forget(index);
-  if (pane.is_given_up) *pane.is_given_up = true;
-  pane.panel.reset(), pane.camera.reset(), pane.renderer.reset(), pane.trouble.clear();
+  if (pane.is_cancelled) *pane.is_cancelled = true;
+  pane.panel.reset(), pane.camera.reset(), pane.renderer.reset(), pane.problem.clear();
   pane.is_wanted = pane.is_stale = pane.is_coarse = false;
   ++pane.stamp, ++pane.changes;
 }
@@ -68,15 +68,16 @@ bool Panes::sees(PaneKind kind) const noexcept {
   return false;
 }
 
-/// X-rays are of when they were taken: only live ones follow.
-void Panes::make_stale(bool with_xrays) {
+/// Marks images as stale. X-rays show the time of their exposure: only live ones follow changes.
+void Panes::make_stale(bool includes_xrays) {
   for (Pane& pane : panes_)
-    if ((pane.kind != PaneKind::xray || with_xrays) && pane.kind != PaneKind::depths) pane.is_stale = true;
+    if ((pane.kind != PaneKind::xray || includes_xrays) && pane.kind != PaneKind::depths)
+      pane.is_stale = true;
 }
 
-void Panes::make_slices_stale(bool with_sections) {
+void Panes::make_slices_stale(bool includes_sections) {
   for (Pane& pane : panes_)
-    pane.is_stale |= pane.kind <= PaneKind::tool || (with_sections && pane.kind == PaneKind::section);
+    pane.is_stale |= pane.kind <= PaneKind::tool || (includes_sections && pane.kind == PaneKind::section);
 }
 
 void Panes::look_at(const dvec3& world) {
@@ -100,10 +101,11 @@ void Panes::turn_section(const dvec3& normal) {
 
 std::optional<int> Panes::probe() const {
   if (!subject_.scan) return std::nullopt;
-  ImagePlane one;
-  one.columns = one.rows = 1, one.middle_world = at_;
-  const ct_viewer::SliceValues there = ct_viewer::slice_values(*subject_.scan, *subject_.version, one, {}, 1);
-  return there.before[0] == ct_viewer::k_outside ? std::nullopt : std::optional<int>(there.now[0]);
+  ImagePlane pixel;
+  pixel.columns = pixel.rows = 1, pixel.middle_world = at_;
+  const ct_viewer::SliceValues values =
+      ct_viewer::slice_values(*subject_.scan, *subject_.version, pixel, {}, 1);
+  return values.before[0] == ct_viewer::k_outside ? std::nullopt : std::optional<int>(values.now[0]);
 }
 
 void Panes::set_kind(std::size_t index, PaneKind kind) {
@@ -124,7 +126,7 @@ void Panes::set_from_back(bool is_from_back) {
   }
 }
 
-/// Exchanges left and right of an X-ray where that is not how it should be seen.
+/// Mirrors an X-ray if its sides do not match the selected view.
 void Panes::show_side(Panel& panel) const {
   if (!panel.shows_sides || panel.is_mirrored == is_from_back_) return;
   mirror(panel);
@@ -138,7 +140,7 @@ bool Panes::is_mirrored(const fluoroscopy::View& view) const noexcept {
 void Panes::set_size(std::size_t index, int columns, int rows, bool is_visible) {
   Pane& pane = panes_[index];
   if (pane.columns == columns && pane.rows == rows && pane.is_visible == is_visible) return;
-  // An X-ray is as large as its detector.
+  // The size of an X-ray is that of its detector.
   if (pane.kind != PaneKind::xray)
     pane.is_stale |= is_visible && (pane.columns != columns || pane.rows != rows || !pane.is_visible);
   pane.columns = columns, pane.rows = rows;
@@ -146,10 +148,10 @@ void Panes::set_size(std::size_t index, int columns, int rows, bool is_visible) 
 }
 
 void Panes::scroll(std::size_t index, int slices) {
-  const auto shown = plane(index);
-  if (!shown) return;
-  // As far as the scan's own slices are apart that way.
-  const dvec3 n = shown->normal(), step = subject_.scan->frame.vector_volume_from_world(n);
+  const auto image_plane = plane(index);
+  if (!image_plane) return;
+  // One step is the spacing of the scan's own slices in this direction.
+  const dvec3 n = image_plane->normal(), step = subject_.scan->frame.vector_volume_from_world(n);
   const double most = std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)});
   look_at(at_ + slices / most * n);
 }
@@ -158,11 +160,11 @@ void Panes::zoom(std::size_t index, double factor, const dvec2& around) {
   Pane& pane = panes_[index];
   const auto before = plane(index);
   if (!before) return;
-  const dvec3 fixed = before->world(around.x, around.y);
+  const dvec3 anchor = before->world(around.x, around.y);
   pane.middle = before->middle_world;
   pane.pixel = std::clamp(before->pixel / factor, 0.01, 5.0);
   const dvec3 moved = plane(index)->world(around.x, around.y);
-  pane.middle += fixed - moved;
+  pane.middle += anchor - moved;
   pane.is_stale = true;
 }
 
@@ -201,7 +203,7 @@ void Panes::set_slab(double thickness) {
   make_slices_stale();
 }
 
-void Panes::set_eye(const volume::Eye& eye, const std::optional<volume::Openings::Plane>& clip) {
+void Panes::set_eye(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip) {
   const bool is_same = has_eye_ && eye.at == eye_.at && eye.forward == eye_.forward && eye.up == eye_.up &&
                        eye.height == eye_.height && eye.distance == eye_.distance &&
                        clip.has_value() == clip_.has_value() &&
@@ -212,11 +214,11 @@ void Panes::set_eye(const volume::Eye& eye, const std::optional<volume::Openings
     if (pane.kind == PaneKind::drawn) pane.is_stale = true;
 }
 
-void Panes::set_ramp(std::string_view name) {
+void Panes::set_transfer_function(std::string_view name) {
   if (name != ramp_) ramp_ = name;
   for (Pane& pane : panes_)
     if (pane.kind == PaneKind::drawn) {
-      if (pane.is_given_up) *pane.is_given_up = true;
+      if (pane.is_cancelled) *pane.is_cancelled = true;
       pane.renderer.reset(), pane.is_stale = true;
     }
 }
@@ -224,7 +226,7 @@ void Panes::set_ramp(std::string_view name) {
 void Panes::set_label_opacity(std::size_t label, double opacity) {
   looks_.resize(std::max(looks_.size(), label + 1));
   looks_[label].opacity = opacity;
-  set_ramp(ramp_);  // draws again
+  set_transfer_function(ramp_);  // redraws
 }
 
 void Panes::set_arm(const fluoroscopy::CArm& arm) {
@@ -250,26 +252,26 @@ void Panes::shoot() {
     if (pane.kind == PaneKind::xray) pane.is_stale = pane.is_wanted = true;
 }
 
-/// Its orientation and its middle, in its own pixels.
-ImagePlane Panes::turned(const Pane& pane) const {
+/// Returns the plane of a planar pane, in the pane's own pixels.
+ImagePlane Panes::plane_of(const Pane& pane) const {
   ImagePlane plane;
   plane.columns = std::max(1, pane.columns), plane.rows = std::max(1, pane.rows);
   dvec3 through = at_;
   if (pane.kind == PaneKind::section) {
-    turn_plane(plane, section_normal_);
+    orient_plane(plane, section_normal_);
   } else if (pane.kind == PaneKind::tool) {
-    // The shaft lies in it; seen as nearly from the patient's left as can be.
+    // Contains the shaft; seen as closely from the patient's left as possible.
     through = tip_;
     const dvec3 request = std::abs(shaft_.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, -1, 0);
-    turn_plane(plane, request - glm::dot(request, shaft_) * shaft_);
+    orient_plane(plane, request - glm::dot(request, shaft_) * shaft_);
   } else {
-    turn_plane(plane, k_pane_kinds[static_cast<std::size_t>(pane.kind)]);
+    orient_plane(plane, k_pane_kinds[static_cast<std::size_t>(pane.kind)]);
   }
   if (is_from_back_ && plane.right.x > 0.5) {
     if (std::abs(plane.normal().z) > 0.7) plane.up = -plane.up;
     plane.right = -plane.right;
   }
-  // All of the scan, unless a width was chosen.
+  // Fit the whole scan, unless a pixel size was chosen.
   dvec2 low(1e300), high(-1e300);
   for (const dvec3& corner :
        volume::corners_world(subject_.scan->frame, glm::ivec3(0), subject_.scan->size - 1)) {
@@ -292,31 +294,31 @@ ImagePlane Panes::turned(const Pane& pane) const {
 std::optional<ImagePlane> Panes::plane(std::size_t index) const {
   const Pane& pane = panes_[index];
   if (!subject_.scan || !is_planar(pane.kind)) return std::nullopt;
-  return turned(pane);
+  return plane_of(pane);
 }
 
 std::optional<dvec3> Panes::world(std::size_t index, const dvec2& pixel) const {
-  const auto shown = plane(index);
-  return shown ? std::optional<dvec3>(shown->world(pixel.x, pixel.y)) : std::nullopt;
+  const auto image_plane = plane(index);
+  return image_plane ? std::optional<dvec3>(image_plane->world(pixel.x, pixel.y)) : std::nullopt;
 }
 
 std::optional<dvec2> Panes::pixel(std::size_t index, const dvec3& world) const {
   const Pane& pane = panes_[index];
   if (!subject_.scan) return std::nullopt;
-  if (const auto shown = plane(index)) {
-    const dvec2 mm = shown->from_world(world);
-    return dvec2(mm.x / shown->pixel + 0.5 * (shown->columns - 1),
-                 0.5 * (shown->rows - 1) - mm.y / shown->pixel);
+  if (const auto image_plane = plane(index)) {
+    const dvec2 mm = image_plane->from_world(world);
+    return dvec2(mm.x / image_plane->pixel + 0.5 * (image_plane->columns - 1),
+                 0.5 * (image_plane->rows - 1) - mm.y / image_plane->pixel);
   }
   if (pane.kind != PaneKind::xray) return std::nullopt;
-  // An X-ray, as large as the pane allows.
+  // The X-ray fills the pane.
   const fluoroscopy::View view(arm_);
   const auto at = view.seen(world);
   if (!at || pane.columns < 2) return std::nullopt;
-  const double way = is_mirrored(view) ? -1 : 1;
+  const double sign = is_mirrored(view) ? -1 : 1;
   const double scale =
       std::min(pane.columns / static_cast<double>(view.columns), pane.rows / static_cast<double>(view.rows));
-  return dvec2(way * scale * (at->x - 0.5 * (view.columns - 1)) + 0.5 * (pane.columns - 1),
+  return dvec2(sign * scale * (at->x - 0.5 * (view.columns - 1)) + 0.5 * (pane.columns - 1),
                scale * (at->y - 0.5 * (view.rows - 1)) + 0.5 * (pane.rows - 1));
 }
 

@@ -1,5 +1,5 @@
-// Panes next to a picture in three dimensions: slices that meet at the focus, sections, X-rays. Their
-// kinds, contents and updates; who draws them is elsewhere.
+// Panes: images next to the 3-D view: slices that meet at the focus, sections, X-rays. Manages their kinds,
+// contents and updates, and draws nothing.
 #pragma once
 
 #include <atomic>
@@ -12,36 +12,37 @@
 
 namespace trephine::imaging {
 
-/// Kind of a pane. Along the tool: a slice in which its shaft lies. Drawn: the scan itself, directly, seen
-/// as the picture is. Depths: the depth images around the tool.
+/// Kind of a pane. `tool`: a slice that contains the tool's shaft. `drawn`: the scan by ray casting, with the
+/// camera of the 3-D view. `depths`: the depth images around the tool.
 enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray, drawn, depths };
-/// Does it show a plane of the scan?
+/// True for kinds that show a plane of the scan.
 constexpr bool is_planar(PaneKind kind) { return kind < PaneKind::xray; }
 inline constexpr std::string_view k_pane_kinds[] = {"axial",   "coronal", "sagittal", "tool",
                                                     "section", "xray",    "drawn",    "depths"};
 
-/// One thread. Pixels of a pane are counted from its upper left.
+/// Set of panes around one subject. Not thread-safe. Pixels of a pane are counted from its upper left.
 class Panes {
  public:
   explicit Panes(std::size_t count);
 
   // Focus.
-  /// The newest state. is_changed: matter or things are not what they were the last time.
+  /// Sets the newest state. `is_changed`: matter or objects differ from the previous state.
   void show(Subject subject, bool is_changed);
-  /// Another scan: what was made of the old one is forgotten.
+  /// Discards the subject and all images, before another scan is shown.
   void forget();
+  /// Moves the focus, in which the slices meet (world, mm).
   void look_at(const glm::dvec3& world);
   const glm::dvec3& looked_at() const noexcept { return at_; }
-  /// Position of the tool and direction of its shaft, out of the body. Unit.
+  /// Sets the tool's tip (world, mm) and the direction of its shaft, out of the body (unit).
   void show_tool(const glm::dvec3& tip, const glm::dvec3& shaft);
   void turn_section(const glm::dvec3& normal);
   glm::dvec3 section_normal() const noexcept { return section_normal_; }
-  /// Value of the scan at the focus; empty outside of it.
+  /// Value of the scan at the focus; nullopt outside the scan.
   std::optional<int> probe() const;
   bool is_hounsfield() const noexcept { return subject_.scan && subject_.scan->is_hounsfield; }
 
-  /// As a surgeon stands behind the patient: the patient's left is on the left in slices, sections and X-rays
-  /// alike, and the back is up in axial ones. Otherwise as radiologists look at them.
+  /// Selects the view of a surgeon behind the patient: the patient's left is on the left in slices, sections
+  /// and X-rays, and the back is up in axial slices. Otherwise the radiological convention.
   void set_from_back(bool is_from_back);
   bool is_from_back() const noexcept { return is_from_back_; }
 
@@ -49,12 +50,12 @@ class Panes {
   std::size_t count() const noexcept { return panes_.size(); }
   void set_kind(std::size_t pane, PaneKind kind);
   PaneKind kind(std::size_t pane) const noexcept { return panes_[pane].kind; }
-  /// Nothing is made of a hidden one.
+  /// Sets the size in pixels. Hidden panes get no images.
   void set_size(std::size_t pane, int columns, int rows, bool is_visible);
   void scroll(std::size_t pane, int slices);
   void zoom(std::size_t pane, double factor, const glm::dvec2& around);
   void pan(std::size_t pane, const glm::dvec2& pixels);
-  /// As much as there is, in the middle.
+  /// Fits the whole scan into the pane, centred.
   void reset(std::size_t pane);
   void set_window(const ct_viewer::GreyWindow& window);
   const ct_viewer::GreyWindow& window() const noexcept { return window_; }
@@ -66,48 +67,49 @@ class Panes {
   double slab() const noexcept { return slab_; }
 
   // Ray-cast scan.
-  /// As the picture is seen; its pixels are those of the pane.
-  void set_eye(const volume::Eye& eye, const std::optional<volume::Openings::Plane>& clip);
-  /// One of k_ramps.
-  void set_ramp(std::string_view name);
+  /// Sets the camera of the 3-D view; columns and rows are those of the pane.
+  void set_eye(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip);
+  /// Selects the transfer function by a name of k_ramps.
+  void set_transfer_function(std::string_view name);
   const std::string& ramp() const noexcept { return ramp_; }
-  /// Factor of a label's opacity: 0 hides it.
+  /// Sets the factor of a label's opacity: 0 hides it.
   void set_label_opacity(std::size_t label, double opacity);
 
   // The C-arm. Between exposures its last image is held.
   void set_arm(const fluoroscopy::CArm& arm);
   const fluoroscopy::CArm& arm() const noexcept { return arm_; }
-  /// 256 pixels across, whenever something changed.
+  /// Switches live X-rays: 256 pixels across, repeated after each change.
   void set_live(bool is_live);
   bool is_live() const noexcept { return is_live_; }
-  /// 1024 pixels across, once.
+  /// Requests a single X-ray, 1024 pixels across.
   void shoot();
-  /// Total exposure, written next to X-rays.
+  /// Sets the text next to X-rays: the total exposure.
   void set_xray_note(std::string note) { xray_note_ = std::move(note); }
   const std::string& xray_note() const noexcept { return xray_note_; }
 
   // Requests and images.
-  /// Takes finished images in, and asks for those that are not as they should be. True: there are new ones.
+  /// Adopts finished images and requests stale ones. Returns true if there are new images.
   bool frame();
-  /// Null: none yet.
+  /// Newest image of a pane; null before the first.
   const Panel* panel(std::size_t pane) const noexcept;
-  /// Why the newest could not be made.
-  const std::string& trouble(std::size_t pane) const noexcept { return panes_[pane].trouble; }
+  /// Error message of the newest request; empty if it succeeded.
+  const std::string& problem(std::size_t pane) const noexcept { return panes_[pane].problem; }
   double milliseconds(std::size_t pane) const noexcept { return panes_[pane].milliseconds; }
   std::uint64_t made(std::size_t pane) const noexcept { return panes_[pane].made; }
-  /// Another number whenever there is something else to draw.
+  /// Counter that changes whenever the pane must be redrawn.
   std::uint64_t changes(std::size_t pane) const noexcept { return panes_[pane].changes; }
-  /// Is a pane of this kind visible?
+  /// True if a pane of this kind is visible.
   bool sees(PaneKind kind) const noexcept;
-  /// Is all that is visible as it should be?
+  /// True if all visible panes show the newest state at full resolution.
   bool is_up_to_date() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }
 
-  /// The plane of a pane that shows one.
+  /// Plane of a planar pane; nullopt for other kinds.
   std::optional<volume::ImagePlane> plane(std::size_t pane) const;
-  /// World position of a pixel; empty in an X-ray.
+  /// World position of a pixel; nullopt unless the pane is planar.
   std::optional<glm::dvec3> world(std::size_t pane, const glm::dvec2& pixel) const;
-  /// Position of a point in the image, or of its orthogonal projection on the plane; empty outside of it.
+  /// Pixel of a world point in an X-ray, or of its orthogonal projection in a planar pane; nullopt for other
+  /// kinds and behind the X-ray source.
   std::optional<glm::dvec2> pixel(std::size_t pane, const glm::dvec3& world) const;
 
  private:
@@ -115,29 +117,29 @@ class Panes {
     PaneKind kind = PaneKind::axial;
     int columns = 0, rows = 0;
     bool is_visible = false;
-    double pixel = 0;                          ///< mm; 0: as much as there is
-    glm::dvec3 middle{0.0};                    ///< world; its height is that of where one looks
-    bool is_stale = false, is_wanted = false;  ///< a shot was asked for
+    double pixel = 0;                          ///< mm; 0: fits the whole scan
+    glm::dvec3 middle{0.0};                    ///< world; its height above the plane is ignored
+    bool is_stale = false, is_wanted = false;  ///< is_wanted: a shot was requested
     std::shared_ptr<XrayCamera> camera;
     std::shared_ptr<Renderer> renderer;
-    bool is_coarse = false;  ///< drawn in fewer pixels while things move
-    std::chrono::steady_clock::time_point asked{};
+    bool is_coarse = false;  ///< drawn in fewer pixels during motion
+    std::chrono::steady_clock::time_point requested{};
     std::optional<Panel> panel;
-    std::string trouble;
+    std::string problem;
     double milliseconds = 0;
     std::uint64_t made = 0, changes = 0;
-    std::uint64_t stamp = 0;                         ///< of requests of this kind and scan
-    std::shared_ptr<std::atomic<bool>> is_given_up;  ///< of an image that takes long, while it is made
+    std::uint64_t stamp = 0;                          ///< changes with the kind and the scan
+    std::shared_ptr<std::atomic<bool>> is_cancelled;  ///< cancels the image in progress
   };
   void forget(std::size_t index);
-  volume::ImagePlane turned(const Pane& pane) const;
+  volume::ImagePlane plane_of(const Pane& pane) const;
   bool is_mirrored(const fluoroscopy::View& view) const noexcept;
   void show_side(Panel& panel) const;
   void request(std::size_t index);
   void request_drawn(std::size_t index);
-  void make_stale(bool with_xrays);
-  /// Slices, and sections where they are meant too.
-  void make_slices_stale(bool with_sections = false);
+  void make_stale(bool includes_xrays);
+  /// Marks slices, and sections if `includes_sections`, as stale.
+  void make_slices_stale(bool includes_sections = false);
 
   Subject subject_;
   std::vector<Pane> panes_;
@@ -147,12 +149,12 @@ class Panes {
   bool is_from_back_ = false, has_labels_ = false, is_live_ = false, has_window_ = false, has_arm_ = false;
   double slab_ = 0;
   fluoroscopy::CArm arm_;
-  volume::Eye eye_;
+  volume::Camera eye_;
   std::optional<volume::Openings::Plane> clip_;
   std::string ramp_ = "bone", xray_note_;
-  std::vector<volume::LabelLook> looks_;  ///< by label, of what is drawn directly
+  std::vector<volume::LabelAppearance> looks_;  ///< by label, for ray casting
   bool has_eye_ = false;
-  double pixels_a_ms_ = 2000;  ///< that were drawn directly, of late
+  double pixels_per_ms_ = 2000;  ///< speed of recent ray casting
   PaneWorker worker_;
 };
 

@@ -5,20 +5,20 @@
 #include <glm/geometric.hpp>
 
 #include "modules/ct_viewer/grey_window.h"
-#include "volume/parallel.h"
+#include "volume/base/parallel.h"
 
 namespace trephine::imaging {
 
 using glm::dvec3;
-using volume::Ramp;
+using volume::TransferFunction;
 
-Ramp ramp_of(std::string_view name, const volume::Volume& scan) {
+TransferFunction transfer_function_of(std::string_view name, const volume::Volume& scan) {
   constexpr dvec3 marrow(0.72, 0.42, 0.30), cortex(0.93, 0.86, 0.70), ivory(1.0, 0.98, 0.92),
       skin(0.90, 0.68, 0.54), fat(0.92, 0.80, 0.58), blood(0.80, 0.16, 0.12), grey(0.45), white(1.0);
   if (!scan.is_hounsfield || name == "grey") {
-    const ct_viewer::GreyWindow seen =
+    const ct_viewer::GreyWindow window =
         ct_viewer::window_of(scan.voxels.span(), std::numeric_limits<std::int16_t>::min());
-    const double low = seen.level - 0.5 * seen.width, step = seen.width;
+    const double low = window.level - 0.5 * window.width, step = window.width;
     return {{low + 0.12 * step, grey, 0}, {low + 0.45 * step, dvec3(0.75), 0.06}, {low + step, white, 0.5}};
   }
   if (name == "skin") return {{-500, skin, 0}, {-250, skin, 0.7}, {200, skin, 0.8}, {600, ivory, 0.9}};
@@ -30,8 +30,8 @@ Ramp ramp_of(std::string_view name, const volume::Volume& scan) {
   return {{160, marrow, 0}, {320, cortex, 0.55}, {1200, ivory, 0.95}};
 }
 
-volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
-                     const std::array<glm::ivec3, 2>& voxels, int columns, int rows) {
+volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
+                        const std::array<glm::ivec3, 2>& voxels, int columns, int rows) {
   constexpr double k_half_angle = 0.2443;  // 14 degrees, as the window's camera
   dvec3 from = glm::normalize(dvec3(0.55, -1, 0.38)), up(0, 0, 1);
   if (side == "front") from = {0, -1, 0};
@@ -40,19 +40,19 @@ volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
   if (side == "right") from = {-1, 0, 0};
   if (side == "top") from = {0, 0, 1}, up = {0, -1, 0};
   if (side == "bottom") from = {0, 0, -1}, up = {0, -1, 0};
-  volume::Eye eye;
+  volume::Camera eye;
   const dvec3 middle = frame.world_from_volume(0.5 * dvec3(voxels[0] + voxels[1]));
   eye.forward = -from;
   eye.up = glm::normalize(up - glm::dot(up, from) * from);
   eye.columns = columns, eye.rows = rows;
-  // So far away that every corner is seen.
+  // The smallest distance from which every corner is visible.
   const dvec3 right = eye.right();
   const double narrow = std::tan(k_half_angle) * std::min(1.0, columns / static_cast<double>(rows));
   double distance = 1e-6;
   for (const dvec3& corner : volume::corners_world(frame, voxels[0], voxels[1])) {
-    const dvec3 off = corner - middle;
-    const double beside = std::max(std::abs(glm::dot(off, right)), std::abs(glm::dot(off, eye.up)));
-    distance = std::max(distance, glm::dot(off, from) + beside / narrow);
+    const dvec3 offset = corner - middle;
+    const double lateral = std::max(std::abs(glm::dot(offset, right)), std::abs(glm::dot(offset, eye.up)));
+    distance = std::max(distance, glm::dot(offset, from) + lateral / narrow);
   }
   eye.at = middle + distance * from;
   eye.distance = distance;
@@ -60,36 +60,37 @@ volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
   return eye;
 }
 
-void Renderer::set_ramp(const Ramp& ramp) {
+void Renderer::set_transfer_function(const TransferFunction& ramp) {
   ramp_ = ramp;
   name_.clear();
   is_ramp_new_ = true;
 }
 
-void Renderer::set_labels(std::vector<volume::LabelLook> looks) {
+void Renderer::set_labels(std::vector<volume::LabelAppearance> looks) {
   labels_ = std::move(looks);
   if (image_) image_->set_labels(labels_);
 }
 
-void Renderer::take(const std::shared_ptr<const volume::Volume>& scan, int threads) {
+void Renderer::prepare(const std::shared_ptr<const volume::Volume>& scan, int threads) {
   if (scan_ != scan) {
     scan_ = scan;
     image_ = std::make_unique<volume::DirectImage>(scan_, threads);
     image_->set_labels(labels_, threads);
-    if (!name_.empty()) ramp_ = ramp_of(name_, *scan);
+    if (!name_.empty()) ramp_ = transfer_function_of(name_, *scan);
     is_ramp_new_ = true;
   }
-  if (std::exchange(is_ramp_new_, false)) image_->set_ramp(ramp_, threads);
+  if (std::exchange(is_ramp_new_, false)) image_->set_transfer_function(ramp_, threads);
 }
 
-std::array<glm::ivec3, 2> Renderer::seen_box(const std::shared_ptr<const volume::Volume>& scan, int threads) {
-  take(scan, threads);
-  return image_->seen_box().value_or(std::array{glm::ivec3(0), scan->size - 1});
+std::array<glm::ivec3, 2> Renderer::visible_box(const std::shared_ptr<const volume::Volume>& scan,
+                                                int threads) {
+  prepare(scan, threads);
+  return image_->visible_box().value_or(std::array{glm::ivec3(0), scan->size - 1});
 }
 
 Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& request, int threads) {
-  take(subject.scan, threads);
-  const volume::Eye& eye = request.eye;
+  prepare(subject.scan, threads);
+  const volume::Camera& eye = request.eye;
   const std::size_t count = static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(eye.rows);
   pixels_.resize(count);
   walls_.clear();
@@ -97,18 +98,18 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
   if (!subject.things.empty()) {
     walls_.assign(count, 1e9F);
     colours_.assign(count, {});
-    volume::parallel_for(eye.rows, threads, [&](int row) {
+    parallel_for(eye.rows, threads, [&](int row) {
       for (int column = 0; column < eye.columns; ++column) {
-        const volume::Eye::Ray ray = eye.ray(column, row);
+        const volume::Camera::Ray ray = eye.ray(column, row);
         const auto n = static_cast<std::size_t>(column) +
                        static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(row);
         constexpr double k_far = 50000;  // mm
         for (const Thing& thing : subject.things) {
           haptics::FacetHit hit;
-          int looked = 0;
+          int visited = 0;
           if (!thing.tree->cast(thing.place.local_from_world(ray.from),
                                 thing.place.local_from_world(ray.from + k_far * ray.along), true, true, hit,
-                                looked) ||
+                                visited) ||
               k_far * hit.t >= static_cast<double>(walls_[n]))
             continue;
           walls_[n] = static_cast<float>(k_far * hit.t);
@@ -123,10 +124,10 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
   }
   image_->draw(request, *subject.version, walls_, threads, pixels_);
   Panel panel;
-  panel.columns = eye.columns, panel.rows = eye.rows, panel.mm_a_pixel = eye.pixel();
+  panel.columns = eye.columns, panel.rows = eye.rows, panel.mm_per_pixel = eye.pixel();
   panel.pixels.resize(count);
   for (int row = 0; row < eye.rows; ++row) {
-    // Behind it all: darker below, as in the window.
+    // Background: darker below, as in the window.
     const double up = 1 - row / static_cast<double>(eye.rows);
     const dvec3 sky = 255.0 * ((1 - up) * dvec3(0.10, 0.12, 0.16) + up * dvec3(0.30, 0.34, 0.40));
     for (int column = 0; column < eye.columns; ++column) {
@@ -134,14 +135,14 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
                      static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(row);
       const volume::DirectPixel& p = pixels_[n];
       const bool is_thing = !walls_.empty() && walls_[n] < 1e8F;
-      const dvec3 behind = is_thing ? dvec3(colours_[n][0], colours_[n][1], colours_[n][2]) : sky;
-      const dvec3 seen =
-          255.0 * dvec3(p.red, p.green, p.blue) + (1.0 - static_cast<double>(p.opacity)) * behind;
+      const dvec3 background = is_thing ? dvec3(colours_[n][0], colours_[n][1], colours_[n][2]) : sky;
+      const dvec3 blended =
+          255.0 * dvec3(p.red, p.green, p.blue) + (1.0 - static_cast<double>(p.opacity)) * background;
       Panel::Colour& out =
           panel.pixels[static_cast<std::size_t>(column) +
                        static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(eye.rows - 1 - row)];
       for (std::size_t c = 0; c < 3; ++c)
-        out[c] = static_cast<std::uint8_t>(std::clamp(seen[static_cast<int>(c)] + 0.5, 0.0, 255.0));
+        out[c] = static_cast<std::uint8_t>(std::clamp(blended[static_cast<int>(c)] + 0.5, 0.0, 255.0));
     }
   }
   set_letters(panel, eye.right(), eye.up);

@@ -1,51 +1,51 @@
-// A scan drawn directly, with the things in it: by named ramps, or by a person's own.
+// Renderer: ray-cast image of a scan with the objects in it, by a named or a custom transfer function.
 #pragma once
 
 #include "apps/imaging/panel.h"
 #include "apps/imaging/subject.h"
-#include "volume/direct_image.h"
+#include "volume/imaging/direct_image.h"
 
 namespace trephine::imaging {
 
-/// Ramps by name, HU; `grey` is between the ends of whatever numbers a scan has.
+/// Names of transfer functions, in HU; `grey` spans the values of any scan.
 inline constexpr std::string_view k_ramps[] = {"bone", "bone-and-skin", "skin", "vessels", "grey"};
-/// Presets for a scan in Hounsfield units; of others only `grey` means anything, and all of them equal it.
-volume::Ramp ramp_of(std::string_view name, const volume::Volume& scan);
-/// From how opaque a millimetre on matter is touched that is drawn by a ramp.
-inline constexpr double k_touched = 0.1;
+/// Returns a named transfer function; always `grey` for a scan without Hounsfield units.
+volume::TransferFunction transfer_function_of(std::string_view name, const volume::Volume& scan);
+/// Opacity of a millimetre from which matter drawn by a transfer function is touchable.
+inline constexpr double k_touch_opacity = 0.1;
 
-/// An eye from which all voxels low .. high are seen, that looks from a named side (front, back, left, right,
-/// top, bottom) or obliquely from the front (any other name).
-volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
-                     const std::array<glm::ivec3, 2>& voxels, int columns, int rows);
+/// Returns a camera that shows all `voxels` (low and high corner) from a named side (front, back, left,
+/// right, top, bottom), or obliquely from the front for any other name.
+volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
+                        const std::array<glm::ivec3, 2>& voxels, int columns, int rows);
 inline constexpr std::string_view k_sides[] = {"front", "back", "left", "right", "top", "bottom", "oblique"};
 
-/// Renderer of one scan after another: what a scan needs is made once.
+/// Renders one scan after another; the acceleration structures of a scan are built once.
 class Renderer {
  public:
   Renderer() = default;
-  /// By a named ramp, made when the scan is known.
+  /// Uses a named transfer function, which is created with the scan.
   explicit Renderer(std::string ramp) : name_(std::move(ramp)) {}
-  void set_ramp(const volume::Ramp& ramp);
-  void set_labels(std::vector<volume::LabelLook> looks);
-  /// The voxels of a scan in which anything may be seen; all of it, where nothing is.
-  std::array<glm::ivec3, 2> seen_box(const std::shared_ptr<const volume::Volume>& scan, int threads);
-  /// Things hide, and are hidden by, what is opaque.
+  void set_transfer_function(const volume::TransferFunction& ramp);
+  void set_labels(std::vector<volume::LabelAppearance> looks);
+  /// Low and high corner of the voxels that may be visible; the whole scan if no voxel is visible.
+  std::array<glm::ivec3, 2> visible_box(const std::shared_ptr<const volume::Volume>& scan, int threads);
+  /// Draws the scan and the objects, which occlude each other.
   Panel draw(const Subject& subject, const volume::RaycastRequest& request, int threads);
   volume::DirectImage::Counters counters() const;
 
  private:
-  void take(const std::shared_ptr<const volume::Volume>& scan, int threads);
+  void prepare(const std::shared_ptr<const volume::Volume>& scan, int threads);
 
   std::shared_ptr<const volume::Volume> scan_;
   std::unique_ptr<volume::DirectImage> image_;
-  std::string name_;  ///< empty: ramp_ was said
-  volume::Ramp ramp_;
-  std::vector<volume::LabelLook> labels_;
+  std::string name_;  ///< name of the transfer function; empty: ramp_ was set
+  volume::TransferFunction ramp_;
+  std::vector<volume::LabelAppearance> labels_;
   bool is_ramp_new_ = true;
   std::vector<volume::DirectPixel> pixels_;
-  std::vector<float> walls_;
-  std::vector<Panel::Colour> colours_;  ///< of what things look like, where they are met
+  std::vector<float> walls_;            ///< distance of the nearest object by pixel, mm
+  std::vector<Panel::Colour> colours_;  ///< colour of the nearest object by pixel
 };
 
 }  // namespace trephine::imaging

@@ -8,17 +8,17 @@ namespace trephine::imaging {
 
 using glm::dvec3;
 
-ScrewBreach breach_of(const data_tools::ScrewPlace& screw, const Subject& subject) {
+ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& subject) {
   constexpr double k_along = 0.25, k_back = 0.05;  // mm
   constexpr double k_most_diameters = 3;
   constexpr int k_around = 72;
-  const volume::BoneAt is_bone(*subject.scan, *subject.bone, subject.version.get());
-  const dvec3 way = screw.tip_world - screw.entry_world, along = glm::normalize(way);
+  const volume::BoneClassifier is_bone(*subject.scan, *subject.bone, subject.version.get());
+  const dvec3 shaft = screw.tip_world - screw.entry_world, along = glm::normalize(shaft);
   const dvec3 u = glm::normalize(
                   glm::cross(along, std::abs(along.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(1, 0, 0))),
               v = glm::cross(along, u);
   const double radius = 0.5 * screw.diameter,
-               end = glm::length(way) - data_tools::k_screw_tip * screw.diameter;
+               end = glm::length(shaft) - data_tools::k_screw_tip * screw.diameter;
   const auto outward = [&](int i) {
     const double angle = 2 * 3.14159265358979323846 * i / k_around;
     return std::cos(angle) * u + std::sin(angle) * v;
@@ -34,34 +34,36 @@ ScrewBreach breach_of(const data_tools::ScrewPlace& screw, const Subject& subjec
       worst.has_bone = true;
       entered_at = s;
     }
-    // Through the surface of the bone, which may lie oblique, a screw is in bone on one side only.
+    // At the entry, where the surface of the bone may be oblique, a screw is in bone on one side only.
     if (!has_entered) {
       bool is_whole = true;
       for (int i = 0; i < k_around && is_whole; ++i) is_whole = is_bone(axis + radius * outward(i));
       has_entered = is_whole || s - entered_at > screw.diameter;
       if (!has_entered) continue;
     }
-    const auto to_bone = [&](const dvec3& from, const dvec3& direction, double most) {
-      double far = 0;
-      while (far < most && !is_bone(from + far * direction)) far += k_back;
-      return std::min(far, most);
+    const auto distance_to_bone = [&](const dvec3& from, const dvec3& direction, double most) {
+      double distance = 0;
+      while (distance < most && !is_bone(from + distance * direction)) distance += k_back;
+      return std::min(distance, most);
     };
     double breach = 0;
-    dvec3 out(0);
+    dvec3 breach_direction(0);
     if (is_bone(axis)) {
       for (int i = 0; i < k_around; ++i)
-        if (const double back = to_bone(axis + radius * outward(i), -outward(i), radius); back > breach)
-          breach = back, out = outward(i);
-    } else {  // away from the bone that is nearest to its axis
+        if (const double depth = distance_to_bone(axis + radius * outward(i), -outward(i), radius);
+            depth > breach)
+          breach = depth, breach_direction = outward(i);
+    } else {  // away from the bone nearest to the axis
       double nearest = k_most_diameters * screw.diameter;
       for (int i = 0; i < k_around; ++i)
-        if (const double far = to_bone(axis, outward(i), nearest); far < nearest || i == 0)
-          nearest = far, out = -outward(i);
+        if (const double distance = distance_to_bone(axis, outward(i), nearest); distance < nearest || i == 0)
+          nearest = distance, breach_direction = -outward(i);
       breach = nearest + radius;
     }
     if (breach <= worst.mm) continue;
     worst.mm = breach;
-    worst.from_entry_mm = s, worst.at_world = axis + radius * out, worst.outward = out;
+    worst.from_entry_mm = s, worst.at_world = axis + radius * breach_direction,
+    worst.outward = breach_direction;
   }
   return worst;
 }

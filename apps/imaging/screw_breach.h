@@ -1,4 +1,4 @@
-// Measures by how much a screw reaches out of bone, and on which side.
+// ScrewBreach: distance by which a screw protrudes from bone, with position and direction.
 #pragma once
 
 #include <optional>
@@ -8,18 +8,18 @@
 namespace trephine::imaging {
 
 struct ScrewBreach {
-  double mm = 0;  ///< from the shaft's outside back to bone, 0: all of it is in bone; at most 3.5 diameters
-  double from_entry_mm = 0;  ///< along the screw
-  glm::dvec3 at_world{0.0};  ///< the place on the shaft's outside
-  glm::dvec3 outward{0.0};   ///< unit, from the axis to it
-  bool has_bone = true;      ///< does the axis meet bone at all?
+  double mm = 0;             ///< from the shaft's surface back to bone; 0: all in bone; at most 3.5 diameters
+  double from_entry_mm = 0;  ///< distance from the entry along the screw
+  glm::dvec3 at_world{0.0};  ///< point of the breach on the shaft's surface, mm
+  glm::dvec3 outward{0.0};   ///< unit, from the axis to that point
+  bool has_bone = true;      ///< the axis meets bone
 };
-/// The largest breach of a screw's shaft. Neither its head nor its tip counts, nor its way through the
-/// surface of the bone where it enters. The subject says what is bone; by places every 0.25 mm along and
-/// every 5 degrees around.
-ScrewBreach breach_of(const data_tools::ScrewPlace& screw, const Subject& subject);
+/// Returns the largest breach of a screw's shaft, without its head, its tip and its passage through the
+/// surface of the bone at the entry. The subject defines bone. Samples every 0.25 mm along and every 5
+/// degrees around the shaft.
+ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& subject);
 
-/// "the patient's left", "the front", ...: the axis of the patient that a direction follows most.
+/// Returns the patient's main axis of a direction: "the patient's left", "the front", ...
 std::string side_of_patient(const glm::dvec3& direction);
 
 }  // namespace trephine::imaging

@@ -3,25 +3,24 @@
 #include <iterator>
 
 #include "apps/workbench/text.h"
-#include "data-tools/writing.h"
+#include "data-tools/formats/write_volume.h"
 
 namespace trephine::imaging {
 
 using volume::ImagePlane;
-using volume::Result;
 using workbench::format_text;
 
 using Kind = SectionObject::Kind;
 
 namespace {
 
-/// Pieces and models in turn, so that neighbours differ.
+/// Colours; pieces and models take theirs in turn, so that neighbours differ.
 constexpr Panel::Colour k_bone{150, 150, 150}, k_cancellous{122, 110, 98};
 constexpr Panel::Colour k_pieces[] = {{196, 170, 120}, {150, 178, 128}, {184, 146, 168}};
 constexpr Panel::Colour k_models[] = {{245, 245, 245}, {188, 222, 248}, {250, 232, 178}};
 
 Panel::Colour colour_of(const volume::Volume& scan, const volume::Shape& structure, std::size_t index) {
-  // As its label is drawn everywhere else; one that is no label: another for each.
+  // A label has its colour of all other views; other structures get one colour each.
   const bool is_label = structure.label > 0;
   const glm::dvec3 share = is_label ? data_tools::label_colour(structure.label, scan.label_colours)
                                     : data_tools::label_colour(static_cast<int>(index) + 1, {});
@@ -29,12 +28,12 @@ Panel::Colour colour_of(const volume::Volume& scan, const volume::Shape& structu
           static_cast<std::uint8_t>(255 * share.z)};
 }
 
-/// The pixels before the shaft of a screw begins and after it ends.
-std::vector<std::uint8_t> head_and_tip(const ImagePlane& plane, const data_tools::ScrewPlace& screw) {
+/// Returns the pixels beyond both ends of a screw's shaft.
+std::vector<std::uint8_t> head_and_tip(const ImagePlane& plane, const data_tools::ScrewPosition& screw) {
   std::vector<std::uint8_t> beyond(static_cast<std::size_t>(plane.columns) *
                                    static_cast<std::size_t>(plane.rows));
-  const glm::dvec3 way = screw.tip_world - screw.entry_world, along = glm::normalize(way);
-  const double length = glm::length(way) - data_tools::k_screw_tip * screw.diameter;
+  const glm::dvec3 axis = screw.tip_world - screw.entry_world, along = glm::normalize(axis);
+  const double length = glm::length(axis) - data_tools::k_screw_tip * screw.diameter;
   for (int row = 0; row < plane.rows; ++row)
     for (int column = 0; column < plane.columns; ++column) {
       const double at = glm::dot(plane.world(column, row) - screw.entry_world, along);
@@ -73,10 +72,10 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
 Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane& plane, SectionAreas& areas) {
   constexpr Panel::Colour k_empty{16, 16, 18};
   Panel panel;
-  panel.columns = plane.columns, panel.rows = plane.rows, panel.mm_a_pixel = plane.pixel;
+  panel.columns = plane.columns, panel.rows = plane.rows, panel.mm_per_pixel = plane.pixel;
   panel.is_to_scale = true;
   panel.pixels.reserve(static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(plane.rows));
-  double outside = 0, of_models = 0;
+  double outside_pixels = 0, model_pixels = 0;
   bool has_cancellous = false;
   for (int row = plane.rows - 1; row >= 0; --row)
     for (int column = 0; column < plane.columns; ++column) {
@@ -96,17 +95,17 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
       if (model != nullptr) {
         const bool is_outside = !is_bone && (model->uncounted.empty() || !model->uncounted[at]);
         colour = is_outside ? k_outside_bone : model->colour;
-        of_models += 1, outside += is_outside;
+        model_pixels += 1, outside_pixels += is_outside;
       }
       has_cancellous |= colour == k_cancellous;
       panel.pixels.push_back(colour);
     }
-  areas = {of_models * plane.pixel * plane.pixel, outside * plane.pixel * plane.pixel};
+  areas = {model_pixels * plane.pixel * plane.pixel, outside_pixels * plane.pixel * plane.pixel};
   set_letters(panel, plane.right, plane.up);
   panel.title = format_text("%s: %.0f mm\u00b2", objects[0].name.c_str(), objects[0].cut.area);
   panel.foot =
       format_text("at %.1f, %.1f, %.1f", plane.middle_world.x, plane.middle_world.y, plane.middle_world.z);
-  // Darker, not black: what is as thin as its outline stays seen.
+  // Dark rather than black outlines, so that objects as thin as their outline remain visible.
   for (const SectionObject& object : objects) {
     Panel::Colour dark = object.colour;
     for (std::uint8_t& c : dark) c = static_cast<std::uint8_t>(c * 7 / 10);
@@ -120,7 +119,7 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
            true,
            object.kind == Kind::structure ? object.name + " (must not be cut)" : object.name});
   if (has_cancellous) panel.lines.push_back({{}, k_cancellous, true, "bone by its label"});
-  if (outside > 0) panel.lines.push_back({{}, k_outside_bone, true, "outside bone"});
+  if (outside_pixels > 0) panel.lines.push_back({{}, k_outside_bone, true, "outside bone"});
   return panel;
 }
 

@@ -1,5 +1,5 @@
-// Sections: what of a plane is bone, what came off, what must not be cut, and what of models lies outside
-// bone.
+// Section panels: bone, detached bodies, forbidden structures and models in a plane, and the area of models
+// outside bone.
 #pragma once
 
 #include "apps/imaging/panel.h"
@@ -13,17 +13,17 @@ struct SectionObject {
   std::string name;
   Panel::Colour colour;
   cross_section::Cut cut;
-  /// The head and the tip of a screw: they need not be in bone.
+  /// Pixels of the head and the tip of a screw, which need not be in bone; empty for other objects.
   std::vector<std::uint8_t> uncounted = {};
-  std::vector<std::uint8_t> by_labels = {};  ///< of bone: what labels that name a bone add to it
+  std::vector<std::uint8_t> by_labels = {};  ///< bone only: pixels added by labels that name a bone
 };
 inline constexpr Panel::Colour k_outside_bone{225, 45, 40};
 
-/// The subject says what is bone. Bone comes first. Error names a model that cannot be cut.
-volume::Result<std::vector<SectionObject>> section_objects(const Subject& subject,
-                                                           const volume::ImagePlane& plane);
+/// Cuts the objects of a subject with a plane. The subject defines bone, which is the first object. Error: a
+/// model cannot be cut.
+Result<std::vector<SectionObject>> section_objects(const Subject& subject, const volume::ImagePlane& plane);
 
-/// Areas of what is drawn, mm2: of models, and of these outside bone.
+/// Drawn areas, mm2: of models, and of models outside bone.
 struct SectionAreas {
   double models = 0, outside = 0;
 };

@@ -4,27 +4,26 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "data-tools/writing.h"
+#include "data-tools/formats/write_volume.h"
 
 namespace trephine::imaging {
 
 using glm::dvec3;
 using volume::ImagePlane;
-using volume::Status;
 
 namespace {
 
-/// A line a little farther in, to its left: next to that of what lies on the other side.
+/// Returns the loop moved by `mm` to its left, inward, so that it is next to the outline of its neighbour.
 cross_section::Loop inset(const cross_section::Loop& loop, double mm) {
-  cross_section::Loop in;
+  cross_section::Loop moved;
   for (std::size_t i = 0; i < loop.size(); ++i) {
-    // Along a stretch of it: single edges are steps.
-    const glm::dvec2 way = loop[(i + 3) % loop.size()] -
-                           loop[(i + loop.size() - std::min<std::size_t>(3, loop.size())) % loop.size()];
-    const double length = glm::length(way);
-    in.push_back(length > 0 ? loop[i] + mm / length * glm::dvec2(-way.y, way.x) : loop[i]);
+    // Direction over several edges, because single edges form steps.
+    const glm::dvec2 tangent = loop[(i + 3) % loop.size()] -
+                               loop[(i + loop.size() - std::min<std::size_t>(3, loop.size())) % loop.size()];
+    const double length = glm::length(tangent);
+    moved.push_back(length > 0 ? loop[i] + mm / length * glm::dvec2(-tangent.y, tangent.x) : loop[i]);
   }
-  return in;
+  return moved;
 }
 
 }  // namespace
@@ -32,7 +31,7 @@ cross_section::Loop inset(const cross_section::Loop& loop, double mm) {
 Panel slice_panel(const ct_viewer::SliceValues& values, const ImagePlane& plane,
                   const ct_viewer::GreyWindow& window, ct_viewer::Blend blend) {
   Panel panel;
-  panel.columns = plane.columns, panel.rows = plane.rows, panel.mm_a_pixel = plane.pixel;
+  panel.columns = plane.columns, panel.rows = plane.rows, panel.mm_per_pixel = plane.pixel;
   panel.is_to_scale = true;
   panel.pixels.reserve(values.now.size());
   for (int row = plane.rows - 1; row >= 0; --row)
@@ -78,7 +77,7 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
     if (!cut) return cut.error();
     add(cut.value().outline, {255, 255, 255}, thing.name);
   }
-  // The plan is drawn within 2 mm of the plane; farther away it does not belong to it.
+  // Draw the plan only within 2 mm of the plane.
   constexpr double k_near = 2;
   for (const auto& [from, to] : subject.plan)
     if (std::abs(plane.height(from)) < k_near && std::abs(plane.height(to)) < k_near)

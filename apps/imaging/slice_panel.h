@@ -1,4 +1,4 @@
-// Slices: greys of a scan in a plane, with what lies in that plane drawn in.
+// Slice panels: grey values of a scan in a plane, with the outlines of objects in that plane.
 #pragma once
 
 #include "apps/imaging/panel.h"
@@ -7,15 +7,15 @@
 
 namespace trephine::imaging {
 
-/// Image of the same plane's values.
+/// Returns the image of the values of `plane`.
 Panel slice_panel(const ct_viewer::SliceValues& values, const volume::ImagePlane& plane,
                   const ct_viewer::GreyWindow& window, ct_viewer::Blend blend);
 
-/// The greys one begins with: of bone where numbers are Hounsfield units, else of what is shown.
+/// Returns the initial grey window: of bone for Hounsfield units, otherwise of the `shown` values.
 ct_viewer::GreyWindow first_window(const volume::Volume& scan, std::span<const std::int16_t> shown);
 
-/// Outlines of things and, where `has_labels`, of the scan's labels; the plan within 2 mm of the plane.
-volume::Status draw_in(Panel& panel, const Subject& subject, const volume::ImagePlane& plane,
-                       bool has_labels);
+/// Draws the outlines of objects and, if `has_labels`, of the scan's labels, and the plan within 2 mm of the
+/// plane.
+Status draw_in(Panel& panel, const Subject& subject, const volume::ImagePlane& plane, bool has_labels);
 
 }  // namespace trephine::imaging

@@ -3,13 +3,10 @@
 #include <cctype>
 
 #include "apps/workbench/text.h"
-#include "data-tools/mesh_reading.h"
+#include "data-tools/meshes/mesh_reading.h"
 
 namespace trephine::imaging {
 
-using volume::Error;
-using volume::Result;
-using volume::Status;
 using workbench::format_text;
 
 Subject subject_of(const workbench::Moment& moment) {
@@ -27,11 +24,10 @@ bool is_spine(const volume::Volume& scan) {
   for (const std::string& label : scan.label_names) {
     std::string name(label);
     for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    for (const char* of_head : {"skull", "cranium", "brain", "mandible"})
-      if (name.find(of_head) != std::string::npos) return false;
+    for (const char* head_name : {"skull", "cranium", "brain", "mandible"})
+      if (name.find(head_name) != std::string::npos) return false;
     const bool is_short = name.size() >= 2 && name.size() <= 3 && name[1] >= '0' && name[1] <= '9';
-    has_vertebra |=
-        volume::names_bone(label) && (is_short || name.find("vertebra") != std::string::npos);
+    has_vertebra |= volume::is_bone_name(label) && (is_short || name.find("vertebra") != std::string::npos);
   }
   return has_vertebra;
 }
@@ -41,14 +37,18 @@ Status check_closed(const Thing& thing) {
   model.vertices = thing.tree->vertices(), model.triangles = thing.tree->triangles();
   const data_tools::ModelFacts facts = data_tools::facts_of(model);
   if (facts.open_edges + facts.turned_edges > 0)
-    return Error{"a model is not a closed surface", thing.name,
-                 format_text("%zu open edges, %zu between triangles that face opposite ways",
-                             facts.open_edges, facts.turned_edges),
-                 "neither", "close it in a mesh editor"};
+    return Error{.what = "a model is not a closed surface",
+                 .where = thing.name,
+                 .found = format_text("%zu open edges, %zu between triangles that face opposite sides",
+                                      facts.open_edges, facts.turned_edges),
+                 .expected = "neither",
+                 .remedy = "close the surface in a mesh editor"};
   if (facts.volume > 0) return std::nullopt;
-  return Error{"a model looks inward", thing.name, format_text("%.0f mm3 within its surface", facts.volume),
-               "triangles that are counter-clockwise seen from outside",
-               "turn its triangles in a mesh editor"};
+  return Error{.what = "the triangles of the model face inward",
+               .where = thing.name,
+               .found = format_text("%.0f mm3 within its surface", facts.volume),
+               .expected = "triangles that are counter-clockwise seen from outside",
+               .remedy = "flip its triangles in a mesh editor"};
 }
 
 Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Thing& thing) {

@@ -16,7 +16,7 @@ Panel xray_panel(std::span<const float> received, const View& view, double pixel
                  const fluoroscopy::Display& display, std::span<const std::uint8_t> hidden) {
   const std::vector<std::uint8_t> grey = fluoroscopy::show(received, view, display, hidden);
   Panel panel;
-  panel.columns = view.columns, panel.rows = view.rows, panel.mm_a_pixel = pixel;
+  panel.columns = view.columns, panel.rows = view.rows, panel.mm_per_pixel = pixel;
   panel.pixels.reserve(grey.size());
   for (int row = view.rows - 1; row >= 0; --row)
     for (int column = 0; column < view.columns; ++column) {
@@ -43,22 +43,23 @@ void draw_in(Panel& panel, const Subject& subject, const View& view, double pixe
   }
 }
 
-std::vector<fluoroscopy::Thing> things_of(const Subject& subject, fluoroscopy::Matter metal, double energy) {
+std::vector<fluoroscopy::Thing> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
+                                             double energy) {
   std::vector<fluoroscopy::Thing> things;
   for (const Thing& thing : subject.things)
     things.push_back({thing.tree, thing.place, fluoroscopy::attenuation(metal, energy), thing.is_piece});
   return things;
 }
 
-volume::Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads) {
+Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads) {
   if (scan_ != subject.scan || !xray_) {
     scan_ = subject.scan;
     xray_ = std::make_unique<fluoroscopy::VolumeXray>(scan_, k_energy, threads);
     beyond_.clear();
   }
   const View view(arm);
-  const auto things = things_of(subject, fluoroscopy::Matter::titanium, k_energy);
-  if (volume::Status error = xray_->project(view, subject.version, things, volume::RaySum::joseph, threads))
+  const auto things = xray_objects(subject, fluoroscopy::Matter::titanium, k_energy);
+  if (Status error = xray_->project(view, subject.version, things, volume::RaySum::joseph, threads))
     return *error;
   if (!(arm == arm_) || beyond_.empty()) {
     arm_ = arm;
@@ -66,9 +67,9 @@ volume::Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscop
     hidden_.clear();
     for (const Border border : xray_->borders(view)) hidden_.push_back(border == Border::end);
   }
-  std::vector<double> seen = xray_->sums();
-  for (std::size_t i = 0; i < seen.size(); ++i) seen[i] += beyond_[i];
-  const std::vector<float> received = fluoroscopy::receive(seen, view, 1, {}, threads);
+  std::vector<double> sums = xray_->sums();
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += beyond_[i];
+  const std::vector<float> received = fluoroscopy::receive(sums, view, 1, {}, threads);
   Panel panel = xray_panel(received, view, arm.pixel, {}, hidden_);
   panel.title =
       workbench::format_text("X-ray: primary %.0f\u00b0, secondary %.0f\u00b0", arm.primary, arm.secondary);

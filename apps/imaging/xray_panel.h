@@ -1,4 +1,4 @@
-// X-ray images as people look at them.
+// XrayCamera: X-ray images as panels.
 #pragma once
 
 #include "apps/imaging/panel.h"
@@ -8,32 +8,34 @@
 
 namespace trephine::imaging {
 
-/// Signal of a detector, in greys. `hidden`: pixels that are shown as closed ones are; may be empty.
+/// Draws the signal of a detector in greys. `pixel`: mm. `hidden`: pixels shown as collimated; may be empty.
 Panel xray_panel(std::span<const float> received, const fluoroscopy::View& view, double pixel,
                  const fluoroscopy::Display& display, std::span<const std::uint8_t> hidden);
-/// Does an image show the patient's left and right?
+/// True if an image shows the patient's left and right.
 bool shows_sides(const fluoroscopy::View& view) noexcept;
-/// Projection of a world point, mm from its middle; empty behind the source.
+/// Projection of a world point, mm from the panel's centre; nullopt behind the source.
 std::optional<glm::dvec2> in_panel(const fluoroscopy::View& view, double pixel, const glm::dvec3& world);
-/// The plan, drawn in.
+/// Draws the plan into the panel.
 void draw_in(Panel& panel, const Subject& subject, const fluoroscopy::View& view, double pixel);
 
-/// A subject's things as X-rays meet them: pieces as the scan is, others of metal.
-std::vector<fluoroscopy::Thing> things_of(const Subject& subject, fluoroscopy::Matter metal, double energy);
+/// Returns the objects of a subject for X-rays: pieces with the attenuation of the scan, others of metal.
+/// `energy`: keV.
+std::vector<fluoroscopy::Thing> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
+                                             double energy);
 
-/// Images of one operation, one after another: what is the same as the last time is kept.
+/// Takes successive X-rays of one operation, and reuses what did not change.
 class XrayCamera {
  public:
-  /// The whole image of a subject, as a detector without noise shows it. Error: a thing reaches the source.
-  volume::Result<Panel> shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads);
-  /// Traced through the whole scan, and through what was removed, since it began.
+  /// Image of a subject by a detector without noise. Error: an object reaches the source.
+  Result<Panel> shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads);
+  /// Rays traced so far, through the whole scan and through removed matter.
   fluoroscopy::VolumeXray::Counters counters() const;
 
  private:
   static constexpr double k_energy = 60;  // keV
   std::shared_ptr<const volume::Volume> scan_;
   std::unique_ptr<fluoroscopy::VolumeXray> xray_;
-  fluoroscopy::CArm arm_;       ///< of what is kept:
+  fluoroscopy::CArm arm_;       ///< pose of the cached values below
   std::vector<double> beyond_;  ///< attenuation by the body outside the scan
   std::vector<std::uint8_t> hidden_;
 };

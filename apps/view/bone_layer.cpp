@@ -1,4 +1,4 @@
-// One file: the kept picture, its depth and what is drawn into it are one set of buffers.
+// One file, because the kept picture, its depth and the drawing into it share one set of buffers.
 #include "apps/view/bone_layer.h"
 
 #include <algorithm>
@@ -48,10 +48,10 @@ using glm::dvec3;
 namespace {
 
 constexpr int k_group = 4;               // chunks along the edge of a coarse group
-constexpr double k_rest_seconds = 0.12;  // the view stands still before the full picture is begun
-constexpr double k_batch_ms = 30;        // of a frame, for the full picture
+constexpr double k_rest_seconds = 0.12;  // rest of the view before drawing at full detail starts
+constexpr double k_batch_ms = 30;        // share of a frame for drawing at full detail
 
-/// Colours that people with any colour vision distinguish: bone and cut differ in lightness too.
+/// Colours that any colour vision distinguishes: bone and cut also differ in lightness.
 struct Tint {
   dvec3 spongy, compact, cut_spongy, cut_compact;
 };
@@ -60,7 +60,7 @@ constexpr Tint k_tints[] = {{{0.84, 0.71, 0.55}, {0.95, 0.90, 0.80}, {0.55, 0.20
                             {{0.80, 0.62, 0.20}, {0.95, 0.80, 0.35}, {0.50, 0.36, 0.05}, {0.70, 0.52, 0.12}},
                             {{0.35, 0.62, 0.48}, {0.55, 0.80, 0.66}, {0.12, 0.36, 0.26}, {0.25, 0.52, 0.40}}};
 
-/// Tint of a shape: its own colour, else the next of ours.
+/// Tint of a shape: its own colour, or one of k_tints.
 Tint tint_of(std::size_t shape, const std::optional<dvec3>& colour) {
   if (!colour) return k_tints[shape % std::size(k_tints)];
   return {0.85 * *colour, glm::mix(*colour, dvec3(1), 0.2), 0.45 * *colour, 0.7 * *colour};
@@ -87,10 +87,10 @@ vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& me
   for (const DrawMesh* m : meshes) {
     for (std::size_t i = 0; i < m->vertices.size(); ++i) {
       const double fresh = static_cast<double>(m->freshness[i]), density = static_cast<double>(m->density[i]);
-      const Tint own = m->colours.empty() ? tint : tint_of(0, dvec3(m->colours[i]));
-      const dvec3 old = glm::mix(own.spongy, own.compact, density),
-                  cut = glm::mix(own.cut_spongy, own.cut_compact, density);
-      // Half of the light comes from the sky.
+      const Tint vertex_tint = m->colours.empty() ? tint : tint_of(0, dvec3(m->colours[i]));
+      const dvec3 old = glm::mix(vertex_tint.spongy, vertex_tint.compact, density),
+                  cut = glm::mix(vertex_tint.cut_spongy, vertex_tint.cut_compact, density);
+      // Ambient light, reduced by occlusion.
       const double light = 0.28 + 0.72 * static_cast<double>(m->openness[i]);
       const dvec3 color = light * glm::mix(old, cut, fresh);
       for (int a = 0; a < 3; ++a) {
@@ -152,7 +152,7 @@ class BoneLayer::Painter {
     std::size_t triangles = 0;
     DrawMesh coarse;
   };
-  struct Group {  // of coarse chunks
+  struct Group {  // coarse chunks with one actor
     vtkSmartPointer<vtkActor> actor;
     std::vector<Key> chunks;
     std::size_t triangles = 0;
@@ -177,8 +177,8 @@ class BoneLayer::Painter {
   void prepare_rectangle();
   void on_start();
   void on_end();
-  /// Returns when anything that is drawn on top of the bone changed last.
-  vtkMTimeType changed_on_top() const;
+  /// Returns the time of the last change of any object on top of the bone.
+  vtkMTimeType top_change_time() const;
 
   vtkRenderWindow* window_;
   vtkRenderer *bone_, *tools_;
@@ -191,20 +191,20 @@ class BoneLayer::Painter {
   std::size_t triangles_ = 0, drawn_triangles_ = 0;
   std::uint64_t revision_ = 0;
 
-  // The kept pictures: the one that is seen, and the one that is being made in full.
-  PictureCache seen_, coming_;
+  // The kept picture, and the picture that is being drawn at full detail.
+  PictureCache kept_, pending_;
   Pass pass_ = Pass::everything;
   bool can_keep_ = true, is_fine_ = false, is_first_batch_ = true, is_last_batch_ = false;
-  std::vector<Key> to_draw_;                       ///< chunks that the coming picture still lacks
-  Rectangle changed_;                              ///< where the picture that is seen is no longer true
-  dvec3 room_low_{1e300}, room_high_{-1e300};      ///< of what is drawn on top
-  dvec3 fitted_low_{1e300}, fitted_high_{-1e300};  ///< bounds that the camera's planes enclose
-  std::array<double, 2> fitted_range_{};           ///< these planes
-  std::array<double, 16> seen_from_{};
-  std::array<int, 2> seen_size_{};
+  std::vector<Key> to_draw_;                       ///< chunks that are missing in the pending picture
+  Rectangle changed_;                              ///< outdated part of the kept picture
+  dvec3 room_low_{1e300}, room_high_{-1e300};      ///< box of the objects on top
+  dvec3 fitted_low_{1e300}, fitted_high_{-1e300};  ///< box that the camera's clipping range includes
+  std::array<double, 2> fitted_range_{};           ///< that clipping range
+  std::array<double, 16> kept_view_{};
+  std::array<int, 2> kept_size_{};
   Clock::time_point moved_at_;
-  vtkMTimeType drawn_on_top_ = 0;   ///< changed_on_top() of the last frame
-  double triangles_per_ms_ = 3000;  ///< measured
+  vtkMTimeType drawn_top_time_ = 0;  ///< top_change_time() of the last frame
+  double triangles_per_ms_ = 3000;   ///< measured
 };
 
 void BoneLayer::Painter::Rectangle::add(const Rectangle& other) {
@@ -228,14 +228,14 @@ BoneLayer::Painter::Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRende
       [](vtkObject*, unsigned long, void* self, void*) { static_cast<Painter*>(self)->on_end(); });
   bone->AddObserver(vtkCommand::StartEvent, start);
   bone->AddObserver(vtkCommand::EndEvent, end);
-  // On top of the bone, into the same depth: nothing is cleared in between.
+  // Tools are drawn on top of the bone into the same depth buffer, without clearing.
   tools->PreserveColorBufferOn();
   tools->PreserveDepthBufferOn();
   vtkNew<vtkCallbackCommand> before_tools;
   before_tools->SetClientData(this);
   before_tools->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
     auto* layer = static_cast<Painter*>(self);
-    if (layer->pass_ == Pass::nothing || layer->pass_ == Pass::batch) layer->seen_.restore();
+    if (layer->pass_ == Pass::nothing || layer->pass_ == Pass::batch) layer->kept_.restore();
   });
   tools->AddObserver(vtkCommand::StartEvent, before_tools);
 }
@@ -243,7 +243,7 @@ BoneLayer::Painter::Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRende
 BoneLayer::Painter::~Painter() {
   if (!is_live_) return;
   window_->MakeCurrent();
-  if (window_->IsCurrent()) seen_.release(), coming_.release();
+  if (window_->IsCurrent()) kept_.release(), pending_.release();
 }
 
 vtkSmartPointer<vtkActor> BoneLayer::Painter::make_actor(std::size_t shape) const {
@@ -268,7 +268,7 @@ void BoneLayer::Painter::show(const ChunkMesh& mesh) {
   for (std::size_t a = 0; a < 3; ++a) group_key[a] /= k_group;
   groups_[group_key].is_stale = true;
 
-  // The picture is outdated both where it was and where it is.
+  // Mark both the old and the new extent of the chunk as changed.
   Chunk& chunk = chunks_[key];
   triangles_ -= chunk.triangles;
   const bool is_known = chunk.actor != nullptr;
@@ -308,7 +308,7 @@ void BoneLayer::Painter::clear() {
   groups_.clear();
   to_draw_.clear();
   triangles_ = 0;
-  seen_from_ = {};
+  kept_view_ = {};
   ++revision_;
 }
 
@@ -328,7 +328,7 @@ void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
     for (const auto& [key, chunk] : chunks_) apply(chunk.actor);
     for (const auto& [key, group] : groups_) apply(group.actor);
   }
-  seen_from_ = {};  // another picture
+  kept_view_ = {};  // forces a new picture
   ++revision_;
 }
 
@@ -428,9 +428,9 @@ void BoneLayer::Painter::prepare_rectangle() {
   pass_ = Pass::rectangle;
   drawn_triangles_ = 0;
   for (const auto& [key, chunk] : chunks_) {
-    const bool is_there = on_screen(chunk.low, chunk.high).meets(changed_);
-    chunk.actor->SetVisibility(is_there);
-    if (is_there) drawn_triangles_ += chunk.triangles;
+    const bool is_affected = on_screen(chunk.low, chunk.high).meets(changed_);
+    chunk.actor->SetVisibility(is_affected);
+    if (is_affected) drawn_triangles_ += chunk.triangles;
   }
   const int x = static_cast<int>(changed_.low_x), y = static_cast<int>(changed_.low_y);
   bone_->GetActiveCamera()->SetScissorRect(vtkRecti(x, y, static_cast<int>(std::ceil(changed_.high_x)) - x,
@@ -438,7 +438,8 @@ void BoneLayer::Painter::prepare_rectangle() {
   bone_->GetActiveCamera()->SetUseScissor(true);
 }
 
-/// By all of the bone, whatever is drawn of it at the moment, with room for the instruments.
+/// Sets the camera's clipping range by the whole bone, even if only a part is drawn, with room for the
+/// instruments.
 void BoneLayer::Painter::fit_clipping_range() {
   constexpr double k_room_mm = 150;
   dvec3 low, high;
@@ -461,23 +462,23 @@ void BoneLayer::Painter::expose() {
 }
 
 void BoneLayer::Painter::on_start() {
-  if (pass_ == Pass::rectangle) seen_.restore();
-  if (pass_ == Pass::batch && !is_first_batch_) coming_.restore();
+  if (pass_ == Pass::rectangle) kept_.restore();
+  if (pass_ == Pass::batch && !is_first_batch_) pending_.restore();
 }
 
 void BoneLayer::Painter::on_end() {
   bone_->GetActiveCamera()->SetUseScissor(false);  // the instruments share the camera
   const int* size = window_->GetSize();
   if (pass_ == Pass::batch)
-    can_keep_ = coming_.save(size[0], size[1]);
+    can_keep_ = pending_.save(size[0], size[1]);
   else if (pass_ != Pass::nothing)
-    can_keep_ = seen_.save(size[0], size[1]);
+    can_keep_ = kept_.save(size[0], size[1]);
 }
 
-vtkMTimeType BoneLayer::Painter::changed_on_top() const {
+vtkMTimeType BoneLayer::Painter::top_change_time() const {
   vtkMTimeType newest = 0;
-  const auto add = [&](vtkObject* one) {
-    if (one != nullptr) newest = std::max(newest, one->GetMTime());
+  const auto add = [&](vtkObject* object) {
+    if (object != nullptr) newest = std::max(newest, object->GetMTime());
   };
   vtkCollectionSimpleIterator renderers;
   window_->GetRenderers()->InitTraversal(renderers);
@@ -507,25 +508,25 @@ bool BoneLayer::Painter::render(bool always) {
     window_->Render();
     return true;
   }
-  // Has the view changed since the kept picture?
+  // Compare the view with that of the kept picture.
   vtkCamera* camera = bone_->GetActiveCamera();
   const int* size = window_->GetSize();
   std::array<double, 16> from;
   std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, from.begin());
   from[15] = camera->GetViewAngle();
-  // Chunks that come while a scan is opened may lie outside what the camera's planes were set for.
+  // Chunks that arrive while a scan is opened may be outside the camera's clipping range.
   dvec3 low, high;
   bounds(low, high);
   if (glm::any(glm::lessThan(low, fitted_low_)) || glm::any(glm::greaterThan(high, fitted_high_)))
-    seen_.forget();
+    kept_.forget();
   const double broad = 0.35 * size[0] * size[1];
-  const bool has_moved = from != seen_from_ || size[0] != seen_size_[0] || size[1] != seen_size_[1] ||
-                         !can_keep_ || !seen_.is_filled() ||
+  const bool has_moved = from != kept_view_ || size[0] != kept_size_[0] || size[1] != kept_size_[1] ||
+                         !can_keep_ || !kept_.is_filled() ||
                          (!changed_.is_empty() && changed_.area() > broad);
   const auto now = Clock::now();
   if (has_moved) {
-    seen_from_ = from;
-    seen_size_ = {size[0], size[1]};
+    kept_view_ = from;
+    kept_size_ = {size[0], size[1]};
     moved_at_ = now;
     fit_clipping_range();
     changed_ = {};
@@ -548,9 +549,9 @@ bool BoneLayer::Painter::render(bool always) {
     drawn_triangles_ = 0;
     bone_->DrawOff();
   }
-  // Others fit the camera's planes to what is visible at the moment, of which most is not drawn again.
+  // VTK fits the clipping range to the visible actors, which are only those drawn in this frame: restore it.
   camera->SetClippingRange(fitted_range_.data());
-  if (!always && pass_ == Pass::nothing && is_fine_ && changed_on_top() == drawn_on_top_) return false;
+  if (!always && pass_ == Pass::nothing && is_fine_ && top_change_time() == drawn_top_time_) return false;
   revision_ += pass_ != Pass::nothing;
   const bool was_changed = !changed_.is_empty();
   if (pass_ == Pass::rectangle) changed_ = {};
@@ -564,19 +565,19 @@ bool BoneLayer::Painter::render(bool always) {
     triangles_per_ms_ =
         0.8 * triangles_per_ms_ + 0.2 * static_cast<double>(drawn_triangles_) / std::max(ms, 0.1);
   }
-  // A window system that draws on its own shows what is kept.
+  // If the window system redraws on its own, show the kept picture.
   const bool was_batch = std::exchange(pass_, Pass::nothing) == Pass::batch;
   if (can_keep_) bone_->DrawOff();
   if (was_batch) {
     is_first_batch_ = false;
     if (is_last_batch_ && can_keep_) {
-      seen_.swap(coming_);
+      kept_.swap(pending_);
       is_fine_ = true;
-      // Chunks that changed while it was made were drawn too, but perhaps over what was there before.
+      // Chunks that changed during drawing were drawn too, but perhaps on top of their old state.
       if (!was_changed) changed_ = {};
     }
   }
-  drawn_on_top_ = changed_on_top();
+  drawn_top_time_ = top_change_time();
   return true;
 }
 

@@ -1,4 +1,4 @@
-// The bone in the picture, drawn only where something changed: software rendering stays fluent.
+// BoneLayer: bone in the picture, redrawn only where it changed, so that software rendering remains fluent.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,13 @@ class vtkRenderWindow;
 
 namespace trephine::view {
 
-/// Drawing of bone in a live window: coarse while the view turns, then in full, a share of it in each
-/// frame, and from then on only the rectangle in which a chunk changed. The finished picture is kept with its
-/// depth, and the instruments are drawn on top of it. One thread: the one that draws.
+/// Draws bone in a live window: coarse while the view turns, then at full detail, a share of it per frame,
+/// and then only the rectangle in which a chunk changed. Keeps the finished picture with its depth;
+/// instruments are drawn on top of it. Drawing thread only.
 class BoneLayer {
  public:
-  /// `bone` draws the bone and what lies behind it, `tools` everything on top; both are in the window.
-  /// Not live: everything is drawn in every frame, for pictures with effects.
+  /// `bone` draws the bone and the background, `tools` everything on top; both belong to the window. Not
+  /// live: draws everything in each frame, for pictures with effects.
   BoneLayer(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live);
   ~BoneLayer();
   BoneLayer(const BoneLayer&) = delete;
@@ -26,28 +26,28 @@ class BoneLayer {
 
   void show(const ChunkMesh& mesh);
   void clear();
-  /// Cuts the picture open: only what lies on the side of `normal_world` is drawn. Null normal: all of it.
+  /// Clips the picture: draws only the side to which `normal_world` points. Null normal: no clipping.
   void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
-  /// Box of what is drawn on top: the camera sees it whole.
+  /// Sets the world box of the objects on top, which the camera's clipping range includes.
   void set_room(const glm::dvec3& low, const glm::dvec3& high);
-  /// Draws one frame of the window. Returns false, and draws nothing, where the picture would be the same as
-  /// the last one, unless `always`.
+  /// Draws one frame of the window. Returns false, without drawing, if the picture would not change, unless
+  /// `always`.
   bool render(bool always = false);
-  /// Exposes all of the bone, in full, to the next drawing of the window (a picture file). render() goes on
-  /// as before.
+  /// Makes the next drawing of the window (a picture file) show the whole bone at full detail. Later calls of
+  /// render() are not affected.
   void expose();
-  /// Is all of the bone in the picture, in full?
+  /// True if the picture shows the whole bone at full detail.
   bool is_complete() const noexcept;
-  /// Returns the share of the bone that is in the picture in full, 0 to 1.
+  /// Returns the share of the bone that is drawn at full detail, 0 to 1.
   double drawn_share() const noexcept;
 
   std::size_t triangle_count() const noexcept;
   std::size_t coarse_triangle_count() const;
-  /// World box of what is shown; low > high when there is nothing.
+  /// World box of the shown bone; low > high if there is no bone.
   void bounds(glm::dvec3& low, glm::dvec3& high) const;
   /// Returns a number that grows when the picture of the bone changes.
   std::uint64_t revision() const noexcept;
-  /// Triangles that were sent in the last frame: the counter behind "only where something changed".
+  /// Number of triangles drawn in the last frame.
   std::size_t drawn_triangles() const noexcept;
 
  private:

@@ -39,7 +39,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include "apps/view/picture_text.h"
-#include "volume/work_counters.h"
+#include "volume/base/work_counters.h"
 
 namespace trephine::view {
 
@@ -47,8 +47,8 @@ using glm::dvec3;
 
 namespace {
 
-/// A silhouette that is turned around +z; what cuts has flutes that wind around it.
-vtkSmartPointer<vtkPolyData> turned_around(const std::vector<glm::dvec2>& profile, bool is_fluted) {
+/// Solid of revolution around +z; optionally with helical flutes.
+vtkSmartPointer<vtkPolyData> make_revolution(const std::vector<glm::dvec2>& profile, bool is_fluted) {
   constexpr int k_sides = 96, k_flutes = 8;
   constexpr double k_deep = 0.14;  // of the radius
   double widest = 1e-9;
@@ -80,7 +80,7 @@ vtkSmartPointer<vtkPolyData> turned_around(const std::vector<glm::dvec2>& profil
   return normals->GetOutput();
 }
 
-/// Leaves an actor unmodified that is there already, so that no frame is drawn for it.
+/// Sets the matrix of an actor only if it differs, so that no unnecessary frame is drawn.
 void set_matrix(vtkActor* actor, vtkMatrix4x4* matrix) {
   const vtkMatrix4x4* before = actor->GetUserMatrix();
   if (before == nullptr || !std::equal(before->GetData(), before->GetData() + 16, matrix->GetData()))
@@ -97,21 +97,21 @@ void place(vtkActor* actor, const dvec3& origin, const dvec3& x, const dvec3& y,
   }
   set_matrix(actor, m);
 }
-/// Two directions at right angles to it.
-std::pair<dvec3, dvec3> beside(const dvec3& direction) {
-  const dvec3 other = std::abs(direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
-  const dvec3 v = glm::normalize(glm::cross(other, direction));
+/// Returns two unit vectors perpendicular to a direction.
+std::pair<dvec3, dvec3> perpendiculars(const dvec3& direction) {
+  const dvec3 axis = std::abs(direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
+  const dvec3 v = glm::normalize(glm::cross(axis, direction));
   return {v, glm::cross(direction, v)};
 }
-/// A unit source that points along +x, scaled, along `direction`.
+/// Places a unit source that points along +x along `direction`, scaled to length and width (mm).
 void place(vtkActor* actor, const dvec3& origin, dvec3 direction, double length, double width) {
   direction = glm::length(direction) > 0 ? glm::normalize(direction) : dvec3(1, 0, 0);
-  const auto [v, w] = beside(direction);
+  const auto [v, w] = perpendiculars(direction);
   place(actor, origin, length * direction, width * v, width * w);
 }
-/// Places a shape that turns around +z, along `axis`.
+/// Places a solid of revolution around +z along `axis`.
 void place(vtkActor* actor, const dvec3& origin, const dvec3& axis) {
-  const auto [v, w] = beside(axis);
+  const auto [v, w] = perpendiculars(axis);
   place(actor, origin, v, w, axis);
 }
 
@@ -135,10 +135,10 @@ vtkSmartPointer<vtkActor> make_actor(vtkAlgorithmOutput* source, double r, doubl
 struct BoneView::Parts {
   vtkRenderWindow* window;
   vtkNew<vtkRenderer> renderer;  // the bone, and in pictures everything
-  vtkNew<vtkRenderer> front;     // live: what is drawn on top of the kept picture
+  vtkNew<vtkRenderer> front;     // live: objects on top of the kept picture
   std::unique_ptr<BoneLayer> bone;
   std::unique_ptr<OverlayLayer> overlays;
-  /// Live, where there is some: drawn between bone and instruments, so that the depth is read in between.
+  /// Scenery of a live window: drawn between bone and instruments, so that its depth can be read.
   struct Scenery {
     vtkNew<vtkRenderer> renderer;
     std::unique_ptr<OverlayLayer> layer;
@@ -146,15 +146,15 @@ struct BoneView::Parts {
   };
   std::unique_ptr<Scenery> scenery;
   vtkRenderer* on_top;
-  vtkSmartPointer<vtkActor> shaft, grip, proxy, arrow, leash, ring;
-  std::vector<ToolPart> drawn;  ///< of which these are made
+  vtkSmartPointer<vtkActor> shaft, grip, proxy, arrow, hip_proxy_line, ring;
+  std::vector<ToolPart> drawn;  ///< parts of the actors in `tool`
   std::vector<vtkSmartPointer<vtkActor>> tool;
   std::unique_ptr<PictureText> text;
   double text_scale = 1, drawn_text_scale = 1;
   bool is_text_stale = true;            ///< letters, scale bar and labels
-  std::uint64_t labelled_revision = 0;  ///< of the bone, that labels were laid out for
-  std::array<double, 18> drawn_view{};  ///< camera and size for which these were placed
-  vtkNew<vtkLineSource> leash_line;
+  std::uint64_t labelled_revision = 0;  ///< revision of the bone at the last layout of labels
+  std::array<double, 18> drawn_view{};  ///< camera and size at the last layout
+  vtkNew<vtkLineSource> hip_proxy_source;
   vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
   vtkNew<vtkPolyData> edge_line;
   std::vector<dvec3> drawn_edge;
@@ -162,19 +162,19 @@ struct BoneView::Parts {
 
 BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
     : parts_(std::make_unique<Parts>()) {
-  ++volume::work_counters().gl_contexts;
+  ++work_counters().gl_contexts;
   Parts& p = *parts_;
   p.window = window;
   window->AddRenderer(p.renderer);
   if (is_live) {
-    window->SetMultiSamples(0);  // the kept picture has one sample a pixel
-    const auto add_over = [&](vtkRenderer* one) {
-      window->AddRenderer(one);
-      one->SetActiveCamera(p.renderer->GetActiveCamera());
-      one->SetTwoSidedLighting(true);
-      one->AutomaticLightCreationOff();
-      one->PreserveColorBufferOn();
-      one->PreserveDepthBufferOn();
+    window->SetMultiSamples(0);  // the kept picture has one sample per pixel
+    const auto add_over = [&](vtkRenderer* renderer) {
+      window->AddRenderer(renderer);
+      renderer->SetActiveCamera(p.renderer->GetActiveCamera());
+      renderer->SetTwoSidedLighting(true);
+      renderer->AutomaticLightCreationOff();
+      renderer->PreserveColorBufferOn();
+      renderer->PreserveDepthBufferOn();
     };
     if (has_scenery) {
       p.scenery = std::make_unique<Parts::Scenery>();
@@ -187,19 +187,19 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   vtkRenderer* first_over = p.scenery ? p.scenery->renderer.Get() : p.front.Get();
   p.bone = std::make_unique<BoneLayer>(window, p.renderer, first_over, is_live);
   if (p.scenery) {
-    // After the bone layer's own, which puts the kept picture back.
+    // Lower priority than the bone layer's observers, which restore the kept picture first.
     const auto observe = [&](unsigned long event, auto callback) {
       vtkNew<vtkCallbackCommand> command;
       command->SetClientData(&p);
       command->SetCallback(callback);
       p.scenery->renderer->AddObserver(event, command, -1);
     };
-    observe(vtkCommand::StartEvent, [](vtkObject*, unsigned long, void* of, void*) {
-      auto* parts = static_cast<Parts*>(of);
+    observe(vtkCommand::StartEvent, [](vtkObject*, unsigned long, void* data, void*) {
+      auto* parts = static_cast<Parts*>(data);
       parts->scenery->depth.before(parts->scenery->renderer, parts->window);
     });
-    observe(vtkCommand::EndEvent, [](vtkObject*, unsigned long, void* of, void*) {
-      auto* parts = static_cast<Parts*>(of);
+    observe(vtkCommand::EndEvent, [](vtkObject*, unsigned long, void* data, void*) {
+      auto* parts = static_cast<Parts*>(data);
       parts->scenery->depth.after(parts->scenery->renderer, parts->window);
     });
   }
@@ -210,14 +210,14 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   p.renderer->GradientBackgroundOn();
   p.renderer->SetTwoSidedLighting(true);
 
-  // A soft key light from the upper left of the viewer, a fill from the right, and a rim: depth is seen.
+  // A soft key light from the upper left of the viewer, a fill from the right, and a rim light show depth.
   p.renderer->AutomaticLightCreationOff();
-  const auto light = [&](double x, double y, double z, double strength, double warm) {
+  const auto light = [&](double x, double y, double z, double strength, double warmth) {
     vtkNew<vtkLight> l;
     l->SetLightTypeToCameraLight();
     l->SetPosition(x, y, z);
     l->SetIntensity(strength);
-    l->SetColor(1.0, 0.98 - 0.05 * warm, 0.96 - 0.12 * warm);
+    l->SetColor(1.0, 0.98 - 0.05 * warmth, 0.96 - 0.12 * warmth);
     p.renderer->AddLight(l);
     if (is_live) p.front->AddLight(l);
     if (p.scenery) p.scenery->renderer->AddLight(l);
@@ -229,7 +229,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   if (!is_live) {
     vtkNew<vtkRenderStepsPass> steps;
     vtkNew<vtkSSAOPass> shading;
-    shading->SetRadius(9);  // mm: the size of hollows that should read as hollow
+    shading->SetRadius(9);  // mm; size of hollows to darken
     shading->SetBias(0.35);
     shading->SetKernelSize(96);
     shading->BlurOn();
@@ -254,19 +254,19 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   p.grip = make_actor(rod->GetOutputPort(), 0.26, 0.47, 0.74);
   p.proxy = make_actor(dot->GetOutputPort(), 0.98, 0.80, 0.10);
   p.arrow = make_actor(arrow->GetOutputPort(), 0.10, 0.62, 0.90);
-  p.leash = make_actor(p.leash_line->GetOutputPort(), 0.98, 0.80, 0.10);
-  p.leash->GetProperty()->SetLineWidth(2);
-  // The disk's axis is z; turned so that it points along +x like the other sources.
+  p.hip_proxy_line = make_actor(p.hip_proxy_source->GetOutputPort(), 0.98, 0.80, 0.10);
+  p.hip_proxy_line->GetProperty()->SetLineWidth(2);
+  // Turn the disk's axis from z to +x, like the other sources.
   vtkNew<vtkDiskSource> disk;
   disk->SetInnerRadius(0.82);
   disk->SetOuterRadius(1);
   disk->SetCircumferentialResolution(48);
   vtkNew<vtkTransform> turn;
   turn->RotateY(90);
-  vtkNew<vtkTransformPolyDataFilter> turned;
-  turned->SetInputConnection(disk->GetOutputPort());
-  turned->SetTransform(turn);
-  p.ring = make_actor(turned->GetOutputPort(), 0.98, 0.80, 0.10);
+  vtkNew<vtkTransformPolyDataFilter> turned_disk;
+  turned_disk->SetInputConnection(disk->GetOutputPort());
+  turned_disk->SetTransform(turn);
+  p.ring = make_actor(turned_disk->GetOutputPort(), 0.98, 0.80, 0.10);
   p.ring->GetProperty()->LightingOff();
   vtkNew<vtkTubeFilter> band;
   band->SetInputData(p.edge_line);
@@ -277,8 +277,8 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   p.edge->GetProperty()->LightingOff();
   for (vtkActor* a : {p.arrow.Get(), p.grip.Get(), p.shaft.Get()}) a->GetProperty()->SetAmbient(0.35);
   p.proxy->GetProperty()->SetAmbient(0.4);
-  for (vtkActor* a : {p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get(), p.ring.Get(),
-                      p.edge.Get()}) {
+  for (vtkActor* a : {p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.hip_proxy_line.Get(),
+                      p.ring.Get(), p.edge.Get()}) {
     a->VisibilityOff();
     a->PickableOff();
     on_top->AddActor(a);
@@ -311,7 +311,7 @@ void BoneView::show(const StylusLook& s) {
     p.drawn = s.tool.parts;
     for (const ToolPart& part : p.drawn) {
       vtkNew<vtkPolyDataMapper> mapper;
-      mapper->SetInputData(turned_around(part.profile, part.is_fluted));
+      mapper->SetInputData(make_revolution(part.profile, part.is_fluted));
       const auto actor =
           make_actor(mapper, part.is_cutting ? dvec3(0.72, 0.75, 0.80) : dvec3(0.60, 0.63, 0.68));
       actor->GetProperty()->SetSpecular(0.55);
@@ -330,27 +330,28 @@ void BoneView::show(const StylusLook& s) {
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
   place(p.shaft, shaft_begin, shaft, 34, s.tool.shaft_radius);
   place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, std::max(4.5, 2.6 * s.tool.shaft_radius));
-  // Seen from its end, or from near, a handle hides what the tool does: it is seen through, or not drawn.
+  // A handle seen end-on or from nearby hides the tool's work: draw it translucent, or not at all.
   vtkCamera* camera = p.renderer->GetActiveCamera();
   double eye[3];
   camera->GetPosition(eye);
   const dvec3 viewer = dvec3(eye[0], eye[1], eye[2]) - s.tool_world;
   constexpr double k_half_degree = 3.14159265358979 / 360;
-  const double seen = 2 * glm::length(viewer) * std::tan(camera->GetViewAngle() * k_half_degree);  // mm high
-  constexpr double k_near = 90;                                                                    // mm
-  const bool is_end_on = glm::dot(shaft, viewer) > 0.93 * glm::length(viewer), is_near = seen < k_near;
-  p.grip->SetVisibility(s.is_visible && !(is_near && is_end_on) && seen > 0.5 * k_near);
+  // Height of the picture at the tool, mm.
+  const double view_height = 2 * glm::length(viewer) * std::tan(camera->GetViewAngle() * k_half_degree);
+  constexpr double k_near = 90;  // mm
+  const bool is_end_on = glm::dot(shaft, viewer) > 0.93 * glm::length(viewer), is_near = view_height < k_near;
+  p.grip->SetVisibility(s.is_visible && !(is_near && is_end_on) && view_height > 0.5 * k_near);
   p.grip->GetProperty()->SetOpacity(is_near ? 0.15 : is_end_on ? 0.3 : 1);
   p.shaft->GetProperty()->SetOpacity(is_end_on ? 0.35 : 1);
   const bool is_touching = s.is_visible && s.has_contact;
-  for (vtkActor* a : {p.proxy.Get(), p.leash.Get()}) a->SetVisibility(is_touching);
+  for (vtkActor* a : {p.proxy.Get(), p.hip_proxy_line.Get()}) a->SetVisibility(is_touching);
   place(p.proxy, s.proxy_world, {1, 0, 0}, 0.7, 0.7);
-  p.leash_line->SetPoint1(s.proxy_world.x, s.proxy_world.y, s.proxy_world.z);
-  p.leash_line->SetPoint2(s.hip_world.x, s.hip_world.y, s.hip_world.z);
+  p.hip_proxy_source->SetPoint1(s.proxy_world.x, s.proxy_world.y, s.proxy_world.z);
+  p.hip_proxy_source->SetPoint2(s.hip_world.x, s.hip_world.y, s.hip_world.z);
   p.ring->SetVisibility(s.is_visible && s.has_ring);
-  const double above = glm::length(s.tool_world - s.ring_world);
-  const double wide = 1.15 * size + 0.25 * std::max(0.0, above - size);
-  place(p.ring, s.ring_world + 0.4 * s.ring_normal_world, s.ring_normal_world, wide, wide);
+  const double height = glm::length(s.tool_world - s.ring_world);
+  const double ring_radius = 1.15 * size + 0.25 * std::max(0.0, height - size);
+  place(p.ring, s.ring_world + 0.4 * s.ring_normal_world, s.ring_normal_world, ring_radius, ring_radius);
   p.edge->SetVisibility(s.edge.size() > 1);
   if (s.edge.size() > 1 && s.edge != p.drawn_edge) {
     p.drawn_edge = s.edge;
@@ -363,13 +364,13 @@ void BoneView::show(const StylusLook& s) {
   }
   const double force = glm::length(s.force_world);
   p.arrow->SetVisibility(is_touching && force > 0.02);
-  // 12 mm a newton, from the side of the burr, so that it is not hidden in it.
-  const dvec3 aside = glm::length(glm::cross(shaft, s.force_world)) > 1e-9
-                          ? glm::normalize(glm::cross(shaft, s.force_world))
-                          : glm::normalize(glm::cross(shaft, dvec3(0.3, 1, 0.2)));
-  // As large in the picture from near as from afar.
-  const double zoom = std::min(1.0, seen / 180);
-  place(p.arrow, s.proxy_world + (size + 2.5 * zoom) * aside, s.force_world,
+  // 12 mm per newton, starting at the side of the burr, so that the burr does not hide the arrow.
+  const dvec3 sideways = glm::length(glm::cross(shaft, s.force_world)) > 1e-9
+                             ? glm::normalize(glm::cross(shaft, s.force_world))
+                             : glm::normalize(glm::cross(shaft, dvec3(0.3, 1, 0.2)));
+  // Keep the arrow's size in the picture independent of the distance.
+  const double zoom = std::min(1.0, view_height / 180);
+  place(p.arrow, s.proxy_world + (size + 2.5 * zoom) * sideways, s.force_world,
         zoom * std::clamp(12 * force, 3.0, 60.0), zoom * 11);
 }
 
@@ -379,10 +380,10 @@ void BoneView::show_text(const std::string& corner, const std::string& foot) {
 
 void BoneView::set_text_scale(double factor) { parts_->text_scale = factor; }
 
-/// Text is no larger than a small picture has room for.
+/// Limits the text size in a small picture.
 void BoneView::fit_text() {
-  constexpr double k_wide = 420;  // pixels
-  const double scale = std::min(parts_->text_scale, std::max(1.0, parts_->window->GetSize()[0] / k_wide));
+  constexpr double k_width = 420;  // pixels
+  const double scale = std::min(parts_->text_scale, std::max(1.0, parts_->window->GetSize()[0] / k_width));
   if (scale == parts_->drawn_text_scale) return;
   parts_->drawn_text_scale = scale;
   parts_->is_text_stale = true;
@@ -392,7 +393,7 @@ void BoneView::fit_text() {
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {
   constexpr double k_half_angle = 14 * 3.14159265358979 / 180;  // of the camera
-  // A tall body needs its height, with the half of its depth that is nearer.
+  // A tall body needs its full height, plus a margin for its nearer half.
   const dvec3 size = high - low;
   const double tallest = 1.12 * std::max({size.x, size.y, size.z});
   return std::max(0.86 * glm::length(size), tallest) / (2 * std::tan(k_half_angle));
@@ -403,7 +404,7 @@ void BoneView::aim_camera(const dvec3& target, const dvec3& from, const dvec3& u
   const dvec3 eye = target + distance * glm::normalize(from);
   camera->SetFocalPoint(target.x, target.y, target.z);
   camera->SetPosition(eye.x, eye.y, eye.z);
-  // Straight from above or below the front is upward.
+  // For a view straight from above or below, the patient's front is upward.
   const bool is_upright = std::abs(glm::dot(up, glm::normalize(from))) < 0.99 * glm::length(up);
   const dvec3 upward = is_upright ? up : std::abs(up.y) < 0.5 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
   camera->SetViewUp(upward.x, upward.y, upward.z);
@@ -455,7 +456,7 @@ bool BoneView::render() {
   bool has_changed = std::exchange(p.drawn_view, view) != view;
   has_changed |= std::exchange(p.is_text_stale, false);
   if (has_changed) p.text->update();
-  // Bone that was drawn again may hide labels, or no longer hide them.
+  // Redrawn bone may hide labels, or no longer hide them.
   const std::uint64_t revision = p.bone->revision();
   has_changed |= std::exchange(p.labelled_revision, revision) != revision;
   if (has_changed || p.overlays->labels().is_stale()) p.overlays->labels().lay_out();

@@ -1,4 +1,4 @@
-// Picture of an operation: bone, cut, stylus with burr, proxy, force. All VTK lives behind this.
+// BoneView: picture of bone, cuts, stylus with burr, proxy and force. Hides VTK.
 #pragma once
 
 #include <glm/gtc/quaternion.hpp>
@@ -17,27 +17,27 @@ class vtkRenderWindow;
 
 namespace trephine::view {
 
-/// Appearance of the instrument; world frame, mm, N.
+/// State of the instrument in the picture; world frame, mm, N.
 struct StylusLook {
   bool is_visible = true;
   glm::dvec3 hip_world{0.0};
   ToolLook tool = {};
-  glm::dvec3 tool_world{0.0};   ///< where the origin of its frame is, ...
-  glm::dquat turn{1, 0, 0, 0};  ///< ... and how it is turned
+  glm::dvec3 tool_world{0.0};   ///< origin of the tool's frame
+  glm::dquat turn{1, 0, 0, 0};  ///< orientation of the tool's frame
   bool has_contact = false;
   glm::dvec3 proxy_world{0.0};
   glm::dvec3 force_world{0.0};
-  /// Depth cue: a ring on the bone below the tool, which closes in as it comes near; none when not set.
+  /// Depth cue: a ring on the bone below the tool, which narrows as the tool approaches.
   bool has_ring = false;
   glm::dvec3 ring_world{0.0}, ring_normal_world{0, 0, 1};
-  std::vector<glm::dvec3> edge = {};  ///< line on the bone; empty: none
+  std::vector<glm::dvec3> edge = {};  ///< line on the bone; empty: no line
 };
 
-/// Everything in one window. One thread: the one that draws.
+/// All contents of one window. Drawing thread only.
 class BoneView {
  public:
-  /// Adds its renderers to the window. Live: frames cost what changed in them. Not live: pictures, with
-  /// ambient occlusion in the image. Scenery is drawn by itself only where there is some: live, then.
+  /// Adds its renderers to the window. Live: frames draw only changes. Not live: pictures with screen-space
+  /// ambient occlusion. Scenery has its own renderer, only if `has_scenery` in a live window.
   BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery = false);
   ~BoneView();
   BoneView(const BoneView&) = delete;
@@ -47,27 +47,27 @@ class BoneView {
   const BoneLayer& bone() const;
   void show(const StylusLook& stylus);
   OverlayLayer& overlays();
-  /// Scenery that is touched as it is drawn, and its depth on the screen; null without scenery or a live
+  /// Scenery, which is touched by its depth on the screen, and that depth; null without scenery or a live
   /// window.
   OverlayLayer* scenery();
   ScreenDepth* screen_depth();
-  /// Makes the GL context current.
+  /// Makes the GL context current; returns false if that fails.
   bool is_drawable();
-  /// Lines of text in the upper left corner, and one below in the middle.
+  /// Shows lines of text in the upper left corner, and one line at the bottom centre.
   void show_text(const std::string& corner, const std::string& foot);
-  /// From which all of a world box is seen, mm.
+  /// Distance (mm) of the camera from which a whole world box is visible.
   static double distance_of(const glm::dvec3& low, const glm::dvec3& high);
-  /// Camera `distance` mm from `target` along `from` (unit), `up` upward.
+  /// Moves the camera to `distance` mm from `target` along `from` (unit), with `up` upward.
   void aim_camera(const glm::dvec3& target, const glm::dvec3& from, const glm::dvec3& up, double distance);
-  /// All of a world box, seen from one of A P L R S I, or from the front left above (0).
+  /// Shows a whole world box from one of A P L R S I, or from the front left above (0).
   void look_from(char side, const glm::dvec3& low, const glm::dvec3& high);
-  /// Draws one frame. Returns false, and draws nothing, where the picture would be the same as the last one.
+  /// Draws one frame. Returns false, without drawing, if the picture would not change.
   bool render();
-  /// Letters, scale bar and labels: times the size that they have otherwise.
+  /// Sets the factor of the size of letters, scale bar and labels.
   void set_text_scale(double factor);
 
   vtkRenderer* renderer();
-  /// World box of what is shown.
+  /// World box of the shown bone.
   void bounds(glm::dvec3& low, glm::dvec3& high) const;
 
  private:

@@ -47,15 +47,15 @@ void set_axis(vtkAxis* axis, const std::string& title, bool is_log, Range range)
     const double low = std::pow(10, std::floor(std::log10(range.low) + 1e-9)),
                  high = std::pow(10, std::ceil(std::log10(range.high) - 1e-9));
     axis->SetUnscaledRange(low, std::max(high, 10 * low));
-    vtkNew<vtkDoubleArray> places;
+    vtkNew<vtkDoubleArray> positions;
     vtkNew<vtkStringArray> names;
     for (double v = low; v <= std::max(high, 10 * low) * 1.001; v *= 10) {
-      places->InsertNextValue(std::log10(v));
+      positions->InsertNextValue(std::log10(v));
       char text[32];
       std::snprintf(text, sizeof text, "%g", v);
       names->InsertNextValue(text);
     }
-    axis->SetCustomTickPositions(places, names);
+    axis->SetCustomTickPositions(positions, names);
   } else {
     // About five short marks, which leave room for the title.
     const double rough = std::max(range.high - range.low, 1e-12) / 5,
@@ -63,15 +63,15 @@ void set_axis(vtkAxis* axis, const std::string& title, bool is_log, Range range)
     const double step = decade * (rough > 5 * decade ? 10 : rough > 2 * decade ? 5 : rough > decade ? 2 : 1);
     const double low = step * std::floor(range.low / step), high = step * std::ceil(range.high / step);
     axis->SetRange(low, high);
-    vtkNew<vtkDoubleArray> places;
+    vtkNew<vtkDoubleArray> positions;
     vtkNew<vtkStringArray> names;
     for (int i = 0; low + i * step <= high + 0.5 * step; ++i) {
-      places->InsertNextValue(low + i * step);
+      positions->InsertNextValue(low + i * step);
       char text[32];
       std::snprintf(text, sizeof text, "%.6g", std::abs(low + i * step) < 1e-9 * step ? 0 : low + i * step);
       names->InsertNextValue(text);
     }
-    axis->SetCustomTickPositions(places, names);
+    axis->SetCustomTickPositions(positions, names);
   }
 }
 
@@ -97,7 +97,7 @@ std::array<std::uint8_t, 3> chart_color(std::size_t i) {
   return k_colors[i % k_colors.size()];
 }
 
-volume::Status write_chart(const Chart& chart, const std::string& path, int width, int height) {
+Status write_chart(const Chart& chart, const std::string& path, int width, int height) {
   auto surface = make_offscreen(width, height);
   if (!surface) return surface.error();
   vtkNew<vtkContextView> view;
@@ -133,14 +133,14 @@ volume::Status write_chart(const Chart& chart, const std::string& path, int widt
     if (x->GetNumberOfTuples() < (s.is_line ? 2 : 1)) continue;
     table->AddColumn(x);
     table->AddColumn(y);
-    vtkPlot* drawn = plot->AddPlot(s.is_line ? vtkChart::LINE : vtkChart::POINTS);
-    drawn->SetInputData(table, 0, 1);
-    drawn->SetColor(s.color[0], s.color[1], s.color[2], 255);
-    drawn->SetWidth(s.width);
-    drawn->SetLabel(s.name);
-    if (s.name.empty()) drawn->LegendVisibilityOff();
-    if (s.is_dashed) drawn->GetPen()->SetLineType(vtkPen::DASH_LINE);
-    if (auto* points = vtkPlotPoints::SafeDownCast(drawn)) {
+    vtkPlot* series_plot = plot->AddPlot(s.is_line ? vtkChart::LINE : vtkChart::POINTS);
+    series_plot->SetInputData(table, 0, 1);
+    series_plot->SetColor(s.color[0], s.color[1], s.color[2], 255);
+    series_plot->SetWidth(s.width);
+    series_plot->SetLabel(s.name);
+    if (s.name.empty()) series_plot->LegendVisibilityOff();
+    if (s.is_dashed) series_plot->GetPen()->SetLineType(vtkPen::DASH_LINE);
+    if (auto* points = vtkPlotPoints::SafeDownCast(series_plot)) {
       points->SetMarkerStyle(s.is_line ? vtkPlotPoints::NONE : vtkPlotPoints::CIRCLE);
       points->SetMarkerSize(s.width);
     }

@@ -1,4 +1,4 @@
-// Charts as pictures: lines and dots on plain or logarithmic axes.
+// Chart: picture of a chart: lines and dots on linear or logarithmic axes.
 #pragma once
 
 #include <array>
@@ -6,16 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "volume/error.h"
+#include "volume/base/error.h"
 
 namespace trephine::view {
 
 struct ChartSeries {
   std::string name;  ///< empty: not in the legend
   std::vector<double> x, y;
-  bool is_line = false;  ///< else dots
+  bool is_line = false;  ///< false: dots
   std::array<std::uint8_t, 3> color{40, 90, 160};
-  float width = 2;  ///< of the line, or of the dots (pixels)
+  float width = 2;  ///< of the line or the dots, pixels
   bool is_dashed = false;
 };
 
@@ -25,10 +25,10 @@ struct Chart {
   std::vector<ChartSeries> series;
 };
 
-/// Colours that a reader distinguishes, also with red-green blindness (Okabe and Ito 2008).
+/// Returns colour `i` of a palette that is distinguishable with red-green blindness (Okabe and Ito 2008).
 std::array<std::uint8_t, 3> chart_color(std::size_t i);
 
-/// Draws into memory and writes a PNG. Points that an axis cannot show are left out.
-volume::Status write_chart(const Chart& chart, const std::string& path, int width = 1000, int height = 640);
+/// Draws into memory and writes a PNG. Points that an axis cannot show are omitted.
+Status write_chart(const Chart& chart, const std::string& path, int width = 1000, int height = 640);
 
 }  // namespace trephine::view

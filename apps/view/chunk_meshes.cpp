@@ -12,8 +12,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "sim/engine.h"
-#include "volume/traversal.h"
+#include "sim/engine/engine.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::view {
 
@@ -21,8 +21,8 @@ using glm::dvec3;
 
 namespace {
 
-/// Share of the sky over p (volume frame) that is open, by twenty rays of three looks each; a near wall
-/// darkens more than a far one. `voxel_from_mm` scales along each axis.
+/// Ambient visibility at p (volume frame), by twenty rays of three samples each; a near wall darkens more
+/// than a far one.
 float openness_at(const haptics::TouchScene& scene, const volume::Version& version, const dvec3& p,
                   const dvec3& normal_world) {
   static const std::array<dvec3, 20> k_directions = [] {  // corners of a dodecahedron
@@ -37,31 +37,31 @@ float openness_at(const haptics::TouchScene& scene, const volume::Version& versi
     for (dvec3& v : d) v = glm::normalize(v);
     return d;
   }();
-  constexpr struct { double mm, darkness; } k_looks[] = {{2, 1}, {5, 0.75}, {11, 0.45}};
+  constexpr struct { double mm, darkness; } k_samples[] = {{2, 1}, {5, 0.75}, {11, 0.45}};
   const volume::Frame& frame = scene.base->frame;
   const dvec3 start = p + frame.vector_volume_from_world(0.6 * frame.diagonal_mm() * normal_world);
-  double seen = 0, open = 0;
+  double total = 0, open = 0;
   for (const dvec3& direction : k_directions) {
     const double weight = glm::dot(direction, normal_world);
-    if (weight <= 0.25) continue;  // grazing rays meet the stairs of their own surface
-    seen += weight;
+    if (weight <= 0.25) continue;  // grazing rays meet the steps of their own surface
+    total += weight;
     double light = 1;
-    for (const auto& look : k_looks) {
-      const glm::ivec3 v = volume::voxel_of(start + frame.vector_volume_from_world(look.mm * direction));
+    for (const auto& sample : k_samples) {
+      const glm::ivec3 v = volume::voxel_of(start + frame.vector_volume_from_world(sample.mm * direction));
       if (!scene.base->contains(v)) break;
       bool is_solid = false;
       for (const haptics::TouchItem& shape : base_shapes(scene))
         is_solid = is_solid || shape.bits->is_solid(v);
       if (!is_solid || !version.is_kept(v)) continue;
-      light = 1 - look.darkness;
+      light = 1 - sample.darkness;
       break;
     }
     open += weight * light;
   }
-  return seen > 0 ? static_cast<float>(open / seen) : 1.0f;
+  return total > 0 ? static_cast<float>(open / total) : 1.0f;
 }
 
-/// Returns how far p (volume frame) lies below the surface of the scan, in mm, to first order.
+/// Returns the depth (mm) of p (volume frame) below the surface of the scan, to first order.
 double depth_mm(const volume::Field& field, const dvec3& p) {
   constexpr double k_step = 0.5;  // voxels
   dvec3 gradient;
@@ -82,7 +82,7 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   const bool is_cut = cuts == CutsOfShape::applied;
   const volume::SurfaceSource source{&touch.field, is_cut ? &version : nullptr, touch.bits.get(), false};
   const volume::Mesh mesh = volume::surface_net_chunk(source, chunk, scratch);
-  const volume::Buffer<glm::vec3> normals = volume::vertex_normals(source, mesh, 1);
+  const Buffer<glm::vec3> normals = volume::vertex_normals(source, mesh, 1);
   const volume::Volume& base = *scene.base;
   const volume::Frame& frame = base.frame;
   ChunkMesh result;
@@ -103,8 +103,7 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   fine.vertices.reserve(count);
   const double voxel = 0.5 * frame.diagonal_mm();
   constexpr double k_rim = 0.5;  // voxels below the scan's surface within which a cut face takes its colour
-  const double fresh_mm =
-      std::min(voxel, 0.95 * version.band_mm());  // from the cut, where it is drawn as fresh
+  const double fresh_mm = std::min(voxel, 0.95 * version.band_mm());  // distance drawn as freshly cut
   for (std::size_t i = 0; i < count; ++i) {
     const dvec3 p(mesh.vertices[i]), normal(fine.normals[i]);
     fine.vertices.emplace_back(frame.world_from_volume(p));
@@ -122,9 +121,9 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
     }
     fine.density.push_back(density);
   }
-  // Enough to turn a skull by: three voxels to a cube, or four of a large scan.
+  // Cubes of three voxels, or four for a large scan: sufficient while a skull is turned.
   const double cells = base.voxels.size() > 20'000'000 ? 4 : 3;
-  // The outermost two layers of cells are its neighbours' too.
+  // The outermost two layers of cells are shared with neighbouring chunks.
   std::vector<bool> is_border(count);
   const glm::vec3 low(volume::k_chunk * chunk), high = low + static_cast<float>(volume::k_chunk - 2);
   for (std::size_t i = 0; i < count; ++i) {
@@ -150,7 +149,7 @@ void set_changed(ChunkMesh& mesh, const volume::Frame& frame, const volume::Voxe
 
 DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& stays) {
   const std::size_t count = mesh.vertices.size();
-  // The side of a cube on which a vertex is: the two sides of a thin wall have normals that would cancel.
+  // Separate the vertices of a cube by side: the normals of the two sides of a thin wall would cancel.
   std::map<std::array<int, 3>, std::vector<std::pair<glm::vec3, std::uint32_t>>> cubes;
   std::vector<std::uint32_t> side_of(count);
   std::uint32_t side_count = 0;
@@ -167,7 +166,7 @@ DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& s
     side_of[i] =
         same != sides.end() ? same->second : sides.emplace_back(mesh.normals[i], side_count++).second;
   }
-  // Only connected vertices become one: two sheets that lie over each other in a cube stay two.
+  // Merge only connected vertices: two overlapping sheets in a cube remain separate.
   std::vector<std::uint32_t> root(count);
   std::iota(root.begin(), root.end(), 0u);
   const auto root_of = [&](std::uint32_t i) {
@@ -242,7 +241,7 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
     for (int z = range.first.z; z <= range.last.z; ++z)
       for (int y = range.first.y; y <= range.last.y; ++y)
         for (int x = range.first.x; x <= range.last.x; ++x) {
-          // A chunk far from anything solid has no surface; distances are in blocks of four voxels.
+          // A chunk far from solid voxels has no surface; distances are in blocks of four voxels.
           const glm::ivec3 middle =
               glm::min(volume::k_chunk * glm::ivec3(x, y, z) + volume::k_chunk / 2, scene_->base->size - 1);
           for (std::size_t s = 0; s < base_shapes(*scene_).size(); ++s)
@@ -277,12 +276,12 @@ double ChunkWorker::finished_share() const {
 }
 
 void ChunkWorker::run() {
-  // Behind the drawing thread: a surface that is a frame late is not noticed, a frame that is late is.
+  // Lower priority than the drawing thread: a late frame is noticed, a surface that is a frame late is not.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
   volume::NetScratch scratch;
   std::unique_lock guard(lock_);
   for (;;) {
-    // A chunk that another thread is making waits, so that its results arrive in order.
+    // Skip chunks in progress on another thread, so that their results arrive in order.
     const auto next = [this] {
       return std::find_if(waiting_.begin(), waiting_.end(),
                           [this](const auto& w) { return !busy_.contains(w.first); });

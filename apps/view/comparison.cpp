@@ -21,9 +21,9 @@ namespace {
 
 constexpr int k_edge = 520;  // pixels of a panel
 
-/// Picture of a state from a place, as pixels of a panel.
-volume::Result<imaging::Panel> seen(const haptics::TouchScene& scene, const ComparedState& state,
-                                    const dvec3& at, const dvec3& from) {
+/// Draws a state from a direction, as a panel.
+Result<imaging::Panel> draw_state(const haptics::TouchScene& scene, const ComparedState& state,
+                                  const dvec3& at, const dvec3& from) {
   auto surface = make_offscreen(k_edge, k_edge);
   if (!surface) return surface.error();
   Viewport picture(scene, surface.value()->window(), false);
@@ -39,24 +39,24 @@ volume::Result<imaging::Panel> seen(const haptics::TouchScene& scene, const Comp
   return panel;
 }
 
-/// A cut through the scan, of what the states hold.
-imaging::Panel cut(const haptics::TouchScene& scene, const volume::Version& first,
-                   const volume::Version& second, const dvec3& at, const dvec3& right, const dvec3& up,
-                   std::string_view letters) {
-  constexpr double k_wide = 100, k_pixel = 0.25;  // mm
+/// Draws a section of the scan, tinted by the difference of the states.
+imaging::Panel draw_section(const haptics::TouchScene& scene, const volume::Version& first,
+                            const volume::Version& second, const dvec3& at, const dvec3& right,
+                            const dvec3& up, std::string_view letters) {
+  constexpr double k_width = 100, k_pixel = 0.25;  // mm
   const volume::Field& bone = scene.items[0].field;
   const volume::Frame& frame = bone.volume().frame;
-  volume::Shape all;
-  all.low = 0;
-  const volume::Field intensity(bone.volume(), all);
+  volume::Shape whole;
+  whole.low = 0;
+  const volume::Field intensity(bone.volume(), whole);
   const bool is_ct = bone.volume().is_hounsfield;
   const double dark = is_ct ? -200 : bone.shape().is_label() ? 0 : bone.shape().low - 500;
   const double bright = is_ct ? 1400 : dark + 2000;
   imaging::Panel panel;
   std::string* const edges[] = {&panel.left, &panel.right, &panel.above, &panel.below};
   for (std::size_t i = 0; i < 4; ++i) edges[i]->push_back(letters[i]);
-  panel.columns = panel.rows = static_cast<int>(k_wide / k_pixel);
-  panel.mm_a_pixel = k_pixel;
+  panel.columns = panel.rows = static_cast<int>(k_width / k_pixel);
+  panel.mm_per_pixel = k_pixel;
   for (int j = 0; j < panel.rows; ++j)
     for (int i = 0; i < panel.rows; ++i) {
       const double half = 0.5 * (panel.rows - 1);
@@ -96,22 +96,22 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
   const volume::Field& bone = scene.items[0].field;
   const double sample = lattice.frame().voxel_mm3(), reach = lattice.frame().diagonal_mm();
   dvec3 sum(0);
-  std::vector<dvec3> some;  // of the places that differ
+  std::vector<dvec3> samples;  // every 64th differing point
   std::size_t count = 0;
-  // Bricks of either version; a brick of one alone is met in its turn.
-  const auto visit = [&](const volume::Version& one, const volume::Version& other,
-                         bool only_where_other_has_none) {
-    one.for_bricks_in(
+  // Visits the bricks of one version; the second pass visits only bricks that the first version lacks.
+  const auto visit = [&](const volume::Version& version, const volume::Version& other,
+                         bool only_missing_in_other) {
+    version.for_bricks_in(
         glm::ivec3(0), lattice.size() - 1, [&](const glm::ivec3& low, const volume::Brick& brick) {
-          const volume::Brick* beside = other.brick_at(low);
-          if (beside == &brick || (only_where_other_has_none && beside != nullptr)) return;
+          const volume::Brick* other_brick = other.brick_at(low);
+          if (other_brick == &brick || (only_missing_in_other && other_brick != nullptr)) return;
           for_samples([&](const glm::ivec3& in) {
             const glm::ivec3 s = low + in;
-            const double mine = one.distance_of(s), others = other.distance_of(s);
-            if (mine == others) return;
-            // Far from both surfaces the sample speaks for its whole cell.
-            const bool is_far = std::min(std::abs(mine), std::abs(others)) > reach;
-            if (is_far && (mine > 0) == (others > 0)) return;
+            const double distance = version.distance_of(s), other_distance = other.distance_of(s);
+            if (distance == other_distance) return;
+            // Far from both surfaces the sample represents its whole cell.
+            const bool is_far = std::min(std::abs(distance), std::abs(other_distance)) > reach;
+            if (is_far && (distance > 0) == (other_distance > 0)) return;
             const int parts = is_far ? 1 : 3;
             for (int n = 0; n < parts * parts * parts; ++n) {
               const dvec3 part(n % parts, n / parts % parts, n / (parts * parts));
@@ -124,7 +124,7 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
               (is_in_first ? difference.first_mm3 : difference.second_mm3) += size;
               const dvec3 at = bone.volume().frame.world_from_volume(p);
               sum += size * at;
-              if (count++ % 64 == 0) some.push_back(at);
+              if (count++ % 64 == 0) samples.push_back(at);
             }
           });
         });
@@ -133,37 +133,39 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
   visit(second, first, true);
   if (!difference.is_any()) return difference;
   const dvec3 mean = sum / (difference.first_mm3 + difference.second_mm3);
-  difference.middle_world = *std::min_element(some.begin(), some.end(), [&](const dvec3& a, const dvec3& b) {
-    return glm::dot(a - mean, a - mean) < glm::dot(b - mean, b - mean);
-  });
+  difference.middle_world =
+      *std::min_element(samples.begin(), samples.end(), [&](const dvec3& a, const dvec3& b) {
+        return glm::dot(a - mean, a - mean) < glm::dot(b - mean, b - mean);
+      });
   return difference;
 }
 
-volume::Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
-                                    const ComparedState& second) {
+Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
+                            const ComparedState& second) {
   const Difference difference = difference_between(scene, *first.version, *second.version);
   const volume::Volume& scan = *scene.base;
   const dvec3 middle = scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
   const dvec3 at = difference.is_any() ? difference.middle_world : middle;
-  // From outside over it, from the side a little, so that depth is seen.
-  const dvec3 out = glm::length(at - middle) > 1 ? glm::normalize(at - middle) : dvec3(0, -1, 0);
-  const dvec3 from = Viewport::obliquely(out);
+  // View from outside, slightly oblique, so that depth is visible.
+  const dvec3 outward = glm::length(at - middle) > 1 ? glm::normalize(at - middle) : dvec3(0, -1, 0);
+  const dvec3 from = Viewport::obliquely(outward);
   std::vector<imaging::Panel> panels;
   for (const ComparedState* state : {&first, &second}) {
-    auto panel = seen(scene, *state, at, from);
+    auto panel = draw_state(scene, *state, at, from);
     if (!panel) return panel.error();
     panels.push_back(std::move(panel).value());
   }
   // The patient's left is on the same side as in the pictures above.
   const double side = from.y > 0.3 ? -1 : 1;
-  imaging::Panel axial = cut(scene, *first.version, *second.version, at, {side, 0, 0}, {0, -side, 0},
-                             side > 0 ? "RLAP" : "LRPA"),
-                 sagittal = cut(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APSI");
+  imaging::Panel axial = draw_section(scene, *first.version, *second.version, at, {side, 0, 0}, {0, -side, 0},
+                                      side > 0 ? "RLAP" : "LRPA"),
+                 sagittal =
+                     draw_section(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APSI");
   axial.title = workbench::format_text("Only in the first: %.0f mm3; only in the second: %.0f mm3",
                                        difference.first_mm3, difference.second_mm3);
   axial.lines = {{{}, {90, 166, 255}, true, "only in the first"},
                  {{}, {255, 153, 38}, true, "only in the second"},
-                 {{}, {200, 60, 60}, true, "gone in both"}};
+                 {{}, {200, 60, 60}, true, "removed in both"}};
   axial.foot =
       "slice " + std::to_string(1 + static_cast<int>(std::lround(scan.frame.volume_from_world(at).z)));
   panels.push_back(std::move(axial));

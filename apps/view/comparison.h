@@ -1,12 +1,12 @@
-// Two states of one operation side by side, and their difference.
+// Comparison of two states of one operation: difference, and picture side by side.
 #pragma once
 
 #include <memory>
 #include <string>
 
 #include "haptics/scene/touch_scene.h"
-#include "sim/overlay.h"
-#include "volume/version.h"
+#include "sim/api/overlay.h"
+#include "volume/cuts/version.h"
 
 namespace trephine::view {
 
@@ -18,16 +18,17 @@ struct ComparedState {
 
 /// Difference of the first shape.
 struct Difference {
-  double first_mm3 = 0, second_mm3 = 0;  ///< matter that only the one has, only the other
-  glm::dvec3 middle_world{0.0};          ///< a place that differs, nearest to the middle of all that do
+  double first_mm3 = 0, second_mm3 = 0;  ///< matter only in the first state, only in the second
+  glm::dvec3 middle_world{0.0};          ///< differing point nearest to the centroid of the difference, mm
   bool is_any() const noexcept { return first_mm3 > 0 || second_mm3 > 0; }
 };
 Difference difference_between(const haptics::TouchScene& scene, const volume::Version& first,
                               const volume::Version& second);
 
-/// A picture as PNG: both from where the difference is seen, and two cuts of the scan through its middle, in
-/// which what only the first has is blue, what only the second has orange, and what both lost red.
-volume::Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
-                                    const ComparedState& second);
+/// Returns a picture as PNG: both states from a camera that shows the difference, and two sections of the
+/// scan through its middle, in which matter only in the first is blue, only in the second orange, and removed
+/// in both red.
+Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
+                            const ComparedState& second);
 
 }  // namespace trephine::view

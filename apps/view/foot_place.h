@@ -1,5 +1,5 @@
-// Finds where a tool with a foot goes: a Kerrison's foot under an edge of bone, a craniotome's into a burr
-// hole.
+// FootPose: search for poses of a tool with a foot: of a Kerrison under an edge of bone, of a craniotome in
+// a burr hole.
 #pragma once
 
 #include <functional>
@@ -11,50 +11,49 @@
 
 namespace trephine::view {
 
-/// Returns whether a place of the world is in bone.
+/// Returns true if a world point is in bone.
 using BoneTest = std::function<bool(const glm::dvec3& at_world)>;
 
-/// A tool with a foot, mm. The hand holds the top of the foot; z leads up the shaft.
+/// Dimensions (mm) of a tool with a foot. Its frame: origin at the top of the foot, z along the shaft.
 struct FootTool {
   enum class Kind { none, kerrison, craniotome } kind = Kind::none;
   double radius = 0;     ///< of the foot
   double thickness = 0;  ///< of the foot
-  double opening = 0;    ///< Kerrison: between foot and jaw
+  double opening = 0;    ///< Kerrison: distance between foot and jaw
   double jaw = 0;        ///< Kerrison: thickness of the jaw
-  double bit = 0;        ///< craniotome: radius of the bit that stands on the foot
+  double bit = 0;        ///< craniotome: radius of the bit above the foot
   double length = 0;     ///< craniotome: length of the bit
   friend bool operator==(const FootTool&, const FootTool&) = default;
 };
 
-/// A place of the hand at which the foot is free.
-struct FootPlace {
+/// A pose of the tool at which its foot is free of bone.
+struct FootPose {
   glm::dvec3 at_world{0.0};
-  glm::dquat turn{1, 0, 0, 0};   ///< z up the shaft; Kerrison: x out of the bone, toward the open side
-  std::vector<glm::dvec3> way;   ///< places to pass before it; the first is outside
-  std::vector<glm::dvec3> edge;  ///< Kerrison: a line along the edge, on the surface
-  glm::dvec3 edge_world{0.0};    ///< Kerrison: the place of the edge
+  glm::dquat turn{1, 0, 0, 0};   ///< z along the shaft; Kerrison: x out of the bone, toward the open side
+  std::vector<glm::dvec3> way;   ///< path to the pose: points to pass before it; the first is outside
+  std::vector<glm::dvec3> edge;  ///< Kerrison: line along the edge, on the surface
+  glm::dvec3 edge_world{0.0};    ///< Kerrison: point of the edge
   double bone_thickness = 0;     ///< mm, above the foot
 };
 
 struct FootSearch {
-  std::optional<FootPlace> place;
-  std::string why;  ///< the reason and the remedy, where there is no place
+  std::optional<FootPose> place;
+  std::string why;  ///< reason and remedy if no pose was found
 };
 
-/// Looks for the nearest edge around a place on the surface under which the foot of a Kerrison fits, `reach`
-/// mm beyond it (its middle; negative: before the edge). `shaft`: unit, out of the bone. Asks
-/// `is_bone` up to 50,000 times. `open`: unit, the side on which the edge is open; 0: any.
+/// Finds the nearest edge around a point of the surface under which the foot of a Kerrison fits, with its
+/// centre `reach` mm beyond the edge (negative: before it). `shaft`: unit, out of the bone. `open`: unit, the
+/// open side of the edge; 0: any. Cost: up to 50,000 calls of `is_bone`.
 FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const glm::dvec3& at_world,
                      const glm::dvec3& shaft, double reach, const glm::dvec3& open = glm::dvec3(0.0));
 
-/// Returns how far below a place on the outer surface the top of a foot is that slides under the bone, mm
-/// along -shaft; bone ends where a stretch of 3 mm without any follows. Nothing within 25 mm: no value.
+/// Returns the depth (mm along -shaft) of the top of a foot that slides under the bone, below a point of the
+/// outer surface. Bone ends where 3 mm without bone follow. nullopt if there is no end within 25 mm.
 std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, const glm::dvec3& at_world,
                                  const glm::dvec3& shaft);
 
-/// Looks for a place within 8 mm of `at_world` at which a craniotome stands upright with its foot below the
-/// inner table. `at_world` is on the surface as it was before anything was removed, which `was_bone`
-/// describes.
+/// Finds a pose within 8 mm of `at_world` at which a craniotome is perpendicular with its foot below the
+/// inner table. `at_world` is on the surface of the bone as scanned, which `was_bone` describes.
 FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const FootTool& tool,
                      const glm::dvec3& at_world, const glm::dvec3& shaft);
 

@@ -69,7 +69,7 @@ void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3
   vtkTextProperty* look = actor->GetTextProperty();
   look->SetFontFamilyToArial();
   look->SetFontSize(static_cast<int>(std::lround(k_text_size * parts_->scale)));
-  // Lighter than what it names, so that it reads on its plate.
+  // Lighter than the colour of the labelled object, to be readable on the dark plate.
   look->SetColor(0.5 + 0.5 * colour.r, 0.5 + 0.5 * colour.g, 0.5 + 0.5 * colour.b);
   look->SetBackgroundColor(0.05, 0.07, 0.10);
   look->SetBackgroundOpacity(0.78);
@@ -122,31 +122,32 @@ void LabelLayer::lay_out() {
     double size[2];
     p.labels[i].text->GetSize(p.renderer, size);
     const dvec2 anchor(display[0], display[1]);
-    // To the side on which there is more room.
+    // Place the label toward the side with more room.
     const bool is_right = display[0] < 0.5 * window[0] + 1;
     const dvec2 low(is_right ? anchor.x - k_away - size[0] : anchor.x + k_away, anchor.y + 0.5 * k_away);
     placed.push_back({i, anchor, low, {size[0], size[1]}});
   }
-  // Not on the letters at the picture's edges.
-  std::vector<Placed> taken;
-  const dvec2 letter(44 * p.scale, 34 * p.scale), all(window[0], window[1]);
+  // Avoid the letters at the picture's edges.
+  std::vector<Placed> letters;
+  const dvec2 letter(44 * p.scale, 34 * p.scale), picture(window[0], window[1]);
   for (const dvec2& at : {dvec2(0.5, 1), dvec2(0.5, 0), dvec2(0, 0.5), dvec2(1, 0.5)})
-    taken.push_back({0, {}, glm::clamp(at * all - 0.5 * letter, dvec2(0), all - letter), letter});
-  // From the top down each goes below those that it would cover.
+    letters.push_back({0, {}, glm::clamp(at * picture - 0.5 * letter, dvec2(0), picture - letter), letter});
+  // From the top down, move each label below those that it would cover.
   std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) { return a.low.y > b.low.y; });
   for (std::size_t i = 0; i < placed.size(); ++i) {
-    Placed& one = placed[i];
-    one.low.x = std::clamp(one.low.x, k_border, std::max(k_border, window[0] - one.size.x - k_border));
-    one.low.y = std::clamp(one.low.y, k_border, std::max(k_border, window[1] - one.size.y - k_border));
+    Placed& plate = placed[i];
+    plate.low.x = std::clamp(plate.low.x, k_border, std::max(k_border, window[0] - plate.size.x - k_border));
+    plate.low.y = std::clamp(plate.low.y, k_border, std::max(k_border, window[1] - plate.size.y - k_border));
     for (bool is_moved = true; is_moved;) {
       is_moved = false;
-      for (std::size_t j = 0; j < i + taken.size(); ++j) {
-        const Placed& other = j < i ? placed[j] : taken[j - i];
-        const bool is_apart =
-            one.low.x > other.low.x + other.size.x + k_gap || other.low.x > one.low.x + one.size.x + k_gap ||
-            one.low.y > other.low.y + other.size.y + k_gap || other.low.y > one.low.y + one.size.y + k_gap;
+      for (std::size_t j = 0; j < i + letters.size(); ++j) {
+        const Placed& other = j < i ? placed[j] : letters[j - i];
+        const bool is_apart = plate.low.x > other.low.x + other.size.x + k_gap ||
+                              other.low.x > plate.low.x + plate.size.x + k_gap ||
+                              plate.low.y > other.low.y + other.size.y + k_gap ||
+                              other.low.y > plate.low.y + plate.size.y + k_gap;
         if (is_apart) continue;
-        one.low.y = other.low.y - one.size.y - k_gap - 1;
+        plate.low.y = other.low.y - plate.size.y - k_gap - 1;
         is_moved = true;
       }
     }
@@ -154,14 +155,14 @@ void LabelLayer::lay_out() {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> lines;
   p.boxes.clear();
-  for (const Placed& one : placed) {
-    p.boxes.push_back({one.low, one.low + one.size});
-    vtkTextActor* text = p.labels[one.label].text;
-    text->SetDisplayPosition(static_cast<int>(one.low.x), static_cast<int>(one.low.y));
+  for (const Placed& plate : placed) {
+    p.boxes.push_back({plate.low, plate.low + plate.size});
+    vtkTextActor* text = p.labels[plate.label].text;
+    text->SetDisplayPosition(static_cast<int>(plate.low.x), static_cast<int>(plate.low.y));
     text->SetVisibility(true);
-    const double near = one.low.x > one.anchor.x ? one.low.x - 2 : one.low.x + one.size.x + 2;
-    const std::array<vtkIdType, 2> ends{points->InsertNextPoint(one.anchor.x, one.anchor.y, 0),
-                                        points->InsertNextPoint(near, one.low.y + 0.5 * one.size.y, 0)};
+    const double near = plate.low.x > plate.anchor.x ? plate.low.x - 2 : plate.low.x + plate.size.x + 2;
+    const std::array<vtkIdType, 2> ends{points->InsertNextPoint(plate.anchor.x, plate.anchor.y, 0),
+                                        points->InsertNextPoint(near, plate.low.y + 0.5 * plate.size.y, 0)};
     lines->InsertNextCell(2, ends.data());
   }
   p.leads->SetPoints(points);

@@ -1,5 +1,5 @@
-// Labels over a picture: light text on dark plates, always in front, apart from each other, with a line to
-// what each names.
+// LabelLayer: labels over a picture: light text on dark plates, always in front, without overlaps, each with
+// a line to the labelled point.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@ class vtkRenderer;
 
 namespace trephine::view {
 
-/// One thread: the one that draws.
+/// Drawing thread only.
 class LabelLayer {
  public:
   explicit LabelLayer(vtkRenderer* renderer);
@@ -24,20 +24,20 @@ class LabelLayer {
   void clear();
   void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour);
   void set_visible(bool are_visible);
-  /// Returns whether a place is behind something: its label is dim then and says so. Asked at each frame.
+  /// Returns true if a point is hidden: its label is then dimmed and marked "(behind)". Called in lay_out().
   std::function<bool(const glm::dvec3& at_world)> is_hidden = [](const glm::dvec3&) { return false; };
   bool is_visible() const noexcept;
-  /// Times the size at which labels are drawn otherwise.
+  /// Sets the factor of the text size.
   void set_text_scale(double factor);
   std::size_t size() const noexcept;
-  /// Places the labels for the camera as it is now. Before each frame in which they or the view changed.
+  /// Positions the labels for the current camera. Call before each frame in which labels or the view changed.
   void lay_out();
-  /// Returns whether labels changed since they were placed.
+  /// Returns true if labels changed since the last lay_out().
   bool is_stale() const noexcept;
   struct Box {
     glm::dvec2 low, high;
   };
-  /// Returns where the labels that are shown lie, pixels from the lower left.
+  /// Returns the boxes of the shown labels, in pixels from the lower left.
   std::vector<Box> boxes() const;
 
  private:

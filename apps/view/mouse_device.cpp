@@ -16,12 +16,12 @@ void MouseDevice::set(const glm::dvec3& request, const glm::dquat& turn, bool is
 bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   for (int attempt = 0; attempt < 3; ++attempt) {
     const unsigned before = sequence_.load();
-    double now[7];
-    for (std::size_t i = 0; i < shared_.size(); ++i) now[i] = shared_[i].load();
+    double values[7];
+    for (std::size_t i = 0; i < shared_.size(); ++i) values[i] = shared_[i].load();
     const bool is_pressed = is_pressed_.load();
     if (before % 2 == 0 && sequence_.load() == before) {
-      request_ = {now[0], now[1], now[2]};
-      requested_turn_ = glm::dquat(now[3], now[4], now[5], now[6]);
+      request_ = {values[0], values[1], values[2]};
+      requested_turn_ = glm::dquat(values[3], values[4], values[5], values[6]);
       pressed_ = is_pressed;
       break;
     }
@@ -30,7 +30,7 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   const double dt = t - time_;
   if (dt > 0) {
     position_ += dt / (dt + k_seconds) * (request_ - position_);
-    // The short way round, and never through no turn at all.
+    // Interpolate along the shorter arc, which never passes through a zero quaternion.
     const glm::dquat to = glm::dot(turn_, requested_turn_) < 0 ? -requested_turn_ : requested_turn_;
     turn_ = haptics::unit_of(turn_ + dt / (dt + k_turn_seconds) * (to - turn_));
   }

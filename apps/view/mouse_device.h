@@ -1,4 +1,4 @@
-// A mouse as a stylus: the window says where it points, the servo reads it at its own rate.
+// MouseDevice: a mouse as a stylus; the window sets its pose, the servo reads it at its own rate.
 #pragma once
 
 #include <array>
@@ -8,27 +8,28 @@
 
 namespace trephine::view {
 
-/// set() on the window's thread, read() on the servo's; neither waits. Poses between the window's 60 Hz are
-/// smoothed with a time constant of 15 ms, so that a burr does not jump; how it is held with one of 80 ms.
+/// Call set() on the window's thread and read() on the servo's; neither waits. Poses between the window's
+/// 60 Hz are smoothed, so that a burr does not jump: positions with a time constant of 15 ms, orientations
+/// with 80 ms.
 class MouseDevice final : public haptics::Device {
  public:
   explicit MouseDevice(const glm::dvec3& start_world);
-  volume::Status open() override { return std::nullopt; }
+  Status open() override { return std::nullopt; }
   void close() noexcept override {}
   haptics::DeviceCapabilities capabilities() const override { return {"mouse", 3, 0, 0, 1e3}; }
   bool read(double t, haptics::Pose& pose) noexcept override;
   void write(const haptics::Wrench&) noexcept override {}
 
-  /// `turn`: unit, how the tool is held.
+  /// Sets the requested position (world, mm), orientation of the tool (unit) and button.
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed) noexcept;
-  /// Lifted over: the next read() is at the requested pose, without a way there.
+  /// Makes the next read() return the requested pose without smoothing: the tool is lifted over.
   void jump() noexcept { is_jumping_ = true; }
 
  private:
-  // A sequence lock for one writer: odd while it writes. The reader tries a few times and else keeps its last
+  // A sequence lock for one writer: odd while it writes. The reader tries a few times, then keeps its last
   // request.
   std::atomic<unsigned> sequence_{0};
-  std::array<std::atomic<double>, 7> shared_;  ///< x, y, z of the request; w, x, y, z of the turn
+  std::array<std::atomic<double>, 7> shared_;  ///< x, y, z of the position; w, x, y, z of the orientation
   std::atomic<bool> is_pressed_{false}, is_jumping_{false};
   glm::dvec3 request_, position_;
   glm::dquat requested_turn_{1, 0, 0, 0}, turn_{1, 0, 0, 0};

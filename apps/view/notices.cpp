@@ -36,7 +36,7 @@ template <class Visit>
 void Notices::visit_shown(double now, const Visit& visit) const {
   std::vector<const Entry*> shown;
   for (auto entry = log_.rbegin(); entry != log_.rend() && shown.size() < k_most_shown; ++entry) {
-    if (entry->time > now) continue;  // of a replay
+    if (entry->time > now) continue;  // possible in a replay
     if (now - entry->time > k_danger_seconds) break;
     if (now - entry->time > seconds_of(entry->level) || entry->level == EventLevel::record) continue;
     if (std::none_of(shown.begin(), shown.end(), [&](const Entry* s) { return s->text == entry->text; }))

@@ -1,4 +1,4 @@
-// Messages that a window shows at the tool for some seconds, and keeps in a log.
+// Notices: messages that a window shows at the tool for some seconds and keeps in a log.
 #pragma once
 
 #include <cstddef>
@@ -9,26 +9,26 @@
 
 namespace trephine::view {
 
-/// Messages about events. Times are seconds since the window opened. One thread.
+/// Messages about events. Times are seconds since the window opened. Not thread-safe.
 class Notices {
  public:
   static constexpr double k_outcome_seconds = 5, k_refusal_seconds = 6, k_danger_seconds = 8;
   static constexpr std::size_t k_most_shown = 3, k_most_logged = 2000;
 
   struct Entry {
-    double time = 0;          ///< s, when it was added
-    double session_time = 0;  ///< s, of the session
+    double time = 0;          ///< time of adding, s
+    double session_time = 0;  ///< time in the session, s
     workbench::EventLevel level = workbench::EventLevel::record;
     std::string text;
   };
 
   void add(Entry entry);
-  /// Returns the newest messages to show at the tool, one a line, newest last. Equal messages are one line.
+  /// Returns the newest messages to show at the tool, one per line, newest last. Equal messages are merged.
   std::string shown(double now) const;
-  /// Returns the most urgent level among those.
+  /// Returns the most urgent level of the messages of shown().
   workbench::EventLevel shown_level(double now) const;
   const std::deque<Entry>& log() const noexcept { return log_; }
-  /// Returns how many entries were ever added; changes with the log.
+  /// Returns the number of entries ever added; changes with the log.
   std::size_t count() const noexcept { return count_; }
 
  private:

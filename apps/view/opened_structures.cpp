@@ -10,9 +10,9 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "volume/bone_labels.h"
-#include "volume/removal.h"
-#include "volume/traversal.h"
+#include "volume/cuts/removal.h"
+#include "volume/scan/bone_labels.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::view {
 
@@ -23,14 +23,14 @@ using volume::VoxelBox;
 namespace {
 
 constexpr double k_margin = 12;  // mm around an opening in which structures are meshed
-constexpr int k_beside = 3;      // voxels around a chunk that its surface and normals look at
-// Level, of 64. Below one half, so that a nerve of one voxel is not smoothed away.
+constexpr int k_halo = 3;        // voxels around a chunk that its surface and normals depend on
+// Level of the surface, of 64; below one half, so that smoothing does not remove a nerve of one voxel.
 constexpr double k_level = 27;
-constexpr int k_membrane = 3;   // voxels below their surface that a cut strips: a flap takes as much with it
-constexpr int k_torn_near = 3;  // voxels around a deep cut in which shallow ones are drawn too
+constexpr int k_membrane = 3;   // voxels; a flap strips a membrane of this thickness off a structure
+constexpr int k_torn_near = 3;  // voxels around a deep cut in which shallow cuts are drawn as well
 constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane needs intact matter
 
-/// Parts of names, the colour of what they name, shares of 1.
+/// Colour (shares of 1) of structures whose name contains `part`.
 struct NamedColour {
   const char* part;
   dvec3 colour;
@@ -46,9 +46,9 @@ constexpr NamedColour k_structures[] = {
 
 const NamedColour* find_structure(std::string name) {
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (volume::names_bone(name)) return nullptr;
-  for (const NamedColour& one : k_structures)
-    if (name.find(one.part) != std::string::npos) return &one;
+  if (volume::is_bone_name(name)) return nullptr;
+  for (const NamedColour& structure : k_structures)
+    if (name.find(structure.part) != std::string::npos) return &structure;
   return nullptr;
 }
 
@@ -76,31 +76,31 @@ void for_voxels(const VoxelBox& box, const Each& each) {
 
 }  // namespace
 
-/// All structures as one solid: where two of them touch, two surfaces would lie in each other.
+/// All structures as one solid: separate surfaces would coincide where structures touch.
 struct OpenedStructures::Solid {
   Solid(const haptics::TouchScene& touched, const std::vector<int>& labels);
   std::vector<ChunkMesh> mesh(const volume::Version& version, const VoxelBox& changed);
 
  private:
   bool is_structure(const ivec3& v) const {
-    return base->contains(v) && is_one[base->labels[base->index(v.x, v.y, v.z)]];
+    return base->contains(v) && is_structure_label[base->labels[base->index(v.x, v.y, v.z)]];
   }
-  /// Returns whether a voxel lies deeper in the structures than a membrane's thickness.
+  /// Returns true if a voxel is deeper in the structures than a membrane's thickness.
   bool is_deep(const ivec3& v) const;
-  /// Returns whether the structures go on beneath a removed voxel, near enough for a membrane.
+  /// Returns true if structures remain beneath a removed voxel, close enough for a membrane.
   bool is_backed(const volume::Version& version, const ivec3& v) const;
   void cut(const volume::Version& version, const VoxelBox& box);
-  /// Smooths what is drawn in a box: labels have steps.
+  /// Smooths the drawn labels in a box, to remove their steps.
   void smooth(const VoxelBox& box);
   void paint(DrawMesh& mesh) const;
 
   std::shared_ptr<const volume::Volume> base;
-  std::size_t shape;  ///< its number in the picture
+  std::size_t shape;  ///< shape number in the picture
   std::vector<int> labels;
-  std::array<bool, 256> is_one{};  ///< is this label value one of the structures?
-  std::vector<dvec3> colours;      ///< of each label value
+  std::array<bool, 256> is_structure_label{};  ///< by label value
+  std::vector<dvec3> colours;                  ///< by label value
   std::shared_ptr<volume::Volume> drawn;
-  std::vector<std::shared_ptr<const volume::Occupancy>> bone;  ///< keeps the light off
+  std::vector<std::shared_ptr<const volume::Occupancy>> bone;  ///< occludes the light
   std::set<std::tuple<int, int, int>> meshed;                  ///< chunks
   volume::NetScratch scratch;
 };
@@ -113,7 +113,7 @@ OpenedStructures::Solid::Solid(const haptics::TouchScene& touched, const std::ve
       drawn(std::make_shared<volume::Volume>()) {
   for (const int label : labels) {
     const auto l = static_cast<std::size_t>(label);
-    is_one[l] = true;
+    is_structure_label[l] = true;
     colours[l] = l < base->label_colours.size() ? dvec3(base->label_colours[l]) / 255.0
                                                 : find_structure(base->label_names[l])->colour;
   }
@@ -121,12 +121,12 @@ OpenedStructures::Solid::Solid(const haptics::TouchScene& touched, const std::ve
   drawn->size = base->size;
   drawn->frame = base->frame;
   drawn->label_names = {"", "structures"};
-  drawn->labels = volume::Buffer<std::uint8_t>(base->labels.size());
-  drawn->voxels = volume::Buffer<std::int16_t>(base->labels.size());
+  drawn->labels = Buffer<std::uint8_t>(base->labels.size());
+  drawn->voxels = Buffer<std::int16_t>(base->labels.size());
   std::fill(drawn->voxels.span().begin(), drawn->voxels.span().end(), std::int16_t{0});
-  const auto from = base->labels.span();
-  std::transform(from.begin(), from.end(), drawn->labels.span().begin(),
-                 [&](std::uint8_t label) { return is_one[label] ? 1 : 0; });
+  const auto source = base->labels.span();
+  std::transform(source.begin(), source.end(), drawn->labels.span().begin(),
+                 [&](std::uint8_t label) { return is_structure_label[label] ? 1 : 0; });
 }
 
 bool OpenedStructures::Solid::is_deep(const ivec3& v) const {
@@ -139,11 +139,11 @@ bool OpenedStructures::Solid::is_backed(const volume::Version& version, const iv
     if (is_structure(near)) inward += near - v;
     return false;
   });
-  // Within 60 degrees of it. A nerve's stumps lie across.
+  // Accept matter within 60 degrees of that direction; the stumps of a cut nerve are sideways.
   return any_in_ball(v, k_backing, [&](const ivec3& near) {
     if (!is_structure(near) || !version.is_kept(near)) return false;
-    const dvec3 way(near - v), in(inward);
-    return 2 * glm::dot(way, in) > glm::length(way) * glm::length(in);
+    const dvec3 offset(near - v), in(inward);
+    return 2 * glm::dot(offset, in) > glm::length(offset) * glm::length(in);
   });
 }
 
@@ -180,16 +180,16 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh(const volume::Version& vers
   const VoxelBox around = grown(changed, margin, base->size),
                  near = grown(changed, ivec3(k_backing + 1), base->size);
   const volume::ChunkRange range = volume::chunks_touching(around.low, around.high, base->size),
-                           again = volume::chunks_touching(near.low, near.high, base->size);
+                           outdated = volume::chunks_touching(near.low, near.high, base->size);
   cut(version, grown(changed, ivec3(k_backing), base->size));
   smooth(near);
-  std::vector<std::pair<ivec3, bool>> chunks;  // and whether it is new
+  std::vector<std::pair<ivec3, bool>> chunks;  // chunk, is_new
   for_voxels({range.first, range.last}, [&](const ivec3& chunk) {
     const bool is_new = meshed.insert({chunk.x, chunk.y, chunk.z}).second;
-    if (!is_new && !VoxelBox{again.first, again.last}.contains(chunk)) return;
+    if (!is_new && !VoxelBox{outdated.first, outdated.last}.contains(chunk)) return;
     chunks.emplace_back(chunk, is_new);
     const VoxelBox cells{volume::k_chunk * chunk, volume::k_chunk * (chunk + 1) - 1};
-    if (is_new) smooth(grown(cells, ivec3(k_beside), base->size));
+    if (is_new) smooth(grown(cells, ivec3(k_halo), base->size));
   });
   volume::Shape solid;
   solid.name = "structures";
@@ -201,19 +201,19 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh(const volume::Version& vers
   scene.items.push_back({field, bits, {}, haptics::Side::front});
   for (const auto& other : bone) scene.items.push_back({field, other, {}, haptics::Side::front});
 
-  std::vector<ChunkMesh> done;
+  std::vector<ChunkMesh> meshes;
   for (const auto& [chunk, is_new] : chunks) {
     const ivec3 middle = glm::min(volume::k_chunk * chunk + volume::k_chunk / 2, base->size - 1);
     if (bits->empty_distance(middle) > volume::k_chunk / 8 + 2) continue;
-    ChunkMesh made = make_chunk_mesh(scene, 0, version, chunk, &scratch, CutsOfShape::ignored);
-    made.shape = shape;
-    paint(made.fine);
-    paint(made.coarse);
-    set_changed(made, base->frame,
+    ChunkMesh result = make_chunk_mesh(scene, 0, version, chunk, &scratch, CutsOfShape::ignored);
+    result.shape = shape;
+    paint(result.fine);
+    paint(result.coarse);
+    set_changed(result, base->frame,
                 is_new ? VoxelBox{volume::k_chunk * chunk - 1, volume::k_chunk * (chunk + 1)} : near);
-    done.push_back(std::move(made));
+    meshes.push_back(std::move(result));
   }
-  return done;
+  return meshes;
 }
 
 void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
@@ -257,7 +257,7 @@ OpenedStructures::~OpenedStructures() {
 
 void OpenedStructures::request_all(const std::shared_ptr<const volume::Version>& version) {
   if (labels_.empty() || version->is_untouched()) return;
-  // By chunks: what is asked for is as coarse.
+  // Chunk by chunk, which is the granularity of requests.
   const volume::CutLattice& lattice = version->lattice();
   VoxelBox opened{ivec3(0), ivec3(-1)};
   for_voxels({ivec3(0), (scene_->base->size - 1) / volume::k_chunk}, [&](const ivec3& chunk) {

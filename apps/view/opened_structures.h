@@ -1,4 +1,5 @@
-// Structures of a scan that are seen through openings in its bone: dura, brain, cord, vessels.
+// OpenedStructures: structures of a scan that are visible through openings in its bone: dura, brain, cord,
+// vessels.
 #pragma once
 
 #include <future>
@@ -11,10 +12,10 @@
 
 namespace trephine::view {
 
-/// Meshes the labelled structures near what was removed, for a BoneLayer: one solid, coloured by what lies
-/// just below its surface. What a tool takes off it to a depth of 3 voxels is drawn whole, as a membrane that
-/// was pushed off the bone, where more of the structure is left beneath. A scan without such labels, and one without openings, cost nothing. Borrows the
-/// scene; one thread, that which draws.
+/// Meshes the labelled structures near removed matter for a BoneLayer: one solid, coloured by the label just
+/// below its surface. Cuts up to 3 voxels deep are not drawn if more of the structure remains beneath: the
+/// structure counts as a membrane that was pushed off the bone. No cost for scans without such labels or
+/// without openings. Borrows the scene. Drawing thread only.
 class OpenedStructures {
  public:
   explicit OpenedStructures(const haptics::TouchScene& scene);
@@ -22,13 +23,13 @@ class OpenedStructures {
   OpenedStructures(const OpenedStructures&) = delete;
   OpenedStructures& operator=(const OpenedStructures&) = delete;
 
-  /// Requests the structures near all that a version lacks.
+  /// Requests the structures near all removed matter of a version.
   void request_all(const std::shared_ptr<const volume::Version>& version);
-  /// Requests those near the voxels that differ from the version before.
+  /// Requests the structures near the voxels that changed since the previous version.
   void request(const std::shared_ptr<const volume::Version>& version, const volume::VoxelBox& changed);
-  /// Returns the chunks that were finished since the last call. Their shapes are numbered after the scene's.
+  /// Returns the chunks finished since the last call. Their shape number follows those of the scene.
   std::vector<ChunkMesh> take();
-  /// Waits until nothing is left to do.
+  /// Waits until all requests are finished.
   void finish();
   bool is_complete() const;
 
@@ -42,10 +43,10 @@ class OpenedStructures {
 
   const haptics::TouchScene* scene_;
   std::vector<int> labels_;
-  std::unique_ptr<Solid> solid_;  ///< of the job alone, while one runs
+  std::unique_ptr<Solid> solid_;  ///< used only by the job while it runs
   std::future<std::vector<ChunkMesh>> job_;
   std::vector<ChunkMesh> done_;
-  std::shared_ptr<const volume::Version> version_;  ///< the newest that was asked for
+  std::shared_ptr<const volume::Version> version_;  ///< newest requested version
   volume::VoxelBox waiting_{glm::ivec3(0), glm::ivec3(-1)};
 };
 

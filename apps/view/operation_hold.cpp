@@ -1,4 +1,4 @@
-// Holding the tool of a mouse: its shaft, its tilt, its tip moved by keys, its guide.
+// Orientation of the mouse's tool in OperationController: shaft, tilt, tip moved by keys, guide.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -15,15 +15,15 @@ using workbench::Clock;
 using workbench::EventLevel;
 using workbench::seconds_since;
 
-/// A tool is held upright on the surface, one whose end is a ball so that its work is seen. While it works
-/// the hand turns it no faster than a wrist.
+/// Holds a tool perpendicular to the surface, a ball so that its work is visible. A working tool turns no
+/// faster than a wrist.
 void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
   const ToolLook look = look_of(state_.tool);
   const bool is_kerrison = look.foot.kind == FootTool::Kind::kerrison;
   if (!is_over_bone && !is_kerrison) return;
   if (hold_ == Hold::fixed) return;
   std::optional<dvec3> normal = viewport_.facing(*untouched_, ray);
-  // Near an edge bone has no direction of its own, and the way to it is the one that is seen.
+  // Near an edge the bone has no defined direction: use the mean with the viewing direction.
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
   if (!normal) return;
   const dvec3 target = hold_ == Hold::viewer ? -ray.direction
@@ -33,14 +33,14 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
     shaft_ = target;
     return;
   }
-  constexpr double k_most = 0.01;  // radians a frame
+  constexpr double k_most = 0.01;  // radians per frame
   const double angle = std::acos(std::clamp(glm::dot(shaft_, target), -1.0, 1.0));
   if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_most / angle) * (target - shaft_));
 }
 
 void OperationController::tilt(double right, double up) {
   constexpr double k_radians = 3.14159265358979 / 180, k_most = 75;  // degrees
-  const volume::Eye eye = viewport_.eye();
+  const volume::Camera eye = viewport_.eye();
   const dvec3 toward = right * glm::cross(eye.forward, eye.up) + up * eye.up;
   const dvec3 axis = glm::cross(shaft(), toward);
   const double angle = std::hypot(right, up);
@@ -62,40 +62,41 @@ OperationController::Hold OperationController::hold_next() {
 }
 
 void OperationController::move_tip(double right, double up) {
-  const volume::Eye eye = viewport_.eye();
-  const double height = eye.height * reach_ / std::max(1.0, eye.distance);  // mm, of the picture at the tip
+  const volume::Camera eye = viewport_.eye();
+  const double height = eye.height * reach_ / std::max(1.0, eye.distance);  // of the picture at the tip, mm
   const double width = height * eye.columns / eye.rows;
   x_ = std::clamp(x_ + right / width, 0.0, 1.0);
   y_ = std::clamp(y_ + up / height, 0.0, 1.0);
 }
 
-/// Returns where the ray meets bone, or, where it passes an edge of bone to what lies behind, a place of that
-/// edge's surface next to it.
-std::optional<dvec3> OperationController::bone_beside(const Ray& ray, double hit) {
+/// Returns the point where the ray meets bone; if the ray passes an edge of bone, a nearby point of the
+/// edge's surface.
+std::optional<dvec3> OperationController::bone_near(const Ray& ray, double hit) {
   constexpr int k_rays = 8;
   constexpr double k_around = 4, k_behind = 5;  // mm
-  const dvec3 other = std::abs(ray.direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
-  const dvec3 a = glm::normalize(glm::cross(ray.direction, other)), b = glm::cross(a, ray.direction);
+  const dvec3 axis = std::abs(ray.direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
+  const dvec3 a = glm::normalize(glm::cross(ray.direction, axis)), b = glm::cross(a, ray.direction);
   std::optional<dvec3> best;
   if (hit >= 0) best = ray.origin + hit * ray.direction;
   double nearest = hit >= 0 ? hit - k_behind : 1e9;
   for (int i = 0; i < k_rays; ++i) {
     const double angle = 2 * 3.14159265358979 * i / k_rays;
-    const dvec3 off = k_around * (std::cos(angle) * a + std::sin(angle) * b);
-    const double beside = viewport_.distance_to_solid(*version_, {ray.origin + off, ray.direction});
-    if (beside >= 0 && beside < nearest) nearest = beside, best = ray.origin + off + beside * ray.direction;
+    const dvec3 offset = k_around * (std::cos(angle) * a + std::sin(angle) * b);
+    const double distance = viewport_.distance_to_solid(*version_, {ray.origin + offset, ray.direction});
+    if (distance >= 0 && distance < nearest)
+      nearest = distance, best = ray.origin + offset + distance * ray.direction;
   }
   return best;
 }
 
-/// Holds a tool with a foot by its guide, where that has a place for it.
+/// Holds a tool with a foot by its guide; returns false if the guide has no pose for it.
 bool OperationController::follow_guide(const Ray& ray, double hit) {
   const bool was_holding = guide_.is_holding(), is_pressed = std::exchange(has_click_, false) || is_pressed_;
   const FootTool tool = look_of(state_.tool).foot;
   if (tool.kind == FootTool::Kind::none && !was_holding) return viewport_.mark_edge({}), false;
-  // By labels too: a window of intensities leaves marrow open.
+  // Labels count as well: a window of intensities excludes marrow.
   const auto bone_of = [this](const volume::Version& version) {
-    return [this, &version, labelled = volume::BoneAt(*scene_->base, {}, &version)](const dvec3& at) {
+    return [this, &version, labelled = volume::BoneClassifier(*scene_->base, {}, &version)](const dvec3& at) {
       const dvec3 p = scene_->base->frame.volume_from_world(at);
       return (version.distance(p) > 0 &&
               std::any_of(solids_.begin(), solids_.end(),
@@ -107,7 +108,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   input.tool = tool;
   input.eye = ray.origin, input.direction = ray.direction;
   if (hit >= 0) input.surface = ray.origin + hit * ray.direction;
-  if (tool.kind == FootTool::Kind::kerrison) input.surface = bone_beside(ray, hit);
+  if (tool.kind == FootTool::Kind::kerrison) input.surface = bone_near(ray, hit);
   if (const double old = viewport_.distance_to_solid(*untouched_, ray); old >= 0)
     input.old_surface = ray.origin + old * ray.direction;
   input.shaft = shaft();
@@ -117,14 +118,14 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   input.version = version_;
   const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_of(*version_), bone_of(*untouched_), input);
   viewport_.mark_edge(guide_.edge());
-  if (std::string why = guide_.take_message(); !why.empty())
+  if (std::string reason = guide_.take_message(); !reason.empty())
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
-                  "Not possible here: " + why});
-  if (was_holding && !pose) request_ = dvec3(1e9);  // lifted off
+                  "Not possible here: " + reason});
+  if (was_holding && !pose) request_ = dvec3(1e9);  // lifts the stylus
   if (!pose) return false;
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed);
   if (pose->is_jump) {
-    live_.set_down(scene_->base->frame.volume_from_world(pose->at_world));
+    live_.teleport_tool(scene_->base->frame.volume_from_world(pose->at_world));
     mouse_.jump();
   }
   return true;

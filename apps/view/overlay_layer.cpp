@@ -58,7 +58,7 @@ vtkSmartPointer<vtkPolyData> make_surface(const haptics::MeshTree& tree) {
     triangles->InsertNextCell(3, ids.data());
     const dvec3 &a = tree.vertices()[corners[t]], &b = tree.vertices()[corners[t + 1]],
                 &c = tree.vertices()[corners[t + 2]];
-    const dvec3 doubled = glm::cross(b - a, c - a);  // as long as twice its area
+    const dvec3 doubled = glm::cross(b - a, c - a);  // length: twice the triangle's area
     for (std::size_t i = 0; i < 3; ++i) normals[corners[t + i]] += doubled;
   }
   vtkNew<vtkFloatArray> directions;
@@ -117,12 +117,12 @@ vtkSmartPointer<vtkActor> make_actor(vtkPolyData* data, const Colour& colour) {
   return actor;
 }
 
-void place(vtkActor* actor, const haptics::Placement& at) {
+void place(vtkActor* actor, const haptics::Placement& placement) {
   vtkNew<vtkMatrix4x4> m;
-  const glm::dmat3 turn = glm::mat3_cast(at.rotation);
+  const glm::dmat3 turn = glm::mat3_cast(placement.rotation);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) m->SetElement(row, column, turn[column][row]);
-    m->SetElement(row, 3, at.position_world[row]);
+    m->SetElement(row, 3, placement.position_world[row]);
   }
   const vtkMatrix4x4* before = actor->GetUserMatrix();
   if (before == nullptr || !std::equal(before->GetData(), before->GetData() + 16, m->GetData()))
@@ -133,14 +133,14 @@ void place(vtkActor* actor, const haptics::Placement& at) {
 
 struct OverlayLayer::Parts {
   vtkRenderer* renderer;
-  /// Actor of each surface that is there; the tree keeps its address from being another's.
+  /// Actor of a shown surface; owning the tree prevents reuse of its address.
   struct Surface {
     std::shared_ptr<const haptics::MeshTree> tree;
     vtkSmartPointer<vtkActor> actor;
-    bool is_wanted = false;
+    bool is_shown = false;
   };
   std::map<const haptics::MeshTree*, Surface> surfaces;
-  /// Made again each time: they are few.
+  /// Other actors; recreated each time, because they are few.
   std::vector<vtkSmartPointer<vtkProp>> others;
   LabelLayer labels;
 };
@@ -163,36 +163,36 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
   for (const auto& prop : p.others) p.renderer->RemoveViewProp(prop);
   p.others.clear();
   p.labels.clear();
-  for (auto& [tree, surface] : p.surfaces) surface.is_wanted = false;
-  for (const sim::Overlay& one : overlays) {
-    const bool is_held = one.holder >= 0 && one.holder < static_cast<int>(hands.size());
-    const haptics::Placement at =
-        is_held ? hands[static_cast<std::size_t>(one.holder)] * one.grip : one.place;
-    const Colour colour = colour_of(one.kind);
-    if (one.surface) {
-      Parts::Surface& surface = p.surfaces[one.surface.get()];
+  for (auto& [tree, surface] : p.surfaces) surface.is_shown = false;
+  for (const sim::Overlay& overlay : overlays) {
+    const bool is_held = overlay.holder >= 0 && overlay.holder < static_cast<int>(hands.size());
+    const haptics::Placement placement =
+        is_held ? hands[static_cast<std::size_t>(overlay.holder)] * overlay.grip : overlay.place;
+    const Colour colour = colour_of(overlay.kind);
+    if (overlay.surface) {
+      Parts::Surface& surface = p.surfaces[overlay.surface.get()];
       if (!surface.actor) {
-        surface = {one.surface, make_actor(make_surface(*one.surface), colour)};
+        surface = {overlay.surface, make_actor(make_surface(*overlay.surface), colour)};
         p.renderer->AddActor(surface.actor);
       }
-      surface.is_wanted = true;
-      place(surface.actor, at);
+      surface.is_shown = true;
+      place(surface.actor, placement);
     }
-    if (!one.lines.empty()) {
-      const auto actor = make_actor(make_lines(one.lines), colour);
+    if (!overlay.lines.empty()) {
+      const auto actor = make_actor(make_lines(overlay.lines), colour);
       actor->GetProperty()->LightingOff();
       actor->GetProperty()->SetLineWidth(2.5);
-      place(actor, at);
+      place(actor, placement);
       add(actor);
     }
-    if (!one.skin.empty()) {
-      const auto actor = make_actor(make_skin(one.skin), colour);
+    if (!overlay.skin.empty()) {
+      const auto actor = make_actor(make_skin(overlay.skin), colour);
       actor->GetProperty()->LightingOff();
       actor->GetProperty()->SetOpacity(0.28);
-      place(actor, at);
+      place(actor, placement);
       add(actor);
     }
-    for (const sim::Overlay::Handle& handle : one.handles) {
+    for (const sim::Overlay::Handle& handle : overlay.handles) {
       vtkNew<vtkSphereSource> ball;
       ball->SetRadius(k_handle_radius);
       ball->SetCenter(handle.at.x, handle.at.y, handle.at.z);
@@ -201,14 +201,14 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
       ball->Update();
       add(make_actor(ball->GetOutput(), colour));
     }
-    for (const sim::Overlay::Label& label : one.labels) {
-      const dvec3 world = at.world_from_local(label.at);
+    for (const sim::Overlay::Label& label : overlay.labels) {
+      const dvec3 world = placement.world_from_local(label.at);
       p.labels.add(world, label.text, {colour.r, colour.g, colour.b});
     }
   }
   for (auto it = p.surfaces.begin(); it != p.surfaces.end();) {
-    if (!it->second.is_wanted) p.renderer->RemoveActor(it->second.actor);
-    it = it->second.is_wanted ? std::next(it) : p.surfaces.erase(it);
+    if (!it->second.is_shown) p.renderer->RemoveActor(it->second.actor);
+    it = it->second.is_shown ? std::next(it) : p.surfaces.erase(it);
   }
 }
 

@@ -1,17 +1,17 @@
-// Draws overlays: surfaces, lines and labels that come as data.
+// OverlayLayer: draws overlays: surfaces, lines and labels given as data.
 #pragma once
 
 #include <memory>
 #include <span>
 
 #include "apps/view/label_layer.h"
-#include "sim/overlay.h"
+#include "sim/api/overlay.h"
 
 class vtkRenderer;
 
 namespace trephine::view {
 
-/// One thread: the one that draws. A surface is made ready once, however often it moves.
+/// Draws overlays in a renderer. Drawing thread only. A surface is prepared once, also if it moves.
 class OverlayLayer {
  public:
   explicit OverlayLayer(vtkRenderer* renderer);
@@ -19,11 +19,11 @@ class OverlayLayer {
   OverlayLayer(const OverlayLayer&) = delete;
   OverlayLayer& operator=(const OverlayLayer&) = delete;
 
-  /// These, and no others. `hands`: where each is, for what it holds.
+  /// Replaces the shown overlays. `hands`: placement of each hand, for the objects that it holds.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands);
   /// Number of drawn surfaces, sets of lines and labels together.
   std::size_t size() const noexcept;
-  /// To be laid out before each frame.
+  /// Labels of the overlays; call lay_out() before each frame.
   LabelLayer& labels() noexcept;
 
  private:

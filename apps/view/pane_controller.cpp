@@ -14,23 +14,24 @@ using glm::dvec3;
 
 namespace {
 
-imaging::Subject subject_of(const PaneNews& news) {
+imaging::Subject subject_of(const PaneInput& input) {
   imaging::Subject subject;
-  subject.scan = news.scene.base;
-  subject.version = news.version;
-  for (const haptics::TouchItem& item : news.scene.items)
-    if (!subject.bone && !item.is_mesh() && &item.field.volume() == news.scene.base.get())
+  subject.scan = input.scene.base;
+  subject.version = input.version;
+  for (const haptics::TouchItem& item : input.scene.items)
+    if (!subject.bone && !item.is_mesh() && &item.field.volume() == input.scene.base.get())
       subject.bone = item.field.shape();
-  for (const auto& structure : news.forbidden) subject.structures.push_back(structure->shape());
-  if (news.overlays != nullptr)
-    for (const sim::Overlay& one : *news.overlays)
-      if (one.surface && (one.kind == sim::Overlay::Kind::bone || one.kind == sim::Overlay::Kind::metal))
+  for (const auto& structure : input.forbidden) subject.structures.push_back(structure->shape());
+  if (input.overlays != nullptr)
+    for (const sim::Overlay& overlay : *input.overlays)
+      if (overlay.surface &&
+          (overlay.kind == sim::Overlay::Kind::bone || overlay.kind == sim::Overlay::Kind::metal))
         subject.things.push_back(
-            {one.name, one.surface, one.place, one.kind == sim::Overlay::Kind::bone, false});
-  if (news.plan != nullptr)
-    for (const sim::Overlay& one : *news.plan)
-      subject.plan.insert(subject.plan.end(), one.lines.begin(), one.lines.end());
-  subject.depths.assign(news.depths.begin(), news.depths.end());
+            {overlay.name, overlay.surface, overlay.place, overlay.kind == sim::Overlay::Kind::bone, false});
+  if (input.plan != nullptr)
+    for (const sim::Overlay& overlay : *input.plan)
+      subject.plan.insert(subject.plan.end(), overlay.lines.begin(), overlay.lines.end());
+  subject.depths.assign(input.depths.begin(), input.depths.end());
   return subject;
 }
 
@@ -39,38 +40,39 @@ imaging::Subject subject_of(const PaneNews& news) {
 void PaneController::begin() {
   panes_.forget();
   tool_.reset(), followed_.clear(), clip_.reset();
-  shots_ = 0, is_placed_ = false, exposed_ = 0, told_ = 0;
+  shots_ = 0, is_placed_ = false, exposed_ = 0, unconfirmed_shots_ = 0;
 }
 
-/// Reads the settings that changed since, from any source.
+/// Applies the settings that changed since the last frame.
 void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> settings) {
   const bool is_first = followed_.empty();
   for (std::size_t i = 0; i < settings.size(); ++i) {
-    const std::shared_ptr<const sim::Value>& now = settings[i];
-    const auto before = i < followed_.size() ? followed_[i] : nullptr;
-    if (!now || now == before) continue;
-    if (const auto* looks = now->as<ct_viewer::CtViewerState>()) {
-      const auto* looked = before ? before->as<ct_viewer::CtViewerState>() : nullptr;
-      if (looks->is_looking && (!looked || !looked->is_looking || looked->at != looks->at))
-        panes_.look_at(looks->at);
-      if (looks->is_window &&
-          (!looked || !looked->is_window || !(static_cast<const ct_viewer::GreyWindow&>(*looked) == *looks)))
-        panes_.set_window(*looks);
-    } else if (const auto* section = now->as<cross_section::SectionState>()) {
-      const auto* was = before ? before->as<cross_section::SectionState>() : nullptr;
-      const bool is_other = !was || was->at != section->at || was->normal != section->normal ||
-                            was->is_clipping != section->is_clipping;
-      // At its beginning the settings are empty.
-      if (!is_other || (is_first && section->normal == dvec3(0, 0, 1) && section->at == dvec3(0))) continue;
+    const std::shared_ptr<const sim::Value>& current = settings[i];
+    const auto previous = i < followed_.size() ? followed_[i] : nullptr;
+    if (!current || current == previous) continue;
+    if (const auto* viewer = current->as<ct_viewer::CtViewerState>()) {
+      const auto* old_viewer = previous ? previous->as<ct_viewer::CtViewerState>() : nullptr;
+      if (viewer->is_looking && (!old_viewer || !old_viewer->is_looking || old_viewer->at != viewer->at))
+        panes_.look_at(viewer->at);
+      if (viewer->is_window && (!old_viewer || !old_viewer->is_window ||
+                                !(static_cast<const ct_viewer::GreyWindow&>(*old_viewer) == *viewer)))
+        panes_.set_window(*viewer);
+    } else if (const auto* section = current->as<cross_section::SectionState>()) {
+      const auto* old_section = previous ? previous->as<cross_section::SectionState>() : nullptr;
+      const bool has_changed = !old_section || old_section->at != section->at ||
+                               old_section->normal != section->normal ||
+                               old_section->is_clipping != section->is_clipping;
+      // Skip the initial empty settings.
+      if (!has_changed || (is_first && section->normal == dvec3(0, 0, 1) && section->at == dvec3(0)))
+        continue;
       panes_.turn_section(section->normal);
       panes_.look_at(section->at);
       clip_.reset();
       if (section->is_clipping) clip_ = Clip{section->at, section->normal};
-    } else if (const auto* arm = now->as<fluoroscopy::FluoroscopyState>()) {
+    } else if (const auto* arm = current->as<fluoroscopy::FluoroscopyState>()) {
       if (arm->is_placed) is_placed_ = true, panes_.set_arm(*arm);
-      // A live second has its pictures already. A shot of an operation that is gone back is not taken
-      // again.
-      for (; shots_ < arm->shots && told_ > 0; ++shots_) --told_;
+      // Live seconds have their images already. After undo no shot is repeated.
+      for (; shots_ < arm->shots && unconfirmed_shots_ > 0; ++shots_) --unconfirmed_shots_;
       if (arm->shots > shots_ && !is_first) panes_.shoot();
       shots_ = arm->shots;
       if (arm->shots > 0) {
@@ -84,31 +86,31 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
   followed_.assign(settings.begin(), settings.end());
 }
 
-bool PaneController::frame(const PaneNews& news) {
-  panes_.show(subject_of(news), news.is_changed);
-  panes_.set_eye(news.eye, news.clip);
-  follow(news.settings);
-  const haptics::ServoRecord& r = news.newest;
+bool PaneController::frame(const PaneInput& input) {
+  panes_.show(subject_of(input), input.is_changed);
+  panes_.set_eye(input.eye, input.clip);
+  follow(input.settings);
+  const haptics::ServoRecord& r = input.newest;
   const dvec3 tip = r.has_contact ? r.proxy_world : r.pose.position_world;
-  constexpr double k_shaft = 60;  // mm of it that are drawn
+  constexpr double k_shaft = 60;  // drawn length of the shaft, mm
   const dvec3 shaft = haptics::unit_of(r.pose.orientation) * dvec3(0, 0, 1);
   tool_.reset();
-  if (news.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
+  if (input.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
   if (follows_tool && r.has_contact) panes_.look_at(tip);
   if (panes_.is_live() && !panes_.sees(imaging::PaneKind::xray)) set_live(false);
   if (panes_.is_live()) {
-    exposed_ += news.elapsed;
-    if (exposed_ >= 1) tell_exposure();
+    exposed_ += input.elapsed;
+    if (exposed_ >= 1) report_exposure();
   }
   return panes_.frame();
 }
 
 void PaneController::rest(std::span<const std::shared_ptr<const sim::Value>> settings) {
   set_live(false);
-  for (const auto& one : settings)
-    if (const auto* arm = one ? one->as<fluoroscopy::FluoroscopyState>() : nullptr)
-      shots_ = arm->shots, told_ = 0;
+  for (const auto& setting : settings)
+    if (const auto* arm = setting ? setting->as<fluoroscopy::FluoroscopyState>() : nullptr)
+      shots_ = arm->shots, unconfirmed_shots_ = 0;
 }
 
 void PaneController::place_arm() {
@@ -127,10 +129,10 @@ void PaneController::set_preset(std::size_t preset) {
 }
 
 void PaneController::shoot() {
-  if (!panes_.is_hounsfield()) return panes_.shoot();  // says why not
+  if (!panes_.is_hounsfield()) return panes_.shoot();  // shows the reason
   place_arm();
   if (tell)
-    tell(fluoroscopy::Shoot());  // the image is taken when it is done
+    tell(fluoroscopy::Shoot());  // follow() takes the image when the command was executed
   else
     panes_.shoot();
 }
@@ -139,17 +141,17 @@ void PaneController::set_live(bool is_live) {
   if (is_live == panes_.is_live()) return;
   if (is_live && !panes_.is_hounsfield()) return panes_.shoot();
   if (is_live) place_arm();
-  if (!is_live) tell_exposure();
+  if (!is_live) report_exposure();
   panes_.set_live(is_live);
 }
 
-void PaneController::tell_exposure() {
+void PaneController::report_exposure() {
   const double seconds = std::exchange(exposed_, 0);
   if (!tell || seconds <= 0) return;
   fluoroscopy::Shoot shot;
   shot.time = std::max(0.001, k_pulses * k_pulse * seconds);
   tell(shot);
-  ++told_;
+  ++unconfirmed_shots_;
 }
 
 }  // namespace trephine::view

@@ -1,5 +1,5 @@
-// Panes of an operation or a replay: they follow its settings (focus, position of the C-arm,
-// shots), and pass the user's actions to it.
+// PaneController: makes panes follow the settings of an operation or a replay (focus, pose of the C-arm,
+// shots), and passes the user's actions to it.
 #pragma once
 
 #include <functional>
@@ -7,55 +7,55 @@
 
 #include "apps/imaging/panes.h"
 #include "haptics/servo/servo_core.h"
-#include "sim/overlay.h"
+#include "sim/api/overlay.h"
 
 namespace trephine::view {
 
-/// State of one frame; borrowed for it.
-struct PaneNews {
+/// State of one frame; borrowed for the call.
+struct PaneInput {
   const haptics::TouchScene& scene;
   std::shared_ptr<const volume::Version> version;
-  bool is_changed = false;                  ///< matter, since the last frame
-  const sim::Overlays* overlays = nullptr;  ///< null: none
+  bool is_changed = false;                  ///< matter changed since the last frame
+  const sim::Overlays* overlays = nullptr;  ///< null: no overlays
   const sim::Overlays* plan = nullptr;
   std::span<const std::shared_ptr<const sim::Value>> settings;  ///< of modules
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden;
   const haptics::ServoRecord& newest;
-  bool is_tool_there = true;  ///< on or over something
+  bool is_tool_there = true;  ///< the tool touches or is over an object
   double elapsed = 0;         ///< s, since the last frame
-  volume::Eye eye;            ///< as the picture is seen
+  volume::Camera eye;         ///< camera of the 3-D view
   std::optional<volume::Openings::Plane> clip;
-  std::span<const sim::SeenDepths> depths = {};
+  std::span<const sim::DisplayedDepths> depths = {};
 };
 
-/// No windowing toolkit in here. The thread that draws; images are made on another.
+/// Independent of the windowing toolkit. Drawing thread only; images are rendered on another thread.
 class PaneController {
  public:
   explicit PaneController(std::size_t panes) : panes_(panes) {}
 
   imaging::Panes& panes() noexcept { return panes_; }
-  /// Sends a command to the operation; null in a replay: then pictures cost no dose.
+  /// Sends a command to the operation; null in a replay, in which images cause no dose.
   std::function<void(sim::Value)> tell;
-  /// Another operation.
+  /// Resets everything for another operation.
   void begin();
-  /// True: there are new images.
-  bool frame(const PaneNews& news);
-  /// Replaces frame() while no pane is visible: nothing is exposed, and shots of that time need no image.
+  /// Updates the panes. Returns true if there are new images.
+  bool frame(const PaneInput& input);
+  /// Replaces frame() while no pane is visible: ends live X-rays, and takes no images of shots.
   void rest(std::span<const std::shared_ptr<const sim::Value>> settings);
 
   /// Makes the focus follow the tool while it touches.
   bool follows_tool = true;
-  /// Tip of the tool and a point up its shaft; null: it is not known.
+  /// Tip of the tool and a point up its shaft; null if unknown.
   const std::array<glm::dvec3, 2>* tool() const noexcept { return tool_ ? &*tool_ : nullptr; }
 
-  // The C-arm. Of a scan that cannot be X-rayed nothing is exposed.
+  // The C-arm. Does not expose a scan without Hounsfield units.
   void set_preset(std::size_t preset);
   void shoot();
-  /// Reports every live second as one shot of `k_pulses` of `k_pulse`.
+  /// Switches live X-rays. Reports each live second as one shot of `k_pulses` pulses of `k_pulse`.
   void set_live(bool is_live);
-  static constexpr double k_pulses = 15, k_pulse = 0.008;  ///< 1/s; s
+  static constexpr double k_pulses = 15, k_pulse = 0.008;  ///< pulses per second; duration of a pulse, s
 
-  /// Plane by which the section clips the picture: a place and a normal. Empty: it does not.
+  /// Plane by which the section clips the picture; nullopt: no clipping.
   struct Clip {
     glm::dvec3 at, normal;
     friend bool operator==(const Clip&, const Clip&) = default;
@@ -65,15 +65,15 @@ class PaneController {
  private:
   void follow(std::span<const std::shared_ptr<const sim::Value>> settings);
   void place_arm();
-  void tell_exposure();
+  void report_exposure();
 
   imaging::Panes panes_;
   std::optional<std::array<glm::dvec3, 2>> tool_;
-  std::vector<std::shared_ptr<const sim::Value>> followed_;  ///< settings as they were
+  std::vector<std::shared_ptr<const sim::Value>> followed_;  ///< settings of the last frame
   std::int64_t shots_ = 0;
-  bool is_placed_ = false;  ///< the operation knows where the C-arm stands
-  int told_ = 0;            ///< live exposures that were reported and not confirmed yet
-  double exposed_ = 0;      ///< s of live pictures that were not reported yet
+  bool is_placed_ = false;     ///< the operation has the pose of the C-arm
+  int unconfirmed_shots_ = 0;  ///< live exposures that were reported but not confirmed yet
+  double exposed_ = 0;         ///< duration of live X-rays not yet reported, s
   std::optional<Clip> clip_;
 };
 

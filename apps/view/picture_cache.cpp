@@ -7,7 +7,7 @@ namespace trephine::view {
 
 namespace {
 
-/// Internal format of the depth that is drawn into; 0 when it is unknown.
+/// Internal format of the depth buffer that is drawn into; 0 if unknown.
 int current_depth_format() {
   GLint type = 0, name = 0, format = 0;
   glGetFramebufferAttachmentParameteriv(GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
@@ -30,7 +30,7 @@ int current_depth_format() {
   return format;
 }
 
-/// Copies between framebuffers and leaves every binding as it was, because VTK remembers them.
+/// Copies between framebuffers and restores every binding, because VTK caches them.
 void copy(unsigned from, unsigned to, int width, int height) {
   GLint read = 0, draw = 0;
   glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read);

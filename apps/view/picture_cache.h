@@ -1,10 +1,10 @@
-// A finished picture kept on the graphics side, with its depth, to draw on top of in the next frame.
+// PictureCache: a finished picture with its depth in graphics memory, to draw on top of in the next frame.
 #pragma once
 
 namespace trephine::view {
 
-/// One colour and one depth image of the size and format of what is being drawn into. All calls with the GL
-/// context current, inside a render; never multisampled.
+/// One colour and one depth image of the size and format of the current draw framebuffer. All calls require a
+/// current GL context, inside a render; never multisampled.
 class PictureCache {
  public:
   PictureCache() = default;
@@ -12,13 +12,13 @@ class PictureCache {
   PictureCache(const PictureCache&) = delete;
   PictureCache& operator=(const PictureCache&) = delete;
 
-  /// Copies what was drawn so far. False when this GL cannot (the formats do not fit): draw everything again.
+  /// Copies the framebuffer. Returns false if this GL cannot (the formats differ): then redraw everything.
   bool save(int width, int height);
-  /// Puts it back, colour and depth.
+  /// Copies colour and depth back to the framebuffer.
   void restore() const;
   bool is_filled() const noexcept { return is_filled_; }
   void forget() noexcept { is_filled_ = false; }
-  /// Frees what the GL holds; the context must still live.
+  /// Frees the GL resources; the context must still exist.
   void release();
   void swap(PictureCache& other) noexcept;
 

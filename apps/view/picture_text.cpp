@@ -37,7 +37,7 @@ PictureText::PictureText(vtkRenderer* renderer) : renderer_(renderer) {
     text->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
     renderer->AddActor2D(text);
   }
-  const double places[4][2] = {{0.985, 0.5}, {0.015, 0.5}, {0.5, 0.975}, {0.5, 0.025}};
+  const double positions[4][2] = {{0.985, 0.5}, {0.015, 0.5}, {0.5, 0.975}, {0.5, 0.025}};
   for (std::size_t i = 0; i < 4; ++i) {
     auto& edge = edges_[i] = vtkSmartPointer<vtkTextActor>::New();
     vtkTextProperty* look = edge->GetTextProperty();
@@ -54,7 +54,7 @@ PictureText::PictureText(vtkRenderer* renderer) : renderer_(renderer) {
     : i == 3 ? look->SetVerticalJustificationToBottom()
              : look->SetVerticalJustificationToCentered();
     edge->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-    edge->SetPosition(places[i][0], places[i][1]);
+    edge->SetPosition(positions[i][0], positions[i][1]);
     renderer->AddActor2D(edge);
   }
   vtkNew<vtkPolyDataMapper2D> bar;
@@ -94,7 +94,7 @@ void PictureText::update() {
   show_scale();
 }
 
-/// At the picture's edges, as on slices.
+/// Sets the letters at the picture's edges, as on slices.
 void PictureText::show_directions() {
   double right[3], up[3], out[3];
   vtkCamera* camera = renderer_->GetActiveCamera();
@@ -102,12 +102,13 @@ void PictureText::show_directions() {
   camera->GetViewUp(up);
   camera->GetDirectionOfProjection(out);
   vtkMath::Cross(out, up, right);
-  const dvec3 ways[] = {{right[0], right[1], right[2]}, {up[0], up[1], up[2]}};
+  const dvec3 directions[] = {{right[0], right[1], right[2]}, {up[0], up[1], up[2]}};
   for (std::size_t i = 0; i < 4; ++i)
-    edges_[i]->SetInput(imaging::direction_letters(i % 2 == 0 ? ways[i / 2] : -ways[i / 2]).c_str());
+    edges_[i]->SetInput(
+        imaging::direction_letters(i % 2 == 0 ? directions[i / 2] : -directions[i / 2]).c_str());
 }
 
-/// In the lower right: how large things are where the camera looks.
+/// Draws the scale bar in the lower right; it is valid at the focal point.
 void PictureText::show_scale() {
   const int* size = renderer_->GetSize();
   vtkCamera* camera = renderer_->GetActiveCamera();

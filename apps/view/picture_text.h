@@ -1,4 +1,5 @@
-// Text over a picture: letters of the patient's directions at its edges, a scale bar, lines in a corner.
+// PictureText: text over a picture: letters of the patient's directions at its edges, a scale bar, lines in a
+// corner.
 #pragma once
 
 #include <array>
@@ -13,17 +14,17 @@ class vtkTextActor;
 
 namespace trephine::view {
 
-/// One thread: the one that draws. Borrows the renderer.
+/// Drawing thread only. Borrows the renderer.
 class PictureText {
  public:
   explicit PictureText(vtkRenderer* renderer);
   ~PictureText();
 
-  /// Lines in the upper left corner, and one below in the middle.
+  /// Shows lines in the upper left corner, and one line at the bottom centre.
   void show(const std::string& corner, const std::string& foot);
-  /// Times the size that text has otherwise.
+  /// Sets the factor of the text size.
   void set_scale(double factor);
-  /// Letters and scale for the camera as it is now. Before each frame.
+  /// Updates letters and scale for the current camera. Call before each frame.
   void update();
 
  private:
@@ -32,7 +33,7 @@ class PictureText {
 
   vtkRenderer* renderer_;
   vtkNew<vtkTextActor> corner_, foot_, bar_text_;
-  std::array<vtkSmartPointer<vtkTextActor>, 4> edges_;  ///< which way of the patient is right, left, up, down
+  std::array<vtkSmartPointer<vtkTextActor>, 4> edges_;  ///< letters at the right, left, upper and lower edge
   vtkNew<vtkPolyData> bar_line_;
   vtkNew<vtkActor2D> bar_;
 };

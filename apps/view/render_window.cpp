@@ -16,11 +16,10 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
-#include "data-tools/atomic_file.h"
+#include "data-tools/files/atomic_file.h"
 
-/// Debian's GLEW is built for GLX: without an X display it loads every OpenGL function and then fails for
-/// want of GLX (result 4). VTK takes that for a missing OpenGL, so this stands in its place and forgives that
-/// one result.
+/// Debian's GLEW is built for GLX: without an X display it loads every OpenGL function and then fails because
+/// GLX is missing (result 4). VTK interprets that as missing OpenGL, so this replacement ignores that result.
 extern "C" unsigned int glewInit() {
   using Init = unsigned int (*)();
   const auto real = reinterpret_cast<Init>(dlsym(RTLD_NEXT, "glewInit"));
@@ -31,21 +30,17 @@ extern "C" unsigned int glewInit() {
 
 namespace trephine::view {
 
-using volume::Error;
-using volume::Result;
-
 bool has_display() {
   const char* display = std::getenv("DISPLAY");
   return display != nullptr && *display != '\0';
 }
 
-volume::Error no_display() {
-  return {"there is no display to open a window on",
-          "",
-          "DISPLAY is not set",
-          "an X display",
-          "without one --screenshot writes a picture, but no window opens",
-          volume::ErrorKind::missing_here};
+Error no_display() {
+  return Error{.what = "no display",
+               .found = "DISPLAY is not set",
+               .expected = "an X display",
+               .remedy = "pass --screenshot to write a picture without a display",
+               .kind = ErrorKind::missing_here};
 }
 
 namespace {
@@ -63,15 +58,15 @@ class EglSurface final : public DrawSurface {
     if (surface->display_ == EGL_NO_DISPLAY || !eglInitialize(surface->display_, nullptr, nullptr))
       return nullptr;
     eglBindAPI(EGL_OPENGL_API);
-    const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION,
-                             3,
-                             EGL_CONTEXT_MINOR_VERSION,
-                             3,
-                             EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                             EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                             EGL_NONE};
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 3,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 3,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_NONE};
     surface->context_ =
-        eglCreateContext(surface->display_, static_cast<EGLConfig>(nullptr), EGL_NO_CONTEXT, wanted);
+        eglCreateContext(surface->display_, static_cast<EGLConfig>(nullptr), EGL_NO_CONTEXT, attributes);
     if (surface->context_ == EGL_NO_CONTEXT || !surface->make_current()) return nullptr;
 
     vtkGenericOpenGLRenderWindow* window = surface->window_;
@@ -118,32 +113,31 @@ class EglSurface final : public DrawSurface {
 Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height) {
   if (auto surface = EglSurface::make(width, height))
     return Result<std::unique_ptr<DrawSurface>>(std::unique_ptr<DrawSurface>(std::move(surface)));
-  return Error{"pictures cannot be drawn on this machine",
-               "",
-               "no OpenGL without a display",
-               "Mesa's surfaceless EGL",
-               "install it: apt-get install libegl1 libgl1-mesa-dri",
-               volume::ErrorKind::missing_here};
+  return Error{.what = "this machine cannot draw pictures",
+               .found = "no OpenGL without a display",
+               .expected = "Mesa's surfaceless EGL",
+               .remedy = "install it: apt-get install libegl1 libgl1-mesa-dri",
+               .kind = ErrorKind::missing_here};
 }
 
 Result<std::string> describe_gl() {
   auto surface = make_offscreen(16, 16);
   if (!surface) return surface.error();
-  const std::string all = surface.value()->window()->ReportCapabilities();
-  const auto after = [&all](const std::string& key) {
-    const std::size_t at = all.find(key);
+  const std::string report = surface.value()->window()->ReportCapabilities();
+  const auto value_of = [&report](const std::string& key) {
+    const std::size_t at = report.find(key);
     if (at == std::string::npos) return std::string("unknown");
-    const std::size_t start = all.find_first_not_of(' ', at + key.size());
-    return all.substr(start, all.find('\n', start) - start);
+    const std::size_t start = report.find_first_not_of(' ', at + key.size());
+    return report.substr(start, report.find('\n', start) - start);
   };
-  return after("OpenGL renderer string:") + ", OpenGL " + after("OpenGL version string:");
+  return value_of("OpenGL renderer string:") + ", OpenGL " + value_of("OpenGL version string:");
 }
 
 namespace {
 
-/// Everything that is written in the picture, a line each.
+/// Returns all texts in the picture, one per line.
 std::string drawn_text(vtkRenderWindow* window) {
-  std::string all;
+  std::string lines;
   vtkRendererCollection* renderers = window->GetRenderers();
   renderers->InitTraversal();
   while (vtkRenderer* renderer = renderers->GetNextItem()) {
@@ -153,10 +147,10 @@ std::string drawn_text(vtkRenderWindow* window) {
       const char* text = nullptr;
       if (auto* flat = vtkTextActor::SafeDownCast(prop)) text = flat->GetInput();
       if (auto* billboard = vtkBillboardTextActor3D::SafeDownCast(prop)) text = billboard->GetInput();
-      if (text && *text && prop->GetVisibility()) all.append(text).append(1, '\n');
+      if (text && *text && prop->GetVisibility()) lines.append(text).append(1, '\n');
     }
   }
-  return all;
+  return lines;
 }
 
 }  // namespace
@@ -176,7 +170,7 @@ std::string png_of(vtkRenderWindow* window) {
           static_cast<std::size_t>(bytes->GetNumberOfValues())};
 }
 
-volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
+Status write_png(vtkRenderWindow* window, const std::string& path) {
   return data_tools::write_file_atomically(path, png_of(window));
 }
 

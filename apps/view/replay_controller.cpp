@@ -24,13 +24,13 @@ void ReplayController::set_speed(double speed) { speed_ = std::clamp(speed, 0.1,
 
 double ReplayController::seconds() const { return static_cast<double>(replay_->next_tick()) / rate_hz_; }
 
-volume::Status ReplayController::seek(double seconds) {
+Status ReplayController::seek(double seconds) {
   now_ = std::clamp(seconds, 0.0, seconds_);
   return replay_->seek(static_cast<std::uint64_t>(std::llround(now_ * rate_hz_)));
 }
 
-volume::Status ReplayController::frame(double elapsed) {
-  volume::Status error;
+Status ReplayController::frame(double elapsed) {
+  Status error;
   if (is_playing_) {
     error = seek(now_ + speed_ * elapsed);
     if (now_ >= seconds_) is_playing_ = false;
@@ -40,16 +40,16 @@ volume::Status ReplayController::frame(double elapsed) {
   has_changed_ = changed.low.x <= changed.high.x;
   viewport_.request(version, changed);
   const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
-  // The tool as it was then.
+  // Show the tool of that tick.
   viewport_.set_touch_radius(replay_->engine().tool(static_cast<std::size_t>(hand())).scene->tool_radius);
   if (replay_->next_tick() > 0)
     viewport_.show_stylus(
         record(),
         look_of(replay_->engine().now().settings.hands[static_cast<std::size_t>(hand())].parameters),
         *version, viewer);
-  if (shown_ != replay_->next_tick()) {  // the engine knows where hands are
+  if (shown_ != replay_->next_tick()) {  // the engine's overlays include the poses of held bodies
     sim::Overlays overlays = replay_->engine().overlays();
-    for (sim::Overlay& one : overlays) one.holder = -1;
+    for (sim::Overlay& overlay : overlays) overlay.holder = -1;
     if (shows_clip_volumes_)
       overlays = with_clip_volumes(std::move(overlays), replay_->engine().seen_depths(0));
     viewport_.show(overlays, {});

@@ -1,4 +1,4 @@
-// A recorded session played in a picture: forward at any speed, paused, and to any moment.
+// ReplayController: plays a recorded session in a picture: at any speed, paused, or at any moment.
 #pragma once
 
 #include <memory>
@@ -6,38 +6,38 @@
 
 #include "apps/view/viewport.h"
 #include "apps/workbench/session_summary.h"
-#include "sim/replay.h"
+#include "sim/drivers/replay.h"
 
 namespace trephine::view {
 
-/// No windowing toolkit in here. One thread: the one that draws. Borrows scene, replay and window.
+/// Independent of the windowing toolkit. Drawing thread only. Borrows scene, replay and window.
 class ReplayController {
  public:
-  /// `rate_hz` and `seconds` of the session, and what a summary says of it.
+  /// `rate_hz`, `seconds`: rate and duration of the session. `summary`: its active hands and marks.
   ReplayController(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz, double seconds,
                    workbench::SessionSummary summary, vtkRenderWindow* window);
 
   void start();
   void play(bool is_playing) { is_playing_ = is_playing; }
   bool is_playing() const noexcept { return is_playing_; }
-  /// Times real time; 0.1 to 100.
+  /// Sets the speed relative to real time; 0.1 to 100.
   void set_speed(double speed);
   double speed() const noexcept { return speed_; }
-  volume::Status seek(double seconds);
+  Status seek(double seconds);
   double seconds() const;
   double length() const noexcept { return seconds_; }
 
-  /// One frame, `elapsed` s after the last one.
-  volume::Status frame(double elapsed);
-  /// Did matter change in the newest frame?
+  /// Draws one frame, `elapsed` s after the last one.
+  Status frame(double elapsed);
+  /// True if matter changed in the newest frame.
   bool has_changed() const noexcept { return has_changed_; }
-  /// Returns the newest tick of the hand that works.
+  /// Returns the newest tick of the active hand.
   const haptics::ServoRecord& record() const noexcept { return replay_->record(hand()); }
   int hand() const noexcept { return summary_.hand_at(replay_->next_tick()); }
   const workbench::SessionSummary& summary() const noexcept { return summary_; }
   const sim::Engine& engine() const { return replay_->engine(); }
   Viewport& viewport() noexcept { return viewport_; }
-  /// Draws where depth images were made.
+  /// Shows or hides the clip volumes of depth images.
   void show_clip_volumes(bool are_shown) {
     if (are_shown != shows_clip_volumes_) shown_.reset();
     shows_clip_volumes_ = are_shown;
@@ -50,7 +50,7 @@ class ReplayController {
   Viewport viewport_;
   bool is_playing_ = true, has_changed_ = false, shows_clip_volumes_ = false;
   double speed_ = 1, now_ = 0;
-  std::optional<std::uint64_t> shown_;  ///< the tick whose overlays are in the picture
+  std::optional<std::uint64_t> shown_;  ///< tick of the shown overlays
 };
 
 }  // namespace trephine::view

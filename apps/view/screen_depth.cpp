@@ -24,9 +24,9 @@ using haptics::depth::DepthPicture;
 
 namespace {
 
-constexpr int k_most = 160;  // pixels either way, of what is read: as much as a command holds
+constexpr int k_most = 160;  // largest width and height that is read, in pixels; the limit of a command
 
-/// The picture's camera as depth pictures have it: x to the right, y down, z ahead; all of its pixels.
+/// Converts the picture's camera to that of depth pictures (x right, y down, z ahead), with all its pixels.
 std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const int* size) {
   double at[3], ahead[3], up[3];
   camera->GetPosition(at);
@@ -34,14 +34,14 @@ std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const in
   camera->OrthogonalizeViewUp();
   camera->GetViewUp(up);
   const dvec3 z(ahead[0], ahead[1], ahead[2]), y = -dvec3(up[0], up[1], up[2]);
-  DepthCamera all;
-  all.width = size[0], all.height = size[1];
-  all.fx = all.fy = 0.5 * size[1] / std::tan(0.5 * camera->GetViewAngle() * 3.14159265358979 / 180);
-  all.cx = 0.5 * (size[0] - 1), all.cy = 0.5 * (size[1] - 1);
-  haptics::Placement place;
-  place.position_world = {at[0], at[1], at[2]};
-  place.rotation = glm::normalize(glm::quat_cast(glm::dmat3(glm::normalize(glm::cross(y, z)), y, z)));
-  return {all, place};
+  DepthCamera whole;
+  whole.width = size[0], whole.height = size[1];
+  whole.fx = whole.fy = 0.5 * size[1] / std::tan(0.5 * camera->GetViewAngle() * 3.14159265358979 / 180);
+  whole.cx = 0.5 * (size[0] - 1), whole.cy = 0.5 * (size[1] - 1);
+  haptics::Placement placement;
+  placement.position_world = {at[0], at[1], at[2]};
+  placement.rotation = glm::normalize(glm::quat_cast(glm::dmat3(glm::normalize(glm::cross(y, z)), y, z)));
+  return {whole, placement};
 }
 
 }  // namespace
@@ -49,15 +49,15 @@ std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const in
 void ScreenDepth::before(vtkRenderer* renderer, vtkRenderWindow* window) {
   ++counters_.draws;
   is_reading_ = false;
-  if (!request_ || asked_) return;
+  if (!request_ || pending_) return;
   const Request request = *std::exchange(request_, std::nullopt);
   vtkCamera* camera = renderer->GetActiveCamera();
-  const auto [all, place] = camera_of(camera, window->GetSize());
-  const dvec3 p = place.local_from_world(request.at);
+  const auto [whole, placement] = camera_of(camera, window->GetSize());
+  const dvec3 p = placement.local_from_world(request.at);
   if (!(p.z > 0)) return;
-  const double column = all.fx * p.x / p.z + all.cx, row = all.fy * p.y / p.z + all.cy;
-  // A cube however it is turned.
-  const double reach = 0.87 * request.edge / p.z * all.fx + 2;
+  const double column = whole.fx * p.x / p.z + whole.cx, row = whole.fy * p.y / p.z + whole.cy;
+  // Half the cube's diagonal, which covers any orientation.
+  const double reach = 0.87 * request.edge / p.z * whole.fx + 2;
   const auto range = [&](double middle, int count, int& first, int& number) {
     const double half = std::min(reach, 0.5 * (k_most - 1));
     first = static_cast<int>(std::clamp(std::floor(middle - half), 0.0, 1.0 * count));
@@ -65,15 +65,15 @@ void ScreenDepth::before(vtkRenderer* renderer, vtkRenderWindow* window) {
     number = std::min(k_most, last - first + 1);
   };
   int left = 0, top = 0, columns = 0, rows = 0;
-  range(column, all.width, left, columns);
-  range(row, all.height, top, rows);
+  range(column, whole.width, left, columns);
+  range(row, whole.height, top, rows);
   if (columns < 4 || rows < 4) return;
   Seen seen{{}, request.at, request.edge};
-  seen.picture.camera = {columns, rows, all.fx, all.fy, all.cx - left, all.cy - top};
-  seen.picture.place = place;
+  seen.picture.camera = {columns, rows, whole.fx, whole.fy, whole.cx - left, whole.cy - top};
+  seen.picture.place = placement;
   camera->GetClippingRange(near_, far_);
-  corner_ = {left, all.height - top - rows};
-  asked_ = std::move(seen);
+  corner_ = {left, whole.height - top - rows};
+  pending_ = std::move(seen);
   is_reading_ = true;
   read(0);
 }
@@ -86,9 +86,9 @@ void ScreenDepth::after(vtkRenderer*, vtkRenderWindow*) {
   ++counters_.reads;
 }
 
-/// Into a buffer on the graphics side; every binding stays as it was.
+/// Reads the depth into a buffer in graphics memory; restores every binding.
 void ScreenDepth::read(std::size_t which) {
-  const DepthCamera& c = asked_->picture.camera;
+  const DepthCamera& c = pending_->picture.camera;
   GLint from = 0, to = 0, pack = 0, alignment = 4;
   glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &from);
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &to);
@@ -107,11 +107,11 @@ void ScreenDepth::read(std::size_t which) {
 }
 
 std::optional<ScreenDepth::Seen> ScreenDepth::take() {
-  if (!asked_ || fence_ == nullptr) return std::nullopt;
+  if (!pending_ || fence_ == nullptr) return std::nullopt;
   if (glClientWaitSync(static_cast<GLsync>(fence_), GL_SYNC_FLUSH_COMMANDS_BIT, 0) == GL_TIMEOUT_EXPIRED)
     return std::nullopt;
   glDeleteSync(static_cast<GLsync>(std::exchange(fence_, nullptr)));
-  Seen seen = *std::exchange(asked_, std::nullopt);
+  Seen seen = *std::exchange(pending_, std::nullopt);
   const DepthCamera& c = seen.picture.camera;
   const auto count = static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
   std::array<std::vector<float>, 2> read;
@@ -124,7 +124,7 @@ std::optional<ScreenDepth::Seen> ScreenDepth::take() {
                        read[which].data());
   }
   glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pack));
-  // The scenery is where it is nearer than what was there before; rows go upward in GL.
+  // Scenery is visible where the depth decreased. GL stores rows bottom up.
   std::vector<double> depths(count, 0);
   for (int row = 0; row < c.height; ++row)
     for (int column = 0; column < c.width; ++column) {
@@ -146,7 +146,7 @@ void ScreenDepth::release() {
   if (fence_ != nullptr) glDeleteSync(static_cast<GLsync>(std::exchange(fence_, nullptr)));
   glDeleteBuffers(2, buffers_.data());
   buffers_ = {};
-  asked_.reset();
+  pending_.reset();
 }
 
 }  // namespace trephine::view

@@ -1,5 +1,5 @@
-// Depth buffer of the screen, read once around a place: what is drawn for the eye is touched by the
-// hand, and nothing is drawn for that.
+// ScreenDepth: reads the depth buffer of the screen around a point, so that the hand can touch the drawn
+// scenery without additional drawing.
 #pragma once
 
 #include <array>
@@ -15,28 +15,28 @@ class vtkRenderWindow;
 
 namespace trephine::view {
 
-/// One thread: the one that draws. Never multisampled.
+/// Drawing thread only. Never multisampled.
 class ScreenDepth {
  public:
-  /// In the next frame: what lies in a cube of `edge` mm about a place, world.
+  /// Requests the depth of a cube of `edge` mm around `at` (world), read in the next frame.
   void ask(const glm::dvec3& at, double edge) noexcept { request_ = Request{at, edge}; }
-  /// Within that frame, the GL context current: before the scenery is drawn, and when it is.
+  /// Call in that frame with a current GL context, before and after the scenery is drawn.
   void before(vtkRenderer* renderer, vtkRenderWindow* window);
   void after(vtkRenderer* renderer, vtkRenderWindow* window);
-  /// Result, when the graphics side has it ready; other objects than scenery are left out. The GL context
-  /// must be current.
+  /// Depth of the scenery, without other objects.
   struct Seen {
     haptics::depth::DepthPicture picture;  ///< in the world
     glm::dvec3 at;
-    double edge;  ///< as much of what was asked for as the picture shows
+    double edge;  ///< edge of the part of the requested cube that the picture shows, mm
   };
+  /// Returns the result if the graphics card has finished. The GL context must be current.
   std::optional<Seen> take();
-  /// Frees what the GL holds; the context must still live.
+  /// Frees the GL resources; the context must still exist.
   void release();
 
   struct Counters {
     std::uint64_t draws = 0;  ///< frames in which scenery was drawn
-    std::uint64_t reads = 0;  ///< pictures that were read of them
+    std::uint64_t reads = 0;  ///< frames in which the depth was read
   };
   const Counters& counters() const noexcept { return counters_; }
 
@@ -48,8 +48,8 @@ class ScreenDepth {
     double edge;
   };
   std::optional<Request> request_;
-  std::optional<Seen> asked_;  ///< of the frame that is being read
-  glm::ivec2 corner_{0};       ///< lower left pixel
+  std::optional<Seen> pending_;  ///< result of the frame that is being read
+  glm::ivec2 corner_{0};         ///< lower left pixel
   double near_ = 1, far_ = 2;
   std::array<unsigned, 2> buffers_{};
   void* fence_ = nullptr;

@@ -24,7 +24,7 @@
 #include <vtkTextProperty.h>
 
 #include "apps/view/render_window.h"
-#include "data-tools/atomic_file.h"
+#include "data-tools/files/atomic_file.h"
 
 namespace trephine::view {
 
@@ -34,7 +34,7 @@ namespace {
 
 constexpr int k_head = 44, k_foot = 34;  // pixels above and below panels
 
-/// Legend of a picture's lines, once each, in rows that are not wider than it.
+/// Legend of a picture's lines: each name once, in rows that fit into the picture's width.
 struct Legend {
   struct Entry {
     std::string name;
@@ -45,23 +45,23 @@ struct Legend {
   std::vector<Entry> entries;
   int rows = 1;
 
-  Legend(const std::vector<Panel>& panels, int wide) {
-    std::set<std::string> named;
+  Legend(const std::vector<Panel>& panels, int width) {
+    std::set<std::string> names;
     double x = 12;
     for (const Panel& panel : panels)
       for (const Panel::Line& line : panel.lines) {
-        if (line.name.empty() || !named.insert(line.name).second) continue;
+        if (line.name.empty() || !names.insert(line.name).second) continue;
         const double length = 9.5 * static_cast<double>(line.name.size()) + 24;
-        if (x > 12 && x + length > wide) x = 12, ++rows;
+        if (x > 12 && x + length > width) x = 12, ++rows;
         entries.push_back({line.name, line.colour, x, rows - 1});
         x += length;
       }
   }
 };
 
-/// The size of letters, at most `size` pixels, at which a line of text is no wider than `room`.
+/// Returns the font size, at most `size` pixels, at which a line of text fits into `room` pixels.
 int size_within(const std::string& text, double room, int size) {
-  constexpr double k_letter = 0.53;  // of its size, a letter's width on the mean
+  constexpr double k_letter = 0.53;  // mean width of a letter, relative to the font size
   return std::clamp(
       static_cast<int>(room / (k_letter * std::max<double>(1, static_cast<double>(text.size())))), 9, size);
 }
@@ -78,7 +78,7 @@ void add_text(vtkRenderer* to, const std::string& text, double x, double y, int 
   look->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
   look->SetVerticalJustificationToCentered();
   look->SetBackgroundColor(0.07, 0.07, 0.08);
-  look->SetBackgroundOpacity(0.4);  // on bright pictures too
+  look->SetBackgroundOpacity(0.4);  // for bright pictures
   if (is_right) look->SetJustificationToRight();
   to->AddActor2D(actor);
 }
@@ -86,9 +86,9 @@ void add_text(vtkRenderer* to, const std::string& text, double x, double y, int 
 void add_pixels(vtkRenderer* to, const Panel& panel) {
   vtkNew<vtkImageData> image;
   image->SetDimensions(panel.columns, panel.rows, 1);
-  image->SetSpacing(panel.mm_a_pixel, panel.mm_a_pixel, 1);
-  image->SetOrigin(-0.5 * panel.mm_a_pixel * (panel.columns - 1), -0.5 * panel.mm_a_pixel * (panel.rows - 1),
-                   0);
+  image->SetSpacing(panel.mm_per_pixel, panel.mm_per_pixel, 1);
+  image->SetOrigin(-0.5 * panel.mm_per_pixel * (panel.columns - 1),
+                   -0.5 * panel.mm_per_pixel * (panel.rows - 1), 0);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
   auto* out = static_cast<std::uint8_t*>(image->GetScalarPointer());
   for (const Panel::Colour& c : panel.pixels) out = std::copy(c.begin(), c.end(), out);
@@ -98,7 +98,7 @@ void add_pixels(vtkRenderer* to, const Panel& panel) {
   to->AddActor(actor);
 }
 
-/// `least`: mm, of which nothing smaller is seen: pieces of lines that short leave gaps.
+/// Adds a line. Skips points nearer than `least` mm to the last one, because very short segments leave gaps.
 void add_line(vtkRenderer* to, const Panel::Line& line, double least) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> cells;
@@ -126,13 +126,13 @@ void add_line(vtkRenderer* to, const Panel::Line& line, double least) {
   to->AddActor(actor);
 }
 
-/// A scale bar with its ends, in pixels of the picture.
+/// Adds a scale bar with end marks; positions in pixels of the picture.
 void add_bar(vtkRenderer* to, double left, double right, double y) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> cells;
-  const double places[][2] = {{left, y},     {right, y},     {left, y - 4},
-                              {left, y + 4}, {right, y - 4}, {right, y + 4}};
-  for (const auto& p : places) points->InsertNextPoint(p[0], p[1], 0);
+  const double positions[][2] = {{left, y},     {right, y},     {left, y - 4},
+                                 {left, y + 4}, {right, y - 4}, {right, y + 4}};
+  for (const auto& p : positions) points->InsertNextPoint(p[0], p[1], 0);
   for (vtkIdType i = 0; i < 6; i += 2) {
     cells->InsertNextCell(2);
     cells->InsertCellPoint(i), cells->InsertCellPoint(i + 1);
@@ -151,63 +151,63 @@ void add_bar(vtkRenderer* to, double left, double right, double y) {
 
 }  // namespace
 
-volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
+Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
   const int columns = panels.size() > 1 ? 2 : 1,
             rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
-  const int wide = columns * edge, cell = k_head + edge;
-  const Legend legend(panels, wide);
-  const int high = rows * cell + 6 + legend.rows * k_foot;
-  auto surface = make_offscreen(wide, high);
+  const int width = columns * edge, cell = k_head + edge;
+  const Legend legend(panels, width);
+  const int height = rows * cell + 6 + legend.rows * k_foot;
+  auto surface = make_offscreen(width, height);
   if (!surface) return surface.error();
   vtkRenderWindow* window = surface.value()->window();
-  // Text lies over the whole picture.
-  vtkNew<vtkRenderer> words;
-  words->SetBackground(0.07, 0.07, 0.08);
+  // The text layer covers the whole picture.
+  vtkNew<vtkRenderer> text_layer;
+  text_layer->SetBackground(0.07, 0.07, 0.08);
   window->SetNumberOfLayers(2);
-  words->SetLayer(1);
-  words->InteractiveOff();
+  text_layer->SetLayer(1);
+  text_layer->InteractiveOff();
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const Panel& panel = panels[i];
     const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
-    const double left = column * edge, low = high - (row + 1) * cell;
+    const double left = column * edge, low = height - (row + 1) * cell;
     vtkNew<vtkRenderer> view;
     view->SetBackground(0.07, 0.07, 0.08);
-    view->SetViewport(left / wide, low / high, (left + edge) / wide, (low + edge) / high);
+    view->SetViewport(left / width, low / height, (left + edge) / width, (low + edge) / height);
     view->GetActiveCamera()->ParallelProjectionOn();
     view->GetActiveCamera()->SetPosition(0, 0, 100);
     view->GetActiveCamera()->SetFocalPoint(0, 0, 0);
-    view->GetActiveCamera()->SetParallelScale(0.5 * panel.mm_a_pixel * std::max(panel.columns, panel.rows));
+    view->GetActiveCamera()->SetParallelScale(0.5 * panel.mm_per_pixel * std::max(panel.columns, panel.rows));
     add_pixels(view, panel);
     for (const Panel::Line& line : panel.lines)
-      add_line(view, line, 1.6 * panel.mm_a_pixel * std::max(panel.columns, panel.rows) / edge);
+      add_line(view, line, 1.6 * panel.mm_per_pixel * std::max(panel.columns, panel.rows) / edge);
     view->ResetCameraClippingRange();
     window->AddRenderer(view);
     if (panel.is_to_scale) {
-      const double a_mm = edge / (panel.mm_a_pixel * std::max(panel.columns, panel.rows));
-      const int mm = imaging::bar_length(0.25 * edge / a_mm);
-      add_bar(words, left + edge - 14 - mm * a_mm, left + edge - 14, low + 12);
-      add_text(words, std::to_string(mm) + " mm", left + edge - 14, low + 27, 15, true);
+      const double pixels_per_mm = edge / (panel.mm_per_pixel * std::max(panel.columns, panel.rows));
+      const int mm = imaging::bar_length(0.25 * edge / pixels_per_mm);
+      add_bar(text_layer, left + edge - 14 - mm * pixels_per_mm, left + edge - 14, low + 12);
+      add_text(text_layer, std::to_string(mm) + " mm", left + edge - 14, low + 27, 15, true);
     }
-    add_text(words, panel.title, left + 12, low + edge + 0.5 * k_head,
+    add_text(text_layer, panel.title, left + 12, low + edge + 0.5 * k_head,
              size_within(panel.title, edge - 24, 19), false);
     const double room = edge - 24 - (panel.is_to_scale ? 0.3 * edge : 0);
-    add_text(words, panel.foot, left + 12, low + 16, size_within(panel.foot, room, 15), false);
-    add_text(words, panel.left, left + 12, low + 0.5 * edge, 18, false);
-    add_text(words, panel.right, left + edge - 12, low + 0.5 * edge, 18, true);
-    add_text(words, panel.above, left + 0.5 * edge - 6, low + edge - 16, 18, false);
-    add_text(words, panel.below, left + 0.5 * edge - 6, low + 40, 18, false);
+    add_text(text_layer, panel.foot, left + 12, low + 16, size_within(panel.foot, room, 15), false);
+    add_text(text_layer, panel.left, left + 12, low + 0.5 * edge, 18, false);
+    add_text(text_layer, panel.right, left + edge - 12, low + 0.5 * edge, 18, true);
+    add_text(text_layer, panel.above, left + 0.5 * edge - 6, low + edge - 16, 18, false);
+    add_text(text_layer, panel.below, left + 0.5 * edge - 6, low + 40, 18, false);
   }
   for (const Legend::Entry& entry : legend.entries)
-    add_text(words, entry.name, entry.x, 3 + (legend.rows - entry.row - 0.5) * k_foot, 17, false,
+    add_text(text_layer, entry.name, entry.x, 3 + (legend.rows - entry.row - 0.5) * k_foot, 17, false,
              entry.colour);
-  window->AddRenderer(words);
+  window->AddRenderer(text_layer);
   window->Render();
   return png_of(window);
 }
 
-volume::Status write_slices(const std::vector<Panel>& panels, const std::string& path, int edge) {
+Status write_slices(const std::vector<Panel>& panels, const std::string& path, int edge) {
   const auto png = slices_png(panels, edge);
-  return png ? data_tools::write_file_atomically(path, png.value()) : volume::Status(png.error());
+  return png ? data_tools::write_file_atomically(path, png.value()) : Status(png.error());
 }
 
 }  // namespace trephine::view

@@ -1,5 +1,5 @@
-// Mouse over the picture: left presses the stylus, middle tilts it, right turns the picture, Shift + right
-// moves it; the wheel is depth, with the middle button down roll, with Ctrl zoom.
+// StylusStyle: mouse controls of the picture: left presses the stylus, middle tilts it, right turns the
+// picture, Shift + right moves it; the wheel sets the depth, with the middle button roll, with Ctrl zoom.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace trephine::view {
 
-/// Mouse and keys, turned into calls; VTK's own key bindings stay out.
+/// Translates mouse and keys to callbacks; VTK's own key bindings are disabled.
 class StylusStyle : public vtkInteractorStyleTrackballCamera {
  public:
   static StylusStyle* New();
@@ -20,19 +20,19 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
       std::function<void(bool)> on_press = [](bool) {},
                                 on_shift_press;
   std::function<void(int)> on_wheel = [](int) {}, on_roll = [](int) {};
-  /// Nearer (1) or farther (-1), toward a place of the picture: shares from the lower left.
+  /// Zooms in (1) or out (-1) toward a position in the picture: shares from the lower left.
   std::function<void(int, double, double)> on_zoom = [](int, double, double) {};
   std::function<void(const std::string&, bool)> on_key = [](const std::string&, bool) {};
-  /// The middle button went down or up.
+  /// The middle button was pressed or released.
   std::function<void(bool)> on_tilt = [](bool) {};
-  /// The cursor moved while that, or the right button, was down: pixels to the right and up.
+  /// The cursor moved while the middle (tilt) or right (turn) button was down: pixels to the right and up.
   std::function<void(double, double)> on_tilt_move = [](double, double) {}, on_turn = [](double, double) {};
 
   void OnLeftButtonDown() override {
     Interactor->GetShiftKey() && on_shift_press ? on_shift_press(true) : on_press(true);
   }
   void OnLeftButtonUp() override {
-    if (on_shift_press) on_shift_press(false);  // whatever its key does by now
+    if (on_shift_press) on_shift_press(false);  // also if Shift was released before the button
     on_press(false);
   }
   void OnRightButtonDown() override {
@@ -43,10 +43,10 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
   void OnMiddleButtonDown() override { on_tilt(is_tilting_ = true); }
   void OnMiddleButtonUp() override { on_tilt(is_tilting_ = false); }
   void OnMouseMove() override {
-    if (is_tilting_) on_tilt_move(moved(0), moved(1));
+    if (is_tilting_) on_tilt_move(cursor_motion(0), cursor_motion(1));
     Superclass::OnMouseMove();
   }
-  void Rotate() override { on_turn(moved(0), moved(1)); }
+  void Rotate() override { on_turn(cursor_motion(0), cursor_motion(1)); }
   void OnMouseWheelForward() override { wheel(1); }
   void OnMouseWheelBackward() override { wheel(-1); }
   void OnKeyPress() override {
@@ -56,15 +56,15 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
 
  private:
   void pick_renderer() { SetCurrentRenderer(DefaultRenderer); }
-  int moved(int axis) const {
+  int cursor_motion(int axis) const {
     return Interactor->GetEventPosition()[axis] - Interactor->GetLastEventPosition()[axis];
   }
   bool is_tilting_ = false;
-  void wheel(int way) {
-    if (is_tilting_) return on_roll(way);
-    if (!Interactor->GetControlKey()) return on_wheel(way);
+  void wheel(int direction) {
+    if (is_tilting_) return on_roll(direction);
+    if (!Interactor->GetControlKey()) return on_wheel(direction);
     const int *at = Interactor->GetEventPosition(), *size = Interactor->GetRenderWindow()->GetSize();
-    on_zoom(way, static_cast<double>(at[0]) / std::max(1, size[0]),
+    on_zoom(direction, static_cast<double>(at[0]) / std::max(1, size[0]),
             static_cast<double>(at[1]) / std::max(1, size[1]));
   }
 };

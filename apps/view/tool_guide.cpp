@@ -9,22 +9,22 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_speed = 60;  // mm/s on the way to a place
-constexpr double k_leave = 9;   // mm: a cursor so far away takes the tool along
-constexpr double k_lead = 8;    // mm that a pulling hand is ahead of a bit: 4 N at half a newton a millimetre
+constexpr double k_speed = 60;  // mm/s toward a found pose
+constexpr double k_leave = 9;   // mm; a cursor farther away releases the tool
+constexpr double k_lead = 8;    // mm by which a pulling hand is ahead of a bit: 4 N at 0.5 N/mm
 
 double distance_to_ray(const dvec3& p, const ToolGuide::Input& input) {
   return glm::length(glm::cross(p - input.eye, input.direction));
 }
 
-/// Is there no bone along the axis of a craniotome's bit, and at its foot?
+/// True if there is no bone along the axis of a craniotome's bit and at its foot.
 bool is_axis_free(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, const dvec3& shaft) {
   for (double h = -0.5 * tool.thickness; h < tool.length; h += 0.25)
     if (is_bone(at + h * shaft)) return false;
   return true;
 }
 
-/// Returns where a line down the shaft first meets bone; it begins well above a place under the bone.
+/// Returns the point where a line down the shaft first meets bone, from 20 mm above to 3 mm below `at`.
 std::optional<dvec3> surface_over(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft) {
   constexpr double k_above = 20, k_below = 3, k_step = 0.2;  // mm
   for (double h = k_above; h > -k_below; h -= k_step)
@@ -39,13 +39,13 @@ void ToolGuide::release() {
   searched_at_ = dvec3(1e9);
 }
 
-/// Another tool, or none.
+/// Resets the guide when the tool changes.
 void ToolGuide::forget() {
   release();
-  candidate_.reset(), edge_.clear(), why_not_.clear(), message_.clear();
+  candidate_.reset(), edge_.clear(), search_failure_.clear(), message_.clear();
 }
 
-/// Did the place, the bone or the way of holding the tool change since the last search?
+/// True if the position, the bone or the shaft changed since the last search, and a search is not too soon.
 bool ToolGuide::is_search_due(const dvec3& at, const Input& input) {
   constexpr double k_moved = 0.2, k_cosine = 0.9998, k_often = 0.05;  // mm; 1 degree; s
   const bool has_changed = glm::length(at - searched_at_) > k_moved || searched_in_ != input.version ||
@@ -57,26 +57,26 @@ bool ToolGuide::is_search_due(const dvec3& at, const Input& input) {
   return true;
 }
 
-void ToolGuide::begin(FootPlace place, const dvec3& from) {
+void ToolGuide::begin(FootPose place, const dvec3& from) {
   place_ = std::move(place);
   at_ = from;
   state_ = State::moving;
 }
 
-void ToolGuide::move_on(double seconds) {
-  double left = k_speed * std::min(seconds, 0.1);
-  while (left > 0 && !way_.empty()) {
-    const dvec3 to = way_.front() - at_;
-    if (const double far = glm::length(to); far > left) {
-      at_ += left / far * to;
+void ToolGuide::advance(double seconds) {
+  double remaining = k_speed * std::min(seconds, 0.1);
+  while (remaining > 0 && !path_.empty()) {
+    const dvec3 to = path_.front() - at_;
+    if (const double distance = glm::length(to); distance > remaining) {
+      at_ += remaining / distance * to;
       return;
     } else {
-      left -= far;
+      remaining -= distance;
     }
-    at_ = way_.front();
-    way_.erase(way_.begin());
+    at_ = path_.front();
+    path_.erase(path_.begin());
   }
-  if (way_.empty()) state_ = State::held;
+  if (path_.empty()) state_ = State::held;
 }
 
 bool ToolGuide::slide(int steps) {
@@ -85,24 +85,24 @@ bool ToolGuide::slide(int steps) {
   return true;
 }
 
-/// The bone changed, or the foot should go farther: finds the edge where it is now.
+/// Finds the edge again after a change of the bone or of the foot's reach.
 void ToolGuide::search_again(const BoneTest& is_bone, const Input& input, double reach) {
   const dvec3 open = place_.turn * dvec3(1, 0, 0), shaft = place_.turn * dvec3(0, 0, 1);
-  std::string why;
+  std::string reason;
   for (const double inward : {0.5, 1.5, 3.0, 4.5}) {
-    FootSearch found = find_edge(is_bone, input.tool, place_.edge_world - inward * open, shaft, reach, open);
-    if (!found.place) {
-      why = found.why;
+    FootSearch search = find_edge(is_bone, input.tool, place_.edge_world - inward * open, shaft, reach, open);
+    if (!search.place) {
+      reason = search.why;
       continue;
     }
     reach_ = reach;
     held_in_ = input.version;
-    edge_ = found.place->edge;
-    way_ = {found.place->way.back(), found.place->at_world};
-    begin(std::move(*found.place), at_);
+    edge_ = search.place->edge;
+    path_ = {search.place->way.back(), search.place->at_world};
+    begin(std::move(*search.place), at_);
     return;
   }
-  message_ = why;
+  message_ = reason;
   if (held_in_ != input.version) release();
 }
 
@@ -112,25 +112,25 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_kerrison(const BoneTest& is_bon
     release();
   if (state_ == State::free) {
     if ((!input.is_pressed || is_click) && input.surface && is_search_due(*input.surface, input)) {
-      FootSearch found = find_edge(is_bone, input.tool, *input.surface, input.shaft, 0);
-      candidate_ = std::move(found.place);
-      why_not_ = std::move(found.why);
+      FootSearch search = find_edge(is_bone, input.tool, *input.surface, input.shaft, 0);
+      candidate_ = std::move(search.place);
+      search_failure_ = std::move(search.why);
     }
     if (!input.surface && !input.is_pressed) candidate_.reset(), searched_at_ = dvec3(1e9);
     edge_ = candidate_ ? candidate_->edge : std::vector<dvec3>();
     if (!is_click) return std::nullopt;
     if (!candidate_) {
-      if (input.surface) message_ = why_not_;
+      if (input.surface) message_ = search_failure_;
       return std::nullopt;
     }
-    way_ = candidate_->way;
-    way_.push_back(candidate_->at_world);
-    const dvec3 first = way_.front();
+    path_ = candidate_->way;
+    path_.push_back(candidate_->at_world);
+    const dvec3 first = path_.front();
     begin(std::move(*candidate_), first);
     candidate_.reset();
     reach_ = 0, slides_ = 0, is_press_used_ = true, is_jump_ = true, held_in_ = input.version;
   }
-  if (state_ == State::moving) move_on(input.seconds);
+  if (state_ == State::moving) advance(input.seconds);
   if (is_click && state_ == State::held && !is_jump_) is_press_used_ = false;
   if (state_ == State::held && !input.is_pressed && held_in_ != input.version)
     search_again(is_bone, input, reach_);
@@ -148,19 +148,19 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
   if (state_ != State::free && !input.is_pressed && distance_to_ray(at_ + 3.0 * shaft, input) > k_leave)
     release();
   if (state_ == State::free) {
-    if (input.is_pressed && !was_pressed_ && input.old_surface) message_ = why_not_;
+    if (input.is_pressed && !was_pressed_ && input.old_surface) message_ = search_failure_;
     if (input.is_pressed || !input.old_surface) return std::nullopt;
     if (!is_search_due(*input.old_surface, input)) return std::nullopt;
-    FootSearch found = find_hole(is_bone, was_bone, input.tool, *input.old_surface, input.shaft);
-    why_not_ = found.why;
-    if (!found.place) return std::nullopt;
-    way_ = found.place->way;
-    way_.push_back(found.place->at_world);
-    const dvec3 first = way_.front();
-    begin(std::move(*found.place), first);
+    FootSearch search = find_hole(is_bone, was_bone, input.tool, *input.old_surface, input.shaft);
+    search_failure_ = search.why;
+    if (!search.place) return std::nullopt;
+    path_ = search.place->way;
+    path_.push_back(search.place->at_world);
+    const dvec3 first = path_.front();
+    begin(std::move(*search.place), first);
     is_jump_ = true, held_in_ = input.version;
   }
-  // Bone that an undo brought back may stand where the tool does.
+  // Undo may restore bone at the tool's position.
   if (!input.is_pressed && held_in_ != input.version) {
     held_in_ = input.version;
     if (!is_axis_free(is_bone, input.tool, state_ == State::cutting ? input.tip : at_, shaft)) {
@@ -168,20 +168,20 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
       return std::nullopt;
     }
   }
-  if (state_ == State::moving) move_on(input.seconds);
+  if (state_ == State::moving) advance(input.seconds);
   if (state_ == State::moving || !input.is_pressed) {
     if (state_ == State::cutting) at_ = input.tip, state_ = State::held;
     return Pose{at_, place_.turn, false, std::exchange(is_jump_, false)};
   }
-  // The foot goes where the bone under the cursor ends, no farther ahead than a hand would pull.
+  // The foot goes below the bone under the cursor, no farther ahead than a hand would pull.
   state_ = State::cutting;
   place_.turn = glm::dquat(dvec3(0, 0, 1), input.shaft);
   at_ = input.tip;
   if (input.old_surface) {
-    dvec3 way = *input.old_surface - input.tip;
-    way -= glm::dot(way, input.shaft) * input.shaft;
-    const double far = glm::length(way);
-    const dvec3 ahead = input.tip + std::min(1.0, k_lead / std::max(1e-9, far)) * way;
+    dvec3 motion = *input.old_surface - input.tip;
+    motion -= glm::dot(motion, input.shaft) * input.shaft;
+    const double distance = glm::length(motion);
+    const dvec3 ahead = input.tip + std::min(1.0, k_lead / std::max(1e-9, distance)) * motion;
     const std::optional<dvec3> surface = surface_over(was_bone, ahead, input.shaft);
     const auto depth = surface ? foot_depth(was_bone, input.tool, *surface, input.shaft) : std::nullopt;
     if (depth) {

@@ -1,4 +1,4 @@
-// Guides a tool with a foot that a mouse moves: a Kerrison under an edge of bone, a craniotome along its
+// ToolGuide: guides a mouse-driven tool with a foot: a Kerrison under an edge of bone, a craniotome along its
 // kerf.
 #pragma once
 
@@ -9,41 +9,42 @@
 
 namespace trephine::view {
 
-/// A hand that feels finds an edge or a hole by itself; a mouse cannot, so the guide finds it. A Kerrison
-/// slides under the marked edge at a press of the button and bites at the next one. A craniotome stands
-/// upright in the burr hole under the cursor, and follows the cursor with its foot below the inner table
-/// while the button is down. Both are free again when the cursor leaves. One thread; calls of a frame.
+/// A hand with force feedback finds an edge or a hole by touch; a mouse cannot, so the guide finds it. A
+/// Kerrison slides under the marked edge at a press of the button and bites at the next press. A craniotome
+/// stands perpendicular in the burr hole under the cursor, and follows the cursor with its foot below the
+/// inner table while the button is down. Both are released when the cursor leaves. Not thread-safe; called
+/// once per frame.
 class ToolGuide {
  public:
   struct Input {
     FootTool tool;
     glm::dvec3 eye{0.0}, direction{0, 0, -1};  ///< the ray of the cursor, world; unit
-    std::optional<glm::dvec3> surface;         ///< where the ray meets bone
-    std::optional<glm::dvec3> old_surface;     ///< where it met bone before anything was removed
-    glm::dvec3 shaft{0, 0, 1};                 ///< how the tool is held without a guide; unit
-    glm::dvec3 tip{0.0};                       ///< where the tool is now
+    std::optional<glm::dvec3> surface;         ///< point where the ray meets bone
+    std::optional<glm::dvec3> old_surface;     ///< point where it met the bone as scanned
+    glm::dvec3 shaft{0, 0, 1};                 ///< direction of the shaft without a guide; unit
+    glm::dvec3 tip{0.0};                       ///< current position of the tool
     bool is_pressed = false;
     double seconds = 0;                   ///< since the last call
-    std::shared_ptr<const void> version;  ///< another one when bone was removed or came back
+    std::shared_ptr<const void> version;  ///< differs after bone was removed or restored
   };
   struct Pose {
     glm::dvec3 at_world{0.0};
     glm::dquat turn{1, 0, 0, 0};
     bool is_pressed = false;
-    bool is_jump = false;  ///< the tool is lifted over, not moved through what is between
+    bool is_jump = false;  ///< the tool is lifted over to this pose, not moved through bone
   };
-  /// Returns how the tool is held in this frame; nothing: as the cursor has it. A frame in which it
-  /// searches asks `is_bone` up to 50,000 times: where the cursor moved, at most 20 times a second.
+  /// Returns the pose of the tool in this frame; nullopt: the cursor determines it. A search calls `is_bone`
+  /// up to 50,000 times; it runs after the cursor moved, at most 20 times per second.
   std::optional<Pose> follow(const BoneTest& is_bone, const BoneTest& was_bone, const Input& input);
-  /// Slides the foot of a held Kerrison farther under the bone, half a millimetre a step. False: none is
-  /// held.
+  /// Slides the foot of a held Kerrison farther under the bone, 0.5 mm per step. Returns false if no Kerrison
+  /// is held.
   bool slide(int steps);
-  /// Lets the tool go where the cursor is.
+  /// Releases the tool to the cursor.
   void release();
   bool is_holding() const noexcept { return state_ != State::free; }
-  /// The edge under which the foot goes, or is.
+  /// Line along the edge under which the foot goes, or is.
   const std::vector<glm::dvec3>& edge() const noexcept { return edge_; }
-  /// Returns why the tool was let go or did not follow, once.
+  /// Returns once the reason why the tool was released or did not follow.
   std::string take_message() { return std::exchange(message_, {}); }
 
  private:
@@ -53,15 +54,15 @@ class ToolGuide {
                                         const Input& input);
   bool is_search_due(const glm::dvec3& at, const Input& input);
   void forget();
-  void begin(FootPlace place, const glm::dvec3& from);
-  void move_on(double seconds);
+  void begin(FootPose place, const glm::dvec3& from);
+  void advance(double seconds);
   void search_again(const BoneTest& is_bone, const Input& input, double reach);
 
   State state_ = State::free;
-  FootPlace place_;
-  std::optional<FootPlace> candidate_;  ///< for the next press, of the cursor at `searched_at_`
-  std::string why_not_;
-  std::vector<glm::dvec3> way_, edge_;
+  FootPose place_;
+  std::optional<FootPose> candidate_;  ///< for the next press, found for the cursor at `searched_at_`
+  std::string search_failure_;
+  std::vector<glm::dvec3> path_, edge_;
   glm::dvec3 at_{0.0}, searched_at_{1e9};
   std::shared_ptr<const void> searched_in_, held_in_;
   glm::dvec3 searched_shaft_{0.0};

@@ -40,13 +40,13 @@ struct Fields {
       {"lead", &lead},         {"width", &width},   {"opening", &opening}, {"jaw", &jaw}};
 };
 
-/// From one angle to another around a ball's middle; 0 is its lowest point.
+/// Adds an arc between two angles (rad) around a ball's centre; angle 0 is its lowest point.
 void add_arc(std::vector<dvec2>& profile, double middle, double radius, double from, double to,
-             double off = 0) {
+             double offset = 0) {
   constexpr int k_steps = 12;
   for (int i = 0; i <= k_steps; ++i) {
     const double a = from + (to - from) * i / k_steps;
-    profile.push_back({middle - radius * std::cos(a), off + radius * std::sin(a)});
+    profile.push_back({middle - radius * std::cos(a), offset + radius * std::sin(a)});
   }
 }
 
@@ -78,7 +78,7 @@ ToolPart drum(double radius, double end_radius, double length) {
   return part;
 }
 
-/// Its tip is a ball, whose middle the hand holds, cut off at `top`.
+/// A ball around the origin, truncated at height `top`.
 ToolPart ball_to(double radius, double top) {
   ToolPart part;
   part.is_fluted = true;
@@ -86,7 +86,7 @@ ToolPart ball_to(double radius, double top) {
   part.profile.push_back({part.profile.back().x, 0});
   return part;
 }
-/// And ends in another, smaller one, up to `top`.
+/// A tapered body between a ball around the origin and a smaller ball that ends at height `top`.
 ToolPart between_balls(double radius, double end, double top) {
   ToolPart part;
   part.is_fluted = true;
@@ -113,28 +113,29 @@ ToolLook look_of(const sim::Value& parameters) {
   ToolLook look;
   const double radius = look.radius = 0.5 * f.diameter;
   if (f.width > 0 && f.opening > 0 && f.jaw > 0) {
-    const double wide = look.radius = 0.5 * f.width;
+    const double half_width = look.radius = 0.5 * f.width;
     look.is_ball = false;
-    look.shaft_radius = std::max(0.6, 0.35 * wide);
+    look.shaft_radius = std::max(0.6, 0.35 * half_width);
     if (f.kind == "kerrison") {
-      look.parts = {disc(-f.jaw, 0, wide), disc(f.opening, f.opening + 2 * f.jaw, wide),
-                    rod({-wide, 0, -f.jaw}, {-wide, 0, f.opening + 4 * f.jaw}, 0.45 * look.shaft_radius)};
+      look.parts = {
+          disc(-f.jaw, 0, half_width), disc(f.opening, f.opening + 2 * f.jaw, half_width),
+          rod({-half_width, 0, -f.jaw}, {-half_width, 0, f.opening + 4 * f.jaw}, 0.45 * look.shaft_radius)};
       look.shaft_from = f.opening + 2 * f.jaw;
       look.foot = {.kind = FootTool::Kind::kerrison,
-                   .radius = wide,
+                   .radius = half_width,
                    .thickness = f.jaw,
                    .opening = f.opening,
                    .jaw = f.jaw};
       return look;
     }
-    look.shaft_from = wide + 2 * f.opening;
+    look.shaft_from = half_width + 2 * f.opening;
     for (const double side : {-1.0, 1.0}) {
-      ToolPart cup = disc(0, f.jaw, wide);
-      cup.at = {0.5 * side * f.opening, 0, -wide};
+      ToolPart cup = disc(0, f.jaw, half_width);
+      cup.at = {0.5 * side * f.opening, 0, -half_width};
       cup.along = {side, 0, 0};
       look.parts.push_back(cup);
-      look.parts.push_back(rod({0.5 * side * (f.opening + f.jaw), 0, -0.5 * wide}, {0, 0, look.shaft_from},
-                               0.6 * look.shaft_radius));
+      look.parts.push_back(rod({0.5 * side * (f.opening + f.jaw), 0, -0.5 * half_width},
+                               {0, 0, look.shaft_from}, 0.6 * look.shaft_radius));
     }
     return look;
   }

@@ -24,39 +24,38 @@ using workbench::Clock;
 using workbench::seconds_since;
 
 using glm::dvec3;
-using volume::Result;
 
 namespace {
 
-/// Pieces and what modules show, where the session has them now.
-void show_scenery(const sim::Replay& replay, Viewport& picture) {
+/// Shows detached bodies and the overlays of modules at their current poses.
+void show_overlays(const sim::Replay& replay, Viewport& picture) {
   sim::Overlays overlays = replay.engine().overlays();
-  for (sim::Overlay& one : overlays) one.holder = -1;  // the engine knows where they are
+  for (sim::Overlay& overlay : overlays) overlay.holder = -1;  // the engine's poses include held bodies
   picture.show(overlays, {});
 }
 
-/// The tool as the session left it, seen from its side of the bone.
+/// Shows the tool in the state of the replay, seen from its side of the bone.
 void show_replay(const sim::Replay& replay, const workbench::SessionSummary& summary,
                  const haptics::TouchScene& scene, Viewport& picture) {
   const haptics::ServoRecord& record = replay.record(summary.hand_at(replay.next_tick()));
   const volume::Volume& base = *scene.base;
   const glm::dvec3 middle = base.frame.world_from_volume(0.5 * glm::dvec3(base.size - 1));
-  const glm::dvec3 place = record.has_contact ? record.proxy_world : record.pose.position_world;
-  glm::dvec3 low, high, from = place - middle;
+  const glm::dvec3 tip = record.has_contact ? record.proxy_world : record.pose.position_world;
+  glm::dvec3 low, high, from = tip - middle;
   picture.view().bounds(low, high);
   from = glm::length(from) > 1 ? glm::normalize(from) : glm::dvec3(0, -1, 0);
-  // A little from the front left above, so that a straight hole is not seen end-on.
+  // Turn slightly toward front, left and above, so that a straight hole is not seen end-on.
   from = glm::normalize(from + 0.6 * glm::normalize(glm::dvec3(0.55, -0.75, 0.38)));
   picture.view().aim_camera(0.5 * (low + high), from, {0, 0, 1}, BoneView::distance_of(low, high));
   picture.show_stylus(record, look_of(replay.engine().now().settings.hands[record.hand].parameters),
                       *replay.engine().current(), from);
-  show_scenery(replay, picture);
+  show_overlays(replay, picture);
 }
 
-/// The stylus rests on what is in the middle of the picture.
+/// Places the stylus on the surface in the middle of the picture.
 void rest_stylus(const volume::Version& version, const ToolLook& tool, Viewport& picture) {
   const Ray ray = picture.ray_at(0.5, 0.5);
-  const double hit = picture.resting_place(version, ray).distance;
+  const double hit = picture.resting_position(version, ray).distance;
   if (hit < 0) return;
   haptics::ServoRecord record;
   record.has_contact = true;
@@ -81,7 +80,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   if (options.replay && options.replay->next_tick() > 0)
     show_replay(*options.replay, options.summary, scene, picture);
   else if (options.replay)
-    show_scenery(*options.replay, picture);  // commands alone: no hand moved
+    show_overlays(*options.replay, picture);  // a session of commands alone has no hand motion
   else if (options.has_tool)
     rest_stylus(
         *version,
@@ -94,7 +93,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   report.triangles = picture.triangle_count();
   report.first_frame_seconds = seconds_since(start);
   if (!options.screenshot.empty())
-    if (volume::Status error = write_png(surface.value()->window(), options.screenshot)) return *error;
+    if (Status error = write_png(surface.value()->window(), options.screenshot)) return *error;
   return report;
 }
 
@@ -145,7 +144,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   window->SetSize(static_cast<int>(options.width), static_cast<int>(options.height));
   window->SetWindowName(options.title.c_str());
   OperationController operation(scene, options, window);
-  if (volume::Status error = operation.start()) return *error;
+  if (Status error = operation.start()) return *error;
   operation.viewport().look_from(options.side);
   operation.viewport().set_plan(options.plan);
 
@@ -155,12 +154,12 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   interactor->SetInteractorStyle(style);
   style->SetDefaultRenderer(operation.viewport().view().renderer());
   style->on_press = [&](bool is_down) { operation.press(is_down); };
-  style->on_wheel = [&](int way) { operation.set_depth(operation.depth() + 0.5 * way); };
+  style->on_wheel = [&](int steps) { operation.set_depth(operation.depth() + 0.5 * steps); };
   style->on_tilt = [&](bool is_down) { operation.hold_tip(is_down); };
   style->on_tilt_move = [&](double right, double up) { operation.tilt(0.3 * right, 0.3 * up); };
-  style->on_roll = [&](int way) { operation.roll(way); };
-  style->on_zoom = [&](int way, double x, double y) {
-    operation.viewport().zoom(*operation.version(), way > 0 ? 1.15 : 1 / 1.15, x, y);
+  style->on_roll = [&](int steps) { operation.roll(steps); };
+  style->on_zoom = [&](int direction, double x, double y) {
+    operation.viewport().zoom(*operation.version(), direction > 0 ? 1.15 : 1 / 1.15, x, y);
   };
   style->on_turn = [&](double right, double up) { operation.viewport().turn(0.3 * right, -0.3 * up); };
   style->on_key = [&](const std::string& key, bool has_control) {
@@ -175,6 +174,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
     vtkRenderWindowInteractor* interactor;
     const WindowOptions* options;
     Clock::time_point started;
+    bool is_complete = false;
   } loop{&operation, interactor, &options, Clock::now()};
   vtkNew<vtkCallbackCommand> tick;
   tick->SetClientData(&loop);
@@ -191,8 +191,11 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
                         "y: redo   a p l r s i: views   q: quit");
     l->operation->frame();
     if ((l->options->seconds && seconds_since(l->started) > *l->options->seconds) ||
-        l->options->wants_to_end())
+        l->options->should_close()) {
+      // The graphics context ends with the event loop.
+      l->is_complete = l->options->screenshot.empty() || l->operation->viewport().complete();
       l->interactor->TerminateApp();
+    }
   });
   interactor->AddObserver(vtkCommand::TimerEvent, tick);
   interactor->CreateRepeatingTimer(16);
@@ -202,14 +205,12 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   report.window = "plain";
   report.first_frame_seconds = first_frame;
   if (!options.screenshot.empty()) {
-    if (!operation.viewport().complete())
-      return volume::Error{"The picture cannot be made: the window was not drawn",
-                           "--screenshot",
-                           "",
-                           "",
-                           "write it without a window: --screenshot without --seconds",
-                           volume::ErrorKind::missing_here};
-    if (volume::Status error = write_png(window, options.screenshot)) return *error;
+    if (!loop.is_complete)
+      return Error{.what = "the screenshot failed: the window was not drawn",
+                   .where = "--screenshot",
+                   .remedy = "omit --seconds to write the picture without a window",
+                   .kind = ErrorKind::missing_here};
+    if (Status error = write_png(window, options.screenshot)) return *error;
   }
   return report;
 }
@@ -219,17 +220,15 @@ Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene
   if (options.start) scene = options.start->scene();
   if (options.is_offscreen) return draw_once(*scene, options);
   if (!has_display()) return no_display();
-  // The library stays loaded: Qt does not like to leave before its program does.
+  // The library remains loaded: Qt does not support unloading before the program ends.
   if (void* library = dlopen(TREPHINE_WINDOW_LIBRARY, RTLD_NOW | RTLD_GLOBAL))
     if (void* entry = dlsym(library, k_qt_window_entry))
       return reinterpret_cast<RunQtWindow>(entry)(std::move(scene), options);
   if (options.replay)
-    return volume::Error{"a session is played in the full window only",
-                         "",
-                         "libtrephine-window is not installed",
-                         "",
-                         "install trephine-window, or play it without a window",
-                         volume::ErrorKind::missing_here};
+    return Error{.what = "replay needs the full window",
+                 .found = "libtrephine-window is not installed",
+                 .remedy = "install trephine-window, or replay without a window",
+                 .kind = ErrorKind::missing_here};
   return run_plain_window(*scene, options);
 }
 

@@ -16,7 +16,7 @@
 #include "apps/imaging/depth_panel.h"
 #include "apps/workbench/clock.h"
 #include "haptics/walls/solid_grid.h"
-#include "volume/traversal.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::view {
 
@@ -28,10 +28,10 @@ using glm::dvec3;
 namespace {
 bool has_scenery(const haptics::TouchScene& scene) {
   return std::any_of(scene.items.begin(), scene.items.end(),
-                     [](const haptics::TouchItem& item) { return item.depth && item.depth->comes_in(); });
+                     [](const haptics::TouchItem& item) { return item.depth && item.depth->is_streamed(); });
 }
 
-constexpr int k_threads = 2;  // meshing; ordinary ones, so that servo and edits go first
+constexpr int k_threads = 2;  // for meshing, at normal priority, below servo and edits
 }  // namespace
 
 Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live)
@@ -41,7 +41,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       structures_(scene),
       touch_radius_(scene.tool_radius) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
-  // The box of the solid voxels, so that the camera need not wait for the surface.
+  // Box of the solid voxels: the camera needs it before the surface is finished.
   glm::ivec3 low = scene.base->size, high(-1);
   for (const haptics::TouchItem& shape : base_shapes(scene))
     for (int z = 0; z < scene.base->size.z; ++z)
@@ -69,21 +69,21 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       least = glm::min(least, p), most = glm::max(most, p);
     }
     room_low = glm::min(room_low, least), room_high = glm::max(room_high, most);
-    // A whole room around a head is not looked at from outside.
+    // Skip a room around a head, which is not viewed from outside.
     if (glm::length(most - least) > 1.5 * glm::length(high_ - low_)) continue;
     seen_low_ = glm::min(seen_low_, least), seen_high_ = glm::max(seen_high_, most);
   }
   view_.bone().set_room(room_low, room_high);
   view_.overlays().labels().is_hidden = [this](const dvec3& at) {
-    constexpr double k_deep = 6;  // mm: a place on bone is not behind it
+    constexpr double k_deep = 6;  // mm; a point on the surface of bone is not hidden by it
     if (!version_) return false;
-    const dvec3 eye = this->eye().at, way = at - eye;
-    const double hit = distance_to_solid(*version_, {eye, glm::normalize(way)});
-    return hit >= 0 && hit < glm::length(way) - k_deep;
+    const dvec3 eye = this->eye().at, line = at - eye;
+    const double hit = distance_to_solid(*version_, {eye, glm::normalize(line)});
+    return hit >= 0 && hit < glm::length(line) - k_deep;
   };
 }
 
-sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::SeenDepths> depths) {
+sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::DisplayedDepths> depths) {
   overlays.emplace_back().lines = imaging::clip_volumes(depths);
   return overlays;
 }
@@ -105,12 +105,12 @@ void Viewport::request(const std::shared_ptr<const volume::Version>& version,
 void Viewport::wait() {
   worker_->finish();
   structures_.finish();
-  take_meshes();
+  fetch_meshes();
 }
 
 void Viewport::preview(std::unique_ptr<haptics::TouchScene> shapes,
                        const std::shared_ptr<const volume::Version>& version) {
-  worker_.reset();  // before the shapes that it borrows
+  worker_.reset();  // destroyed before the shapes that it borrows
   preview_ = std::move(shapes);
   worker_ = std::make_unique<ChunkWorker>(preview_ ? *preview_ : *scene_, k_threads);
   view_.bone().clear();
@@ -156,9 +156,9 @@ std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
   return volume::Openings::Plane{clip_origin_, -clip_normal_};
 }
 
-volume::Eye Viewport::eye() {
+volume::Camera Viewport::eye() {
   vtkCamera* camera = view_.renderer()->GetActiveCamera();
-  volume::Eye eye;
+  volume::Camera eye;
   const int* size = window_->GetSize();
   camera->GetPosition(eye.at.x, eye.at.y, eye.at.z);
   camera->GetDirectionOfProjection(eye.forward.x, eye.forward.y, eye.forward.z);
@@ -182,7 +182,7 @@ void Viewport::turn(double left, double up) {
   camera->GetViewUp(screen_up.x, screen_up.y, screen_up.z);
   const dvec3 from = at - target;
   const double distance = glm::length(from);
-  // Seen along the body's axis, the picture's upper edge says on which side the eye is.
+  // For a view along the body's axis, the picture's upper edge determines the side of the camera.
   dvec3 level(from.x, from.y, 0);
   constexpr double k_flat = 0.5;  // of a unit: the picture's upper edge points across the axis
   if (glm::length(level) < 2 * k_pole * distance && std::hypot(screen_up.x, screen_up.y) > k_flat)
@@ -204,11 +204,11 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
   dvec3 target;
   camera->GetFocalPoint(target.x, target.y, target.z);
   const double hit = distance_to_solid(version, ray), middle = glm::dot(target - ray.origin, ray.direction);
-  double far = hit >= 0 ? hit : std::max(middle, k_nearest);
-  if (factor < 1) far = std::max(far, k_nearest);  // out of bone, too
-  const double next = std::clamp(far / factor, std::min(far, k_nearest), k_farthest);
-  // The place under the cursor stays there, and what is turned about comes as near.
-  const dvec3 eye = ray.origin + (far - next) * ray.direction;
+  double current = hit >= 0 ? hit : std::max(middle, k_nearest);
+  if (factor < 1) current = std::max(current, k_nearest);  // also out of bone
+  const double next = std::clamp(current / factor, std::min(current, k_nearest), k_farthest);
+  // The point under the cursor remains there, and the focal point moves to its distance.
+  const dvec3 eye = ray.origin + (current - next) * ray.direction;
   const dvec3 forward = glm::normalize(target - ray.origin);
   const double distance = std::max(k_nearest, next * glm::dot(ray.direction, forward));
   const dvec3 at = eye + distance * forward;
@@ -220,7 +220,7 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
 Ray Viewport::ray_at(double x, double y) {
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();
-  // From the eye: the near plane moves when the view turns.
+  // Starts at the camera, because the near plane moves when the view turns.
   double eye[3], world[4];
   renderer->GetActiveCamera()->GetPosition(eye);
   renderer->SetDisplayPoint(x * size[0], y * size[1], 1);
@@ -247,7 +247,7 @@ void Viewport::follow(const volume::Version& version, const Ray& ray, const Visi
   if (clip_normal_ != dvec3(0))
     if (const double along = glm::dot(ray.direction, clip_normal_); along > 1e-9)
       from = std::clamp(glm::dot(clip_origin_ - ray.origin, clip_normal_) / along, 0.0, k_far);
-  // Matter that the plane lies in is no surface.
+  // Matter that contains the clip plane is no surface.
   bool is_inside = from > 0;
   volume::traverse(frame.volume_from_world(ray.origin + from * ray.direction),
                    frame.volume_from_world(ray.origin + (from + k_far) * ray.direction),
@@ -270,11 +270,11 @@ double Viewport::distance_to_solid(const volume::Version& version, const Ray& ra
   return hit;
 }
 
-Viewport::RestingPlace Viewport::resting_place(const volume::Version& version, const Ray& ray) const {
-  constexpr double k_behind = 10;  // mm: what lies as near behind an opening can be reached through it
+Viewport::RestingPosition Viewport::resting_position(const volume::Version& version, const Ray& ray) const {
+  constexpr double k_behind = 10;  // mm behind an opening within which structures are reachable
   const volume::Volume& base = *scene_->base;
-  RestingPlace place;
-  double opening = -1;  // where the ray left what was removed
+  RestingPosition place;
+  double opening = -1;  // distance at which the ray left removed matter
   bool is_in_opening = false;
   follow(version, ray, [&](double distance, const glm::ivec3& voxel, bool is_scanned, bool is_solid) {
     if (opening >= 0 && distance > opening + k_behind) return false;
@@ -290,7 +290,7 @@ Viewport::RestingPlace Viewport::resting_place(const volume::Version& version, c
     place = {distance, true};
     return false;
   });
-  return place.distance < 0 && opening >= 0 ? RestingPlace{opening, true} : place;
+  return place.distance < 0 && opening >= 0 ? RestingPosition{opening, true} : place;
 }
 
 dvec3 Viewport::outside_point() const {
@@ -317,19 +317,19 @@ std::optional<dvec3> Viewport::facing(const volume::Version& version, const Ray&
   if (middle < 0) return std::nullopt;
   const dvec3 other = std::abs(ray.direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
   const dvec3 right = glm::normalize(glm::cross(ray.direction, other)), up = glm::cross(right, ray.direction);
-  // The plane of the places around it, each against that across.
+  // Mean plane of the surrounding points.
   dvec3 normal(0);
-  std::array<std::optional<dvec3>, k_rays> places;
+  std::array<std::optional<dvec3>, k_rays> points;
   for (int i = 0; i < k_rays; ++i) {
     const double a = 2 * 3.14159265358979 * i / k_rays;
-    const Ray beside{ray.origin + k_around * (std::cos(a) * right + std::sin(a) * up), ray.direction};
-    const double far = distance_to_solid(version, beside);
-    if (far >= 0 && std::abs(far - middle) < k_deepest)
-      places[static_cast<std::size_t>(i)] = beside.origin + far * beside.direction;
+    const Ray neighbour{ray.origin + k_around * (std::cos(a) * right + std::sin(a) * up), ray.direction};
+    const double distance = distance_to_solid(version, neighbour);
+    if (distance >= 0 && std::abs(distance - middle) < k_deepest)
+      points[static_cast<std::size_t>(i)] = neighbour.origin + distance * neighbour.direction;
   }
   for (std::size_t i = 0; i < k_rays; ++i)
-    if (const std::size_t j = (i + 2) % k_rays, k = (i + 4) % k_rays; places[i] && places[j] && places[k])
-      normal += glm::cross(*places[j] - *places[i], *places[k] - *places[j]);
+    if (const std::size_t j = (i + 2) % k_rays, k = (i + 4) % k_rays; points[i] && points[j] && points[k])
+      normal += glm::cross(*points[j] - *points[i], *points[k] - *points[j]);
   if (glm::length(normal) < 1e-9) return std::nullopt;
   normal = glm::normalize(normal);
   return glm::dot(normal, ray.direction) > 0 ? -normal : normal;
@@ -347,10 +347,10 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
       tool = ball_look(radius);
       tool.parts[0].is_fluted = false;
     }
-  const bool is_round = touch_radius_ > 0;  // then the proxy is the ball's middle
-  constexpr glm::dquat k_not_told{1, 0, 0, 0};
+  const bool is_round = touch_radius_ > 0;  // the proxy is the ball's centre
+  constexpr glm::dquat k_identity{1, 0, 0, 0};
   dvec3 shaft;
-  if (tool.is_ball && record.pose.orientation == k_not_told) {
+  if (tool.is_ball && record.pose.orientation == k_identity) {
     const dvec3 touched = is_round && record.has_contact
                               ? look.proxy_world - touch_radius_ * record.normal_world
                               : look.proxy_world;
@@ -366,7 +366,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
   look.tool_world = look.proxy_world;
   if (!is_round && tool.is_ball)
     look.tool_world += tool.radius * (record.has_contact ? record.normal_world : shaft);
-  // The depth cue: where the tool would land.
+  // The depth cue: a ring where the tool would touch the bone.
   const Ray down{look.tool_world, -shaft};
   constexpr double k_near = 40;  // mm
   if (const double landing = distance_to_solid(version, down);
@@ -381,20 +381,22 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
 }
 
 void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands) {
-  std::vector<haptics::Placement> places;
-  for (const haptics::ServoRecord& hand : hands) places.push_back(haptics::place_of(hand.pose));
+  std::vector<haptics::Placement> placements;
+  for (const haptics::ServoRecord& hand : hands) placements.push_back(haptics::place_of(hand.pose));
   OverlayLayer* scenery = view_.scenery();
-  if (plan_.empty() && scenery == nullptr) return view_.overlays().show(overlays, places);
-  sim::Overlays all = plan_, drawn;
-  for (const sim::Overlay& one : overlays)
-    (scenery != nullptr && one.kind == sim::Overlay::Kind::scenery ? drawn : all).push_back(one);
-  if (scenery != nullptr) scenery->show(drawn, places);
-  view_.overlays().show(all, places);
+  if (plan_.empty() && scenery == nullptr) return view_.overlays().show(overlays, placements);
+  sim::Overlays others = plan_, scenery_overlays;
+  for (const sim::Overlay& overlay : overlays)
+    (scenery != nullptr && overlay.kind == sim::Overlay::Kind::scenery ? scenery_overlays : others)
+        .push_back(overlay);
+  if (scenery != nullptr) scenery->show(scenery_overlays, placements);
+  view_.overlays().show(others, placements);
 }
 
 dvec3 Viewport::obliquely(const dvec3& out) {
-  const dvec3 aside = glm::cross(out, dvec3(0, 0, 1));
-  return glm::normalize(out + 0.35 * (glm::length(aside) > 0.1 ? aside : dvec3(1, 0, 0)) + dvec3(0, 0, 0.15));
+  const dvec3 sideways = glm::cross(out, dvec3(0, 0, 1));
+  return glm::normalize(out + 0.35 * (glm::length(sideways) > 0.1 ? sideways : dvec3(1, 0, 0)) +
+                        dvec3(0, 0, 0.15));
 }
 
 void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
@@ -436,12 +438,12 @@ std::optional<ScreenDepth::Seen> Viewport::take_depth() {
 
 std::optional<double> Viewport::draw() {
   const auto begin = Clock::now();
-  take_meshes();
+  fetch_meshes();
   if (!view_.render()) return std::nullopt;
   return 1e3 * seconds_since(begin);
 }
 
-void Viewport::take_meshes() {
+void Viewport::fetch_meshes() {
   for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
   for (const ChunkMesh& mesh : structures_.take()) view_.bone().show(mesh);
 }

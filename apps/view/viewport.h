@@ -1,4 +1,4 @@
-// Picture of an operation: bone, cut, stylus and overlays at one moment, live or replayed.
+// Viewport: picture of an operation: bone, cuts, stylus and overlays at one moment, live or replayed.
 #pragma once
 
 #include <functional>
@@ -8,9 +8,9 @@
 #include "apps/view/bone_view.h"
 #include "apps/view/opened_structures.h"
 #include "haptics/servo/servo_core.h"
-#include "sim/depth_sets.h"
-#include "volume/direct_image.h"
-#include "volume/traversal.h"
+#include "sim/engine/depth_sets.h"
+#include "volume/imaging/direct_image.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::view {
 
@@ -18,116 +18,117 @@ struct Ray {
   glm::dvec3 origin, direction;  // world, unit direction
 };
 
-/// Cuts the picture open by a plane that faces the viewer, or an axis of the patient, or any.
+/// Clip plane of the picture, which faces the viewer, an axis of the patient, or any direction.
 struct ClipChoice {
   enum class Axis { none, left, back, up, view, plane } axis = Axis::none;
-  double share = 0.5;          ///< of the way through the bone, 0 to 1; not of a plane:
-  glm::dvec3 at{0.0};          ///< world
-  glm::dvec3 normal{0, 0, 1};  ///< unit; nothing before it is shown
+  double share = 0.5;          ///< depth of the plane through the bone, 0 to 1; not for Axis::plane
+  glm::dvec3 at{0.0};          ///< Axis::plane: point of the plane, world, mm
+  glm::dvec3 normal{0, 0, 1};  ///< Axis::plane: unit; its side is not shown
 };
 
-/// And where the depth images are made.
-sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::SeenDepths> depths);
+/// Returns the overlays with the clip volumes of depth images added.
+sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::DisplayedDepths> depths);
 
-/// Borrows the scene. One thread: the one that draws.
+/// Borrows the scene. Drawing thread only.
 class Viewport {
  public:
   Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live);
 
-  /// Asks for the surface of a version, all of it or where it changed. wait: until all of it is there.
+  /// Requests the surface of a version, all of it or where it changed.
   void request_all(const std::shared_ptr<const volume::Version>& version);
   void request(const std::shared_ptr<const volume::Version>& version, const volume::VoxelBox& changed);
+  /// Waits until all requested surfaces are finished.
   void wait();
-  /// Shows other shapes of the same scan for a while (a window that a person is choosing), or again its own.
+  /// Temporarily shows other shapes of the same scan, such as a threshold during its choice; null: its own.
   void preview(std::unique_ptr<haptics::TouchScene> shapes,
                const std::shared_ptr<const volume::Version>& version);
   void set_clip(const ClipChoice& choice);
   const ClipChoice& clip() const noexcept { return clip_; }
-  /// Half space that this cuts away: all before this plane.
+  /// Plane in front of which the picture is clipped; nullopt: no clipping.
   std::optional<volume::Openings::Plane> clip_plane() const;
   /// Camera of the picture, in its own pixels.
-  volume::Eye eye();
-  /// Turns the picture about what is looked at, degrees; the patient's head stays up.
+  volume::Camera eye();
+  /// Turns the camera about its focal point, in degrees; the patient's head remains up.
   void turn(double left, double up);
 
-  /// Goes nearer by a factor, toward what is seen at (x, y), as ray_at() takes it, and no nearer than 20 mm.
+  /// Zooms by a factor toward the object at (x, y) (as in ray_at()), to at least 20 mm from it.
   void zoom(const volume::Version& version, double factor, double x, double y);
 
-  /// mm, of the ball that the tool touches with by now; 0: a point.
+  /// Sets the radius (mm) of the ball with which the tool currently touches; 0: a point.
   void set_touch_radius(double radius) { touch_radius_ = radius; }
-  /// Shows the stylus as a tick left it. One without an orientation leans as `held_at()` has it.
+  /// Shows the stylus of a tick. A stylus without an orientation is tilted by held_at().
   void show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
-  /// Direction of the shaft of a ball on a surface, so that one sees what it does: between the normal and the
-  /// viewer. Unit.
+  /// Direction (unit) of the shaft of a ball on a surface, between the normal and the viewer, so that the
+  /// ball is visible.
   static glm::dvec3 held_at(const glm::dvec3& normal, const glm::dvec3& toward_viewer);
-  /// Draws a line on the bone, world, with the stylus: the edge that a tool goes under. Empty: none.
+  /// Draws a line (world, mm) on the bone with the stylus: the edge that a tool goes under. Empty: no line.
   void mark_edge(std::vector<glm::dvec3> line) { edge_ = std::move(line); }
-  /// Sets what is always shown in addition to the bone: a plan.
+  /// Sets the plan, which is always shown in addition to the bone.
   void set_plan(sim::Overlays plan);
-  /// Shows other overlays in addition, and no more; `hands`: the newest tick of each.
+  /// Replaces the overlays that are shown in addition to the plan; `hands`: the newest tick of each.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands);
   std::size_t overlay_count() { return view_.overlays().size(); }
   void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
-  /// A state as a picture has it, without a tool: all of it, seen from `from` (unit), aimed between the
-  /// bone's middle (`share` 0) and a place (1), `nearer` (1: as far as all of it needs).
+  /// Draws a whole state without a tool, seen from `from` (unit), aimed between the bone's middle (`share` 0)
+  /// and `at` (1). `nearer`: factor of the distance that shows all of it.
   void show_still(const std::shared_ptr<const volume::Version>& version,
                   std::span<const sim::Overlay> overlays, const glm::dvec3& at, const glm::dvec3& from,
                   double share, double nearer);
-  /// From `out` a little to the side and above, so that depth is seen. Unit.
+  /// Direction (unit) from `out` a little to the side and up, so that depth is visible.
   static glm::dvec3 obliquely(const glm::dvec3& out);
-  /// All of the bone, seen from one of A P L R S I, or from the front left above (0).
+  /// Shows all of the bone from one of A P L R S I, or from the front left above (0).
   void look_from(char side) { view_.look_from(side, seen_low_, seen_high_); }
-  /// Seen from where a surgeon stands who works at a place: from outside, a little aside.
+  /// Shows the view of a surgeon who works at a position: from outside, slightly oblique.
   void look_at_work(const glm::dvec3& at_world);
-  /// Takes finished chunks in and draws. Returns the milliseconds that it took; nothing where the picture
-  /// would be the same as the last one, and was not drawn.
+  /// Adopts finished chunks and draws. Returns the duration in ms; nullopt, without drawing, if the picture
+  /// would not change.
   std::optional<double> draw();
 
-  /// Through the picture at (x, y), shares of its width and height from the lower left.
+  /// Ray through the picture at (x, y), shares of its width and height from the lower left.
   Ray ray_at(double x, double y);
-  /// Returns where a place of the world is in the picture, as ray_at() takes it.
+  /// Position of a world point in the picture, as in ray_at().
   glm::dvec2 project(const glm::dvec3& at_world);
-  /// First crossing of the ray with the solid of any shape, mm along it, in the part that is not clipped
-  /// away; negative when it does not.
+  /// Distance (mm) along the ray to the first solid of any shape in the part that is not clipped; negative if
+  /// the ray meets no solid.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;
-  /// Finds the place at which a tool that does not work rests along the ray. Through an opening in what was
-  /// solid before anything was cut it goes no farther than the first labelled structure behind it, or, where
-  /// nothing is near, the far side of what was removed; not to the far side of the skull.
-  struct RestingPlace {
-    double distance = -1;  ///< mm along the ray; negative: it meets nothing
-    bool is_soft = false;  ///< over an opening: nothing there holds the tool
+  /// Resting position of an idle tool along the ray. Through an opening in the solid as scanned it goes no
+  /// farther than the first labelled structure behind it or, without a structure nearby, the far side of the
+  /// removed matter; not to the far side of the skull.
+  struct RestingPosition {
+    double distance = -1;  ///< mm along the ray; negative: the ray meets nothing
+    bool is_soft = false;  ///< over an opening, where nothing holds the tool
   };
-  RestingPlace resting_place(const volume::Version& version, const Ray& ray) const;
-  /// Unit, out of the solid: how the surface lies on the whole, some millimetres around where the ray meets
-  /// it. Nothing where there is too little of it.
+  RestingPosition resting_position(const volume::Version& version, const Ray& ray) const;
+  /// Mean direction (unit, out of the solid) of the surface within some millimetres around its intersection
+  /// with the ray; nullopt if there is too little surface.
   std::optional<glm::dvec3> facing(const volume::Version& version, const Ray& ray) const;
-  /// Above everything, where an idle stylus waits.
+  /// Point above everything, for an idle stylus.
   glm::dvec3 outside_point() const;
-  /// Unit normal of the first shape's surface, out of the solid; 0 where it is flat.
+  /// Unit normal of the first shape's surface, out of the solid; 0 if the field has no gradient.
   glm::dvec3 normal_at(const volume::Version& version, const glm::dvec3& p_world) const;
 
-  /// Scenery: requests its depth on the screen around a place, in the next frame; returns the result. Empty
-  /// where there is no scenery, or nothing is ready.
+  /// Requests the screen depth of scenery in a cube of `edge` mm around `at`, read in the next frame.
   void ask_depth(const glm::dvec3& at, double edge);
+  /// Returns the requested depth; nullopt if there is no scenery or the depth is not ready.
   std::optional<ScreenDepth::Seen> take_depth();
   BoneView& view() noexcept { return view_; }
   std::size_t triangle_count() const { return view_.bone().triangle_count(); }
   bool is_complete() const;
-  /// Returns the share of the picture that is drawn in full, 0 to 1; 1: it is complete.
+  /// Returns the share of the picture that is drawn at full detail, 0 to 1; 1: complete.
   double drawn_share() const;
-  /// Draws until the picture is complete. False where the window cannot be drawn into.
+  /// Draws until the picture is complete. Returns false if the window cannot be drawn into.
   bool complete();
 
  private:
-  /// Gives finished chunks of bone and of opened structures to the picture.
-  void take_meshes();
-  /// Calls visit(distance along the ray, voxel, is it solid as scanned, is it solid now) along the ray, past
-  /// the plane that cuts the picture open, while it returns true.
+  /// Adopts finished chunks of bone and of opened structures.
+  void fetch_meshes();
+  /// Calls visit(distance along the ray in mm, voxel, is_solid_as_scanned, is_solid_now) along the ray behind
+  /// the clip plane, while it returns true.
   template <class Visit>
   void follow(const volume::Version& version, const Ray& ray, const Visit& visit) const;
   sim::Overlays plan_;
-  std::shared_ptr<const volume::Version> version_;  ///< whose surface was asked for last
+  std::shared_ptr<const volume::Version> version_;  ///< version of the last request
   std::vector<glm::dvec3> edge_;
   const haptics::TouchScene* scene_;
   vtkRenderWindow* window_;
@@ -137,8 +138,8 @@ class Viewport {
   OpenedStructures structures_;
   ClipChoice clip_;
   double touch_radius_;
-  glm::dvec3 low_{0.0}, high_{0.0};            ///< world box of all that is solid
-  glm::dvec3 seen_low_{0.0}, seen_high_{0.0};  ///< and of models in addition
+  glm::dvec3 low_{0.0}, high_{0.0};            ///< world box of the solid voxels
+  glm::dvec3 seen_low_{0.0}, seen_high_{0.0};  ///< world box of solid voxels and models
   glm::dvec3 clip_origin_{0.0}, clip_normal_{0.0};
 };
 

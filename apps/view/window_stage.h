@@ -1,5 +1,5 @@
-// States of a window, and what may happen next: one operation at a time, opened in the background, replaced
-// when no dialog is open, ended once. No windowing toolkit in here.
+// WindowStage: states of a window: one operation at a time, opened in the background, replaced when no dialog
+// is open, ended once. Independent of the windowing toolkit.
 #pragma once
 
 namespace trephine::view {
@@ -15,34 +15,34 @@ class WindowStage {
   Stage stage() const noexcept { return stage_; }
   bool is_opening() const noexcept { return stage_ == Stage::opening || stage_ == Stage::giving_up; }
 
-  /// Something is opened; false: not now.
+  /// Starts opening; returns false if that is not possible now.
   bool open() noexcept {
     if (stage_ != Stage::working) return false;
     stage_ = Stage::opening;
     return true;
   }
-  /// False: nothing was being opened.
+  /// Cancels the opening; returns false if nothing is being opened.
   bool give_up() noexcept {
     if (!is_opening()) return false;
     stage_ = Stage::giving_up;
     return true;
   }
-  /// May what was opened take the operation's place? Not under a dialog that speaks of that one.
+  /// True if the opened operation may replace the current one: not while a dialog of the current one is open.
   bool may_replace() const noexcept { return is_opening() && dialogs_ == 0; }
-  /// It was opened, or could not be. Is it still wanted?
+  /// Ends the opening, successful or not. Returns true if it was not cancelled.
   bool opened() noexcept {
     const bool is_wanted = stage_ == Stage::opening;
     if (is_opening()) stage_ = Stage::working;
     return is_wanted;
   }
-  /// False: it has ended already.
+  /// Closes the window; returns false if it was closed already.
   bool close() noexcept {
     const bool is_first = stage_ != Stage::closing;
     stage_ = Stage::closing;
     return is_first;
   }
 
-  /// A dialog is open, as long as this lives.
+  /// Marks a dialog as open during its lifetime.
   class Dialog {
    public:
     explicit Dialog(WindowStage& stage) noexcept : stage_(&stage) { ++stage.dialogs_; }

@@ -1,4 +1,4 @@
-// Time as windows and commands measure it.
+// Clock of windows and commands, for durations.
 #pragma once
 
 #include <chrono>

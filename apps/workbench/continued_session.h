@@ -1,4 +1,4 @@
-// A recorded session that goes on where it stopped, in the same file.
+// ContinuedSession: a recorded session that is continued at its end, in the same file.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 namespace trephine::workbench {
 
 struct ContinuedSession {
-  std::unique_ptr<OpenedSession> session;      ///< owns what the engine borrows
+  std::unique_ptr<OpenedSession> session;      ///< owns the data that the engine borrows
   std::unique_ptr<sim::SessionWriter> writer;  ///< appends to the file
   sim::Engine engine;
   std::uint64_t first_tick = 0;
@@ -17,10 +17,10 @@ struct ContinuedSession {
   const sim::SessionHeader& header() const { return session->reader->header(); }
 };
 
-/// Replays a session of one hand to its end and begins to append to it. Error when its scan is not found (see
-/// open_session), when another version recorded it, when it is damaged, or, `is_live`, when a servo cannot
-/// run at its rate.
-volume::Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
-                                                  bool is_live, const Listener& listener = {});
+/// Replays a session of one hand to its end and begins to append to it. Error if its scan is not found (see
+/// open_session), another version recorded it, it is damaged, or, for `is_live`, a servo cannot run at its
+/// rate.
+Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
+                                          bool is_live, const Listener& listener = {});
 
 }  // namespace trephine::workbench

@@ -6,11 +6,11 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
-#include "data-tools/atomic_file.h"
-#include "data-tools/mesh_reading.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/meshes/mesh_reading.h"
 #include "haptics/depth/depth_model.h"
-#include "volume/parallel.h"
-#include "volume/text.h"
+#include "volume/base/parallel.h"
+#include "volume/base/text.h"
 
 namespace trephine::workbench {
 
@@ -18,22 +18,20 @@ using data_tools::DepthVideo;
 using glm::dvec3;
 using haptics::depth::DepthModel;
 using haptics::depth::DepthStream;
-using volume::Error;
-using volume::Result;
 
 Result<std::shared_ptr<const DepthStream>> stream_of(DepthVideo video, bool is_repeating) {
-  haptics::depth::DepthPictures all;
-  all.camera = {video.width, video.height, video.fx, video.fy, video.cx, video.cy};
-  all.mm_a_step = video.mm_a_step;
-  all.pictures = std::move(video.pictures);
-  all.times = std::move(video.times);
-  const std::size_t count = all.times.size();
+  haptics::depth::DepthPictures pictures;
+  pictures.camera = {video.width, video.height, video.fx, video.fy, video.cx, video.cy};
+  pictures.mm_per_step = video.mm_per_step;
+  pictures.pictures = std::move(video.pictures);
+  pictures.times = std::move(video.times);
+  const std::size_t count = pictures.times.size();
   if ((is_repeating || video.repeats_after) && count > 1) {
-    all.is_repeating = true;
-    all.repeats_after = video.repeats_after.value_or(all.times.back() * static_cast<double>(count) /
-                                                     static_cast<double>(count - 1));
+    pictures.is_repeating = true;
+    pictures.repeats_after = video.repeats_after.value_or(pictures.times.back() * static_cast<double>(count) /
+                                                          static_cast<double>(count - 1));
   }
-  return DepthStream::of(std::move(all));
+  return DepthStream::of(std::move(pictures));
 }
 
 Result<std::vector<std::string>> keys_of(const ModelChoice& model) {
@@ -46,35 +44,38 @@ Result<std::vector<std::string>> keys_of(const ModelChoice& model) {
   std::sort(files.begin(), files.end());
   constexpr std::size_t k_most = 200;
   if (files.empty() || files.size() > k_most)
-    return Error{
-        "the folder holds no fitting number of models", data_tools::file_name(model.file),
-        std::to_string(files.size()),
-        "1 to " + std::to_string(k_most) + ", .ply, .ply.gz, .obj, .stl, .vtk or .vtp; or a depth video",
-        "a folder of the keys of one animation"};
+    return Error{.what = "the number of models in the folder is out of range",
+                 .where = data_tools::file_name(model.file),
+                 .found = std::to_string(files.size()),
+                 .expected = "1 to " + std::to_string(k_most) +
+                             ", .ply, .ply.gz, .obj, .stl, .vtk or .vtp; or a depth video",
+                 .remedy = "pass a folder with the keys of one animation"};
   return files;
 }
 
 Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const VideoRequest& request,
                                 const Listener& listener) {
-  const dvec3 way = request.at - request.from;
-  const double distance = glm::length(way);
+  const dvec3 to_target = request.at - request.from;
+  const double distance = glm::length(to_target);
   if (!(distance > 1e-3))
-    return Error{"the camera looks at itself", "", volume::text_of(distance) + " mm", "two places", ""};
-  struct Seen {
+    return Error{.what = "the camera's position equals its target",
+                 .found = text_of(distance) + " mm",
+                 .expected = "two different positions"};
+  struct Subject {
     std::shared_ptr<const DepthModel> model;
     dvec3 at;
     haptics::MeshTree tree;
   };
-  std::vector<Seen> things;
+  std::vector<Subject> subjects;
   double longest = 0;
   for (const ModelChoice& choice : choices) {
     auto files = keys_of(choice);
     if (!files) return files.error();
     std::vector<std::shared_ptr<const haptics::MeshTree>> keys;
     for (const std::string& file : files.value()) {
-      ModelChoice one = choice;
-      one.file = file;
-      auto loaded = load_model(one, things.size() + 1, keys.empty() ? listener : Listener());
+      ModelChoice key = choice;
+      key.file = file;
+      auto loaded = load_model(key, subjects.size() + 1, keys.empty() ? listener : Listener());
       if (!loaded) return loaded.error();
       keys.push_back(std::move(loaded).value());
     }
@@ -84,46 +85,48 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
                                                          : haptics::depth::ModelKeys::After::stay);
     if (!model) return model.error();
     longest = std::max(longest, choice.beat * (choice.is_repeating ? count : count - 1));
-    things.push_back({std::move(model).value(), choice.at_world, {}});
+    subjects.push_back({std::move(model).value(), choice.at_world, {}});
   }
   const double seconds = request.seconds > 0 ? request.seconds : longest;
   const auto count = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(seconds * request.rate)));
   constexpr std::size_t k_most = 3000;
   if (count > k_most)
-    return Error{"the depth video would be too long", "", std::to_string(count) + " pictures",
-                 "at most " + std::to_string(k_most), "fewer seconds, or a lower rate"};
+    return Error{.what = "the depth video would be too long",
+                 .found = std::to_string(count) + " pictures",
+                 .expected = "at most " + std::to_string(k_most),
+                 .remedy = "choose a shorter duration or a lower rate"};
   DepthVideo video;
   video.width = request.width, video.height = request.height;
   video.fx = video.fy = 0.5 * request.width / std::tan(0.5 * request.angle * 3.14159265358979323846 / 180);
   video.cx = 0.5 * (request.width - 1), video.cy = 0.5 * (request.height - 1);
-  // Twice as far as what it looks at, in 16 bits.
-  video.mm_a_step = std::max(0.001, std::ceil(2 * distance / 65535 * 1000) / 1000);
+  // 16 bits for twice the distance of the target.
+  video.mm_per_step = std::max(0.001, std::ceil(2 * distance / 65535 * 1000) / 1000);
   video.position = request.from;
-  const dvec3 ahead = way / distance;
-  const dvec3 up = std::abs(ahead.z) > 0.99 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
-  const dvec3 right = glm::normalize(glm::cross(ahead, up));
-  const glm::dmat3 axes(right, glm::cross(ahead, right), ahead);
+  const dvec3 forward = to_target / distance;
+  const dvec3 up = std::abs(forward.z) > 0.99 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
+  const dvec3 right = glm::normalize(glm::cross(forward, up));
+  const glm::dmat3 axes(right, glm::cross(forward, right), forward);
   video.rotation = glm::normalize(glm::quat_cast(axes));
   const haptics::depth::DepthCamera camera{video.width, video.height, video.fx, video.fy, video.cx, video.cy};
-  const double farthest = 65535 * video.mm_a_step;
+  const double farthest = 65535 * video.mm_per_step;
   const bool is_moving = longest > 0;
-  const auto progress = listener.progress("looking at the models");
+  const auto progress = listener.progress("drawing the models");
   for (std::size_t n = 0; n < count; ++n) {
     const double time = static_cast<double>(n) / request.rate;
-    for (Seen& thing : things)
+    for (Subject& subject : subjects)
       if (n == 0 || is_moving)
-        thing.tree = haptics::MeshTree(thing.model->corners(time).all(), thing.model->keys().triangles);
+        subject.tree = haptics::MeshTree(subject.model->corners(time).all(), subject.model->keys().triangles);
     video.times.push_back(time);
     auto& picture = video.pictures.emplace_back(static_cast<std::size_t>(request.width) *
                                                 static_cast<std::size_t>(request.height));
-    volume::parallel_for(request.height, 0, [&](int row) {
+    parallel_for(request.height, 0, [&](int row) {
       for (int column = 0; column < request.width; ++column) {
         const dvec3 end = request.from + axes * camera.place(column, row, farthest);
         double nearest = 1;
-        for (const Seen& thing : things) {
+        for (const Subject& subject : subjects) {
           haptics::FacetHit hit;
-          int looked = 0;
-          if (thing.tree.cast(request.from - thing.at, end - thing.at, true, true, hit, looked))
+          int facets_tested = 0;
+          if (subject.tree.cast(request.from - subject.at, end - subject.at, true, true, hit, facets_tested))
             nearest = std::min(nearest, hit.t);
         }
         if (nearest < 1)
@@ -132,11 +135,11 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
               static_cast<std::uint16_t>(std::lround(nearest * 65535));
       }
     });
-    if (!progress(static_cast<double>(n + 1) / static_cast<double>(count)))
-      return Error{"given up", "", "", "", ""};
+    if (!progress(static_cast<double>(n + 1) / static_cast<double>(count))) return Error{.what = "cancelled"};
   }
   if (is_moving && request.seconds <= 0 &&
-      std::all_of(choices.begin(), choices.end(), [](const ModelChoice& one) { return one.is_repeating; }))
+      std::all_of(choices.begin(), choices.end(),
+                  [](const ModelChoice& choice) { return choice.is_repeating; }))
     video.repeats_after = static_cast<double>(count) / request.rate;
   return video;
 }

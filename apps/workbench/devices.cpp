@@ -4,19 +4,20 @@
 
 namespace trephine::workbench {
 
-using volume::Error;
-using volume::Result;
-
 Result<std::shared_ptr<haptics::Device>> open_device(const std::string& name) {
   if (name == "mouse") return std::shared_ptr<haptics::Device>();
   const std::size_t colon = name.find(':');
   const std::string kind = name.substr(0, colon);
   const bool is_virtual = kind == "virtual";
   if (!is_virtual && kind != "playback")
-    return Error{"there is no such device", "device", name, "mouse, playback:PATH.csv or virtual:PATH.csv",
-                 "choose one of these"};
+    return Error{.what = "unknown device",
+                 .where = "device",
+                 .found = name,
+                 .expected = "mouse, playback:PATH.csv or virtual:PATH.csv",
+                 .remedy = "choose one of these"};
   if (colon == std::string::npos || colon + 1 == name.size())
-    return Error{"the device needs a path", "device", name, kind + ":PATH.csv", ""};
+    return Error{
+        .what = "the device needs a path", .where = "device", .found = name, .expected = kind + ":PATH.csv"};
   Result<haptics::PosePath> path = open_path(name.substr(colon + 1));
   if (!path) return path.error();
   if (is_virtual)

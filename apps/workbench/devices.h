@@ -1,4 +1,4 @@
-// The devices of this build, by name.
+// Devices of this build, by name.
 #pragma once
 
 #include <memory>
@@ -9,8 +9,8 @@
 
 namespace trephine::workbench {
 
-/// "mouse" (null: the window's own), "playback:PATH.csv", "virtual:PATH.csv". Error on other names, or a path
-/// that cannot be read. Not opened yet.
-volume::Result<std::shared_ptr<haptics::Device>> open_device(const std::string& name);
+/// Creates "playback:PATH.csv" or "virtual:PATH.csv", without opening it; null for "mouse", which belongs to
+/// the window. Error on other names, or a path that cannot be read.
+Result<std::shared_ptr<haptics::Device>> open_device(const std::string& name);
 
 }  // namespace trephine::workbench

@@ -12,7 +12,7 @@
 #include "modules/laminectomy/laminectomy.h"
 #include "modules/measurement/measurement.h"
 #include "modules/rongeur/rongeur.h"
-#include "sim/forbidden.h"
+#include "sim/api/forbidden.h"
 
 namespace trephine::workbench {
 
@@ -20,7 +20,7 @@ namespace {
 
 using Level = EventLevel;
 
-/// A window shows a fault for as long as it lasts.
+/// A latched fault is only recorded, since a window displays it while it lasts.
 EventText text_of(const sim::FaultEvent& e) {
   return e.is_cleared ? EventText{"The force is on again.", Level::outcome}
                       : EventText{"The force is off (" + e.names + ").", Level::record};
@@ -45,10 +45,10 @@ EventText text_of(const sim::StructureTorn& e) {
   return {format_text("%s torn, %.2f mm deep.", e.structure.c_str(), e.deepest), Level::danger};
 }
 EventText text_of(const sim::PieceFreed& e) {
-  return {format_text("Body %u came off, %.0f mm3.", e.body.value, e.size), Level::outcome};
+  return {format_text("Body %u detached, %.0f mm3.", e.body.value, e.size), Level::outcome};
 }
 EventText text_of(const sim::DebrisFreed& e) {
-  return {format_text("%lld small part%s came off, %.1f mm3.", static_cast<long long>(e.count),
+  return {format_text("%lld small part%s removed as debris, %.1f mm3.", static_cast<long long>(e.count),
                       e.count == 1 ? "" : "s", e.size),
           Level::record};
 }
@@ -62,18 +62,18 @@ EventText text_of(const bone_flap::FlapPiece& e) {
                       e.is_taken ? "removed" : "left in place"),
           Level::record};
 }
-EventText text_of(const bone_flap::FlapSeen& e) {
+EventText text_of(const bone_flap::FlapPreviewed& e) {
   return {(e.area > 0 ? "Preview: " : "Preview: no flap. ") + e.says,
           e.area > 0 ? Level::outcome : Level::refusal};
 }
-EventText text_of(const bone_flap::NoFlap& e) { return {"No bone flap: " + e.why, Level::refusal}; }
+EventText text_of(const bone_flap::FlapFailed& e) { return {"No bone flap: " + e.why, Level::refusal}; }
 EventText text_of(const cross_section::SectionMeasured& e) {
   return {format_text("Section: bone %.1f mm2, models %.1f mm2, of which %.1f mm2 outside bone.", e.bone,
                       e.models, e.outside),
           Level::outcome};
 }
 EventText text_of(const measurement::Measured& e) {
-  if (!e.trouble.empty()) return {"Not measured: " + e.trouble, Level::refusal};
+  if (!e.problem.empty()) return {"Not measured: " + e.problem, Level::refusal};
   return {format_text("Measured: %.1f mm, %.1f degrees, mean %.0f.", e.length, e.angle, e.mean),
           Level::outcome};
 }
@@ -88,7 +88,7 @@ EventText text_of(const laminectomy::Judgement& e) {
                       e.opened_length),
           Level::outcome};
 }
-EventText text_of(const laminectomy::NoVertebra& e) {
+EventText text_of(const laminectomy::JudgementFailed& e) {
   return {"Vertebra " + e.vertebra + " not judged: " + e.why, Level::refusal};
 }
 EventText text_of(const drilling::Breakthrough& e) {
@@ -127,13 +127,13 @@ const auto& rows() {
                                  row<sim::DebrisFreed>(),
                                  row<bone_flap::FlapCut>(),
                                  row<bone_flap::FlapPiece>(),
-                                 row<bone_flap::FlapSeen>(),
-                                 row<bone_flap::NoFlap>(),
+                                 row<bone_flap::FlapPreviewed>(),
+                                 row<bone_flap::FlapFailed>(),
                                  row<cross_section::SectionMeasured>(),
                                  row<measurement::Measured>(),
                                  row<fluoroscopy::XrayTaken>(),
                                  row<laminectomy::Judgement>(),
-                                 row<laminectomy::NoVertebra>(),
+                                 row<laminectomy::JudgementFailed>(),
                                  row<drilling::Breakthrough>(),
                                  row<drilling::PerforatorStopped>(),
                                  row<drilling::CraniotomeRefused>(),

@@ -1,18 +1,18 @@
-// Events of a session as sentences for people, and how a window shows them.
+// Events of a session as sentences for users, with their importance in a window.
 #pragma once
 
 #include <string>
 
-#include "sim/event.h"
+#include "sim/api/event.h"
 
 namespace trephine::workbench {
 
 /// Importance of an event in a window.
 enum class EventLevel {
-  record,   ///< in the log only: another part of the window shows it already
-  outcome,  ///< at the tool: what an action led to
-  refusal,  ///< at the tool: why nothing was done, and what to do
-  danger,   ///< at the tool, in red: an injury or a fault
+  record,   ///< shown in the log only, since another part of the window displays it
+  outcome,  ///< shown at the tool: result of an action
+  refusal,  ///< shown at the tool: reason of a refusal, and the remedy
+  danger,   ///< shown at the tool, in red: an injury or a fault
 };
 
 struct EventText {
@@ -23,7 +23,7 @@ struct EventText {
 /// Describes an event: "Bone flap of 27.0 cm2 cut, 9000 mm3; the saw removed 800 mm3". An event of a type
 /// without a sentence of its own is described by its name and fields, at level `record`.
 EventText describe_event(const sim::Event& event);
-/// Returns whether events of this type have a sentence of their own.
+/// True if events of this type have a sentence of their own.
 bool has_event_text(const sim::ValueType& type);
 
 }  // namespace trephine::workbench

@@ -1,4 +1,4 @@
-// Notices about assumptions, and progress of long work; ignored by default.
+// Listener: receives notices about assumptions, and progress of long work; ignores both by default.
 #pragma once
 
 #include <functional>
@@ -7,10 +7,10 @@
 namespace trephine::workbench {
 
 struct Listener {
-  /// A sentence for a person.
+  /// A sentence for the user.
   std::function<void(const std::string& text)> notice = [](const std::string&) {};
-  /// Begins long work: the result is called with its share until it is released; false from it stops the
-  /// work.
+  /// Begins long work. The returned function is called with the completed share, 0 to 1; the work stops if it
+  /// returns false.
   std::function<std::function<bool(double share)>(const char* what)> progress = [](const char*) {
     return [](double) { return true; };
   };

@@ -4,17 +4,13 @@
 #include <cmath>
 
 #include "apps/workbench/text.h"
-#include "data-tools/phantom_cases.h"
+#include "data-tools/cases/phantom_cases.h"
 
 namespace trephine::workbench {
 
-using volume::Error;
-using volume::Result;
-using volume::Status;
-
 namespace {
 
-Status take_session(const MomentChoice& choice, const Listener& listener, Moment& moment) {
+Status open_session_at(const MomentChoice& choice, const Listener& listener, Moment& moment) {
   SourceChoice scan = choice.source;
   scan.path = choice.case_source;
   auto opened = open_session(choice.source.path, scan, listener);
@@ -22,13 +18,16 @@ Status take_session(const MomentChoice& choice, const Listener& listener, Moment
   moment.session = std::move(opened).value();
   OpenedSession& session = *moment.session;
   const double rate = session.reader->header().rate_hz;
-  const std::uint64_t all = session.reader->tick_count();
-  const double end = static_cast<double>(all) / rate;
+  const std::uint64_t tick_count = session.reader->tick_count();
+  const double end = static_cast<double>(tick_count) / rate;
   if (choice.until && *choice.until > end + 0.5 / rate)
-    return Error{"the session ends before that", "until", format_text("%g s", *choice.until),
-                 format_text("0 to %.1f s", end), ""};
+    return Error{.what = "the session is shorter",
+                 .where = "until",
+                 .found = format_text("%g s", *choice.until),
+                 .expected = format_text("0 to %.1f s", end)};
   const std::uint64_t tick =
-      choice.until ? std::min(all, static_cast<std::uint64_t>(std::llround(*choice.until * rate))) : all;
+      choice.until ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*choice.until * rate)))
+                   : tick_count;
   return go_to(moment, tick);
 }
 
@@ -42,12 +41,15 @@ Result<const data_tools::CaseTrajectory*> find_trajectory(const Moment& moment, 
       if (t.name == name) return &t;
       known += (known.empty() ? "" : ", ") + t.name;
     }
-  return Error{"there is no such trajectory", where, name, known.empty() ? "a case with a plan" : known, ""};
+  return Error{.what = "unknown trajectory",
+               .where = where,
+               .found = name,
+               .expected = known.empty() ? "a case with a plan" : known};
 }
 
 Status go_to(Moment& moment, std::uint64_t tick) {
   OpenedSession& session = *moment.session;
-  std::erase_if(moment.things, [](const Moment::Thing& thing) { return !thing.is_beside; });
+  std::erase_if(moment.things, [](const Moment::Thing& thing) { return !thing.is_external; });
   if (Status error = session.replay->seek(tick)) return error;
   moment.seconds = static_cast<double>(tick) / session.reader->header().rate_hz;
   sim::Engine& engine = session.replay->engine();
@@ -71,17 +73,22 @@ Status go_to(Moment& moment, std::uint64_t tick) {
 
 Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Listener& listener) {
   if (choice.until && !(*choice.until >= 0 && std::isfinite(*choice.until)))
-    return Error{"the time is out of range", "until", format_text("%g s", *choice.until), "0 s or more", ""};
+    return Error{.what = "the time is out of range",
+                 .where = "until",
+                 .found = format_text("%g s", *choice.until),
+                 .expected = "0 s or more"};
   if (Status error = check(choice.shape)) return *error;
   auto moment = std::make_unique<Moment>();
   if (is_session_file(choice.source.path)) {
-    if (Status error = take_session(choice, listener, *moment)) return *error;
+    if (Status error = open_session_at(choice, listener, *moment)) return *error;
   } else {
     if (choice.until)
-      return Error{"a scan has no time", "until", format_text("%g s", *choice.until), "a recorded session",
-                   ""};
+      return Error{.what = "a scan has no time axis",
+                   .where = "until",
+                   .found = format_text("%g s", *choice.until),
+                   .expected = "a recorded session"};
     SourceChoice scan = choice.source;
-    scan.takes_plan = true;  // of what is built in
+    scan.takes_plan = true;  // of a built-in phantom
     auto source = open_source(scan, listener);
     if (!source) return source.error();
     moment->source = std::move(source).value();
@@ -100,14 +107,14 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
     else if (choice.shape.is_made())
       return shape.error();
   }
-  for (const ModelChoice& wanted : choice.models) {
-    auto model = load_model(wanted, moment->things.size() + 1, listener);
+  for (const ModelChoice& model_choice : choice.models) {
+    auto model = load_model(model_choice, moment->things.size() + 1, listener);
     if (!model) return model.error();
     haptics::Placement place;
-    place.position_world = wanted.at_world;
-    moment->things.push_back({wanted.screw ? format_text("screw %zu", moment->things.size() + 1)
-                                           : format_text("model %zu", moment->things.size() + 1),
-                              std::move(model).value(), place, false, true, wanted.screw});
+    place.position_world = model_choice.at_world;
+    moment->things.push_back({model_choice.screw ? format_text("screw %zu", moment->things.size() + 1)
+                                                 : format_text("model %zu", moment->things.size() + 1),
+                              std::move(model).value(), place, false, true, model_choice.screw});
   }
   return moment;
 }

@@ -7,39 +7,36 @@
 #include "apps/workbench/clock.h"
 #include "apps/workbench/depth_video.h"
 #include "apps/workbench/text.h"
-#include "data-tools/atomic_file.h"
-#include "data-tools/mesh_reading.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/meshes/mesh_reading.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "modules/catalogue.h"
-#include "volume/mix_hash.h"
-#include "volume/text.h"
+#include "volume/base/mix_hash.h"
+#include "volume/base/text.h"
 
 namespace trephine::workbench {
 
 using sim::HandSpec;
-using sim::SceneSpec;
-using volume::Error;
-using volume::Result;
-using volume::Status;
+using sim::SceneDescription;
 
 namespace {
 
 Status check_effects(const std::vector<std::string>& effects) {
-  haptics::LawSet all;
+  haptics::LawSet laws;
   for (const std::string& words : effects) {
     auto effect = haptics::parse_effect(words);
     if (!effect) return effect.error();
-    auto law = haptics::law_of(effect.value(), static_cast<std::uint32_t>(all.laws().size()));
+    auto law = haptics::law_of(effect.value(), static_cast<std::uint32_t>(laws.laws().size()));
     if (!law) return law.error();
-    if (Status error = all.add(std::move(law).value())) return error;
+    if (Status error = laws.add(std::move(law).value())) return error;
   }
   return std::nullopt;
 }
 
-/// Touchable shapes of the scan: the chosen one, or those of its case.
+/// Adds the touchable shapes of the scan: the chosen one, or those of its case.
 Status add_touchable(const Source& source, const ShapeChoice& choice, const Listener& listener,
-                     SceneSpec& spec) {
+                     SceneDescription& spec) {
   if (!source.plan || choice.is_made()) {
     Result<volume::Shape> shape = choose_shape(source, choice, listener);
     if (!shape) return shape.error();
@@ -48,36 +45,38 @@ Status add_touchable(const Source& source, const ShapeChoice& choice, const List
   }
   for (const data_tools::CaseStructure& s : source.plan->structures) {
     if (!s.is_touchable) continue;
-    sim::StructureSpec& told = spec.structures.emplace_back();
-    told.shape = s.shape;
-    told.material = MaterialChoice{s.material, {}, {}}.over({});
+    sim::StructureSpec& structure = spec.structures.emplace_back();
+    structure.shape = s.shape;
+    structure.material = MaterialChoice{s.material, {}, {}}.over({});
   }
   const std::size_t count = spec.structures.size();
   if (count > 0 && count <= haptics::TouchScene::k_max_shapes) return std::nullopt;
-  return Error{"the case has no fitting number of structures to touch", source.name, std::to_string(count),
-               "1 to " + std::to_string(haptics::TouchScene::k_max_shapes),
-               "set touchable = true or false in case.toml"};
+  return Error{.what = "the number of touchable structures is out of range",
+               .where = source.name,
+               .found = std::to_string(count),
+               .expected = "1 to " + std::to_string(haptics::TouchScene::k_max_shapes),
+               .remedy = "set touchable = true or false in case.toml"};
 }
 
-void add_forbidden(const Source& source, SceneSpec& spec) {
+void add_forbidden(const Source& source, SceneDescription& spec) {
   if (!source.plan) return;
   for (const data_tools::CaseStructure& s : source.plan->structures) {
     if (!s.is_forbidden) continue;
-    sim::StructureSpec& told = spec.structures.emplace_back();
-    told.shape = s.shape;
-    told.is_touchable = false;
-    told.is_forbidden = true;
+    sim::StructureSpec& structure = spec.structures.emplace_back();
+    structure.shape = s.shape;
+    structure.is_touchable = false;
+    structure.is_forbidden = true;
   }
 }
 
-/// Do they have the same triangles, in whatever order?
+/// True if the models have the same triangles, in any order.
 bool is_same_shape(const haptics::MeshTree& a, const haptics::MeshTree& b) {
   const auto sum_of = [](const haptics::MeshTree& tree) {
     std::uint64_t sum = 0;
     const auto& t = tree.triangles();
     for (std::size_t i = 0; i + 2 < t.size(); i += 3) {
       const std::size_t least = t[i] <= t[i + 1] && t[i] <= t[i + 2] ? 0 : t[i + 1] <= t[i + 2] ? 1 : 2;
-      volume::MixHash hash;
+      MixHash hash;
       for (std::size_t k = 0; k < 3; ++k) hash.add(std::uint64_t{t[i + (least + k) % 3]});
       sum += hash.value();
     }
@@ -88,100 +87,104 @@ bool is_same_shape(const haptics::MeshTree& a, const haptics::MeshTree& b) {
 }
 
 Error too_many_movers(const ModelChoice& model, int movers) {
-  return {"too many models move", data_tools::file_name(model.file), std::to_string(movers),
-          "at most " + std::to_string(haptics::TouchScene::k_max_movers), ""};
+  return Error{.what = "too many models move",
+               .where = data_tools::file_name(model.file),
+               .found = std::to_string(movers),
+               .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers)};
 }
 
-Status add_stream(const OperationChoice& choice, const ModelChoice& wanted, int& movers, SceneSpec& spec,
-                  sim::SceneData& data, const Listener& listener) {
-  auto video = data_tools::read_depth_video(wanted.file, {wanted.intrinsics, wanted.mm_per_value});
+Status add_stream(const OperationChoice& choice, const ModelChoice& model, int& movers,
+                  SceneDescription& spec, sim::SceneData& data, const Listener& listener) {
+  auto video = data_tools::read_depth_video(model.file, {model.intrinsics, model.mm_per_value});
   if (!video) return video.error();
   for (const std::string& text : video.value().notices)
     listener.notice(format_text("note: depth video %zu: ", data.streams.size() + 1) + text);
-  sim::StructureSpec told;
-  told.model = static_cast<int>(data.models.size());
-  told.stream = static_cast<int>(data.streams.size());
-  told.shape.name = format_text("depth video %zu", data.streams.size() + 1);
-  told.material = choice.material.over({});
-  told.placement = {video.value().position + wanted.at_world, video.value().rotation};
-  told.depth_rate = wanted.rate;
-  if (video.value().pictures.size() > 1) told.mover = movers++;
-  if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(wanted, movers);
-  auto stream = stream_of(std::move(video).value(), wanted.is_repeating);
+  sim::StructureSpec structure;
+  structure.model = static_cast<int>(data.models.size());
+  structure.stream = static_cast<int>(data.streams.size());
+  structure.shape.name = format_text("depth video %zu", data.streams.size() + 1);
+  structure.material = choice.material.over({});
+  structure.placement = {video.value().position + model.at_world, video.value().rotation};
+  structure.depth_rate = model.rate;
+  if (video.value().pictures.size() > 1) structure.mover = movers++;
+  if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(model, movers);
+  auto stream = stream_of(std::move(video).value(), model.is_repeating);
   if (!stream) return stream.error();
-  auto look = stream.value()->look(0);
-  data.models.push_back(look ? std::move(look) : std::make_shared<const haptics::MeshTree>());
+  auto surface = stream.value()->look(0);
+  data.models.push_back(surface ? std::move(surface) : std::make_shared<const haptics::MeshTree>());
   spec.models.push_back({data.models.back()->triangle_count(), sim::content_hash(*data.models.back())});
   spec.streams.push_back({stream.value()->pictures().pictures.size(), stream.value()->hash()});
   data.streams.push_back(std::move(stream).value());
-  spec.structures.push_back(std::move(told));
+  spec.structures.push_back(std::move(structure));
   return std::nullopt;
 }
 
-/// Whatever can be drawn, closed or not: one thing, as the screen has one picture.
-Status add_background(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data,
+/// Adds all background models, closed or not, as one structure, since the screen shows them in one picture.
+Status add_background(const OperationChoice& choice, SceneDescription& spec, sim::SceneData& data,
                       const Listener& listener) {
   std::vector<glm::dvec3> vertices;
   std::vector<std::uint32_t> triangles;
-  for (const ModelChoice& wanted : choice.models) {
-    if (!wanted.is_background) continue;
-    auto loaded = load_model(wanted, data.models.size() + 1, listener);
+  for (const ModelChoice& model : choice.models) {
+    if (!model.is_background) continue;
+    auto loaded = load_model(model, data.models.size() + 1, listener);
     if (!loaded) return loaded.error();
     const auto first = static_cast<std::uint32_t>(vertices.size());
-    for (const glm::dvec3& p : loaded.value()->vertices()) vertices.push_back(p + wanted.at_world);
+    for (const glm::dvec3& p : loaded.value()->vertices()) vertices.push_back(p + model.at_world);
     for (const std::uint32_t v : loaded.value()->triangles()) triangles.push_back(first + v);
   }
   if (triangles.empty()) return std::nullopt;
-  sim::StructureSpec told;
-  told.model = static_cast<int>(data.models.size());
-  told.shape.name = "background";
-  told.material = choice.material.over({});
-  told.comes_in = true;
+  sim::StructureSpec structure;
+  structure.model = static_cast<int>(data.models.size());
+  structure.shape.name = "background";
+  structure.material = choice.material.over({});
+  structure.is_streamed = true;
   data.models.push_back(std::make_shared<const haptics::MeshTree>(std::move(vertices), std::move(triangles)));
   spec.models.push_back({data.models.back()->triangle_count(), sim::content_hash(*data.models.back())});
-  spec.structures.push_back(std::move(told));
+  spec.structures.push_back(std::move(structure));
   return std::nullopt;
 }
 
-Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data,
+Status add_models(const OperationChoice& choice, SceneDescription& spec, sim::SceneData& data,
                   const Listener& listener) {
   int movers = 0;
-  for (const ModelChoice& wanted : choice.models) {
-    sim::StructureSpec told;
-    if (wanted.is_background) continue;
-    if (wanted.is_depth && data_tools::is_depth_video(wanted.file)) {
-      if (Status error = add_stream(choice, wanted, movers, spec, data, listener)) return *error;
+  for (const ModelChoice& model : choice.models) {
+    sim::StructureSpec structure;
+    if (model.is_background) continue;
+    if (model.is_depth && data_tools::is_depth_video(model.file)) {
+      if (Status error = add_stream(choice, model, movers, spec, data, listener)) return *error;
       continue;
     }
-    auto files = keys_of(wanted);
+    auto files = keys_of(model);
     if (!files) return files.error();
-    told.model = static_cast<int>(data.models.size());
-    told.shape.name = format_text("model %zu", data.models.size() + 1);  // what is kept names no file
+    structure.model = static_cast<int>(data.models.size());
+    structure.shape.name = format_text("model %zu", data.models.size() + 1);  // never the file's name
     std::vector<std::shared_ptr<const haptics::MeshTree>> trees;
     for (const std::string& file : files.value()) {
-      ModelChoice one = wanted;
-      one.file = file;
-      auto loaded = load_model(one, data.models.size() + 1, trees.empty() ? listener : Listener());
+      ModelChoice key = model;
+      key.file = file;
+      auto loaded = load_model(key, data.models.size() + 1, trees.empty() ? listener : Listener());
       if (!loaded) return loaded.error();
       trees.push_back(std::move(loaded).value());
       if (!is_same_shape(*trees[0], *trees.back()))
-        return Error{"the models of a folder do not have the same triangles", data_tools::file_name(file),
-                     std::to_string(trees.back()->triangle_count()) + " triangles of " +
-                         std::to_string(trees.back()->vertices().size()) + " corners",
-                     "those of the first: " + std::to_string(trees[0]->triangle_count()) + " of " +
-                         std::to_string(trees[0]->vertices().size()),
-                     "write each key of the animation with its corners in the same order"};
+        return Error{.what = "the models of a folder do not have the same triangles",
+                     .where = data_tools::file_name(file),
+                     .found = std::to_string(trees.back()->triangle_count()) + " triangles of " +
+                              std::to_string(trees.back()->vertices().size()) + " corners",
+                     .expected = "those of the first: " + std::to_string(trees[0]->triangle_count()) +
+                                 " of " + std::to_string(trees[0]->vertices().size()),
+                     .remedy = "export each key of the animation with its vertices in the same order"};
     }
-    if (wanted.is_depth) {
-      told.depth_keys = static_cast<int>(trees.size());
-      told.depth_beat = wanted.beat, told.is_repeating = wanted.is_repeating, told.depth_pixel = wanted.pixel;
-      told.depth_rate = wanted.rate;
-      if (trees.size() > 1) told.mover = movers++;
-      if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(wanted, movers);
+    if (model.is_depth) {
+      structure.depth_keys = static_cast<int>(trees.size());
+      structure.depth_beat = model.beat, structure.is_repeating = model.is_repeating,
+      structure.depth_pixel = model.pixel;
+      structure.depth_rate = model.rate;
+      if (trees.size() > 1) structure.mover = movers++;
+      if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(model, movers);
     }
-    told.material = choice.material.over({});
-    told.placement.position_world = wanted.at_world;
-    spec.structures.push_back(std::move(told));
+    structure.material = choice.material.over({});
+    structure.placement.position_world = model.at_world;
+    spec.structures.push_back(std::move(structure));
     for (auto& tree : trees) {
       spec.models.push_back({tree->triangle_count(), sim::content_hash(*tree)});
       data.models.push_back(std::move(tree));
@@ -190,11 +193,12 @@ Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData
   return std::nullopt;
 }
 
-/// Adds the needs of the hands' instruments to the session.
+/// Adds the hands, and what their instruments need.
 Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, const Listener& listener,
-                 SceneSpec& spec) {
+                 SceneDescription& spec) {
   spec.hands = choice.hands;
-  if (Status error = sim::meet_needs(spec, anatomy, modules::catalogue(), choice.smallest_burr)) return error;
+  if (Status error = sim::apply_tool_needs(spec, anatomy, modules::catalogue(), choice.smallest_burr))
+    return error;
   for (const HandSpec& hand : spec.hands) {
     if (hand.tool_radius <= 0 || hand.tool_radius > 20) continue;
     const double step = volume::OffsetField::step_for(hand.tool_radius, anatomy);
@@ -247,33 +251,49 @@ sim::Engine Operation::engine() const {
 Status check(const OperationChoice& choice) {
   if (Status error = check(choice.shape)) return error;
   if (!(choice.rate_hz >= 10 && choice.rate_hz <= 100000))
-    return Error{"the rate is out of range", "rate", volume::text_of(choice.rate_hz), "10 to 100000 Hz", ""};
+    return Error{.what = "the rate is out of range",
+                 .where = "rate",
+                 .found = text_of(choice.rate_hz),
+                 .expected = "10 to 100000 Hz"};
   if (Status error = haptics::check_material(choice.material.over({}))) return error;
   if (choice.ramp)
     if (Status error = haptics::check_ramp(*choice.ramp)) return error;
   if (!(choice.blur_voxels >= 0 && choice.blur_voxels <= 10))
-    return Error{"the blur is out of range", "blur", volume::text_of(choice.blur_voxels), "0 to 10 voxels",
-                 ""};
+    return Error{.what = "the blur is out of range",
+                 .where = "blur",
+                 .found = text_of(choice.blur_voxels),
+                 .expected = "0 to 10 voxels"};
   for (const ModelChoice& model : choice.models) {
     if (model.is_depth && !(model.beat > 0 && model.beat <= 1000))
-      return Error{"the beat of a model is out of range", "depth beat", volume::text_of(model.beat),
-                   "above 0, at most 1000 s", ""};
+      return Error{.what = "the beat of a model is out of range",
+                   .where = "depth beat",
+                   .found = text_of(model.beat),
+                   .expected = "above 0, at most 1000 s"};
     if (model.is_depth && !(model.rate >= 10 && model.rate <= 1000))
-      return Error{"the rate of depth images is out of range", "depth rate", volume::text_of(model.rate),
-                   "10 to 1000 Hz", ""};
+      return Error{.what = "the rate of depth images is out of range",
+                   .where = "depth rate",
+                   .found = text_of(model.rate),
+                   .expected = "10 to 1000 Hz"};
     if (model.is_depth && !(model.pixel >= 0.02 && model.pixel <= 5))
-      return Error{"the pixels of depth images are out of range", "depth pixel", volume::text_of(model.pixel),
-                   "0.02 to 5 mm", ""};
+      return Error{.what = "the pixels of depth images are out of range",
+                   .where = "depth pixel",
+                   .found = text_of(model.pixel),
+                   .expected = "0.02 to 5 mm"};
     if (model.screw) continue;
     std::error_code failed;
     if (!std::filesystem::exists(model.file, failed))
-      return Error{"there is no such model", data_tools::file_name(model.file), "",
-                   ".ply, .ply.gz, .obj, .stl, .vtk or .vtp", "check the spelling"};
+      return Error{.what = "the model does not exist",
+                   .where = data_tools::file_name(model.file),
+                   .expected = ".ply, .ply.gz, .obj, .stl, .vtk or .vtp",
+                   .remedy = "check the spelling"};
   }
   for (const HandSpec& hand : choice.hands) {
     if (!(hand.tool_radius >= 0 && hand.tool_radius <= 6))
-      return Error{"the tool's radius is out of range", "tool radius", volume::text_of(hand.tool_radius),
-                   "0 to 6 mm", "take a smaller ball, or a point"};
+      return Error{.what = "the tool's radius is out of range",
+                   .where = "tool radius",
+                   .found = text_of(hand.tool_radius),
+                   .expected = "0 to 6 mm",
+                   .remedy = "use a smaller ball, or a point"};
     if (auto method = haptics::make_method(hand.method); !method) return method.error();
     if (auto instrument = sim::instrument_of(hand, modules::catalogue()); !instrument)
       return instrument.error();
@@ -294,11 +314,11 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = check(choice)) return *error;
   if (Status error = blur(source, choice.blur_voxels)) return *error;
   if (choice.shape.is_largest) {
-    SceneSpec touched;  // of a case: what it touches first
+    SceneDescription touched;  // for a case, its first touchable structure is the shape
     if (Status error = add_touchable(source, choice.shape, {}, touched)) return *error;
     if (Status error = keep_largest(source, touched.structures[0].shape, listener)) return *error;
   }
-  SceneSpec spec;
+  SceneDescription spec;
   sim::SceneData data(source.volume);
   spec.volumes.push_back({source.volume->size});
   spec.rate_hz = choice.rate_hz;
@@ -314,21 +334,21 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
     add_forbidden(source, spec);
   spec.is_softening = sim::touches_smooth(spec);
 
-  Operation made;
+  Operation result;
   const auto begin = Clock::now();
   auto start = sim::build_scene(spec, data, modules::catalogue());
   if (!start) return start.error();
-  made.start = std::move(start).value();
-  made.making_seconds = seconds_since(begin);
-  made.source = std::move(source);
-  made.spec = sim::as_made(spec, made.start);
-  return made;
+  result.start = std::move(start).value();
+  result.build_seconds = seconds_since(begin);
+  result.source = std::move(source);
+  result.spec = sim::describe_built_scene(spec, result.start);
+  return result;
 }
 
 Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choice, const Listener& listener) {
   Result<Source> source = open_source(src, listener);
   if (!source) return source.error();
-  SceneSpec spec;
+  SceneDescription spec;
   spec.volumes.push_back({source.value().volume->size});
   spec.is_softening = true;
   if (Status error = add_touchable(source.value(), choice, listener, spec)) return *error;
@@ -347,18 +367,18 @@ sim::Overlays plan_overlays(const data_tools::CasePlan& plan) {
     const glm::dvec3 begin = t.entry_world + k_before * outward;
     overlay.lines.push_back({begin, t.target_world});
     overlay.labels.push_back({begin, t.name});
-    // A ring where it goes in and one where it ends, as wide as it is planned.
-    const glm::dvec3 aside = glm::normalize(
+    // A ring at the entry and one at the target, with the planned diameter.
+    const glm::dvec3 axis_u = glm::normalize(
         glm::cross(outward, std::abs(outward.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
-    const glm::dvec3 across = glm::cross(outward, aside);
+    const glm::dvec3 axis_v = glm::cross(outward, axis_u);
     const double radius = t.diameter > 0 ? 0.5 * t.diameter : 0.5 * k_cross;
     const auto on_ring = [&](int corner) {
       const double angle = corner * 2 * 3.14159265358979323846 / k_corners;
-      return radius * (std::cos(angle) * aside + std::sin(angle) * across);
+      return radius * (std::cos(angle) * axis_u + std::sin(angle) * axis_v);
     };
-    for (const glm::dvec3& middle : {t.entry_world, t.target_world})
+    for (const glm::dvec3& centre : {t.entry_world, t.target_world})
       for (int corner = 0; corner < k_corners; ++corner)
-        overlay.lines.push_back({middle + on_ring(corner), middle + on_ring(corner + 1)});
+        overlay.lines.push_back({centre + on_ring(corner), centre + on_ring(corner + 1)});
   }
   for (const data_tools::CaseLandmark& l : plan.landmarks) {
     for (int a = 0; a < 3; ++a) {

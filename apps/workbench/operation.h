@@ -1,11 +1,10 @@
-// From what a person or a script asks for to what an engine starts from: the one place that puts a scan, a
-// shape, hands and their tools together.
+// Operation: a scan, shapes, models, hands and their tools, built from the choices of a user or a script.
 #pragma once
 
 #include "apps/workbench/source.h"
-#include "data-tools/screw_model.h"
-#include "sim/overlay.h"
-#include "sim/scene_spec.h"
+#include "data-tools/phantoms/screw_model.h"
+#include "sim/api/overlay.h"
+#include "sim/engine/scene_description.h"
 
 namespace trephine::workbench {
 
@@ -13,83 +12,83 @@ namespace trephine::workbench {
 struct ModelChoice {
   std::string file;
   double mm_per_unit = 1;
-  std::string frame;                                           ///< "LPS" or "RAS"; empty: as the file says
-  glm::dvec3 at_world{0.0};                                    ///< where its origin lies
-  std::optional<data_tools::ScrewPlace> screw = std::nullopt;  ///< in place of a file
-  /// It is touched by depth images. `file` may be a folder then: of models that have the same triangles, by
-  /// their names, which it looks like a beat after another.
+  std::string frame;         ///< "LPS" or "RAS"; empty: as the file states
+  glm::dvec3 at_world{0.0};  ///< mm, position of its origin
+  std::optional<data_tools::ScrewPosition> screw = std::nullopt;  ///< instead of a file
+  /// Touched by depth images. `file` may then be a folder of models with the same triangles, sorted by name:
+  /// the keys of an animation.
   bool is_depth = false;
-  double beat = 1.0 / 30;     ///< s
-  bool is_repeating = false;  ///< after the last comes the first
-  double pixel = 0.2;         ///< mm
+  double beat = 1.0 / 30;     ///< s between keys
+  bool is_repeating = false;  ///< the first key follows the last
+  double pixel = 0.2;         ///< mm, of depth images
   double rate = 100;          ///< Hz, of depth images
   /// Intrinsics of a depth video without them: fx, fy, cx, cy, pixels.
   std::optional<std::array<double, 4>> intrinsics = std::nullopt;
-  std::optional<double> mm_per_value = std::nullopt;  ///< of a depth video that does not state it
-  /// It is touched as the picture of it on the screen; all of those are one object.
+  std::optional<double> mm_per_value = std::nullopt;  ///< for a depth video that does not state it
+  /// Touched as its picture on the screen; all such models form one object.
   bool is_background = false;
 };
 
-/// The chosen surface, at its file's or its given place; reports what was assumed.
-volume::Result<std::shared_ptr<const haptics::MeshTree>> load_model(const ModelChoice& choice,
-                                                                    std::size_t number,
-                                                                    const Listener& listener);
+/// Loads the chosen surface, without `at_world`. Reports assumptions as notices of model `number`.
+Result<std::shared_ptr<const haptics::MeshTree>> load_model(const ModelChoice& choice, std::size_t number,
+                                                            const Listener& listener);
 
-/// Given properties of a surface; the others stay as they are.
+/// Chosen properties of a surface.
 struct MaterialChoice : data_tools::CaseMaterial {
   std::optional<double> viscosity, pop_force;
-  haptics::Material over(haptics::Material under) const;
+  /// Returns `base` with the chosen properties replaced.
+  haptics::Material over(haptics::Material base) const;
 };
 
 /// Options of an operation, in addition to its scan.
 struct OperationChoice {
-  ShapeChoice shape;  ///< none: a case's touchable structures, or bone
-  /// One at least. A tool radius of 0 is that which the instrument needs.
+  ShapeChoice shape;  ///< empty: a case's touchable structures, or bone
+  /// At least one. A tool radius of 0 is replaced by that which the instrument needs.
   std::vector<sim::HandSpec> hands{sim::HandSpec()};
-  MaterialChoice material;  ///< of the chosen shape (of a case: its first) and of models
+  MaterialChoice material;  ///< of the chosen shape (for a case, its first) and of models
   std::optional<haptics::StiffnessRamp> ramp;
   std::vector<ModelChoice> models;
   double rate_hz = 1000;
   haptics::ForceOptions force;
-  /// mm, of what will ever cut; nothing: what the hands begin with.
+  /// Smallest diameter that will cut, mm; empty: that of the hands' initial instruments.
   std::optional<double> smallest_burr;
-  bool cuts_by_command = false;  ///< so that what must not be cut matters, whatever hands hold
-  double blur_voxels = 0;        ///< sigma of a Gaussian over the scan, first
+  bool cuts_by_command = false;  ///< adds forbidden structures even if no hand has an instrument
+  double blur_voxels = 0;        ///< sigma of a Gaussian that is applied to the scan first
 };
 
-/// Ready to begin.
+/// An operation that is ready to start.
 struct Operation {
   Source source;
-  sim::SceneSpec spec;  ///< what was made: a session's header
+  sim::SceneDescription spec;  ///< the built scene, for a session's header
   sim::OperationStart start;
-  double making_seconds = 0;  ///< bits, fields, methods
+  double build_seconds = 0;  ///< duration of building bits, fields and methods
 
-  /// Scene of the first hand, and its method.
+  /// Scene of the first hand.
   const std::shared_ptr<const haptics::TouchScene>& scene() const { return start.hands[0].feels.scene; }
   const haptics::ProxyMethod& method() const { return *start.hands[0].feels.method; }
   haptics::ServoOptions servo() const;
   sim::Engine engine() const;
 };
 
-/// Trajectories and landmarks of a plan as what a view shows: lines that begin before the bone, with names.
+/// Returns the trajectories and landmarks of a plan as overlays; trajectories begin 20 mm before their entry.
 sim::Overlays plan_overlays(const data_tools::CasePlan& plan);
 
-/// Checks that need no work: names, ranges, words. Parses the hands' instruments.
-volume::Status check(const OperationChoice& choice);
-/// Error names what it speaks of by the names above: "iso", "smallest burr", "tool radius", "method" ...
-volume::Result<Operation> open_operation(const SourceChoice& src, const OperationChoice& choice,
-                                         const Listener& listener = {});
-volume::Result<Operation> make_operation(Source source, const OperationChoice& choice,
-                                         const Listener& listener = {});
+/// Checks names, ranges and words without loading data. Parses the hands' instruments.
+Status check(const OperationChoice& choice);
+/// Opens the scan and builds the operation. Errors name the choices above: "iso", "smallest burr", "tool
+/// radius", "method" ...
+Result<Operation> open_operation(const SourceChoice& src, const OperationChoice& choice,
+                                 const Listener& listener = {});
+Result<Operation> make_operation(Source source, const OperationChoice& choice, const Listener& listener = {});
 
-/// A scan with what can be touched of it, for programs that neither record nor cut. A case gives all its
-/// touchable structures; shapes of two values are made smooth.
+/// A scan with its touchable items, for programs that neither record nor cut. A case gives all its touchable
+/// structures; shapes of two values are made smooth.
 struct OpenedTouch {
   Source source;
   haptics::TouchScene scene;
-  double making_seconds = 0;
+  double build_seconds = 0;  ///< duration of building the items
 };
-volume::Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choice,
-                                       const Listener& listener = {});
+Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choice,
+                               const Listener& listener = {});
 
 }  // namespace trephine::workbench

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "haptics/walls/solid_grid.h"
-#include "volume/traversal.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::workbench {
 
@@ -14,11 +14,11 @@ using volume::Version;
 
 namespace {
 
-constexpr double k_deepest = 20;  // mm, to which thickness is looked for
-constexpr double k_gap = 3;       // mm without solid, after which it has ended
-constexpr double k_above = 15;    // mm over and under the place, between which its surface is followed
+constexpr double k_deepest = 20;  // mm, largest thickness that is measured
+constexpr double k_gap = 3;       // mm without solid that end it
+constexpr double k_above = 15;    // mm above and below the place, between which the surface is searched
 
-/// First solid voxel on the way from a to b (world), as a share of it; negative without one.
+/// Returns the first solid voxel from a to b (world), as a fraction of the path; negative without one.
 double first_solid(const haptics::TouchScene& scene, const Version& version, const dvec3& a, const dvec3& b) {
   double hit = -1;
   const volume::Frame& frame = scene.base->frame;
@@ -31,7 +31,8 @@ double first_solid(const haptics::TouchScene& scene, const Version& version, con
   return hit;
 }
 
-/// First crossing with the surface itself, between voxels; the share of the way, negative when it is not met.
+/// Returns the first crossing with the surface, between voxels, as a fraction of the path; negative without
+/// one.
 double first_surface(const haptics::TouchScene& scene, const Version& version, const dvec3& a,
                      const dvec3& b) {
   const double hit = first_solid(scene, version, a, b);
@@ -39,7 +40,7 @@ double first_surface(const haptics::TouchScene& scene, const Version& version, c
   const auto is_inside = [&](double t) {
     return scene.items[0].field.value(scene.base->frame.volume_from_world(a + t * (b - a))) >= 0;
   };
-  // A voxel's face lies up to half a voxel outside of what its value says, or inside.
+  // A voxel's face is up to half a voxel outside or inside of the surface.
   const dvec3& spacing = scene.base->frame.spacing();
   const double voxel = std::max({spacing.x, spacing.y, spacing.z}) / glm::length(b - a), step = 0.05 * voxel;
   double outside = std::max(0.0, hit - voxel), inside = outside;
@@ -62,7 +63,8 @@ double thickness_below(const dvec3& point, const dvec3& outward, const haptics::
   return 0;
 }
 
-/// To the right of who sees it from outside with `up` upward; any direction where that says nothing.
+/// Returns the direction to the right as viewed from outside, with `up` upward; any tangent if `up` is normal
+/// to the surface.
 dvec3 along_of(const dvec3& outward, const dvec3& up) {
   const dvec3 along = glm::cross(glm::normalize(up), outward);
   if (glm::length(along) > 1e-3) return glm::normalize(along);
@@ -73,33 +75,33 @@ dvec3 along_of(const dvec3& outward, const dvec3& up) {
   return glm::normalize(glm::cross(other, outward));
 }
 
-/// The first place on the way from outside to the middle that faces outside, and below which there is enough.
+/// Returns the first place from outside to the middle that faces outside and is thick enough.
 std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
                               const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
                               const Version& untouched) {
   const volume::Frame& frame = scene.base->frame;
-  const dvec3 way = middle - outside;
-  const double length = glm::length(way), past = 0.5 * frame.diagonal_mm() / length;
-  for (double from = 0; from < 1;) {
-    const double hit = first_surface(scene, untouched, outside + from * way, middle);
+  const dvec3 path = middle - outside;
+  const double length = glm::length(path), past = 0.5 * frame.diagonal_mm() / length;
+  for (double start = 0; start < 1;) {
+    const double hit = first_surface(scene, untouched, outside + start * path, middle);
     if (hit < 0) return std::nullopt;
-    const double at = from + hit * (1 - from);
+    const double at = start + hit * (1 - start);
     Place place;
     place.name = request.name;
-    place.point = outside + at * way;
+    place.point = outside + at * path;
     int cells = 0;
     place.outward =
         haptics::outward_normal(scene.items[0], untouched, frame.volume_from_world(place.point), cells);
     place.thickness = thickness_below(place.point, place.outward, scene);
     const bool is_thick = place.thickness == 0 || place.thickness >= request.least_thickness;
-    if (is_thick && glm::dot(place.outward, -way) >= 0.5 * length) {  // else a rim, or the wall of a hole
+    if (is_thick && glm::dot(place.outward, -path) >= 0.5 * length) {  // no rim or wall of a hole
       place.along = along_of(place.outward, request.up);
       place.across = glm::cross(place.outward, place.along);
       return place;
     }
-    // Through what is there, to where the way is free again.
-    for (from = at + past; from < 1; from += past) {
-      const glm::ivec3 v = volume::voxel_of(frame.volume_from_world(outside + from * way));
+    // Continues behind the solid.
+    for (start = at + past; start < 1; start += past) {
+      const glm::ivec3 v = volume::voxel_of(frame.volume_from_world(outside + start * path));
       if (!scene.base->contains(v) || !scene.items[0].bits->is_solid(v)) break;
     }
   }
@@ -108,19 +110,20 @@ std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
 
 }  // namespace
 
-volume::Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
-                                 const Version& untouched) {
+Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
+                         const Version& untouched) {
   const volume::Frame& frame = scene.base->frame;
   const dvec3 middle = frame.world_from_volume(0.5 * dvec3(scene.base->size - 1));
   const double far = 2 * glm::length(frame.world_from_volume(dvec3(scene.base->size)) - frame.origin());
-  for (const dvec3& from : request.from)
-    if (auto place = place_on(middle + far * glm::normalize(from), middle, request, scene, untouched))
+  for (const dvec3& direction : request.from)
+    if (auto place = place_on(middle + far * glm::normalize(direction), middle, request, scene, untouched))
       return *std::move(place);
-  return volume::Error{"no such place was found", "place " + request.name,
-                       "nothing met on " + std::to_string(request.from.size()) + " ways to the middle",
-                       "a surface that faces one of them" +
+  return Error{.what = "no such position found",
+               .where = "place " + request.name,
+               .found = "no surface on " + std::to_string(request.from.size()) + " paths to the middle",
+               .expected = "a surface that faces one of them" +
                            std::string(request.least_thickness > 0 ? ", as thick as was asked for" : ""),
-                       "choose other directions, or the shape with iso"};
+               .remedy = "choose other directions, or the shape with iso"};
 }
 
 glm::dquat turn_of_shaft(const dvec3& shaft) noexcept {
@@ -133,7 +136,7 @@ glm::dquat turn_of_shaft(const dvec3& shaft) noexcept {
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
                                                   const haptics::TouchScene& scene,
                                                   const Version& untouched) {
-  // A block that does not end is drilled a blind hole of 8 mm.
+  // Depth of a blind hole, 8 mm, if the solid has no end.
   const double through = place.thickness > 0 ? place.thickness : 8;
   const glm::dquat turn = hand.shaft ? turn_of_shaft(place.direction(*hand.shaft)) : glm::dquat(1, 0, 0, 0);
   std::vector<haptics::PosePath::Sample> samples;

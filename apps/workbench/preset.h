@@ -1,4 +1,4 @@
-// Presets that turn a raw CT into bone to operate on, without thresholds.
+// Presets: prepare the bone of a raw CT for an operation, without a choice of thresholds.
 #pragma once
 
 #include "apps/workbench/source.h"
@@ -6,19 +6,19 @@
 namespace trephine::workbench {
 
 struct PresetChoice {
-  std::string name;  ///< "skull", "spine"; empty: none
-  std::optional<double>
-      thin_mm;  ///< how far gaps in thin walls are closed; 0: not; nothing: as the preset has it
+  std::string name;  ///< "skull", "spine"; empty: no preset
+  /// Largest gaps in thin walls that are closed, mm; 0: no closing; empty: that of the preset.
+  std::optional<double> thin_mm;
 };
 
-/// Names, for help and errors.
+/// Returns the names, for help and errors.
 std::string preset_names();
-volume::Status check(const PresetChoice& choice, const ShapeChoice& shape);
+Status check(const PresetChoice& choice, const ShapeChoice& shape);
 
-/// Prepares the shape in the scan, with notices of each change: thin walls are filled, what hangs
-/// together with nothing certain goes (hysteresis), and the largest part stays, of a spine all large ones.
-/// Without a preset only what was asked for by itself.
-volume::Result<volume::Shape> bring_out(Source& source, const PresetChoice& choice, const ShapeChoice& shape,
-                                        const Listener& listener);
+/// Prepares the shape in the scan, with a notice of each change: fills thin walls, removes parts without
+/// certain bone (hysteresis), and keeps the largest part, or all large ones of a spine. Without a preset,
+/// only does what the choices request.
+Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice, const ShapeChoice& shape,
+                                    const Listener& listener);
 
 }  // namespace trephine::workbench

@@ -10,7 +10,7 @@
 
 #include "apps/workbench/text.h"
 #include "modules/catalogue.h"
-#include "volume/text.h"
+#include "volume/base/text.h"
 
 namespace trephine::workbench {
 
@@ -21,24 +21,21 @@ using data_tools::ScriptHand;
 using data_tools::ScriptPicture;
 using data_tools::ScriptPlace;
 using glm::dvec3;
-using volume::Error;
-using volume::Result;
-using volume::Status;
 
 namespace {
 
 std::string at_line(const std::string& where, int line) { return where + ", line " + std::to_string(line); }
 
-/// A file as the script names it.
-std::string seen_from(const std::string& folder, const std::string& file) {
+/// Returns the path of a file that a script names.
+std::string resolve_path(const std::string& folder, const std::string& file) {
   const std::filesystem::path path(file);
   return path.is_absolute() || folder.empty() ? file : (std::filesystem::path(folder) / path).string();
 }
 
-/// Path of a hand whose points are in the world.
+/// Returns the path of a hand whose points are in the world.
 Result<haptics::PosePath> path_of(const ScriptHand& hand, const std::string& folder,
                                   const std::string& where) {
-  if (!hand.path.empty()) return open_path(seen_from(folder, hand.path));
+  if (!hand.path.empty()) return open_path(resolve_path(folder, hand.path));
   const glm::dquat turn = hand.shaft ? turn_of_shaft(*hand.shaft) : glm::dquat(1, 0, 0, 0);
   std::vector<haptics::PosePath::Sample> samples;
   for (const auto& [t, x, y, z, button, share] : hand.points)
@@ -46,7 +43,7 @@ Result<haptics::PosePath> path_of(const ScriptHand& hand, const std::string& fol
   return haptics::PosePath::from_samples(std::move(samples), at_line(where, hand.line));
 }
 
-/// The path from second 0 on, which is a script's beginning.
+/// Returns the path from 0 s on, where the script starts.
 haptics::PosePath from_zero(const haptics::PosePath& path) {
   std::vector<haptics::PosePath::Sample> samples{{0, path.at(0)}};
   for (const haptics::PosePath::Sample& sample : path.samples())
@@ -58,67 +55,69 @@ haptics::PosePath from_zero(const haptics::PosePath& path) {
 
 namespace {
 
-/// The command's words with places in them: `{site}` is where that is, `{site 5,0,2}` so many mm to its
-/// right, upward and over it. Error names what is no place.
-Result<std::string> placed_words(const ScriptCommand& said, std::span<const Place> places) {
-  if (places.empty()) return said.words;
+/// Replaces places in the words of a command by coordinates: `{site}` by those of the place, `{site 5,0,2}`
+/// by those 5 mm to its right, 0 mm upward and 2 mm above it. The error names an unknown place.
+Result<std::string> words_with_positions(const ScriptCommand& command, std::span<const Place> places) {
+  if (places.empty()) return command.words;
   std::string words;
-  for (std::size_t at = 0; at < said.words.size();) {
-    const std::size_t open = said.words.find('{', at), close = said.words.find('}', open);
-    if (open == std::string::npos || close == std::string::npos) return words.append(said.words, at);
-    words.append(said.words, at, open - at);
-    const std::string inside = said.words.substr(open + 1, close - open - 1);
-    // A name may have spaces; behind the last of them may be an offset.
-    const auto named = [&](const std::string& name) {
+  for (std::size_t at = 0; at < command.words.size();) {
+    const std::size_t open = command.words.find('{', at), close = command.words.find('}', open);
+    if (open == std::string::npos || close == std::string::npos) return words.append(command.words, at);
+    words.append(command.words, at, open - at);
+    const std::string inside = command.words.substr(open + 1, close - open - 1);
+    // A name may contain spaces; an offset may follow the last one.
+    const auto find_by_name = [&](const std::string& name) {
       return std::find_if(places.begin(), places.end(), [&](const Place& one) { return one.name == name; });
     };
-    auto place = named(inside);
+    auto place = find_by_name(inside);
     const std::size_t space = place == places.end() ? inside.rfind(' ') : std::string::npos;
-    if (space != std::string::npos) place = named(inside.substr(0, space));
-    dvec3 beside(0);
+    if (space != std::string::npos) place = find_by_name(inside.substr(0, space));
+    dvec3 offset(0);
     char extra = 0;
     const bool is_read =
         space == std::string::npos ||
-        std::sscanf(inside.c_str() + space, "%lf,%lf,%lf%c", &beside.x, &beside.y, &beside.z, &extra) == 3;
+        std::sscanf(inside.c_str() + space, "%lf,%lf,%lf%c", &offset.x, &offset.y, &offset.z, &extra) == 3;
     if (place == places.end() || !is_read)
-      return Error{"the words name no place", "with", "{" + inside + "}",
-                   "{NAME} of the script's places, or {NAME X,Y,Z}", ""};
-    const dvec3 p = place->at(beside);
-    words.append(volume::text_of(p.x)).append(",").append(volume::text_of(p.y)).append(",");
-    words.append(volume::text_of(p.z));
+      return Error{.what = "the position cannot be parsed",
+                   .where = "with",
+                   .found = "{" + inside + "}",
+                   .expected = "{NAME} of the script's places, or {NAME X,Y,Z}"};
+    const dvec3 p = place->at(offset);
+    words.append(text_of(p.x)).append(",").append(text_of(p.y)).append(",");
+    words.append(text_of(p.z));
     at = close + 1;
   }
   return words;
 }
 
-Result<sim::Command> command_of(const ScriptCommand& said, std::span<const Place> places,
+Result<sim::Command> command_of(const ScriptCommand& request, std::span<const Place> places,
                                 const std::string& where) {
-  Result<std::string> words = placed_words(said, places);
+  Result<std::string> words = words_with_positions(request, places);
   Result<sim::Command> command = sim::Command();
   if (words)
-    command = modules::catalogue().command(said.name, words.value(), said.hand);
+    command = modules::catalogue().command(request.name, words.value(), request.hand);
   else
     command = words.error();
   Status error = command ? std::nullopt : Status(command.error());
-  if (!error && !said.is_refused) error = command.value().what.check();
+  if (!error && !request.is_refused) error = command.value().what.check();
   if (!error) return command;
-  error->where = at_line(where, said.line) + (error->where.empty() ? "" : ": " + error->where);
+  error->where = at_line(where, request.line) + (error->where.empty() ? "" : ": " + error->where);
   return *error;
 }
 
 }  // namespace
 
 std::string scan_of(const Script& script, const std::string& folder) {
-  return is_builtin(script.scan) ? script.scan : seen_from(folder, script.scan);
+  return is_builtin(script.scan) ? script.scan : resolve_path(folder, script.scan);
 }
 
 std::vector<std::string> files_of(const Script& script, const std::string& folder) {
   std::vector<std::string> files;
   if (!is_builtin(script.scan)) files.push_back(scan_of(script, folder));
   for (const ScriptHand& hand : script.hands)
-    if (!hand.path.empty()) files.push_back(seen_from(folder, hand.path));
+    if (!hand.path.empty()) files.push_back(resolve_path(folder, hand.path));
   for (const data_tools::ScriptModel& model : script.models)
-    if (!model.file.empty()) files.push_back(seen_from(folder, model.file));
+    if (!model.file.empty()) files.push_back(resolve_path(folder, model.file));
   return files;
 }
 
@@ -131,7 +130,7 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   choice.material.dynamic_friction = script.dynamic_friction;
   choice.smallest_burr = script.smallest_burr;
   for (const data_tools::ScriptModel& model : script.models) {
-    choice.models.push_back({model.file.empty() ? "" : seen_from(folder, model.file), 1, "", model.at,
+    choice.models.push_back({model.file.empty() ? "" : resolve_path(folder, model.file), 1, "", model.at,
                              model.screw, model.is_depth, model.beat, model.is_repeating});
     choice.models.back().rate = model.rate;
   }
@@ -142,16 +141,16 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   }
   std::vector<haptics::PosePath> paths;
   for (const ScriptHand& hand : script.hands) {
-    sim::HandSpec& made = choice.hands.emplace_back();
-    made.instrument = hand.instrument;
-    made.parameters = hand.parameters;
-    if (!hand.method.empty()) made.method = hand.method;
-    made.tool_radius = hand.radius;
-    made.effects = hand.effects;
-    OperationChoice alone = choice;
-    alone.hands = {made};
-    Status error = check(alone);
-    if (!error) {  // where a place is in the world is not known yet; its times are
+    sim::HandSpec& output = choice.hands.emplace_back();
+    output.instrument = hand.instrument;
+    output.parameters = hand.parameters;
+    if (!hand.method.empty()) output.method = hand.method;
+    output.tool_radius = hand.radius;
+    output.effects = hand.effects;
+    OperationChoice hand_choice = choice;
+    hand_choice.hands = {output};
+    Status error = check(hand_choice);
+    if (!error) {  // positions of places are unknown yet, but not the times
       Result<haptics::PosePath> path = path_of(hand, folder, where);
       if (!path) return path.error();
       paths.push_back(std::move(path).value());
@@ -160,47 +159,51 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     error->where = at_line(where, hand.line) + ": " + error->where;
     return *error;
   }
-  // Whether they can be understood is known before the scan is; where places are is not.
-  std::vector<Place> unfound;
-  for (const ScriptPlace& place : script.places) unfound.push_back({place.name});
+  // Commands are parsed before the scan is read, when positions of places are unknown.
+  std::vector<Place> unresolved_places;
+  for (const ScriptPlace& place : script.places) unresolved_places.push_back({place.name});
   std::vector<sim::Command> commands;
-  for (const ScriptCommand& said : script.commands) {
-    Result<sim::Command> command = command_of(said, unfound, where);
+  for (const ScriptCommand& request : script.commands) {
+    Result<sim::Command> command = command_of(request, unresolved_places, where);
     if (!command) return command.error();
     commands.push_back(std::move(command).value());
   }
   SourceChoice source(scan_of(script, folder));
   source.takes_plan = script.takes_plan;
   if (script.takes_plan && !is_builtin(script.scan))
-    return Error{"only what is built in brings a plan of its own", where + ": plan", script.scan,
-                 "scan = \"head\" or \"spine\"", "delete plan = true; a case folder has its plan anyway"};
+    return Error{.what = "only built-in phantoms have a built-in plan",
+                 .where = where + ": plan",
+                 .found = script.scan,
+                 .expected = "scan = \"head\" or \"spine\"",
+                 .remedy = "delete plan = true; a case folder has its plan anyway"};
   Result<Operation> operation = open_operation(source, choice, listener);
   if (!operation) {
     Error error = operation.error();
     error.where = where + (error.where.empty() ? "" : ": " + error.where);
     return error;
   }
-  std::unique_ptr<ScriptRun> made(new ScriptRun(script, std::move(operation).value()));
-  made->paths_ = std::move(paths);
+  std::unique_ptr<ScriptRun> output(new ScriptRun(script, std::move(operation).value()));
+  output->paths_ = std::move(paths);
   for (std::size_t i = 0; i < commands.size(); ++i)
-    made->told_.push_back({&made->script_.commands[i], std::move(commands[i])});
-  if (Status error = made->find_places(where)) return *error;
-  for (Told& told : made->told_) {
-    Result<sim::Command> command = command_of(*told.from, made->places_, where);
+    output->commands_.push_back({&output->script_.commands[i], std::move(commands[i])});
+  if (Status error = output->find_places(where)) return *error;
+  for (TimedCommand& timed : output->commands_) {
+    Result<sim::Command> command = command_of(*timed.from, output->places_, where);
     if (!command) return command.error();
-    told.command = std::move(command).value();
+    timed.command = std::move(command).value();
   }
 
-  if (Status error = check_names(made->script_, made->places_, made->operation_.engine(), where))
+  if (Status error = check_names(output->script_, output->places_, output->operation_.engine(), where))
     return *error;
-  for (const haptics::PosePath& path : made->paths_)
-    made->duration_ = std::max(made->duration_, path.end_time());
-  for (const ScriptCommand& said : script.commands) made->duration_ = std::max(made->duration_, said.at);
+  for (const haptics::PosePath& path : output->paths_)
+    output->duration_ = std::max(output->duration_, path.end_time());
+  for (const ScriptCommand& request : script.commands)
+    output->duration_ = std::max(output->duration_, request.at);
   for (const ScriptExpectation& request : script.expectations)
-    made->duration_ = std::max(made->duration_, request.at.value_or(0));
+    output->duration_ = std::max(output->duration_, request.at.value_or(0));
   for (const ScriptPicture& picture : script.pictures)
-    made->duration_ = std::max(made->duration_, picture.at.value_or(0));
-  return made;
+    output->duration_ = std::max(output->duration_, picture.at.value_or(0));
+  return output;
 }
 
 Status ScriptRun::find_places(const std::string& where) {
@@ -228,16 +231,16 @@ Status ScriptRun::find_places(const std::string& where) {
 }
 
 std::vector<std::unique_ptr<haptics::Device>> ScriptRun::devices() const {
-  std::vector<std::unique_ptr<haptics::Device>> all;
+  std::vector<std::unique_ptr<haptics::Device>> result;
   for (std::size_t h = 0; h < paths_.size(); ++h) {
     haptics::HandModel hand;
     hand.stiffness = script_.hands[h].stiffness.value_or(0);
     if (script_.hands[h].stiffness)
-      all.push_back(std::make_unique<haptics::VirtualDevice>(from_zero(paths_[h]), hand));
+      result.push_back(std::make_unique<haptics::VirtualDevice>(from_zero(paths_[h]), hand));
     else
-      all.push_back(std::make_unique<haptics::PlaybackDevice>(from_zero(paths_[h])));
+      result.push_back(std::make_unique<haptics::PlaybackDevice>(from_zero(paths_[h])));
   }
-  return all;
+  return result;
 }
 
 Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker take_picture,
@@ -247,25 +250,25 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
   ScriptWatch watch(script_, places_, duration_, std::move(take_picture));
   const auto ticks = static_cast<std::uint64_t>(std::llround(duration_ * script_.rate_hz)) + 1;
   const auto hands = devices();
-  for (const auto& hand : hands) (void)hand->open();  // these always can
-  std::size_t next_told = 0;
+  for (const auto& hand : hands) (void)hand->open();  // these devices cannot fail
+  std::size_t next_command = 0;
   volume::VoxelBox changed = sim::k_no_voxels;
   const auto command_until = [&](double until, double t) {
-    for (; next_told < told_.size() && told_[next_told].from->at <= until; ++next_told) {
-      const sim::Outcome outcome = run.apply_whole(told_[next_told].command);
+    for (; next_command < commands_.size() && commands_[next_command].from->at <= until; ++next_command) {
+      const sim::Outcome outcome = run.apply_whole(commands_[next_command].command);
       changed = sim::united(changed, outcome.box);
-      watch.record_command(*told_[next_told].from, t, outcome.refused);
+      watch.record_command(*commands_[next_command].from, t, outcome.refused);
     }
   };
   std::vector<haptics::Pose> poses(paths_.size());
   const auto progress = listener.progress("playing");
-  const auto leave = [&](const Error& error) {
+  const auto finish_with_error = [&](const Error& error) {
     if (recorder) (void)recorder->finish(run.engine());
     return error;
   };
   for (std::uint64_t tick = 0; tick < ticks; ++tick) {
     if (tick % 256 == 0 && !progress(static_cast<double>(tick) / static_cast<double>(ticks)))
-      return leave({"the script was interrupted", "", "", "", "", volume::ErrorKind::interrupted});
+      return finish_with_error({"the script was interrupted", "", "", "", "", ErrorKind::interrupted});
     const double t = static_cast<double>(tick) / script_.rate_hz;
     command_until(t, t);
     for (std::size_t h = 0; h < hands.size(); ++h) hands[h]->read(t, poses[h]);
@@ -273,12 +276,12 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
     for (std::size_t h = 0; h < hands.size(); ++h)
       hands[h]->write({records[h].force_world, records[h].torque_world});
     changed = sim::united(changed, run.last_outcome().box);
-    if (Status error = watch.tick(t, records, run.engine(), changed)) return leave(*error);
+    if (Status error = watch.tick(t, records, run.engine(), changed)) return finish_with_error(*error);
     changed = sim::k_no_voxels;
   }
   command_until(duration_, duration_);
   Result<ScriptReport> report = watch.finish(run.engine());
-  if (!report) return leave(report.error());
+  if (!report) return finish_with_error(report.error());
   if (recorder) report.value().recording = recorder->finish(run.engine());
   return report;
 }
@@ -292,63 +295,63 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   if (script_.free_pieces) live.watch_pieces(*script_.free_pieces);
   if (Status error = live.start()) return *error;
   const auto progress = listener.progress("playing live");
-  // A command that takes longer than its moment moves the next ones, so that all stays in order.
+  // A slow command delays the following ones, so that all stay in order.
   const auto due = [&](double at) {
-    if (result.told.empty()) return at;
-    return std::max(at, result.told.back().done_at + at - told_[result.told.size() - 1].from->at);
+    if (result.results.empty()) return at;
+    return std::max(at, result.results.back().done_at + at - commands_[result.results.size() - 1].from->at);
   };
-  Status broken;
+  Status interruption;
   for (;;) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const sim::LiveState state = live.fetch_state();
-    // A machine that was busy elsewhere for a tenth of a second takes the force away; no person's hand is on
-    // this stylus.
+    // A machine that is busy for a tenth of a second causes a fault; resetting it is safe, since no hand
+    // holds this stylus.
     if (state.newest.faults & haptics::fault_stale_scene) live.reset_faults(), ++result.stalls;
     const double t = state.newest.t;
-    while (result.told.size() < told_.size() && due(told_[result.told.size()].from->at) <= t) {
-      live.apply(told_[result.told.size()].command);
-      live.snapshot().wait();  // until it was carried out
-      sim::LiveState after = live.fetch_state();
-      Live::Told told{after.refused, 0};
-      // A job that it began is done before anything else, as without threads.
-      while (after.pending_jobs > 0 && progress(t / duration_)) {
+    while (result.results.size() < commands_.size() && due(commands_[result.results.size()].from->at) <= t) {
+      live.apply(commands_[result.results.size()].command);
+      live.snapshot().wait();  // until the command was applied
+      sim::LiveState latest = live.fetch_state();
+      Live::CommandResult command_result{latest.refused, 0};
+      // Its job ends before the next command, as without threads.
+      while (latest.pending_jobs > 0 && progress(t / duration_)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        after = live.fetch_state();
+        latest = live.fetch_state();
       }
-      told.done_at = after.newest.t + 0.5 / script_.rate_hz;  // the tick after that one knows it
-      result.told.push_back(told);
+      command_result.done_at = latest.newest.t + 0.5 / script_.rate_hz;  // the next tick includes it
+      result.results.push_back(command_result);
     }
     if (!progress(t / duration_))
-      broken = Error{"the script was interrupted", "", "", "", "", volume::ErrorKind::interrupted};
-    const bool is_over = t >= due(duration_) && result.told.size() == told_.size();
-    // Pieces that the last stroke freed still come off.
-    const bool is_working = script_.free_pieces && (state.is_asking_for_pieces || state.pending_jobs > 0);
-    if (broken || (is_over && !is_working)) break;
+      interruption = Error{.what = "the script was interrupted", .kind = ErrorKind::interrupted};
+    const bool is_over = t >= due(duration_) && result.results.size() == commands_.size();
+    // Waits for pieces that the last stroke has disconnected.
+    const bool is_working = script_.free_pieces && (state.is_searching_pieces || state.pending_jobs > 0);
+    if (interruption || (is_over && !is_working)) break;
   }
   live.stop();
   result.servo = live.servo_report();
   const Status finished = recorder.finish(live.engine());
-  if (broken) return *broken;
+  if (interruption) return *interruption;
   if (finished)
-    return Error{"what was played live cannot be checked: its recording was not written whole",
-                 "recording",
-                 finished->found,
-                 "room for it",
-                 "make room, or play it without a servo's thread",
-                 finished->kind};
+    return Error{.what = "the live run cannot be checked: its recording is incomplete",
+                 .where = "recording",
+                 .found = finished->found,
+                 .expected = "room for it",
+                 .remedy = "free disk space, or omit --live",
+                 .kind = finished->kind};
   return result;
 }
 
 Result<ScriptReport> ScriptRun::watch(const Live& live, sim::Replay& recorded, PictureTaker take_picture,
                                       const Listener& listener) const {
   ScriptWatch watch(script_, places_, duration_, std::move(take_picture));
-  for (std::size_t i = 0; i < live.told.size(); ++i) {
-    watch.record_command(*told_[i].from, live.told[i].done_at, live.told[i].refused);
-    watch.wait_for(told_[i].from->at, live.told[i].done_at);
+  for (std::size_t i = 0; i < live.results.size(); ++i) {
+    watch.record_command(*commands_[i].from, live.results[i].done_at, live.results[i].refused);
+    watch.wait_for(commands_[i].from->at, live.results[i].done_at);
   }
   std::vector<haptics::ServoRecord> records(paths_.size());
   volume::VoxelBox changed = sim::k_no_voxels;
-  const auto progress = listener.progress("looking at it");
+  const auto progress = listener.progress("checking the recording");
   for (std::uint64_t count = 0;; ++count) {
     const Result<bool> stepped = recorded.step();
     if (!stepped) return stepped.error();
@@ -358,7 +361,7 @@ Result<ScriptReport> ScriptRun::watch(const Live& live, sim::Replay& recorded, P
     changed = sim::united(changed, recorded.take_changed());
     if (record.hand + 1u < records.size()) continue;
     if (count % 256 == 0 && !progress(record.t / duration_))
-      return Error{"the script was interrupted", "", "", "", "", volume::ErrorKind::interrupted};
+      return Error{.what = "the script was interrupted", .kind = ErrorKind::interrupted};
     if (Status error = watch.tick(record.t, records, recorded.engine(), changed)) return *error;
     changed = sim::k_no_voxels;
   }

@@ -1,62 +1,62 @@
-// Player of a script: moves hands, sends commands, checks expectations, takes pictures.
+// ScriptRun: plays a script: moves hands, sends commands, checks expectations and takes pictures.
 #pragma once
 
 #include "apps/workbench/script_watch.h"
 #include "apps/workbench/sessions.h"
-#include "data-tools/script_file.h"
-#include "sim/live_session.h"
-#include "sim/lockstep.h"
+#include "data-tools/cases/script_file.h"
+#include "sim/drivers/live_session.h"
+#include "sim/drivers/lockstep.h"
 
 namespace trephine::workbench {
 
-/// The scan that a script names, as the program sees it; a built-in one by its name.
+/// Returns the path of a script's scan as the program opens it; the name of a built-in one.
 std::string scan_of(const data_tools::Script& script, const std::string& folder);
-/// The scan and the paths that a script names, as the program sees them.
+/// Returns the paths of all files of a script as the program opens them.
 std::vector<std::string> files_of(const data_tools::Script& script, const std::string& folder);
 
-/// A script with its scan open and its hands made ready.
+/// A script with its opened scan and prepared hands.
 class ScriptRun {
  public:
-  /// `folder`: from where the script sees its files. Errors name the script's line.
-  static volume::Result<std::unique_ptr<ScriptRun>> open(const data_tools::Script& script,
-                                                         const std::string& folder, const std::string& where,
-                                                         const Listener& listener = {});
+  /// `folder`: base of the script's relative paths. Errors name the script's line.
+  static Result<std::unique_ptr<ScriptRun>> open(const data_tools::Script& script, const std::string& folder,
+                                                 const std::string& where, const Listener& listener = {});
   const Operation& operation() const { return operation_; }
   const std::vector<Place>& places() const noexcept { return places_; }
-  /// s, of all of it.
+  /// Duration of the script, s.
   double duration() const noexcept { return duration_; }
-  /// Plays all of it, once, without threads. `recorder`: may be null; it is finished.
-  volume::Result<ScriptReport> play(sim::SessionWriter* recorder, PictureTaker take_picture = {},
-                                    const Listener& listener = {});
-  /// Plays it on a servo's thread, at its rate, and finishes the recorder. What the script expects is looked
-  /// at afterwards, in the recording.
+  /// Plays the script once, without threads, and finishes the recorder. `recorder` may be null.
+  Result<ScriptReport> play(sim::SessionWriter* recorder, PictureTaker take_picture = {},
+                            const Listener& listener = {});
+  /// Result of play_live().
   struct Live {
     haptics::ServoReport servo;
-    int stalls = 0;  ///< looks at which the servo had missed its watchdog
-    struct Told {
-      volume::Status refused;
-      double done_at = 0;  ///< s, with the job that it began
+    int stalls = 0;  ///< number of resets after the servo missed its watchdog
+    struct CommandResult {
+      Status refused;
+      double done_at = 0;  ///< s, including the job that it started
     };
-    std::vector<Told> told;  ///< the commands, in time
+    std::vector<CommandResult> results;  ///< of the commands, by time
   };
-  volume::Result<Live> play_live(sim::SessionWriter& recorder, const Listener& listener = {});
-  volume::Result<ScriptReport> watch(const Live& live, sim::Replay& recorded, PictureTaker take_picture = {},
-                                     const Listener& listener = {}) const;
+  /// Plays the script in real time on a servo thread, and finishes the recorder. watch() checks the
+  /// expectations afterwards, in the recording.
+  Result<Live> play_live(sim::SessionWriter& recorder, const Listener& listener = {});
+  Result<ScriptReport> watch(const Live& live, sim::Replay& recorded, PictureTaker take_picture = {},
+                             const Listener& listener = {}) const;
 
  private:
-  struct Told {
+  struct TimedCommand {
     const data_tools::ScriptCommand* from;
     sim::Command command;
   };
   ScriptRun(const data_tools::Script& script, Operation operation)
       : script_(script), operation_(std::move(operation)) {}
-  volume::Status find_places(const std::string& where);
+  Status find_places(const std::string& where);
   std::vector<std::unique_ptr<haptics::Device>> devices() const;
   data_tools::Script script_;
   Operation operation_;
   std::vector<Place> places_;
   std::vector<haptics::PosePath> paths_;
-  std::vector<Told> told_;
+  std::vector<TimedCommand> commands_;
   double duration_ = 0;
 };
 

@@ -7,20 +7,17 @@
 
 #include "apps/workbench/text.h"
 #include "modules/catalogue.h"
-#include "volume/text.h"
+#include "volume/base/text.h"
 
 namespace trephine::workbench {
 
 using data_tools::ScriptCommand;
 using data_tools::ScriptExpectation;
 using data_tools::ScriptPicture;
-using volume::Error;
-using volume::Result;
-using volume::Status;
 
 namespace {
 
-/// Measured of a hand or of all, by name; those with a name of something behind them.
+/// Measurements of a hand or of the operation, and prefixes of those that are followed by a name.
 constexpr const char* k_names[] = {"removed_mm3", "strokes", "bodies",  "force_n", "strongest_force_n",
                                    "contact",     "proxy_x", "proxy_y", "proxy_z"};
 constexpr std::string_view k_events = "events ", k_nearest = "nearest_mm ", k_open = "open ",
@@ -32,7 +29,7 @@ const Place* find(const std::vector<Place>& places, std::string_view name) {
   return nullptr;
 }
 
-/// The names between braces, with their digits: "{force_n:2} N".
+/// A name between braces, with the number of digits: "{force_n:2} N".
 struct Slot {
   std::size_t begin = 0, end = 0;  ///< of the braces
   std::string name;
@@ -74,50 +71,54 @@ std::vector<std::string> expectable() {
 Status check_names(const data_tools::Script& script, const std::vector<Place>& places,
                    const sim::Engine& engine, const std::string& where) {
   const std::vector<sim::Measure> measures = engine.measures();
-  const auto is_known = [&](const std::string& what) {
-    const auto rest = [&](std::string_view prefix) { return what.substr(prefix.size()); };
-    if (what.starts_with(k_events)) {
+  const auto is_known = [&](const std::string& measurement) {
+    const auto rest = [&](std::string_view prefix) { return measurement.substr(prefix.size()); };
+    if (measurement.starts_with(k_events)) {
       const sim::ValueType* type = modules::catalogue().find(rest(k_events));
       return type && modules::catalogue().is_event(*type);
     }
-    if (what.starts_with(k_open)) return find(places, rest(k_open)) != nullptr;
-    if (what.starts_with(k_thickness)) return find(places, rest(k_thickness)) != nullptr;
-    if (what.starts_with(k_nearest))
+    if (measurement.starts_with(k_open)) return find(places, rest(k_open)) != nullptr;
+    if (measurement.starts_with(k_thickness)) return find(places, rest(k_thickness)) != nullptr;
+    if (measurement.starts_with(k_nearest))
       return std::any_of(engine.forbidden().begin(), engine.forbidden().end(),
                          [&](const auto& structure) { return structure->name() == rest(k_nearest); });
-    return std::find(std::begin(k_names), std::end(k_names), what) != std::end(k_names) ||
+    return std::find(std::begin(k_names), std::end(k_names), measurement) != std::end(k_names) ||
            std::any_of(measures.begin(), measures.end(),
-                       [&](const sim::Measure& one) { return one.name == what; });
+                       [&](const sim::Measure& one) { return one.name == measurement; });
   };
-  const auto check = [&](const std::string& what, int line) -> Status {
-    if (is_known(what)) return std::nullopt;
+  const auto check = [&](const std::string& measurement, int line) -> Status {
+    if (is_known(measurement)) return std::nullopt;
     std::string known;
     const auto add = [&](std::string_view name) { known.append(known.empty() ? "" : ", ").append(name); };
-    if (what.starts_with(k_events)) {
+    if (measurement.starts_with(k_events)) {
       for (const sim::ValueType* type : modules::catalogue().all())
         if (modules::catalogue().is_event(*type))
           add(std::string(k_events) + std::string(type->schema->name));
-    } else if (what.starts_with(k_nearest)) {
+    } else if (measurement.starts_with(k_nearest)) {
       for (const auto& structure : engine.forbidden()) add(std::string(k_nearest) + structure->name());
-      if (engine.forbidden().empty()) add("a forbidden structure of a case, which has none");
-    } else if (what.starts_with(k_open) || what.starts_with(k_thickness)) {
-      for (const Place& place : places) add(what.substr(0, what.find(' ') + 1) + place.name);
+      if (engine.forbidden().empty()) add("a case with forbidden structures");
+    } else if (measurement.starts_with(k_open) || measurement.starts_with(k_thickness)) {
+      for (const Place& place : places) add(measurement.substr(0, measurement.find(' ') + 1) + place.name);
       if (places.empty()) add("[[places]] first");
     } else {
       for (const std::string& name : expectable()) add(name);
       for (const sim::Measure& one : measures) add(one.name);
     }
-    return Error{"nothing is measured by this name", where + ", line " + std::to_string(line), what, known,
-                 "choose one of these"};
+    return Error{.what = "unknown measurement",
+                 .where = where + ", line " + std::to_string(line),
+                 .found = measurement,
+                 .expected = known,
+                 .remedy = "choose one of these"};
   };
   for (const ScriptExpectation& request : script.expectations)
     if (Status error = check(request.what, request.line)) return error;
   for (const ScriptPicture& picture : script.pictures)
     for (const Slot& slot : slots_of(picture.caption)) {
       if (!slot.is_good)
-        return Error{"a caption cannot be read", where + ", line " + std::to_string(picture.line),
-                     picture.caption.substr(slot.begin, slot.end - slot.begin + 1),
-                     "{name} or {name:digits}, 0 to 9 digits", ""};
+        return Error{.what = "invalid caption",
+                     .where = where + ", line " + std::to_string(picture.line),
+                     .found = picture.caption.substr(slot.begin, slot.end - slot.begin + 1),
+                     .expected = "{name} or {name:digits}, 0 to 9 digits"};
       if (Status error = check(slot.name, picture.line)) return error;
     }
   return std::nullopt;
@@ -162,15 +163,15 @@ Status ScriptWatch::tick(double t, std::span<const haptics::ServoRecord> hands, 
   return take_due(t, {t, hands_, engine, changed_});
 }
 
-/// When it is looked at, s.
+/// Returns the time of a check or picture, s.
 double ScriptWatch::due(const std::optional<double>& at) const {
   double when = at.value_or(2 * end_);
-  for (const auto& [told_at, done_at] : waits_)
-    if (at && told_at <= *at) when = std::max(when, done_at + *at - told_at);
+  for (const auto& [issued_at, done_at] : waits_)
+    if (at && issued_at <= *at) when = std::max(when, done_at + *at - issued_at);
   return when;
 }
 
-/// Checks and pictures that are due at t.
+/// Makes the checks and pictures that are due at t.
 Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
   const auto is_due = [&](const auto& all, std::size_t next) {
     return next < all.size() && due(all[next]->at) <= t;
@@ -186,10 +187,10 @@ Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
 }
 
 namespace {
-std::string in_a_line(const volume::Error& error) {
+std::string one_line_text(const Error& error) {
   std::string text = error.what;
-  const auto add = [&text](const char* before, const std::string& part) {
-    if (!part.empty()) text.append(before).append(part);
+  const auto add = [&text](const char* prefix, const std::string& part) {
+    if (!part.empty()) text.append(prefix).append(part);
   };
   add("; found: ", error.found);
   add("; expected: ", error.expected);
@@ -203,48 +204,49 @@ void ScriptWatch::record_command(const ScriptCommand& command, double t, const S
   report_.checks.push_back({command.line,
                             std::string(command.name) + (command.is_refused ? " is refused" : " is done"), t,
                             refused.has_value() == command.is_refused,
-                            refused ? in_a_line(*refused) : std::string("it was done")});
+                            refused ? one_line_text(*refused) : std::string("the command was carried out")});
 }
 
 void ScriptWatch::check(const ScriptExpectation& request, const ScriptMoment& moment) {
   const double value = value_of(request.what, request.hand, moment).value_or(std::nan(""));
   std::string words = request.what;
-  if (request.least) words = volume::text_of(*request.least) + " <= " + words;
-  if (request.most) words += " <= " + volume::text_of(*request.most);
+  if (request.least) words = text_of(*request.least) + " <= " + words;
+  if (request.most) words += " <= " + text_of(*request.most);
   const bool is_met = value >= request.least.value_or(value) && value <= request.most.value_or(value);
-  report_.checks.push_back({request.line, words, moment.t, is_met, volume::text_of(value)});
+  report_.checks.push_back({request.line, words, moment.t, is_met, text_of(value)});
 }
 
-std::optional<double> ScriptWatch::value_of(const std::string& what, int hand,
+std::optional<double> ScriptWatch::value_of(const std::string& measurement, int hand,
                                             const ScriptMoment& moment) const {
   const sim::Engine& engine = moment.engine;
   const auto h = static_cast<std::size_t>(hand);
   const haptics::ServoRecord& record = moment.hands[h];
-  if (what == "removed_mm3") return engine.removed_mm3();
-  if (what == "strokes") return static_cast<double>(engine.stroke_count());
-  if (what == "bodies") return static_cast<double>(engine.now().world.bodies.size());
-  if (what == "force_n") return glm::length(record.force_world);
-  if (what == "strongest_force_n") return report_.strongest_of[h];
-  if (what == "contact") return record.has_contact;
+  if (measurement == "removed_mm3") return engine.removed_mm3();
+  if (measurement == "strokes") return static_cast<double>(engine.stroke_count());
+  if (measurement == "bodies") return static_cast<double>(engine.now().world.bodies.size());
+  if (measurement == "force_n") return glm::length(record.force_world);
+  if (measurement == "strongest_force_n") return report_.strongest_of[h];
+  if (measurement == "contact") return record.has_contact;
   for (int axis = 0; axis < 3; ++axis)
-    if (what == std::string("proxy_") + "xyz"[axis]) return record.proxy_world[axis];
-  if (what.starts_with(k_events)) {
+    if (measurement == std::string("proxy_") + "xyz"[axis]) return record.proxy_world[axis];
+  if (measurement.starts_with(k_events)) {
     double count = 0;
-    const sim::Chronicle& all = engine.now().chronicle;
-    for (std::size_t i = 0; i < all.size(); ++i)
-      count += all[i].hand == hand && all[i].what.name() == what.substr(k_events.size());
+    const sim::Chronicle& chronicle = engine.now().chronicle;
+    for (std::size_t i = 0; i < chronicle.size(); ++i)
+      count += chronicle[i].hand == hand && chronicle[i].what.name() == measurement.substr(k_events.size());
     return count;
   }
-  if (what.starts_with(k_nearest))
+  if (measurement.starts_with(k_nearest))
     for (std::size_t s = 0; s < engine.forbidden().size(); ++s)
-      if (engine.forbidden()[s]->name() == what.substr(k_nearest.size())) return engine.watch(h, s).nearest;
-  if (what.starts_with(k_open))
-    if (const Place* place = find(*places_, what.substr(k_open.size())))
+      if (engine.forbidden()[s]->name() == measurement.substr(k_nearest.size()))
+        return engine.watch(h, s).nearest;
+  if (measurement.starts_with(k_open))
+    if (const Place* place = find(*places_, measurement.substr(k_open.size())))
       return is_open(*place, engine.scene(), *engine.current());
-  if (what.starts_with(k_thickness))
-    if (const Place* place = find(*places_, what.substr(k_thickness.size()))) return place->thickness;
+  if (measurement.starts_with(k_thickness))
+    if (const Place* place = find(*places_, measurement.substr(k_thickness.size()))) return place->thickness;
   for (const sim::Measure& one : engine.measures())
-    if (one.name == what) return one.value;
+    if (one.name == measurement) return one.value;
   return std::nullopt;
 }
 

@@ -1,21 +1,21 @@
-// Expectations and pictures of a script, checked tick by tick by any player.
+// ScriptWatch: checks expectations and takes pictures of a script, tick by tick, for any player.
 #pragma once
 
 #include <functional>
 #include <span>
 
 #include "apps/workbench/places.h"
-#include "sim/engine.h"
+#include "sim/engine/engine.h"
 
 namespace trephine::workbench {
 
-/// Something that was to be so, and whether it was.
+/// An expectation or command of a script, and whether it was met.
 struct ScriptCheck {
   int line = 0;      ///< of the script
-  std::string what;  ///< "removed_mm3 >= 100", or a command
+  std::string what;  ///< "100 <= removed_mm3", or a command
   double at = 0;     ///< s
   bool is_met = false;
-  std::string found;  ///< in words
+  std::string found;  ///< found value, or reason of a refusal, as text
 };
 
 struct ScriptReport {
@@ -23,57 +23,57 @@ struct ScriptReport {
   std::uint64_t ticks = 0;
   double seconds = 0;  ///< of the operation
   double strongest_force_n = 0;
-  std::vector<double> strongest_of;                  ///< N, each hand
-  std::vector<std::uint64_t> contact_ticks;          ///< each hand
-  volume::Status recording;                          ///< how it ended, when it ended badly
-  std::shared_ptr<const sim::OperationState> state;  ///< as it ended
+  std::vector<double> strongest_of;                  ///< N, strongest force of each hand
+  std::vector<std::uint64_t> contact_ticks;          ///< per hand
+  Status recording;                                  ///< failure of the recording, if any
+  std::shared_ptr<const sim::OperationState> state;  ///< at the end
   std::vector<sim::Measure> measures;
   std::vector<double> removed_mm3_by_label;
   bool is_met() const;
-  /// Value in `measures`; not a number when there is no such name.
+  /// Returns a value of `measures`; not a number if the name is unknown.
   double measure(std::string_view name) const;
 };
 
-/// After a tick of all hands.
+/// State after a tick of all hands.
 struct ScriptMoment {
-  double t = 0;
+  double t = 0;  ///< s
   std::span<const haptics::ServoRecord> hands;
   const sim::Engine& engine;
-  volume::VoxelBox changed;  ///< since the picture before
+  volume::VoxelBox changed;  ///< since the previous picture
 };
-/// `caption`: with its values.
-using PictureTaker = std::function<volume::Status(const data_tools::ScriptPicture& picture,
-                                                  const ScriptMoment& moment, const std::string& caption)>;
+/// Takes a picture. `caption`: with inserted values.
+using PictureTaker = std::function<Status(const data_tools::ScriptPicture& picture,
+                                          const ScriptMoment& moment, const std::string& caption)>;
 
 /// Borrows script and places.
 class ScriptWatch {
  public:
-  /// `take_picture`: set when pictures are requested.
+  /// `end`: duration of the script, s. Empty `take_picture`: takes no pictures.
   ScriptWatch(const data_tools::Script& script, const std::vector<Place>& places, double end,
               PictureTaker take_picture);
-  /// Error when a picture could not be taken. `changed`: by this tick and the commands before it.
-  volume::Status tick(double t, std::span<const haptics::ServoRecord> hands, const sim::Engine& engine,
-                      const volume::VoxelBox& changed);
-  /// A command was sent: as the script has it, or not.
-  void record_command(const data_tools::ScriptCommand& command, double t, const volume::Status& refused);
-  /// A command of `at` took until `done_at`: what is due from `at` on moves by as much.
+  /// Call after each tick. `changed`: by this tick and the commands before it. Error if a picture fails.
+  Status tick(double t, std::span<const haptics::ServoRecord> hands, const sim::Engine& engine,
+              const volume::VoxelBox& changed);
+  /// Records the outcome of a command: refused or not, as the script expects.
+  void record_command(const data_tools::ScriptCommand& command, double t, const Status& refused);
+  /// Delays everything that is due from `at` on, since a command of `at` took until `done_at`; s.
   void wait_for(double at, double done_at) { waits_.push_back({at, done_at}); }
   /// Checks at the end.
-  volume::Result<ScriptReport> finish(sim::Engine& engine);
+  Result<ScriptReport> finish(sim::Engine& engine);
 
  private:
-  /// Measure of this name; empty without such a measure.
-  std::optional<double> value_of(const std::string& what, int hand, const ScriptMoment& moment) const;
-  /// A caption with values in place of {name} and {name:digits}.
+  /// Returns the measurement of this name; empty if it is unknown.
+  std::optional<double> value_of(const std::string& measurement, int hand, const ScriptMoment& moment) const;
+  /// Returns the caption, with {name} and {name:digits} replaced by values.
   std::string caption_of(const data_tools::ScriptPicture& picture, const ScriptMoment& moment) const;
   void check(const data_tools::ScriptExpectation& request, const ScriptMoment& moment);
-  volume::Status take_due(double t, const ScriptMoment& moment);
+  Status take_due(double t, const ScriptMoment& moment);
 
   const data_tools::Script* script_;
   const std::vector<Place>* places_;
   PictureTaker take_picture_;
   double end_;
-  std::vector<const data_tools::ScriptExpectation*> requests_;  ///< in time
+  std::vector<const data_tools::ScriptExpectation*> requests_;  ///< by time
   std::vector<const data_tools::ScriptPicture*> pictures_;
   double due(const std::optional<double>& at) const;
   std::vector<std::pair<double, double>> waits_;
@@ -83,10 +83,10 @@ class ScriptWatch {
   ScriptReport report_;
 };
 
-/// Names that can be expected, in addition to the measures of modules.
+/// Returns the names of measurements, in addition to the measures of modules.
 std::vector<std::string> expectable();
-/// Error when something is expected, or stands in a caption, that is not measured in such an operation.
-volume::Status check_names(const data_tools::Script& script, const std::vector<Place>& places,
-                           const sim::Engine& engine, const std::string& where);
+/// Checks that all names in expectations and captions are measured in such an operation.
+Status check_names(const data_tools::Script& script, const std::vector<Place>& places,
+                   const sim::Engine& engine, const std::string& where);
 
 }  // namespace trephine::workbench

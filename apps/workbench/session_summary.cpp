@@ -6,8 +6,6 @@
 
 namespace trephine::workbench {
 
-using volume::Result;
-
 int SessionSummary::hand_at(std::uint64_t tick) const noexcept {
   if (active.empty()) return 0;
   const auto next = std::upper_bound(active.begin(), active.end(), tick,

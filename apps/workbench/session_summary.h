@@ -1,5 +1,4 @@
-// Summary of a recorded session, read without replaying it: where and by which hand work was done, and what
-// happened when.
+// SessionSummary: events, working hands and working position of a recorded session, read without a replay.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -7,7 +6,7 @@
 #include <vector>
 
 #include "apps/workbench/event_text.h"
-#include "sim/session_reader.h"
+#include "sim/session/session_reader.h"
 
 namespace trephine::workbench {
 
@@ -17,22 +16,23 @@ struct SessionSummary {
     EventLevel level = EventLevel::record;
     std::string text;
   };
-  /// The hand that works, from a time on.
+  /// Hand that works from a tick on.
   struct Active {
     std::uint64_t tick = 0;
     int hand = 0;
   };
   std::vector<Mark> marks;  ///< all events, by time
   std::vector<Active> active;
-  /// World, the mean of the tools' places while their buttons were down.
+  /// Mean position of the tools while their buttons were pressed; world, mm.
   std::optional<glm::dvec3> worked_at;
 
-  /// Returns the hand that works at a tick: the last one that began to press, before that the first one.
+  /// Returns the hand that works at a tick: the last one that pressed its button, or the first one before
+  /// that.
   int hand_at(std::uint64_t tick) const noexcept;
 };
 
-/// Reads a session file to its end; its reader is not moved. Events of types that the program does not know
-/// are left out. Costs 14 ms for 100,000 ticks.
-volume::Result<SessionSummary> summarize_session(const std::string& file);
+/// Reads a session file to its end. Ignores events of types that the program does not know. Takes 14 ms for
+/// 100,000 ticks.
+Result<SessionSummary> summarize_session(const std::string& file);
 
 }  // namespace trephine::workbench

@@ -9,27 +9,26 @@
 #include <unistd.h>
 
 #include "apps/workbench/text.h"
-#include "data-tools/atomic_file.h"
+#include "data-tools/files/atomic_file.h"
 #include "modules/catalogue.h"
 
 namespace trephine::workbench {
 
 namespace fs = std::filesystem;
-using volume::Error;
-using volume::Result;
-using volume::Status;
 
 Status check(const RecordChoice& choice) {
   std::error_code error;
   if (choice.file.empty())
-    return choice.is_embedding
-               ? Status(Error{"there is no session to embed the scan in", "embed", "", "a recording too", ""})
-               : std::nullopt;
+    return choice.is_embedding ? Status(Error{.what = "no session to embed the scan in",
+                                              .where = "embed",
+                                              .expected = "a recording too"})
+                               : std::nullopt;
   if (!fs::exists(choice.file, error)) return data_tools::check_writable(choice.file);
   return Error{
-      "there is a file of that name already", data_tools::file_name(choice.file), "",
-      "a new name for a new session",
-      "choose another name, or go on with it: trephine resume " + data_tools::file_name(choice.file)};
+      .what = "the file already exists",
+      .where = data_tools::file_name(choice.file),
+      .expected = "a new name for a new session",
+      .remedy = "choose another name, or continue it: trephine resume " + data_tools::file_name(choice.file)};
 }
 
 Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice,
@@ -49,7 +48,7 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
 
 bool is_session_file(const std::string& path) {
   if (std::error_code error; !std::filesystem::is_regular_file(path, error))
-    return false;  // a pipe would wait
+    return false;  // reading a pipe would block
   std::ifstream in(path, std::ios::binary);
   char magic[8] = {};
   return in.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == sim::k_session_magic;
@@ -72,7 +71,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   else if (!session.end() && !sim::SessionWriter::is_being_written(path))
     listener.notice("note: the session was not closed; it ends with the last block that was written");
 
-  // The scan.
+  // Finds the scan: the given one, the embedded one or a built-in phantom.
   if (!case_source.path.empty()) {
     Result<Source> opened = open_source(case_source, listener);
     if (!opened) return opened.error();
@@ -89,12 +88,13 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
     if (!opened) return opened.error();
     result->source = std::move(opened).value();
   } else {
-    return Error{"the scan of this session is needed", "case",
-                 header.case_name.empty() ? "a session of a scan without a name"
-                                          : "a session of case " + header.case_name,
-                 "the case or scan that was operated on",
-                 header.case_name.empty() ? "give the scan that was operated on"
-                                          : "give the folder of that case, or the scan"};
+    return Error{.what = "the scan of this session is missing",
+                 .where = "case",
+                 .found = header.case_name.empty() ? "a session of a scan without a name"
+                                                   : "a session of case " + header.case_name,
+                 .expected = "the case or scan that was operated on",
+                 .remedy = header.case_name.empty() ? "pass the scan of the session: --scan"
+                                                    : "pass the folder of that case, or the scan"};
   }
   auto replay = sim::Replay::open(session, result->source.volume);
   if (!replay) {
@@ -130,7 +130,7 @@ std::string autosave_path() {
   localtime_r(&now, &local);
   char name[64];
   std::strftime(name, sizeof name, "%Y-%m-%d-%H%M%S", &local);
-  static std::atomic<int> count{0};  // several in one second of one program
+  static std::atomic<int> count{0};  // distinguishes files of the same second
   return (fs::path(folder) /
           (std::string(name) + "-" + std::to_string(getpid()) + "-" + std::to_string(++count) + ".session"))
       .string();

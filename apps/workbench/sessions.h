@@ -1,33 +1,33 @@
-// Sessions of programs: recorded during a run, opened with the scan they belong to.
+// Sessions of programs: recording of an operation, and opening with the scan that belongs to it.
 #pragma once
 
 #include <memory>
 #include <string>
 
 #include "apps/workbench/operation.h"
-#include "sim/replay.h"
-#include "sim/session_writer.h"
+#include "sim/drivers/replay.h"
+#include "sim/session/session_writer.h"
 
 namespace trephine::workbench {
 
-/// Whether and where an operation is recorded.
+/// Recording of an operation.
 struct RecordChoice {
-  std::string file;
-  bool is_embedding = false;
-  bool is_autosave = false;  ///< taken away again when nothing was cut
-  std::string program;       ///< who records, with version: kept in the session
+  std::string file;           ///< empty: no recording
+  bool is_embedding = false;  ///< the file also contains the scan
+  bool is_autosave = false;   ///< deleted if nothing was cut
+  std::string program;        ///< name and version of the recording program, stored in the session
 };
 
-/// Checks whether it can be started, before any work is done for it.
-volume::Status check(const RecordChoice& choice);
-/// Starts the recording that is asked for; null without one.
-volume::Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice,
-                                                                    const Operation& operation);
+/// Checks whether the recording can be started, before other work is done.
+Status check(const RecordChoice& choice);
+/// Starts the requested recording; null if no recording is requested.
+Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice,
+                                                            const Operation& operation);
 
-/// Is this a file that a recording wrote?
+/// True if the file is a recorded session.
 bool is_session_file(const std::string& path);
 
-/// A session with everything that its replay borrows. Not to be moved once opened.
+/// A session with everything that its replay borrows. Must not be moved once opened.
 struct OpenedSession {
   std::unique_ptr<sim::SessionReader> reader;
   Source source;
@@ -35,17 +35,17 @@ struct OpenedSession {
   /// Scene of the first hand.
   const haptics::TouchScene& scene() const { return replay->engine().scene(); }
 };
-/// Finds the scan: `case_source` when given, in the session itself, or the built-in one that it names.
-volume::Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path,
-                                                            const SourceChoice& case_source,
-                                                            const Listener& listener = {});
+/// Opens a session with its scan: `case_source` if given, that in the session, or the built-in one that it
+/// names.
+Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const SourceChoice& case_source,
+                                                    const Listener& listener = {});
 
-/// Folder of sessions of windows: $XDG_STATE_HOME/trephine/sessions (~/.local/state/...), made when
-/// missing; empty when there is no such place.
+/// Returns the folder of windows' sessions, $XDG_STATE_HOME/trephine/sessions (~/.local/state/...), created
+/// if missing; empty if it cannot be created.
 std::string autosave_folder();
-/// A new name in it; empty without such a folder.
+/// Returns a new file name in autosave_folder(); empty without such a folder.
 std::string autosave_path();
-/// Keeps the twenty that were written last; none that is being written goes.
+/// Deletes all but the twenty newest autosaves, except those that are being written.
 void prune_autosaves();
 
 }  // namespace trephine::workbench

@@ -9,22 +9,19 @@
 
 #include "apps/workbench/clock.h"
 #include "apps/workbench/text.h"
-#include "data-tools/atomic_file.h"
-#include "data-tools/phantom_cases.h"
-#include "data-tools/phantoms.h"
-#include "volume/bone_labels.h"
-#include "volume/gaussian.h"
-#include "volume/shape_choice.h"
-#include "volume/text.h"
+#include "data-tools/cases/phantom_cases.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/base/text.h"
+#include "volume/cuts/shape_choice.h"
+#include "volume/scan/bone_labels.h"
+#include "volume/scan/gaussian.h"
 
 namespace trephine::workbench {
 
-using volume::Error;
-using volume::Result;
-
 namespace {
 
-/// "LO:HI" with either end optional.
+/// Parses "LO:HI"; either end is optional.
 Result<volume::Shape> parse_window(const std::string& window) {
   const Error bad{"the window is not two numbers", "window", window, "LO:HI, for example 300:1800", ""};
   const std::size_t colon = window.find(':');
@@ -40,8 +37,11 @@ Result<volume::Shape> parse_window(const std::string& window) {
       return bad;
   }
   if (!(values[0] <= values[1]))
-    return Error{"the window's lower end lies above its upper end", "window", window, "LO:HI with LO <= HI",
-                 "swap them"};
+    return Error{.what = "the window's lower end is above its upper end",
+                 .where = "window",
+                 .found = window,
+                 .expected = "LO:HI with LO <= HI",
+                 .remedy = "swap the two values"};
   shape.low = values[0];
   shape.high = values[1];
   return shape;
@@ -50,8 +50,8 @@ Result<volume::Shape> parse_window(const std::string& window) {
 
 namespace {
 
-/// "S" or "X,Y,Z"; empty: nothing was said.
-volume::Status parse_spacing(const std::string& text, std::optional<glm::dvec3>& spacing) {
+/// Parses "S" or "X,Y,Z"; an empty text sets no spacing.
+Status parse_spacing(const std::string& text, std::optional<glm::dvec3>& spacing) {
   if (text.empty()) return std::nullopt;
   glm::dvec3 v(0);
   char extra = 0;
@@ -59,7 +59,10 @@ volume::Status parse_spacing(const std::string& text, std::optional<glm::dvec3>&
   if (found == 1) v = glm::dvec3(v.x);
   if ((found != 3 && (found != 1 || text.find(',') != std::string::npos)) ||
       !(std::min({v.x, v.y, v.z}) > 0) || !(std::max({v.x, v.y, v.z}) <= 1000))
-    return Error{"this is no size of a voxel", "spacing", text, "S or X,Y,Z in mm, above 0", ""};
+    return Error{.what = "invalid voxel size",
+                 .where = "spacing",
+                 .found = text,
+                 .expected = "S or X,Y,Z in mm, above 0"};
   spacing = v;
   return std::nullopt;
 }
@@ -73,9 +76,9 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
   const auto start = Clock::now();
   Source source;
   if (is_builtin(src)) {
-    auto made = data_tools::make_phantom(src);
-    if (!made) return made.error();
-    source.volume = std::make_shared<const volume::Volume>(std::move(made).value());
+    auto result = data_tools::make_phantom(src);
+    if (!result) return result.error();
+    source.volume = std::make_shared<const volume::Volume>(std::move(result).value());
     source.name = source.case_name = src;
     source.is_builtin = true;
     if (choice.takes_plan) source.plan = data_tools::phantom_plan(src);
@@ -83,7 +86,7 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
     source.modality = "CT";
     source.read_seconds = seconds_since(start);
     if (std::error_code error; std::filesystem::exists(src, error))
-      listener.notice("note: " + src + " is the phantom that is built in; what lies here is ./" + src);
+      listener.notice("note: " + src + " is the built-in phantom; the file of this name is ./" + src);
     return source;
   }
   data_tools::OpenOptions options;
@@ -92,65 +95,81 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
   options.is_resampled = choice.is_resampled;
   options.maps_padding = choice.maps_padding;
   options.scale = choice.scale;
-  if (volume::Status error = parse_spacing(choice.spacing, options.spacing)) return *error;
+  if (Status error = parse_spacing(choice.spacing, options.spacing)) return *error;
   if (!choice.axes.empty()) options.axes = choice.axes;
   if (!data_tools::axes_of(options.axes))
-    return Error{"these are no three axes", "axes", options.axes,
-                 "three letters: L or R, P or A, S or I, in the order of x, y and z, for example LPS", ""};
+    return Error{
+        .what = "invalid axes",
+        .where = "axes",
+        .found = options.axes,
+        .expected = "three letters: L or R, P or A, S or I, in the order of x, y and z, for example LPS"};
   options.raw = choice.raw;
   if (choice.scale && !(*choice.scale > 0 && std::isfinite(*choice.scale)))
-    return Error{"the step is out of range", "scale", volume::text_of(*choice.scale), "above 0", ""};
+    return Error{.what = "the step is out of range",
+                 .where = "scale",
+                 .found = text_of(*choice.scale),
+                 .expected = "above 0"};
   if (choice.takes_sform && choice.takes_qform)
-    return Error{"only one of the two can be right", "sform", "--sform and --qform", "one of them", ""};
-  using Which = data_tools::OpenOptions::NiftiFrame;
-  options.nifti_frame = choice.takes_sform ? Which::sform : choice.takes_qform ? Which::qform : Which::any;
+    return Error{.what = "contradicting options",
+                 .where = "sform",
+                 .found = "--sform and --qform",
+                 .expected = "one of them"};
+  using NiftiFrame = data_tools::OpenOptions::NiftiFrame;
+  options.nifti_frame = choice.takes_sform   ? NiftiFrame::sform
+                        : choice.takes_qform ? NiftiFrame::qform
+                                             : NiftiFrame::any;
 
   options.progress = listener.progress("reading");
-  data_tools::OpenedVolume o;
+  data_tools::OpenedVolume opened_volume;
   if (data_tools::is_case_folder(src)) {
     auto opened = data_tools::open_case(src, options);
     if (!opened) return opened.error();
     source.case_name = opened.value().plan.name;
     source.plan = std::move(opened.value().plan);
-    o = std::move(opened.value().scan);
+    opened_volume = std::move(opened.value().scan);
   } else {
     auto opened = data_tools::open_volume(src, options);
     if (!opened) return opened.error();
-    o = std::move(opened).value();
+    opened_volume = std::move(opened).value();
   }
-  if (!o.uses_given_frame && (!choice.spacing.empty() || !choice.axes.empty()))
-    o.notices.emplace_back("the spacing and axes that were given were not taken: the file says its own");
+  if (!opened_volume.uses_given_frame && (!choice.spacing.empty() || !choice.axes.empty()))
+    opened_volume.notices.emplace_back("the given spacing and axes were ignored: the file states its own");
   if (choice.is_hounsfield) {
-    o.volume.is_hounsfield = true;
-    if (o.modality.empty()) o.modality = "CT";
+    opened_volume.volume.is_hounsfield = true;
+    if (opened_volume.modality.empty()) opened_volume.modality = "CT";
     if (source.plan) source.plan->is_hounsfield = true;
   }
-  source.volume = std::make_shared<const volume::Volume>(std::move(o.volume));
+  source.volume = std::make_shared<const volume::Volume>(std::move(opened_volume.volume));
   source.name = data_tools::file_name(src);
-  source.format = o.format;
-  source.modality = o.modality;
-  source.notices = o.notices;
-  source.facts = o.facts;
-  source.series = o.series;
-  source.segments = o.segments;
-  source.read_seconds = o.read_seconds;
+  source.format = opened_volume.format;
+  source.modality = opened_volume.modality;
+  source.notices = opened_volume.notices;
+  source.facts = opened_volume.facts;
+  source.series = opened_volume.series;
+  source.segments = opened_volume.segments;
+  source.read_seconds = opened_volume.read_seconds;
   for (const std::string& text : source.notices) listener.notice("note: " + text);
   return source;
 }
 
-volume::Status check(const ShapeChoice& choice) {
+Status check(const ShapeChoice& choice) {
   if (choice.iso.has_value() + !choice.window.empty() + !choice.label.empty() > 1)
-    return Error{"more than one shape was chosen", "shape", "", "one of iso, window and label", ""};
+    return Error{.what = "more than one shape was chosen",
+                 .where = "shape",
+                 .expected = "one of iso, window and label"};
   if (choice.iso && !std::isfinite(*choice.iso))
-    return Error{"the iso value is no number", "iso", volume::text_of(*choice.iso), "a finite number", ""};
+    return Error{.what = "the iso value is not a number",
+                 .where = "iso",
+                 .found = text_of(*choice.iso),
+                 .expected = "a finite number"};
   if (choice.window.empty()) return std::nullopt;
   const Result<volume::Shape> window = parse_window(choice.window);
-  return window ? std::nullopt : volume::Status(window.error());
+  return window ? std::nullopt : Status(window.error());
 }
 
 namespace {
-/// Returns why the scan's bone is that of a trunk: the body part that its file names, or labels of vertebrae
-/// without a skull. Empty where neither says so.
+/// Returns the reason why the scan shows a trunk: the body part that its file names, or labels of vertebrae
+/// without a skull. Empty without such a reason.
 std::string spine_of(const Source& source) {
   for (const auto& [name, value] : source.facts)
     if (name == "body part")
@@ -160,7 +179,7 @@ std::string spine_of(const Source& source) {
   const auto names = [&](const char* structure) {
     return std::any_of(source.volume->label_names.begin(), source.volume->label_names.end(),
                        [&](const std::string& name) {
-                         return name.find(structure) != std::string::npos && volume::names_bone(name);
+                         return name.find(structure) != std::string::npos && volume::is_bone_name(name);
                        });
   };
   if (names("vertebra") && !names("skull")) return "its labels name vertebrae";
@@ -170,16 +189,18 @@ std::string spine_of(const Source& source) {
 
 Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice,
                                    const Listener& listener) {
-  if (volume::Status error = check(choice)) return *error;
+  if (Status error = check(choice)) return *error;
   volume::Shape shape;
   if (!choice.label.empty()) {
     const int value = source.volume->label_value(choice.label);
     if (source.volume->labels.is_empty() || value < 0) {
       std::string known;
       for (const std::string& name : source.volume->label_names) known += (known.empty() ? "" : ", ") + name;
-      return Error{"there is no such label", "label", choice.label,
-                   known.empty() ? "this volume has no labels" : "one of " + known,
-                   known.empty() ? "choose it by its values: iso or window" : ""};
+      return Error{.what = "unknown label",
+                   .where = "label",
+                   .found = choice.label,
+                   .expected = known.empty() ? "this volume has no labels" : "one of " + known,
+                   .remedy = known.empty() ? "choose it by its values: iso or window" : ""};
     }
     shape.label = value;
     shape.name = choice.label;
@@ -194,17 +215,22 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   if (!source.volume->is_hounsfield) {
     const auto voxels = source.volume->voxels.span();
     if (const auto [low, high] = std::minmax_element(voxels.begin(), voxels.end()); *low == *high)
-      return Error{"every voxel of this scan has the same value", source.name,
-                   "every voxel is " + std::to_string(*low), "a scan of something", "is it the right file?"};
-    const std::string parted = std::to_string(volume::otsu_threshold(*source.volume));
+      return Error{.what = "every voxel of this scan has the same value",
+                   .where = source.name,
+                   .found = "every voxel is " + std::to_string(*low),
+                   .expected = "a scan of something",
+                   .remedy = "check that it is the right file"};
+    const std::string threshold = std::to_string(volume::otsu_threshold(*source.volume));
     if (!choice.is_auto)
-      return Error{"which shape is meant?", source.name,
-                   "a volume that is not in Hounsfield units; its histogram parts at " + parted,
-                   "an iso value, a window or a label",
-                   "--auto takes " + parted + ", --hounsfield says that it is CT; or look at its values"};
-    shape.low = std::stod(parted);
+      return Error{
+          .what = "no shape chosen",
+          .where = source.name,
+          .found = "a volume that is not in Hounsfield units; its histogram parts at " + threshold,
+          .expected = "an iso value, a window or a label",
+          .remedy = "--auto takes " + threshold + ", --hounsfield says that it is CT; or look at its values"};
+    shape.low = std::stod(threshold);
     shape.name = "auto";
-    listener.notice("shape: " + parted + " and above, where the histogram parts");
+    listener.notice("shape: " + threshold + " and above, where the histogram parts");
     return shape;
   }
   // Vertebrae are mostly cancellous bone, and their shells are thin.
@@ -220,7 +246,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   return shape;
 }
 
-volume::Status blur(Source& source, double sigma) {
+Status blur(Source& source, double sigma) {
   if (sigma == 0) return std::nullopt;
   auto blurred = volume::gaussian_blurred(*source.volume, glm::dvec3(sigma));
   if (!blurred) return blurred.error();
@@ -229,11 +255,11 @@ volume::Status blur(Source& source, double sigma) {
   return std::nullopt;
 }
 
-volume::Status keep_largest(Source& source, const volume::Shape& shape, const Listener& listener) {
+Status keep_largest(Source& source, const volume::Shape& shape, const Listener& listener) {
   volume::ShapeParts parts;
-  auto kept = volume::with_largest_part(source.volume, shape, parts);
-  if (!kept) {
-    Error error = kept.error();
+  auto largest = volume::keep_largest_part(source.volume, shape, parts);
+  if (!largest) {
+    Error error = largest.error();
     if (error.where.empty()) error.where = source.name;
     return error;
   }
@@ -242,7 +268,7 @@ volume::Status keep_largest(Source& source, const volume::Shape& shape, const Li
       100.0 * static_cast<double>(parts.largest) / static_cast<double>(parts.largest + parts.others),
       parts.count - 1, parts.count == 2 ? "" : "s", static_cast<long long>(parts.others)));
   if (parts.others == 0) return std::nullopt;
-  source.volume = std::make_shared<const volume::Volume>(std::move(kept).value());
+  source.volume = std::make_shared<const volume::Volume>(std::move(largest).value());
   source.is_altered = true;
   return std::nullopt;
 }
@@ -251,8 +277,8 @@ void offer_largest(const Source& source, const volume::Shape& shape, const Liste
   const volume::ShapeParts parts = volume::parts_of(source.volume, shape);
   if (!parts.is_other_large()) return;
   listener.notice(format_text(
-      "note: %d parts hang apart from the largest, one of %.1f %% of its size (a table, a holder, another "
-      "bone?): --largest, of the commands that have it, takes them away",
+      "note: %d parts are not connected to the largest, one of %.1f %% of its size (a table, a holder, "
+      "another bone?): --largest, of the commands that have it, removes them",
       parts.count - 1, 100.0 * static_cast<double>(parts.second) / static_cast<double>(parts.largest)));
 }
 
@@ -260,8 +286,10 @@ Result<haptics::PosePath> open_path(const std::string& path) {
   const std::string where = data_tools::file_name(path);
   std::ifstream file(path);
   if (!file)
-    return Error{"there is no such path file", where, "", "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]",
-                 "check the spelling"};
+    return Error{.what = "the path file does not exist",
+                 .where = where,
+                 .expected = "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]",
+                 .remedy = "check the spelling"};
   return haptics::PosePath::read_csv(file, where);
 }
 

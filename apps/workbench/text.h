@@ -1,4 +1,4 @@
-// Sentences with numbers.
+// Formatting of texts with numbers.
 #pragma once
 
 #include <cstdarg>
@@ -8,7 +8,7 @@
 
 namespace trephine::workbench {
 
-/// printf into a string, at most 1000 characters.
+/// Formats like printf into a string of at most 999 characters.
 inline std::string format_text(const char* format, ...) __attribute__((format(printf, 1, 2)));
 inline std::string format_text(const char* format, ...) {
   char text[1000];
@@ -19,7 +19,7 @@ inline std::string format_text(const char* format, ...) {
   return text;
 }
 
-/// A content hash as reports show it.
+/// Formats a content hash as 16 hexadecimal digits, for reports.
 inline std::string hash_text(std::uint64_t hash) {
   return format_text("%016llx", static_cast<unsigned long long>(hash));
 }

@@ -15,17 +15,17 @@ sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 1024 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) break;
     const haptics::Pose pose = haptics::on_grid(path.at(times[i]));
-    const haptics::DenormalsFlushed flushed;  // as everywhere else that a session comes from
+    const haptics::DenormalsFlushed flushed;  // as in every program that records sessions
     const auto begin = Clock::now();
     const auto servo_scene = engine.servo_scene();
     const haptics::ServoRecord record = servo.step(*servo_scene, {pose});
     const double us = 1e6 * seconds_since(begin);
-    const sim::Outcome happened = engine.apply(record);
-    if (recorder) recorder->add(record, engine, happened);
+    const sim::Outcome outcome = engine.apply(record);
+    if (recorder) recorder->add(record, engine, outcome);
     observer({times[i], record, servo, servo_scene->hands[0], us});
-    while (const std::optional<sim::Command> owed = engine.finish_depth_job()) {
-      const sim::Outcome adopted = engine.apply(*owed);
-      if (recorder) recorder->add(*owed, engine, adopted);
+    while (const std::optional<sim::Command> adoption = engine.finish_depth_job()) {
+      const sim::Outcome adopted = engine.apply(*adoption);
+      if (recorder) recorder->add(*adoption, engine, adopted);
     }
   }
   return engine;

@@ -1,5 +1,5 @@
-/* Drill from C: a thick plate of bone, a burr pressed into it, recorded, taken back, opened again. With trephine
- * installed in PREFIX: cc drill.c -IPREFIX/include/trephine -LPREFIX/lib/... -ltrephine-c_api */
+/* Drills from C: a burr is pressed into a thick plate of bone; the operation is recorded, undone and opened again.
+ * With trephine installed in PREFIX: cc drill.c -IPREFIX/include/trephine -LPREFIX/lib/... -ltrephine-c_api */
 #include <apps/c_api/operation.h>
 #include <stdio.h>
 
@@ -21,16 +21,16 @@ int main(void) {
                                 .volumes = &plate,
                                 .volume_count = 1,
                                 .record = k_file};
-  remove(k_file); /* a recording never replaces a file */
+  remove(k_file); /* a recording never overwrites a file */
   trephine_error error;
   trephine_operation* operation = trephine_operation_begin(&start, &error);
   if (!operation) return fail(&error);
   trephine_measure removed;
-  for (int i = 0; i <= 4000; ++i) { /* pushed down faster than it drills, which is felt; then lifted */
+  for (int i = 0; i <= 4000; ++i) { /* push faster than the burr drills, which renders a force; then lift it */
     const trephine_pose pose = {.position = {0, 0, i < 4000 ? 24 - 0.002 * i : 30}, .buttons = i < 4000};
     trephine_touch touch;
     if (trephine_operation_step(operation, &pose, &touch, &error)) return fail(&error);
-    trephine_operation_measure(operation, 0, &removed); /* the first is "removed" */
+    trephine_operation_measure(operation, 0, &removed); /* the first measure is "removed" */
     if (i % 500 == 0)
       printf("hand at %4.1f mm: %.2f N, %5.1f mm3 removed\n", pose.position[2], touch.force[2], removed.value);
   }

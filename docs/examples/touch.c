@@ -1,4 +1,4 @@
-/* The same from C: a ball of bone, touched from above. With trephine installed in PREFIX: cc touch.c
+/* Touches a ball of bone from above, in C. With trephine installed in PREFIX: cc touch.c
  * -IPREFIX/include/trephine -LPREFIX/lib/... -ltrephine-haptics */
 #include <haptics/c_api/c_api.h>
 #include <stdio.h>

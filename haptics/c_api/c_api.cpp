@@ -9,7 +9,7 @@
 
 #include "haptics/c_api/c_parts.h"
 #include "haptics/force/effects.h"
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 #include "haptics/walls/smooth_walls.h"
 
 using namespace trephine;
@@ -19,7 +19,7 @@ using haptics::c_api::borrow_volume;
 using haptics::c_api::copy_mesh;
 using haptics::c_api::fail;
 using haptics::c_api::guarded;
-using haptics::c_api::is_place;
+using haptics::c_api::is_valid_position;
 using haptics::c_api::touch_of;
 
 struct trephine_surface {
@@ -30,37 +30,37 @@ struct trephine_surface {
 struct trephine_scene {
   std::shared_ptr<volume::Volume> base;  ///< labels come before shapes
   haptics::TouchScene touch;
-  double wanted_radius = 0;  ///< mm, of the tool; made by prepare()
+  double requested_radius = 0;  ///< mm, requested tool radius; applied by prepare()
   std::unique_ptr<volume::Version> version;
-  std::shared_ptr<haptics::ProxyMethod> method;  ///< shared with hands, which may outlive a change
-  std::uint64_t generation = 0;                  ///< of prepare(): hands of an earlier one do not step
+  std::shared_ptr<haptics::ProxyMethod> method;  ///< shared with hands, which keep theirs after a change
+  std::uint64_t generation = 0;  ///< number of prepare() calls; hands of an earlier one do not step
   bool is_prepared = false;
   std::array<trephine_surface, haptics::TouchScene::k_max_shapes> surfaces;
-  // The newest motion that surfaces were asked about, and what it met.
+  // The newest motion for which a surface was queried, and its result.
   dvec3 start{0.0}, end{0.0}, point{0.0}, normal{0.0};
   bool has_motion = false;
-  int met_shape = -1, met_side = TREPHINE_NONE;
-  mutable std::atomic<int> users{1};  ///< its creator, and its hands
+  int hit_shape = -1, hit_side = TREPHINE_NONE;
+  mutable std::atomic<int> users{1};  ///< its creator and its hands
 };
 
 struct trephine_hand {
   const trephine_scene* scene;
   std::uint64_t generation;
-  haptics::ServoScene seen;  ///< its own, changed between steps
+  haptics::ServoScene servo_scene;  ///< of this hand alone; changed between steps
   haptics::ServoCore core;
 
-  haptics::ServoHand& mine() noexcept { return seen.hands[0]; }
+  haptics::ServoHand& servo_hand() noexcept { return servo_scene.hands[0]; }
 };
 
 namespace {
 
-/// One user fewer; the last one takes the scene along.
+/// Releases one reference; the last one deletes the scene.
 void release(const trephine_scene* scene) noexcept {
   if (scene && scene->users.fetch_sub(1) == 1) delete scene;
 }
 
-/// A window or a mesh of the scene.
-volume::Status check_any(const trephine_scene* scene, int shape) {
+/// Checks the index of a window or mesh of the scene.
+Status check_item(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   if (shape < 0 || shape >= haptics::item_count(scene->touch))
     return bad("there is no such shape", std::to_string(shape), "an index of a window or mesh");
@@ -71,24 +71,24 @@ haptics::Material& material_in(trephine_scene& scene, int shape) {
   return scene.touch.items[static_cast<std::size_t>(shape)].material;
 }
 
-volume::Status check_shape(const trephine_scene* scene, int shape) {
+Status check_shape(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   if (shape < 0 || shape >= haptics::item_count(scene->touch) || item_of(scene->touch, shape).is_mesh())
     return bad("there is no such shape", std::to_string(shape), "an index of a window");
   return std::nullopt;
 }
 
-/// Index of a window or a label, or -1.
+/// Returns the index of the added window or label shape, or -1.
 int add_shape(trephine_scene* scene, const char* name, volume::Shape shape, trephine_error* error) noexcept {
   int index = -1;
-  guarded(error, [&]() -> volume::Status {
+  guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     const double low = shape.low, high = shape.high;
     if (!shape.is_label() && std::isinf(low) && std::isinf(high))
-      return bad("the window holds everything, or nothing",
-                 std::to_string(low) + " to " + std::to_string(high), "at least one finite end");
+      return bad("the window has no finite end", std::to_string(low) + " to " + std::to_string(high),
+                 "at least one finite end");
     if (std::isnan(low) || std::isnan(high) || !(low <= high))
-      return bad("the window is empty or no window", std::to_string(low) + " to " + std::to_string(high),
+      return bad("the window is empty or not a number", std::to_string(low) + " to " + std::to_string(high),
                  "low <= high");
     if (shape.is_label() && scene->base->labels.is_empty())
       return bad("the scene has no labels", std::to_string(shape.label), "trephine_scene_set_labels first");
@@ -111,16 +111,16 @@ volume::Shape window(double low, double high) {
   return shape;
 }
 
-/// The first wall on the motion, for all shapes at once.
-void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noexcept {
+/// Finds the first wall on the motion, for all shapes at once.
+void cast_motion(trephine_scene& scene, const dvec3& start, const dvec3& end) noexcept {
   scene.start = start, scene.end = end;
   scene.has_motion = true;
-  scene.met_shape = -1;
+  scene.hit_shape = -1;
   if (start == end) return;
   const volume::Frame& frame = scene.base->frame;
   haptics::ProxyCounters counters;
-  const haptics::ShapeSet none;
-  haptics::SmoothWalls walls(scene.touch, *scene.version, none, counters);
+  const haptics::ShapeSet nothing_passable;
+  haptics::SmoothWalls walls(scene.touch, *scene.version, nothing_passable, counters);
   const dvec3 a = frame.volume_from_world(start), b = frame.volume_from_world(end);
   for (const dvec3& p : {a, b})
     for (int k = 0; k < 3; ++k)
@@ -138,8 +138,8 @@ void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noe
   const double length = glm::length(out);
   scene.point = frame.world_from_volume(p);
   scene.normal = length > 0 ? out / length : glm::normalize(start - end);
-  scene.met_shape = reach.wall.shape;
-  scene.met_side = reach.wall.is_back ? TREPHINE_BACK : TREPHINE_FRONT;
+  scene.hit_shape = reach.wall.shape;
+  scene.hit_side = reach.wall.is_back ? TREPHINE_BACK : TREPHINE_FRONT;
 }
 
 }  // namespace
@@ -149,7 +149,7 @@ uint32_t trephine_abi_version(void) { return TREPHINE_ABI_VERSION; }
 trephine_scene* trephine_scene_create(const int16_t* voxels, const int size[3], const double origin[3],
                                       const double axes[9], trephine_error* error) {
   std::unique_ptr<trephine_scene> scene;
-  const int code = guarded(error, [&]() -> volume::Status {
+  const int code = guarded(error, [&]() -> Status {
     auto base = borrow_volume(voxels, size, origin, axes);
     if (!base) return base.error();
     scene = std::make_unique<trephine_scene>();
@@ -174,13 +174,13 @@ int trephine_scene_add_window(trephine_scene* scene, const char* name, double lo
 }
 
 int trephine_scene_set_labels(trephine_scene* scene, const uint8_t* labels, trephine_error* error) {
-  return guarded(error, [&]() -> volume::Status {
+  return guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     if (labels == nullptr) return bad("there are no labels", "NULL", "one for each voxel");
     if (!scene->touch.items.empty())
       return bad("the labels come after a shape", std::to_string(scene->touch.items.size()) + " shapes",
                  "labels first");
-    scene->base->labels = volume::Buffer<std::uint8_t>::borrow(labels, scene->base->voxels.size());
+    scene->base->labels = Buffer<std::uint8_t>::borrow(labels, scene->base->voxels.size());
     return std::nullopt;
   });
 }
@@ -196,11 +196,11 @@ int trephine_scene_add_label(trephine_scene* scene, const char* name, int label,
 }
 
 int trephine_scene_set_tool_radius(trephine_scene* scene, double radius, trephine_error* error) {
-  return guarded(error, [&]() -> volume::Status {
+  return guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     if (!(radius >= 0 && radius <= 6))
-      return bad("the tool's radius is out of range", std::to_string(radius), "0, a point, to 6 mm");
-    scene->wanted_radius = radius;
+      return bad("the tool's radius is out of range", std::to_string(radius), "0 (a point) to 6 mm");
+    scene->requested_radius = radius;
     scene->is_prepared = false;
     return std::nullopt;
   });
@@ -210,7 +210,7 @@ int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, con
                                     const double* opacities, size_t count, double threshold,
                                     trephine_error* error) {
   double low = 0, high = 0;
-  const int code = guarded(error, [&]() -> volume::Status {
+  const int code = guarded(error, [&]() -> Status {
     if (intensities == nullptr || opacities == nullptr || count < 1)
       return bad("the transfer function has no points", std::to_string(count), "one point or more");
     const auto window = haptics::window_of_opacity({intensities, count}, {opacities, count}, threshold);
@@ -223,13 +223,13 @@ int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, con
 
 int trephine_scene_set_material(trephine_scene* scene, int shape, const trephine_material* material,
                                 trephine_error* error) {
-  return guarded(error, [&]() -> volume::Status {
-    if (volume::Status status = check_any(scene, shape)) return status;
+  return guarded(error, [&]() -> Status {
+    if (Status status = check_item(scene, shape)) return status;
     if (material == nullptr) return bad("there is no material", "NULL", "a trephine_material");
     haptics::Material m = material_of(scene->touch, shape, haptics::Side::front);
     m.stiffness = material->stiffness, m.damping = material->damping;
     m.static_friction = material->static_friction, m.dynamic_friction = material->dynamic_friction;
-    if (volume::Status status = haptics::check_material(m)) return status;
+    if (Status status = haptics::check_material(m)) return status;
     material_in(*scene, shape) = m;
     return std::nullopt;
   });
@@ -239,7 +239,7 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
                             size_t vertex_count, const uint32_t* triangles, size_t triangle_count, int mover,
                             trephine_error* error) {
   int index = -1;
-  guarded(error, [&]() -> volume::Status {
+  guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
       return bad("there is no such mover", std::to_string(mover), "-1, or 0 to 7");
@@ -258,19 +258,19 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
 
 int trephine_scene_set_pop_through(trephine_scene* scene, int shape, double force, double rearm,
                                    trephine_error* error) {
-  return guarded(error, [&]() -> volume::Status {
-    if (volume::Status status = check_any(scene, shape)) return status;
+  return guarded(error, [&]() -> Status {
+    if (Status status = check_item(scene, shape)) return status;
     haptics::Material m = material_of(scene->touch, shape, haptics::Side::front);
     m.pop_force = force, m.pop_rearm = rearm;
-    if (volume::Status status = haptics::check_material(m)) return status;
+    if (Status status = haptics::check_material(m)) return status;
     material_in(*scene, shape) = m;
     return std::nullopt;
   });
 }
 
 int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephine_error* error) {
-  return guarded(error, [&]() -> volume::Status {
-    if (volume::Status status = check_any(scene, shape)) return status;
+  return guarded(error, [&]() -> Status {
+    if (Status status = check_item(scene, shape)) return status;
     if (sides < TREPHINE_NONE || sides > TREPHINE_BOTH)
       return bad("there is no such side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
     scene->touch.items[static_cast<std::size_t>(shape)].sides = static_cast<haptics::Side>(sides);
@@ -280,30 +280,30 @@ int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephi
 }
 
 int trephine_scene_set_method(trephine_scene* scene, const char* method, trephine_error* error) {
-  return guarded(error, [&]() -> volume::Status {
+  return guarded(error, [&]() -> Status {
     if (scene == nullptr || method == nullptr)
       return bad("an argument is missing", "NULL", "a scene and a name");
-    auto made = haptics::make_method(method);
-    if (!made) return made.error();
-    scene->method = std::move(made).value();
+    auto result = haptics::make_method(method);
+    if (!result) return result.error();
+    scene->method = std::move(result).value();
     scene->is_prepared = false;
     return std::nullopt;
   });
 }
 
 int trephine_scene_prepare(trephine_scene* scene, trephine_error* error) {
-  return guarded(error, [&]() -> volume::Status {
+  return guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     for (haptics::TouchItem& shape : scene->touch.items)
       if (!shape.is_mesh() && !shape.bits)
         shape.bits = std::make_shared<const volume::Occupancy>(
             volume::Occupancy::build(*scene->base, shape.field.shape()));
-    // Labels and thresholded data are touched smooth, where the method touches what is smooth.
+    // Labels and thresholded data are smoothed for methods that touch smooth solids.
     for (haptics::TouchItem& shape : scene->touch.items) shape.soft = nullptr;
     if (haptics::find_method(scene->method->name())->solid == haptics::MethodInfo::Solid::smooth)
       haptics::soften(scene->touch);
-    if (volume::Status status = haptics::set_tool_radius(scene->touch, scene->wanted_radius)) return status;
-    if (volume::Status status = scene->method->prepare(scene->touch)) return status;
+    if (Status status = haptics::set_tool_radius(scene->touch, scene->requested_radius)) return status;
+    if (Status status = scene->method->prepare(scene->touch)) return status;
     scene->has_motion = false;
     ++scene->generation;
     scene->is_prepared = true;
@@ -313,16 +313,16 @@ int trephine_scene_prepare(trephine_scene* scene, trephine_error* error) {
 
 trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz, trephine_error* error) {
   std::unique_ptr<trephine_hand> hand;
-  const int code = guarded(error, [&]() -> volume::Status {
+  const int code = guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     if (!(rate_hz >= 250 && rate_hz <= 10000))
       return bad("the rate is out of range", std::to_string(rate_hz), "250 to 10000 Hz");
     if (!scene->is_prepared)
       return bad("the scene is not prepared", scene->touch.items.empty() ? "no shapes" : "changed since",
                  "trephine_scene_prepare before hands are made");
-    haptics::ServoHand mine(haptics::borrowed(scene->touch), scene->method, {*scene->version});
+    haptics::ServoHand servo_hand(haptics::borrowed(scene->touch), scene->method, {*scene->version});
     hand.reset(new trephine_hand{
-        scene, scene->generation, {0, {std::move(mine)}}, haptics::ServoCore({}, 1 / rate_hz)});
+        scene, scene->generation, {0, {std::move(servo_hand)}}, haptics::ServoCore({}, 1 / rate_hz)});
     ++scene->users;
     return std::nullopt;
   });
@@ -341,7 +341,7 @@ int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_t
   if (!hand->scene->is_prepared || hand->generation != hand->scene->generation) return TREPHINE_NOT_PREPARED;
   haptics::ServoInput input;
   input.pose.position_world = {position[0], position[1], position[2]};
-  const haptics::ServoRecord record = hand->core.step(hand->seen, input);
+  const haptics::ServoRecord record = hand->core.step(hand->servo_scene, input);
   *touch = touch_of(record);
   return TREPHINE_OK;
 }
@@ -349,7 +349,7 @@ int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_t
 int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable) {
   if (hand == nullptr || shape < 0 || shape >= haptics::item_count(hand->scene->touch))
     return TREPHINE_BAD_ARGUMENT;
-  hand->mine().set_touchable(shape, is_touchable != 0);
+  hand->servo_hand().set_touchable(shape, is_touchable != 0);
   return TREPHINE_OK;
 }
 
@@ -358,35 +358,35 @@ int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], co
       (low == nullptr) != (high == nullptr))
     return TREPHINE_BAD_ARGUMENT;
   if (low == nullptr)
-    hand->mine().set_ready(shape, true);
+    hand->servo_hand().set_ready(shape, true);
   else
-    hand->mine().set_ready(shape, {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
+    hand->servo_hand().set_ready(shape, {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
   return TREPHINE_OK;
 }
 
 int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const double position[3],
                                      const double rotation[4]) {
   if (hand == nullptr || position == nullptr || rotation == nullptr || mover < 0 ||
-      mover >= haptics::TouchScene::k_max_movers || !is_place(position))
+      mover >= haptics::TouchScene::k_max_movers || !is_valid_position(position))
     return TREPHINE_BAD_ARGUMENT;
   const glm::dquat turn(rotation[0], rotation[1], rotation[2], rotation[3]);
   const double length = glm::length(turn);
   if (!(length > 1e-6 && length < 1e6)) return TREPHINE_BAD_ARGUMENT;
-  hand->mine().set_placement(mover, {{position[0], position[1], position[2]}, turn / length});
+  hand->servo_hand().set_placement(mover, {{position[0], position[1], position[2]}, turn / length});
   return TREPHINE_OK;
 }
 
 int trephine_hand_add_effect(trephine_hand* hand, const char* words, trephine_error* error) {
-  return guarded(error, [&]() -> volume::Status {
-    if (hand == nullptr || words == nullptr) return bad("an argument is missing", "NULL", "a hand and words");
+  return guarded(error, [&]() -> Status {
+    if (hand == nullptr || words == nullptr) return bad("an argument is missing", "NULL", "hand and effect");
     auto effect = haptics::parse_effect(words);
     if (!effect) return effect.error();
-    auto laws = hand->mine().laws ? std::make_shared<haptics::LawSet>(*hand->mine().laws)
-                                  : std::make_shared<haptics::LawSet>();
+    auto laws = hand->servo_hand().laws ? std::make_shared<haptics::LawSet>(*hand->servo_hand().laws)
+                                        : std::make_shared<haptics::LawSet>();
     auto law = haptics::law_of(effect.value(), static_cast<std::uint32_t>(laws->laws().size()));
     if (!law) return law.error();
-    if (volume::Status status = laws->add(std::move(law).value())) return status;
-    hand->mine().laws = std::move(laws);
+    if (Status status = laws->add(std::move(law).value())) return status;
+    hand->servo_hand().laws = std::move(laws);
     return std::nullopt;
   });
 }
@@ -396,13 +396,13 @@ void trephine_hand_reset(trephine_hand* hand) {
 }
 
 trephine_surface* trephine_surface_get(trephine_scene* scene, int shape, trephine_error* error) {
-  const int code = guarded(error, [&]() -> volume::Status {
-    if (volume::Status status = check_shape(scene, shape)) return status;
+  const int code = guarded(error, [&]() -> Status {
+    if (Status status = check_shape(scene, shape)) return status;
     if (!scene->is_prepared)
       return bad("the scene is not prepared", "changed since",
-                 "trephine_scene_prepare before surfaces are asked for");
+                 "trephine_scene_prepare before trephine_surface_get");
     if (scene->touch.tool_radius > 0)
-      return bad("surfaces are those of a point", std::to_string(scene->touch.tool_radius) + " mm",
+      return bad("surfaces need a tool without a radius", std::to_string(scene->touch.tool_radius) + " mm",
                  "a tool radius of 0");
     return std::nullopt;
   });
@@ -412,17 +412,18 @@ trephine_surface* trephine_surface_get(trephine_scene* scene, int shape, trephin
 int trephine_intersect_surface(const double start[3], const double end[3], double point[3], double normal[3],
                                int* side, void* user) {
   auto* surface = static_cast<trephine_surface*>(user);
-  if (surface == nullptr || start == nullptr || end == nullptr || !is_place(start) || !is_place(end))
+  if (surface == nullptr || start == nullptr || end == nullptr || !is_valid_position(start) ||
+      !is_valid_position(end))
     return 0;
   trephine_scene& scene = *surface->scene;
   if (!scene.is_prepared) return 0;
   const dvec3 a(start[0], start[1], start[2]), b(end[0], end[1], end[2]);
-  if (!scene.has_motion || scene.start != a || scene.end != b) look_along(scene, a, b);
-  if (scene.met_shape != surface->shape) return 0;
+  if (!scene.has_motion || scene.start != a || scene.end != b) cast_motion(scene, a, b);
+  if (scene.hit_shape != surface->shape) return 0;
   for (int i = 0; i < 3; ++i) {
     if (point != nullptr) point[i] = scene.point[i];
     if (normal != nullptr) normal[i] = scene.normal[i];
   }
-  if (side != nullptr) *side = scene.met_side;
+  if (side != nullptr) *side = scene.hit_side;
   return 1;
 }

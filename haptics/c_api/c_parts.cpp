@@ -5,12 +5,9 @@
 #include <cstring>
 #include <glm/geometric.hpp>
 
-#include "volume/text.h"
+#include "volume/base/text.h"
 
 namespace trephine::haptics::c_api {
-
-using volume::Error;
-using volume::Result;
 
 int fail(trephine_error* error, int code, const Error& what) noexcept {
   if (error) {
@@ -31,7 +28,7 @@ Error bad(const char* what, const std::string& found, const char* expected) {
   return {what, "C API", found, expected, "see the comments of the header"};
 }
 
-bool is_place(const double v[3]) noexcept {
+bool is_valid_position(const double v[3]) noexcept {
   for (int a = 0; a < 3; ++a)
     if (!std::isfinite(v[a]) || std::abs(v[a]) > 1e8) return false;
   return true;
@@ -48,36 +45,36 @@ Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, con
     count *= size[a];
   }
   if (count > 1e11) return bad("the volume is too large", std::to_string(count) + " voxels", "at most 10^11");
-  if (!is_place(origin)) return bad("the origin is no place", "", "finite, within 100 km");
+  if (!is_valid_position(origin)) return bad("the origin is out of range", "", "finite, within 100 km");
   glm::dmat3 columns;
   for (int i = 0; i < 9; ++i) columns[i / 3][i % 3] = axes[i];
   for (int a = 0; a < 3; ++a)
     if (const double step = glm::length(columns[a]); !(step >= 1e-3 && step <= 1e3))
-      return bad("a voxel's size is out of range", volume::text_of(step) + " mm", "0.001 to 1000 mm");
+      return bad("a voxel's size is out of range", text_of(step) + " mm", "0.001 to 1000 mm");
   auto frame = volume::Frame::from_axes({origin[0], origin[1], origin[2]}, columns);
   if (!frame) return frame.error();
-  auto made = std::make_shared<volume::Volume>();
-  made->size = {size[0], size[1], size[2]};
-  made->frame = frame.value();
-  made->voxels = volume::Buffer<std::int16_t>::borrow(voxels, static_cast<std::size_t>(count));
-  return made;
+  auto result = std::make_shared<volume::Volume>();
+  result->size = {size[0], size[1], size[2]};
+  result->frame = frame.value();
+  result->voxels = Buffer<std::int16_t>::borrow(voxels, static_cast<std::size_t>(count));
+  return result;
 }
 
 Result<std::shared_ptr<const MeshTree>> copy_mesh(const double* vertices, std::size_t vertex_count,
                                                   const uint32_t* triangles, std::size_t triangle_count) {
   if (vertices == nullptr || triangles == nullptr || triangle_count < 1 || triangle_count > (1u << 28))
     return bad("the mesh has no triangles", std::to_string(triangle_count), "one triangle or more");
-  std::vector<glm::dvec3> places(vertex_count);
+  std::vector<glm::dvec3> points(vertex_count);
   for (std::size_t i = 0; i < vertex_count; ++i) {
-    if (!is_place(vertices + 3 * i))
-      return bad("a vertex is no place", "vertex " + std::to_string(i), "finite, within 100 km");
-    places[i] = {vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]};
+    if (!is_valid_position(vertices + 3 * i))
+      return bad("a vertex is out of range", "vertex " + std::to_string(i), "finite, within 100 km");
+    points[i] = {vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]};
   }
   std::vector<std::uint32_t> corners(triangles, triangles + 3 * triangle_count);
   for (const std::uint32_t c : corners)
     if (c >= vertex_count)
-      return bad("a triangle names a vertex that is not there", std::to_string(c), "below vertex_count");
-  return std::shared_ptr<const MeshTree>(std::make_shared<MeshTree>(std::move(places), std::move(corners)));
+      return bad("a triangle refers to a missing vertex", std::to_string(c), "below vertex_count");
+  return std::shared_ptr<const MeshTree>(std::make_shared<MeshTree>(std::move(points), std::move(corners)));
 }
 
 trephine_touch touch_of(const ServoRecord& record) noexcept {

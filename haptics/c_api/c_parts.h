@@ -8,38 +8,37 @@
 #include "haptics/c_api/c_api.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/servo/servo_core.h"
-#include "volume/volume.h"
+#include "volume/scan/volume.h"
 
 namespace trephine::haptics::c_api {
 
-/// Into `error` when it is not null; returns `code`.
-int fail(trephine_error* error, int code, const volume::Error& what) noexcept;
-/// Runs what may throw for want of memory; `code` for what it returns.
+/// Writes `what` to `error` if that is not null. Returns `code`.
+int fail(trephine_error* error, int code, const Error& what) noexcept;
+/// Runs `work`, which may run out of memory. Returns `code` if it reports an error.
 template <class Work>
 int guarded(trephine_error* error, int code, Work&& work) noexcept {
   if (error) *error = trephine_error{TREPHINE_OK, ""};
   try {
-    if (const volume::Status status = work()) return fail(error, code, *status);
+    if (const Status status = work()) return fail(error, code, *status);
     return TREPHINE_OK;
   } catch (const std::exception& e) {
-    return fail(error, TREPHINE_NO_MEMORY, {"there is not enough memory", "", e.what(), "", ""});
+    return fail(error, TREPHINE_NO_MEMORY, {"not enough memory", "", e.what(), "", ""});
   }
 }
 template <class Work>
 int guarded(trephine_error* error, Work&& work) noexcept {
   return guarded(error, TREPHINE_BAD_ARGUMENT, std::forward<Work>(work));
 }
-/// A fault of the caller's.
-volume::Error bad(const char* what, const std::string& found, const char* expected);
-/// Three finite numbers within 100 km.
-bool is_place(const double v[3]) noexcept;
+/// Returns the error of an invalid argument.
+Error bad(const char* what, const std::string& found, const char* expected);
+/// Returns true if the three numbers (mm) are finite and within 100 km.
+bool is_valid_position(const double v[3]) noexcept;
 
-/// A volume over voxels that stay the caller's.
-volume::Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, const int size[3],
-                                                              const double origin[3], const double axes[9]);
-volume::Result<std::shared_ptr<const MeshTree>> copy_mesh(const double* vertices, std::size_t vertex_count,
-                                                          const uint32_t* triangles,
-                                                          std::size_t triangle_count);
+/// Returns a volume over voxels that the caller keeps.
+Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, const int size[3],
+                                                      const double origin[3], const double axes[9]);
+Result<std::shared_ptr<const MeshTree>> copy_mesh(const double* vertices, std::size_t vertex_count,
+                                                  const uint32_t* triangles, std::size_t triangle_count);
 trephine_touch touch_of(const ServoRecord& record) noexcept;
 
 }  // namespace trephine::haptics::c_api

@@ -1,14 +1,14 @@
-// A camera of depths, as public formats have it.
+// DepthCamera: pinhole camera of depths, with the parameters of public formats.
 #pragma once
 
 #include <glm/vec3.hpp>
 
 namespace trephine::haptics::depth {
 
-/// It looks along z of its own frame, x to the right, y down.
+/// Pinhole camera that looks along z of its own frame, x to the right, y down.
 struct DepthCamera {
   int width = 0, height = 0;
-  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; (0, 0) is the middle of the first pixel
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; (0, 0) is the centre of the first pixel
 
   glm::dvec3 place(double column, double row, double depth) const noexcept {
     return {(column - cx) / fx * depth, (row - cy) / fy * depth, depth};

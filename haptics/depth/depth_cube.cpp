@@ -6,35 +6,34 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "volume/parallel.h"
+#include "volume/base/parallel.h"
 
 namespace trephine::haptics::depth {
 
 using glm::dvec3;
 using glm::ivec3;
-using volume::Error;
-using volume::Result;
 
 namespace {
 
-constexpr int k_bits = 14;                      // of a pixel, of corners across the rays
-constexpr double k_farthest = double{1 << 15};  // pixels, of a corner beyond the lattice
+constexpr int k_bits = 14;                      // fractional bits of a pixel, of corners across the rays
+constexpr double k_farthest = double{1 << 15};  // pixels, the farthest corner
 constexpr std::int64_t k_one = std::int64_t{1} << k_bits;
-constexpr float k_near_end = -1;  // of a ray that begins within matter
+constexpr float k_near_end = -1;  // crossing of a ray that begins within matter
 
 struct Corner {
   std::int64_t x, y;
   double depth;
 };
 
-/// Twice the area of a triangle that goes through p; exact: places are below 2^30.
+/// Returns twice the signed area of the triangle (a, b, p); exact, since coordinates are below 2^30.
 std::int64_t side(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) noexcept {
   return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
 }
-/// Does a place on the edge a b count as within, of the two triangles that share it for exactly one?
+/// Returns true if a point on the edge a b counts as inside: for exactly one of the two triangles that share
+/// it.
 bool owns(const Corner& a, const Corner& b) noexcept { return b.y < a.y || (b.y == a.y && b.x > a.x); }
 
-/// Calls meet(i, j, depth) for the pixels whose rays a triangle crosses; its corners are counter-clockwise.
+/// Calls meet(i, j, depth) for the pixels whose rays cross a triangle with counter-clockwise corners.
 template <class Meet>
 void scan(const Corner& a, const Corner& b, const Corner& c, int columns, int rows, const Meet& meet) {
   const std::int64_t area = side(a, b, c.x, c.y);
@@ -75,8 +74,8 @@ void DepthCube::SignedRays::sort(std::size_t pixels, std::vector<Crossing> unsor
     });
 }
 
-/// `start(ray, winding)`: how often matter winds round the ray's near end; false where that is unknown. What
-/// winds round matter more than once is one layer.
+/// `start(ray, winding)` sets the winding number at the ray's near end; false if it is unknown. Matter with a
+/// winding number above 1 is one layer.
 template <class Start>
 std::size_t DepthCube::set_image(int axis, const SignedRays& rays, const Start& start) {
   const auto [u, v] = across(axis);
@@ -95,12 +94,12 @@ std::size_t DepthCube::set_image(int axis, const SignedRays& rays, const Start& 
         const bool was = winding != 0;
         winding += c.sign;
         if ((winding != 0) == was) continue;
-        image.at.push_back(c.at);  // also where matter ends as it begins: a voxel that is the threshold
+        image.at.push_back(c.at);  // also a layer of no thickness: a voxel at the threshold
       }
-      // Matter goes on beyond the far end.
+      // Matter continues beyond the far end.
       if (winding != 0) image.at.push_back(static_cast<float>(size_[axis]));
     } else {
-      ++open;  // neither side of it is known
+      ++open;  // both sides are unknown
     }
     image.first[p + 1] = static_cast<std::uint32_t>(image.at.size());
   }
@@ -110,13 +109,13 @@ std::size_t DepthCube::set_image(int axis, const SignedRays& rays, const Start& 
 
 namespace {
 
-/// Triangles that a clip volume needs, by the place of their first corner.
+/// Triangles that a clip volume needs, by the index of their first corner.
 struct Needed {
-  std::vector<std::uint32_t> of_columns;  ///< of the whole rays along x: they decide what is matter
-  std::vector<std::uint32_t> of_box;      ///< of the rays along y and z, within the lattice
+  std::vector<std::uint32_t> of_columns;  ///< for the complete rays along x, which determine matter
+  std::vector<std::uint32_t> of_box;      ///< for the rays along y and z, within the lattice
 };
 
-/// On which sides a place lies beyond the lattice, a bit each.
+/// Sides of the lattice beyond which a point is, one bit each.
 enum Beyond : std::uint8_t { beyond_x = 3, beyond_y = 12, beyond_z = 48 };
 std::uint8_t beyond(const dvec3& p, const dvec3& most) noexcept {
   int bits = 0;
@@ -130,15 +129,15 @@ Needed find_needed(std::span<const std::uint8_t> beyonds, std::span<const std::u
   constexpr std::size_t k_part = 3 * 16384;
   const auto parts = static_cast<int>((triangles.size() + k_part - 1) / k_part);
   std::vector<Needed> found(static_cast<std::size_t>(parts));
-  volume::parallel_for(parts, threads, [&](int part) {
-    Needed& mine = found[static_cast<std::size_t>(part)];
+  parallel_for(parts, threads, [&](int part) {
+    Needed& part_result = found[static_cast<std::size_t>(part)];
     const std::size_t begin = static_cast<std::size_t>(part) * k_part,
                       end = std::min(begin + k_part, triangles.size() / 3 * 3);
     for (std::size_t t = begin; t < end; t += 3) {
       const int all = beyonds[triangles[t]] & beyonds[triangles[t + 1]] & beyonds[triangles[t + 2]];
       if (all & (beyond_y | beyond_z)) continue;
-      mine.of_columns.push_back(static_cast<std::uint32_t>(t));
-      if (!(all & beyond_x)) mine.of_box.push_back(static_cast<std::uint32_t>(t));
+      part_result.of_columns.push_back(static_cast<std::uint32_t>(t));
+      if (!(all & beyond_x)) part_result.of_box.push_back(static_cast<std::uint32_t>(t));
     }
   });
   Needed all;
@@ -154,17 +153,20 @@ Needed find_needed(std::span<const std::uint8_t> beyonds, std::span<const std::u
 Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
                                           std::span<const std::uint32_t> triangles,
                                           const volume::Frame& frame, const ivec3& size, int threads,
-                                          std::vector<std::uint32_t>* met) {
+                                          std::vector<std::uint32_t>* met_triangles) {
   for (int axis = 0; axis < 3; ++axis)
     if (size[axis] < 2 || size[axis] > k_most)
-      return Error{"depth images are too small or too large", "pixels", std::to_string(size[axis]),
-                   "2 to " + std::to_string(k_most), "choose another resolution"};
+      return Error{.what = "depth images are too small or too large",
+                   .where = "pixels",
+                   .found = std::to_string(size[axis]),
+                   .expected = "2 to " + std::to_string(k_most),
+                   .remedy = "choose another resolution"};
   DepthCube cube;
   cube.frame_ = frame, cube.size_ = size;
-  const auto place_of = [&](std::size_t index) { return frame.volume_from_world(corners[index]); };
+  const auto position_of = [&](std::size_t index) { return frame.volume_from_world(corners[index]); };
   constexpr std::size_t k_part = 16384;
   const auto for_corners = [&](const auto& use) {
-    volume::parallel_for(static_cast<int>((corners.size() + k_part - 1) / k_part), threads, [&](int part) {
+    parallel_for(static_cast<int>((corners.size() + k_part - 1) / k_part), threads, [&](int part) {
       const std::size_t begin = static_cast<std::size_t>(part) * k_part;
       for (std::size_t i = begin; i < std::min(begin + k_part, corners.size()); ++i) use(i);
     });
@@ -172,28 +174,31 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
   std::vector<std::uint8_t> beyonds(corners.size());
   std::atomic<std::size_t> too_far{corners.size()};
   for_corners([&, most = dvec3(size) - 0.5](std::size_t i) {
-    const dvec3 p = place_of(i);
+    const dvec3 p = position_of(i);
     beyonds[i] = beyond(p, most);
     if (std::abs(p.x) < k_farthest && std::abs(p.y) < k_farthest && std::abs(p.z) < k_farthest) return;
     for (std::size_t first = too_far; i < first && !too_far.compare_exchange_weak(first, i);) {}
   });
   if (too_far < corners.size())
-    return Error{"a model reaches too far beyond its depth images", "corner", std::to_string(too_far),
-                 "within 32768 pixels", "choose a coarser resolution"};
+    return Error{.what = "a model reaches too far beyond its depth images",
+                 .where = "corner",
+                 .found = std::to_string(too_far),
+                 .expected = "within 32768 pixels",
+                 .remedy = "choose a coarser resolution"};
   Needed needed = find_needed(beyonds, triangles, threads);
-  // Places each corner once where many are needed.
-  std::vector<dvec3> places(4 * needed.of_columns.size() > corners.size() ? corners.size() : 0);
-  if (!places.empty()) for_corners([&](std::size_t i) { places[i] = place_of(i); });
-  // A frame that mirrors turns triangles round.
+  // Transforms each corner once if many are needed.
+  std::vector<dvec3> positions(4 * needed.of_columns.size() > corners.size() ? corners.size() : 0);
+  if (!positions.empty()) for_corners([&](std::size_t i) { positions[i] = position_of(i); });
+  // A mirrored frame reverses triangles.
   const glm::dmat3& axes = frame.axes();
   const int turn = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0 ? -1 : 1;
   std::array<SignedRays, 3> rays;
-  volume::parallel_for(3, threads, [&](int axis) {
+  parallel_for(3, threads, [&](int axis) {
     const auto [u, v] = across(axis);
     const int handed = axis == 1 ? -turn : turn;  // x, z, y is left-handed
     std::vector<Crossing> crossings;
     const auto corner = [&](std::uint32_t index) {
-      const dvec3 p = places.empty() ? place_of(index) : places[index];
+      const dvec3 p = positions.empty() ? position_of(index) : positions[index];
       return Corner{std::llround(p[u] * static_cast<double>(k_one)),
                     std::llround(p[v] * static_cast<double>(k_one)), p[axis]};
     };
@@ -201,8 +206,8 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
     for (const std::uint32_t t : axis == 0 ? needed.of_columns : needed.of_box) {
       Corner a = corner(triangles[t]), b = corner(triangles[t + 1]), c = corner(triangles[t + 2]);
       const std::int64_t area = side(a, b, c.x, c.y);
-      if (area == 0) continue;  // seen from its edge: its neighbours meet
-      // One that looks along the rays is where they leave.
+      if (area == 0) continue;  // edge-on: its neighbours are crossed
+      // Rays leave matter through triangles that face along them.
       const int sign = (area > 0) == (handed > 0) ? -1 : 1;
       if (area < 0) std::swap(b, c);
       scan(a, b, c, size[u], size[v], [&](int i, int j, double depth) {
@@ -213,14 +218,14 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
     rays[static_cast<std::size_t>(axis)].sort(
         static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]), std::move(crossings));
   });
-  // Whole rays along x know themselves on which side of the surface each place is; what the others see begins
-  // within the lattice, and they are reported.
+  // Complete rays along x determine the side of every point by themselves; rays along y and z begin within
+  // the lattice and start with the side that the former determine.
   const SignedRays& along_x = rays[0];
   const auto pixel_of = [](int i, int j, int columns) {
     return static_cast<std::size_t>(i) + static_cast<std::size_t>(columns) * static_cast<std::size_t>(j);
   };
   std::array<std::size_t, 3> open{};
-  volume::parallel_for(3, threads, [&](int axis) {
+  parallel_for(3, threads, [&](int axis) {
     const SignedRays& own = rays[static_cast<std::size_t>(axis)];
     const auto start = [&](std::size_t pixel, int& winding) {
       const std::span<const Crossing> ray = own.ray(pixel);
@@ -231,15 +236,15 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
       }
       const auto x = static_cast<int>(pixel % static_cast<std::size_t>(size.x)),
                  other = static_cast<int>(pixel / static_cast<std::size_t>(size.x));
-      // A place near a crossing may lie on either side of it for the rays along x.
-      const auto told = [&](int place, int& sum) {
+      // A point near a crossing may be on either side of it for the rays along x.
+      const auto find_winding = [&](int position, int& sum) {
         constexpr float k_near = 1e-3F;  // pixels
         int before = 0;
         for (const Crossing& c : ray) {
-          if (std::abs(c.at - static_cast<float>(place)) < k_near) return false;
-          if (c.at < static_cast<float>(place)) before += c.sign;
+          if (std::abs(c.at - static_cast<float>(position)) < k_near) return false;
+          if (c.at < static_cast<float>(position)) before += c.sign;
         }
-        const int j = axis == 1 ? place : other, k = axis == 1 ? other : place;
+        const int j = axis == 1 ? position : other, k = axis == 1 ? other : position;
         sum = -before;
         for (const Crossing& c : along_x.ray(pixel_of(j, k, size.y))) {
           if (std::abs(c.at - static_cast<float>(x)) < k_near) return false;
@@ -249,10 +254,10 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
         return true;
       };
       int first = 0, last = size[axis] - 1, at_last = 0;
-      while (first < size[axis] && !told(first, winding)) ++first;
-      while (last > first && !told(last, at_last)) --last;
+      while (first < size[axis] && !find_winding(first, winding)) ++first;
+      while (last > first && !find_winding(last, at_last)) --last;
       if (first < size[axis]) return last <= first || winding == at_last;
-      // It lies in a face: matter begins at its near end if it only leaves.
+      // The ray is in a face: matter begins at its near end if the ray only leaves.
       int least = 0, sum = 0;
       for (const Crossing& c : ray) least = std::min(least, sum += c.sign);
       winding = -least;
@@ -261,26 +266,26 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
     open[static_cast<std::size_t>(axis)] = cube.set_image(axis, own, start);
   });
   cube.open_rays_ = open[0] + open[1] + open[2];
-  if (met) *met = std::move(needed.of_box);
+  if (met_triangles) *met_triangles = std::move(needed.of_box);
   return cube;
 }
 
 namespace {
 
-/// Calls use(cell) for the cells between eight voxels of which some are solid and some are not; one layer of
-/// air lies around the grid.
+/// Calls use(cell) for the cells between eight voxels that are neither all solid nor all free; one layer of
+/// air surrounds the grid.
 template <class Use>
 void for_mixed_cells(const volume::Occupancy& bits, const Use& use) {
   const ivec3 size = bits.size();
   const int words = bits.words_per_row();
-  std::vector<std::uint64_t> none(static_cast<std::size_t>(words), 0);
+  std::vector<std::uint64_t> empty_row(static_cast<std::size_t>(words), 0);
   const auto row = [&](int y, int z) {
-    return y < 0 || z < 0 || y >= size.y || z >= size.z ? none.data() : bits.row(y, z);
+    return y < 0 || z < 0 || y >= size.y || z >= size.z ? empty_row.data() : bits.row(y, z);
   };
   for (int z = -1; z < size.z; ++z)
     for (int y = -1; y < size.y; ++y) {
       const std::uint64_t* rows[] = {row(y, z), row(y + 1, z), row(y, z + 1), row(y + 1, z + 1)};
-      // Bit x of a word: any, or all, of the four voxels at x; a cell has those at x and x + 1.
+      // Bit x of a word: any, or all, of the four voxels at x are solid; a cell combines x and x + 1.
       std::uint64_t any_before = 0, all_before = 0;  // of x = -1, in the highest bit
       for (int w = 0; w <= words; ++w) {
         std::uint64_t any = 0, all = w < words ? ~std::uint64_t{0} : 0;
@@ -304,16 +309,19 @@ Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume:
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t pixels = static_cast<std::int64_t>(rays[axis]) * (size[axis] + 1) + 1;
     if (rays[axis] < 1 || pixels > k_most)
-      return Error{"depth images are too large", "pixels", std::to_string(pixels),
-                   "at most " + std::to_string(k_most), "choose a coarser resolution"};
+      return Error{.what = "depth images are too large",
+                   .where = "pixels",
+                   .found = std::to_string(pixels),
+                   .expected = "at most " + std::to_string(k_most),
+                   .remedy = "choose a coarser resolution"};
     cube.size_[axis] = static_cast<int>(pixels);
   }
-  // From a voxel before the first on.
+  // The lattice starts one voxel before the first.
   const volume::Frame& voxels = field.volume().frame;
   glm::dmat3 axes = voxels.axes();
   for (int axis = 0; axis < 3; ++axis) axes[axis] /= rays[axis];
   cube.frame_ = volume::Frame::from_axes(voxels.world_from_volume(dvec3(-1)), axes).value();
-  volume::parallel_for(3, threads, [&](int axis) {
+  parallel_for(3, threads, [&](int axis) {
     const auto [u, v] = across(axis);
     std::vector<Crossing> crossings;
     for_mixed_cells(bits, [&](const ivec3& cell) {
@@ -322,7 +330,7 @@ Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume:
         const ivec3 off(corner & 1, corner >> 1 & 1, corner >> 2 & 1), p = cell + off;
         value[off[axis]][off[u]][off[v]] = field.at(p.x, p.y, p.z);
       }
-      // A ray at a cell's border belongs to the cell behind it.
+      // A ray at a cell's border belongs to the next cell.
       for (int j = 0; j < rays[v]; ++j)
         for (int i = 0; i < rays[u]; ++i) {
           const double s = static_cast<double>(i) / rays[u], t = static_cast<double>(j) / rays[v];
@@ -349,11 +357,11 @@ Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume:
 
 namespace {
 
-/// Within matter at `at` along one ray?
+/// Returns true if the position `at` along a ray is within matter.
 bool is_within(std::span<const float> ray, double at, Layers layers) noexcept {
   if (ray.empty()) return false;
   if (layers == Layers::outermost) return at >= ray.front() && at <= ray.back();
-  // Few layers: from the near end on.
+  // Searched from the near end, since there are few layers.
   std::size_t passed = 0;
   while (passed < ray.size() && ray[passed] <= at) ++passed;
   return passed % 2 == 1;
@@ -421,7 +429,7 @@ std::size_t DepthCube::bytes() const noexcept {
   return bytes;
 }
 
-ivec3 rays_a_voxel(const volume::Volume& volume, double pixel_mm) noexcept {
+ivec3 rays_per_voxel(const volume::Volume& volume, double pixel_mm) noexcept {
   ivec3 rays(1);
   for (int axis = 0; axis < 3; ++axis) {
     const int wanted =
@@ -433,17 +441,24 @@ ivec3 rays_a_voxel(const volume::Volume& volume, double pixel_mm) noexcept {
 
 Result<volume::Frame> lattice_around(const dvec3& low, const dvec3& high, double pixel_mm, ivec3& size) {
   if (!(pixel_mm > 0) || !std::isfinite(pixel_mm))
-    return Error{"the resolution is no length", "resolution", std::to_string(pixel_mm) + " mm", "above 0 mm",
-                 ""};
+    return Error{.what = "invalid resolution",
+                 .where = "resolution",
+                 .found = std::to_string(pixel_mm) + " mm",
+                 .expected = "above 0 mm"};
   const dvec3 wide = high - low;
   for (int axis = 0; axis < 3; ++axis) {
     if (!(wide[axis] >= 0))
-      return Error{"a model without triangles has no depth", "model", "nothing", "triangles", ""};
+      return Error{.what = "a model without triangles has no depth",
+                   .where = "model",
+                   .found = "nothing",
+                   .expected = "triangles"};
     const double pixels = std::ceil(wide[axis] / pixel_mm) + 3;
     if (!(pixels <= DepthCube::k_most))
-      return Error{"depth images so fine would be too large", "resolution", std::to_string(pixel_mm) + " mm",
-                   "at most " + std::to_string(DepthCube::k_most) + " pixels along an edge",
-                   "a coarser resolution"};
+      return Error{.what = "depth images of this resolution are too large",
+                   .where = "resolution",
+                   .found = std::to_string(pixel_mm) + " mm",
+                   .expected = "at most " + std::to_string(DepthCube::k_most) + " pixels along an edge",
+                   .remedy = "choose a coarser resolution"};
     size[axis] = static_cast<int>(pixels);
   }
   return volume::Frame::from_spacing(low - pixel_mm, dvec3(pixel_mm));

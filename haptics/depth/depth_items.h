@@ -1,4 +1,4 @@
-// Depth images of what a scene holds.
+// ItemPixels: depth images of the items of a scene.
 #pragma once
 
 #include "haptics/depth/depth_cube.h"
@@ -8,11 +8,11 @@ namespace trephine::haptics::depth {
 
 struct ItemPixels {
   double of_models = 0.2;   ///< mm
-  double of_volumes = 0.2;  ///< mm; as many rays a voxel as that takes
+  double of_volumes = 0.2;  ///< mm, at most; sets the number of rays per voxel
 };
 
-/// Makes the images of each item, untouched; models in their own frames. Error: a model that moves, is not
-/// closed, or is too large for pixels so fine.
-volume::Result<std::vector<DepthCube>> cubes_of(const TouchScene& scene, const ItemPixels& pixels);
+/// Draws the images of each item before any cut; models in their own frames. Error: a model moves, is not
+/// closed, or is too large for this pixel size.
+Result<std::vector<DepthCube>> cubes_of(const TouchScene& scene, const ItemPixels& pixels);
 
 }  // namespace trephine::haptics::depth

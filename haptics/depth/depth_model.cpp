@@ -7,17 +7,15 @@
 #include <glm/vector_relational.hpp>
 
 #include "haptics/depth/motion_fit.h"
-#include "volume/mix_hash.h"
+#include "volume/base/mix_hash.h"
 
 namespace trephine::haptics::depth {
 
 using glm::dvec3;
-using volume::Error;
-using volume::Result;
 
 namespace {
 
-bool is_place(const dvec3& p) noexcept {
+bool is_valid_position(const dvec3& p) noexcept {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
@@ -25,24 +23,35 @@ bool is_place(const dvec3& p) noexcept {
 
 Result<std::shared_ptr<const DepthModel>> DepthModel::of(ModelKeys keys) {
   if (keys.keys.empty() || keys.triangles.size() < 3)
-    return Error{"a model without triangles has no depth", "model", "nothing", "triangles", ""};
+    return Error{.what = "a model without triangles has no depth",
+                 .where = "model",
+                 .found = "nothing",
+                 .expected = "triangles"};
   if (!(keys.beat > 0) || !std::isfinite(keys.beat))
-    return Error{"the time between two keys is invalid", "beat", std::to_string(keys.beat) + " s",
-                 "above 0 s", ""};
+    return Error{.what = "the time between two keys is invalid",
+                 .where = "beat",
+                 .found = std::to_string(keys.beat) + " s",
+                 .expected = "above 0 s"};
   const std::size_t corners = keys.keys[0].size();
   for (std::size_t k = 0; k < keys.keys.size(); ++k) {
     if (keys.keys[k].size() != corners)
-      return Error{"the keys of a model are not of the same corners", "key " + std::to_string(k + 1),
-                   std::to_string(keys.keys[k].size()) + " corners", std::to_string(corners), ""};
+      return Error{.what = "the keys of a model have different vertices",
+                   .where = "key " + std::to_string(k + 1),
+                   .found = std::to_string(keys.keys[k].size()) + " corners",
+                   .expected = std::to_string(corners)};
     for (std::size_t i = 0; i < corners; ++i)
-      if (!is_place(keys.keys[k][i]))
-        return Error{"a corner of a model is nowhere", "key " + std::to_string(k + 1),
-                     "corner " + std::to_string(i), "three numbers", ""};
+      if (!is_valid_position(keys.keys[k][i]))
+        return Error{.what = "a vertex of a model is not finite",
+                     .where = "key " + std::to_string(k + 1),
+                     .found = "corner " + std::to_string(i),
+                     .expected = "three numbers"};
   }
   for (const std::uint32_t index : keys.triangles)
     if (index >= corners)
-      return Error{"a triangle has a corner that there is not", "model", std::to_string(index),
-                   "below " + std::to_string(corners), ""};
+      return Error{.what = "a triangle refers to a missing vertex",
+                   .where = "model",
+                   .found = std::to_string(index),
+                   .expected = "below " + std::to_string(corners)};
   return std::shared_ptr<const DepthModel>(new DepthModel(std::move(keys)));
 }
 
@@ -52,23 +61,23 @@ Result<std::shared_ptr<const DepthModel>> DepthModel::of_keys(
   keys.beat = beat, keys.after = after;
   for (const auto& tree : trees) keys.keys.push_back(tree->vertices());
   if (!trees.empty()) keys.triangles = trees[0]->triangles();
-  auto made = of(std::move(keys));
-  if (!made) return made;
-  auto kept = std::make_shared<DepthModel>(*made.value());
+  auto result = of(std::move(keys));
+  if (!result) return result;
+  auto kept = std::make_shared<DepthModel>(*result.value());
   kept->trees_ = std::move(trees);
   return std::shared_ptr<const DepthModel>(std::move(kept));
 }
 
-volume::Status DepthModel::check(double pixel) const {
-  // On a closed surface each edge is gone along both ways: by its corners, or, as files repeat corners, by
-  // where these are, in every key.
+Status DepthModel::check(double pixel) const {
+  // A closed surface uses each edge once in each direction: compared by the indices of corners, or, since
+  // files repeat corners, by their positions, in every key.
   const auto& t = keys_.triangles;
   const auto is_closed = [&](const auto& name_of) {
     std::uint64_t sum = 0;
     for (std::size_t i = 0; i + 2 < t.size(); i += 3)
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint64_t a = name_of(t[i + k]), b = name_of(t[i + (k + 1) % 3]);
-        volume::MixHash edge;
+        MixHash edge;
         edge.add(std::min(a, b)), edge.add(std::max(a, b));
         if (a != b) sum += a < b ? edge.value() : ~edge.value() + 1;
       }
@@ -77,15 +86,17 @@ volume::Status DepthModel::check(double pixel) const {
   if (!is_closed([](std::uint32_t index) { return std::uint64_t{index}; }))
     for (std::size_t key = 0; key < keys_.keys.size(); ++key) {
       const auto place_of = [&](std::uint32_t index) {
-        volume::MixHash hash;
+        MixHash hash;
         const dvec3& p = keys_.keys[key][index];
         hash.add(p.x), hash.add(p.y), hash.add(p.z);
         return hash.value();
       };
       if (!is_closed(place_of))
-        return Error{"a model is not closed: it has edges with one side alone",
-                     keys_.keys.size() > 1 ? "key " + std::to_string(key + 1) : "model", "a sheet, or holes",
-                     "a closed surface", "close it, or touch it as a mesh"};
+        return Error{.what = "the model is not closed: it has boundary edges",
+                     .where = keys_.keys.size() > 1 ? "key " + std::to_string(key + 1) : "model",
+                     .found = "a sheet, or holes",
+                     .expected = "a closed surface",
+                     .remedy = "close the surface, or use method mesh"};
     }
   double volume = 0, area = 0;
   for (std::size_t i = 0; i + 2 < t.size(); i += 3) {
@@ -94,22 +105,27 @@ volume::Status DepthModel::check(double pixel) const {
     volume += glm::dot(a, glm::cross(b, c)), area += glm::length(glm::cross(b - a, c - a));
   }
   if (!(std::abs(volume) > 1e-9 * area * glm::length(high_ - low_)))
-    return Error{"a model encloses nothing", "model", "a sheet with two sides, or one shape twice",
-                 "a closed surface around something", "touch it as a mesh"};
+    return Error{.what = "the model encloses no volume",
+                 .where = "model",
+                 .found = "a sheet with two sides, or one shape twice",
+                 .expected = "a closed surface that encloses a volume",
+                 .remedy = "use method mesh"};
   const dvec3 wide = high_ - low_;
   constexpr double k_most = 10'000;  // pixels
   const double widest = std::max({wide.x, wide.y, wide.z, std::abs(low_.x), std::abs(high_.x),
                                   std::abs(low_.y), std::abs(high_.y), std::abs(low_.z), std::abs(high_.z)});
   if (!(pixel > 0) || !(widest / pixel <= k_most * 100) ||
       !(std::max({wide.x, wide.y, wide.z}) / pixel <= k_most))
-    return Error{"a model is too large for pixels so fine", "model",
-                 std::to_string(widest / pixel) + " pixels",
-                 "at most 10000 across, within a million of its origin", "coarser pixels"};
+    return Error{.what = "the model is too large for this pixel size",
+                 .where = "model",
+                 .found = std::to_string(widest / pixel) + " pixels",
+                 .expected = "at most 10000 across, within a million of its origin",
+                 .remedy = "choose larger pixels"};
   return std::nullopt;
 }
 
 DepthModel::DepthModel(ModelKeys keys) : keys_(std::move(keys)) {
-  volume::MixHash hash;
+  MixHash hash;
   hash.add(keys_.beat);
   hash.add(static_cast<std::uint64_t>(keys_.after));
   low_ = dvec3(1e300), high_ = dvec3(-1e300);
@@ -141,7 +157,7 @@ bool DepthModel::is_moving(double time) const noexcept {
   return keys_.after == ModelKeys::After::repeat || time < keys_.beat * static_cast<double>(count - 1);
 }
 
-double DepthModel::turns_at(double time) const noexcept {
+double DepthModel::next_motion_change(double time) const noexcept {
   return is_moving(time) ? keys_.beat * (std::floor(std::max(0.0, time) / keys_.beat) + 1) : 1e300;
 }
 
@@ -160,35 +176,35 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
   glm::ivec3 size(0);
   const auto frame = view.lattice(size);
   if (!frame) return frame.error();
-  const ModelCorners now = corners(view.time);
-  std::vector<std::uint32_t> met;
-  auto cube = DepthCube::of_triangles(now, keys_.triangles, frame.value(), size, threads, &met);
+  const ModelCorners current = corners(view.time);
+  std::vector<std::uint32_t> met_triangles;
+  auto cube = DepthCube::of_triangles(current, keys_.triangles, frame.value(), size, threads, &met_triangles);
   if (!cube) return cube.error();
   DepthSet set = set_of(view, DepthNet(std::move(cube).value()));
   set.goes_on = is_moving(view.time);
   if (!set.goes_on) return set;
-  const ModelCorners then = corners(view.time + view.interval);
-  // Triangles near the middle, or all where it has none near.
-  std::vector<MovingPlace> samples;
+  const ModelCorners next = corners(view.time + view.interval);
+  // Triangles near the touch, or all triangles if there is no near one.
+  std::vector<MovingPlacement> samples;
   const auto& t = keys_.triangles;
   for (const double around : {k_around, 1e300}) {
     const dvec3 low = view.touch - around, high = view.touch + around;
-    for (const std::uint32_t i : met) {
-      const dvec3 a = now[t[i]], b = now[t[i + 1]], c = now[t[i + 2]];
+    for (const std::uint32_t i : met_triangles) {
+      const dvec3 a = current[t[i]], b = current[t[i + 1]], c = current[t[i + 2]];
       const dvec3 least = glm::min(glm::min(a, b), c), most = glm::max(glm::max(a, b), c);
       if (glm::any(glm::greaterThan(least, high)) || glm::any(glm::lessThan(most, low))) continue;
       const dvec3 across = glm::cross(b - a, c - a);
       const double doubled = glm::length(across);
       if (!(doubled > 0)) continue;
-      const dvec3 p = then[t[i]], q = then[t[i + 1]], r = then[t[i + 2]];
-      const auto add = [&](const dvec3& place) {
-        // Place on the triangle: shares of its area.
-        const double of_b = glm::dot(glm::cross(place - a, c - a), across) / (doubled * doubled),
-                     of_c = glm::dot(glm::cross(b - a, place - a), across) / (doubled * doubled);
-        samples.push_back({place, p + of_b * (q - p) + of_c * (r - p),
-                           std::min(doubled, 1.0) * weight_of(place - view.touch)});
+      const dvec3 p = next[t[i]], q = next[t[i + 1]], r = next[t[i + 2]];
+      const auto add = [&](const dvec3& point) {
+        // Barycentric weights of the point.
+        const double weight_b = glm::dot(glm::cross(point - a, c - a), across) / (doubled * doubled),
+                     weight_c = glm::dot(glm::cross(b - a, point - a), across) / (doubled * doubled);
+        samples.push_back({point, p + weight_b * (q - p) + weight_c * (r - p),
+                           std::min(doubled, 1.0) * weight_of(point - view.touch)});
       };
-      // By the point nearest to the middle, and by its own middle.
+      // Samples the point nearest to the touch, and the centroid.
       add(nearest_on_triangle(view.touch, a, b, c));
       add((a + b + c) / 3.0);
     }

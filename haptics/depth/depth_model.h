@@ -1,4 +1,4 @@
-// A model that is drawn: at rest, or moving and bending from one key to the next.
+// DepthModel: drawable model, at rest or moving and bending from key to key.
 #pragma once
 
 #include <vector>
@@ -7,38 +7,38 @@
 
 namespace trephine::haptics::depth {
 
-/// Its corners at times a beat apart; between them each goes straight.
+/// Corners of a model at equally spaced times, interpolated linearly.
 struct ModelKeys {
-  std::vector<std::uint32_t> triangles;              ///< look to the free side counter-clockwise
-  std::vector<std::vector<glm::dvec3>> keys;         ///< corners, mm; one key: it is at rest
+  std::vector<std::uint32_t> triangles;              ///< counter-clockwise as seen from the free side
+  std::vector<std::vector<glm::dvec3>> keys;         ///< corners, mm; one key: at rest
   double beat = 1.0 / 30;                            ///< s between keys
-  enum class After : std::uint8_t { stay, repeat };  ///< the last: it stays so, or goes on to the first
+  enum class After : std::uint8_t { stay, repeat };  ///< at the last key: stay, or continue with the first
   After after = After::stay;
 };
 
-/// Its triangles are looked at each time: nothing is made of it beforehand, so that all of it may move.
+/// Draws the triangles themselves for every set: no data are precomputed, so that all of them may move.
 class DepthModel final : public DepthSource {
  public:
-  /// Error: no triangles, keys with other corners, or an invalid place.
-  static volume::Result<std::shared_ptr<const DepthModel>> of(ModelKeys keys);
+  /// Error: no triangles, keys with different corners, or an invalid position.
+  static Result<std::shared_ptr<const DepthModel>> of(ModelKeys keys);
 
-  /// Builds from models with the same triangles; trees() returns what is kept of them.
-  static volume::Result<std::shared_ptr<const DepthModel>> of_keys(
-      std::vector<std::shared_ptr<const MeshTree>> trees, double beat, ModelKeys::After after);
+  /// Builds from models with the same triangles, which trees() returns.
+  static Result<std::shared_ptr<const DepthModel>> of_keys(std::vector<std::shared_ptr<const MeshTree>> trees,
+                                                           double beat, ModelKeys::After after);
   const std::vector<std::shared_ptr<const MeshTree>>& trees() const noexcept { return trees_; }
-  /// Checks that it can be touched by images of such pixels. Error: it is not closed, or too large.
-  volume::Status check(double pixel_mm) const;
+  /// Checks that the model can be touched by images of this pixel size. Error: not closed, or too large.
+  Status check(double pixel_mm) const;
 
-  volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
+  Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
   bool is_moving(double time) const noexcept override;
-  double turns_at(double time) const noexcept override;
+  double next_motion_change(double time) const noexcept override;
   void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
   std::uint64_t hash() const noexcept override { return hash_; }
-  /// The nearest key.
+  /// Returns the nearest key.
   std::shared_ptr<const MeshTree> look(double time) const override;
 
   const ModelKeys& keys() const noexcept { return keys_; }
-  /// Its corners then.
+  /// Returns the corners at a time (s).
   ModelCorners corners(double time) const noexcept;
 
  private:

@@ -24,11 +24,11 @@ void DepthNet::set_by_rays() {
     for (int y = 0; y < size.y; ++y, row += words_) {
       const std::span<const float> crossings = cube_.ray(0, y, z);
       for (std::size_t k = 0; k + 1 < crossings.size(); k += 2) {
-        // Both ends belong to matter, as a voxel does whose value is the threshold.
+        // Both ends belong to matter, as does a voxel whose value is the threshold.
         const auto within = [&](float at) { return std::clamp(static_cast<int>(at), 0, size.x); };
         const int end = within(std::floor(crossings[k + 1]) + 1);
         for (int x = within(std::ceil(crossings[k])); x < end;) {
-          // As much of a word as there is.
+          // Fills the bits of the run in one word.
           const int count = std::min(64 - (x & 63), end - x);
           const std::uint64_t run = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
           row[x >> 6] |= run << (x & 63);
@@ -39,7 +39,7 @@ void DepthNet::set_by_rays() {
 }
 
 namespace {
-/// Of a ray's stretch of matter: does it lie between two whole places? Both ends belong to matter.
+/// Returns true if an interval of matter is between two lattice points. Both ends belong to matter.
 bool is_between_places(float begin, float end) noexcept { return std::ceil(begin) > std::floor(end); }
 }  // namespace
 
@@ -62,12 +62,12 @@ void DepthNet::set_solid(const ivec3& v) noexcept {
   bits_[row_of(v) + static_cast<std::size_t>(v.x >> 6)] |= std::uint64_t{1} << (v.x & 63);
 }
 
-/// A place is solid by any of its three rays, and where matter only just ends at it: a ray that grazes an
-/// edge or a corner of a model belongs to one of its triangles, or to none, and would leave a hole in a thin
-/// wall there. Only near the ends of a stretch of matter may the rays of a place disagree.
+/// Makes a point solid by any of its three rays, also if matter only just ends at it: a ray that grazes an
+/// edge or a corner of a model crosses one of its triangles or no triangle, which would leave a hole in a
+/// thin wall. The rays of a point disagree only near the ends of an interval of matter.
 void DepthNet::set_by_ends() {
-  constexpr float k_graze = 0x1p-10F;  // of a pixel: more than what corners are taken to, and rounding
-  constexpr int k_near = 3;            // places
+  constexpr float k_graze = 0x1p-10F;  // of a pixel: more than the rounding of corners and crossings
+  constexpr int k_near = 3;            // lattice points
   for (int axis = 0; axis < 3; ++axis) {
     const auto [i, j] = across(axis);
     const int end = cube_.size()[axis];
@@ -90,23 +90,23 @@ void DepthNet::set_by_ends() {
   }
 }
 
-/// Two free places are separated by a crossed edge between them, so that no way leads past places that hold
-/// both ends of each. Where three free edges lead around such an edge nothing is separated.
+/// Makes both ends of edges through thin matter solid, so that no path between free points leads through it.
+/// Where three free edges lead around such an edge, nothing is separated, and it is left out.
 void DepthNet::hold_thin_matter() {
   const ivec3 size = cube_.size();
   std::vector<ivec3> held;
   for (int axis = 0; axis < 3; ++axis) {
     const auto [i, j] = across(axis);
     const auto is_around_free = [&, i = i, j = j](const ivec3& v) {
-      for (const int aside : {i, j})
+      for (const int side : {i, j})
         for (const int step : {-1, 1}) {
-          ivec3 beside = v;
-          beside[aside] += step;
-          if (beside[aside] < 0 || beside[aside] >= size[aside]) continue;  // beyond it all is unknown
-          const ivec3& low = step < 0 ? beside : v;
+          ivec3 neighbour = v;
+          neighbour[side] += step;
+          if (neighbour[side] < 0 || neighbour[side] >= size[side]) continue;  // unknown beyond the lattice
+          const ivec3& low = step < 0 ? neighbour : v;
           ivec3 far = low;
           ++far[axis];
-          if (is_free(aside, low) && is_free(axis, beside) && is_free(aside, far)) return true;
+          if (is_free(side, low) && is_free(axis, neighbour) && is_free(side, far)) return true;
         }
       return false;
     };
@@ -147,7 +147,7 @@ float DepthNet::crossing(const ivec3& in, const ivec3& air) const noexcept {
   const int axis = in.x != air.x ? 0 : in.y != air.y ? 1 : 2, low = std::min(in[axis], air[axis]);
   const auto [u, v] = across(axis);
   const std::span<const float> ray = cube_.ray(axis, in[u], in[v]);
-  // Rising, of those that leave matter, or of those that enter it.
+  // Increasing crossings that leave matter, or that enter it.
   for (std::size_t k = in[axis] < air[axis] ? 1 : 0; k < ray.size(); k += 2) {
     if (ray[k] < static_cast<float>(low)) continue;
     if (ray[k] > static_cast<float>(low + 1)) break;

@@ -10,20 +10,20 @@ using glm::ivec3;
 
 namespace {
 
-/// Crossings of the ray between two cameras.
-struct Seen {
-  int layers = 0;               ///< stretches of matter there
-  double enters = 0, ends = 0;  ///< the first and the last place of matter: what lies between is hidden
+/// Section of a ray between two cameras.
+struct RaySection {
+  int layers = 0;               ///< intervals of matter
+  double enters = 0, ends = 0;  ///< first and last position of matter; anything between them is hidden
 };
-Seen seen_between(std::span<const float> ray, double near, double far) noexcept {
-  Seen seen;
+RaySection section_between(std::span<const float> ray, double near, double far) noexcept {
+  RaySection section;
   for (std::size_t i = 0; i + 1 < ray.size(); i += 2) {
     const double begin = static_cast<double>(ray[i]), end = static_cast<double>(ray[i + 1]);
     if (end < near || begin > far) continue;
-    if (seen.layers++ == 0) seen.enters = std::max(begin, near);
-    seen.ends = std::min(end, far);
+    if (section.layers++ == 0) section.enters = std::max(begin, near);
+    section.ends = std::min(end, far);
   }
-  return seen;
+  return section;
 }
 
 bool is_in(const ivec3& size, const dvec3& p) noexcept {
@@ -43,14 +43,14 @@ void DepthParts::divide(const DepthCube& cube, const Box& box) {
     const auto [u, v] = across(axis);
     for (int j = box.low[v]; j <= box.high[v]; ++j)
       for (int i = box.low[u]; i <= box.high[u]; ++i)
-        if (seen_between(cube.ray(axis, i, j), box.low[axis] - 0.5, box.high[axis] + 0.5).layers > 1)
+        if (section_between(cube.ray(axis, i, j), box.low[axis] - 0.5, box.high[axis] + 0.5).layers > 1)
           return false;
     return true;
   };
   if (is_whole_along(0) || is_whole_along(1) || is_whole_along(2)) return;
   const ivec3 wide = box.high - box.low;
   const int axis = wide.x >= wide.y && wide.x >= wide.z ? 0 : wide.y >= wide.z ? 1 : 2;
-  if (wide[axis] == 0) return;  // two layers about one place: finer than the pixels
+  if (wide[axis] == 0) return;  // two layers at one lattice point: finer than the pixels
   const int split = box.low[axis] + (wide[axis] + 1) / 2;
   Box first = box, second = box;
   first.high[axis] = split - 1, second.low[axis] = split;
@@ -78,8 +78,9 @@ bool DepthParts::is_inside(const DepthCube& cube, const dvec3& p) const noexcept
   const Box box = part_of(cube.size(), at);
   for (int axis = 0; axis < 3; ++axis) {
     const auto [u, v] = across(axis);
-    const Seen seen = seen_between(cube.ray(axis, at[u], at[v]), box.low[axis] - 0.5, box.high[axis] + 0.5);
-    if (seen.layers == 0 || p[axis] < seen.enters || p[axis] > seen.ends) return false;
+    const RaySection section =
+        section_between(cube.ray(axis, at[u], at[v]), box.low[axis] - 0.5, box.high[axis] + 0.5);
+    if (section.layers == 0 || p[axis] < section.enters || p[axis] > section.ends) return false;
   }
   return true;
 }
@@ -95,19 +96,20 @@ bool DepthParts::is_inside_smoothly(const DepthCube& cube, const dvec3& p) const
               j = std::min(static_cast<int>(p[v]), size[v] - 2);
     const double s = p[u] - i, t = p[v] - j;
     const double weights[] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
-    std::array<Seen, 4> seen;
+    std::array<RaySection, 4> sections;
     for (int k = 0; k < 4; ++k)
-      seen[static_cast<std::size_t>(k)] =
-          seen_between(cube.ray(axis, i + (k & 1), j + (k >> 1)), box.low[axis] - 0.5, box.high[axis] + 0.5);
-    const bool are_alike =
-        std::all_of(seen.begin(), seen.end(), [&](const Seen& one) { return one.layers == seen[0].layers; });
-    Seen between;
-    if (are_alike && seen[0].layers > 0) {
-      between.layers = seen[0].layers;
+      sections[static_cast<std::size_t>(k)] = section_between(cube.ray(axis, i + (k & 1), j + (k >> 1)),
+                                                              box.low[axis] - 0.5, box.high[axis] + 0.5);
+    const bool are_alike = std::all_of(sections.begin(), sections.end(), [&](const RaySection& one) {
+      return one.layers == sections[0].layers;
+    });
+    RaySection between;
+    if (are_alike && sections[0].layers > 0) {
+      between.layers = sections[0].layers;
       for (std::size_t k = 0; k < 4; ++k)
-        between.enters += weights[k] * seen[k].enters, between.ends += weights[k] * seen[k].ends;
+        between.enters += weights[k] * sections[k].enters, between.ends += weights[k] * sections[k].ends;
     } else {
-      between = seen[static_cast<std::size_t>((s < 0.5 ? 0 : 1) + (t < 0.5 ? 0 : 2))];
+      between = sections[static_cast<std::size_t>((s < 0.5 ? 0 : 1) + (t < 0.5 ? 0 : 2))];
     }
     if (between.layers == 0 || p[axis] < between.enters || p[axis] > between.ends) return false;
   }

@@ -1,20 +1,20 @@
-// A concave thing as several parts, each of which six cameras see whole: the published way around what hides
-// from them (Kim et al. 2009: a workspace for each object, concave objects decomposed).
+// DepthParts: concave object as several parts that six cameras see completely: the published solution for
+// hidden surfaces (Kim et al. 2009: a workspace for each object, concave objects decomposed).
 #pragma once
 
 #include "haptics/depth/depth_cube.h"
 
 namespace trephine::haptics::depth {
 
-/// Boxes of a cube's lattice, halved until along one axis at least no camera on a face finds anything behind
-/// what it sees first. Cameras stand on the faces of each box and see what lies in it. Immutable when made;
-/// queries: any thread, no allocation, some 20 halvings and three rays.
+/// Boxes of a cube's lattice, halved until along at least one axis no ray has more than one layer of matter.
+/// Cameras on the faces of each box see only its contents. Immutable when made; queries: any thread, no
+/// allocation, some 20 halvings and three rays.
 class DepthParts {
  public:
-  /// Borrows the cube for this call alone. n log n in its pixels.
+  /// Borrows the cube for this call only. n log n in its pixels.
   explicit DepthParts(const DepthCube& cube);
 
-  /// As DepthCube with Layers::outermost, but each place by the cameras of its own box.
+  /// As DepthCube with Layers::outermost, but by the cameras of the box that contains p.
   bool is_inside(const DepthCube& cube, const glm::dvec3& p) const noexcept;
   bool is_inside_smoothly(const DepthCube& cube, const glm::dvec3& p) const noexcept;
 
@@ -22,14 +22,14 @@ class DepthParts {
   std::size_t bytes() const noexcept { return nodes_.capacity() * sizeof(Node); }
 
  private:
-  /// Whole places, both ends within.
+  /// Lattice points, both ends included.
   struct Box {
     glm::ivec3 low, high;
   };
   struct Node {
-    int axis = -1;             ///< that is halved; -1: a part
-    int split = 0;             ///< the first place of the second half
-    std::uint32_t second = 0;  ///< the first half follows its node
+    int axis = -1;             ///< the halved axis; -1: a part
+    int split = 0;             ///< first lattice point of the second half
+    std::uint32_t second = 0;  ///< node of the second half; that of the first half follows its parent
   };
   void divide(const DepthCube& cube, const Box& box);
   Box part_of(const glm::ivec3& size, const glm::ivec3& place) const noexcept;

@@ -13,14 +13,13 @@ namespace trephine::haptics::depth {
 using glm::dvec2;
 using glm::dvec3;
 using glm::ivec2;
-using volume::Error;
 
 PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& high, double beyond,
                            const std::function<double(int, int)>& depth_of) {
-  PixelSurface made;
-  // Pixels that can show anything there: by the corners of the clip volume, where all lie before the camera.
-  made.first = ivec2(0), made.last = ivec2(c.width - 1, c.height - 1);
-  if (high.z <= 0) made.last = ivec2(-1);
+  PixelSurface result;
+  // Pixels that may show the clip volume: by its corners, if all of them are before the camera.
+  result.first = ivec2(0), result.last = ivec2(c.width - 1, c.height - 1);
+  if (high.z <= 0) result.last = ivec2(-1);
   if (low.z > 0) {
     dvec2 least(1e300), most(-1e300);
     for (int k = 0; k < 8; ++k) {
@@ -31,55 +30,55 @@ PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& 
     const auto within = [](double value, int count) {
       return static_cast<int>(std::clamp(value, -1.0, 1.0 * count));
     };
-    made.first = glm::max(made.first, ivec2(within(std::floor(least.x) - 1, c.width),
-                                            within(std::floor(least.y) - 1, c.height)));
-    made.last = glm::min(
-        made.last, ivec2(within(std::ceil(most.x) + 1, c.width), within(std::ceil(most.y) + 1, c.height)));
+    result.first = glm::max(result.first, ivec2(within(std::floor(least.x) - 1, c.width),
+                                                within(std::floor(least.y) - 1, c.height)));
+    result.last = glm::min(
+        result.last, ivec2(within(std::ceil(most.x) + 1, c.width), within(std::ceil(most.y) + 1, c.height)));
   }
-  // Beyond all that the clip volume holds, so that outlines before nothing are walls too.
-  const double unseen = std::max(0.0, high.z) + beyond;
+  // Beyond the whole clip volume, so that outlines without a background are walls too.
+  const double background = std::max(0.0, high.z) + beyond;
   constexpr std::uint32_t k_none = 0xffffffff;
-  const int columns = made.last.x - made.first.x + 1;
+  const int columns = result.last.x - result.first.x + 1;
   std::vector<dvec3> rows[2];
   std::vector<std::uint32_t> numbers[2];
-  for (int j = made.first.y; j <= made.last.y && columns > 1; ++j) {
-    std::vector<dvec3>& here = rows[j & 1];
-    here.assign(static_cast<std::size_t>(columns), dvec3(0));
+  for (int j = result.first.y; j <= result.last.y && columns > 1; ++j) {
+    std::vector<dvec3>& points = rows[j & 1];
+    points.assign(static_cast<std::size_t>(columns), dvec3(0));
     numbers[j & 1].assign(static_cast<std::size_t>(columns), k_none);
-    for (int i = made.first.x; i <= made.last.x; ++i) {
+    for (int i = result.first.x; i <= result.last.x; ++i) {
       const double depth = depth_of(i, j);
-      here[static_cast<std::size_t>(i - made.first.x)] = c.place(i, j, depth > 0 ? depth : unseen);
-      made.seen += depth > 0;
+      points[static_cast<std::size_t>(i - result.first.x)] = c.place(i, j, depth > 0 ? depth : background);
+      result.pixels_with_depth += depth > 0;
     }
-    if (j == made.first.y) continue;
+    if (j == result.first.y) continue;
     const std::vector<dvec3>& above = rows[(j - 1) & 1];
     for (std::size_t i = 0; i + 1 < static_cast<std::size_t>(columns); ++i) {
-      const std::array<dvec3, 4> corners{above[i], here[i], here[i + 1], above[i + 1]};
+      const std::array<dvec3, 4> corners{above[i], points[i], points[i + 1], above[i + 1]};
       const dvec3 least = glm::min(glm::min(corners[0], corners[1]), glm::min(corners[2], corners[3])),
                   most = glm::max(glm::max(corners[0], corners[1]), glm::max(corners[2], corners[3]));
       if (glm::any(glm::greaterThan(least, high)) || glm::any(glm::lessThan(most, low))) continue;
       const auto number = [&](int row, std::size_t column, const dvec3& p) {
         std::uint32_t& known = numbers[row & 1][column];
         if (known == k_none) {
-          known = static_cast<std::uint32_t>(made.vertices.size());
-          made.vertices.push_back(p);
+          known = static_cast<std::uint32_t>(result.vertices.size());
+          result.vertices.push_back(p);
         }
         return known;
       };
-      // Seen from the camera counter-clockwise.
+      // Counter-clockwise as seen from the camera.
       const std::uint32_t a = number(j - 1, i, corners[0]), b = number(j, i, corners[1]),
                           d = number(j, i + 1, corners[2]), e = number(j - 1, i + 1, corners[3]);
-      made.triangles.insert(made.triangles.end(), {a, b, d, a, d, e});
+      result.triangles.insert(result.triangles.end(), {a, b, d, a, d, e});
     }
   }
-  return made;
+  return result;
 }
 
 double DepthPicture::depth(int column, int row) const noexcept {
   const std::size_t at = 2 * (static_cast<std::size_t>(column) +
                               static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(row));
   const int value = static_cast<unsigned char>(values[at]) | static_cast<unsigned char>(values[at + 1]) << 8;
-  return value == 0 ? 0 : nearest + mm_a_step * (value - 1);
+  return value == 0 ? 0 : nearest + mm_per_step * (value - 1);
 }
 
 void DepthPicture::keep(const std::vector<double>& depths) {
@@ -89,11 +88,11 @@ void DepthPicture::keep(const std::vector<double>& depths) {
     if (depth > 0) nearest = std::min(nearest, depth), farthest = std::max(farthest, depth);
   if (!(farthest > 0)) nearest = 1;
   constexpr double k_values = 65534;
-  mm_a_step = std::max(1e-4, (farthest - nearest) / (k_values - 1));
+  mm_per_step = std::max(1e-4, (farthest - nearest) / (k_values - 1));
   values.assign(2 * depths.size(), '\0');
   for (std::size_t i = 0; i < depths.size(); ++i) {
     if (!(depths[i] > 0)) continue;
-    const auto value = static_cast<unsigned>(std::lround((depths[i] - nearest) / mm_a_step)) + 1;
+    const auto value = static_cast<unsigned>(std::lround((depths[i] - nearest) / mm_per_step)) + 1;
     values[2 * i] = static_cast<char>(value & 255), values[2 * i + 1] = static_cast<char>(value >> 8);
   }
 }
@@ -113,30 +112,33 @@ std::optional<double> DepthPicture::behind(const dvec3& p) const noexcept {
 double DepthPicture::known_around(const dvec3& p) const noexcept {
   const dvec3 at = place.local_from_world(p);
   if (!(at.z > 0)) return 0;
-  // To the picture's nearest side, and that is half the diagonal of the cube.
+  // Distance to the picture's nearest edge: half the diagonal of the cube.
   const double u = camera.fx * at.x / at.z + camera.cx, v = camera.fy * at.y / at.z + camera.cy;
-  const double aside = at.z * std::min(std::min(u, camera.width - 1 - u) / camera.fx,
-                                       std::min(v, camera.height - 1 - v) / camera.fy);
+  const double margin = at.z * std::min(std::min(u, camera.width - 1 - u) / camera.fx,
+                                        std::min(v, camera.height - 1 - v) / camera.fy);
   constexpr double k_diagonal = 1.7320508075688772;
-  // Sides lean by what the cube is nearer or farther: little where it is far away.
-  return std::max(0.0, 2 * aside / k_diagonal * (1 - aside / at.z));
+  // The sides converge over the depth of the cube: little at large distances.
+  return std::max(0.0, 2 * margin / k_diagonal * (1 - margin / at.z));
 }
 
-volume::Status check(const DepthPicture& picture) {
+Status check(const DepthPicture& picture) {
   const DepthCamera& c = picture.camera;
   constexpr int k_widest = 4096;
   const auto is_length = [](double value) { return value > 0 && std::isfinite(value); };
   const bool is_camera = c.width >= 2 && c.height >= 2 && c.width <= k_widest && c.height <= k_widest &&
                          is_length(c.fx) && is_length(c.fy) && std::isfinite(c.cx) && std::isfinite(c.cy) &&
-                         is_length(picture.mm_a_step) && is_length(picture.nearest);
+                         is_length(picture.mm_per_step) && is_length(picture.nearest);
   if (!is_camera)
-    return Error{"a depth picture's camera is invalid", "camera",
-                 std::to_string(c.width) + " x " + std::to_string(c.height) + " pixels",
-                 "2 to 4096 either way, focal lengths and steps above 0", ""};
+    return Error{.what = "a depth picture's camera is invalid",
+                 .where = "camera",
+                 .found = std::to_string(c.width) + " x " + std::to_string(c.height) + " pixels",
+                 .expected = "2 to 4096 along each axis, focal lengths and steps above 0"};
   const std::size_t bytes = 2 * static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
   if (picture.values.size() != bytes)
-    return Error{"a depth picture is of another size", "picture",
-                 std::to_string(picture.values.size()) + " bytes", std::to_string(bytes), ""};
+    return Error{.what = "a depth picture has a wrong size",
+                 .where = "picture",
+                 .found = std::to_string(picture.values.size()) + " bytes",
+                 .expected = std::to_string(bytes)};
   return std::nullopt;
 }
 
@@ -156,13 +158,15 @@ DepthSet set_of(const DepthView& view, const DepthPicture& picture) {
   for (dvec3& p : surface.vertices) p = picture.place.world_from_local(p);
   const ivec2 size = glm::max(surface.last - surface.first + 1, ivec2(0));
   set.pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-  set.crossings = surface.seen;
+  set.crossings = surface.pixels_with_depth;
   set.tree = std::make_shared<const MeshTree>(std::move(surface.vertices), std::move(surface.triangles));
   return set;
 }
 
-volume::Result<DepthSet> IncomingDepths::draw(const DepthView&, int) const {
-  return Error{"pictures of this come in: it cannot be drawn", "depth images", "", "a picture", ""};
+Result<DepthSet> IncomingDepths::draw(const DepthView&, int) const {
+  return Error{.what = "an item with submitted pictures cannot be drawn",
+               .where = "depth images",
+               .expected = "a picture"};
 }
 
 }  // namespace trephine::haptics::depth

@@ -5,7 +5,7 @@
 #include "haptics/depth/depth_items.h"
 #include "haptics/proxy/friction.h"
 #include "haptics/walls/cell_cast.h"
-#include "volume/local_net.h"
+#include "volume/surface/local_net.h"
 
 namespace trephine::haptics {
 
@@ -13,9 +13,9 @@ using depth::DepthCube;
 using glm::dvec3;
 using glm::ivec3;
 
-volume::Status DepthProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_touchable(scene, false, true)) return error;
-  if (volume::Status error = check_stays_whole(scene, name())) return error;
+Status DepthProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_touchable(scene, false, true)) return error;
+  if (Status error = check_stays_whole(scene, name())) return error;
   auto cubes = depth::cubes_of(scene, {k_pixel, 1e300});
   if (!cubes) return cubes.error();
   nets_.clear();
@@ -30,9 +30,9 @@ volume::Status DepthProxy::prepare(const TouchScene& scene) {
   return std::nullopt;
 }
 
-ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                            const ProxyInput& input) const noexcept {
-  const volume::Frame& frame = seen.version->base().frame;
+  const volume::Frame& frame = touch_state.version->base().frame;
   ProxyStep result;
   result.normal_world = dvec3(0);
   const auto net_of = [this](int index) -> const depth::DepthNet& {
@@ -62,8 +62,8 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, Prox
     const auto no_box = [](const ivec3&) { return volume::VoxelBox{ivec3(1), ivec3(0)}; };
     bool is_hit = false;
     for (int index = 0; index < item_count(scene); ++index) {
-      const bool is_front = holds(scene, state.around.let_through, index, Side::front),
-                 is_back = holds(scene, state.around.let_through, index, Side::back);
+      const bool is_front = holds(scene, state.around.passable, index, Side::front),
+                 is_back = holds(scene, state.around.passable, index, Side::back);
       if (!is_front && !is_back) continue;
       const DepthCube& cube = net_of(index).cube();
       if (!cast_on_cells(surface_of(index), cube.frame(), cube.size(), no_box, in_cube(index, from),
@@ -84,7 +84,7 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, Prox
     return cast(a, b, hit);
   };
   end_with_friction(frame, scene, input.hip_world, landing, &facets, is_blocked, state, result);
-  // Inside only where a side does not hold.
+  // The proxy can be inside only through a side that does not block.
   if (state.proxy_volume != before && (!state.inside.is_empty() || !result.has_contact))
     find_solids(result.proxy_world);
   return result;

@@ -4,29 +4,31 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "volume/local_net.h"
-#include "volume/mix_hash.h"
+#include "volume/base/mix_hash.h"
+#include "volume/surface/local_net.h"
 
 namespace trephine::haptics::depth {
 
 using glm::dvec3;
 using glm::ivec3;
-using volume::Error;
 
-volume::Result<volume::Frame> DepthView::lattice(ivec3& size) const {
+Result<volume::Frame> DepthView::lattice(ivec3& size) const {
   const auto is_length = [](double mm) { return mm > 0 && std::isfinite(mm); };
   if (!is_length(pixel) || !is_length(edge) || !(edge / pixel <= DepthCube::k_most - 1))
-    return Error{"depth images of such a size cannot be made", "clip volume",
-                 std::to_string(edge) + " mm in pixels of " + std::to_string(pixel) + " mm",
-                 "lengths, and at most " + std::to_string(DepthCube::k_most - 1) + " pixels along an edge",
-                 ""};
+    return Error{.what = "the size of depth images is out of range",
+                 .where = "clip volume",
+                 .found = std::to_string(edge) + " mm in pixels of " + std::to_string(pixel) + " mm",
+                 .expected = "lengths, and at most " + std::to_string(DepthCube::k_most - 1) +
+                             " pixels along an edge"};
   constexpr double k_farthest = 1e6;  // pixels
   dvec3 first;
   for (int axis = 0; axis < 3; ++axis) {
     first[axis] = std::floor((middle[axis] - 0.5 * edge) / pixel);
     if (!(std::abs(first[axis]) < k_farthest))
-      return Error{"depth images are too far away", "clip volume", std::to_string(middle[axis]) + " mm",
-                   "within a million pixels", ""};
+      return Error{.what = "depth images are too far away",
+                   .where = "clip volume",
+                   .found = std::to_string(middle[axis]) + " mm",
+                   .expected = "within a million pixels"};
   }
   size = ivec3(static_cast<int>(std::ceil(edge / pixel * (1 - 1e-12))) + 1);
   return volume::Frame::from_spacing(first * pixel, dvec3(pixel));
@@ -42,7 +44,7 @@ Placement DepthMotion::after(double intervals) const noexcept {
 }
 
 std::uint64_t DepthSet::hash() const noexcept {
-  volume::MixHash hash;
+  MixHash hash;
   const auto add = [&](const dvec3& p) {
     for (int k = 0; k < 3; ++k) hash.add(p[k]);
   };
@@ -59,7 +61,7 @@ bool DepthSet::knows(const dvec3& p, double reach) const noexcept {
 }
 
 namespace {
-/// Places near each other have numbers near each other (Morton 1966); below 2^21 each.
+/// Returns a code for which nearby points have nearby numbers (Morton 1966). Coordinates below 2^21.
 std::uint64_t morton(const ivec3& p) noexcept {
   const auto spread = [](int value) {
     auto x = static_cast<std::uint64_t>(value);
@@ -79,8 +81,8 @@ void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector
   const volume::Frame& frame = net.cube().frame();
   const DepthSamples samples(net);
   const volume::LocalNet local{samples};
-  // The numbers of the vertices of two layers of cells: below a place, and above it. A cell of several
-  // patches has them one after another.
+  // Numbers of the vertices of two layers of cells: below a lattice point, and above it. Cells with several
+  // patches have consecutive numbers.
   constexpr std::uint32_t k_none = 0xffffffff;
   const auto columns = static_cast<std::size_t>(size.x);
   std::array<std::vector<std::uint32_t>, 2> layers;
@@ -112,7 +114,7 @@ void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector
     if (net.is_solid(low) == is_mirrored) std::swap(quad[1], quad[3]);
     triangles.insert(triangles.end(), {quad[0], quad[1], quad[2], quad[0], quad[2], quad[3]});
   };
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // of a quad: where it is, and its triangles
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // code and first triangle index of each quad
   for (int z = 0; z < size.z; ++z) {
     std::fill(layers[static_cast<std::size_t>(z & 1)].begin(), layers[static_cast<std::size_t>(z & 1)].end(),
               k_none);
@@ -124,7 +126,7 @@ void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector
         add_quad(low, axis);
       });
   }
-  // Those near each other one after another.
+  // Sorts the quads in spatial order.
   std::sort(order.begin(), order.end());
   std::vector<std::uint32_t> sorted;
   sorted.reserve(triangles.size());
@@ -146,7 +148,7 @@ DepthSet set_of(const DepthView& view, const DepthNet& net) {
   set.tree = std::make_shared<const MeshTree>(
       MeshTree::of_ordered(std::move(vertices), std::move(triangles), codes));
   const DepthCube& cube = net.cube();
-  // A quad lies in the cells around its edge: two places from the border all of them are there.
+  // A quad spans the cells around its edge: two points inside the border all quads exist.
   set.low = cube.frame().world_from_volume(dvec3(2));
   set.high = cube.frame().world_from_volume(dvec3(cube.size() - 3));
   const auto side = [&](int axis) { return static_cast<std::size_t>(cube.size()[axis]); };

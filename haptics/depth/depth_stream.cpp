@@ -7,52 +7,63 @@
 
 #include "haptics/depth/depth_picture.h"
 #include "haptics/depth/motion_fit.h"
-#include "volume/mix_hash.h"
+#include "volume/base/mix_hash.h"
 
 namespace trephine::haptics::depth {
 
 using glm::dvec3;
-using volume::Error;
-using volume::Result;
 
-Result<std::shared_ptr<const DepthStream>> DepthStream::of(DepthPictures all) {
-  const DepthCamera& c = all.camera;
+Result<std::shared_ptr<const DepthStream>> DepthStream::of(DepthPictures stream) {
+  const DepthCamera& c = stream.camera;
   constexpr int k_widest = 4096;
   if (c.width < 2 || c.height < 2 || c.width > k_widest || c.height > k_widest)
-    return Error{"depth pictures of such a size cannot be touched", "camera",
-                 std::to_string(c.width) + " x " + std::to_string(c.height), "2 to 4096 pixels either way",
-                 ""};
+    return Error{.what = "the size of depth pictures is out of range",
+                 .where = "camera",
+                 .found = std::to_string(c.width) + " x " + std::to_string(c.height),
+                 .expected = "2 to 4096 pixels along each axis"};
   const auto is_length = [](double value) { return value > 0 && std::isfinite(value); };
   if (!is_length(c.fx) || !is_length(c.fy) || !std::isfinite(c.cx) || !std::isfinite(c.cy))
-    return Error{"the camera's intrinsics are missing", "camera",
-                 std::to_string(c.fx) + ", " + std::to_string(c.fy), "focal lengths in pixels, above 0", ""};
-  if (!is_length(all.mm_a_step))
-    return Error{"the step of depths is invalid", "camera", std::to_string(all.mm_a_step) + " mm",
-                 "above 0 mm", ""};
-  if (all.pictures.empty() || all.pictures.size() != all.times.size())
-    return Error{"there is no picture for each time", "stream", std::to_string(all.pictures.size()),
-                 std::to_string(all.times.size()) + ", one at least", ""};
+    return Error{.what = "the camera's intrinsics are missing",
+                 .where = "camera",
+                 .found = std::to_string(c.fx) + ", " + std::to_string(c.fy),
+                 .expected = "focal lengths in pixels, above 0"};
+  if (!is_length(stream.mm_per_step))
+    return Error{.what = "the step of depths is invalid",
+                 .where = "camera",
+                 .found = std::to_string(stream.mm_per_step) + " mm",
+                 .expected = "above 0 mm"};
+  if (stream.pictures.empty() || stream.pictures.size() != stream.times.size())
+    return Error{.what = "the numbers of pictures and times differ",
+                 .where = "stream",
+                 .found = std::to_string(stream.pictures.size()),
+                 .expected = std::to_string(stream.times.size()) + ", one at least"};
   const auto pixels = static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
-  for (std::size_t p = 0; p < all.pictures.size(); ++p) {
-    if (all.pictures[p].size() != pixels)
-      return Error{"a depth picture is of another size", "picture " + std::to_string(p + 1),
-                   std::to_string(all.pictures[p].size()) + " pixels", std::to_string(pixels), ""};
-    const bool is_rising = p == 0 ? all.times[0] == 0 : all.times[p] > all.times[p - 1];
-    if (!is_rising || !std::isfinite(all.times[p]))
-      return Error{"the times of depth pictures do not rise from 0", "picture " + std::to_string(p + 1),
-                   std::to_string(all.times[p]) + " s", "later than the one before", ""};
+  for (std::size_t p = 0; p < stream.pictures.size(); ++p) {
+    if (stream.pictures[p].size() != pixels)
+      return Error{.what = "a depth picture has a wrong size",
+                   .where = "picture " + std::to_string(p + 1),
+                   .found = std::to_string(stream.pictures[p].size()) + " pixels",
+                   .expected = std::to_string(pixels)};
+    const bool is_rising = p == 0 ? stream.times[0] == 0 : stream.times[p] > stream.times[p - 1];
+    if (!is_rising || !std::isfinite(stream.times[p]))
+      return Error{.what = "the times of depth pictures do not increase from 0",
+                   .where = "picture " + std::to_string(p + 1),
+                   .found = std::to_string(stream.times[p]) + " s",
+                   .expected = "later than the previous one"};
   }
-  if (all.is_repeating && !(all.repeats_after > all.times.back()))
-    return Error{"a stream begins again before it ends", "stream", std::to_string(all.repeats_after) + " s",
-                 "after its last picture", ""};
-  return std::shared_ptr<const DepthStream>(new DepthStream(std::move(all)));
+  if (stream.is_repeating && !(stream.repeats_after > stream.times.back()))
+    return Error{.what = "a stream restarts before its end",
+                 .where = "stream",
+                 .found = std::to_string(stream.repeats_after) + " s",
+                 .expected = "after its last picture"};
+  return std::shared_ptr<const DepthStream>(new DepthStream(std::move(stream)));
 }
 
-DepthStream::DepthStream(DepthPictures all) : pictures_(std::move(all)) {
+DepthStream::DepthStream(DepthPictures stream) : pictures_(std::move(stream)) {
   const DepthCamera& c = pictures_.camera;
-  volume::MixHash hash;
+  MixHash hash;
   hash.add(static_cast<std::uint64_t>(c.width)), hash.add(static_cast<std::uint64_t>(c.height));
-  for (const double value : {c.fx, c.fy, c.cx, c.cy, pictures_.mm_a_step, pictures_.repeats_after})
+  for (const double value : {c.fx, c.fy, c.cx, c.cy, pictures_.mm_per_step, pictures_.repeats_after})
     hash.add(value);
   hash.add(std::uint64_t{pictures_.is_repeating});
   std::uint16_t nearest = 0xffff, farthest = 0;
@@ -67,7 +78,7 @@ DepthStream::DepthStream(DepthPictures all) : pictures_(std::move(all)) {
   hash_ = hash.value();
   if (farthest == 0) return;
   low_ = dvec3(1e300), high_ = dvec3(-1e300);
-  for (const double depth : {nearest * pictures_.mm_a_step, farthest * pictures_.mm_a_step})
+  for (const double depth : {nearest * pictures_.mm_per_step, farthest * pictures_.mm_per_step})
     for (const int column : {0, c.width - 1})
       for (const int row : {0, c.height - 1}) {
         const dvec3 p = c.place(column, row, depth);
@@ -90,8 +101,8 @@ DepthStream::Between DepthStream::between(double time) const noexcept {
 }
 
 double DepthStream::depth_of(std::size_t pixel, const Between& at) const noexcept {
-  const double before = pictures_.mm_a_step * pictures_.pictures[at.before][pixel],
-               after = pictures_.mm_a_step * pictures_.pictures[at.after][pixel];
+  const double before = pictures_.mm_per_step * pictures_.pictures[at.before][pixel],
+               after = pictures_.mm_per_step * pictures_.pictures[at.after][pixel];
   if (before > 0 && after > 0 && std::abs(after - before) <= k_same)
     return before + at.share * (after - before);
   return at.share < 0.5 ? before : after;
@@ -106,10 +117,10 @@ double DepthStream::depth_at(int column, int row, double time) const noexcept {
 std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
   const Between at = between(time);
   const std::size_t picture = at.share < 0.5 ? at.before : at.after;
-  const std::lock_guard guard(looked_.lock);
-  if (looked_.picture == picture) return looked_.tree;
+  const std::lock_guard guard(look_cache_.lock);
+  if (look_cache_.picture == picture) return look_cache_.tree;
   const DepthCamera& c = pictures_.camera;
-  constexpr int k_most = 160;  // pixels either way
+  constexpr int k_most = 160;  // pixels along each axis
   const int step = std::max(1, (std::max(c.width, c.height) - 1) / k_most + 1);
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
@@ -120,7 +131,7 @@ std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
     std::swap(above, here);
     here.assign(static_cast<std::size_t>(columns), k_none);
     for (int i = 0; i < c.width; i += step) {
-      const double depth = pictures_.mm_a_step * pictures_.pictures[picture][number_of(i, j)];
+      const double depth = pictures_.mm_per_step * pictures_.pictures[picture][number_of(i, j)];
       if (depth <= 0) continue;
       here[static_cast<std::size_t>(i / step)] = static_cast<std::uint32_t>(vertices.size());
       vertices.push_back(c.place(i, j, depth));
@@ -134,18 +145,18 @@ std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
       triangles.insert(triangles.end(), {a, b, d, a, d, e});
     }
   }
-  looked_.picture = picture;
-  looked_.tree = triangles.empty()
-                     ? nullptr
-                     : std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
-  return looked_.tree;
+  look_cache_.picture = picture;
+  look_cache_.tree = triangles.empty()
+                         ? nullptr
+                         : std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
+  return look_cache_.tree;
 }
 
 bool DepthStream::is_moving(double time) const noexcept {
   return pictures_.times.size() > 1 && (pictures_.is_repeating || time < pictures_.times.back());
 }
 
-double DepthStream::turns_at(double time) const noexcept {
+double DepthStream::next_motion_change(double time) const noexcept {
   if (!is_moving(time)) return 1e300;
   const std::vector<double>& times = pictures_.times;
   const double round =
@@ -158,18 +169,18 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
   glm::ivec3 unused(0);
   if (const auto frame = view.lattice(unused); !frame) return frame.error();
   const DepthCamera& c = pictures_.camera;
-  const Between now = between(view.time), next = between(view.time + view.interval);
+  const Between current = between(view.time), next = between(view.time + view.interval);
   DepthSet set;
   set.view = view;
   set.low = view.middle - 0.5 * view.edge, set.high = view.middle + 0.5 * view.edge;
   set.goes_on = is_moving(view.time);
   PixelSurface surface = pixel_surface(c, set.low, set.high, view.edge, [&](int column, int row) {
-    return depth_of(number_of(column, row), now);
+    return depth_of(number_of(column, row), current);
   });
-  std::vector<MovingPlace> places;
+  std::vector<MovingPlacement> places;
   for (int j = surface.first.y; set.goes_on && j <= surface.last.y; ++j)
     for (int i = surface.first.x; i <= surface.last.x; ++i) {
-      const double depth = depth_of(number_of(i, j), now);
+      const double depth = depth_of(number_of(i, j), current);
       if (depth <= 0) continue;
       const dvec3 p = c.place(i, j, depth);
       if (glm::length(p - view.touch) > k_around) continue;
@@ -179,7 +190,7 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
     }
   const glm::ivec2 size = glm::max(surface.last - surface.first + 1, glm::ivec2(0));
   set.pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-  set.crossings = surface.seen;
+  set.crossings = surface.pixels_with_depth;
   set.tree = std::make_shared<const MeshTree>(std::move(surface.vertices), std::move(surface.triangles));
   if (set.goes_on) {
     set.motion = motion_of(places);

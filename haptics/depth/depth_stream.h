@@ -1,4 +1,4 @@
-// Pictures of one camera in sequence: a recorded depth video, or a live one.
+// DepthStream: pictures of one camera in sequence, recorded or live.
 #pragma once
 
 #include <cstdint>
@@ -12,32 +12,32 @@ namespace trephine::haptics::depth {
 
 struct DepthPictures {
   DepthCamera camera;
-  double mm_a_step = 0.1;                            ///< of a value
-  std::vector<std::vector<std::uint16_t>> pictures;  ///< depths along z, row by row; 0: nothing was seen
-  std::vector<double> times;                         ///< s, rising, the first 0
+  double mm_per_step = 0.1;                          ///< mm per value
+  std::vector<std::vector<std::uint16_t>> pictures;  ///< depths along z, row by row; 0: no measurement
+  std::vector<double> times;                         ///< s, increasing from 0
   bool is_repeating = false;
-  double repeats_after = 0;  ///< s, where it is
+  double repeats_after = 0;  ///< s, length of one repetition
 };
 
-/// Its surface is that of the pixels, joined to their neighbours; what lies behind it is taken for matter, so
-/// that outlines are walls. Where nothing was seen there is nothing near. Between two pictures a pixel's
-/// depth goes straight, where it is the same thing's.
+/// Surface of the pixels, joined to their neighbours; anything behind it counts as matter, so that outlines
+/// are walls. Pixels without a measurement count as far away. Between two pictures a pixel's depth is
+/// interpolated linearly if both show the same object.
 class DepthStream final : public DepthSource {
  public:
-  static constexpr double k_same = 40;  ///< mm from picture to picture: more is another thing
-  /// Error: no camera, no pictures, or one of another size; times that do not rise.
-  static volume::Result<std::shared_ptr<const DepthStream>> of(DepthPictures pictures);
+  static constexpr double k_same = 40;  ///< mm from picture to picture; a larger change is another object
+  /// Error: no camera, no pictures, pictures of different sizes, or times that do not increase.
+  static Result<std::shared_ptr<const DepthStream>> of(DepthPictures pictures);
 
-  volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
+  Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
   bool is_moving(double time) const noexcept override;
-  double turns_at(double time) const noexcept override;
+  double next_motion_change(double time) const noexcept override;
   void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
   std::uint64_t hash() const noexcept override { return hash_; }
-  /// The nearest picture's surface as it was seen, without what lies behind outlines, and in no more pixels
-  /// than a person sees; null where nothing was seen.
+  /// Returns the nearest picture's surface for display: without walls behind outlines, in at most 160 pixels
+  /// along each axis; null without measurements.
   std::shared_ptr<const MeshTree> look(double time) const override;
   const DepthPictures& pictures() const noexcept { return pictures_; }
-  /// mm; 0: nothing is seen there then.
+  /// Returns the depth, mm; 0: no measurement there at that time.
   double depth_at(int column, int row, double time) const noexcept;
 
  private:
@@ -56,13 +56,13 @@ class DepthStream final : public DepthSource {
   DepthPictures pictures_;
   glm::dvec3 low_{1}, high_{-1};
   std::uint64_t hash_ = 0;
-  /// The newest look, and of which picture.
-  struct Looked {
+  /// The newest result of look(), and its picture.
+  struct LookCache {
     std::mutex lock;
     std::size_t picture = static_cast<std::size_t>(-1);
     std::shared_ptr<const MeshTree> tree;
   };
-  mutable Looked looked_;
+  mutable LookCache look_cache_;
 };
 
 }  // namespace trephine::haptics::depth

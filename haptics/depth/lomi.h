@@ -1,5 +1,5 @@
-// Proxy by look-ups of single places in depth images: the published method (Kim et al. 2009), kept
-// as it is, faults and all, as a yardstick.
+// find_rest(): proxy by look-ups of single points in depth images: the published method (Kim et al. 2009),
+// reproduced with its faults as a baseline.
 #pragma once
 
 #include <algorithm>
@@ -12,37 +12,37 @@
 namespace trephine::haptics::depth {
 
 struct LomiOptions {
-  double resolution = 0.2;   ///< mm, the desired one: of a voxel, and of the search along the way
-  int voxels = 11;           ///< along an edge of the map: odd
-  int levels = 4;            ///< so often the proxy's voxel is divided by 27
-  bool is_physical = false;  ///< all of the map is filled first, two bits a voxel
+  double resolution = 0.2;   ///< mm, of a voxel, and of the search along the motion
+  int voxels = 11;           ///< along an edge of the map; odd
+  int levels = 4;            ///< number of times that the proxy's voxel is divided by 27
+  bool is_physical = false;  ///< the whole map is filled first, two bits per voxel
 };
 
-/// Position of the HIP relative to the way there: the published cases 1 to 3.
+/// Position of the HIP relative to matter on the motion: the published cases 1 to 3.
 enum class HipCase : std::uint8_t {
-  stays_inside,      ///< 1: matter thicker than its way
+  stays_inside,      ///< 1: the motion ends in matter
   moves_out,         ///< 2: nothing was met; no force
-  passes_thin_part,  ///< 3: free again behind what was met; the first collision counts
+  passes_thin_part,  ///< 3: the motion ends in free space behind matter; the first collision counts
 };
 
 /// Result and cost of a search.
 struct LomiRest {
-  glm::dvec3 before{0.0};  ///< the temporary place: the last free one of the way
-  glm::dvec3 place{0.0};   ///< the true one
+  glm::dvec3 before{0.0};  ///< mm, the temporary position: the last free one of the motion
+  glm::dvec3 place{0.0};   ///< mm, the final position
   HipCase hip_case = HipCase::moves_out;
-  int asked = 0;   ///< queries
+  int asked = 0;   ///< number of queries
   int stored = 0;  ///< voxels in memory
 
   bool is_blocked() const noexcept { return hip_case != HipCase::moves_out; }
 };
 
-// `inside(p)`: does p, mm, lie in matter? By the nearest pixels, or smoothly between them. Nothing here
-// allocates.
+// `inside(p)` returns true if p (mm) is in matter, by the nearest pixels or smoothly between them. No
+// function here allocates.
 
-inline constexpr int k_most_steps = 4096;  ///< places of a way that are asked; of a longer one coarser ones
-inline constexpr int k_most_voxels = 31;   ///< of a map, along its edge
+inline constexpr int k_most_steps = 4096;  ///< queries along a motion; a longer one is sampled more coarsely
+inline constexpr int k_most_voxels = 31;   ///< along an edge of the map
 
-/// The last free place of a way, by places a resolution apart; false: all of it is free.
+/// Finds the last free position of a motion in steps of the resolution. Returns false if all of it is free.
 template <class Inside>
 bool preliminary_collision(const glm::dvec3& from, const glm::dvec3& hip, double resolution,
                            const Inside& inside, LomiRest& rest) noexcept {
@@ -58,67 +58,68 @@ bool preliminary_collision(const glm::dvec3& from, const glm::dvec3& hip, double
   return false;
 }
 
-/// From free voxel to free voxel, each the nearest to the HIP of its 26 neighbours, within the map. No voxel
-/// is asked twice and none is kept: those around the places where the walk has been were asked there.
+/// Walks from free voxel to free voxel, each the nearest to the HIP of its 26 neighbours, within the map. No
+/// voxel is queried twice or stored: neighbours of voxels earlier on the walk were queried there.
 template <class Inside>
 glm::dvec3 walk_abstract_lomi(const glm::dvec3& middle, const glm::dvec3& hip, const LomiOptions& options,
                               const Inside& inside, LomiRest& rest) noexcept {
   const int reach = options.voxels / 2;
-  std::array<glm::ivec3, 2 * k_most_voxels> been;
+  std::array<glm::ivec3, 2 * k_most_voxels> visited;
   int count = 0;
-  const auto place = [&](const glm::ivec3& v) { return middle + options.resolution * glm::dvec3(v); };
-  const auto was_asked = [&](const glm::ivec3& v, int but) {
-    for (int k = 0; k < but; ++k) {
-      const glm::ivec3 off = glm::abs(v - been[static_cast<std::size_t>(k)]);
+  const auto position_of = [&](const glm::ivec3& v) { return middle + options.resolution * glm::dvec3(v); };
+  const auto is_queried = [&](const glm::ivec3& v, int visited_count) {
+    for (int k = 0; k < visited_count; ++k) {
+      const glm::ivec3 off = glm::abs(v - visited[static_cast<std::size_t>(k)]);
       if (off.x <= 1 && off.y <= 1 && off.z <= 1) return true;
     }
     return false;
   };
-  glm::ivec3 at(0);
+  glm::ivec3 current(0);
   double nearest = glm::distance(middle, hip);
-  while (count < static_cast<int>(been.size())) {
-    been[static_cast<std::size_t>(count++)] = at;
-    glm::ivec3 best = at;
+  while (count < static_cast<int>(visited.size())) {
+    visited[static_cast<std::size_t>(count++)] = current;
+    glm::ivec3 best = current;
     for (int z = -1; z <= 1; ++z)
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x) {
-          const glm::ivec3 v = at + glm::ivec3(x, y, z);
+          const glm::ivec3 v = current + glm::ivec3(x, y, z);
           const glm::ivec3 off = glm::abs(v);
-          if (v == at || off.x > reach || off.y > reach || off.z > reach || was_asked(v, count - 1)) continue;
+          if (v == current || off.x > reach || off.y > reach || off.z > reach || is_queried(v, count - 1))
+            continue;
           ++rest.asked;
-          if (inside(place(v))) continue;
-          if (const double d = glm::distance(place(v), hip); d < nearest) nearest = d, best = v;
+          if (inside(position_of(v))) continue;
+          if (const double d = glm::distance(position_of(v), hip); d < nearest) nearest = d, best = v;
         }
-    if (best == at) break;
-    at = best;
+    if (best == current) break;
+    current = best;
   }
-  return place(at);
+  return position_of(current);
 }
 
-/// The free voxel of the whole map that is nearest to the HIP: each is asked and stored first. One behind a
-/// thin wall is as good as any.
+/// Returns the free voxel of the whole map that is nearest to the HIP; all voxels are queried and stored
+/// first. A free voxel behind a thin wall counts as well.
 template <class Inside>
 glm::dvec3 search_physical_lomi(const glm::dvec3& middle, const glm::dvec3& hip, const LomiOptions& options,
                                 const Inside& inside, LomiRest& rest) noexcept {
   enum Type : std::uint8_t { free_space, surface, interior };
   constexpr std::size_t k_cells = static_cast<std::size_t>(k_most_voxels) * k_most_voxels * k_most_voxels;
-  std::array<std::uint8_t, (k_cells + 3) / 4> map;  // two bits a voxel
+  std::array<std::uint8_t, (k_cells + 3) / 4> map;  // two bits per voxel
   const int n = options.voxels, reach = n / 2;
   const auto index = [n](int x, int y, int z) { return static_cast<std::size_t>(x + n * (y + n * z)); };
   const auto type = [&](std::size_t i) { return (map[i / 4] >> (2 * (i % 4))) & 3; };
   const auto set = [&](std::size_t i, Type t) {
     map[i / 4] = static_cast<std::uint8_t>((map[i / 4] & ~(3 << (2 * (i % 4)))) | (t << (2 * (i % 4))));
   };
-  const auto place = [&](int x, int y, int z) {
+  const auto position_of = [&](int x, int y, int z) {
     return middle + options.resolution * glm::dvec3(x - reach, y - reach, z - reach);
   };
   for (int z = 0; z < n; ++z)
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {
         ++rest.asked, ++rest.stored;
-        set(index(x, y, z), inside(place(x, y, z)) ? interior : free_space);
+        set(index(x, y, z), inside(position_of(x, y, z)) ? interior : free_space);
       }
-  // Matter next to free space is its surface.
+  // Marks matter next to free space as surface.
   for (int z = 0; z < n; ++z)
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {
@@ -137,33 +138,33 @@ glm::dvec3 search_physical_lomi(const glm::dvec3& middle, const glm::dvec3& hip,
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x)
         if (type(index(x, y, z)) == free_space)
-          if (const double d = glm::distance(place(x, y, z), hip); d < nearest)
-            nearest = d, best = place(x, y, z);
+          if (const double d = glm::distance(position_of(x, y, z), hip); d < nearest)
+            nearest = d, best = position_of(x, y, z);
   return best;
 }
 
-/// The proxy's voxel is divided by 27, the free part nearest to the HIP again, and so on.
+/// Divides the proxy's voxel by 27, then the free part nearest to the HIP, `levels` times in all.
 template <class Inside>
-glm::dvec3 sub_voxelize(glm::dvec3 place, const glm::dvec3& hip, double voxel, int levels,
+glm::dvec3 sub_voxelize(glm::dvec3 position, const glm::dvec3& hip, double voxel, int levels,
                         const Inside& inside_smoothly, LomiRest& rest) noexcept {
   for (int level = 0; level < levels; ++level) {
     voxel /= 3;
-    glm::dvec3 best = place;
+    glm::dvec3 best = position;
     double nearest = 1e300;
     for (int z = -1; z <= 1; ++z)
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x) {
-          const glm::dvec3 p = place + voxel * glm::dvec3(x, y, z);
+          const glm::dvec3 p = position + voxel * glm::dvec3(x, y, z);
           ++rest.asked;
           if (inside_smoothly(p)) continue;
           if (const double d = glm::distance(p, hip); d < nearest) nearest = d, best = p;
         }
-    place = best;
+    position = best;
   }
-  return place;
+  return position;
 }
 
-/// All of it: from `from`, which is free, toward `hip`.
+/// Runs the whole search from `from`, which is free, toward `hip`.
 template <class Inside, class InsideSmoothly>
 LomiRest find_rest(const glm::dvec3& from, const glm::dvec3& hip, const LomiOptions& options,
                    const Inside& inside, const InsideSmoothly& inside_smoothly) noexcept {

@@ -8,9 +8,9 @@ namespace trephine::haptics {
 using depth::DepthCube;
 using glm::dvec3;
 
-volume::Status LomiProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_touchable(scene, false, true)) return error;
-  if (volume::Status error = check_stays_whole(scene, name())) return error;
+Status LomiProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_touchable(scene, false, true)) return error;
+  if (Status error = check_stays_whole(scene, name())) return error;
   const depth::Rates rates;
   options_.resolution = k_resolution;
   options_.voxels = depth::lomi_voxels(depth::lomi_size(rates), options_.resolution);
@@ -32,9 +32,9 @@ bool LomiProxy::is_inside(std::size_t item, const dvec3& p, bool is_smooth) cons
   return is_smooth ? parts_[item].is_inside_smoothly(cube, at) : parts_[item].is_inside(cube, at);
 }
 
-ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                           const ProxyInput& input) const noexcept {
-  const volume::Frame& frame = seen.version->base().frame;
+  const volume::Frame& frame = touch_state.version->base().frame;
   ProxyStep result;
   result.normal_world = dvec3(0);
   const dvec3 hip = frame.volume_from_world(input.hip_world);
@@ -42,26 +42,26 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
     begin_at_hip(hip, input.hip_world, state, result);
     return result;
   }
-  int met = -1;  // the last item that a query was in
-  const auto ask = [&](const dvec3& p, bool is_smooth) {
+  int hit_item = -1;  // the item of the last query in matter
+  const auto query = [&](const dvec3& p, bool is_smooth) {
     for (int index = 0; index < item_count(scene); ++index) {
-      if (!holds(scene, state.around.let_through, index, Side::front)) continue;
+      if (!holds(scene, state.around.passable, index, Side::front)) continue;
       const TouchItem& item = item_of(scene, index);
       const dvec3 local = item.is_mesh() ? item.placement.local_from_world(p) : p;
       ++result.counters.cells;
       if (is_inside(static_cast<std::size_t>(index), local, is_smooth)) {
-        met = index;
+        hit_item = index;
         return true;
       }
     }
     return false;
   };
-  const auto inside = [&](const dvec3& p) { return ask(p, false); };
-  const auto inside_smoothly = [&](const dvec3& p) { return ask(p, true); };
+  const auto inside = [&](const dvec3& p) { return query(p, false); };
+  const auto inside_smoothly = [&](const dvec3& p) { return query(p, true); };
   const dvec3 from = frame.world_from_volume(state.proxy_volume);
-  // Nearest pixels and those between may disagree.
+  // Look-ups by nearest pixels and smooth ones may disagree.
   const auto is_in_matter = [&](const dvec3& p) { return inside(p) && inside_smoothly(p); };
-  // Matter over the proxy does not hold it.
+  // A proxy inside matter is released at the HIP.
   if (is_in_matter(from)) {
     result.is_buried = state.had_contact;
     begin_at_hip(hip, input.hip_world, state, result);
@@ -76,10 +76,10 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
     result.add_waypoint(frame.volume_from_world(rest.before));
     result.add_waypoint(frame.volume_from_world(rest.place));
     const dvec3 out = rest.place - input.hip_world;
-    if (const double length = glm::length(out); length > 0 && met >= 0)
-      result.set_contact(met, Side::front, out / length);
+    if (const double length = glm::length(out); length > 0 && hit_item >= 0)
+      result.set_contact(hit_item, Side::front, out / length);
   }
-  // A free place that lies halfway between two pixels may not be free when it is rounded for the next step.
+  // A free position halfway between two pixels may not be free after rounding for the next step.
   if (is_in_matter(
           frame.world_from_volume(result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)])))
     result.waypoint_count = 1;
@@ -87,8 +87,8 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
   state.had_contact = result.has_contact;
   state.proxy_volume = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
   result.proxy_world = frame.world_from_volume(state.proxy_volume);
-  // Friction pulls from the temporary place, where the surface was met, to the true one: the spring ends so
-  // much before that. The next search begins at the true place, so that a hand that rests is not held.
+  // Friction moves the end of the spring from the final position toward the temporary one, where the surface
+  // was met. The next search begins at the final position, so that friction does not hold a resting hand.
   if (is_rubbing) {
     const Material& material = material_of(scene, result.shape, result.side);
     const dvec3 slid = rest.before - rest.place;

@@ -14,7 +14,7 @@ using volume::VoxelSamples;
 
 namespace {
 
-/// Remaining voxels of a row along x.
+/// Reads the remaining voxels of a row along x.
 void solid_row(const SurfaceSource& source, int y, int z, std::vector<std::uint64_t>& words) {
   const int count = source.bits->words_per_row();
   words.assign(source.bits->row(y, z), source.bits->row(y, z) + count);
@@ -68,7 +68,7 @@ void VoxelImages::scan_rows(const SurfaceSource& source, bool from_high) {
     }
 }
 
-/// 64 rows at a time: those of a word that saw nothing yet.
+/// Scans 64 rows at a time: those of a word without a solid voxel yet.
 void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_high) {
   const VoxelSamples samples(source);
   Image& image = images_[static_cast<std::size_t>(2 * axis + from_high)];
@@ -81,10 +81,10 @@ void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_h
       at[axis] = from_high ? size_[axis] - 1 - k : k, at[other] = j;
       solid_row(source, at.y, at.z, words);
       for (std::size_t w = 0; w < words.size(); ++w) {
-        std::uint64_t seen = words[w] & open[w];
-        open[w] &= ~seen;
-        for (; seen != 0; seen &= seen - 1) {
-          at.x = 64 * static_cast<int>(w) + std::countr_zero(seen);
+        std::uint64_t hits = words[w] & open[w];
+        open[w] &= ~hits;
+        for (; hits != 0; hits &= hits - 1) {
+          at.x = 64 * static_cast<int>(w) + std::countr_zero(hits);
           place(samples, axis, from_high, at, image[pixel(axis, at.x, j)]);
         }
       }
@@ -95,35 +95,35 @@ void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_h
 void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& changed) {
   asked_ = 0;
   const VoxelSamples samples(source);
-  // A surface moves with the neighbouring voxel too.
+  // The surface also moves with the neighbouring voxel.
   const ivec3 low = glm::max(changed.low - 1, ivec3(0)), high = glm::min(changed.high + 1, size_ - 1);
   if (low.x > high.x || low.y > high.y || low.z > high.z) return;
   for (int axis = 0; axis < 3; ++axis) {
     const auto [u, v] = across(axis);
     for (const bool from_high : {false, true}) {
       Image& image = images_[static_cast<std::size_t>(2 * axis + from_high)];
-      const int way = from_high ? -1 : 1, enter = from_high ? high[axis] : low[axis],
+      const int step = from_high ? -1 : 1, enter = from_high ? high[axis] : low[axis],
                 leave = from_high ? low[axis] : high[axis], end = from_high ? -1 : size_[axis];
       for (int j = low[v]; j <= high[v]; ++j)
         for (int i = low[u]; i <= high[u]; ++i) {
           Pixel& known = image[pixel(axis, i, j)];
-          if (known.voxel >= 0 && way * known.voxel < way * enter) continue;  // it ends before
+          if (known.voxel >= 0 && step * known.voxel < step * enter) continue;  // the row ends before the box
           ivec3 at(0);
           at[u] = i, at[v] = j;
-          const auto find = [&](int from, int to) {  // `to` is not looked at
-            for (int k = from; k != to; k += way) {
+          const auto find = [&](int from, int to) {  // excludes `to`
+            for (int k = from; k != to; k += step) {
               at[axis] = k;
               ++asked_;
               if (samples.is_solid(at)) return true;
             }
             return false;
           };
-          const bool was_beyond = known.voxel < 0 || way * known.voxel > way * leave;
-          if (find(enter, leave + way)) {
+          const bool was_beyond = known.voxel < 0 || step * known.voxel > step * leave;
+          if (find(enter, leave + step)) {
             place(samples, axis, from_high, at, known);
           } else if (!was_beyond) {
-            // The voxel at which it ended is gone, and so is all within the box.
-            if (find(leave + way, end))
+            // The voxel of this pixel was removed, and the row is free within the box.
+            if (find(leave + step, end))
               place(samples, axis, from_high, at, known);
             else
               known = {};

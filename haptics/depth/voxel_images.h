@@ -1,35 +1,35 @@
-// The six depth images of the remaining voxels of a shape, updated only where something changed.
+// VoxelImages: six depth images of the remaining voxels of a shape, updated only in changed regions.
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "volume/cell_samples.h"
-#include "volume/traversal.h"
+#include "volume/scan/traversal.h"
+#include "volume/surface/cell_samples.h"
 
 namespace trephine::haptics::depth {
 
-/// Orthographic cameras on the six faces of a volume, a pixel a row of voxels: first solids are bits that are
-/// scanned for, 64 rows at a time. One thread; queries between changes: any.
+/// Orthographic cameras on the six faces of a volume, one pixel per row of voxels. The first solid voxels are
+/// found by bit scans, 64 rows at a time. Updates on one thread; queries between them on any thread.
 class VoxelImages {
  public:
-  /// All six of them.
+  /// Makes all six images.
   explicit VoxelImages(const volume::SurfaceSource& source);
-  /// Another state of the same shape, which differs from the last one in that box alone: rows that come
-  /// through it are looked at, from where they may have changed on.
+  /// Updates to another state of the same shape, which differs from the last one in the box `changed` only:
+  /// scans the rows through the box, from where they may have changed on.
   void update(const volume::SurfaceSource& source, const volume::VoxelBox& changed);
 
   const glm::ivec3& size() const noexcept { return size_; }
-  /// The first solid voxel of the row along `axis` at (i, j) of the other two axes in their order, from the
-  /// low side or the high one; -1: no such voxel.
+  /// Returns the first solid voxel of the row along `axis` at (i, j) of the other two axes in order, from the
+  /// low or the high side; -1: no such voxel.
   int first(int axis, bool from_high, int i, int j) const noexcept {
     return image(axis, from_high)[pixel(axis, i, j)].voxel;
   }
-  /// Position of the surface before it, voxels along the axis.
+  /// Returns the position of the surface before it, voxels along the axis.
   float surface(int axis, bool from_high, int i, int j) const noexcept {
     return image(axis, from_high)[pixel(axis, i, j)].at;
   }
-  /// Voxels that were asked one by one by the last update.
+  /// Returns the number of voxels that the last update read one by one.
   std::size_t asked() const noexcept { return asked_; }
 
  private:

@@ -8,7 +8,7 @@ namespace trephine::haptics {
 VirtualDevice::VirtualDevice(PosePath request, const HandModel& hand)
     : request_(std::move(request)), hand_(hand), position_(request_.samples().front().pose.position_world) {}
 
-volume::Status VirtualDevice::open() {
+Status VirtualDevice::open() {
   position_ = request_.samples().front().pose.position_world;
   velocity_ = force_ = glm::dvec3(0);
   time_ = 0;
@@ -20,9 +20,9 @@ bool VirtualDevice::read(double t, Pose& pose) noexcept {
   const double dt = t - time_;
   const Pose request = request_.at(request_.start_time() + t);
   if (dt > 0) {
-    const glm::dvec3 before = request_.at(request_.start_time() + time_).position_world;
-    const glm::dvec3 request_velocity = (request.position_world - before) / dt;
-    // 1 N = 1000 kg mm/s^2. Damping is taken implicitly, so that a stiff hand stays stable at low rates.
+    const glm::dvec3 previous = request_.at(request_.start_time() + time_).position_world;
+    const glm::dvec3 request_velocity = (request.position_world - previous) / dt;
+    // 1 N = 1000 kg mm/s^2. Damping is integrated implicitly, so that a stiff hand stays stable at low rates.
     const double unit = 1000 / hand_.mass;
     const glm::dvec3 drive =
         force_ + hand_.stiffness * (request.position_world - position_) + hand_.damping * request_velocity;

@@ -1,4 +1,4 @@
-// Interface of haptic devices.
+// Device: interface of haptic devices, with devices that play back, simulate and record.
 #pragma once
 
 #include <string>
@@ -12,26 +12,27 @@ namespace trephine::haptics {
 struct DeviceCapabilities {
   std::string name;
   int degrees_of_freedom = 3;
-  double max_force = 8;           ///< N; 0: renders none
-  double max_stiffness = 1;       ///< N/mm; 0: not said
+  double max_force = 8;           ///< N; 0: no force output
+  double max_stiffness = 1;       ///< N/mm; 0: unknown
   double workspace_radius = 100;  ///< mm
-  double max_slew = 0;            ///< N/s; 0: not said
-  double mass = 0;                ///< kg, of what moves with the hand; 0: not said
-  double damping = 0;             ///< N s/mm, of its own; 0: not said
-  double max_torque = 0;          ///< N mm; 0: renders none, or does not say
+  double max_slew = 0;            ///< N/s; 0: unknown
+  double mass = 0;                ///< kg, moving with the hand; 0: unknown
+  double damping = 0;             ///< N s/mm, of the device itself; 0: unknown
+  double max_torque = 0;          ///< N mm; 0: no torque output, or unknown
 };
 
-/// open() and close() on any thread; read() and write() on the servo thread only, neither may allocate or
-/// wait.
+/// A haptic device. open() and close() may run on any thread, read() and write() on the servo thread only.
+/// Neither read() nor write() may allocate or wait.
 class Device {
  public:
   virtual ~Device() = default;
-  virtual volume::Status open() = 0;
+  virtual Status open() = 0;
   virtual void close() noexcept = 0;
   virtual DeviceCapabilities capabilities() const = 0;
-  /// The pose at servo time t (s). False when the device no longer answers; `pose` is then untouched.
+  /// Reads the pose at servo time t (s). Returns false, and leaves `pose` as is, if the device does not
+  /// respond.
   virtual bool read(double t, Pose& pose) noexcept = 0;
-  /// Already limited. A device that cannot turn the hand leaves the torque out.
+  /// Renders a wrench that is already limited. A device without torque output ignores the torque.
   virtual void write(const Wrench& wrench) noexcept = 0;
 };
 
@@ -39,7 +40,7 @@ class Device {
 class PlaybackDevice final : public Device {
  public:
   explicit PlaybackDevice(PosePath path) : path_(std::move(path)) {}
-  volume::Status open() override { return std::nullopt; }
+  Status open() override { return std::nullopt; }
   void close() noexcept override {}
   DeviceCapabilities capabilities() const override { return {"playback", 6, 0, 0, 1e6, 0, 0, 0}; }
   bool read(double t, Pose& pose) noexcept override {
@@ -52,21 +53,21 @@ class PlaybackDevice final : public Device {
   PosePath path_;
 };
 
-/// The hand behind a virtual device.
+/// Parameters of the simulated hand and device of VirtualDevice.
 struct HandModel {
-  double mass = 0.05;             ///< kg, of the stylus and what moves with it
+  double mass = 0.05;             ///< kg, of the stylus and the parts that move with it
   double device_damping = 0.002;  ///< N s/mm
-  double stiffness = 0.3;         ///< N/mm, from the hand to where it wants to be
+  double stiffness = 0.3;         ///< N/mm, from the hand to its requested position
   double damping = 0.006;         ///< N s/mm, of the hand
   double encoder_step = 0.02;     ///< mm; 0: exact
 };
 
-/// A simulated hand that wants to follow a path and yields to the force: mass, spring, damper, encoder.
-/// Semi-implicit Euler at the servo's period.
+/// Simulated hand that follows a path and yields to the force: mass, spring, damper, encoder. Semi-implicit
+/// Euler at the servo's period.
 class VirtualDevice final : public Device {
  public:
   VirtualDevice(PosePath request, const HandModel& hand);
-  volume::Status open() override;
+  Status open() override;
   void close() noexcept override {}
   DeviceCapabilities capabilities() const override {
     return {"virtual", 3, 8, 1, 1e3, 0, hand_.mass, hand_.device_damping};
@@ -74,9 +75,9 @@ class VirtualDevice final : public Device {
   bool read(double t, Pose& pose) noexcept override;
   void write(const Wrench& wrench) noexcept override { force_ = wrench.force_world; }
 
-  /// Unplugs the device: read() fails from servo time t on.
+  /// Simulates an unplugged device: read() fails from servo time t (s) on.
   void lose_at(double t) noexcept { lost_from_ = t; }
-  /// Kinetic energy of the moving mass, N mm.
+  /// Returns the kinetic energy of the moving mass, N mm.
   double kinetic_energy() const noexcept;
 
  private:
@@ -86,19 +87,20 @@ class VirtualDevice final : public Device {
   double time_ = 0, lost_from_ = 1e300;
 };
 
-/// Passes a device through and keeps its poses (at most `capacity`, allocated when made) for a path file.
+/// Forwards to a device and records its poses for a path file: at most `capacity`, allocated by the
+/// constructor.
 class Recorder final : public Device {
  public:
   Recorder(Device& device, std::size_t capacity) : device_(&device) { samples_.reserve(capacity); }
-  volume::Status open() override { return device_->open(); }
+  Status open() override { return device_->open(); }
   void close() noexcept override { device_->close(); }
   DeviceCapabilities capabilities() const override { return device_->capabilities(); }
   bool read(double t, Pose& pose) noexcept override;
   void write(const Wrench& wrench) noexcept override { device_->write(wrench); }
 
-  /// Returns the recording; call when the servo has stopped. Error when nothing was recorded.
-  volume::Result<PosePath> path() const { return PosePath::from_samples(samples_, "recording"); }
-  /// Poses that did not fit.
+  /// Returns the recording. Call after the servo has stopped. Error if nothing was recorded.
+  Result<PosePath> path() const { return PosePath::from_samples(samples_, "recording"); }
+  /// Returns the number of poses not recorded: the buffer was full, or the time did not increase.
   std::size_t dropped() const noexcept { return dropped_; }
 
  private:

@@ -28,9 +28,6 @@ Pose on_grid(Pose pose) noexcept {
   return pose;
 }
 
-using volume::Error;
-using volume::Result;
-
 namespace {
 
 constexpr std::array<std::string_view, 14> k_columns{
@@ -52,7 +49,7 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
-/// Column of the file for each of k_columns; -1 where it has none.
+/// Returns the column of the file for each of k_columns; -1 for missing ones.
 Result<std::array<int, k_columns.size()>> read_header(std::string_view line, const std::string& where) {
   std::array<int, k_columns.size()> column;
   column.fill(-1);
@@ -60,8 +57,11 @@ Result<std::array<int, k_columns.size()>> read_header(std::string_view line, con
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto it = std::find(k_columns.begin(), k_columns.end(), names[i]);
     if (it == k_columns.end() || column[static_cast<std::size_t>(it - k_columns.begin())] >= 0)
-      return Error{"the path has an unknown or repeated column", where + ", line 1",
-                   std::string(names[i].substr(0, 40)), k_expected, "name the columns in the first line"};
+      return Error{.what = "the path has an unknown or repeated column",
+                   .where = where + ", line 1",
+                   .found = std::string(names[i].substr(0, 40)),
+                   .expected = k_expected,
+                   .remedy = "name the columns in the first line"};
     column[static_cast<std::size_t>(it - k_columns.begin())] = static_cast<int>(i);
   }
   std::string missing;
@@ -70,40 +70,55 @@ Result<std::array<int, k_columns.size()>> read_header(std::string_view line, con
   const auto quaternions =
       std::count_if(column.begin() + 4, column.begin() + 8, [](int c) { return c >= 0; });
   if (!missing.empty() || (quaternions != 0 && quaternions != 4))
-    return Error{"the path misses columns", where + ", line 1",
-                 missing.empty() ? "part of a quaternion" : "no column " + missing, k_expected,
-                 "name the columns in the first line, for example t,x,y,z"};
+    return Error{.what = "the path lacks columns",
+                 .where = where + ", line 1",
+                 .found = missing.empty() ? "part of a quaternion" : "no column " + missing,
+                 .expected = k_expected,
+                 .remedy = "name the columns in the first line, for example t,x,y,z"};
   if (column[k_button] >= 0 && column[k_buttons] >= 0)
-    return Error{"the path names its buttons twice", where + ", line 1", "button and buttons", "one of them",
-                 ""};
+    return Error{.what = "the path has two columns of buttons",
+                 .where = where + ", line 1",
+                 .found = "button and buttons",
+                 .expected = "one of them"};
   return column;
 }
 
 }  // namespace
 
 Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::string& where) {
-  if (samples.empty()) return Error{"the path has no samples", where, "0 rows", "at least one", ""};
+  if (samples.empty())
+    return Error{
+        .what = "the path has no samples", .where = where, .found = "0 rows", .expected = "at least one"};
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Sample& s = samples[i];
     const std::string at = where + ", sample " + std::to_string(i + 1);
     for (const double v : {s.t, s.pose.position_world.x, s.pose.position_world.y, s.pose.position_world.z})
       if (!std::isfinite(v) || std::abs(v) > 1e6)
-        return Error{"the path has a value that is no place or time", at, std::to_string(v),
-                     "finite numbers below 1e6 (s, mm)", ""};
+        return Error{.what = "the path has a value that is not finite",
+                     .where = at,
+                     .found = std::to_string(v),
+                     .expected = "finite numbers below 1e6 (s, mm)"};
     for (const float axis : s.pose.axes)
       if (!(std::abs(axis) <= Pose::k_farthest_axis))
-        return Error{"the path has an axis out of range", at, std::to_string(axis), "-1e6 to 1e6", ""};
+        return Error{.what = "the path has an axis out of range",
+                     .where = at,
+                     .found = std::to_string(axis),
+                     .expected = "-1e6 to 1e6"};
     const glm::dquat& q = s.pose.orientation;
     const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-    constexpr double k_rounding = 0.02;  // of the squared length, of numbers with two digits
+    constexpr double k_rounding = 0.02;  // of the squared length: rounding of numbers with two digits
     if (!(std::abs(length - 1) < k_rounding))
-      return Error{"the path has an orientation that is no rotation", at,
-                   "a quaternion of length " + std::to_string(std::sqrt(length)), "a unit quaternion",
-                   length > 0 ? "divide its four numbers by their length" : ""};
+      return Error{.what = "the path has an invalid orientation",
+                   .where = at,
+                   .found = "a quaternion of length " + std::to_string(std::sqrt(length)),
+                   .expected = "a unit quaternion",
+                   .remedy = length > 0 ? "divide its four numbers by their length" : ""};
     if (i > 0 && !(s.t > samples[i - 1].t))
-      return Error{"the path goes back in time", at,
-                   std::to_string(s.t) + " s after " + std::to_string(samples[i - 1].t) + " s",
-                   "strictly rising times", "sort the rows and drop repeated times"};
+      return Error{.what = "the times of the path are not increasing",
+                   .where = at,
+                   .found = std::to_string(s.t) + " s after " + std::to_string(samples[i - 1].t) + " s",
+                   .expected = "strictly rising times",
+                   .remedy = "sort the rows and drop repeated times"};
   }
   PosePath path;
   path.samples_ = std::move(samples);
@@ -112,7 +127,9 @@ Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::
 
 Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) {
   std::string line;
-  if (!std::getline(in, line)) return Error{"the path is empty", where, "no first line", k_expected, ""};
+  if (!std::getline(in, line))
+    return Error{
+        .what = "the path is empty", .where = where, .found = "no first line", .expected = k_expected};
   if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
   Result<std::array<int, k_columns.size()>> header = read_header(line, where);
   if (!header) return header.error();
@@ -125,37 +142,50 @@ Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) 
     const std::string at = where + ", line " + std::to_string(number);
     const std::vector<std::string_view> cells = split(line);
     if (cells.size() != width)
-      return Error{"a row of the path has another number of columns", at, std::to_string(cells.size()),
-                   std::to_string(width), ""};
+      return Error{.what = "a row of the path has a wrong number of columns",
+                   .where = at,
+                   .found = std::to_string(cells.size()),
+                   .expected = std::to_string(width)};
     std::array<double, k_columns.size()> value{0, 0, 0, 0, 0, 0, 0, 1, 1};
     for (std::size_t c = 0; c < value.size(); ++c) {
       if (column[c] < 0) continue;
       const std::string_view cell = cells[static_cast<std::size_t>(column[c])];
       const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value[c]);
       if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value[c]))
-        return Error{"a cell of the path is no number", at + ", column " + std::string(k_columns[c]),
-                     std::string(cell.substr(0, 40)), "a finite number with a point", ""};
+        return Error{.what = "a cell of the path is not a number",
+                     .where = at + ", column " + std::string(k_columns[c]),
+                     .found = std::string(cell.substr(0, 40)),
+                     .expected = "a finite number with a point"};
     }
     if (value[k_button] != 0 && value[k_button] != 1)
-      return Error{"a button is neither 0 nor 1", at, std::to_string(value[k_button]), "0 or 1", ""};
+      return Error{.what = "a button is neither 0 nor 1",
+                   .where = at,
+                   .found = std::to_string(value[k_button]),
+                   .expected = "0 or 1"};
     const double bits = column[k_buttons] < 0 ? value[k_button] : value[k_buttons];
     if (!(bits >= 0 && bits <= 0xffffffffu && bits == std::floor(bits)))
-      return Error{"buttons are no bits", at, std::to_string(bits), "a whole number from 0 to 4294967295",
-                   ""};
+      return Error{.what = "invalid buttons",
+                   .where = at,
+                   .found = std::to_string(bits),
+                   .expected = "a whole number from 0 to 4294967295"};
     Pose pose{{value[1], value[2], value[3]},
               glm::dquat(value[7], value[4], value[5], value[6]),
               static_cast<std::uint32_t>(bits)};
     for (std::size_t a = 0; a < pose.axes.size(); ++a) {
       if (std::abs(value[k_axis + a]) > static_cast<double>(Pose::k_farthest_axis))
-        return Error{"an axis is out of range", at + ", column " + std::string(k_columns[k_axis + a]),
-                     std::to_string(value[k_axis + a]), "-1e6 to 1e6", ""};
+        return Error{.what = "an axis is out of range",
+                     .where = at + ", column " + std::string(k_columns[k_axis + a]),
+                     .found = std::to_string(value[k_axis + a]),
+                     .expected = "-1e6 to 1e6"};
       pose.axes[a] = static_cast<float>(value[k_axis + a]);
     }
     samples.push_back({value[0], pose});
     if (samples.size() > 1 && !(samples.back().t > samples[samples.size() - 2].t))
-      return Error{"the path goes back in time", at,
-                   std::string(cells[static_cast<std::size_t>(column[0])]) + " s", "strictly rising times",
-                   "sort the rows and drop repeated times"};
+      return Error{.what = "the times of the path are not increasing",
+                   .where = at,
+                   .found = std::string(cells[static_cast<std::size_t>(column[0])]) + " s",
+                   .expected = "strictly rising times",
+                   .remedy = "sort the rows and drop repeated times"};
   }
   return from_samples(std::move(samples), where);
 }
@@ -169,7 +199,7 @@ Pose PosePath::at(double t) const noexcept {
   const double f = (t - before->t) / (after->t - before->t);
   Pose pose = before->pose;
   pose.position_world += f * (after->pose.position_world - before->pose.position_world);
-  // Normalized linear interpolation on the short way round: + - * / and sqrt only.
+  // Normalized linear interpolation along the shorter arc: + - * / and sqrt only.
   glm::dquat to = after->pose.orientation;
   if (glm::dot(pose.orientation, to) < 0) to = -to;
   pose.orientation = glm::normalize(pose.orientation * (1 - f) + to * f);
@@ -185,7 +215,7 @@ void PosePath::write_csv(std::ostream& out) const {
     out.write(text, last - text);
     out.put(end);
   };
-  // Unused values have no columns.
+  // Unused values get no columns.
   bool has_more_buttons = false, has_axes = false;
   for (const Sample& s : samples_) {
     has_more_buttons = has_more_buttons || s.pose.buttons > 1;

@@ -1,4 +1,4 @@
-// Recorded or planned motion of a stylus: the one path format,
+// PosePath: recorded or planned motion of a stylus, in the project's only path format
 // `t,x,y,z[,qx,qy,qz,qw][,button or buttons][,axis1,axis2,axis3,axis4]`.
 #pragma once
 
@@ -10,16 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "volume/error.h"
+#include "volume/base/error.h"
 
 namespace trephine::haptics {
 
-/// Pose of a stylus in the world frame (mm), and its switches.
+/// Pose of a stylus in the world frame (mm), with its buttons and axes.
 struct Pose {
   glm::dvec3 position_world{0.0};
   glm::dquat orientation{1, 0, 0, 0};  ///< w, x, y, z
-  std::uint32_t buttons = 1;           ///< one bit each; the first is the one that works the tool
-  std::array<float, 4> axes{};  ///< of squeeze, pedals and wheels, as the device counts: 0 to 1, or -1 to 1
+  std::uint32_t buttons = 1;           ///< one bit per button; the first one activates the tool
+  std::array<float, 4> axes{};  ///< squeeze, pedals and wheels, in the device's range: 0 to 1, or -1 to 1
 
   static constexpr float k_farthest_axis = 1e6f;
 
@@ -27,30 +27,33 @@ struct Pose {
   void press(bool is_pressed) noexcept { buttons = (buttons & ~1u) | (is_pressed ? 1u : 0u); }
 };
 
-/// The pose as a servo takes it: places on a grid of 2^-20 mm (1 nm), quaternions on one of 2^-24, finer than
-/// what any device says, so that a recording holds inputs exactly in few bytes. What is no number stays so.
+/// Rounds a pose to the grids of the servo: positions to 2^-20 mm (1 nm), quaternions to 2^-24. Both are
+/// finer than any device reports, and a recording stores the rounded values exactly in few bytes. Values that
+/// are not finite stay so.
 Pose on_grid(Pose pose) noexcept;
-/// Unit quaternion; identity where the device reports no valid rotation.
+/// Returns the unit quaternion; identity if the device reports no valid rotation.
 glm::dquat unit_of(const glm::dquat& orientation) noexcept;
-/// Rotation of `to` from `from`, radians about the axis, for small rotations; of
-/// large ones twice the sine of their half.
+/// Returns the rotation from `from` to `to` as axis times radians, for small rotations; for large ones the
+/// length is twice the sine of half the angle.
 glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept;
 inline constexpr double k_place_grid = 0x1p-20, k_turn_grid = 0x1p-24;
 
-/// Poses at strictly rising times (s). Sampled linearly in between; before and after, the ends hold.
+/// Poses at strictly increasing times (s), interpolated linearly; constant before the first and after the
+/// last.
 class PosePath {
  public:
   struct Sample {
     double t;
     Pose pose;
   };
-  /// Error when there is no sample, a value is not finite, or a time does not rise; `where` names the source.
-  static volume::Result<PosePath> from_samples(std::vector<Sample> samples, const std::string& where);
-  /// Reads CSV with a header line naming the columns: `button` is 0 or 1, `buttons` a number whose bits are
-  /// all of them. A path without either is pressed throughout.
-  static volume::Result<PosePath> read_csv(std::istream& in, const std::string& where);
+  /// Error if there is no sample, a value is not finite, or a time does not increase; `where` names the
+  /// source.
+  static Result<PosePath> from_samples(std::vector<Sample> samples, const std::string& where);
+  /// Reads CSV with a header line that names the columns: `button` is 0 or 1, `buttons` a number with one bit
+  /// per button. In a path without either column, the first button is always pressed.
+  static Result<PosePath> read_csv(std::istream& in, const std::string& where);
 
-  /// Not for unsorted access in hot loops: binary search.
+  /// Returns the pose at time t (s) by binary search: too slow for unsorted access in hot loops.
   Pose at(double t) const noexcept;
   double start_time() const noexcept { return samples_.front().t; }
   double end_time() const noexcept { return samples_.back().t; }
@@ -61,7 +64,7 @@ class PosePath {
   std::vector<Sample> samples_;
 };
 
-/// Times at which a servo of `rate_hz` looks at a path: from its first to its last moment, the last one
+/// Returns the times (s) at which a servo of `rate_hz` samples a path, from its first to its last time, both
 /// included.
 std::vector<double> servo_times(const PosePath& path, double rate_hz);
 

@@ -1,11 +1,11 @@
-// Force and torque that a device renders.
+// Wrench: force and torque that a device renders.
 #pragma once
 
 #include <glm/vec3.hpp>
 
 namespace trephine::haptics {
 
-/// World frame, at the place of the pose.
+/// Force and torque in the world frame, at the position of the pose.
 struct Wrench {
   glm::dvec3 force_world{0.0};   ///< N
   glm::dvec3 torque_world{0.0};  ///< N mm

@@ -14,9 +14,9 @@ constexpr double k_mm_per_newton = 1000;  // 1 N accelerates 1 kg by 1000 mm/s2
 
 Coupling critical_coupling(double mass, double device_damping, double rate_hz) {
   // b = K T / 2 + 2 sqrt(K m / 1000) is quadratic in sqrt(K): lengths are mm.
-  const double a = 0.5 / rate_hz, half = std::sqrt(mass / k_mm_per_newton);
-  const double root = (-half + std::sqrt(half * half + a * std::max(0.0, device_damping))) / a;
-  return {root * root, 2 * half * root};
+  const double a = 0.5 / rate_hz, half_root = std::sqrt(mass / k_mm_per_newton);
+  const double root = (-half_root + std::sqrt(half_root * half_root + a * std::max(0.0, device_damping))) / a;
+  return {root * root, 2 * half_root * root};
 }
 
 double passive_stiffness(double device_damping, double surface_damping, double rate_hz) {
@@ -50,7 +50,7 @@ const dvec3& VirtualCoupling::step(const dvec3& hand, const Wrench& on_tool,
   }
   const dvec3 hand_velocity = (hand - hand_) / dt_;
   hand_ = hand;
-  // Implicit in the coupling, so that a light tool does not ring: one step of
+  // Implicit in the coupling, so that a light tool does not oscillate: one step of
   // m dv/dt = K (hand - tool) + B (hand's velocity - v) + f.
   const double step = k_mm_per_newton * dt_ / mass_;
   const dvec3 pull =
@@ -63,7 +63,7 @@ const dvec3& VirtualCoupling::step(const dvec3& hand, const Wrench& on_tool,
   return tool_;
 }
 
-/// Rotation: I dw/dt = K (turn to the hand) + B (hand's spin - w) + torque.
+/// Integrates the rotation: I dw/dt = K (turn to the hand) + B (hand's spin - w) + torque.
 void VirtualCoupling::turn(const glm::dquat& hand, const dvec3& torque_on_tool) noexcept {
   const dvec3 hand_spin = turn_between(hand_turn_, hand) / dt_;
   hand_turn_ = hand;

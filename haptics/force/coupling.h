@@ -1,4 +1,4 @@
-// Limits of a device: the largest stiffness of a coupling or a surface.
+// VirtualCoupling: spring and damper from the hand to a virtual tool, and stiffness limits of devices.
 #pragma once
 
 #include "haptics/device/device.h"
@@ -6,42 +6,42 @@
 
 namespace trephine::haptics {
 
-/// A spring and a damper.
+/// Spring and damper.
 struct Coupling {
   double stiffness = 0;  ///< N/mm
   double damping = 0;    ///< N s/mm
 };
 
-/// The stiffest critically damped coupling of a mass (kg) that a device with `device_damping` (N s/mm)
-/// renders passively at a rate: B = 2 sqrt(K m) and b >= K T / 2 + B (thesis on soft-tissue simulation, 3.22
-/// and 3.23, after Colgate and Schenkel 1997).
+/// Returns the stiffest critically damped coupling of a mass (kg) that a device with `device_damping` (N
+/// s/mm) renders passively at a rate: B = 2 sqrt(K m) and b >= K T / 2 + B (thesis on soft-tissue simulation,
+/// 3.22 and 3.23, after Colgate and Schenkel 1997).
 Coupling critical_coupling(double mass, double device_damping, double rate_hz);
 
-/// The stiffest surface of damping B that a device renders passively for any hand: K = 2 (b - B) / T (Colgate
-/// and Schenkel 1997). 0 where B is the larger. N/mm.
+/// Returns the largest stiffness (N/mm) of a surface of damping B (N s/mm) that a device renders passively
+/// for any hand: K = 2 (b - B) / T (Colgate and Schenkel 1997). 0 if B exceeds b.
 double passive_stiffness(double device_damping, double surface_damping, double rate_hz);
 
-/// Limits of force as the device has them; what it does not say stays.
+/// Returns the options limited by the device's capabilities; unknown capabilities do not limit.
 ForceOptions within_limits(const ForceOptions& options, const DeviceCapabilities& device);
-/// A material as stiff as the device can render.
+/// Returns the material with its stiffness limited to what the device can render.
 Material within_limits(const Material& material, const DeviceCapabilities& device);
 
-/// A tool that turns: about its own place, alike about every axis.
+/// Rotational coupling of a tool, about its own position and the same about every axis.
 struct Turning {
-  double inertia = 0;    ///< kg mm2; 0: it does not turn by itself, and no torque is worked out
+  double inertia = 0;    ///< kg mm2; 0: the tool does not rotate by itself, and no torque is computed
   double stiffness = 0;  ///< N mm/rad
   double damping = 0;    ///< N mm s/rad
 };
 
-/// Moves a virtual tool of some mass after the hand (virtual coupling, Colgate, Stanley and Brown 1995): the
-/// tool feels what touches it, the hand feels the coupling. With 3 degrees of freedom, or with 6. Plain data;
+/// Couples a virtual tool with mass to the hand (virtual coupling, Colgate, Stanley and Brown 1995): contact
+/// acts on the tool, and the coupling is rendered to the hand. 3 degrees of freedom, or 6. Plain data;
 /// semi-implicit Euler at the servo's period.
 class VirtualCoupling {
  public:
   VirtualCoupling(const Coupling& coupling, double mass, double dt, const Turning& turning = {}) noexcept
       : coupling_(coupling), turning_(turning), mass_(mass), dt_(dt) {}
-  /// One tick: where the tool is after `on_tool` and the coupling to the hand acted on it. The first call
-  /// sets it on the hand.
+  /// Runs one tick. Returns the position of the tool (mm) after `on_tool` and the coupling to the hand acted
+  /// on it. The first call places the tool at the hand.
   const glm::dvec3& step(const glm::dvec3& hand_world, const Wrench& on_tool,
                          const glm::dquat& hand_orientation = {1, 0, 0, 0}) noexcept;
   const Wrench& on_hand() const noexcept { return on_hand_; }

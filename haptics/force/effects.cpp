@@ -7,18 +7,17 @@
 #include <sstream>
 
 #include "haptics/force/limited.h"
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::haptics {
 
 using glm::dvec3;
-using volume::Error;
 
 namespace {
 
 constexpr double k_turn = 6.283185307179586;
 
-/// A parameter that words may set: a number or three.
+/// Parameter that text may set: a number or a vector.
 struct Parameter {
   const char* name;
   double* number;
@@ -107,7 +106,7 @@ const Description k_effects[] = {
 };
 static_assert(std::size(k_effects) == std::variant_size_v<EffectKind>);
 
-/// The directions of an effect, which have a length of 1 when it acts.
+/// Returns the direction of an effect, which is normalized before it acts; null if it has no direction.
 dvec3* direction_of(EffectKind& kind) {
   if (auto* l = std::get_if<LineTrack>(&kind)) return &l->ahead_world;
   if (auto* p = std::get_if<PlaneStop>(&kind)) return &p->normal_world;
@@ -145,35 +144,41 @@ std::string effect_names() {
   return names;
 }
 
-volume::Status check_effect(const Effect& effect) {
+Status check_effect(const Effect& effect) {
   const Description& description = k_effects[effect.kind.index()];
-  const auto wrong = [&](const char* name, double found, double low, double high) {
-    return Error{"an effect's parameter is out of range", std::string(description.name) + " " + name,
-                 std::to_string(found), std::to_string(low) + " to " + std::to_string(high), ""};
+  const auto range_error = [&](const char* name, double found, double low, double high) {
+    return Error{.what = "an effect's parameter is out of range",
+                 .where = std::string(description.name) + " " + name,
+                 .found = std::to_string(found),
+                 .expected = std::to_string(low) + " to " + std::to_string(high)};
   };
-  if (!(effect.most > 0 && effect.most <= 20)) return wrong("most", effect.most, 0, 20);
+  if (!(effect.most > 0 && effect.most <= 20)) return range_error("most", effect.most, 0, 20);
   EffectKind kind = effect.kind;
   for (const Parameter& p : description.parameters(kind)) {
     for (int a = 0; a < (p.vector ? 3 : 1); ++a) {
       const double value = p.vector ? (*p.vector)[a] : *p.number;
-      if (!(value >= p.low && value <= p.high)) return wrong(p.name, value, p.low, p.high);
+      if (!(value >= p.low && value <= p.high)) return range_error(p.name, value, p.low, p.high);
     }
   }
   if (const dvec3* direction = direction_of(kind); direction && !(glm::length(*direction) > 1e-9))
-    return Error{"an effect's direction has no length", description.name, "", "a direction, such as 0,0,1",
-                 ""};
+    return Error{.what = "an effect's direction has no length",
+                 .where = description.name,
+                 .expected = "a direction, such as 0,0,1"};
   return std::nullopt;
 }
 
-volume::Result<Effect> parse_effect(const std::string& text) {
+Result<Effect> parse_effect(const std::string& text) {
   std::istringstream words(text);
   std::string name, word;
   words >> name;
   const auto* found = std::find_if(std::begin(k_effects), std::end(k_effects),
                                    [&](const Description& d) { return name == d.name; });
   if (found == std::end(k_effects))
-    return Error{"there is no such effect", "effect", name, effect_names(),
-                 "choose one of these, with its parameters in the same quotes"};
+    return Error{.what = "unknown effect",
+                 .where = "effect",
+                 .found = name,
+                 .expected = effect_names(),
+                 .remedy = "choose one of these, with its parameters in the same quotes"};
   Effect effect{found->make()};
   const std::vector<Parameter> parameters = found->parameters(effect.kind);
   while (words >> word) {
@@ -189,21 +194,23 @@ volume::Result<Effect> parse_effect(const std::string& text) {
         if (is_read && p.number) *p.number = numbers[0];
       }
     if (!is_read)
-      return Error{"an effect's parameter cannot be read", "effect " + name, word, parameter_names(*found),
-                   ""};
+      return Error{.what = "invalid parameter of an effect",
+                   .where = "effect " + name,
+                   .found = word,
+                   .expected = parameter_names(*found)};
   }
-  if (volume::Status error = check_effect(effect)) return *error;
+  if (Status error = check_effect(effect)) return *error;
   return effect;
 }
 
 namespace {
 
-/// Memory of an effect from tick to tick, and of which effect: another kind, or another track, begins again.
+/// State of an effect between ticks. Another kind or another track resets it.
 struct EffectMemory {
-  std::size_t kind;  ///< one more than its index
+  std::size_t kind;  ///< index of the kind, plus one
   dvec3 start_world, ahead_world;
-  double track_end;  ///< mm that a track is long
-  double phase;      ///< of what shakes, in turns
+  double track_end;  ///< mm, length of the track
+  double phase;      ///< of an oscillation, in turns
   bool has_track, was_in;
 };
 
@@ -216,22 +223,22 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     memory.kind = effect.kind.index() + 1;
     if (track) memory.start_world = track->start_world, memory.ahead_world = track->ahead_world;
   }
-  const auto render = [&](const dvec3& force) { sum.rendered_world += limited(force, effect.most); };
-  const auto give = [&](const dvec3& force) { sum.active_world += limited(force, effect.most); };
+  const auto add_rendered = [&](const dvec3& force) { sum.rendered_world += limited(force, effect.most); };
+  const auto add_active = [&](const dvec3& force) { sum.active_world += limited(force, effect.most); };
   const auto advance = [&](double hz) {
     memory.phase += std::min(hz, 0.25 / input.dt) * input.dt;
     memory.phase -= std::floor(memory.phase);
   };
   if (const auto* constant = std::get_if<ConstantForce>(&effect.kind)) {
-    give(constant->force_world);
+    add_active(constant->force_world);
   } else if (const auto* viscosity = std::get_if<Viscosity>(&effect.kind)) {
-    render(-viscosity->damping * input.velocity_world);
+    add_rendered(-viscosity->damping * input.velocity_world);
   } else if (const auto* spring = std::get_if<Spring>(&effect.kind)) {
-    render(spring->stiffness * (spring->anchor_world - hip));
+    add_rendered(spring->stiffness * (spring->anchor_world - hip));
   } else if (const auto* line = std::get_if<LineTrack>(&effect.kind)) {
-    const dvec3 off = hip - line->start_world;
-    const double depth = glm::dot(off, line->ahead_world);
-    dvec3 force = -line->stiffness * (off - depth * line->ahead_world);
+    const dvec3 offset = hip - line->start_world;
+    const double depth = glm::dot(offset, line->ahead_world);
+    dvec3 force = -line->stiffness * (offset - depth * line->ahead_world);
     bool is_in = true;
     if (line->shape >= 0 && line->shape < item_count(input.scene) &&
         !item_of(input.scene, line->shape).is_mesh()) {
@@ -245,45 +252,44 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     }
     if (!memory.has_track) memory.track_end = std::max(0.0, depth);
     memory.has_track = true;
-    // The layer ahead gives way when it is pushed harder than it resists.
+    // The track extends when the tip presses harder than the resistance.
     double push = line->stiffness * (depth - memory.track_end);
-    const double holds = is_in ? line->resistance : 0;
-    if (push > holds) {
-      memory.track_end = depth - holds / line->stiffness;
-      push = holds;
+    const double resistance = is_in ? line->resistance : 0;
+    if (push > resistance) {
+      memory.track_end = depth - resistance / line->stiffness;
+      push = resistance;
     }
     if (push > 0) force -= push * line->ahead_world;
-    render(force);
+    add_rendered(force);
   } else if (const auto* plane = std::get_if<PlaneStop>(&effect.kind)) {
     const double height = glm::dot(hip - plane->point_world, plane->normal_world);
-    if (height < 0) render(-plane->stiffness * height * plane->normal_world);
+    if (height < 0) add_rendered(-plane->stiffness * height * plane->normal_world);
   } else if (const auto* vibration = std::get_if<Vibration>(&effect.kind)) {
     advance(vibration->frequency_hz);
-    give(vibration->amplitude * volume::deterministic_sin(k_turn * memory.phase) *
-         vibration->direction_world);
+    add_active(vibration->amplitude * deterministic_sin(k_turn * memory.phase) * vibration->direction_world);
   } else if (const auto* gravity = std::get_if<GravityCompensation>(&effect.kind)) {
-    give(9.80665 * gravity->mass * gravity->up_world);
+    add_active(9.80665 * gravity->mass * gravity->up_world);
   } else if (const auto* texture = std::get_if<Texture>(&effect.kind)) {
     if (!input.proxy.has_contact) return;
     const dvec3& n = input.proxy.normal_world;
-    const double pressed = std::max(0.0, glm::dot(input.contact_force_world, n));
+    const double press = std::max(0.0, glm::dot(input.contact_force_world, n));
     const dvec3 along = texture->direction_world - glm::dot(texture->direction_world, n) * n;
     const double turns = glm::dot(input.proxy.proxy_world, texture->direction_world) / texture->wavelength;
     const double slope = texture->height * k_turn / texture->wavelength *
-                         volume::deterministic_cos(k_turn * (turns - std::floor(turns)));
-    give(-pressed * slope * along);
+                         deterministic_cos(k_turn * (turns - std::floor(turns)));
+    add_active(-press * slope * along);
   } else if (const auto* spin = std::get_if<Spin>(&effect.kind)) {
     advance(spin->frequency_hz);
     if (!input.is_working || !input.proxy.has_contact) return;
     const dvec3 shaft = glm::normalize(input.orientation) * dvec3(0, 0, 1);
     const dvec3& n = input.proxy.normal_world;
-    const double pressed = std::max(0.0, glm::dot(input.contact_force_world, n));
-    // At the contact its surface goes along shaft x normal, and bone holds it back.
-    const double shake = spin->chatter * volume::deterministic_sin(k_turn * memory.phase);
-    give(pressed * (shake * n - (spin->drag + shake) * glm::cross(shaft, n)));
+    const double press = std::max(0.0, glm::dot(input.contact_force_world, n));
+    // At the contact the tool's surface moves along shaft x normal, and bone drags it back.
+    const double shake = spin->chatter * deterministic_sin(k_turn * memory.phase);
+    add_active(press * (shake * n - (spin->drag + shake) * glm::cross(shaft, n)));
   } else if (const auto* align = std::get_if<Align>(&effect.kind)) {
     const dvec3 points = glm::normalize(input.orientation) * dvec3(0, 0, -1);
-    constexpr double k_arm = 10;  // mm: as an effect's limit is given in newtons
+    constexpr double k_arm = 10;  // mm, since the limit of an effect is given in newtons
     sum.torque_world += limited(
         align->stiffness * glm::cross(points, align->direction_world) - align->damping * input.turning_world,
         k_arm * effect.most);
@@ -292,8 +298,8 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
 
 }  // namespace
 
-volume::Result<ServoLaw> law_of(const Effect& effect, std::uint32_t id) {
-  if (volume::Status error = check_effect(effect)) return *error;
+Result<ServoLaw> law_of(const Effect& effect, std::uint32_t id) {
+  if (Status error = check_effect(effect)) return *error;
   Effect unit = effect;
   if (dvec3* direction = direction_of(unit.kind)) *direction = glm::normalize(*direction);
   return make_law<&step_effect>(id, std::move(unit));

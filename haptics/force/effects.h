@@ -1,4 +1,4 @@
-// Forces that no surface makes: tracks, springs, vibrations. Each is bounded, and a servo law.
+// Effect: bounded forces in addition to those of surfaces (tracks, springs, vibrations), run as servo laws.
 #pragma once
 
 #include <cstdint>
@@ -13,41 +13,41 @@ namespace trephine::haptics {
 struct ConstantForce {
   glm::dvec3 force_world{0.0};  ///< N
 };
-/// A viscous force against the motion.
+/// Viscous force against the motion.
 struct Viscosity {
   double damping = 0.002;  ///< N s/mm
 };
-/// To a place.
+/// Spring to a point.
 struct Spring {
   glm::dvec3 anchor_world{0.0};
   double stiffness = 0.1;  ///< N/mm
 };
-/// A straight track: springs hold the tip on it sideways, and making it longer costs a force, the probe's way
-/// through a pedicle (thesis "A Surface-based Volume Haptics Approach", 6.2.3). Going back and forth in what
-/// is already made costs none.
+/// Straight track: springs hold the tip laterally, and extending the track costs a force, as for a probe in a
+/// pedicle (thesis "A Surface-based Volume Haptics Approach", 6.2.3). Motion within the existing track is
+/// free.
 struct LineTrack {
   glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};
-  double stiffness = 0.5;  ///< N/mm, sideways and where the track ends
-  double resistance = 2;   ///< N, of what is ahead
-  int shape = -1;          ///< resists only while the tip is in this shape's solid; -1: everywhere
+  double stiffness = 0.5;  ///< N/mm, lateral and at the end of the track
+  double resistance = 2;   ///< N, against extending the track
+  int shape = -1;          ///< the track resists only while the tip is in this shape's solid; -1: everywhere
 };
-/// A half space that pushes out.
+/// Half space that pushes the tip out.
 struct PlaneStop {
   glm::dvec3 point_world{0.0}, normal_world{0, 0, 1};
   double stiffness = 0.5;  ///< N/mm
 };
-/// Shakes to and fro.
+/// Oscillating force along a direction.
 struct Vibration {
   glm::dvec3 direction_world{0, 0, 1};
   double amplitude = 0.3;     ///< N
   double frequency_hz = 120;  ///< at most a quarter of the servo's rate
 };
-/// Carries what the stylus weighs.
+/// Upward force that carries the weight of the stylus.
 struct GravityCompensation {
   double mass = 0.05;  ///< kg
   glm::dvec3 up_world{0, 0, 1};
 };
-/// Ripples on touched surfaces: a height a sin(2 pi x / wavelength) along a direction, rendered as its slope
+/// Ripples on touched surfaces: height a sin(2 pi x / wavelength) along a direction, rendered as their slope
 /// times the normal force.
 struct Texture {
   glm::dvec3 direction_world{1, 0, 0};
@@ -55,38 +55,38 @@ struct Texture {
   double wavelength = 1;  ///< mm
 };
 
-/// Turns the stylus along a direction, as a drill's guide does: a torque toward where it points (its own -z)
-/// along it, and against turning.
+/// Aligns the stylus with a direction, like a drill guide: a torque that turns its own -z axis toward the
+/// direction and damps rotation.
 struct Align {
   glm::dvec3 direction_world{0, 0, -1};
   double stiffness = 100;  ///< N mm/rad
   double damping = 0.5;    ///< N mm s/rad
 };
 
-/// A tool that turns about its axis (the stylus's), clockwise as the hand sees it, while the button is down:
-/// what it presses on drags it aside, and shakes it by teeth that come and go.
+/// Rotation of the tool about the stylus axis, clockwise as seen from the hand, while the button is pressed:
+/// contact drags the tool sideways, and its teeth make it chatter.
 struct Spin {
-  double drag = 0.3;         ///< of what presses it
-  double chatter = 0.1;      ///< of what presses it, to and fro
-  double frequency_hz = 80;  ///< of that
+  double drag = 0.3;         ///< lateral force as a share of the contact force
+  double chatter = 0.1;      ///< amplitude of the chatter as a share of the contact force
+  double frequency_hz = 80;  ///< of the chatter
 };
 
 using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, PlaneStop, Vibration,
                                 GravityCompensation, Texture, Align, Spin>;
 struct Effect {
   EffectKind kind;
-  double most = 3;  ///< N: never more; of a torque as many hundredths of a newton metre
+  double most = 3;  ///< largest force, N; for a torque in units of 10 N mm
 };
 
-/// "constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin".
+/// Returns "constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin".
 std::string effect_names();
-/// From words: "spring anchor=0,0,10 stiffness=0.2 most=2". Directions need not be unit. Error names the
-/// effect's parameters, or the effects.
-volume::Result<Effect> parse_effect(const std::string& text);
-/// Error when a value is out of its range.
-volume::Status check_effect(const Effect& effect);
+/// Parses a text such as "spring anchor=0,0,10 stiffness=0.2 most=2". Directions need not be unit vectors.
+/// The error names the parameters of the effect, or all effects.
+Result<Effect> parse_effect(const std::string& text);
+/// Returns an error if a value is out of its range.
+Status check_effect(const Effect& effect);
 
-/// The effect as a law of a hand. Error when a value is out of its range.
-volume::Result<ServoLaw> law_of(const Effect& effect, std::uint32_t id);
+/// Returns the effect as a law of a hand. Error if a value is out of its range.
+Result<ServoLaw> law_of(const Effect& effect, std::uint32_t id);
 
 }  // namespace trephine::haptics

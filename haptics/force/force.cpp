@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::haptics {
 
@@ -27,23 +27,23 @@ std::string fault_names(std::uint32_t faults) {
 }
 
 ForceModel::ForceModel(const ForceOptions& options, double dt) : alpha_(options.smoothing_alpha), dt_(dt) {
-  // (1 - a)^(1000 dt): what is left of an old force after dt is what 1 kHz would have left.
+  // (1 - a)^(1000 dt): an old force decays over dt as it would at 1 kHz.
   const double ticks = 1000 * dt;
-  if (alpha_ < 1 && ticks != 1)
-    alpha_ = 1 - volume::deterministic_exp(ticks * volume::deterministic_log(1 - alpha_));
+  if (alpha_ < 1 && ticks != 1) alpha_ = 1 - deterministic_exp(ticks * deterministic_log(1 - alpha_));
 }
 
 namespace {
-/// N/mm: of a tool of several balls what its contacts have, by how hard each pushes.
+/// Returns the stiffness, N/mm; for a tool of several balls the mean over its contacts, weighted by their
+/// push.
 double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
   if (proxy.contacts.size() == 0)
     return stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world);
   double sum = 0, pushes = 0;
   for (std::size_t i = 0; i < proxy.contacts.size(); ++i) {
-    const ToolContact& one = proxy.contacts[i];
-    const dvec3 middle = one.place_world + scene.tool_radius * one.normal_world;
-    sum += one.push * stiffness_at(scene, one.shape, one.side, middle, one.normal_world);
-    pushes += one.push;
+    const ToolContact& contact = proxy.contacts[i];
+    const dvec3 middle = contact.place_world + scene.tool_radius * contact.normal_world;
+    sum += contact.push * stiffness_at(scene, contact.shape, contact.side, middle, contact.normal_world);
+    pushes += contact.push;
   }
   return sum / pushes;
 }
@@ -92,43 +92,43 @@ void ForceModel::reset() noexcept {
   had_contact_ = had_turn_ = false;
 }
 
-/// No longer than `limit`, and no farther from the last one than `slew`.
-dvec3 ForceGuard::held_back(dvec3 wanted, const dvec3& last, double limit, double slew) noexcept {
-  if (const double size = glm::length(wanted); size > limit) {
-    wanted *= limit / size;
+/// Returns `requested` limited in length to `limit` and in change from `last` to `slew`; sets the fault bits.
+dvec3 ForceGuard::apply_limits(dvec3 requested, const dvec3& last, double limit, double slew) noexcept {
+  if (const double size = glm::length(requested); size > limit) {
+    requested *= limit / size;
     momentary_ |= fault_magnitude;
   }
-  const dvec3 change = wanted - last;
+  const dvec3 change = requested - last;
   if (const double size = glm::length(change); size > slew) {
-    wanted = last + change * (slew / size);
+    requested = last + change * (slew / size);
     momentary_ |= fault_slew;
   }
-  if (latched_ != 0 && fade_ == 0) return dvec3(0);  // the fade ends in time, whatever the slew
-  return wanted;
+  if (latched_ != 0 && fade_ == 0) return dvec3(0);  // the fade ends on time, regardless of the slew limit
+  return requested;
 }
 
-dvec3 ForceGuard::step(const dvec3& wanted, std::uint32_t faults) noexcept {
+dvec3 ForceGuard::step(const dvec3& requested, std::uint32_t faults) noexcept {
   momentary_ = 0;
-  dvec3 force = wanted;
+  dvec3 force = requested;
   if (!is_finite(force)) {
     force = dvec3(0);
     faults |= fault_not_finite;
   }
   latched_ |= faults & k_latched_faults;
-  if (latched_ & fault_not_finite) return last_ = dvec3(0);  // at once: nothing here can be trusted
+  if (latched_ & fault_not_finite) return last_ = dvec3(0);  // at once: no value can be trusted
   if (latched_ != 0) {
     fade_ = std::max(0.0, fade_ - dt_ / options_.fade_seconds);
     force *= fade_;
   }
-  return last_ = held_back(force, last_, options_.force_limit, options_.slew_limit * dt_);
+  return last_ = apply_limits(force, last_, options_.force_limit, options_.slew_limit * dt_);
 }
 
-dvec3 ForceGuard::turn(const dvec3& wanted) noexcept {
-  if (!is_finite(wanted)) latched_ |= fault_not_finite;
+dvec3 ForceGuard::turn(const dvec3& torque) noexcept {
+  if (!is_finite(torque)) latched_ |= fault_not_finite;
   if (latched_ & fault_not_finite) return last_torque_ = dvec3(0);
-  // The fade is 1 while nothing is latched.
-  return last_torque_ =
-             held_back(fade_ * wanted, last_torque_, options_.torque_limit, options_.torque_slew_limit * dt_);
+  // The fade is 1 while no fault is latched.
+  return last_torque_ = apply_limits(fade_ * torque, last_torque_, options_.torque_limit,
+                                     options_.torque_slew_limit * dt_);
 }
 
 void ForceGuard::reset() noexcept {

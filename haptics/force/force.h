@@ -1,5 +1,5 @@
-// From a proxy to a force that a hand may feel: spring and damper, smoothing, and the last line before the
-// device.
+// ForceModel, ForceGuard: force from proxy and HIP by spring and damper, smoothing, and the final limits
+// before the device.
 #pragma once
 
 #include <cstdint>
@@ -17,51 +17,51 @@ struct ForceOptions {
   double slew_limit = 1000;          ///< N/s
   double torque_limit = 150;         ///< N mm
   double torque_slew_limit = 20000;  ///< N mm/s
-  double fade_seconds = 0.05;        ///< from full force to none after a fault
-  /// Surfaces give a hand no more energy than they took (haptics/force/passivity.h). Off: nothing of it is
-  /// run.
+  double fade_seconds = 0.05;        ///< s, from full force to zero after a fault
+  /// Surfaces return no more energy than they stored (haptics/force/passivity.h). False: the controller is
+  /// not run.
   bool is_passive = false;
-  int delay_ticks = 0;        ///< of the device, for that
-  double device_damping = 0;  ///< N s/mm, of the device: so much it takes itself, for that; 0 when not known
+  int delay_ticks = 0;        ///< of the device, for the passivity controller
+  double device_damping = 0;  ///< N s/mm, of the device itself, for the passivity controller; 0: unknown
 };
 
-/// Reasons why the force was limited or taken away. Latched faults stay until reset().
+/// Reasons for a limited or suppressed force. Latched faults stay until reset().
 enum FaultBit : std::uint32_t {
-  fault_not_finite = 1,    ///< a pose or force was no number; latched
-  fault_magnitude = 2,     ///< the force limit held
-  fault_slew = 4,          ///< the slew limit held
+  fault_not_finite = 1,    ///< a pose or force was not finite; latched
+  fault_magnitude = 2,     ///< the force limit was applied
+  fault_slew = 4,          ///< the slew limit was applied
   fault_stale_scene = 8,   ///< no new pose or scene within the watchdog's time; latched
-  fault_lost_device = 16,  ///< the device stopped answering; latched
+  fault_lost_device = 16,  ///< the device stopped responding; latched
   fault_full_ring = 32,    ///< the servo's records are not read; latched
 };
 inline constexpr std::uint32_t k_latched_faults =
     fault_not_finite | fault_stale_scene | fault_lost_device | fault_full_ring;
 
-/// The latched faults in words, for events and people: "full ring, lost device".
+/// Returns the names of the latched faults, for events and messages: "full ring, lost device".
 std::string fault_names(std::uint32_t faults);
 
-/// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), less the material's
-/// viscosity times the motion along the surface, seen from what is touched, then exponential
-/// smoothing f_n = a x_n + (1 - a) f_(n-1) (thesis "A Surface-based Volume Haptics Approach", eq. 4.1).
+/// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), minus the material's
+/// viscosity times the tangential motion relative to the touched object, then exponential smoothing
+/// f_n = a x_n + (1 - a) f_(n-1) (thesis "A Surface-based Volume Haptics Approach", eq. 4.1).
 class ForceModel {
  public:
-  /// `dt` (s) is the servo's period; alpha is converted to it here, once.
+  /// `dt` (s) is the servo's period. Converts alpha to it.
   ForceModel(const ForceOptions& options, double dt);
-  /// Servo thread.
+  /// Returns the force, N. Servo thread.
   glm::dvec3 step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
-  /// The torque of a tool of several balls, N mm; after step().
+  /// Returns the torque of a tool of several balls, N mm. Call after step().
   glm::dvec3 turn(const ProxyStep& proxy, const TouchScene& scene) noexcept;
-  /// Another tool: what the last one was turned by is nothing to it.
+  /// Clears the state of the torque, for a change of the tool.
   void forget_turn() noexcept {
     smoothed_turn_ = glm::dvec3(0);
     had_turn_ = false;
   }
-  /// Starts the next stretch without damping against the last one; the smoothed force goes on.
+  /// Restarts the spring without damping against its last stretch; the smoothed force continues.
   void let_go() noexcept { had_contact_ = had_turn_ = false; }
-  /// As if never touched: the force starts from zero.
+  /// Clears all state: the force starts from zero.
   void reset() noexcept;
   double alpha() const noexcept { return alpha_; }
-  /// Complete state, field by field, for saving.
+  /// Visits the complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
     fields(smoothed_, stretch_, hip_, had_contact_, smoothed_turn_, turn_, had_turn_);
@@ -74,36 +74,36 @@ class ForceModel {
   bool had_contact_ = false, had_turn_ = false;
 };
 
-/// The last line: whatever comes in, what goes out is finite, below the limit, slow enough, and faded out
-/// after a latched fault. Present in every build.
+/// Final limits before the device: for any input the output is finite, within the magnitude and slew limits,
+/// and faded out after a latched fault. Present in every build.
 class ForceGuard {
  public:
   ForceGuard(const ForceOptions& options, double dt) : options_(options), dt_(dt) {}
-  /// Servo thread. `faults` are raised by others this tick.
-  glm::dvec3 step(const glm::dvec3& wanted, std::uint32_t faults) noexcept;
-  /// The torque of the same tick, N mm; after step(), which knows of its faults. Need not be called while
-  /// none is wanted and none was rendered.
-  glm::dvec3 turn(const glm::dvec3& wanted) noexcept;
+  /// Returns the limited force, N. `faults`: raised outside in this tick. Servo thread.
+  glm::dvec3 step(const glm::dvec3& requested, std::uint32_t faults) noexcept;
+  /// Returns the limited torque of the same tick, N mm. Call after step(), whose faults apply. Not required
+  /// while no torque is requested and no torque was rendered.
+  glm::dvec3 turn(const glm::dvec3& requested) noexcept;
   double torque_limit() const noexcept { return options_.torque_limit; }
   bool is_turning() const noexcept { return last_torque_ != glm::dvec3(0); }
   void reset() noexcept;
-  const glm::dvec3& last() const noexcept { return last_; }  ///< what went out
+  const glm::dvec3& last() const noexcept { return last_; }  ///< last output, N
   double fade() const noexcept { return fade_; }             ///< 1 to 0 after a latched fault
   const glm::dvec3& last_torque() const noexcept { return last_torque_; }
-  /// After a latched fault: nothing is left of the force, and further steps change nothing.
+  /// True after a latched fault if the force is zero and further steps change nothing.
   bool is_faded() const noexcept {
     return last_ == glm::dvec3(0) && last_torque_ == glm::dvec3(0) &&
            ((latched_ & fault_not_finite) != 0 || (latched_ != 0 && fade_ == 0));
   }
   std::uint32_t faults() const noexcept { return latched_ | momentary_; }
-  /// Complete state, field by field, for saving.
+  /// Visits the complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
     fields(last_, last_torque_, fade_, latched_, momentary_);
   }
 
  private:
-  glm::dvec3 held_back(glm::dvec3 wanted, const glm::dvec3& last, double limit, double slew) noexcept;
+  glm::dvec3 apply_limits(glm::dvec3 requested, const glm::dvec3& last, double limit, double slew) noexcept;
 
   ForceOptions options_;
   double dt_;

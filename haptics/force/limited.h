@@ -1,4 +1,4 @@
-// Bounds of forces.
+// Limits of forces.
 #pragma once
 
 #include <glm/geometric.hpp>

@@ -9,22 +9,26 @@ namespace trephine::haptics {
 using glm::dvec3;
 
 namespace {
-constexpr double k_velocity_seconds = 0.003;  // time constant of the velocity that dampers feel
+constexpr double k_velocity_seconds = 0.003;  // time constant of the velocity for dampers
 }
 
-volume::Status LawSet::add(ServoLaw law) {
+Status LawSet::add(ServoLaw law) {
   if (laws_.size() == k_most)
-    return volume::Error{"too many forces in addition to the surfaces' at once", "laws of a hand",
-                         std::to_string(laws_.size() + 1), "at most " + std::to_string(k_most), ""};
+    return Error{.what = "too many servo laws",
+                 .where = "laws of a hand",
+                 .found = std::to_string(laws_.size() + 1),
+                 .expected = "at most " + std::to_string(k_most)};
   for (const ServoLaw& other : laws_)
     if (other.id == law.id)
-      return volume::Error{"two laws have the same id", "laws of a hand", std::to_string(law.id),
-                           "an id each", ""};
+      return Error{.what = "two laws have the same id",
+                   .where = "laws of a hand",
+                   .found = std::to_string(law.id),
+                   .expected = "a unique id per law"};
   laws_.push_back(std::move(law));
   return std::nullopt;
 }
 
-/// Memories in the set's order: kept by id, zeros for those that are new.
+/// Sorts the memories into the set's order: kept by id and step function, zeros for new laws.
 void LawMemory::bind(const LawSet& set) noexcept {
   const auto is_bound = [&] {
     if (set.laws().size() != count_) return false;
@@ -33,12 +37,12 @@ void LawMemory::bind(const LawSet& set) noexcept {
     return true;
   };
   if (is_bound()) return;
-  const std::array<Slot, LawSet::k_most> before = slots_;
+  const std::array<Slot, LawSet::k_most> previous = slots_;
   for (std::size_t i = 0; i < set.laws().size(); ++i) {
     const ServoLaw& law = set.laws()[i];
     slots_[i] = {law.id, law.step, {}};
     for (std::size_t k = 0; k < count_; ++k)
-      if (before[k].is_of(law)) slots_[i].memory = before[k].memory;
+      if (previous[k].is_of(law)) slots_[i].memory = previous[k].memory;
   }
   count_ = set.laws().size();
 }
@@ -66,7 +70,7 @@ LawForces LawMemory::step(const LawSet& set, LawInput input) noexcept {
     const ServoLaw& law = set.laws()[i];
     law.step(law.parameters.get(), slots_[i].memory.data(), input, sum);
   }
-  // Active laws give a moving hand no more than their power.
+  // The power of active laws on a moving hand is limited.
   const double speed = glm::length(velocity_);
   if (speed > 0) sum.active_world = limited(sum.active_world, k_power / speed);
   return sum;

@@ -1,5 +1,5 @@
-// Forces in addition to those of surfaces: a law is a function of its module that the servo calls every tick.
-// An instrument never makes a force itself, since it runs ticks late; it sets the parameters of a law.
+// ServoLaw: force in addition to those of surfaces, a function of a module that the servo calls every tick.
+// Instruments do not compute forces, since they run ticks late; they set the parameters of laws.
 #pragma once
 
 #include <array>
@@ -18,39 +18,39 @@ namespace trephine::haptics {
 /// Input of a law.
 struct LawInput {
   const TouchScene& scene;
-  const volume::Version* cuts;  ///< of the scene's base; null: untouched
+  const volume::Version* cuts;  ///< of the scene's base; null: uncut
   const ProxyStep& proxy;
   glm::dvec3 contact_force_world;  ///< N, of the surfaces in this tick
   glm::dvec3 hip_world;
   glm::dquat orientation;     ///< of the hand
   glm::dvec3 velocity_world;  ///< mm/s, of the hand, smoothed
   glm::dvec3 turning_world;   ///< rad/s, of the hand, smoothed
-  double dt;                  ///< s since the tick before
-  bool is_working;            ///< the button is down
+  double dt;                  ///< s since the previous tick
+  bool is_working;            ///< the button is pressed
 };
 
 /// Sum of the laws of a hand.
 struct LawForces {
-  glm::dvec3 rendered_world{0.0};    ///< N; of springs and dampers, which store or take energy
-  glm::dvec3 active_world{0.0};      ///< N; of those that may give some
-  glm::dvec3 torque_world{0.0};      ///< N mm; of springs and dampers
-  bool has_lost_resistance = false;  ///< a tip left the shape through which its track went
+  glm::dvec3 rendered_world{0.0};    ///< N, of springs and dampers, which store or dissipate energy
+  glm::dvec3 active_world{0.0};      ///< N, of laws that may create energy
+  glm::dvec3 torque_world{0.0};      ///< N mm, of springs and dampers
+  bool has_lost_resistance = false;  ///< a tip left the shape that resisted its track
   int lost_shape = -1;               ///< that shape
 };
 
-/// Immutable when published. Made by make_law().
+/// A law of one hand, made by make_law(). Immutable when published.
 struct ServoLaw {
-  static constexpr std::size_t k_memory = 256;  ///< bytes that a law may keep from tick to tick
-  std::uint32_t id = 0;  ///< of its hand; the memory stays with it when parameters change
+  static constexpr std::size_t k_memory = 256;  ///< bytes that a law may keep between ticks
+  std::uint32_t id = 0;  ///< unique within its hand; the memory stays with it when parameters change
   using Step = void (*)(const void* parameters, void* memory, const LawInput& input, LawForces& sum) noexcept;
   Step step = nullptr;
   std::shared_ptr<const void> parameters;
-  std::string words = {};  ///< its definition as text, for judges and people
+  std::string words = {};  ///< its definition as text, for judges and users
 };
 
-/// A law from `void step(const Parameters&, Memory&, const LawInput&, LawForces& sum) noexcept`, which adds
-/// to the sum. Servo thread: no allocation, lock or wait; forces bounded by the law itself. A Memory is plain
-/// data and begins as zeros.
+/// Makes a law from `void step(const Parameters&, Memory&, const LawInput&, LawForces& sum) noexcept`, which
+/// adds to the sum. Servo thread: no allocation, lock or wait; the law itself bounds its forces. A Memory is
+/// plain data and starts as zeros.
 template <auto k_step>
 struct LawOf;
 template <class Parameters, class Memory,
@@ -76,8 +76,8 @@ ServoLaw make_law(std::uint32_t id, Parameters parameters) {
 class LawSet {
  public:
   static constexpr std::size_t k_most = 8;
-  /// Error when it is full, or has a law of this id.
-  volume::Status add(ServoLaw law);
+  /// Error if the set is full or contains a law with this id.
+  Status add(ServoLaw law);
   const std::vector<ServoLaw>& laws() const noexcept { return laws_; }
 
  private:
@@ -87,22 +87,22 @@ class LawSet {
 /// Memory of the laws of one hand, by their ids. Plain data, so that a copy saves it.
 class LawMemory {
  public:
-  static constexpr double k_power = 500;  ///< N mm/s: what active laws may give a moving hand
+  static constexpr double k_power = 500;  ///< N mm/s: largest power of active laws on a moving hand
 
-  /// Servo thread; once a tick. The input's velocities are filled in here. A law that was not there in the
-  /// tick before begins again; one that is gone is forgotten.
+  /// Runs the laws, once per tick; sets the velocities of the input. The memory of a new law starts as zeros,
+  /// that of a removed one is discarded. Servo thread.
   LawForces step(const LawSet& set, LawInput input) noexcept;
-  /// Forgets motion and memories.
+  /// Clears motion and memories.
   void reset() noexcept { count_ = 0, has_last_ = false, velocity_ = turning_ = glm::dvec3(0); }
   bool is_empty() const noexcept { return count_ == 0 && !has_last_; }
-  /// Complete state, field by field, for saving.
+  /// Visits the complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
     fields(count_, last_, last_turn_, velocity_, turning_, has_last_);
-    count_ = count_ <= k_most ? count_ : 0;  // as a file says
+    count_ = count_ <= k_most ? count_ : 0;  // may come from an invalid file
     for (std::size_t i = 0; i < count_; ++i) fields(slots_[i].id, slots_[i].memory);
   }
-  /// Checks that saved memory belongs to these laws, by their ids.
+  /// Assigns loaded memories to the laws with the same ids.
   void belong_to(const LawSet& set) noexcept;
 
  private:

@@ -15,15 +15,15 @@ dvec3 nearest_allowed(const dvec3& target, const std::array<HoldingPlane, 3>& pl
     return true;
   };
   if (is_allowed(target)) return target;
-  const auto missing = [&](int i) { return plane(i).offset - glm::dot(plane(i).normal, target); };
+  const auto deficit = [&](int i) { return plane(i).offset - glm::dot(plane(i).normal, target); };
   for (int i = count - 1; i >= 0; --i)
-    if (const double m = missing(i); m > 0)
+    if (const double m = deficit(i); m > 0)
       if (const dvec3 p = target + m * plane(i).normal; is_allowed(p)) return p;
   for (int i = count - 1; i >= 0; --i)
     for (int j = i - 1; j >= 0; --j) {
       const double c = glm::dot(plane(i).normal, plane(j).normal), s = 1 - c * c;
       if (s < 1e-12) continue;
-      const double a = (missing(i) - c * missing(j)) / s, b = (missing(j) - c * missing(i)) / s;
+      const double a = (deficit(i) - c * deficit(j)) / s, b = (deficit(j) - c * deficit(i)) / s;
       if (a < 0 || b < 0) continue;
       if (const dvec3 p = target + a * plane(i).normal + b * plane(j).normal; is_allowed(p)) return p;
     }
@@ -35,12 +35,12 @@ dvec3 nearest_allowed(const dvec3& target, const std::array<HoldingPlane, 3>& pl
     if (std::abs(volume) > 1e-9)
       return (plane(0).offset * jk + plane(1).offset * ki + plane(2).offset * ij) / volume;
   }
-  return target + std::max(0.0, missing(count - 1)) * plane(count - 1).normal;
+  return target + std::max(0.0, deficit(count - 1)) * plane(count - 1).normal;
 }
 
 namespace {
 
-/// a b as a double and what rounding took (Dekker 1971); no overflow for coordinates of places.
+/// Returns a b as a double and its rounding error (Dekker 1971); no overflow for coordinates of points.
 void exact_product(double a, double b, double& high, double& low) noexcept {
   constexpr double k_split = 134217729;  // 2^27 + 1
   high = a * b;

@@ -3,14 +3,14 @@
 #include <algorithm>
 
 #include "haptics/proxy/friction.h"
-#include "volume/surface_nets.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::haptics {
 
 using glm::dvec3;
 
 namespace {
-/// The whole surface of a shape, in the world.
+/// Returns the whole surface of a shape, in the world frame.
 std::shared_ptr<const MeshTree> tree_of(const TouchItem& shape) {
   const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
   const volume::Frame& frame = shape.field.volume().frame;
@@ -25,25 +25,27 @@ std::shared_ptr<const MeshTree> tree_of(const TouchItem& shape) {
 }
 }  // namespace
 
-volume::Status MeshProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_touchable(scene, true, true)) return error;
-  if (volume::Status error = check_stays_whole(scene, name())) return error;
+Status MeshProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_touchable(scene, true, true)) return error;
+  if (Status error = check_stays_whole(scene, name())) return error;
   trees_.clear();
   gap_ = 1e-5;
   for (const TouchItem& item : scene.items) {
-    if (item.is_mesh() && !item.tree) return volume::Error{"a mesh has no tree", item.name, "", "", ""};
+    if (item.is_mesh() && !item.tree) return Error{.what = "a mesh has no search tree", .where = item.name};
     if (item.mover >= 0)
-      return volume::Error{"this method holds meshes still", item.name, "a mesh that moves", "",
-                           "use method scene"};
+      return Error{.what = "this method does not support moving meshes",
+                   .where = item.name,
+                   .found = "a mesh that moves",
+                   .remedy = "use method scene"};
     trees_.push_back(item.is_mesh() ? item.tree : tree_of(item));
     gap_ = std::min(gap_, trees_.back()->gap());
   }
   return std::nullopt;
 }
 
-ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                           const ProxyInput& input) const noexcept {
-  const volume::Frame& frame = seen.version->base().frame;
+  const volume::Frame& frame = touch_state.version->base().frame;
   ProxyStep result;
   result.normal_world = dvec3(0);
   const dvec3 hip = frame.volume_from_world(input.hip_world);
@@ -57,15 +59,15 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
     for (int index = 0; index < item_count(scene); ++index) {
       const TouchItem& item = item_of(scene, index);
       const Placement& placement = item.placement;
-      FacetHit one;
+      FacetHit candidate;
       if (!trees_[static_cast<std::size_t>(index)]->cast(
               placement.local_from_world(from), placement.local_from_world(to), scene.tool_radius,
-              holds(scene, state.around.let_through, index, Side::front),
-              holds(scene, state.around.let_through, index, Side::back), one, result.counters.triangles) ||
-          (is_hit && one.t >= hit.t))
+              holds(scene, state.around.passable, index, Side::front),
+              holds(scene, state.around.passable, index, Side::back), candidate, result.counters.triangles) ||
+          (is_hit && candidate.t >= hit.t))
         continue;
-      hit = one;
-      if (item.is_mesh()) hit.normal_world = placement.rotation * one.normal_world;
+      hit = candidate;
+      if (item.is_mesh()) hit.normal_world = placement.rotation * candidate.normal_world;
       hit.shape = index;
       is_hit = true;
     }

@@ -1,4 +1,4 @@
-// The proxy on polygonal models: a god-object on triangles found by a tree of boxes.
+// MeshProxy: contact with polygonal models: a god-object on triangles found by a tree of boxes.
 #pragma once
 
 #include "haptics/mesh/mesh_tree.h"
@@ -7,17 +7,17 @@
 namespace trephine::haptics {
 
 /// A god-object on up to three facets at once (Zilles and Salisbury 1995). prepare() makes the models: the
-/// whole surface of each shape as it is untouched, in world coordinates; what is cut later stays touchable.
-/// Cost: logarithmic in the triangles.
+/// whole surface of each shape before any cut, in world coordinates; matter that is cut later stays
+/// touchable. Cost: logarithmic in the number of triangles.
 class MeshProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "mesh"; }
-  volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+  Status prepare(const TouchScene& scene) override;
+  ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 
  private:
-  std::vector<std::shared_ptr<const MeshTree>> trees_;  ///< one an item
+  std::vector<std::shared_ptr<const MeshTree>> trees_;  ///< one per item
   double gap_ = 1e-5;
 };
 

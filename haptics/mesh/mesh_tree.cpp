@@ -14,28 +14,28 @@ using glm::dvec3;
 
 namespace {
 constexpr int k_max_newton = 32;
-constexpr double k_near = 1e-12;  // of the way: nearer than this is met
+constexpr double k_near = 1e-12;  // of the motion: a closer triangle counts as met
 
-/// A way that a ball goes through boxes: which may it meet? A little larger than rounding.
-class BoxesOnWay {
+/// Tests boxes against the motion of a ball, with tolerances a little above rounding.
+class BoxTest {
  public:
-  /// `low`, `high`: of all boxes.
-  BoxesOnWay(const dvec3& a, const dvec3& way, double radius, const dvec3& low, const dvec3& high) noexcept
-      : a_(a), way_(way), inverse_(1.0 / way) {
+  /// `low`, `high`: bounds of all boxes.
+  BoxTest(const dvec3& a, const dvec3& motion, double radius, const dvec3& low, const dvec3& high) noexcept
+      : a_(a), motion_(motion), inverse_(1.0 / motion) {
     const dvec3 far = glm::max(glm::abs(low), glm::abs(high));
-    slack_ = radius + 1e-12 * (glm::abs(a) + glm::abs(way) + far);
-    low_ = glm::min(a, a + way) - slack_;
-    high_ = glm::max(a, a + way) + slack_;
+    slack_ = radius + 1e-12 * (glm::abs(a) + glm::abs(motion) + far);
+    low_ = glm::min(a, a + motion) - slack_;
+    high_ = glm::max(a, a + motion) + slack_;
   }
-  /// From the way's beginning up to `most` of it.
+  /// Returns true if the motion, up to its share `most`, may meet the box.
   bool meets(const dvec3& low, const dvec3& high, double most) const noexcept {
-    // Most boxes lie aside of all of it.
+    // Most boxes are off the whole motion.
     if (low.x > high_.x || high.x < low_.x || low.y > high_.y || high.y < low_.y || low.z > high_.z ||
         high.z < low_.z)
       return false;
     double from = 0, to = most;
     for (int k = 0; k < 3; ++k) {
-      if (way_[k] == 0) continue;
+      if (motion_[k] == 0) continue;
       const double t0 = (low[k] - slack_[k] - a_[k]) * inverse_[k],
                    t1 = (high[k] + slack_[k] - a_[k]) * inverse_[k];
       from = std::max(from, std::min(t0, t1) * (1 - 1e-12) - 1e-300);
@@ -45,7 +45,7 @@ class BoxesOnWay {
   }
 
  private:
-  dvec3 a_, way_, inverse_, slack_, low_, high_;
+  dvec3 a_, motion_, inverse_, slack_, low_, high_;
 };
 }  // namespace
 
@@ -67,7 +67,7 @@ MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> trian
   double farthest = 0;
   for (const dvec3& v : vertices_)
     farthest = std::max({farthest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  // Well above the rounding of coordinates, however small the triangles.
+  // Well above the rounding of coordinates, for triangles of any size.
   gap_ = std::clamp(1e-3 * shortest, std::min(1e-5, 1e-10 * farthest), 1e-5);
   std::vector<std::uint32_t>& order = guide.order;
   std::iota(order.begin(), order.end(), 0u);
@@ -86,9 +86,9 @@ MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> trian
 }
 
 namespace {
-/// First place at which the highest differing bit of codes changes; the middle where all are the same.
-/// `begin`, `end`: of triangles, two of which have one code.
-std::uint32_t where_codes_part(std::span<const std::uint64_t> codes, std::uint32_t begin, std::uint32_t end) {
+/// Returns the first triangle at which the highest differing bit of the codes changes; the middle if all
+/// codes are equal. `begin`, `end`: triangles, two per code.
+std::uint32_t split_by_codes(std::span<const std::uint64_t> codes, std::uint32_t begin, std::uint32_t end) {
   const std::uint64_t first = codes[begin / 2], differing = first ^ codes[(end - 1) / 2];
   if (differing == 0) return (begin + end) / 2;
   const std::uint64_t bit = std::bit_floor(differing);
@@ -99,28 +99,29 @@ std::uint32_t where_codes_part(std::span<const std::uint64_t> codes, std::uint32
 }
 }  // namespace
 
-/// Parts them in two; returns the node's place.
+/// Builds the nodes of triangles `begin` to `end` - 1. Returns the index of their root.
 std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, Guide& guide, int depth) {
-  const auto place = static_cast<std::uint32_t>(nodes_.size());
+  const auto index = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({dvec3(0), dvec3(0), begin, end - begin});
   if (end - begin <= k_leaf || depth == k_deepest - 2) {
-    // In their own order, so that a tree of what this one holds is the same: it halves at the same places.
+    // In ascending order, so that a tree built from this one's triangles is the same: it splits at the same
+    // ones.
     std::sort(guide.order.begin() + begin, guide.order.begin() + end);
-    return place;
+    return index;
   }
   std::uint32_t middle = (begin + end) / 2;
   if (!guide.codes.empty())
-    middle = where_codes_part(guide.codes, begin, end);
+    middle = split_by_codes(guide.codes, begin, end);
   else
     split(begin, middle, end, guide.centres, guide.order);
   build(begin, middle, guide, depth + 1);
   const std::uint32_t second = build(middle, end, guide, depth + 1);
-  nodes_[place].first = second;
-  nodes_[place].count = 0;
-  return place;
+  nodes_[index].first = second;
+  nodes_[index].count = 0;
+  return index;
 }
 
-/// Along the longest side of the box of centres.
+/// Splits along the longest side of the box of centres.
 void MeshTree::split(std::uint32_t begin, std::uint32_t middle, std::uint32_t end,
                      std::span<const dvec3> centres, std::vector<std::uint32_t>& order) {
   dvec3 low(1e300), high(-1e300);
@@ -173,9 +174,9 @@ bool MeshTree::is_near(const dvec3& p, double reach) const noexcept {
 bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back, FacetHit& hit,
                     int& looked) const noexcept {
   if (a == b) return false;
-  const dvec3 way = b - a;
-  const BoxesOnWay boxes(a, way, 0, low(), high());
-  const CrossingWay crossing(a, way);
+  const dvec3 motion = b - a;
+  const BoxTest boxes(a, motion, 0, low(), high());
+  const TriangleCrossing crossing(a, motion);
   double nearest = std::numeric_limits<double>::infinity();
   const auto meets = [&](const Node& node) {
     return boxes.meets(node.low, node.high, std::min(1.0, nearest));
@@ -199,24 +200,24 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
 std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p,
                                           int& looked) const noexcept {
   constexpr int k_most_steps = 16;
-  constexpr double k_nearer = 1e-9;       // of the distance: by less than that it is the same place
-  constexpr double k_same_place = 1e-10;  // of coordinates, mm: corners within it are one
-  int left = k_most_connected;
+  constexpr double k_nearer = 1e-9;       // of the distance: a smaller decrease is the same point
+  constexpr double k_same_place = 1e-10;  // of coordinates, mm: corners within it coincide
+  int remaining = k_most_connected;
   for (int step = 0; step < k_most_steps; ++step) {
     const auto [u, v, w] = corners(triangle);
     TriangleFeature feature;
-    const dvec3 place = nearest_on_triangle(p, u, v, w, &feature);
+    const dvec3 pivot = nearest_on_triangle(p, u, v, w, &feature);
     if (feature == TriangleFeature::face) break;
-    double least = (1 - k_nearer) * glm::length(p - place);
-    const double reach = k_same_place * (1 + glm::length(place));
+    double least = (1 - k_nearer) * glm::length(p - pivot);
+    const double reach = k_same_place * (1 + glm::length(pivot));
     std::uint32_t nearer = triangle;
     const auto can_be_nearer = [&](const Node& node) {
-      return left > 0 && square_to(node, place) <= reach * reach && square_to(node, p) < least * least;
+      return remaining > 0 && square_to(node, pivot) <= reach * reach && square_to(node, p) < least * least;
     };
     for_triangles(can_be_nearer, [&](std::uint32_t other) {
-      --left, ++looked;
+      --remaining, ++looked;
       Near near;
-      if (!look(other, place, reach, near)) return;
+      if (!look(other, pivot, reach, near)) return;
       const auto [a, b, c] = corners(other);
       if (const double distance = glm::length(p - nearest_on_triangle(p, a, b, c)); distance < least)
         least = distance, nearer = other;
@@ -230,9 +231,9 @@ std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p
 bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_front, bool is_back,
                          FacetHit& hit, int& looked) const noexcept {
   if (a == b) return false;
-  const dvec3 way = b - a;
-  const double length = glm::length(way);
-  const BoxesOnWay boxes(a, way, radius, low(), high());
+  const dvec3 motion = b - a;
+  const double length = glm::length(motion);
+  const BoxTest boxes(a, motion, radius, low(), high());
   double nearest = std::numeric_limits<double>::infinity();
   const auto meets = [&](const Node& node) {
     return boxes.meets(node.low, node.high, std::min(1.0, nearest));
@@ -244,24 +245,24 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
     const bool is_before = glm::dot(across, a - p) >= 0;
     if (is_before ? !is_front : !is_back) return;
     ++looked;
-    // The distance to a triangle, which is convex, is convex along the way: Newton's steps from before the
-    // first crossing never pass it, and once it rises nothing is met any more.
+    // The distance to a triangle, which is convex, is convex along the motion: Newton steps from before the
+    // first crossing never pass it, and once the distance increases nothing is met.
     double t = 0;
     for (int k = 0; k < k_max_newton; ++k) {
-      const dvec3 at = a + t * way, off = at - nearest_on_triangle(at, p, q, r);
-      const double distance = glm::length(off), approach = -glm::dot(off, way);
-      if (!(approach > 0)) return;  // goes past, or away
-      const double left = distance - radius;
-      if (left <= k_near * length || k + 1 == k_max_newton) {
+      const dvec3 at = a + t * motion, off = at - nearest_on_triangle(at, p, q, r);
+      const double distance = glm::length(off), approach = -glm::dot(off, motion);
+      if (!(approach > 0)) return;  // passes by, or moves away
+      const double remaining = distance - radius;
+      if (remaining <= k_near * length || k + 1 == k_max_newton) {
         if (t >= nearest) return;
         nearest = t;
         hit.t = t;
-        hit.normal_world = distance > 0 ? off / distance : glm::normalize(-way);
+        hit.normal_world = distance > 0 ? off / distance : glm::normalize(-motion);
         hit.side = side_of(!is_before);
         hit.triangle = i;
         return;
       }
-      t += left * distance / approach;
+      t += remaining * distance / approach;
       if (!(t <= 1 && t < nearest)) return;
     }
   });

@@ -1,5 +1,6 @@
-// Triangles in a tree of boxes: which one does a way meet first, and which lie near? In double precision
-// throughout, so that a mesh may be in metres or have edges of 10 um, and watertight at edges and vertices.
+// MeshTree: triangles in a tree of boxes, for the first one on a motion and those near a point. In double
+// precision throughout, so that a mesh may be in metres or have edges of 10 um, and watertight at edges and
+// vertices.
 #pragma once
 
 #include <array>
@@ -15,91 +16,92 @@
 
 namespace trephine::haptics {
 
-/// Immutable but for refit(). Queries: any thread, no allocation.
+/// Immutable except for refit(). Queries: any thread, no allocation.
 class MeshTree {
  public:
   MeshTree() = default;
-  /// Triangles look to the free side counter-clockwise. Degenerate ones are kept and never met. n log n.
+  /// Triangles are counter-clockwise as seen from the free side. Degenerate ones are kept and never met.
+  /// Cost: n log n.
   MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles)
       : MeshTree(std::move(vertices), std::move(triangles), {}) {}
-  /// Builds from triangles in spatial order, in a quarter of the time. `codes`, rising,
-  /// one for two of them: what begins with the same bits lies in the same cube (Morton 1966); nodes are those
+  /// Builds from triangles in spatial order, in a quarter of the time. `codes`: increasing, one per two
+  /// triangles; codes with the same leading bits are in the same cube (Morton 1966), and the nodes are these
   /// cubes (Lauterbach and others 2009).
   static MeshTree of_ordered(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles,
                              std::span<const std::uint64_t> codes) {
     return {std::move(vertices), std::move(triangles), codes};
   }
 
-  /// Moves the triangles to other places: updates boxes, keeps the tree. Not while others read it.
+  /// Moves the vertices: updates the boxes, keeps the tree. Not while another thread reads it.
   void refit(std::span<const glm::dvec3> vertices);
 
-  /// The first triangle that a ball meets on a side that holds, when its middle goes from a to b; a point
-  /// where the radius (mm) is 0. `looked`: triangles that were asked.
+  /// Finds the first triangle that a ball meets on a blocking side while its centre moves from a to b (mm). A
+  /// ball of radius 0 (mm) is a point. Adds the number of tested triangles to `looked`.
   bool cast(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
             FacetHit& hit, int& looked) const noexcept {
     return radius > 0 ? cast_ball(a, b, radius, is_front, is_back, hit, looked)
                       : cast(a, b, is_front, is_back, hit, looked);
   }
-  /// The point.
+  /// As above, for a point.
   bool cast(const glm::dvec3& a, const glm::dvec3& b, bool is_front, bool is_back, FacetHit& hit,
             int& looked) const noexcept;
 
-  /// The ball: where it first comes as near as `radius` to a triangle. One that is nearer already is stopped
-  /// at once when it comes nearer still. Front or back is where the middle starts. The normal points from the
-  /// triangle to the middle.
+  /// As above, for a ball: finds where it first comes as near as `radius` to a triangle. A ball that is
+  /// already nearer is stopped as soon as it approaches further. The start of the centre determines front or
+  /// back. The normal points from the triangle to the centre.
   bool cast_ball(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
                  FacetHit& hit, int& looked) const noexcept;
 
   /// A triangle near a point.
   struct Near {
     std::uint32_t triangle;  ///< for corners()
-    glm::dvec3 nearest;      ///< its point nearest to the one asked about
+    glm::dvec3 nearest;      ///< its point nearest to the query point
     glm::dvec3 normal;       ///< unit, of its front
     double distance;         ///< mm
-    bool is_front;           ///< the point lies before its front
+    bool is_front;           ///< the query point is before its front
   };
   /// Calls use(near) for each triangle within `reach` mm of p, in no order; degenerate ones are left out.
   template <class Use>
   void for_near(const glm::dvec3& p, double reach, Use&& use) const noexcept;
-  /// Calls use(near) for those that are nearest to p and no farther than `reach` mm, all that meet there, and
-  /// before them for some that are not: each time with none farther than the nearest so far, but for `tie`
-  /// mm.
+  /// Calls use(near) for all triangles nearest to p within `reach` mm, and before them for some others: each
+  /// time for one at most `tie` mm farther than the nearest so far.
   template <class Use>
   void for_nearest(const glm::dvec3& p, double reach, double tie, Use&& use) const noexcept;
-  /// Walks from a triangle to neighbours that share the place nearest to p, as long as they are nearer to p,
-  /// and returns the last one. At most k_most_connected triangles are looked at; `looked` grows by them.
+  /// Walks from a triangle to neighbours that share the point nearest to p, as long as they are nearer to p,
+  /// and returns the last one. Tests at most k_most_connected triangles and adds their number to `looked`.
   std::uint32_t nearest_connected(std::uint32_t triangle, const glm::dvec3& p, int& looked) const noexcept;
   static constexpr int k_most_connected = 256;
-  /// Is any within `reach` mm of p?
+  /// Returns true if a triangle is within `reach` mm of p.
   bool is_near(const glm::dvec3& p, double reach) const noexcept;
   std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept {
     return {vertices_[triangles_[3 * triangle]], vertices_[triangles_[3 * triangle + 1]],
             vertices_[triangles_[3 * triangle + 2]]};
   }
-  /// The box of all triangles; low > high without triangles.
+  /// Bounds of all triangles; low > high without triangles.
   glm::dvec3 low() const noexcept { return nodes_.empty() ? glm::dvec3(1) : nodes_[0].low; }
   glm::dvec3 high() const noexcept { return nodes_.empty() ? glm::dvec3(-1) : nodes_[0].high; }
 
   std::size_t triangle_count() const noexcept { return triangles_.size() / 3; }
-  /// A tree of these is this tree, to the bit.
+  /// A tree built from these is identical to this one, to the bit.
   const std::vector<glm::dvec3>& vertices() const noexcept { return vertices_; }
   const std::vector<std::uint32_t>& triangles() const noexcept { return triangles_; }
   std::size_t bytes() const noexcept;
-  /// mm that a god-object keeps from facets: a thousandth of the shortest edge, at most 1e-5, above rounding.
+  /// Returns the distance (mm) that a god-object keeps from facets: a thousandth of the shortest edge, at
+  /// most 1e-5, above rounding.
   double gap() const noexcept { return gap_; }
 
  private:
   struct Node {
     glm::dvec3 low, high;
-    std::uint32_t first;  ///< of its triangles, or its second child (the first follows it)
-    std::uint32_t count;  ///< of triangles; 0: an inner node
+    std::uint32_t first;  ///< first triangle, or the second child (the first one follows its parent)
+    std::uint32_t count;  ///< number of triangles; 0: an inner node
   };
   static constexpr std::uint32_t k_leaf = 4;
   MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles,
            std::span<const std::uint64_t> codes);
   static constexpr int k_deepest = 64;
 
-  /// Input of the build: triangles by place, or ordered ones.
+  /// Input of the build: triangles by position, or ordered ones.
   struct Guide {
     std::vector<glm::dvec3> centres;
     std::span<const std::uint64_t> codes;
@@ -109,10 +111,10 @@ class MeshTree {
   static void split(std::uint32_t begin, std::uint32_t middle, std::uint32_t end,
                     std::span<const glm::dvec3> centres, std::vector<std::uint32_t>& order);
   void bound_leaf(Node& node) const;
-  /// Calls use(triangle) for those in the leaves that `meets` leads to, asked again at every node.
+  /// Calls use(triangle) for the triangles of the leaves below nodes that `meets` accepts.
   template <class Meets, class Use>
   void for_triangles(Meets&& meets, Use&& use) const noexcept;
-  /// False where it is farther than `reach`, or degenerate.
+  /// Returns false if the triangle is farther than `reach`, or degenerate.
   bool look(std::uint32_t triangle, const glm::dvec3& p, double reach, Near& near) const noexcept;
   static double square_to(const Node& node, const glm::dvec3& p) noexcept {
     const glm::dvec3 off = p - glm::clamp(p, node.low, node.high);
@@ -120,14 +122,14 @@ class MeshTree {
   }
 
   std::vector<glm::dvec3> vertices_;
-  std::vector<std::uint32_t> triangles_;  ///< in the leaves' order
+  std::vector<std::uint32_t> triangles_;  ///< in the order of the leaves
   std::vector<Node> nodes_;
   double gap_ = 1e-5;
 };
 
-/// The feature of a triangle on which a point lies.
+/// Feature of a triangle that contains a point.
 enum class TriangleFeature { face, corner, edge_ab, edge_bc, edge_ac };
-/// The point of triangle (a, b, c) nearest to p (Ericson 2005, 5.1.5).
+/// Returns the point of triangle (a, b, c) nearest to p (Ericson 2005, 5.1.5).
 inline glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
                                       const glm::dvec3& c, TriangleFeature* feature = nullptr) noexcept {
   const auto on = [feature](TriangleFeature f, const glm::dvec3& q) {
@@ -217,7 +219,7 @@ void MeshTree::for_nearest(const glm::dvec3& p, double reach, double tie, Use&& 
       within = std::min(within, near.distance + tie);
     }
     if (node.count > 0) continue;
-    // The nearer one first.
+    // Visits the nearer child first.
     Waiting first{n + 1, square_to(nodes_[n + 1], p)}, second{node.first, square_to(nodes_[node.first], p)};
     if (second.square < first.square) std::swap(first, second);
     stack[depth++] = second;

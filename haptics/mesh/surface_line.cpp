@@ -15,22 +15,22 @@ namespace trephine::haptics {
 using glm::dvec3;
 
 namespace {
-constexpr std::size_t k_speck = 100;  // triangles: fewer are noise
+constexpr std::size_t k_speck = 100;  // triangles: smaller parts are noise
 }  // namespace
 
 Surface::Surface(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles) {
   std::map<std::array<double, 3>, std::uint32_t> known;
-  std::vector<std::uint32_t> place;
-  place.reserve(vertices.size());
+  std::vector<std::uint32_t> merged;
+  merged.reserve(vertices.size());
   for (const dvec3& v : vertices) {
     const auto [at, is_new] =
         known.emplace(std::array{v.x, v.y, v.z}, static_cast<std::uint32_t>(vertices_.size()));
     if (is_new) vertices_.push_back(v);
-    place.push_back(at->second);
+    merged.push_back(at->second);
   }
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
-    const std::array<std::uint32_t, 3> c{place[triangles[t]], place[triangles[t + 1]],
-                                         place[triangles[t + 2]]};
+    const std::array<std::uint32_t, 3> c{merged[triangles[t]], merged[triangles[t + 1]],
+                                         merged[triangles[t + 2]]};
     if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
     triangles_.insert(triangles_.end(), c.begin(), c.end());
   }
@@ -47,7 +47,7 @@ bool Surface::nearest(const dvec3& p, Place& place) const {
   for (std::uint32_t t = 0; 3 * t < triangles_.size(); ++t) {
     const dvec3 &a = vertices_[triangles_[3 * t]], &b = vertices_[triangles_[3 * t + 1]],
                 &c = vertices_[triangles_[3 * t + 2]];
-    // A triangle whose corners are all farther than its size and the nearest so far is not it.
+    // Skips a triangle if a corner is farther away than the nearest point so far plus the triangle's size.
     const double reach = std::sqrt(least) + std::max(glm::length(b - a), glm::length(c - a));
     if (glm::length(p - a) > reach) continue;
     const dvec3 at = nearest_on_triangle(p, a, b, c);
@@ -58,7 +58,7 @@ bool Surface::nearest(const dvec3& p, Place& place) const {
 }
 
 std::vector<Surface::Place> Surface::nearest_on_one_part(std::span<const dvec3> points) const {
-  // Parts by joining corners.
+  // Joins the corners of triangles to parts.
   std::vector<std::uint32_t> part(vertices_.size());
   for (std::uint32_t v = 0; v < part.size(); ++v) part[v] = v;
   const auto root = [&part](std::uint32_t v) {
@@ -112,7 +112,7 @@ double length_of(const std::vector<dvec3>& line) noexcept {
   return sum;
 }
 
-/// A line's corners: on vertices, on edges, at the ends within triangles.
+/// Finds a line by its nodes: on vertices, on edges, and within triangles at the ends.
 class LineFinder {
  public:
   explicit LineFinder(const Surface& surface) : s_(surface) {}
@@ -137,8 +137,8 @@ class LineFinder {
   static constexpr std::uint32_t k_none = 0xffffffffu;
 
   struct Node {
-    std::uint32_t a = k_none, b = k_none;  ///< edge; of a vertex b is unset; of a place in a triangle both
-    std::uint32_t triangle = k_none;       ///< of such a place
+    std::uint32_t a = k_none, b = k_none;  ///< edge; vertices have only `a`, points in triangles neither
+    std::uint32_t triangle = k_none;       ///< triangle of such a point
     dvec3 at{0.0};
     bool is_vertex() const { return a != k_none && b == k_none; }
     bool is_edge() const { return b != k_none; }
@@ -150,8 +150,8 @@ class LineFinder {
     const std::uint32_t* c = corners(t);
     return c[0] == v || c[1] == v || c[2] == v;
   }
-  /// Does a node lie on a triangle?
-  bool lies_on(const Node& n, std::uint32_t t) const {
+  /// Returns true if a node is on a triangle.
+  bool is_on(const Node& n, std::uint32_t t) const {
     if (n.triangle != k_none) return n.triangle == t;
     return has(t, n.a) && (n.b == k_none || has(t, n.b));
   }
@@ -168,21 +168,21 @@ class LineFinder {
       nodes_ = {{k_none, k_none, from.triangle, from.at}, {k_none, k_none, to.triangle, to.at}};
       return true;
     }
-    std::vector<double> way(s_.vertices_.size(), std::numeric_limits<double>::infinity());
-    std::vector<std::uint32_t> before(s_.vertices_.size(), k_none);
+    std::vector<double> distance(s_.vertices_.size(), std::numeric_limits<double>::infinity());
+    std::vector<std::uint32_t> parent(s_.vertices_.size(), k_none);
     using Item = std::pair<double, std::uint32_t>;
     std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t v = corners(from.triangle)[k];
-      way[v] = glm::length(vertex(v) - from.at);
-      queue.push({way[v], v});
+      distance[v] = glm::length(vertex(v) - from.at);
+      queue.push({distance[v], v});
     }
     double least = std::numeric_limits<double>::infinity();
     std::uint32_t last = k_none;
     while (!queue.empty()) {
       const auto [so_far, v] = queue.top();
       queue.pop();
-      if (so_far > way[v]) continue;
+      if (so_far > distance[v]) continue;
       if (so_far >= least) break;
       if (has(to.triangle, v) && so_far + glm::length(vertex(v) - to.at) < least)
         least = so_far + glm::length(vertex(v) - to.at), last = v;
@@ -190,12 +190,12 @@ class LineFinder {
         for (int k = 0; k < 3; ++k) {
           const std::uint32_t w = corners(s_.around_[i])[k];
           const double longer = so_far + glm::length(vertex(w) - vertex(v));
-          if (longer < way[w]) way[w] = longer, before[w] = v, queue.push({longer, w});
+          if (longer < distance[w]) distance[w] = longer, parent[w] = v, queue.push({longer, w});
         }
     }
     if (last == k_none) return false;
     nodes_.push_back({k_none, k_none, to.triangle, to.at});
-    for (std::uint32_t v = last; v != k_none; v = before[v]) nodes_.push_back({v, k_none, k_none, vertex(v)});
+    for (std::uint32_t v = last; v != k_none; v = parent[v]) nodes_.push_back({v, k_none, k_none, vertex(v)});
     nodes_.push_back({k_none, k_none, from.triangle, from.at});
     std::reverse(nodes_.begin(), nodes_.end());
     return true;
@@ -208,7 +208,7 @@ class LineFinder {
       leave_vertex(i);
   }
 
-  /// A corner on an edge goes where the line is straight, both triangles laid flat.
+  /// Moves a node on an edge to where the line is straight in the unfolded triangles.
   void slide(std::size_t i) {
     Node& n = nodes_[i];
     const dvec3 &a = vertex(n.a), &b = vertex(n.b), along = b - a;
@@ -220,7 +220,7 @@ class LineFinder {
     double x0, y0, x1, y1;
     flat(nodes_[i - 1].at, x0, y0), flat(nodes_[i + 1].at, x1, y1);
     const double best = y0 + y1 > 0 ? (x0 * y1 + x1 * y0) / (y0 + y1) / length : 0.5 * (x0 + x1) / length;
-    // Farther than that, so that a pull reaches the line's ends sooner (successive over-relaxation).
+    // Moves farther than that, for faster convergence (successive over-relaxation).
     const double now = glm::length(n.at - a) / length, t = now + pull_ * (best - now);
     constexpr double k_near = 1e-7;
     if (t <= k_near)
@@ -231,21 +231,21 @@ class LineFinder {
       n.at = a + t * along;
   }
 
-  /// A corner on a vertex: where the way around it on a side spans less than 180 degrees, the line goes
-  /// across the edges of that side.
+  /// Replaces a node on a vertex by nodes on the edges of one side, if the angle around the vertex on that
+  /// side is below 180 degrees.
   void leave_vertex(std::size_t i) {
     const std::uint32_t v = nodes_[i].a;
-    // The fan around the vertex, from the triangle in which the line comes, turning one way, then the other.
+    // Walks the fan around the vertex from the triangle of the previous node, in either direction.
     std::vector<Node> best;
     double shortest =
         glm::length(nodes_[i].at - nodes_[i - 1].at) + glm::length(nodes_[i + 1].at - nodes_[i].at);
     const double before = shortest;
     for (std::uint32_t k = s_.first_[v]; k < s_.first_[v + 1]; ++k) {
       const std::uint32_t start = s_.around_[k];
-      if (!lies_on(nodes_[i - 1], start)) continue;
+      if (!is_on(nodes_[i - 1], start)) continue;
       for (const bool is_forward : {true, false}) {
         std::vector<Node> side;
-        const double length = way_around(i, v, start, is_forward, side);
+        const double length = path_around(i, v, start, is_forward, side);
         if (length < shortest - 1e-12) shortest = length, best = side;
       }
     }
@@ -254,16 +254,16 @@ class LineFinder {
     nodes_.insert(nodes_.begin() + static_cast<std::ptrdiff_t>(i), best.begin(), best.end());
   }
 
-  /// The line from before to behind the vertex across the edges of one side, laid flat; its length, or
-  /// endless without one.
-  double way_around(std::size_t i, std::uint32_t v, std::uint32_t start, bool is_forward,
-                    std::vector<Node>& side) const {
+  /// Sets the nodes of the line from before to behind the vertex across the edges of one side, unfolded.
+  /// Returns its length, or infinity if there is no such line.
+  double path_around(std::size_t i, std::uint32_t v, std::uint32_t start, bool is_forward,
+                     std::vector<Node>& side) const {
     constexpr double k_endless = std::numeric_limits<double>::infinity();
     const Node &from = nodes_[i - 1], &to = nodes_[i + 1];
     const dvec3& middle = vertex(v);
-    // Flat, the vertex at the origin, `from` on the first axis: directions as cosine and sine, turned on by
-    // each triangle's angle. Below 180 degrees in all as long as the sine is above 0.
-    struct Way {
+    // Unfolded with the vertex at the origin and `from` on the first axis: directions as cosine and sine,
+    // rotated by each triangle's angle. Below 180 degrees in total as long as the sine is above 0.
+    struct Direction {
       double cosine = 1, sine = 0;
       bool turn(const dvec3& a, const dvec3& b) {
         const double c = glm::dot(a, b), s = glm::length(glm::cross(a, b)), size = std::sqrt(c * c + s * s);
@@ -272,22 +272,22 @@ class LineFinder {
         return true;
       }
     };
-    std::vector<std::pair<std::uint32_t, Way>> crossed;
-    Way way;
+    std::vector<std::pair<std::uint32_t, Direction>> crossed;
+    Direction direction;
     std::uint32_t t = start;
     const dvec3* last = &from.at;
     for (int steps = 0;; ++steps) {
-      if (lies_on(to, t)) {
-        if (!way.turn(*last - middle, to.at - middle)) return k_endless;
+      if (is_on(to, t)) {
+        if (!direction.turn(*last - middle, to.at - middle)) return k_endless;
         break;
       }
-      // The edge (v, w) on which this triangle is left.
+      // The edge (v, w) through which the line leaves this triangle.
       const std::uint32_t* c = corners(t);
       const int k = c[0] == v ? 0 : c[1] == v ? 1 : 2;
       const std::uint32_t w = is_forward ? c[(k + 2) % 3] : c[(k + 1) % 3];
-      if (!way.turn(*last - middle, vertex(w) - middle)) return k_endless;
-      if (way.sine < 0 || (way.sine == 0 && way.cosine < 0)) return k_endless;
-      crossed.push_back({w, way});
+      if (!direction.turn(*last - middle, vertex(w) - middle)) return k_endless;
+      if (direction.sine < 0 || (direction.sine == 0 && direction.cosine < 0)) return k_endless;
+      crossed.push_back({w, direction});
       last = &vertex(w);
       std::uint32_t next = k_none;
       for (std::uint32_t n = s_.first_[v]; n < s_.first_[v + 1]; ++n)
@@ -295,27 +295,27 @@ class LineFinder {
       if (next == k_none || steps == 1000) return k_endless;
       t = next;
     }
-    if (!(way.sine > 1e-9)) return k_endless;
+    if (!(direction.sine > 1e-9)) return k_endless;
     const double r0 = glm::length(from.at - middle), r1 = glm::length(to.at - middle);
     if (!(r0 > 1e-12 && r1 > 1e-12)) return k_endless;
-    // Crossings of the straight line with each edge: distances from the vertex. Where that is beyond an
-    // edge's end, all of them come nearer by as much: cutting the corner shorter is shorter too.
-    std::vector<double> off;
-    double nearer = 1;
+    // Distances from the vertex at which the straight line crosses each edge. If one is beyond its edge's
+    // end, all are scaled down alike: cutting the corner shorter is shorter too.
+    std::vector<double> crossings;
+    double scale = 1;
     for (const auto& [w, turned] : crossed) {
-      const double rest = way.sine * turned.cosine - way.cosine * turned.sine;
+      const double rest = direction.sine * turned.cosine - direction.cosine * turned.sine;
       const double denominator = r0 * turned.sine + r1 * rest;
-      const double r = denominator > 0 ? r0 * r1 * way.sine / denominator : 0;
+      const double r = denominator > 0 ? r0 * r1 * direction.sine / denominator : 0;
       if (!(r > 0)) return k_endless;
-      off.push_back(r);
-      nearer = std::min(nearer, 0.999 * glm::length(vertex(w) - middle) / r);
+      crossings.push_back(r);
+      scale = std::min(scale, 0.999 * glm::length(vertex(w) - middle) / r);
     }
     double length = 0;
     dvec3 at = from.at;
     for (std::size_t k = 0; k < crossed.size(); ++k) {
       const std::uint32_t w = crossed[k].first;
       const dvec3 edge = vertex(w) - middle;
-      const Node node{v, w, k_none, middle + nearer * off[k] / glm::length(edge) * edge};
+      const Node node{v, w, k_none, middle + scale * crossings[k] / glm::length(edge) * edge};
       length += glm::length(node.at - at);
       at = node.at;
       side.push_back(node);
@@ -323,13 +323,13 @@ class LineFinder {
     return length + glm::length(to.at - at);
   }
 
-  /// Corners in one place become one, and those that the line goes to and comes back from go.
+  /// Merges coincident nodes, and removes nodes that the line does not need.
   void tidy() {
     for (std::size_t i = 1; i + 1 < nodes_.size();) {
       const bool is_same = glm::length(nodes_[i].at - nodes_[i + 1].at) < 1e-9 ||
                            glm::length(nodes_[i].at - nodes_[i - 1].at) < 1e-9;
       bool is_needless = is_same;
-      // Both neighbours on one triangle: straight across it.
+      // Both neighbours are on one triangle: the line goes straight across it.
       if (!is_needless) is_needless = share_triangle(nodes_[i - 1], nodes_[i + 1]);
       if (is_needless)
         nodes_.erase(nodes_.begin() + static_cast<std::ptrdiff_t>(i));
@@ -341,10 +341,10 @@ class LineFinder {
     const auto any = [&](const Node& n, const auto& use) {
       if (n.triangle != k_none) return use(n.triangle);
       for (std::uint32_t i = s_.first_[n.a]; i < s_.first_[n.a + 1]; ++i)
-        if (lies_on(n, s_.around_[i]) && use(s_.around_[i])) return true;
+        if (is_on(n, s_.around_[i]) && use(s_.around_[i])) return true;
       return false;
     };
-    return any(a, [&](std::uint32_t t) { return lies_on(b, t); });
+    return any(a, [&](std::uint32_t t) { return is_on(b, t); });
   }
 
   const Surface& s_;
@@ -360,14 +360,14 @@ std::vector<dvec3> surface_line(const Surface& surface, const Surface::Place& fr
 std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
                              const std::function<Inside(const dvec3&)>& inside) {
   if (line.size() < 2) return line;
-  // Corners at even steps, so that each may lift off.
-  const double all = length_of(line);
-  const auto steps = static_cast<std::size_t>(std::clamp(all / 0.5, 8.0, 2000.0));
+  // Nodes at even steps, so that each can lift off.
+  const double surface_length = length_of(line);
+  const auto steps = static_cast<std::size_t>(std::clamp(surface_length / 0.5, 8.0, 2000.0));
   std::vector<dvec3> taut{line.front()};
   std::size_t at = 1;
   double so_far = 0;
   for (std::size_t i = 1; i < steps; ++i) {
-    const double wanted = all * static_cast<double>(i) / static_cast<double>(steps);
+    const double wanted = surface_length * static_cast<double>(i) / static_cast<double>(steps);
     while (at + 1 < line.size() && so_far + glm::length(line[at] - line[at - 1]) < wanted)
       so_far += glm::length(line[at] - line[at - 1]), ++at;
     const double edge = glm::length(line[at] - line[at - 1]);
@@ -375,8 +375,8 @@ std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
     taut.push_back(line[at - 1] + t * (line[at] - line[at - 1]));
   }
   taut.push_back(line.back());
-  // Pulled toward the middle of its neighbours, at first of far ones, and pushed out again where it would be
-  // within the solid; in small steps, so that it never goes through a wall.
+  // Pulls each node toward the middle of its neighbours, at first of distant ones, and pushes it out again if
+  // it is inside the solid; in small steps, so that it never passes through a wall.
   constexpr double k_step = 0.25;  // mm
   const auto relax = [&](std::size_t reach, int rounds) {
     double length = length_of(taut);
@@ -399,7 +399,7 @@ std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
   };
   for (std::size_t reach = taut.size() / 4; reach > 1; reach /= 2) relax(reach, 300);
   relax(1, 1000);
-  if (length_of(taut) > all) return line;  // noise pushed it out: it was as short before
+  if (length_of(taut) > surface_length) return line;  // noise of the solid pushed it out
   return taut;
 }
 

@@ -1,5 +1,5 @@
-// The shortest line along a surface between places on it, and the taut one that bridges hollows: what a tape
-// measures.
+// surface_line(): shortest line along a surface between points on it, and the taut line that bridges hollows,
+// as a tape measure does.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace trephine::haptics {
 
-/// Triangles in mm; corners in one place are one.
+/// Triangles in mm; coincident corners are merged.
 class Surface {
  public:
   Surface(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles);
@@ -19,12 +19,12 @@ class Surface {
     std::uint32_t triangle = 0;
     glm::dvec3 at{0.0};
   };
-  /// Nearest to a point; false: there are no triangles. Looks at all of them.
+  /// Finds the point of the surface nearest to p. Returns false if there are no triangles. Reads all
+  /// triangles.
   bool nearest(const glm::dvec3& p, Place& place) const;
 
-  /// Nearest to each of several points, all on one part that hangs together: on that to which they are
-  /// nearest in all. Specks (under 100 triangles) count only where there is nothing else. Empty: no
-  /// triangles.
+  /// Returns the points nearest to several points, all on one connected part: the one with the least sum of
+  /// distances. Parts of fewer than 100 triangles count only if there is no larger one. Empty: no triangles.
   std::vector<Place> nearest_on_one_part(std::span<const glm::dvec3> points) const;
 
   const std::vector<glm::dvec3>& vertices() const noexcept { return vertices_; }
@@ -34,21 +34,21 @@ class Surface {
   friend class LineFinder;
   std::vector<glm::dvec3> vertices_;
   std::vector<std::uint32_t> triangles_;
-  std::vector<std::uint32_t> first_, around_;  ///< of each vertex: its triangles
+  std::vector<std::uint32_t> first_, around_;  ///< per vertex: its triangles
 };
 
-/// From place to place along the surface: the shortest way along edges, pulled straight across triangles
-/// until no vertex on it leaves an angle below 180 degrees on a side (Martinez, Velho and Carvalho 2005): a
-/// geodesic, near to the shortest. Empty: the places lie on parts that are not joined.
+/// Returns a line between two points along the surface: the shortest path along edges, pulled straight across
+/// triangles until no vertex on it leaves an angle below 180 degrees on a side (Martinez, Velho and Carvalho
+/// 2005): a geodesic, close to the shortest. Empty: the points are on parts that are not connected.
 std::vector<glm::dvec3> surface_line(const Surface& surface, const Surface::Place& from,
                                      const Surface::Place& to);
 
-/// A line between the same ends pulled taut: nowhere longer, and nowhere within the solid. `depth`: mm within
-/// the solid (above 0) and toward which way out, at a place.
+/// Depth of a point in the solid (mm, above 0 inside), and the direction out of it.
 struct Inside {
   double depth = 0;
   glm::dvec3 outward{0.0};
 };
+/// Returns the line between the same ends pulled taut: nowhere longer, and nowhere inside the solid.
 std::vector<glm::dvec3> taut_line(const std::vector<glm::dvec3>& line,
                                   const std::function<Inside(const glm::dvec3&)>& inside);
 

@@ -14,15 +14,15 @@ using glm::ivec3;
 
 namespace {
 
-constexpr int k_max_steps = 4096;  // samples of a way; a faster hand is sampled more coarsely
+constexpr int k_max_steps = 4096;  // samples of a motion; a faster hand is sampled more coarsely
 
 dvec3 unit(const dvec3& v) noexcept {
   const double length = glm::length(v);
   return length > 0 ? v / length : dvec3(0);
 }
 
-/// Central differences of the intensities (of the label's field) at a voxel, toward less of them, world
-/// frame.
+/// Returns the normal by central differences of the intensities (of the label's field) at a voxel, toward
+/// lower values, world frame.
 dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const ivec3& v,
                    int& cells) noexcept {
   cells += 6;
@@ -37,7 +37,7 @@ dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const
   return unit(-frame.gradient_world_from_volume(gradient));
 }
 
-/// The first shape whose binary transfer function holds voxel v, or -1.
+/// Returns the first shape with voxel v in its binary transfer function, or -1.
 int shape_at(const TouchScene& scene, const volume::Version& version, const ivec3& v) noexcept {
   const VoxelGrid grid(scene, version);
   for (std::size_t s = 0; s < scene.items.size(); ++s)
@@ -58,14 +58,14 @@ void finish(const volume::Frame& frame, const dvec3& hip_world, const dvec3& pro
 
 }  // namespace
 
-volume::Status RaystepProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+Status RaystepProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_burr_opens_voxels(scene)) return error;
   return check_touchable(scene);
 }
 
-ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                              const ProxyInput& input) const noexcept {
-  const volume::Version& version = *seen.version;
+  const volume::Version& version = *touch_state.version;
   const volume::Frame& frame = version.base().frame;
   const dvec3& end = input.hip_world;
   ProxyStep result;
@@ -85,10 +85,10 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& seen, Pr
       dvec3 normal =
           voxel_normal(scene.items[static_cast<std::size_t>(s)].field, frame, v, result.counters.cells);
       const bool is_front = glm::dot(start - p, normal) >= 0 && glm::dot(end - p, normal) <= 0;
-      if (!holds(scene, state.around.let_through, s, side_of(!is_front))) break;
+      if (!holds(scene, state.around.passable, s, side_of(!is_front))) break;
       if (!is_front) normal = -normal;
       result.set_contact(s, side_of(!is_front), normal);
-      // In the tangent plane at the contact, as close to the HIP as it allows.
+      // Stays in the tangent plane at the contact, as close to the HIP as possible.
       const double depth = glm::dot(end - p, normal);
       proxy = depth < 0 ? end - depth * normal : p;
       break;
@@ -98,26 +98,26 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& seen, Pr
   return result;
 }
 
-volume::Status PlaneProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+Status PlaneProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
 
-ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                            const ProxyInput& input) const noexcept {
-  const volume::Version& version = *seen.version;
+  const volume::Version& version = *touch_state.version;
   const volume::Frame& frame = version.base().frame;
   const dvec3& hip = input.hip_world;
   ProxyStep result;
   result.normal_world = dvec3(0);
   PlaneMemory& plane = state.plane;
   if (!state.has_proxy) plane = PlaneMemory{};
-  if (plane.age % k_ticks_a_plane == 0) {
-    // The surface nearest along the gradient at the HIP, if the HIP lies in a solid or close to one.
+  if (plane.age % k_ticks_per_plane == 0) {
+    // The surface nearest along the gradient at the HIP, if the HIP is in a solid or close to one.
     const dvec3 p = frame.volume_from_world(hip);
-    const bool had = plane.shape >= 0;
-    const double old = had ? glm::dot(hip - plane.point_world, plane.normal_world) : 0;
+    const bool had_plane = plane.shape >= 0;
+    const double old_height = had_plane ? glm::dot(hip - plane.point_world, plane.normal_world) : 0;
     plane.shape = -1;
     for (std::size_t s = 0; s < scene.items.size() && plane.shape < 0; ++s) {
       const TouchItem& shape = scene.items[s];
-      if (state.around.let_through.contains(static_cast<int>(s))) continue;
+      if (state.around.passable.contains(static_cast<int>(s))) continue;
       const dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
       const double steepness = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
       result.counters.cells += 40;
@@ -129,9 +129,10 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
       plane.point_world = hip - height * normal;
       plane.normal_world = normal;
     }
-    // Step onto the new plane, taken back over the recovery time.
-    plane.recovery =
-        had && plane.shape >= 0 && old < 0 ? old - glm::dot(hip - plane.point_world, plane.normal_world) : 0;
+    // Step onto the new plane, undone over the recovery time.
+    plane.recovery = had_plane && plane.shape >= 0 && old_height < 0
+                         ? old_height - glm::dot(hip - plane.point_world, plane.normal_world)
+                         : 0;
     plane.recovery_left = k_recovery;
   }
   ++plane.age;
@@ -149,11 +150,11 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   return result;
 }
 
-volume::Status GradientProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+Status GradientProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
 
-ProxyStep GradientProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep GradientProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                               const ProxyInput& input) const noexcept {
-  const volume::Version& version = *seen.version;
+  const volume::Version& version = *touch_state.version;
   const volume::Frame& frame = version.base().frame;
   const dvec3& hip = input.hip_world;
   ProxyStep result;
@@ -162,7 +163,7 @@ ProxyStep GradientProxy::step(const TouchScene& scene, const TouchState& seen, P
   const dvec3 p = frame.volume_from_world(hip);
   for (std::size_t s = 0; s < scene.items.size(); ++s) {
     const TouchItem& shape = scene.items[s];
-    if (state.around.let_through.contains(static_cast<int>(s))) continue;
+    if (state.around.passable.contains(static_cast<int>(s))) continue;
     result.counters.cells += 8;
     double depth = shape.field.value(p);
     if (depth < 0) continue;

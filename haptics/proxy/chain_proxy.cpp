@@ -14,22 +14,22 @@ using glm::dvec3;
 
 namespace {
 
-// Voxels of the scene's frame, the finest there are.
-constexpr double k_gap = 2e-3;          // at which balls are kept before walls
-constexpr double k_landing = 1e-3;      // how near to a wall a free way must come
-constexpr double k_near = 0.4;          // walls nearer than this bound a motion
-constexpr double k_worth = 1e-4;        // by which it must be nearer to the hand to move
-constexpr double k_still = 1e-5;        // a tool that moves less has arrived
-constexpr double k_longest_turn = 0.1;  // rad a round
+// In voxels of the scene's frame, the finest of the scene.
+constexpr double k_gap = 2e-3;          // distance that balls keep from walls
+constexpr double k_landing = 1e-3;      // largest distance from a wall at the end of a free motion
+constexpr double k_near = 0.4;          // nearer walls bound a motion
+constexpr double k_worth = 1e-4;        // least gain in distance to the hand for a motion
+constexpr double k_still = 1e-5;        // a smaller motion ends the rounds
+constexpr double k_longest_turn = 0.1;  // rad per round
 constexpr int k_rounds = 8, k_sweeps = 60, k_most_walls = 48;
 
-/// A motion of the tool: of its place, and about it.
+/// A motion of the tool: translation (mm) and rotation about its position.
 struct Twist {
   dvec3 along{0.0}, about{0.0};
   friend Twist operator*(double share, const Twist& t) noexcept { return {share * t.along, share * t.about}; }
 };
 
-/// Bound that a wall near a ball sets to a motion: along . t + about . t >= least.
+/// Bound of a wall near a ball on a motion: along . t + about . t >= least.
 struct Bound {
   dvec3 along, about;
   double least, push = 0;
@@ -37,14 +37,14 @@ struct Bound {
   Wall wall;
 };
 
-// Turns without sines: the same bits on every machine. A turn is given as by turn_between().
+// Rotations without sines: the same bits on every machine. They are represented as by turn_between().
 
-/// Turned by that; of a large one by less.
+/// Returns the rotated orientation; a large rotation is shortened.
 dquat turned(const dquat& q, const dvec3& about) noexcept {
   return glm::normalize(dquat(1, 0.5 * about.x, 0.5 * about.y, 0.5 * about.z) * q);
 }
 
-/// One step of a chain.
+/// One step of a tool of several balls.
 class Chain {
  public:
   Chain(const TouchScene& scene, SceneWalls& walls, ProxyState& state, const ProxyInput& input,
@@ -57,28 +57,28 @@ class Chain {
         voxel_(walls.frame().spacing().x),
         hand_{input.hip_world, unit_of(input.orientation)} {}
 
-  /// On the hand, inside whatever is there.
+  /// Starts at the hand, inside any solid there.
   void begin(const volume::Frame& base) noexcept {
     state_.begin_at(base.volume_from_world(hand_.position_world));
     tool_ = hand_;
-    look_inside();
+    update_balls_inside();
   }
-  /// Matter may have grown: which balls are in it?
-  bool look_inside() noexcept {
+  /// Updates the balls that are in a solid. Returns true if matter grew over a ball.
+  bool update_balls_inside() noexcept {
     const std::uint32_t before = state_.balls_inside;
     state_.balls_inside = 0;
     for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i)
       if (!solids_at(ball(tool_, i)).is_empty()) state_.balls_inside |= 1u << i;
     return (state_.balls_inside & ~before) != 0;
   }
-  /// Continues where it was; one that was set down is turned as the hand is.
-  void go_on(const volume::Frame& base) noexcept {
+  /// Continues from the previous pose; a proxy that was set without rotation takes that of the hand.
+  void resume(const volume::Frame& base) noexcept {
     tool_ = {base.world_from_volume(state_.proxy_volume),
              state_.has_turn ? state_.tool_turn : hand_.rotation};
   }
-  /// A mesh has moved since the tool came to where it is. False: it passed over it.
-  bool give_way(int mesh, const Placement& before, const Placement& now) noexcept;
-  const Placement& here() const noexcept { return tool_; }
+  /// Handles the motion of a mesh since the previous step. Returns false if it passed over the tool.
+  bool yield_to(int mesh, const Placement& previous, const Placement& current) noexcept;
+  const Placement& pose() const noexcept { return tool_; }
   void run(ProxyStep& result) noexcept;
 
  private:
@@ -91,7 +91,8 @@ class Chain {
       if (walls_.is_solid(s, p)) found.flip(s);
     return found;
   }
-  /// mm: of all together, as one. Of a turn by a 4 (1 - cos(a/2)), whose slope turn_between() gives.
+  /// Returns the length of all springs as one, mm. A rotation by a counts 4 (1 - cos(a/2)); turn_between() is
+  /// its derivative.
   double length_of_springs() const noexcept {
     const dvec3 along = hand_.position_world - tool_.position_world,
                 about = turn_between(tool_.rotation, hand_.rotation);
@@ -102,12 +103,12 @@ class Chain {
   void find_bounds() noexcept;
   void add_bound(const Wall& wall, std::size_t ball, const dvec3& p) noexcept;
   Twist solve(const Twist& request) noexcept;
-  double free_share(const Placement& to, Wall& wall, std::size_t& stopped, int but = -1) noexcept;
-  double go(const Twist& t, Wall& wall, std::size_t& stopped) noexcept;
+  double free_share(const Placement& to, Wall& wall, std::size_t& stopped_ball, int skipped = -1) noexcept;
+  double advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noexcept;
   Placement moved(const Twist& by) const noexcept {
     return {tool_.position_world + by.along, turned(tool_.rotation, by.about)};
   }
-  void find_insides() noexcept;
+  void update_inside_flags() noexcept;
 
   const TouchScene& scene_;
   SceneWalls& walls_;
@@ -121,8 +122,8 @@ class Chain {
     Wall wall;
     double size;
   };
-  std::array<Push, k_most_walls> before_;  ///< in the round before
-  int count_ = 0, before_count_ = 0;
+  std::array<Push, k_most_walls> previous_pushes_;  // of the previous round
+  int count_ = 0, previous_count_ = 0;
 };
 
 void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept {
@@ -136,19 +137,19 @@ void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept 
   if (!(room < k_near * voxel_)) return;
   const dvec3 arm = tool_.rotation * scene_.tool_balls[i];
   double push = 0;
-  for (int k = 0; k < before_count_; ++k)
-    if (const Push& one = before_[static_cast<std::size_t>(k)]; one.ball == i && one.wall == wall)
-      push = one.size;
+  for (int k = 0; k < previous_count_; ++k)
+    if (const Push& old = previous_pushes_[static_cast<std::size_t>(k)]; old.ball == i && old.wall == wall)
+      push = old.size;
   bounds_[static_cast<std::size_t>(count_++)] = {
       away, glm::cross(arm, away), std::min(k_gap * voxel_ - room, 0.1 * voxel_), push, i, wall};
 }
 
-/// The walls near the balls, from where the tool is. Each pushes as it did before.
+/// Finds the walls near the balls at the current pose. Each keeps its push of the previous round.
 void Chain::find_bounds() noexcept {
-  before_count_ = std::exchange(count_, 0);
-  for (int k = 0; k < before_count_; ++k) {
+  previous_count_ = std::exchange(count_, 0);
+  for (int k = 0; k < previous_count_; ++k) {
     const Bound& b = bounds_[static_cast<std::size_t>(k)];
-    before_[static_cast<std::size_t>(k)] = {b.ball, b.wall, b.push};
+    previous_pushes_[static_cast<std::size_t>(k)] = {b.ball, b.wall, b.push};
   }
   for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
     const dvec3 p = ball(tool_, i);
@@ -162,49 +163,49 @@ void Chain::find_bounds() noexcept {
   }
 }
 
-/// The motion within the bounds that is nearest to the request: of its dual problem one push after the other,
-/// so often. Those of the round before are where it begins.
+/// Returns the motion within the bounds that is nearest to the request: Gauss-Seidel sweeps over the dual
+/// problem, which start with the pushes of the previous round.
 Twist Chain::solve(const Twist& request) noexcept {
   Twist t = request;
-  const double light = 1 / square_;
+  const double inverse_square = 1 / square_;
   for (int k = 0; k < count_; ++k) {
     const Bound& b = bounds_[static_cast<std::size_t>(k)];
     t.along += b.push * b.along;
-    t.about += (b.push * light) * b.about;
+    t.about += (b.push * inverse_square) * b.about;
   }
   for (int sweep = 0; sweep < k_sweeps; ++sweep) {
     double most = 0;
     for (int k = 0; k < count_; ++k) {
       Bound& b = bounds_[static_cast<std::size_t>(k)];
-      const double weight = 1 + light * glm::dot(b.about, b.about);
-      const double lacks = b.least - glm::dot(b.along, t.along) - glm::dot(b.about, t.about);
-      const double push = std::max(0.0, b.push + lacks / weight), more = push - b.push;
+      const double weight = 1 + inverse_square * glm::dot(b.about, b.about);
+      const double deficit = b.least - glm::dot(b.along, t.along) - glm::dot(b.about, t.about);
+      const double push = std::max(0.0, b.push + deficit / weight), change = push - b.push;
       b.push = push;
-      t.along += more * b.along;
-      t.about += (more * light) * b.about;
-      most = std::max(most, std::abs(more));
+      t.along += change * b.along;
+      t.about += (change * inverse_square) * b.about;
+      most = std::max(most, std::abs(change));
     }
     if (most < 0.1 * k_still * voxel_) break;
   }
   return t;
 }
 
-/// Free part of the balls' straight ways to where they are in `to`; what stops the first of them. `but`: a
-/// shape that is not asked.
-double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped, int but) noexcept {
+/// Returns the free part of the balls' straight motions to their positions in `to`, and the first wall with
+/// its ball. `skipped`: a shape that is not tested.
+double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped_ball, int skipped) noexcept {
   double least = 1;
   for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
     const dvec3 a = ball(tool_, i), b = ball(to, i);
     if (a == b) continue;
     ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(a) : ShapeSet{};
-    const Reach reach = walls_.reach(a, b, inside, k_landing * voxel_, but);
-    if (reach.is_blocked && reach.t < least) least = reach.t, wall = reach.wall, stopped = i;
+    const Reach reach = walls_.reach(a, b, inside, k_landing * voxel_, skipped);
+    if (reach.is_blocked && reach.t < least) least = reach.t, wall = reach.wall, stopped_ball = i;
   }
   return least;
 }
 
-/// Who has left what it was in, or is now in what holds nothing.
-void Chain::find_insides() noexcept {
+/// Updates the flags of balls that have left a solid, or entered one that does not block.
+void Chain::update_inside_flags() noexcept {
   bool may_enter = false;
   for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
     may_enter = may_enter || (!walls_.is_mesh(s) && !walls_.holds(s, Side::front));
@@ -216,12 +217,13 @@ void Chain::find_insides() noexcept {
   }
 }
 
-/// Along a motion as far as every ball's way is proven free; gives its share. `wall`: what stopped a ball.
-double Chain::go(const Twist& t, Wall& wall, std::size_t& stopped) noexcept {
+/// Moves along `t` as far as every ball's motion is proven free. Returns the share; `wall`: the wall that
+/// stopped a ball.
+double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noexcept {
   double share = 1;
-  for (int again = 0; again < 4; ++again) {  // a shorter motion is another one: it is proven too
+  for (int again = 0; again < 4; ++again) {  // a shorter motion is a different one, and is proven too
     const Placement to = moved(share * t);
-    const double free = free_share(to, wall, stopped);
+    const double free = free_share(to, wall, stopped_ball);
     if (free == 1) {
       tool_ = to;
       return share;
@@ -232,44 +234,44 @@ double Chain::go(const Twist& t, Wall& wall, std::size_t& stopped) noexcept {
   return 0;
 }
 
-bool Chain::give_way(int mesh, const Placement& before, const Placement& now) noexcept {
+bool Chain::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
   constexpr int k_most_pushes = 8;
   const MeshTree& tree = walls_.tree_of(mesh);
   const bool is_front = walls_.holds(mesh, Side::front), is_back = walls_.holds(mesh, Side::back);
   const double hair = 1e-5 * voxel_;
-  // The ball that the mesh would pass over first, and the way that it is pushed then.
-  const auto passed_over = [&](const Placement& to, dvec3& push) {
+  // Finds the ball that the mesh would pass over first, and the push that prevents it.
+  const auto find_push = [&](const Placement& to, dvec3& push) {
     bool is_any = false;
     double first = 2;
     for (const dvec3& at : scene_.tool_balls) {
-      const dvec3 a = before.local_from_world(tool_.world_from_local(at)),
-                  b = now.local_from_world(to.world_from_local(at));
+      const dvec3 a = previous.local_from_world(tool_.world_from_local(at)),
+                  b = current.local_from_world(to.world_from_local(at));
       FacetHit hit;
       if (!tree.cast(a, b, scene_.tool_radius, is_front, is_back, hit, counters_.triangles) || hit.t >= first)
         continue;
       is_any = true;
       first = hit.t;
-      const dvec3 normal = now.rotation * hit.normal_world;
-      const dvec3 contact = now.world_from_local(a + hit.t * (b - a));
+      const dvec3 normal = current.rotation * hit.normal_world;
+      const dvec3 contact = current.world_from_local(a + hit.t * (b - a));
       push = (std::max(0.0, glm::dot(contact - to.world_from_local(at), normal)) + hair) * normal;
     }
     return is_any;
   };
   dvec3 push(0);
-  if (!passed_over(tool_, push)) return true;
-  const auto go_there = [&](const Placement& to) {
+  if (!find_push(tool_, push)) return true;
+  const auto try_pose = [&](const Placement& to) {
     Wall wall;
-    std::size_t stopped = 0;
-    if (free_share(to, wall, stopped, mesh) < 1) return false;
+    std::size_t stopped_ball = 0;
+    if (free_share(to, wall, stopped_ball, mesh) < 1) return false;
     tool_ = to;
     return true;
   };
-  if (Placement along = now * before.inverse() * tool_;
-      go_there({along.position_world, unit_of(along.rotation)}))
+  if (Placement along = current * previous.inverse() * tool_;
+      try_pose({along.position_world, unit_of(along.rotation)}))
     return true;
   Placement to = tool_;
   for (int i = 0; i < k_most_pushes; ++i) {
-    if (!passed_over(to, push)) return go_there(to);
+    if (!find_push(to, push)) return try_pose(to);
     to.position_world += push;
   }
   return false;
@@ -279,33 +281,33 @@ void Chain::run(ProxyStep& result) noexcept {
   double farthest = 0;
   for (const dvec3& at : scene_.tool_balls) farthest = std::max(farthest, glm::length(at));
   Wall wall;
-  std::size_t stopped = 0;
+  std::size_t stopped_ball = 0;
   double share = 1;
-  // Every place on the way is free, and so is the way back to each: it ends at the best. One that is no
-  // better than where it began does not count, or a tool at rest would go round and round between its walls.
+  // Every pose on the path is free, and so is the return to it: the step ends at the best one. A gain below
+  // k_worth does not count, or a tool at rest would oscillate between its walls.
   Placement best = tool_;
   double least = length_of_springs() - k_worth * voxel_;
   for (int round = 0; round < k_rounds; ++round) {
     ++result.counters.iterations;
     find_bounds();
-    if (share < 1) add_bound(wall, stopped, ball(tool_, stopped));
+    if (share < 1) add_bound(wall, stopped_ball, ball(tool_, stopped_ball));
     Twist t =
         solve({hand_.position_world - tool_.position_world, turn_between(tool_.rotation, hand_.rotation)});
-    // Turned by little, so that balls go nearly straight.
+    // Limits the rotation, so that balls move nearly straight.
     const double turn = glm::length(t.about);
     const bool is_whole = turn <= k_longest_turn;
     if (!is_whole) t = (k_longest_turn / turn) * t;
     if (!(glm::length(t.along) + farthest * glm::length(t.about) > k_still * voxel_)) break;
     const bool was_stuck = share == 0;
-    share = go(t, wall, stopped);
+    share = advance(t, wall, stopped_ball);
     if (const double length = length_of_springs(); length < least) best = tool_, least = length;
     if ((share == 0 && was_stuck) || (share == 1 && is_whole && count_ == 0)) break;
   }
   tool_ = best;
-  find_insides();
+  update_inside_flags();
   result.turn_world = turn_between(hand_.rotation, tool_.rotation);
 
-  // Who pushes: the walls of the last round.
+  // Reports the walls that pushed in the last round.
   const Bound* hardest = nullptr;
   dvec3 sum(0);
   for (int k = 0; k < count_; ++k) {
@@ -319,7 +321,7 @@ void Chain::run(ProxyStep& result) noexcept {
   const dvec3 back = tool_.position_world - hand_.position_world;
   if (back == dvec3(0) && result.turn_world == dvec3(0)) return;
   if (hardest == nullptr) {
-    // Flat matter without a normal: held where it is, facing back along the way.
+    // Flat matter without a normal: the tool stays, with the normal back along the motion.
     if (share < 1 && back != dvec3(0))
       result.set_contact(wall.shape, side_of(wall.is_back), glm::normalize(back));
     return;
@@ -331,51 +333,54 @@ void Chain::run(ProxyStep& result) noexcept {
 
 }  // namespace
 
-volume::Status ChainProxy::prepare(const TouchScene& scene) {
+Status ChainProxy::prepare(const TouchScene& scene) {
   if (scene.tool_balls.empty())
-    return volume::Error{"this method is for tools of several balls", "method", "one ball, or a point",
-                         "a tool of two balls or more", "use method subvoxel"};
-  if (volume::Status error = check_offsets(scene, true)) return error;
+    return Error{.what = "this method is for tools of several balls",
+                 .where = "method",
+                 .found = "one ball, or a point",
+                 .expected = "a tool of two balls or more",
+                 .remedy = "use method subvoxel"};
+  if (Status error = check_offsets(scene, true)) return error;
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();
   return std::nullopt;
 }
 
-ProxyStep ChainProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep ChainProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                            const ProxyInput& input) const noexcept {
-  const volume::Frame& base = seen.version->base().frame;
+  const volume::Frame& base = touch_state.version->base().frame;
   ProxyStep result;
   result.normal_world = dvec3(0);
   Surroundings& around = state.around;
   for (int s = 0; s < item_count(scene); ++s) around.near.set(s, true);  // tools are long
-  around.fresh = ShapeSet{};  // a ball of some size that lies a little in a new model is pushed out of it
-  // Meshes move one after the other; each is met where those before it are by now.
-  layout_.adopt_sets(scene, seen, input, around);
-  const auto now = layout_.placements_of(scene, seen, input);
-  auto moving = state.has_proxy && around.has_placements ? around.placements : now;
-  SceneWalls walls(scene, layout_, seen, state, moving, result.counters);
+  around.fresh = ShapeSet{};  // a ball that overlaps a new model is pushed out of it
+  // Meshes move one after another; each meets those before it at their current placement.
+  layout_.adopt_sets(scene, touch_state, input, around);
+  const auto current = layout_.placements_of(scene, touch_state, input);
+  auto moving = state.has_proxy && around.has_placements ? around.placements : current;
+  SceneWalls walls(scene, layout_, touch_state, state, moving, result.counters);
   Chain chain(scene, walls, state, input, result.counters);
   const bool is_new = !state.has_proxy;
   bool is_passed_over = false;
   if (!is_new) {
-    chain.go_on(base);
-    if (state.version != seen.version->serial()) result.is_buried = chain.look_inside();
-    for (std::size_t m = 0; m < now.size(); ++m)
-      if (const Placement before = std::exchange(moving[m], now[m]);
-          before != now[m] && layout_.movers()[m] >= 0)
-        is_passed_over = !chain.give_way(layout_.movers()[m], before, now[m]) || is_passed_over;
+    chain.resume(base);
+    if (state.version != touch_state.version->serial()) result.is_buried = chain.update_balls_inside();
+    for (std::size_t m = 0; m < current.size(); ++m)
+      if (const Placement before = std::exchange(moving[m], current[m]);
+          before != current[m] && layout_.movers()[m] >= 0)
+        is_passed_over = !chain.yield_to(layout_.movers()[m], before, current[m]) || is_passed_over;
   }
-  around.placements = now;
+  around.placements = current;
   around.has_placements = true;
   if (is_new || result.is_buried)
     chain.begin(base);
   else
     chain.run(result);
   result.is_buried = result.is_buried || is_passed_over;
-  result.proxy_world = chain.here().position_world;
-  state.version = seen.version->serial();
-  state.tool_turn = chain.here().rotation;
+  result.proxy_world = chain.pose().position_world;
+  state.version = touch_state.version->serial();
+  state.tool_turn = chain.pose().rotation;
   state.has_turn = true;
   state.proxy_volume = base.volume_from_world(result.proxy_world);
   state.had_contact = result.has_contact;

@@ -4,8 +4,8 @@
 #include "haptics/proxy/friction.h"
 #include "haptics/walls/cell_cast.h"
 #include "haptics/walls/solid_grid.h"
-#include "volume/local_net.h"
-#include "volume/marching_cubes.h"
+#include "volume/surface/local_net.h"
+#include "volume/surface/marching_cubes.h"
 
 namespace trephine::haptics {
 
@@ -14,14 +14,14 @@ using glm::ivec3;
 
 namespace {
 
-/// Casts ways against the surfaces of all shapes, in the grid's frame. `Local`: makes the triangles of a
+/// Casts motions against the surfaces of all shapes, in the grid's frame. `Local` makes the triangles of a
 /// cell.
 template <class Grid, template <class> class Local>
 class SurfaceCaster {
  public:
-  SurfaceCaster(const TouchScene& scene, const Grid& grid, const ShapeSet& let_through,
+  SurfaceCaster(const TouchScene& scene, const Grid& grid, const ShapeSet& passable,
                 ProxyCounters& counters) noexcept
-      : scene_(scene), grid_(grid), let_through_(let_through), counters_(counters) {}
+      : scene_(scene), grid_(grid), passable_(passable), counters_(counters) {}
 
   bool operator()(const dvec3& a, const dvec3& b, FacetHit& hit) const noexcept {
     if (a == b) return false;
@@ -30,17 +30,17 @@ class SurfaceCaster {
     return is_hit;
   }
 
-  /// Does p lie behind the surface of the shape?
+  /// Returns true if p is behind the surface of the shape.
   bool is_behind(int s, const dvec3& p) const noexcept { return is_behind_cells(surface_of(s), p); }
 
  private:
   using Surface = Local<typename Grid::Samples>;
   Surface surface_of(int s) const noexcept { return Surface(grid_.samples(static_cast<std::size_t>(s))); }
 
-  /// `is_hit`: another shape was met at hit.t; only what is nearer counts.
+  /// `is_hit`: another shape was met at hit.t, and only a nearer hit counts.
   bool cast(int s, const dvec3& a, const dvec3& b, FacetHit& hit, bool is_hit) const noexcept {
-    const bool is_front = holds(scene_, let_through_, s, Side::front),
-               is_back = holds(scene_, let_through_, s, Side::back);
+    const bool is_front = holds(scene_, passable_, s, Side::front),
+               is_back = holds(scene_, passable_, s, Side::back);
     if (!is_front && !is_back) return is_hit;
     const auto shape = static_cast<std::size_t>(s);
     const auto empty_box = [&](const ivec3& cell) {
@@ -55,7 +55,7 @@ class SurfaceCaster {
 
   const TouchScene& scene_;
   const Grid& grid_;
-  const ShapeSet& let_through_;
+  const ShapeSet& passable_;
   ProxyCounters& counters_;
 };
 
@@ -64,15 +64,16 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
                        const ProxyInput& input, ProxyState& state, ProxyStep& result) noexcept {
   const volume::Frame& frame = grid.frame();
   const dvec3 hip = frame.volume_from_world(input.hip_world);
-  const ShapeSet let_through = state.around.let_through;
-  const SurfaceCaster<Grid, Local> caster(scene, grid, let_through, result.counters);
+  const ShapeSet passable = state.around.passable;
+  const SurfaceCaster<Grid, Local> caster(scene, grid, passable, result.counters);
 
-  // The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
+  // The first step, and one in which matter has grown over the proxy, start at the HIP, inside any solid
+  // there.
   bool is_fresh = !state.has_proxy;
   if (!is_fresh && state.version != serial)
     for (int s = 0; s < static_cast<int>(scene.items.size()); ++s) {
       const bool was = state.inside.contains(s), is_now = caster.is_behind(s, state.proxy_volume);
-      if (was != is_now && holds(scene, state.around.let_through, s, side_of(was)))
+      if (was != is_now && holds(scene, state.around.passable, s, side_of(was)))
         result.is_buried = is_fresh = true;
     }
   if (is_fresh) {
@@ -96,7 +97,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
   end_with_friction(frame, scene, input.hip_world, landing, &facets, is_blocked, state, result);
   const dvec3& proxy = state.proxy_volume;
   state.version = serial;
-  // Inside only where a side does not hold; looked at when the proxy moved without contact.
+  // The proxy can be inside only through a side that does not block; tested if it moved without contact.
   if (proxy != before && (!state.inside.is_empty() || !result.has_contact)) {
     for (int s = 0; s < static_cast<int>(scene.items.size()); ++s)
       state.inside.set(s, caster.is_behind(s, proxy));
@@ -105,38 +106,41 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
 
 }  // namespace
 
-bool is_behind_triangles(const TouchScene& scene, const TouchState& seen, std::size_t shape,
+bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state, std::size_t shape,
                          const dvec3& place) noexcept {
   ProxyCounters counters;
-  const ShapeSet none;
+  const ShapeSet no_shapes;
   const auto is_behind = [&](const auto& grid, const dvec3& p) {
     using Grid = std::decay_t<decltype(grid)>;
     const int s = static_cast<int>(shape);
-    return SurfaceCaster<Grid, volume::LocalNet>(scene, grid, none, counters).is_behind(s, p) ||
-           SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, none, counters).is_behind(s, p);
+    return SurfaceCaster<Grid, volume::LocalNet>(scene, grid, no_shapes, counters).is_behind(s, p) ||
+           SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, no_shapes, counters).is_behind(s, p);
   };
-  if (scene.tool_radius <= 0) return is_behind(VoxelGrid(scene, *seen.version), place);
-  const OffsetGrid grid(scene, seen);
-  return is_behind(grid, grid.frame().volume_from_world(seen.version->base().frame.world_from_volume(place)));
+  if (scene.tool_radius <= 0) return is_behind(VoxelGrid(scene, *touch_state.version), place);
+  const OffsetGrid grid(scene, touch_state);
+  return is_behind(
+      grid, grid.frame().volume_from_world(touch_state.version->base().frame.world_from_volume(place)));
 }
 
-volume::Status ExplicitProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_touchable(scene, true)) return error;
+Status ExplicitProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_touchable(scene, true)) return error;
   if (scene.smallest_burr <= 0) return std::nullopt;
-  // Triangles span voxels: a hole narrower than a voxel is long does not show in them.
+  // Triangles span voxels: they do not show a hole narrower than the longest voxel edge.
   const glm::dvec3& spacing = scene.base->frame.spacing();
   return check_smallest_burr(scene, std::max({spacing.x, spacing.y, spacing.z}));
 }
 
-ProxyStep ExplicitProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep ExplicitProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                               const ProxyInput& input) const noexcept {
-  return step_on_grid(
-      scene, seen, state, input, [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
-        if (surface_ == Surface::net)
-          step_on_triangles<volume::LocalNet>(scene, grid, seen.version->serial(), input, on_grid, result);
-        else
-          step_on_triangles<volume::LocalCubes>(scene, grid, seen.version->serial(), input, on_grid, result);
-      });
+  return step_on_grid(scene, touch_state, state, input,
+                      [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
+                        if (surface_ == Surface::net)
+                          step_on_triangles<volume::LocalNet>(scene, grid, touch_state.version->serial(),
+                                                              input, on_grid, result);
+                        else
+                          step_on_triangles<volume::LocalCubes>(scene, grid, touch_state.version->serial(),
+                                                                input, on_grid, result);
+                      });
 }
 
 }  // namespace trephine::haptics

@@ -12,17 +12,17 @@ FrictionLoad friction_load(const HoldingWalls& walls, const dvec3& pull) noexcep
   const auto normal = [&](int i) -> const dvec3& { return walls.normals[static_cast<std::size_t>(i)]; };
   const auto friction = [&](int i) { return walls.friction[static_cast<std::size_t>(i)]; };
   const double tolerance = 1e-9 * glm::length(pull);
-  // The rest must press on none of the walls that are left out.
-  const auto is_rest = [&](const dvec3& rest) {
+  // The remainder must not press on any wall that is left out.
+  const auto is_remainder = [&](const dvec3& remainder) {
     for (int k = 0; k < walls.count; ++k)
-      if (glm::dot(rest, normal(k)) > tolerance) return false;
+      if (glm::dot(remainder, normal(k)) > tolerance) return false;
     return true;
   };
   for (int i = 0; i < walls.count; ++i) {
     const double press = glm::dot(pull, normal(i));
     if (press <= 0) continue;
-    const dvec3 rest = pull - press * normal(i);
-    if (is_rest(rest)) return {glm::length(rest), friction(i) * press};
+    const dvec3 remainder = pull - press * normal(i);
+    if (is_remainder(remainder)) return {glm::length(remainder), friction(i) * press};
   }
   for (int i = 0; i < walls.count; ++i)
     for (int j = i + 1; j < walls.count; ++j) {
@@ -31,8 +31,8 @@ FrictionLoad friction_load(const HoldingWalls& walls, const dvec3& pull) noexcep
       const double pi = glm::dot(pull, normal(i)), pj = glm::dot(pull, normal(j));
       const double a = (pi - c * pj) / s, b = (pj - c * pi) / s;
       if (a < 0 || b < 0) continue;
-      const dvec3 rest = pull - a * normal(i) - b * normal(j);
-      if (is_rest(rest)) return {glm::length(rest), friction(i) * a + friction(j) * b};
+      const dvec3 remainder = pull - a * normal(i) - b * normal(j);
+      if (is_remainder(remainder)) return {glm::length(remainder), friction(i) * a + friction(j) * b};
     }
   for (int i = 0; i < walls.count; ++i)
     for (int j = i + 1; j < walls.count; ++j)
@@ -69,39 +69,39 @@ dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene, 
   };
   const int first = std::min(landing, step.waypoint_count - 1);
   const dvec3 spacing = frame.spacing();
-  // Legs as short as the gap before facets are no slide.
-  const double still = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});
+  // Legs as short as the gap before facets do not count as a slide.
+  const double least_slide = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});
   bool may_stick = is_sticking;
   is_sticking = false;
-  double gone = 0;
+  double slid = 0;
   for (int i = first; i + 1 < step.waypoint_count; ++i) {
     const LegFacets& leg = facets[static_cast<std::size_t>(i)];
-    const dvec3 begin = waypoint(i), way = waypoint(i + 1) - begin;
-    const double length = glm::length(frame.vector_world_from_volume(way));
-    const bool is_short = gone + length < still && i + 2 < step.waypoint_count;
+    const dvec3 begin = waypoint(i), motion = waypoint(i + 1) - begin;
+    const double length = glm::length(frame.vector_world_from_volume(motion));
+    const bool is_short = slid + length < least_slide && i + 2 < step.waypoint_count;
     if (const FrictionLoad load = load_at(leg, begin, may_stick); !is_short && load.is_held()) {
-      is_sticking = gone < still && load.is_at_rest(may_stick);
+      is_sticking = slid < least_slide && load.is_at_rest(may_stick);
       step.waypoint_count = i + 1;
       return begin;
     }
     const auto excess = [&](double t) {
-      const FrictionLoad load = load_at(leg, begin + t * way, false);
+      const FrictionLoad load = load_at(leg, begin + t * motion, false);
       return load.along - load.limit;
     };
     if (!is_short && excess(1) <= 0) {
-      // Along one facet or one groove the load falls steadily.
+      // Along one facet or one groove the load decreases monotonically.
       double low = 0, high = 1;
       constexpr int k_halvings = 20;
       for (int k = 0; k < k_halvings; ++k) {
         const double middle = 0.5 * (low + high);
         (excess(middle) > 0 ? low : high) = middle;
       }
-      waypoint(i + 1) = begin + high * way;
+      waypoint(i + 1) = begin + high * motion;
       step.waypoint_count = i + 2;
       return waypoint(i + 1);
     }
     if (!is_short) may_stick = false;
-    gone += length;
+    slid += length;
   }
   return waypoint(step.waypoint_count - 1);
 }
@@ -121,16 +121,16 @@ dvec3 apply_friction(const volume::Frame& frame, const Material& material, const
     step.waypoint_count = first + 1;
     return waypoint(first);
   }
-  double back = material.dynamic_friction * depth;
-  while (step.waypoint_count - 1 > first && back > 0) {
+  double retreat = material.dynamic_friction * depth;
+  while (step.waypoint_count - 1 > first && retreat > 0) {
     dvec3& end = waypoint(step.waypoint_count - 1);
     const dvec3 begin = waypoint(step.waypoint_count - 2);
     const double length = tangential(frame.vector_world_from_volume(end - begin));
-    if (length > back) {
-      end = begin + (1 - back / length) * (end - begin);
+    if (length > retreat) {
+      end = begin + (1 - retreat / length) * (end - begin);
       break;
     }
-    back -= length;
+    retreat -= length;
     --step.waypoint_count;
   }
   return waypoint(step.waypoint_count - 1);

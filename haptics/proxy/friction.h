@@ -1,11 +1,12 @@
-// Coulomb friction: the pull of the hand on the proxy stays within the cone of the walls that hold it there.
+// friction_load(): Coulomb friction: the pull of the hand on the proxy stays within the cone of the walls
+// that stop it.
 #pragma once
 
 #include "haptics/proxy/proxy_method.h"
 
 namespace trephine::haptics {
 
-/// The walls that hold a tool at one place.
+/// Walls that stop a tool at one point.
 struct HoldingWalls {
   static constexpr int k_most = 6;
   int count = 0;
@@ -19,33 +20,33 @@ struct HoldingWalls {
   }
 };
 
-/// The parts of a pull (mm of the spring's stretch, from the proxy to the HIP) at some walls: along them, and
-/// how much of that their friction bears.
+/// Parts of a pull on some walls, in mm of the spring's stretch from the proxy to the HIP: along them, and
+/// the limit up to which their friction holds.
 struct FrictionLoad {
   double along = 0, limit = 0;
   bool is_held() const noexcept { return along <= limit; }
-  /// Does a tool that slid before stick again? A slide ends on the cone, from which it goes on in the next
-  /// step: only what is clearly inside has come to rest.
+  /// Returns true if a tool that slid before sticks again. A slide ends on the cone, from where it continues
+  /// in the next step: only a load clearly inside has come to rest.
   bool is_at_rest(bool was_sticking) const noexcept {
     constexpr double k_rest = 0.98;
     return along <= (was_sticking ? 1 : k_rest) * limit;
   }
 };
 
-/// Splits a pull into what presses on each wall (the least sum of normals, none of them pulling, that leaves
-/// the shortest rest) and the rest, along all of them. Each wall bears its own coefficient times its own
-/// press: in a groove both count.
+/// Splits a pull into the pressures on the walls (the least sum of normals, without pulling ones, that leaves
+/// the shortest remainder) and the remainder, along all of them. Each wall holds its own coefficient times
+/// its own pressure: in a groove both count.
 FrictionLoad friction_load(const HoldingWalls& walls, const glm::dvec3& pull) noexcept;
 
-/// For methods on voxels: shortens step.path_volume (its end is the frictionless proxy) so that the
+/// For methods on voxels: shortens step.path_volume, which ends at the frictionless proxy, so that the
 /// tangential spring force stays within the cone of `material` at the normal of the path's end. Returns the
-/// new proxy: a waypoint, or a point inside the last leg left, which the caller checks again, since rounding
-/// may have moved it across a voxel's face. The legs up to waypoint `landing` led down to the surface and
-/// stay. Call while contact lasts, not on its first step.
+/// new proxy: a waypoint, or a point inside the last leg, which the caller checks again, since rounding may
+/// have moved it across a voxel's face. The legs up to waypoint `landing` lead down to the surface and stay.
+/// Call while contact lasts, not in its first step.
 glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, const glm::dvec3& hip_world,
                           int landing, ProxyStep& step, bool& is_sticking) noexcept;
 
-/// The facets on which a leg of a path lies.
+/// Facets along which a leg of a path leads.
 struct LegFacets {
   int count = 0;
   static constexpr int k_most = 3;
@@ -66,20 +67,20 @@ struct LegFacets {
 /// Facets of the legs that begin at each waypoint of a path.
 using PathFacets = std::array<LegFacets, k_max_waypoints>;
 
-/// For methods on facets, along which legs are straight: the first place of the path, from waypoint `landing`
-/// on, at which the facets of its leg hold the pull. Shortens the path to it and returns it, to be checked
-/// again as above.
+/// For methods on facets, with straight legs: finds the first point of the path, from waypoint `landing` on,
+/// at which the facets of its leg hold the pull. Shortens the path to it and returns it, to be checked again
+/// as above.
 glm::dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene,
                                 const glm::dvec3& hip_world, int landing, const PathFacets& facets,
                                 ProxyStep& step, bool& is_sticking) noexcept;
 
-/// The landing for methods whose first leg leads down to the surface where that fell away from under the
-/// proxy: 1 when it is longer than a tenth of a voxel, twice what a step may lift the proxy; else 0.
+/// Returns the landing for methods that lead their first leg down to a surface that fell away from under the
+/// proxy: 1 if the leg is longer than a tenth of a voxel, twice the lift of a step; else 0.
 int landing_of_first_leg(const ProxyStep& step) noexcept;
 
-/// Ends a step at its path's last waypoint: friction along the way to it, a last look at the leg that
-/// friction shortened, and the state for the next step. `is_blocked(a, b)`: does a wall stop the way from a
-/// to b (volume frame)? `facets`: of the path's legs; null for methods on voxels.
+/// Ends a step at its path's last waypoint: applies friction along the path, tests the leg that friction
+/// shortened, and sets the state for the next step. `is_blocked(a, b)`: true if a wall stops the motion from
+/// a to b (volume frame). `facets`: of the path's legs; null for methods on voxels.
 template <class IsBlocked>
 void end_with_friction(const volume::Frame& frame, const TouchScene& scene, const glm::dvec3& hip_world,
                        int landing, const PathFacets* facets, IsBlocked&& is_blocked, ProxyState& state,
@@ -89,7 +90,7 @@ void end_with_friction(const volume::Frame& frame, const TouchScene& scene, cons
     proxy = facets ? apply_facet_friction(frame, scene, hip_world, landing, *facets, step, state.is_sticking)
                    : apply_friction(frame, material_of(scene, step.shape, step.side), hip_world, landing,
                                     step, state.is_sticking);
-    // A leg that friction shortened ends where rounding put it: look again.
+    // Rounding may have moved the end of a leg that friction shortened: it is tested again.
     if (const int last = step.waypoint_count - 1; last > 0) {
       const glm::dvec3 begin = step.path_volume[static_cast<std::size_t>(last - 1)];
       if (is_blocked(begin, proxy)) {

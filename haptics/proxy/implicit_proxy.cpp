@@ -11,30 +11,30 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_margin = 0x1p-10;  // voxels: how far before a wall the proxy stops
-constexpr double k_lift = 0.05;  // voxels: step off along the normal, so that it climbs the stairs of a slope
+constexpr double k_margin = 0x1p-10;  // voxels: distance that the proxy keeps from a wall
+constexpr double k_lift = 0.05;       // voxels: step off along the normal, to climb the stairs of a slope
 
-/// The point of the way in the last free voxel, just before the wall. Inside that voxel's cube by
+/// Returns the point of the motion in the last free voxel, just before the wall. Inside that voxel's cube by
 /// construction.
-dvec3 stop_before(const dvec3& start, const dvec3& end, const WayEnd& hit) noexcept {
+dvec3 stop_before(const dvec3& start, const dvec3& end, const MotionEnd& hit) noexcept {
   dvec3 p = start + hit.t * (end - start);
   for (int a = 0; a < 3; ++a)
     p[a] = std::clamp(p[a], hit.before[a] - 0.5 + k_margin, hit.before[a] + 0.5 - k_margin);
   return p;
 }
 
-/// Moves from `start` toward `end`; stops short where something is in the way. The result was traversed.
+/// Moves from `start` toward `end`; stops short if a wall blocks. The resulting motion was traversed.
 template <class Grid>
 dvec3 guarded_move(const TouchScene& scene, const Grid& grid, const dvec3& start, dvec3 end,
-                   const ShapeSet& let_through, ShapeSet& inside, ProxyCounters& counters) noexcept {
+                   const ShapeSet& passable, ShapeSet& inside, ProxyCounters& counters) noexcept {
   for (int attempt = 0; attempt < 3; ++attempt) {
     ShapeSet after = inside;
-    const WayEnd way = find_barrier(scene, grid, start, end, let_through, after, counters);
-    if (!way.is_blocked) {
+    const MotionEnd barrier = find_barrier(scene, grid, start, end, passable, after, counters);
+    if (!barrier.is_blocked) {
       inside = after;
       return end;
     }
-    end = start + (0.5 * way.t) * (end - start);
+    end = start + (0.5 * barrier.t) * (end - start);
   }
   return start;
 }
@@ -50,8 +50,8 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
   ShapeSet inside = state.inside;
   int best_count = 1;
   double best_energy = 1e300;
-  // The newest waypoint, if it is nearer than all before.
-  const auto is_nearer = [&](const dvec3& p) {
+  // Records the newest waypoint if it is nearer than all before. Returns true then.
+  const auto record_if_nearer = [&](const dvec3& p) {
     const double energy = squared_mm(frame, p, hip);
     if (energy >= best_energy) return false;
     best_energy = energy;
@@ -60,39 +60,39 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
   };
   for (int i = 0; i < iterations; ++i) {
     ++result.counters.iterations;
-    const WayEnd way =
-        find_barrier(scene, grid, start, target, state.around.let_through, inside, result.counters);
-    if (!way.is_blocked) {
+    const MotionEnd barrier =
+        find_barrier(scene, grid, start, target, state.around.passable, inside, result.counters);
+    if (!barrier.is_blocked) {
       result.add_waypoint(target);
-      is_nearer(target);
+      record_if_nearer(target);
       break;
     }
 
-    // To the wall: in the last free voxel. Only a bend out of the traversed way needs a look.
-    dvec3 p = stop_before(start, target, way);
-    if (volume::voxel_of(start) != way.before)
-      p = guarded_move(scene, grid, start, p, state.around.let_through, inside, result.counters);
-    // The plane of the wall, facing the proxy; a normal along the motion would pull it through.
-    dvec3 normal = grid.normal(static_cast<std::size_t>(way.shape), p, result.counters.cells);
-    if (way.is_back) normal = -normal;
+    // To the wall: in the last free voxel. Only a deviation from the traversed motion needs a test.
+    dvec3 p = stop_before(start, target, barrier);
+    if (volume::voxel_of(start) != barrier.before)
+      p = guarded_move(scene, grid, start, p, state.around.passable, inside, result.counters);
+    // The plane of the wall, facing the proxy; a normal along the motion would pull the proxy through.
+    dvec3 normal = grid.normal(static_cast<std::size_t>(barrier.shape), p, result.counters.cells);
+    if (barrier.is_back) normal = -normal;
     const dvec3 p_world = frame.world_from_volume(p);
-    if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = facet_normal(frame, way.face);
-    if (!result.has_contact) result.set_contact(way.shape, side_of(way.is_back), normal);
-    // Off the wall along the normal, as far as it is free.
+    if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = facet_normal(frame, barrier.face);
+    if (!result.has_contact) result.set_contact(barrier.shape, side_of(barrier.is_back), normal);
+    // Off the wall along the normal, as far as that is free.
     result.add_waypoint(p);
     const dvec3 direction = frame.vector_volume_from_world(normal);
     const dvec3 lifted = p + (k_lift / glm::length(direction)) * direction;
     start = volume::voxel_of(lifted) == volume::voxel_of(p)
                 ? lifted
-                : guarded_move(scene, grid, p, lifted, state.around.let_through, inside, result.counters);
+                : guarded_move(scene, grid, p, lifted, state.around.passable, inside, result.counters);
     result.add_waypoint(start);
-    if (is_nearer(start)) result.set_contact(way.shape, side_of(way.is_back), normal);
+    if (record_if_nearer(start)) result.set_contact(barrier.shape, side_of(barrier.is_back), normal);
     const double depth = glm::dot(input.hip_world - p_world, normal);
-    if (depth >= 0) break;  // the HIP is on the free side of this wall: nothing to slide to
+    if (depth >= 0) break;  // the HIP is on the free side of this wall: no slide
     target = frame.volume_from_world(input.hip_world - depth * normal);
   }
 
-  // The nearest candidate, then friction along the way to it.
+  // Ends at the nearest candidate, with friction along the path to it.
   result.waypoint_count = best_count;
   end_on_cubes(scene, grid, input.hip_world, landing_of_first_leg(result), state, result);
 }
@@ -102,14 +102,14 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
 ImplicitProxy::ImplicitProxy(int iterations) noexcept
     : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
 
-volume::Status ImplicitProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+Status ImplicitProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_burr_opens_voxels(scene)) return error;
   return check_touchable(scene, true);
 }
 
-ProxyStep ImplicitProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep ImplicitProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                               const ProxyInput& input) const noexcept {
-  return step_on_grid(scene, seen, state, input,
+  return step_on_grid(scene, touch_state, state, input,
                       [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
                         step_on_cubes(scene, grid, iterations_, input, on_grid, result);
                       });

@@ -13,14 +13,14 @@ using glm::ivec3;
 namespace {
 
 constexpr int k_max_nodes = 192;      // voxels a search may open
-constexpr int k_max_idle = 24;        // opened in a row without getting nearer: the target cannot be reached
-constexpr int k_max_length = 24;      // voxels a path may be long
-constexpr double k_margin = 0x1p-10;  // voxels: how far before a wall the proxy stops
+constexpr int k_max_idle = 24;        // voxels opened in a row without progress: the target is unreachable
+constexpr int k_max_length = 24;      // voxels: the longest path
+constexpr double k_margin = 0x1p-10;  // voxels: distance that the proxy keeps from a wall
 
-/// One voxel reached by a search.
+/// A voxel reached by a search.
 struct Node {
   ivec3 voxel;
-  float cost, estimate;  ///< mm so far; and all the way
+  float cost, estimate;  ///< mm, so far and of the whole path
   std::int16_t parent;
   std::int16_t length;
   bool is_closed;
@@ -30,13 +30,13 @@ struct Node {
 template <class Grid>
 class VoxelSearch {
  public:
-  VoxelSearch(const TouchScene& scene, const Grid& grid, const ShapeSet& let_through, const ShapeSet& inside,
+  VoxelSearch(const TouchScene& scene, const Grid& grid, const ShapeSet& passable, const ShapeSet& inside,
               ProxyCounters& counters) noexcept
-      : scene_(scene), grid_(grid), let_through_(let_through), inside_(inside), counters_(counters) {}
+      : scene_(scene), grid_(grid), passable_(passable), inside_(inside), counters_(counters) {}
 
-  /// From `start` toward `target` (volume frame), through voxels whose centres lie within `depth` voxels of
-  /// the plane through `point` with `normal` (volume frame gradient, unit). Returns the node nearest to the
-  /// target.
+  /// Searches from `start` toward `target` (volume frame), through voxels with centres within `depth` voxels
+  /// of the plane through `point` with `normal` (volume frame gradient, unit). Returns the node nearest to
+  /// the target.
   int run(const ivec3& start, const dvec3& target, const dvec3& point, const dvec3& normal,
           double depth) noexcept {
     target_ = target;
@@ -70,7 +70,7 @@ class VoxelSearch {
   bool is_free(const ivec3& v) noexcept {
     ++counters_.voxels;
     for (std::size_t s = 0; s < scene_.items.size(); ++s) {
-      if (let_through_.contains(static_cast<int>(s))) continue;
+      if (passable_.contains(static_cast<int>(s))) continue;
       const bool was = inside_.contains(static_cast<int>(s));
       if (grid_.is_solid(s, v) != was) return false;
     }
@@ -88,21 +88,21 @@ class VoxelSearch {
         return;
       }
     if (count_ == k_max_nodes) return;
-    const dvec3 left = grid_.frame().vector_world_from_volume(target_ - dvec3(v));
-    at(count_++) = {v, cost, cost + static_cast<float>(glm::length(left)), parent, length, false};
+    const dvec3 remaining = grid_.frame().vector_world_from_volume(target_ - dvec3(v));
+    at(count_++) = {v, cost, cost + static_cast<float>(glm::length(remaining)), parent, length, false};
   }
 
   const TouchScene& scene_;
   const Grid& grid_;
-  ShapeSet let_through_, inside_;
+  ShapeSet passable_, inside_;
   ProxyCounters& counters_;
   dvec3 target_{0.0};
   std::array<Node, k_max_nodes> nodes_;
   int count_ = 0;
 };
 
-/// Keeps p inside the cube of voxel v, a little off its faces.
-dvec3 within(const dvec3& p, const ivec3& v) noexcept {
+/// Returns p moved into the cube of voxel v, a little off its faces.
+dvec3 clamp_to_voxel(const dvec3& p, const ivec3& v) noexcept {
   dvec3 q = p;
   for (int a = 0; a < 3; ++a) q[a] = std::clamp(p[a], v[a] - 0.5 + k_margin, v[a] + 0.5 - k_margin);
   return q;
@@ -119,15 +119,15 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
   int landing = 0;
   ShapeSet inside = state.inside;
   ++result.counters.iterations;
-  const WayEnd way =
-      find_barrier(scene, grid, state.proxy_volume, hip, state.around.let_through, inside, result.counters);
-  if (!way.is_blocked) {
+  const MotionEnd barrier =
+      find_barrier(scene, grid, state.proxy_volume, hip, state.around.passable, inside, result.counters);
+  if (!barrier.is_blocked) {
     result.add_waypoint(hip);
   } else {
-    // To the wall; the voxel before it is free, and so is the way there.
-    dvec3 p = within(state.proxy_volume + way.t * (hip - state.proxy_volume), way.before);
+    // To the wall; the voxel before it is free, and so is the motion to it.
+    dvec3 p = clamp_to_voxel(state.proxy_volume + barrier.t * (hip - state.proxy_volume), barrier.before);
     ShapeSet after = state.inside;
-    if (find_barrier(scene, grid, state.proxy_volume, p, state.around.let_through, after, result.counters)
+    if (find_barrier(scene, grid, state.proxy_volume, p, state.around.passable, after, result.counters)
             .is_blocked)
       p = state.proxy_volume;
     else if (energy(p) < energy(state.proxy_volume))
@@ -135,35 +135,35 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
     else
       p = state.proxy_volume;
     const ivec3 start = volume::voxel_of(p);
-    dvec3 normal = grid.normal(static_cast<std::size_t>(way.shape), p, result.counters.cells);
-    if (way.is_back) normal = -normal;
+    dvec3 normal = grid.normal(static_cast<std::size_t>(barrier.shape), p, result.counters.cells);
+    if (barrier.is_back) normal = -normal;
     const dvec3 p_world = frame.world_from_volume(p);
     const double depth = glm::dot(input.hip_world - p_world, normal);
     if (depth >= 0 || normal == dvec3(0)) {
-      // A normal along the motion says nothing about this wall: its face does.
-      normal = facet_normal(frame, way.face);
+      // A normal along the motion does not describe this wall: its face is used.
+      normal = facet_normal(frame, barrier.face);
     }
     landing = landing_of_first_leg(result);
-    result.set_contact(way.shape, side_of(way.is_back), normal);
+    result.set_contact(barrier.shape, side_of(barrier.is_back), normal);
     const dvec3 projected_world = input.hip_world - glm::dot(input.hip_world - p_world, normal) * normal;
-    VoxelSearch search(scene, grid, state.around.let_through, inside, result.counters);
+    VoxelSearch search(scene, grid, state.around.passable, inside, result.counters);
     // A normal is a covector: per voxel step it is axes^T n.
     const dvec3 across = glm::normalize(normal * frame.axes());
     const int found =
         search.run(start, frame.volume_from_world(projected_world), p, across, PathProxy::k_depth);
-    // The point where the way from that voxel's centre to the HIP leaves it.
+    // The point at which the motion from that voxel's centre to the HIP leaves the voxel.
     const ivec3 v = search.at(found).voxel;
     const dvec3 centre(v), out = hip - centre;
     double leave = 1;
     for (int a = 0; a < 3; ++a)
       if (out[a] != 0) leave = std::min(leave, 0.5 / std::abs(out[a]));
-    const dvec3 candidate = within(centre + leave * out, v);
+    const dvec3 candidate = clamp_to_voxel(centre + leave * out, v);
     if (energy(candidate) < energy(p)) {
       std::array<ivec3, k_max_length + 1> chain;
       int length = 0;
       for (int n = found; n > 0; n = search.at(n).parent)
         chain[static_cast<std::size_t>(length++)] = search.at(n).voxel;
-      // Through the centres of the voxels; each leg stays in two cubes that share a face.
+      // Leads through the centres of the voxels; each leg stays in two cubes that share a face.
       if (length > 0) result.add_waypoint(dvec3(start));
       for (int i = length - 1; i >= 0; --i) result.add_waypoint(dvec3(chain[static_cast<std::size_t>(i)]));
       result.add_waypoint(candidate);
@@ -174,14 +174,14 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
 
 }  // namespace
 
-volume::Status PathProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+Status PathProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_burr_opens_voxels(scene)) return error;
   return check_touchable(scene, true);
 }
 
-ProxyStep PathProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep PathProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                           const ProxyInput& input) const noexcept {
-  return step_on_grid(scene, seen, state, input,
+  return step_on_grid(scene, touch_state, state, input,
                       [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
                         step_on_cubes(scene, grid, input, on_grid, result);
                       });

@@ -1,21 +1,21 @@
-// The path-finding proxy: voxel cubes as walls, and a search around their corners.
+// PathProxy: contact with voxel cubes as walls, and a path search around their corners.
 #pragma once
 
 #include "haptics/proxy/proxy_method.h"
 
 namespace trephine::haptics {
 
-/// The way to the HIP is traversed exactly; from where a wall stops it, A* over the free voxels finds the one
-/// nearest to the HIP's projection on the wall's plane, within `k_depth` voxels of that plane; the proxy goes
-/// to the point of that voxel's boundary toward the HIP, if that is nearer than where it was stopped (thesis
-/// of the volume haptics toolkit, 3.4.1.2). So it walks around stair-steps where ray casts stop. The search
-/// is bounded, and so is the step.
+/// The motion to the HIP is traversed exactly; from where a wall stops it, A* over the free voxels finds the
+/// voxel nearest to the HIP's projection on the wall's plane, within `k_depth` voxels of that plane; the
+/// proxy moves to the point of that voxel's boundary toward the HIP, if that is nearer than where it was
+/// stopped (thesis of the volume haptics toolkit, 3.4.1.2). This leads around stair-steps at which ray casts
+/// stop. The search is bounded, and so is the step.
 class PathProxy final : public ProxyMethod {
  public:
   static constexpr double k_depth = 2;  ///< t_depth, voxels
   const char* name() const noexcept override { return "path"; }
-  volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+  Status prepare(const TouchScene& scene) override;
+  ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 };
 

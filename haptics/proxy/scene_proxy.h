@@ -1,4 +1,4 @@
-// The proxy on scenes of several volumes and polygonal models.
+// SceneProxy: contact with several volumes and polygonal models.
 #pragma once
 
 #include "haptics/walls/scene_walls.h"
@@ -6,14 +6,14 @@
 namespace trephine::haptics {
 
 /// All volumes and meshes in one solve: the slide of method `subvoxel` along smooth walls and facets
-/// together, so that where a model pierces a volume the proxy rests in the corner of both. A mesh that moves
-/// takes the proxy along: its way relative to the mesh is checked first; a proxy that it would press into
-/// another wall is let go, and said to be buried. Only what is near the tool is looked at.
+/// together, so that the proxy rests in the corner of both where a model pierces a volume. A moving mesh
+/// carries the proxy along: the motion relative to the mesh is checked first; a proxy that the mesh would
+/// press into another wall is released and reported as buried. Only items near the tool are tested.
 class SceneProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "scene"; }
-  volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+  Status prepare(const TouchScene& scene) override;
+  ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 
  private:

@@ -19,7 +19,7 @@ const Placement& placement_of(const TouchItem& mesh, const ProxyInput& input) no
   return mesh.mover >= 0 && m < input.movers.size() ? input.movers[m] : mesh.placement;
 }
 
-/// The god-object on the meshes alone, in the world.
+/// Moves the god-object on the meshes alone, in the world frame.
 ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, const ProxyInput& input,
                            ProxyCounters& counters) noexcept {
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
@@ -28,14 +28,15 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
       const TouchItem& mesh = item_of(scene, i);
       if (!mesh.is_mesh()) continue;
       const Placement& placement = placement_of(mesh, input);
-      FacetHit one;
+      FacetHit candidate;
       if (!mesh.tree->cast(placement.local_from_world(a), placement.local_from_world(b), scene.tool_radius,
-                           holds(scene, state.around.let_through, i, Side::front),
-                           holds(scene, state.around.let_through, i, Side::back), one, counters.triangles) ||
-          (is_hit && one.t >= hit.t))
+                           holds(scene, state.around.passable, i, Side::front),
+                           holds(scene, state.around.passable, i, Side::back), candidate,
+                           counters.triangles) ||
+          (is_hit && candidate.t >= hit.t))
         continue;
-      hit = one;
-      hit.normal_world = placement.rotation * one.normal_world;
+      hit = candidate;
+      hit.normal_world = placement.rotation * candidate.normal_world;
       hit.shape = i;
       is_hit = true;
     }
@@ -53,71 +54,73 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
 
 }  // namespace
 
-volume::Status SequentialProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_offsets(scene)) return error;
-  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
-  if (volume::Status error = check_has_no_depth(scene)) return error;
+Status SequentialProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_offsets(scene)) return error;
+  if (Status error = check_burr_opens_voxels(scene)) return error;
+  if (Status error = check_has_no_depth(scene)) return error;
   const auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   parts_.clear();
-  for (const SceneLayout::Part& of : layout.value().parts()) {
-    Part part{{}, of.begin, of.untouched};
+  for (const SceneLayout::Part& layout_part : layout.value().parts()) {
+    Part part{{}, layout_part.begin, layout_part.untouched};
     part.scene.tool_radius = scene.tool_radius;
-    part.scene.base = of.untouched ? of.untouched->version->shared_base() : scene.base;
-    part.scene.items.assign(scene.items.begin() + of.begin, scene.items.begin() + of.end);
-    if (volume::Status error = method_.prepare(part.scene)) return error;
+    part.scene.base = layout_part.untouched ? layout_part.untouched->version->shared_base() : scene.base;
+    part.scene.items.assign(scene.items.begin() + layout_part.begin, scene.items.begin() + layout_part.end);
+    if (Status error = method_.prepare(part.scene)) return error;
     parts_.push_back(std::move(part));
   }
   return std::nullopt;
 }
 
-/// At the HIP, inside whatever is there.
-void SequentialProxy::begin(const TouchState& seen, const dvec3& hip, ProxyState& state) const noexcept {
-  state.begin_at(seen.version->base().frame.volume_from_world(hip));
+/// Starts at the HIP, inside any solid there.
+void SequentialProxy::begin(const TouchState& touch_state, const dvec3& hip,
+                            ProxyState& state) const noexcept {
+  state.begin_at(touch_state.version->base().frame.volume_from_world(hip));
   state.on_meshes_world = hip;
   state.has_on_meshes = true;
   for (const Part& part : parts_) {
     ProxyState own;
-    method_.step(part.scene, part.state(seen), own, {hip});
+    method_.step(part.scene, part.state(touch_state), own, {hip});
     for (int s = 0; s < part.count(); ++s) state.inside.set(part.first + s, own.inside.contains(s));
   }
 }
 
-/// One volume for itself, from `start` after the god-object on the meshes.
-SequentialProxy::Answer SequentialProxy::follow(const Part& part, const TouchState& seen,
-                                                const ProxyState& state, const dvec3& start,
-                                                const dvec3& target) const noexcept {
+/// Moves the proxy of one volume alone, from `start` after the god-object on the meshes.
+SequentialProxy::PartResult SequentialProxy::follow(const Part& part, const TouchState& touch_state,
+                                                    const ProxyState& state, const dvec3& start,
+                                                    const dvec3& target) const noexcept {
   const volume::Frame& frame = part.scene.base->frame;
-  Answer answer;
-  ProxyState& own = answer.state;
+  PartResult part_result;
+  ProxyState& own = part_result.state;
   own = state;
   if (part.untouched) own.proxy_volume = frame.volume_from_world(start);
-  own.inside = own.around.let_through = ShapeSet{};
+  own.inside = own.around.passable = ShapeSet{};
   for (int s = 0; s < part.count(); ++s) {
     own.inside.set(s, state.inside.contains(part.first + s));
-    own.around.let_through.set(s, state.around.let_through.contains(part.first + s));
+    own.around.passable.set(s, state.around.passable.contains(part.first + s));
   }
-  answer.step = method_.step(part.scene, part.state(seen), own, {target});
-  const ProxyStep& step = answer.step;
-  answer.depth = step.has_contact && step.waypoint_count > 1
-                     ? glm::length(frame.vector_world_from_volume(step.path_volume[1] - step.path_volume[0]))
-                     : (step.has_contact ? 0 : k_not_met);
-  return answer;
+  part_result.step = method_.step(part.scene, part.state(touch_state), own, {target});
+  const ProxyStep& step = part_result.step;
+  part_result.depth =
+      step.has_contact && step.waypoint_count > 1
+          ? glm::length(frame.vector_world_from_volume(step.path_volume[1] - step.path_volume[0]))
+          : (step.has_contact ? 0 : k_not_met);
+  return part_result;
 }
 
-ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                                 const ProxyInput& input) const noexcept {
-  const volume::Frame& base = seen.version->base().frame;
+  const volume::Frame& base = touch_state.version->base().frame;
   ProxyStep result;
   result.normal_world = dvec3(0);
   if (!state.has_proxy) {
-    begin(seen, input.hip_world, state);
+    begin(touch_state, input.hip_world, state);
     result.proxy_world = input.hip_world;
     result.add_waypoint(state.proxy_volume);
     return result;
   }
 
-  // The god-object on the meshes; set again where the proxy was.
+  // Moves the god-object on the meshes; it starts at the proxy if it has no position.
   if (!state.has_on_meshes) state.on_meshes_world = base.world_from_volume(state.proxy_volume);
   state.has_on_meshes = true;
   const ProxyStep on_meshes = follow_on_meshes(scene, state, input, result.counters);
@@ -125,31 +128,31 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& seen,
   state.on_meshes_world = target;
   result.counters.iterations += on_meshes.counters.iterations;
 
-  // Every volume follows it; the one that was met first on the way counts.
+  // Every volume follows it; the first one on the motion counts.
   const dvec3 start = base.world_from_volume(state.proxy_volume);
-  const Part* met = nullptr;
-  Answer nearest;
+  const Part* best_part = nullptr;
+  PartResult nearest;
   ShapeSet inside;
   for (const Part& part : parts_) {
-    const Answer answer = follow(part, seen, state, start, target);
-    result.counters.voxels += answer.step.counters.voxels;
-    result.counters.cells += answer.step.counters.cells;
-    result.is_buried = result.is_buried || answer.step.is_buried;
-    for (int s = 0; s < part.count(); ++s) inside.set(part.first + s, answer.state.inside.contains(s));
-    if (answer.depth >= nearest.depth) continue;
-    nearest = answer;
-    met = &part;
+    const PartResult part_result = follow(part, touch_state, state, start, target);
+    result.counters.voxels += part_result.step.counters.voxels;
+    result.counters.cells += part_result.step.counters.cells;
+    result.is_buried = result.is_buried || part_result.step.is_buried;
+    for (int s = 0; s < part.count(); ++s) inside.set(part.first + s, part_result.state.inside.contains(s));
+    if (part_result.depth >= nearest.depth) continue;
+    nearest = part_result;
+    best_part = &part;
   }
 
   result.add_waypoint(state.proxy_volume);
   state.had_contact = nearest.depth < k_not_met;
   if (state.had_contact) {
-    const volume::Frame& frame = met->scene.base->frame;
+    const volume::Frame& frame = best_part->scene.base->frame;
     for (int k = 1; k < nearest.step.waypoint_count; ++k) {
       const dvec3& p = nearest.step.path_volume[static_cast<std::size_t>(k)];
-      result.add_waypoint(met->untouched ? base.volume_from_world(frame.world_from_volume(p)) : p);
+      result.add_waypoint(best_part->untouched ? base.volume_from_world(frame.world_from_volume(p)) : p);
     }
-    result.set_contact(met->first + nearest.step.shape, nearest.step.side, nearest.step.normal_world);
+    result.set_contact(best_part->first + nearest.step.shape, nearest.step.side, nearest.step.normal_world);
     result.proxy_world = nearest.step.proxy_world;
     state.is_sticking = nearest.state.is_sticking;
   } else {

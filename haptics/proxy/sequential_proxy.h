@@ -1,4 +1,4 @@
-// The sequential proxy on scenes: models first, then each volume after them.
+// SequentialProxy: contact with scenes, models first, then each volume after them.
 #pragma once
 
 #include "haptics/proxy/implicit_proxy.h"
@@ -6,37 +6,37 @@
 namespace trephine::haptics {
 
 /// The pipeline of the thesis "A Surface-based Volume Haptics Approach" (4.2.2): a god-object on the meshes
-/// follows the hand, then every volume for itself follows that god-object, and the one with the shortest
-/// penetration counts. Kept honest: what the volumes push the proxy into, no mesh hears of (figure 23). A
-/// scene that is changed after prepare() is seen as it was.
+/// follows the hand, then every volume alone follows that god-object, and the one with the shortest
+/// penetration counts. Implemented with its faults: meshes do not react when volumes push the proxy into them
+/// (figure 23). Changes of a scene after prepare() have no effect.
 class SequentialProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "scene-sequential"; }
-  volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+  Status prepare(const TouchScene& scene) override;
+  ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 
  private:
   /// A volume as a scene of its own.
   struct Part {
     TouchScene scene;
-    int first;                                    ///< of its shapes, as the whole scene counts
-    std::shared_ptr<const TouchState> untouched;  ///< null: the base, whose state comes with the step
+    int first;                                    ///< index of its first shape in the whole scene
+    std::shared_ptr<const TouchState> untouched;  ///< null: the base, with the state of the step
 
     int count() const noexcept { return item_count(scene); }
-    const TouchState& state(const TouchState& of_base) const noexcept {
-      return untouched ? *untouched : of_base;
+    const TouchState& state(const TouchState& base_state) const noexcept {
+      return untouched ? *untouched : base_state;
     }
   };
   /// Result of one volume alone.
-  struct Answer {
+  struct PartResult {
     ProxyStep step;
     ProxyState state;
-    double depth = 1e300;  ///< mm to where it was met; 1e299: not at all
+    double depth = 1e300;  ///< mm to the contact; 1e299: no contact
   };
-  void begin(const TouchState& seen, const glm::dvec3& hip, ProxyState& state) const noexcept;
-  Answer follow(const Part& part, const TouchState& seen, const ProxyState& state, const glm::dvec3& start,
-                const glm::dvec3& target) const noexcept;
+  void begin(const TouchState& touch_state, const glm::dvec3& hip, ProxyState& state) const noexcept;
+  PartResult follow(const Part& part, const TouchState& touch_state, const ProxyState& state,
+                    const glm::dvec3& start, const glm::dvec3& target) const noexcept;
 
   std::vector<Part> parts_;  ///< the base first
   ImplicitProxy method_;

@@ -7,18 +7,19 @@ namespace trephine::haptics {
 
 namespace {
 
-/// The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
+/// Begins a step. The first step, and one in which matter has grown over the proxy, start at the HIP, inside
+/// any solid there.
 template <class Walls>
 bool Slide<Walls>::begin() noexcept {
   bool is_fresh = !state_.has_proxy;
   inside_ = state_.inside;
-  before_ = state_.proxy_volume;
-  start_ = is_elsewhere() ? frame_.volume_from_world(base_.world_from_volume(state_.proxy_volume))
-                          : state_.proxy_volume;
+  start_volume_ = state_.proxy_volume;
+  start_ = has_own_frame() ? frame_.volume_from_world(base_.world_from_volume(state_.proxy_volume))
+                           : state_.proxy_volume;
   if (!is_fresh)
     for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
-      // A side that does not hold may have been passed by a change of the scene; one that holds is looked at
-      // below.
+      // A change of the scene may have moved the proxy through a side that does not block; blocking sides are
+      // tested below.
       const bool was = inside_.contains(s);
       if (walls_.holds(s, side_of(was))) continue;
       inside_.set(s, walls_.is_solid(s, start_));
@@ -49,7 +50,7 @@ void Slide<Walls>::plane_of(const Wall& wall, const glm::dvec3& p, Plane& plane)
   plane.room = -inverse * plane.jet.value - k_gap * voxel_mm_;
 }
 
-/// The walls that p touches; `within` in mm. Newest first, then the frozen ones that speak against going back
+/// Finds the walls that p touches; `within` in mm. Newest first, then the frozen ones that exclude going back
 /// there.
 template <class Walls>
 void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes) noexcept {
@@ -63,7 +64,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
     const int found = walls_.walls_at(s, inside_, p, within, walls);
     for (int i = 0; i < found; ++i) {
       const Wall& wall = walls[static_cast<std::size_t>(i)];
-      if (count == k_max_planes) {  // more than can be held at once are still looked at
+      if (count == k_max_planes) {  // walls beyond the limit are still tested
         is_in_solid_ = is_in_solid_ || walls_.value_and_gradient(wall, p).value >= 0;
         continue;
       }
@@ -73,33 +74,33 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
       if (plane.steepness > 0 && plane.room < within) ++count;
     }
   }
-  if (count == 0 || met_count_ == 0) return;
+  if (count == 0 || frozen_count_ == 0) return;
   const glm::dvec3 here = frame_.world_from_volume(p);
-  for (int i = met_count_ - 1; i >= 0 && count < k_max_planes; --i) {
-    const FrozenPlane& met = met_[static_cast<std::size_t>(i)];
+  for (int i = frozen_count_ - 1; i >= 0 && count < k_max_planes; --i) {
+    const FrozenPlane& old = frozen_[static_cast<std::size_t>(i)];
     const glm::dvec3& normal = planes[0].normal;
-    // A corner that opens outward keeps both planes; around an edge the old one means nothing.
-    const double apart = glm::dot(met.normal, normal), room = glm::dot(met.normal, met.point_world - here);
-    if (apart > 0.9995 || room < 0 || glm::dot(normal, met.point_world - here) > 0) continue;
+    // A corner that opens outward keeps both planes; around an edge the old one does not apply.
+    const double apart = glm::dot(old.normal, normal), room = glm::dot(old.normal, old.point_world - here);
+    if (apart > 0.9995 || room < 0 || glm::dot(normal, old.point_world - here) > 0) continue;
     Plane& plane = planes[count++];
     plane.is_frozen = true;
-    plane.normal = met.normal;
+    plane.normal = old.normal;
     plane.room = room;
     plane.steepness = 1;
   }
 }
 
 template <class Walls>
-void Slide<Walls>::remember(const glm::dvec3& p, const Plane& plane) noexcept {
-  if (met_count_ == static_cast<int>(met_.size())) {
-    std::move(met_.begin() + 1, met_.end(), met_.begin());
-    --met_count_;
+void Slide<Walls>::freeze(const glm::dvec3& p, const Plane& plane) noexcept {
+  if (frozen_count_ == static_cast<int>(frozen_.size())) {
+    std::move(frozen_.begin() + 1, frozen_.end(), frozen_.begin());
+    --frozen_count_;
   }
-  met_[static_cast<std::size_t>(met_count_++)] = {frame_.world_from_volume(p), plane.normal};
+  frozen_[static_cast<std::size_t>(frozen_count_++)] = {frame_.world_from_volume(p), plane.normal};
 }
 
-/// From a point on walls to the nearest place to the HIP on them, at most `limit` mm away. Not yet proven
-/// free. False when the walls let go.
+/// Finds the point of the walls nearest to the HIP, at most `limit` mm from `from`, a point on them. Not yet
+/// proven free. Returns false if the walls give no direction.
 template <class Walls>
 bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, Planes& planes,
                          bool& is_settled) noexcept {
@@ -119,14 +120,14 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
     else
       p = planes.count == 1 ? single_step(frame_, voxel_mm_, planes[0], to_hip)
                             : joint_step(frame_, voxel_mm_, planes, to_hip);
-    // Over an edge each face's nearest place may lie beyond the other one: halves find the edge.
+    // Over an edge each face's nearest point may be beyond the other face: halved steps find the edge.
     if (const double back = -glm::dot(p, last_step);
         back > 0.5 * glm::dot(p, p) && 2 * glm::dot(p, p) > glm::dot(last_step, last_step))
       p *= 0.5;
     last_step = p;
-    // A wall that is nearly flat may lie anywhere: no place to go to.
+    // A nearly flat wall may be anywhere: there is no target.
     if (only_back && !(glm::dot(p, p) <= farthest_back())) return false;
-    // A stage ends on a sphere around its start; from there on only back to the wall.
+    // A stage ends on a sphere around its start; from there on only steps back to the wall are made.
     const glm::dvec3 far = at + p - start;
     const double square = glm::dot(far, far);
     if (!(square >= 0)) return false;
@@ -142,14 +143,14 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
     last_square = only_back ? 0 : glm::dot(p, p);
     at += p;
     to = frame_.volume_from_world(at);
-    if (!look_again(planes, to, p)) return false;
+    if (!update_planes(planes, to, p)) return false;
   }
   return true;
 }
 
-/// Moves the planes to another point, p (mm) away. False when a wall is flat there.
+/// Updates the planes to another point, p (mm) away. Returns false if a wall is flat there.
 template <class Walls>
-bool Slide<Walls>::look_again(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept {
+bool Slide<Walls>::update_planes(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept {
   for (int k = 0; k < planes.count; ++k) {
     Plane& plane = planes[k];
     if (plane.is_frozen) {
@@ -162,8 +163,8 @@ bool Slide<Walls>::look_again(Planes& planes, const glm::dvec3& at, const glm::d
   return true;
 }
 
-/// Both legs of a short way along one wall, proven by the wall's gradients at its ends and a bound of its
-/// bending.
+/// Returns true if both legs of a short motion along one wall are free, by the wall's gradients at its ends
+/// and a bound of its curvature.
 template <class Walls>
 bool Slide<Walls>::is_short_way_free(const Plane& first, const Plane& last, const glm::dvec3& from,
                                      const glm::dvec3& middle, const glm::dvec3& to,
@@ -175,11 +176,11 @@ bool Slide<Walls>::is_short_way_free(const Plane& first, const Plane& last, cons
          free_step(d, glm::dot(end.gradient, down), bound.along(down)) >= 1;
 }
 
-/// From one place on the walls to another through a point lifted off them, each leg proven. `at`: how far it
-/// came.
+/// Moves from one point on the walls to another through a point lifted off them, each leg proven. `at`: the
+/// point reached. Returns false if a wall stopped it.
 template <class Walls>
-bool Slide<Walls>::go(const glm::dvec3& from, const glm::dvec3& to, const Planes& first, const Planes& last,
-                      glm::dvec3& at) noexcept {
+bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const Planes& first,
+                           const Planes& last, glm::dvec3& at) noexcept {
   const glm::dvec3 along = to - from;
   const int count = first.count;
   glm::dvec3 out(0);
@@ -190,7 +191,7 @@ bool Slide<Walls>::go(const glm::dvec3& from, const glm::dvec3& to, const Planes
   for (int k = 0; k < count; ++k) {
     out -= first[k].normal + last[k].normal;
     if (first[k].is_frozen) continue;
-    // The way rises by what bending may take from it in half its length.
+    // The lift covers the deviation that bending may cause in half the length.
     bound = walls_.hessian_bound(first[k].wall, span, is_whole);
     const double curved = bound.along(along) / 8;
     const double slope = std::max(
@@ -199,7 +200,7 @@ bool Slide<Walls>::go(const glm::dvec3& from, const glm::dvec3& to, const Planes
   }
   const double size = glm::length(out);
   if (!(size > 1e-6)) return false;
-  // Between several walls the way out is steeper than to each of them.
+  // Between several walls the outward direction is oblique to each of them.
   double least = 1;
   if (count > 1)
     for (int k = 0; k < count; ++k) least = std::min(least, -glm::dot(out, first[k].normal) / size);
@@ -247,9 +248,9 @@ void Slide<Walls>::run() noexcept {
   glm::dvec3 at = start_;
   add(at);
   add_waypoint(at);
-  Planes &planes = planes_, &moved = moved_;
+  Planes &planes = planes_, &moved = moved_planes_;
   for (int stage = 0; stage < k_max_stages && result_.waypoint_count + 4 <= k_max_waypoints; ++stage) {
-    // Straight to the HIP, unless a wall that is touched here faces it.
+    // Straight to the HIP, unless a touched wall faces it.
     if (stage > 0) planes_at(at, k_touch * voxel_mm_, planes);
     const glm::dvec3 to_hip = hip_world_ - frame_.world_from_volume(at);
     bool is_facing = false;
@@ -271,7 +272,7 @@ void Slide<Walls>::run() noexcept {
       }
       planes_at(at, 4 * k_touch * voxel_mm_, planes);
       if constexpr (requires { walls_.is_mesh(0); }) {
-        // The wall that stopped the way holds, whatever else is near.
+        // The wall that stopped the motion is active, in addition to the near ones.
         if (walls_.is_mesh(straight.wall.shape) && planes.count < k_max_planes) {
           Plane& stopping = planes[planes.count];
           plane_of(straight.wall, at, stopping);
@@ -283,12 +284,12 @@ void Slide<Walls>::run() noexcept {
         }
       }
       if (planes.count == 0) {
-        // A proof that took too long: hold the plane of what stopped it.
+        // The proof took too long: the plane of the wall that stopped it is used.
         plane_of(straight.wall, at, planes[0]);
         planes.count = planes[0].steepness > 0 ? 1 : 0;
       }
       if (planes.count == 0) {
-        // Flat matter without a normal: held where it is, facing back along the way.
+        // Flat matter without a normal: the proxy stays, with the normal back along the motion.
         if (result_.shape < 0) {
           const glm::dvec3 back = frame_.world_from_volume(at) - hip_world_;
           const double length = glm::length(back);
@@ -299,34 +300,35 @@ void Slide<Walls>::run() noexcept {
         break;
       }
     }
-    if (result_.shape < 0) touch(planes[0]);
-    // Along the walls, as far as it leads nearer.
+    if (result_.shape < 0) set_touched(planes[0]);
+    // Along the walls, as far as that leads nearer.
     const double energy_here = energy(at);
     glm::dvec3 to = at;
     bool is_settled = false, is_lower = false;
-    double gone = 0;
+    double slid = 0;
     double longest = k_stage * voxel_mm_;
     for (int k = 0; k < planes.count; ++k)
       if (!planes[k].is_frozen) longest = walls_.longest_leg(planes[k].wall, longest);
-    for (double limit = longest; limit > k_shortest_stage * voxel_mm_; limit = 0.3 * std::min(limit, gone)) {
+    for (double limit = longest; limit > k_shortest_stage * voxel_mm_; limit = 0.3 * std::min(limit, slid)) {
       moved.copy_from(planes);
       if (!solve(at, limit, to, moved, is_settled)) break;
-      gone = glm::length(frame_.vector_world_from_volume(to - at));
+      slid = glm::length(frame_.vector_world_from_volume(to - at));
       is_lower = energy(to) < energy_here;
-      if (is_lower || gone < 1e-9 * voxel_mm_) break;
+      if (is_lower || slid < 1e-9 * voxel_mm_) break;
     }
     if (!is_lower) break;
     if (stage == 0 && is_settled && landing_ == 0 && state_.had_contact && has_friction(planes[0].wall)) {
-      is_rubbed_ = true;
+      is_friction_applied_ = true;
       if (is_held_by_friction(at, planes, to, moved)) break;
     }
     const glm::dvec3 before = at;
-    const bool has_arrived = go(before, to, planes, moved, at);
+    const bool has_arrived = advance(before, to, planes, moved, at);
     add_waypoint(at);
-    if (has_arrived) touch(moved[0]);
-    if (is_rubbed_) break;  // friction has said how far; what stopped the way earlier is for the next step
+    if (has_arrived) set_touched(moved[0]);
+    if (is_friction_applied_)
+      break;  // friction set the end; a wall that stopped the motion earlier is for the next step
     if (has_arrived) {
-      // Settled on walls that all still face the HIP: nothing is nearer.
+      // Settled on walls that all still face the HIP: no point is nearer.
       if (is_settled) {
         const glm::dvec3 rest = hip_world_ - frame_.world_from_volume(at);
         bool is_held = true;
@@ -337,12 +339,12 @@ void Slide<Walls>::run() noexcept {
     } else if (at == before) {
       break;
     }
-    remember(before, planes[0]);
+    freeze(before, planes[0]);
   }
   finish();
 }
 
-/// The nearest waypoint, then friction along the way to it.
+/// Ends at the nearest waypoint, with friction along the path to it.
 template <class Walls>
 void Slide<Walls>::finish() noexcept {
   result_.waypoint_count = best_count_;
@@ -354,9 +356,9 @@ void Slide<Walls>::finish() noexcept {
     result_.shape = -1;
     result_.side = Side::none;
   } else if (state_.had_contact) {
-    if (!is_rubbed_ && has_friction({result_.shape, false, result_.side == Side::back})) {
-      proxy = rub_path();
-      // A leg that friction shortened ends where rounding put it: look again.
+    if (!is_friction_applied_ && has_friction({result_.shape, false, result_.side == Side::back})) {
+      proxy = apply_path_friction();
+      // Rounding may have moved the end of a leg that friction shortened: it is tested again.
       if (const int last = result_.waypoint_count - 1; last > 0) {
         const glm::dvec3 start = result_.path_volume[static_cast<std::size_t>(last - 1)];
         ShapeSet after = solids_at(start);

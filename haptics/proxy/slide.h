@@ -1,14 +1,15 @@
-// Sliding along smooth walls to the nearest place to the HIP: the work of one servo step, for any walls that
-// can be asked about a way, a point and their derivatives.
+// slide(): motion along smooth walls to the point nearest to the HIP, the work of one servo step, for any
+// walls with queries for motions, points and derivatives.
 #pragma once
 
 #include "haptics/walls/scene_walls.h"
 
 namespace trephine::haptics {
 
-/// From the last proxy toward the HIP, straight until walls stop it, then along them, with friction; into
-/// `result`, whose counters `walls` has. `base`: the frame of the state and of the reported path; `walls`
-/// may be in another. `Walls`: SmoothWalls or SceneWalls. Servo thread: no allocation, every loop bounded.
+/// Moves from the last proxy toward the HIP, straight until walls stop it, then along them, with friction;
+/// writes to `result`, which has the counters of `walls`. `base`: the frame of the state and of the reported
+/// path; `walls` may be in another. `Walls`: SmoothWalls or SceneWalls. Servo thread: no allocation, every
+/// loop bounded.
 template <class Walls>
 void slide(const TouchScene& scene, Walls& walls, const volume::Frame& base, ProxyState& state,
            const glm::dvec3& hip_world, ProxyStep& result) noexcept;

@@ -1,5 +1,5 @@
-// Friction of a slide: the walls that hold at a place, and the way back to where their cone holds. Included
-// by slide.cpp alone.
+// Friction of a slide: the walls that stop the tool at a point, and the return to where their cone holds the
+// pull. Included by slide.cpp only.
 #pragma once
 
 #include <utility>
@@ -9,14 +9,14 @@
 namespace trephine::haptics {
 namespace {
 
-/// A groove sharper than samples can show is one smooth wall with a narrow bottom. What holds the tool there
-/// are its flanks, two samples to either side. False where the wall is no such groove.
+/// Adds the flanks of a groove sharper than samples can show, which is one smooth wall with a narrow bottom:
+/// the tool is held by the flanks, two samples to either side. Returns false if the wall is no such groove.
 template <class Walls>
 bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, double coefficient,
                               HoldingWalls& holding) noexcept {
   if constexpr (requires { walls_.is_mesh(0); })
     if (walls_.is_mesh(plane.wall.shape)) return false;
-  // The direction along the wall in which it bends most toward the tool.
+  // Direction along the wall in which it bends most toward the tool.
   glm::dvec3 u, w;
   tangents(plane.normal, u, w);
   const glm::dvec3 u_voxel = frame_.vector_volume_from_world(u), w_voxel = frame_.vector_volume_from_world(w);
@@ -25,17 +25,17 @@ bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, dou
                ww = glm::dot(hessian_w, w_voxel);
   const double half = 0.5 * (uu - ww), root = std::sqrt(half * half + uw * uw),
                bend = (0.5 * (uu + ww) + root) / plane.steepness;
-  constexpr double k_sharp = 0.5;  // samples of bend a sample: a radius of two
+  constexpr double k_sharp = 0.5;  // bend per sample, times a sample: a radius of two
   const double sample_mm = walls_.sample_mm(plane.wall);
   if (!(bend * sample_mm > k_sharp)) return false;
   const glm::dvec3 across = half >= 0 ? (half + root) * u + uw * w : uw * u + (root - half) * w;
   const double size = glm::length(across);
   if (!(size > 0)) return false;
   constexpr double k_aside = 2;  // samples: farther than the smooth reconstruction rounds a kink
-  const double aside = walls_.longest_leg(plane.wall, k_aside * sample_mm);
+  const double flank_offset = walls_.longest_leg(plane.wall, k_aside * sample_mm);
   std::array<glm::dvec3, 2> normals;
   for (const int side : {0, 1}) {
-    const glm::dvec3 at = p_world + (side == 0 ? -aside : aside) / size * across;
+    const glm::dvec3 at = p_world + (side == 0 ? -flank_offset : flank_offset) / size * across;
     const volume::ValueAndGradient flank =
         walls_.value_and_gradient(plane.wall, frame_.volume_from_world(at));
     const glm::dvec3 gradient = frame_.gradient_world_from_volume(flank.gradient);
@@ -47,7 +47,7 @@ bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, dou
   return true;
 }
 
-/// Splits the hand's pull among the walls that the tool touches at the place of the planes.
+/// Splits the hand's pull among the walls that the tool touches at the point of the planes.
 template <class Walls>
 FrictionLoad Slide<Walls>::load_at(const glm::dvec3& p_world, const Planes& planes, bool is_static) noexcept {
   HoldingWalls holding;
@@ -61,7 +61,8 @@ FrictionLoad Slide<Walls>::load_at(const glm::dvec3& p_world, const Planes& plan
   return friction_load(holding, hip_world_ - p_world);
 }
 
-/// The place between `from` (a share of 0) and `to` (1) along the same walls, which `planes` are then of.
+/// Finds the point at `share` between `from` (0) and `to` (1) along the same walls, and updates `planes` to
+/// it. Returns false if there is no such point.
 template <class Walls>
 bool Slide<Walls>::slide_by(const glm::dvec3& from_world, const glm::dvec3& slide, double share,
                             glm::dvec3& to, Planes& planes) noexcept {
@@ -69,7 +70,7 @@ bool Slide<Walls>::slide_by(const glm::dvec3& from_world, const glm::dvec3& slid
   for (int i = 0; i < k_max_newton; ++i) {
     at += p;
     to = frame_.volume_from_world(at);
-    if (!look_again(planes, to, p)) return false;
+    if (!update_planes(planes, to, p)) return false;
     p = step_back(planes);
     if (!(glm::dot(p, p) <= farthest_back())) return false;
     if (glm::dot(p, p) < k_settled * k_settled * voxel_mm_ * voxel_mm_) break;
@@ -79,15 +80,15 @@ bool Slide<Walls>::slide_by(const glm::dvec3& from_world, const glm::dvec3& slid
 }
 
 /// Moves `to` and its planes back toward `from`, to where the dynamic cone of the walls just holds the pull;
-/// leaves them where none is found.
+/// leaves them unchanged if no such point is found.
 template <class Walls>
-void Slide<Walls>::trail(const glm::dvec3& from, glm::dvec3& to, Planes& planes) noexcept {
+void Slide<Walls>::move_back(const glm::dvec3& from, glm::dvec3& to, Planes& planes) noexcept {
   const glm::dvec3 begin = frame_.world_from_volume(from), end = frame_.world_from_volume(to),
                    slide = end - begin;
   const FrictionLoad at_end = load_at(end, planes, false);
   const double length = glm::length(slide);
   if (!at_end.is_held() || at_end.limit <= 0 || !(length > 0)) return;
-  constexpr double k_within = 4e-3;  // of the limit: how far inside the cone it may end
+  constexpr double k_within = 4e-3;  // of the limit: tolerance inside the cone
   constexpr int k_most_tries = 8;
   double low = 0, high = 1, low_excess = 1e300, high_excess = at_end.along - at_end.limit;
   Planes held, frictionless;
@@ -108,43 +109,43 @@ void Slide<Walls>::trail(const glm::dvec3& from, glm::dvec3& to, Planes& planes)
     } else {
       low = share, low_excess = excess;
     }
-    // Regula falsi, aimed a little into the cone, or halfway while one end is unknown.
+    // Regula falsi, aimed a little into the cone; bisection while one end is unknown.
     const double aim = -0.25 * k_within * load.limit;
     share = low_excess < 1e299 ? low + (high - low) * (low_excess - aim) / (low_excess - high_excess)
                                : 0.5 * (low + high);
   }
   to = held_at;
   planes.copy_from(held);
-  // Friction takes energy: where the way there led farther from the HIP first, it goes all the way.
+  // Friction takes energy: if the path led farther from the HIP first, the slide is not shortened.
   if (energy(to) > energy(from)) {
     to = frictionless_at;
     planes.copy_from(frictionless);
   }
 }
 
-/// Coulomb friction on a slide along one stage (cone of Salisbury and Tarr 1997, at the proxy's own normals,
-/// with each wall's own share): the proxy stays, or goes on until the cone holds it. Moves `to` and its
-/// planes. True when it stays.
+/// Applies Coulomb friction to a slide along one stage (cone of Salisbury and Tarr 1997, at the proxy's own
+/// normals, with each wall's own share): the proxy stays, or moves until the cone holds it. Moves `to` and
+/// its planes. Returns true if the proxy stays.
 template <class Walls>
 bool Slide<Walls>::is_held_by_friction(const glm::dvec3& from, const Planes& first, glm::dvec3& to,
                                        Planes& planes) noexcept {
   const FrictionLoad load = load_at(frame_.world_from_volume(from), first, state_.is_sticking);
   state_.is_sticking = load.is_at_rest(state_.is_sticking);
   if (load.is_held()) return true;
-  trail(from, to, planes);
+  move_back(from, to, planes);
   return false;
 }
 
-/// Applies friction to a path of several stages, from waypoint `landing_` on: ends it at the first place
-/// whose walls hold the pull.
+/// Applies friction to a path of several stages, from waypoint `landing_` on: ends it at the first point at
+/// which the walls hold the pull.
 template <class Walls>
-glm::dvec3 Slide<Walls>::rub_path() noexcept {
+glm::dvec3 Slide<Walls>::apply_path_friction() noexcept {
   const auto waypoint = [this](int i) { return result_.path_volume[static_cast<std::size_t>(i)]; };
   const int first = std::min(landing_, result_.waypoint_count - 1), last = result_.waypoint_count - 1;
   const bool was_sticking = std::exchange(state_.is_sticking, false);
   const bool has_solids = !best_inside_.is_empty() || !state_.inside.is_empty();
-  met_count_ = 0;  // planes met earlier in the step hold nothing at its end
-  int before = -1;
+  frozen_count_ = 0;  // planes met earlier in the step do not stop the proxy at its end
+  int slipping = -1;
   for (int i = first; i <= last; ++i) {
     const glm::dvec3 at = waypoint(i);
     inside_ = has_solids ? solids_at(at) : ShapeSet{};
@@ -152,29 +153,29 @@ glm::dvec3 Slide<Walls>::rub_path() noexcept {
     if (planes_.count == 0) continue;  // lifted off the walls between two stages
     const FrictionLoad load = load_at(frame_.world_from_volume(at), planes_, was_sticking && i == first);
     if (!load.is_held()) {
-      before = i;
+      slipping = i;
       continue;
     }
     state_.is_sticking = i == first && load.is_at_rest(was_sticking);
-    if (before < 0) {
+    if (slipping < 0) {
       result_.waypoint_count = i + 1;
       return at;
     }
-    // Between the last place that slips and this one, along the walls of this one.
-    const glm::dvec3 from = waypoint(before);
+    // Moves back between the last point that slips and this one, along the walls of this one.
+    const glm::dvec3 from = waypoint(slipping);
     glm::dvec3 to = at, reached = from;
-    moved_.copy_from(planes_);
-    trail(from, to, moved_);
+    moved_planes_.copy_from(planes_);
+    move_back(from, to, moved_planes_);
     Planes begin;
-    begin.copy_from(moved_);
+    begin.copy_from(moved_planes_);
     const auto path = result_.path_volume;
-    result_.waypoint_count = before + 1;
+    result_.waypoint_count = slipping + 1;
     if (has_solids) inside_ = solids_at(from);
-    if (look_again(begin, from, frame_.vector_world_from_volume(from - to)) &&
-        go(from, to, begin, moved_, reached))
+    if (update_planes(begin, from, frame_.vector_world_from_volume(from - to)) &&
+        advance(from, to, begin, moved_planes_, reached))
       return to;
-    // Other walls are in between, as where a tool rolls over an edge: unless it holds where they stopped it,
-    // it goes on to the place that holds.
+    // Other walls are in between, as where a tool rolls over an edge: unless the pull is held where they
+    // stopped the proxy, the path continues to the point that holds.
     const glm::dvec3 stopped = waypoint(result_.waypoint_count - 1);
     if (has_solids) inside_ = solids_at(stopped);
     planes_at(stopped, k_touch * voxel_mm_, planes_);

@@ -1,4 +1,5 @@
-// The slide of one servo step as a class. Included by slide.cpp alone: in one place compiled, whole inlined.
+// Slide: one servo step of the slide as a class. Included by slide.cpp only, so that it is compiled once and
+// inlined.
 #pragma once
 
 #include <algorithm>
@@ -14,17 +15,17 @@
 namespace trephine::haptics {
 namespace {
 
-constexpr double k_gap = 1e-7;      // voxels: how far before a wall the proxy rests
-constexpr double k_touch = 2e-3;    // voxels: nearer than this is on the wall
-constexpr double k_landing = 1e-3;  // voxels: how near to a wall a straight way must get
-static_assert(k_landing < k_touch, "a way that a wall stopped must end where that wall is touched");
-constexpr double k_settled = 2e-4;  // voxels: the Newton step whose square is nothing
-constexpr double k_exact = 1e-7;    // voxels: what may be left
-constexpr int k_max_stages = 8;     // legs of surface a step may run along
-constexpr int k_max_newton = 8;     // Newton steps a stage
-constexpr double k_stage = 1.5;     // voxels: the longest leg of surface
+constexpr double k_gap = 1e-7;      // voxels: distance of a resting proxy from a wall
+constexpr double k_touch = 2e-3;    // voxels: a nearer wall is touched
+constexpr double k_landing = 1e-3;  // voxels: largest distance from a wall at the end of a straight motion
+static_assert(k_landing < k_touch, "a motion that a wall stops must end where that wall is touched");
+constexpr double k_settled = 2e-4;  // voxels: a Newton step with a negligible square
+constexpr double k_exact = 1e-7;    // voxels: largest remaining error
+constexpr int k_max_stages = 8;     // legs along the surface in a step
+constexpr int k_max_newton = 8;     // Newton steps per stage
+constexpr double k_stage = 1.5;     // voxels: longest leg along the surface
 constexpr double k_shortest_stage = 0.01;
-constexpr double k_same_normal = 1 - 1e-12;  // cosine between the normals of facets that are one wall
+constexpr double k_same_normal = 1 - 1e-12;  // cosine between the normals of facets that count as one wall
 
 struct FrozenPlane {
   glm::dvec3 point_world, normal;
@@ -57,27 +58,27 @@ class Slide {
     const glm::dvec3 d = frame_.vector_world_from_volume(hip_ - p);
     return glm::dot(d, d);
   }
-  /// mm: the same along every axis and for every wall, whatever their voxels.
+  /// Returns the landing distance, mm: the same along every axis and for every wall, for voxels of any size.
   double landing() const noexcept { return k_landing * voxel_mm_; }
-  bool is_elsewhere() const noexcept { return &frame_ != &base_; }
-  /// A point of the walls' frame in the volume's.
+  bool has_own_frame() const noexcept { return &frame_ != &base_; }
+  /// Returns a point of the walls' frame in the volume's.
   glm::dvec3 in_volume(const glm::dvec3& p) const noexcept {
-    if (!is_elsewhere()) return p;
+    if (!has_own_frame()) return p;
     return base_.volume_from_world(p == hip_ ? hip_world_ : frame_.world_from_volume(p));
   }
-  /// Reports the path in the volume's frame; it begins and ends where the state says.
+  /// Converts the path to the volume's frame; its ends agree with the state.
   void report_path() noexcept {
-    if (!is_elsewhere()) return;
+    if (!has_own_frame()) return;
     for (int i = 0; i < result_.waypoint_count; ++i) {
       glm::dvec3& p = result_.path_volume[static_cast<std::size_t>(i)];
-      p = i == 0 && p == start_ ? before_ : in_volume(p);
+      p = i == 0 && p == start_ ? start_volume_ : in_volume(p);
     }
   }
   void add(const glm::dvec3& p) noexcept {
     if (result_.waypoint_count < k_max_waypoints)
       result_.path_volume[static_cast<std::size_t>(result_.waypoint_count++)] = p;
   }
-  /// Keeps the nearest waypoint and what touches there.
+  /// Records the waypoint and the solids around it if it is the nearest so far.
   void add_waypoint(const glm::dvec3& p) noexcept {
     const double e = energy(p);
     if (e < best_energy_) {
@@ -90,19 +91,19 @@ class Slide {
     const Material& material = material_of(scene_, wall.shape, side_of(wall.is_back));
     return material.static_friction > 0 || material.dynamic_friction > 0;
   }
-  void touch(const Plane& plane) noexcept {
+  void set_touched(const Plane& plane) noexcept {
     result_.shape = plane.wall.shape;
     result_.side = side_of(plane.wall.is_back);
     result_.normal_world = -plane.normal;
   }
-  /// Newton's steps square their error: p after q leaves about p^3 / q^2.
+  /// Returns true on convergence: Newton's steps square their error, so that p after q leaves about p^3/q^2.
   bool is_last(double square, double square_before) const noexcept {
     const double unit = voxel_mm_ * voxel_mm_;
     if (square < k_settled * k_settled * unit) return true;
     return square < k_short_step * k_short_step * unit &&
            square * square * square < k_exact * k_exact * unit * square_before * square_before;
   }
-  /// The shapes in whose solid p lies.
+  /// Returns the shapes with p in their solid.
   ShapeSet solids_at(const glm::dvec3& p) noexcept {
     ShapeSet found;
     for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
@@ -113,42 +114,42 @@ class Slide {
   void planes_at(const glm::dvec3& p, double within, Planes& planes) noexcept;
   void plane_of(const Wall& wall, const glm::dvec3& p, Plane& plane) noexcept;
   double farthest_back() const noexcept { return 16 * k_stage * k_stage * voxel_mm_ * voxel_mm_; }
-  bool look_again(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept;
+  bool update_planes(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept;
   bool add_flanks(const glm::dvec3& p_world, const Plane& plane, double coefficient,
                   HoldingWalls& holding) noexcept;
   FrictionLoad load_at(const glm::dvec3& p_world, const Planes& planes, bool is_static) noexcept;
   bool slide_by(const glm::dvec3& from_world, const glm::dvec3& slide, double share, glm::dvec3& to,
                 Planes& planes) noexcept;
-  void trail(const glm::dvec3& from, glm::dvec3& to, Planes& planes) noexcept;
+  void move_back(const glm::dvec3& from, glm::dvec3& to, Planes& planes) noexcept;
   bool is_held_by_friction(const glm::dvec3& from, const Planes& first, glm::dvec3& to,
                            Planes& planes) noexcept;
-  glm::dvec3 rub_path() noexcept;
+  glm::dvec3 apply_path_friction() noexcept;
   bool solve(const glm::dvec3& from, double limit, glm::dvec3& to, Planes& planes, bool& is_settled) noexcept;
-  bool go(const glm::dvec3& from, const glm::dvec3& to, const Planes& first, const Planes& last,
-          glm::dvec3& at) noexcept;
+  bool advance(const glm::dvec3& from, const glm::dvec3& to, const Planes& first, const Planes& last,
+               glm::dvec3& at) noexcept;
   bool is_short_way_free(const Plane& first, const Plane& last, const glm::dvec3& from,
                          const glm::dvec3& middle, const glm::dvec3& to,
                          const volume::QuadraticPatch::HessianBound& bound) noexcept;
-  void remember(const glm::dvec3& p, const Plane& plane) noexcept;
+  void freeze(const glm::dvec3& p, const Plane& plane) noexcept;
   void finish() noexcept;
 
   const TouchScene& scene_;
   Walls& walls_;
-  const volume::Frame &frame_, &base_;  ///< of the walls, in which all points here are, and of the volume
+  const volume::Frame &frame_, &base_;  ///< of the walls, for all points here, and of the volume
   ProxyState& state_;
   const glm::dvec3 hip_world_, hip_;
   glm::dvec3 start_{0.0},
-      before_{0.0};  ///< the proxy of the last step, in the walls' frame and in the volume's
+      start_volume_{0.0};  ///< proxy of the last step, in the walls' frame and in the volume's
   ProxyStep& result_;
   double voxel_mm_;
   ShapeSet inside_, best_inside_;
   int best_count_ = 1, landing_ = 0;
   double best_energy_ = 1e300;
-  Planes planes_, moved_;
-  std::array<FrozenPlane, 3> met_;
-  int met_count_ = 0;
-  bool is_rubbed_ = false;    ///< friction has had its say
-  bool is_in_solid_ = false;  ///< the point of the last planes_at() was
+  Planes planes_, moved_planes_;
+  std::array<FrozenPlane, 3> frozen_;
+  int frozen_count_ = 0;
+  bool is_friction_applied_ = false;  ///< friction was applied to a stage
+  bool is_in_solid_ = false;          ///< the point of the last planes_at() was in a solid
 };
 
 }  // namespace

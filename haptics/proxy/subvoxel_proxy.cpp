@@ -6,14 +6,15 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-volume::Status SubvoxelProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
+Status SubvoxelProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
 
-ProxyStep SubvoxelProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep SubvoxelProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                               const ProxyInput& input) const noexcept {
   ProxyStep result;
   result.normal_world = dvec3(0);
-  SmoothWalls walls(scene, seen, state.around.let_through, result.counters, 0, item_count(scene), nullptr);
-  slide(scene, walls, seen.version->base().frame, state, input.hip_world, result);
+  SmoothWalls walls(scene, touch_state, state.around.passable, result.counters, 0, item_count(scene),
+                    nullptr);
+  slide(scene, walls, touch_state.version->base().frame, state, input.hip_world, result);
   return result;
 }
 

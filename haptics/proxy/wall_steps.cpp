@@ -10,7 +10,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_least_hessian = 0.25;  // of the reduced Hessian; below it a step would run away
+constexpr double k_least_hessian = 0.25;  // of the reduced Hessian; below it a step would diverge
 
 }  // namespace
 
@@ -89,7 +89,7 @@ dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& plan
       if (is_kept(p)) return p;
       spare = base;
     }
-  // A step that bends with one wall may run into another one that a straight step keeps off.
+  // A step that bends with one wall may run into another one that a straight step avoids.
   for (int i = 0; i < count; ++i) {
     const dvec3& n = at(i).normal;
     const double into = glm::dot(to_hip, n);

@@ -1,4 +1,4 @@
-// Steps along smooth walls: where, from a point on them, is the nearest point to the HIP?
+// Plane, Planes: walls at a point, and steps along them toward the point nearest to the HIP.
 #pragma once
 
 #include <algorithm>
@@ -8,20 +8,20 @@
 
 namespace trephine::haptics {
 
-inline constexpr int k_max_planes = 4;        ///< walls that are held at once
+inline constexpr int k_max_planes = 4;        ///< walls that are active at once
 inline constexpr double k_short_step = 0.02;  ///< voxels: shorter steps follow a wall to second order
 
-/// A wall seen from a point, in mm: what it asks of a displacement p is normal . p <= room.
+/// A wall linearized at a point, in mm: a displacement p must satisfy normal . p <= room.
 struct Plane {
   Wall wall;
   bool is_frozen;     ///< a tangent plane met earlier in this step, without curvature
   glm::dvec3 normal;  ///< unit, world, into the solid
-  double room;        ///< mm to the place just before the wall; negative beyond it
+  double room;        ///< mm to the point just before the wall; negative beyond it
   double steepness;   ///< of the function, per mm
   volume::Jet jet;
 };
 
-/// The walls at one point; those beyond `count` are never read.
+/// Walls at one point; those beyond `count` are never read.
 struct Planes {
   int count = 0;
   std::array<Plane, k_max_planes> all;
@@ -34,17 +34,18 @@ struct Planes {
   }
 };
 
-/// Two unit vectors that complete a unit normal to a frame.
+/// Computes two unit vectors that complete a unit normal to a frame.
 void tangents(const glm::dvec3& normal, glm::dvec3& u, glm::dvec3& w) noexcept;
-/// Newton's step for the nearest point to the HIP on one wall (mm, world): along it by the reduced Hessian 1
-/// + lambda (tangential second derivatives), and to it along its normal. `to_hip` and `voxel_mm` in mm;
-/// `frame` of the walls.
+/// Returns Newton's step to the point nearest to the HIP on one wall (mm, world): along it by the reduced
+/// Hessian 1 + lambda (tangential second derivatives), and to it along its normal. `to_hip` and `voxel_mm` in
+/// mm; `frame` of the walls.
 glm::dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plane,
                        const glm::dvec3& to_hip) noexcept;
-/// Newton's step with several walls: the first active set whose step keeps off all others and pulls at none.
+/// Returns Newton's step with several walls: that of the first active set with a step that stays off all
+/// other walls and pulls at no wall of its own.
 glm::dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& planes,
                       const glm::dvec3& to_hip) noexcept;
-/// Back to the walls, and nowhere else.
+/// Returns the step to the walls, without sliding.
 glm::dvec3 step_back(const Planes& planes) noexcept;
 
 }  // namespace trephine::haptics

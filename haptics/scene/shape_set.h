@@ -1,4 +1,4 @@
-// A few of the shapes of a scene.
+// ShapeSet: set of shapes of a scene.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace trephine::haptics {
 
-/// Plain data of 16 bytes.
+/// Set of shape indices. Plain data of 16 bytes.
 class ShapeSet {
  public:
   static constexpr int k_most = 128;
@@ -22,7 +22,7 @@ class ShapeSet {
     a.words_[0] |= b.words_[0], a.words_[1] |= b.words_[1];
     return a;
   }
-  /// The first member from `s` on; k_most after the last.
+  /// Returns the first member from `s` on; k_most after the last.
   constexpr int next(int s) const noexcept {
     for (std::size_t w = word(s); s < k_most; s = static_cast<int>(64 * ++w))
       if (const std::uint64_t rest = words_[w] >> (s & 63); rest != 0) return s + std::countr_zero(rest);

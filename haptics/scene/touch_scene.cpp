@@ -6,39 +6,44 @@
 #include <glm/common.hpp>
 #include <string>
 
-#include "volume/parallel.h"
+#include "volume/base/parallel.h"
 
 namespace trephine::haptics {
 
-using volume::Error;
-
-volume::Status check_material(const Material& m) {
-  const auto wrong = [](const char* which, double found, const char* expected) {
-    return Error{std::string("the ") + which + " is out of range", which, std::to_string(found), expected,
-                 ""};
+Status check_material(const Material& m) {
+  const auto range_error = [](const char* name, double found, const char* expected) {
+    return Error{.what = std::string("the ") + name + " is out of range",
+                 .where = name,
+                 .found = std::to_string(found),
+                 .expected = expected};
   };
   if (!(m.stiffness > 0 && m.stiffness <= 100))
-    return wrong("stiffness", m.stiffness, "above 0, at most 100 N/mm");
-  if (!(m.damping >= 0 && m.damping <= 1)) return wrong("damping", m.damping, "0 to 1 N s/mm");
+    return range_error("stiffness", m.stiffness, "above 0, at most 100 N/mm");
+  if (!(m.damping >= 0 && m.damping <= 1)) return range_error("damping", m.damping, "0 to 1 N s/mm");
   if (!(m.static_friction >= 0 && m.static_friction <= 2))
-    return wrong("static friction", m.static_friction, "a coefficient of 0 to 2");
+    return range_error("static friction", m.static_friction, "a coefficient of 0 to 2");
   if (!(m.dynamic_friction >= 0 && m.dynamic_friction <= m.static_friction))
-    return wrong("dynamic friction", m.dynamic_friction, "a coefficient of 0 to the static one");
-  if (!(m.viscosity >= 0 && m.viscosity <= 0.05)) return wrong("viscosity", m.viscosity, "0 to 0.05 N s/mm");
-  if (!(m.pop_force >= 0 && m.pop_force <= 100)) return wrong("pop force", m.pop_force, "0 (never) to 100 N");
-  if (!(m.pop_rearm >= 0 && m.pop_rearm <= 100)) return wrong("pop rearm", m.pop_rearm, "0 to 100 mm");
+    return range_error("dynamic friction", m.dynamic_friction, "a coefficient of 0 to the static one");
+  if (!(m.viscosity >= 0 && m.viscosity <= 0.05))
+    return range_error("viscosity", m.viscosity, "0 to 0.05 N s/mm");
+  if (!(m.pop_force >= 0 && m.pop_force <= 100))
+    return range_error("pop force", m.pop_force, "0 (never) to 100 N");
+  if (!(m.pop_rearm >= 0 && m.pop_rearm <= 100)) return range_error("pop rearm", m.pop_rearm, "0 to 100 mm");
   return std::nullopt;
 }
 
-volume::Status check_ramp(const StiffnessRamp& ramp) {
+Status check_ramp(const StiffnessRamp& ramp) {
   if (!(ramp.dense_intensity > ramp.intensity) || !(std::abs(ramp.intensity) <= 1e9) ||
       !(std::abs(ramp.dense_intensity) <= 1e9))
-    return Error{"the ramp's intensities do not rise", "stiffness ramp",
-                 std::to_string(ramp.intensity) + " to " + std::to_string(ramp.dense_intensity),
-                 "two rising intensities", ""};
+    return Error{.what = "the intensities of the ramp are not increasing",
+                 .where = "stiffness ramp",
+                 .found = std::to_string(ramp.intensity) + " to " + std::to_string(ramp.dense_intensity),
+                 .expected = "two rising intensities"};
   if (!(ramp.dense_stiffness > 0 && ramp.dense_stiffness <= 100))
-    return Error{"the stiffness is out of range", "stiffness ramp", std::to_string(ramp.dense_stiffness),
-                 "above 0, at most 100 N/mm", ""};
+    return Error{.what = "the stiffness is out of range",
+                 .where = "stiffness ramp",
+                 .found = std::to_string(ramp.dense_stiffness),
+                 .expected = "above 0, at most 100 N/mm"};
   return std::nullopt;
 }
 
@@ -100,8 +105,8 @@ const std::string& name_of(const TouchItem& item) noexcept {
 
 namespace {
 
-/// Returns the bits of a shape of another volume on the grid of `volume`, at the nearest voxels; nothing
-/// where they do not meet.
+/// Returns the bits of a shape of another volume on the grid of `volume`, at the nearest voxels; empty if
+/// they do not overlap.
 std::optional<volume::Occupancy> bits_on_grid(const TouchItem& item, const volume::Volume& volume) {
   const volume::Volume& other = item.field.volume();
   const glm::ivec3& size = volume.size;
@@ -112,9 +117,9 @@ std::optional<volume::Occupancy> bits_on_grid(const TouchItem& item, const volum
                    step_y = other_from_volume({0, 1, 0}) - origin,
                    step_z = other_from_volume({0, 0, 1}) - origin;
   auto mask = volume::make_volume(size, volume.frame, true);
-  if (!mask) return std::nullopt;  // no memory: the shapes stay apart
+  if (!mask) return std::nullopt;  // no memory: the shapes stay separate
   std::atomic<bool> is_any = false;
-  volume::parallel_for(size.z, 0, [&](int z) {
+  parallel_for(size.z, 0, [&](int z) {
     bool is_any_here = false;
     for (int y = 0; y < size.y; ++y) {
       const glm::dvec3 row = origin + static_cast<double>(y) * step_y + static_cast<double>(z) * step_z;
@@ -150,11 +155,11 @@ void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) 
     std::vector<const volume::Occupancy*> whole, at_surface;
     std::vector<volume::Occupancy> resampled;
     resampled.reserve(scene.items.size());
-    // A tool that is held within one of the two may be where the other would go on.
+    // A tool that is kept inside one of the two may be where the other would extend.
     for (std::size_t other = 0; other < scene.items.size(); ++other) {
       const TouchItem& item = scene.items[other];
       if (other == s || item.is_mesh() || shape.sides != Side::front || item.sides != Side::front) continue;
-      // Parts that a passable shape covers must not be touched in it then.
+      // A tool in a shape that it passes must not touch parts of the other one that the first covers.
       const bool is_soft = std::find(which.begin(), which.end(), other) != which.end();
       const double pop_force = std::max(item.material.pop_force, shape.material.pop_force);
       if (&item.field.volume() == &shape.field.volume()) {
@@ -173,7 +178,7 @@ std::shared_ptr<volume::Version> untouched(const TouchScene& scene) {
                        : std::make_shared<volume::Version>(scene.base);
 }
 
-volume::Status set_smallest_burr(TouchScene& scene, double diameter) {
+Status set_smallest_burr(TouchScene& scene, double diameter) {
   scene.lattice.reset();
   scene.smallest_burr = 0;
   if (diameter == 0) return std::nullopt;
@@ -184,7 +189,7 @@ volume::Status set_smallest_burr(TouchScene& scene, double diameter) {
   return std::nullopt;
 }
 
-volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
+Status set_tool_radius(TouchScene& scene, double radius, int threads) {
   if (radius == 0) {
     scene.tool_radius = 0;
     scene.tool_balls.clear();
@@ -192,19 +197,24 @@ volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
     return std::nullopt;
   }
   if (!(radius > 0 && radius <= 6))
-    return Error{"the tool's radius is out of range", "tool radius", std::to_string(radius) + " mm",
-                 "0 to 6 mm", "take a smaller ball, or a point"};
+    return Error{.what = "the tool's radius is out of range",
+                 .where = "tool radius",
+                 .found = std::to_string(radius) + " mm",
+                 .expected = "0 to 6 mm",
+                 .remedy = "use a smaller ball, or a point"};
   for (const TouchItem& shape : scene.items)
     if (!shape.is_mesh() && holds(shape.sides, Side::back))
-      return Error{"a tool with a radius cannot be held from within", shape.field.shape().name,
-                   "its back is touchable", "shapes touched from the front",
-                   "use a point, or touch the front alone"};
+      return Error{.what = "contact from inside needs a tool without a radius",
+                   .where = shape.field.shape().name,
+                   .found = "its back is touchable",
+                   .expected = "shapes touched from the front",
+                   .remedy = "use a point, or touch the outside only"};
   for (TouchItem& shape : scene.items) {
     if (shape.is_mesh()) continue;
-    auto made = volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius, threads, nullptr,
-                                           shape.soft.get());
-    if (!made) return made.error();
-    shape.offset = std::move(made).value();
+    auto result = volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius, threads, nullptr,
+                                             shape.soft.get());
+    if (!result) return result.error();
+    shape.offset = std::move(result).value();
   }
   scene.tool_radius = radius;
   scene.tool_balls.clear();
@@ -217,56 +227,61 @@ std::vector<volume::Field> solids_of(const TouchScene& scene) {
   return fields;
 }
 
-volume::Status check_tool_balls(double radius, const std::vector<glm::dvec3>& balls) {
+Status check_tool_balls(double radius, const std::vector<glm::dvec3>& balls) {
   if (balls.empty()) return std::nullopt;
   if (!(radius > 0))
-    return Error{"a tool of several balls needs their radius", "tool radius", std::to_string(radius) + " mm",
-                 "more than 0", ""};
+    return Error{.what = "a tool of several balls needs a radius",
+                 .where = "tool radius",
+                 .found = std::to_string(radius) + " mm",
+                 .expected = "more than 0"};
   if (balls.size() > TouchScene::k_most_balls)
-    return Error{"a tool has too many balls", "balls", std::to_string(balls.size()),
-                 "at most " + std::to_string(TouchScene::k_most_balls), ""};
+    return Error{.what = "a tool has too many balls",
+                 .where = "balls",
+                 .found = std::to_string(balls.size()),
+                 .expected = "at most " + std::to_string(TouchScene::k_most_balls)};
   constexpr double k_longest = 300;  // mm
   for (const glm::dvec3& at : balls)
     if (!(glm::length(at) <= k_longest))
-      return Error{"a ball of the tool is too far from the hand", "balls",
-                   std::to_string(glm::length(at)) + " mm", "at most " + std::to_string(k_longest) + " mm",
-                   ""};
+      return Error{.what = "a ball of the tool is too far from the haptic interface point",
+                   .where = "balls",
+                   .found = std::to_string(glm::length(at)) + " mm",
+                   .expected = "at most " + std::to_string(k_longest) + " mm"};
   return std::nullopt;
 }
 
-volume::Status set_tool(TouchScene& scene, double radius, std::vector<glm::dvec3> balls, int threads) {
-  if (volume::Status error = check_tool_balls(radius, balls)) return error;
-  if (volume::Status error = set_tool_radius(scene, radius, threads)) return error;
+Status set_tool(TouchScene& scene, double radius, std::vector<glm::dvec3> balls, int threads) {
+  if (Status error = check_tool_balls(radius, balls)) return error;
+  if (Status error = set_tool_radius(scene, radius, threads)) return error;
   scene.tool_balls = std::move(balls);
   return std::nullopt;
 }
 
 double gyration_square(const TouchScene& scene) noexcept {
-  // mm2: a hand turns what it holds by itself, as if it had it 20 mm to either side. Tied by its balls alone
-  // a craniotome's bit leans under what it cuts until it is caught in its burr hole.
+  // mm2: a hand turns a tool as if it held it 20 mm to either side. Coupled by its balls alone, a
+  // craniotome's bit tilts under the bone until it is caught in its burr hole.
   constexpr double k_least = 400;
   double sum = 0;
   for (const glm::dvec3& at : scene.tool_balls) sum += glm::dot(at, at);
   return std::max(k_least, sum / static_cast<double>(std::max<std::size_t>(1, scene.tool_balls.size())));
 }
 
-volume::Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
-                                                std::span<const double> opacities, double threshold) {
-  const auto wrong = [](const char* what, double found, const char* expected) {
-    return Error{what, "opacity ramp", std::to_string(found), expected, ""};
+Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
+                                        std::span<const double> opacities, double threshold) {
+  const auto range_error = [](const char* what, double found, const char* expected) {
+    return Error{.what = what, .where = "opacity ramp", .found = std::to_string(found), .expected = expected};
   };
   if (!(threshold >= 0 && threshold < 1))
-    return wrong("the threshold is out of range", threshold, "0 or more, below 1");
+    return range_error("the threshold is out of range", threshold, "0 or more, below 1");
   for (std::size_t i = 0; i < intensities.size(); ++i) {
     if (!std::isfinite(intensities[i]) || !(opacities[i] >= 0 && opacities[i] <= 1))
-      return wrong("a point is out of range", opacities[i], "finite intensities, opacities of 0 to 1");
+      return range_error("a point is out of range", opacities[i], "finite intensities, opacities of 0 to 1");
     if (i > 0 && !(intensities[i] > intensities[i - 1]))
-      return wrong("the intensities do not rise", intensities[i], "strictly rising intensities");
+      return range_error("the intensities do not rise", intensities[i], "strictly rising intensities");
   }
-  // The stretch above the threshold; beyond the ends the function goes on as it ends.
+  // The interval above the threshold; the function is constant beyond its ends.
   volume::Shape window;
   window.low = window.high = 0;
-  int stretches = 0;
+  int interval_count = 0;
   bool is_above = false;
   const auto crossing = [&](std::size_t i) {
     const double share = (threshold - opacities[i - 1]) / (opacities[i] - opacities[i - 1]);
@@ -275,19 +290,21 @@ volume::Result<volume::Shape> window_of_opacity(std::span<const double> intensit
   for (std::size_t i = 0; i < intensities.size(); ++i) {
     const bool is_now = opacities[i] > threshold;
     if (is_now && !is_above) {
-      ++stretches;
+      ++interval_count;
       window.low = i == 0 ? -std::numeric_limits<double>::infinity() : crossing(i);
     }
     if (!is_now && is_above) window.high = crossing(i);
     is_above = is_now;
   }
   if (is_above) window.high = std::numeric_limits<double>::infinity();
-  if (stretches == 0)
-    return wrong("nothing is opaque enough to be touched", threshold,
-                 "an opacity above the threshold somewhere");
-  if (stretches > 1)
-    return Error{"the opaque intensities are not one stretch", "opacity ramp",
-                 std::to_string(stretches) + " stretches", "one; make a shape of each", ""};
+  if (interval_count == 0)
+    return range_error("nothing is opaque enough to be touched", threshold,
+                       "an opacity above the threshold somewhere");
+  if (interval_count > 1)
+    return Error{.what = "the opaque intensities are not one interval",
+                 .where = "opacity ramp",
+                 .found = std::to_string(interval_count) + " intervals",
+                 .expected = "one interval; add one shape per interval"};
   return window;
 }
 

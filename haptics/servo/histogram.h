@@ -1,4 +1,4 @@
-// Durations on a servo thread: counted without allocation, read by anyone later.
+// Histogram: durations on a servo thread, counted without allocation and read on any thread.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace trephine::haptics {
 
-/// Buckets of about 3 % width from 1 ns to 4 s. add() on one thread; reading while it runs gives a recent
+/// Buckets of about 3 % width from 1 ns to 4 s. add() on one thread; a read while it runs gives a recent
 /// state.
 class Histogram {
  public:
@@ -17,13 +17,13 @@ class Histogram {
     if (ns > max_.load(std::memory_order_relaxed)) max_.store(ns, std::memory_order_relaxed);
   }
   std::uint64_t count() const noexcept;
-  /// Nearest-rank percentile in us (0 < p <= 100), to the bucket's upper edge; 0 when empty.
+  /// Returns the nearest-rank percentile in us (0 < p <= 100), to the bucket's upper edge; 0 when empty.
   double percentile_us(double p) const noexcept;
   double max_us() const noexcept { return static_cast<double>(max_.load(std::memory_order_relaxed)) * 1e-3; }
   void reset() noexcept;
 
  private:
-  static constexpr int k_parts = 32;  // buckets an octave
+  static constexpr int k_parts = 32;  // buckets per octave
   static std::size_t bucket_of(std::uint64_t ns) noexcept;
   static double upper_edge_ns(std::size_t bucket) noexcept;
   std::array<std::atomic<std::uint64_t>, 32 * k_parts> counts_{};

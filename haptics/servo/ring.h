@@ -1,4 +1,4 @@
-// A fixed ring from one thread to another, wait-free on both ends.
+// Ring: queue of fixed size from one thread to another, wait-free on both ends.
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,7 @@ class Ring {
     slots_ = std::make_unique<T[]>(size);
     mask_ = size - 1;
   }
-  /// Producer. False when the consumer is a whole ring behind; nothing is written then.
+  /// Producer: adds a value. Returns false, and writes nothing, when the ring is full.
   bool push(const T& value) noexcept {
     const std::size_t at = written_.load(std::memory_order_relaxed);
     if (at - read_.load(std::memory_order_acquire) > mask_) return false;
@@ -27,13 +27,13 @@ class Ring {
     written_.store(at + 1, std::memory_order_release);
     return true;
   }
-  /// Producer: what the consumer has not read yet, and how many pushes will succeed.
+  /// Producer: values that the consumer has not read yet, and pushes that will succeed.
   std::size_t size() const noexcept {
     return written_.load(std::memory_order_relaxed) - read_.load(std::memory_order_acquire);
   }
   std::size_t room() const noexcept { return capacity() - size(); }
   std::size_t capacity() const noexcept { return mask_ + 1; }
-  /// Consumer. False when there is nothing new.
+  /// Consumer: reads the next value. Returns false if there is no new one.
   bool pop(T& value) noexcept {
     const std::size_t at = read_.load(std::memory_order_relaxed);
     if (at == written_.load(std::memory_order_acquire)) return false;

@@ -31,7 +31,7 @@ std::size_t ring_capacity(const ServoOptions& options, std::size_t hands) {
   if (options.ring_capacity > 0) return options.ring_capacity;
   constexpr double k_least = 4096, k_most = 1 << 20;
   const double lag = options.lag_seconds * options.rate_hz * static_cast<double>(hands);
-  // A rate that is no number is refused later, by start().
+  // A non-finite rate is refused later, by start().
   return static_cast<std::size_t>(2 * lag > k_least ? std::min(2 * lag, k_most) : k_least);
 }
 
@@ -50,27 +50,31 @@ ServoLoop::ServoLoop(Device& device, ServoChannel& channel, const ServoOptions& 
 
 ServoLoop::~ServoLoop() { stop(); }
 
-volume::Status ServoLoop::start() {
+Status ServoLoop::start() {
   if (thread_.joinable())
-    return volume::Error{"the servo loop runs already", "", "a second start", "one start, then stop",
-                         "stop it first"};
+    return Error{.what = "the servo loop is already running",
+                 .found = "a second start",
+                 .expected = "one start, then stop",
+                 .remedy = "stop the loop first"};
   if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
-    return volume::Error{"the servo rate is out of range", "", std::to_string(options_.rate_hz) + " Hz",
-                         "250 to 10000 Hz", ""};
-  // The recording has the requested force, so nothing is limited here in silence.
+    return Error{.what = "the servo rate is out of range",
+                 .found = std::to_string(options_.rate_hz) + " Hz",
+                 .expected = "250 to 10000 Hz"};
+  // The recording contains the requested force, so the loop does not limit it without an error.
   for (const Hand& hand : hands_) {
     const DeviceCapabilities device = hand.device->capabilities();
     const ForceOptions limited = within_limits(options_.force, device);
     if (limited.force_limit < options_.force.force_limit || limited.slew_limit < options_.force.slew_limit)
-      return volume::Error{"the limits of force are beyond what the device renders", device.name,
-                           std::to_string(options_.force.force_limit) + " N, " +
-                               std::to_string(options_.force.slew_limit) + " N/s",
-                           "at most " + std::to_string(limited.force_limit) + " N, " +
+      return Error{.what = "the force limits exceed those of the device",
+                   .where = device.name,
+                   .found = std::to_string(options_.force.force_limit) + " N, " +
+                            std::to_string(options_.force.slew_limit) + " N/s",
+                   .expected = "at most " + std::to_string(limited.force_limit) + " N, " +
                                std::to_string(limited.slew_limit) + " N/s",
-                           "use within_limits() (haptics/force/coupling.h)"};
+                   .remedy = "use within_limits() (haptics/force/coupling.h)"};
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) {
-    volume::Status error = hands_[h].device->open();
+    Status error = hands_[h].device->open();
     if (!error) continue;
     while (h-- > 0) hands_[h].device->close();
     return error;
@@ -78,14 +82,16 @@ volume::Status ServoLoop::start() {
   reader_ = channel_->open_reader();
   if (reader_ < 0) {
     for (Hand& hand : hands_) hand.device->close();
-    return volume::Error{"too many servo loops read one scene", "", "",
-                         "at most " + std::to_string(ServoChannel::k_readers), "stop another loop first"};
+    return Error{.what = "too many servo loops read one scene",
+                 .expected = "at most " + std::to_string(ServoChannel::k_readers),
+                 .remedy = "stop another loop first"};
   }
   if (const std::size_t known = channel_->adopt(reader_)->hands.size(); known < hands_.size()) {
     channel_->close_reader(reader_);
     for (Hand& hand : hands_) hand.device->close();
-    return volume::Error{"there are more devices than hands in the scene", "", std::to_string(hands_.size()),
-                         "at most " + std::to_string(known), ""};
+    return Error{.what = "the scene has fewer hands than devices",
+                 .found = std::to_string(hands_.size()),
+                 .expected = "at most " + std::to_string(known)};
   }
   is_stopping_ = false;
   thread_ = std::thread([this] { run(); });
@@ -105,9 +111,9 @@ void ServoLoop::request_restart(const dvec3& free_point_volume, std::size_t hand
 }
 
 bool request_realtime(int priority) noexcept {
-  sched_param wanted{};
-  wanted.sched_priority = priority;
-  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted) == 0;
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
 
 void ServoLoop::run() noexcept {
@@ -130,18 +136,18 @@ void ServoLoop::run() noexcept {
     this->tick(tick, late > watchdog ? fault_stale_scene : 0u);
     ticks_.store(tick + 1, std::memory_order_relaxed);
     step_times_.add(static_cast<std::uint64_t>(now_ns() - begin));
-    // After a long gap the missed ticks are not made up for.
+    // Missed ticks are not made up for after a long gap.
     if (late > 8 * period) due = begin;
   }
   for (Hand& hand : hands_) hand.device->write(dvec3(0));
 }
 
 void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
-  // Device time is the tick's own, so that nothing depends on the clock.
+  // Device time is that of the tick, so that no result depends on the clock.
   const double t = static_cast<double>(tick) / options_.rate_hz;
   std::uint32_t all_faults = 0;
 
-  // A tick that cannot be sent to the edits has no contact either: the replay must know every step.
+  // A tick without room for its record has no contact either: a replay must know every step.
   if (ring_.room() < hands_.size()) {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     for (Hand& hand : hands_) {
@@ -154,14 +160,14 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
     return;
   }
   const bool is_reset = wants_reset_.exchange(false, std::memory_order_relaxed);
-  const ServoScene* seen = channel_->adopt(reader_);
-  // The force fades before the ring is full, at every rate and size of it.
+  const ServoScene* servo_scene = channel_->adopt(reader_);
+  // The force fades before the ring is full, at any rate and ring size.
   const double waiting = static_cast<double>(ring_.size());
   const bool is_lagging =
       waiting > options_.lag_seconds * options_.rate_hz * static_cast<double>(hands_.size()) ||
       waiting > 0.5 * static_cast<double>(ring_.capacity());
-  HandPlaces places;
-  for (std::size_t h = 0; seen->has_held && h < hands_.size(); ++h)
+  HandPlacements places;
+  for (std::size_t h = 0; servo_scene->has_held && h < hands_.size(); ++h)
     places[h] = hands_[h].core.place_before(hands_[h].core.next_tick());
   for (Hand& hand : hands_) {
     ServoInput input;
@@ -177,7 +183,7 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
       hand.faults |= fault_lost_device;
     input.pose = hand.pose;
     input.faults = hand.faults;
-    const ServoRecord record = hand.core.step(*seen, input);
+    const ServoRecord record = hand.core.step(*servo_scene, input);
     hand.device->write(record.wrench());
     ring_.push(record);
     all_faults |= record.faults | hand.faults;

@@ -5,14 +5,14 @@
 #include <cstring>
 #include <glm/geometric.hpp>
 
-#include "volume/bytes.h"
-#include "volume/traversal.h"
+#include "volume/base/bytes.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::haptics {
 
 namespace {
 
-// A struct that grows belongs here with its new field.
+// When a struct grows, add its new field below.
 static_assert(sizeof(ServoCore) == 7248 && sizeof(ProxyState) == 816 && sizeof(ServoRecord) == 384);
 
 template <class Fields>
@@ -25,7 +25,7 @@ void fields_of(Placement& p, Fields& fields) {
 }
 template <class Fields>
 void fields_of(Surroundings& s, Fields& fields) {
-  fields(s.let_through, s.fresh, s.near, s.near_middle_world, s.near_radius, s.has_placements);
+  fields(s.passable, s.fresh, s.near, s.near_middle_world, s.near_radius, s.has_placements);
   if (s.has_placements) fields(s.placements, s.time);
   bool has_sets = s.sets != decltype(s.sets){};
   fields(has_sets);
@@ -36,16 +36,16 @@ void fields_of(ProxyState& s, Fields& fields) {
   fields(s.has_proxy, s.proxy_volume, s.inside, s.had_contact, s.is_sticking, s.touched, s.version, s.plane,
          s.has_turn, s.tool_turn, s.balls_inside, s.has_on_meshes, s.on_meshes_world, s.around);
 }
-/// Its path and counters are of one tick alone.
+/// Leaves out path and counters, which belong to one tick only.
 template <class Fields>
 void fields_of(ProxyStep& s, Fields& fields) {
   fields(s.proxy_world, s.normal_world, s.has_contact, s.shape, s.side, s.is_buried, s.carried_world,
          s.turn_world);
 }
 template <class Fields>
-void fields_of(WayOut& w, Fields& fields) {
+void fields_of(EscapePath& w, Fields& fields) {
   fields(w.serial, w.count);
-  w.count = w.count <= WayOut::k_most_places ? w.count : 0;  // as a file says
+  w.count = w.count <= EscapePath::k_most_places ? w.count : 0;  // may come from an invalid file
   for (std::uint32_t i = 0; i < w.count; ++i) fields(w.places_volume[i]);
 }
 template <class Fields>
@@ -63,7 +63,7 @@ void fields_of(TouchEvent& e, Fields& fields) {
 template <class Fields>
 void fields_of(ServoRecord& r, Fields& fields) {
   fields(r.tick, r.t, r.version, r.pose, r.proxy_world, r.normal_world, r.force_world, r.torque_world,
-         r.press_world, r.turn_world, r.has_contact, r.is_buried, r.is_led, r.shape, r.side, r.faults,
+         r.press_world, r.turn_world, r.has_contact, r.is_buried, r.is_escaping, r.shape, r.side, r.faults,
          r.raised, r.is_reset, r.is_restarted, r.restart_volume, r.hand, r.energy, r.event_count);
   r.event_count = r.event_count <= ServoRecord::k_most_events ? r.event_count : 0;
   for (std::uint8_t i = 0; i < r.event_count; ++i) fields(r.events[i]);
@@ -74,9 +74,9 @@ concept HasFields = requires(T& value, Fields& fields) {
   value.each_field(fields);
 };
 
-constexpr double k_most = 1e12;  // whatever unit
+constexpr double k_most = 1e12;  // in any unit
 
-/// Puts every field, or gets it; invalid places and numbers are refused.
+/// Writes or reads every field; invalid positions and numbers are refused.
 template <bool k_is_saving>
 struct Fields {
   std::string* out = nullptr;
@@ -85,19 +85,19 @@ struct Fields {
 
   template <class... T>
   void operator()(T&... values) {
-    (one(values), ...);
+    (visit(values), ...);
   }
 
  private:
   template <class T>
   void raw(T& value) {
     if constexpr (k_is_saving)
-      volume::put(*out, value);
+      put(*out, value);
     else
-      is_good = is_good && volume::get(in, value);
+      is_good = is_good && get(in, value);
   }
   template <class T>
-  void one(T& value) {
+  void visit(T& value) {
     if constexpr (std::is_same_v<T, bool>) {
       auto byte = static_cast<std::uint8_t>(value);
       raw(byte);
@@ -120,20 +120,20 @@ struct Fields {
       fields_of(value, *this);
     }
   }
-  /// Memory of a law is its own, and mostly zeros.
-  void one(std::array<std::byte, ServoLaw::k_memory>& memory) {
+  /// The memory of a law is opaque, and mostly zeros.
+  void visit(std::array<std::byte, ServoLaw::k_memory>& memory) {
     std::array<std::uint64_t, ServoLaw::k_memory / sizeof(std::uint64_t)> words;
     static_assert(sizeof words == ServoLaw::k_memory);
     std::memcpy(words.data(), memory.data(), sizeof words);
     if constexpr (k_is_saving)
-      volume::put_runs(*out, words.data(), words.size());
+      put_runs(*out, words.data(), words.size());
     else
-      is_good = is_good && volume::get_runs(in, words.data(), words.size());
+      is_good = is_good && get_runs(in, words.data(), words.size());
     std::memcpy(memory.data(), words.data(), sizeof words);
   }
   template <class T, std::size_t N>
-  void one(std::array<T, N>& values) {
-    for (T& value : values) one(value);
+  void visit(std::array<T, N>& values) {
+    for (T& value : values) visit(value);
   }
 };
 
@@ -141,7 +141,7 @@ bool is_item(int index, const TouchScene& scene) noexcept { return index >= -1 &
 
 bool is_side(Side side) noexcept { return side <= Side::both; }
 
-/// Range in which voxels can be counted.
+/// Returns true in the range in which voxels can be counted.
 bool is_near(const glm::dvec3& p_volume) noexcept {
   const glm::dvec3 a = glm::abs(p_volume);
   return std::max({a.x, a.y, a.z}) < 0.25 * volume::k_traversal_limit;
@@ -149,55 +149,56 @@ bool is_near(const glm::dvec3& p_volume) noexcept {
 
 }  // namespace
 
-std::string ServoMemory::save(const ServoCore& core, const ServoHand& mine) {
+std::string ServoMemory::save(const ServoCore& core, const ServoHand& hand) {
   ServoCore copy = core;
-  // As the next step does first, so that nothing refers to what is gone.
-  if (copy.layout_ != mine.layout) copy.adopt(mine);
-  // Numbers of this run: whether they are the newest is what counts.
+  // Adopts the scene as the next step would, so that no index refers to a removed item.
+  if (copy.layout_ != hand.layout) copy.adopt(hand);
+  // Serials are those of this run: only their being the newest is saved.
   copy.layout_ = 1;
-  copy.state_.version = mine.state.version && core.state_.version == mine.state.version->serial();
+  copy.state_.version = hand.state.version && core.state_.version == hand.state.version->serial();
   std::string out;
   Fields<true> fields{&out};
   copy.each_field(fields);
   return out;
 }
 
-bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore& core) {
-  ServoCore made = core;
+bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore& core) {
+  ServoCore result = core;
   Fields<false> fields{nullptr, bytes};
-  made.each_field(fields);
-  const TouchScene& scene = *mine.scene;
-  const ProxyState& state = made.state_;
+  result.each_field(fields);
+  const TouchScene& scene = *hand.scene;
+  const ProxyState& state = result.state_;
   bool is_good = fields.is_good && fields.in.empty() && is_near(state.proxy_volume) &&
-                 is_near(made.anchor_volume_) && (!made.is_led_ || made.next_place_ <= made.way_.count);
-  for (const int item : {made.touched_, made.last_shape_, made.popped_shape_, made.step_.shape, state.touched,
-                         state.plane.shape})
+                 is_near(result.anchor_volume_) &&
+                 (!result.is_escaping_ || result.next_place_ <= result.escape_path_.count);
+  for (const int item : {result.touched_item_, result.last_shape_, result.popped_shape_, result.step_.shape,
+                         state.touched, state.plane.shape})
     is_good = is_good && is_item(item, scene);
   is_good = is_good && std::abs(glm::length(state.tool_turn) - 1) < 1e-6 &&
             (state.balls_inside >> TouchScene::k_most_balls) == 0;
-  for (const ServoCore::Place& place : made.places_)
+  for (const ServoCore::Place& place : result.places_)
     is_good = is_good && std::abs(glm::length(place.where.rotation) - 1) < 1e-6;
-  for (const Side side : {made.step_.side, made.popped_side_}) is_good = is_good && is_side(side);
-  for (std::uint32_t i = 0; i < made.way_.count; ++i)
-    is_good = is_good && is_near(made.way_.places_volume[i]);
-  for (const ShapeSet& some : {state.inside, state.around.near, state.around.let_through, state.around.fresh,
-                               made.not_ready_, made.told_not_ready_})
-    is_good = is_good && some.next(item_count(scene)) == ShapeSet::k_most;
+  for (const Side side : {result.step_.side, result.popped_side_}) is_good = is_good && is_side(side);
+  for (std::uint32_t i = 0; i < result.escape_path_.count; ++i)
+    is_good = is_good && is_near(result.escape_path_.places_volume[i]);
+  for (const ShapeSet& items : {state.inside, state.around.near, state.around.passable, state.around.fresh,
+                                result.not_ready_, result.reported_not_ready_})
+    is_good = is_good && items.next(item_count(scene)) == ShapeSet::k_most;
   for (int s = state.inside.next(0); is_good && s < ShapeSet::k_most; s = state.inside.next(s + 1))
     is_good = !item_of(scene, s).is_mesh();
   const auto is_share = [](double share) { return share >= 0 && share <= 1; };
-  is_good = is_good && is_share(made.guard_.fade()) && is_share(made.passivity_.softness());
-  // A device would feel it at once.
-  for (const glm::dvec3& force : {made.guard_.last(), made.last_force_})
-    is_good = is_good && glm::length(force) <= 1.001 * made.force_limit_;
-  for (const glm::dvec3& torque : {made.guard_.last_torque(), made.last_torque_})
-    is_good = is_good && glm::length(torque) <= made.guard_.torque_limit() * 1.001;
-  if (!is_good || made.touched_ < 0) return false;
-  made.layout_ = made.layout_ == 1 ? mine.layout : ~std::uint64_t{0};
-  made.state_.version =
-      made.state_.version == 1 && mine.state.version ? mine.state.version->serial() : ~std::uint64_t{0};
-  if (mine.laws) made.laws_.belong_to(*mine.laws);
-  core = made;
+  is_good = is_good && is_share(result.guard_.fade()) && is_share(result.passivity_.softness());
+  // A device would render it at once.
+  for (const glm::dvec3& force : {result.guard_.last(), result.last_force_})
+    is_good = is_good && glm::length(force) <= 1.001 * result.force_limit_;
+  for (const glm::dvec3& torque : {result.guard_.last_torque(), result.last_torque_})
+    is_good = is_good && glm::length(torque) <= result.guard_.torque_limit() * 1.001;
+  if (!is_good || result.touched_item_ < 0) return false;
+  result.layout_ = result.layout_ == 1 ? hand.layout : ~std::uint64_t{0};
+  result.state_.version =
+      result.state_.version == 1 && hand.state.version ? hand.state.version->serial() : ~std::uint64_t{0};
+  if (hand.laws) result.laws_.belong_to(*hand.laws);
+  core = result;
   return true;
 }
 

@@ -1,4 +1,4 @@
-// State of a servo core as bytes: so a recorded operation is opened in its middle.
+// ServoMemory: state of a servo core as bytes, so that a recorded operation can be opened in its middle.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@
 namespace trephine::haptics {
 
 struct ServoMemory {
-  /// `mine`: the scene of the core's last step.
-  static std::string save(const ServoCore& core, const ServoHand& mine);
-  /// Into a core of the same options, hand and period. False, and the core is as it was, when the bytes are
-  /// broken, or speak of what `mine` does not have.
-  static bool load(std::string_view bytes, const ServoHand& mine, ServoCore& core);
+  /// `hand`: the scene of the core's last step.
+  static std::string save(const ServoCore& core, const ServoHand& hand);
+  /// Loads into a core with the same options, hand and period. Returns false, with the core unchanged, if the
+  /// bytes are broken or refer to items that `hand` does not have.
+  static bool load(std::string_view bytes, const ServoHand& hand, ServoCore& core);
 };
 
-/// All of a tick's record, exact.
+/// Write and read the complete record of a tick, exactly.
 void put_record(std::string& out, const ServoRecord& record);
 bool get_record(std::string_view& in, ServoRecord& record);
 

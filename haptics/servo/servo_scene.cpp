@@ -14,11 +14,11 @@ bool has_any_pop(const TouchScene& scene) {
 }  // namespace
 
 ServoHand::ServoHand(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared,
-                     TouchState seen, std::shared_ptr<const LawSet> beside)
+                     TouchState touch_state, std::shared_ptr<const LawSet> force_laws)
     : scene(std::move(items)),
       method(std::move(prepared)),
-      state(std::move(seen)),
-      laws(std::move(beside)),
+      state(std::move(touch_state)),
+      laws(std::move(force_laws)),
       has_pops(has_any_pop(*scene)) {}
 
 void ServoHand::set_scene(std::shared_ptr<const TouchScene> items,
@@ -27,10 +27,10 @@ void ServoHand::set_scene(std::shared_ptr<const TouchScene> items,
   method = std::move(prepared);
   has_pops = has_any_pop(*scene);
   ++layout;
-  const auto gone = std::remove_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(part_count),
-                                   [this](const Part& part) { return part.item >= item_count(*scene); });
-  part_count = static_cast<std::size_t>(gone - parts.begin());
-  // A later hand of such an index begins as all do.
+  const auto kept_end = std::remove_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(part_count),
+                                       [this](const Part& part) { return part.item >= item_count(*scene); });
+  part_count = static_cast<std::size_t>(kept_end - parts.begin());
+  // A later item with such an index starts touchable and ready.
   for (int i = item_count(*scene); i < ShapeSet::k_most; ++i)
     untouchable.set(i, false), not_ready.set(i, false);
 }
@@ -51,7 +51,7 @@ void ServoHand::set_ready(int item, const volume::VoxelBox& voxels) noexcept {
 
 void ServoHand::set_placement(int mover, const Placement& placement) noexcept {
   const auto m = static_cast<std::size_t>(mover);
-  for (const TouchItem& mesh : scene->items)  // those before it that were never set stay where they start
+  for (const TouchItem& mesh : scene->items)  // earlier movers without a placement stay at their initial one
     if (mesh.mover >= static_cast<int>(placement_count) && mesh.mover < mover)
       placements[static_cast<std::size_t>(mesh.mover)] = mesh.placement;
   placements[m] = placement;

@@ -1,5 +1,5 @@
-// Scene that a servo adopts, by one pointer a tick: all touchable data, prepared on another thread. In
-// addition a tick gets poses and faults alone.
+// ServoScene: all touchable data of a servo, prepared on another thread and adopted by one pointer per tick.
+// Otherwise a tick receives only poses and faults.
 #pragma once
 
 #include <array>
@@ -9,49 +9,49 @@
 
 #include "haptics/force/servo_law.h"
 #include "haptics/proxy/proxy_method.h"
-#include "volume/channel.h"
-#include "volume/traversal.h"
+#include "volume/base/channel.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::haptics {
 
-/// The way back of a proxy over which matter grows: where it had been, newest first, to a place that is free
-/// then.
-struct WayOut {
+/// Escape path of a proxy over which matter grows: its previous positions, newest first, up to one that is
+/// free then.
+struct EscapePath {
   static constexpr std::size_t k_most_places = 64;
   std::uint64_t serial = 0;  ///< of the first ServoScene with that matter
-  std::uint32_t count = 0;   ///< of places; 0: none is known, and who is buried is set free
+  std::uint32_t count = 0;   ///< number of positions; 0: no path is known, and a buried proxy is released
   std::array<glm::dvec3, k_most_places> places_volume;
 };
 
 /// Touchable data of one hand. A value; immutable when published.
 struct ServoHand {
   ServoHand(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared,
-            TouchState seen, std::shared_ptr<const LawSet> beside = nullptr);
+            TouchState touch_state, std::shared_ptr<const LawSet> force_laws = nullptr);
 
-  std::shared_ptr<const TouchScene> scene;    ///< what it may touch, with its tool's geometry
+  std::shared_ptr<const TouchScene> scene;    ///< items that it may touch, with its tool's geometry
   std::shared_ptr<const ProxyMethod> method;  ///< prepared for that scene
-  std::uint64_t layout = 0;                   ///< another number for another scene or method
-  /// Other items or another method, prepared for them. The base stays, and items that stay keep their
-  /// indices; switches, readiness and places stay too, but for parts of items that are gone.
+  std::uint64_t layout = 0;                   ///< changes with the scene or method
+  /// Sets other items or another method, prepared for them. The base stays, and items that stay keep their
+  /// indices; switches, readiness and placements stay too, except parts of removed items.
   void set_scene(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared);
   TouchState state;
-  std::shared_ptr<const LawSet> laws;  ///< null: no force in addition to the surfaces'
-  std::shared_ptr<const WayOut> way;   ///< the newest; null: none yet
-  bool has_pops = false;               ///< some material of the scene gives way
+  std::shared_ptr<const LawSet> laws;     ///< null: no force in addition to those of surfaces
+  std::shared_ptr<const EscapePath> way;  ///< the newest; null: no path yet
+  bool has_pops = false;                  ///< some material of the scene has a pop force
 
-  /// May this item hold the hand, and are its bits there? One that is wanted and not ready lets the hand
-  /// through, and the next tick says so. Both are true at the start.
+  /// Sets whether an item may block the hand, and whether its bits are available; both are true at the start.
+  /// A touchable item that is not ready lets the hand through, and the next tick emits an event.
   void set_touchable(int item, bool is_touchable) noexcept { untouchable.set(item, !is_touchable); }
   void set_ready(int item, bool is_ready) noexcept;
-  /// Voxels of a shape whose bits are there (low > high: not a single one): it is ready while
-  /// hand and proxy stay within them, a few voxels off their border. Of k_most_parts items at a time; a
-  /// further one is not ready at all.
+  /// Sets the voxels of a shape with available bits (low > high: no voxel): the shape is ready while hand and
+  /// proxy are within them, a few voxels off their border. For k_most_parts items at a time; a further one is
+  /// not ready at all.
   void set_ready(int item, const volume::VoxelBox& voxels) noexcept;
-  /// Place of a moving mesh.
+  /// Sets the placement of a moving mesh.
   void set_placement(int mover, const Placement& placement) noexcept;
 
   static constexpr std::size_t k_most_parts = 8;
-  struct Part {  ///< of an item that is ready
+  struct Part {  ///< available part of an item
     int item;
     volume::VoxelBox voxels;
   };
@@ -59,35 +59,35 @@ struct ServoHand {
   std::array<Part, k_most_parts> parts;
   std::size_t part_count = 0;
   std::array<Placement, TouchScene::k_max_movers> placements;
-  std::size_t placement_count = 0;  ///< of them set: the first ones; others are where they start
-  /// A moving mesh that some hand holds goes with that hand, as it was in the tick before; where the hand is
-  /// not known it is at its placement.
+  std::size_t placement_count = 0;  ///< number of placements set, from the first on; others are initial
+  /// A moving mesh held by a hand, which moves with the hand's pose of the previous tick. It is at its
+  /// placement while that pose is unknown.
   struct Held {
     int mover;
-    std::uint8_t by;  ///< hand
-    Placement grip;   ///< the mesh seen from the hand
+    std::uint8_t by;  ///< index of the hand
+    Placement grip;   ///< placement of the mesh in the frame of the hand
   };
   void set_held(int mover, std::uint8_t by, const Placement& grip) noexcept;
-  void let_go() noexcept { held_count = 0; }  ///< of all of them
+  void let_go() noexcept { held_count = 0; }  ///< releases all of them
   std::array<Held, TouchScene::k_max_movers> held;
   std::size_t held_count = 0;
 };
 
 struct ServoScene {
   static constexpr std::size_t k_most_hands = 4;
-  std::uint64_t serial = 0;      ///< higher in each that is published; ticks record it
-  std::vector<ServoHand> hands;  ///< as many in each; a hand without an entry feels nothing, and faults
-  bool has_held = false;         ///< some hand feels what another one holds
+  std::uint64_t serial = 0;      ///< increases with every published scene; ticks record it
+  std::vector<ServoHand> hands;  ///< as many in every scene; a hand without entry gets no force, and faults
+  bool has_held = false;         ///< some hand touches a mesh that another one holds
 };
 
-using ServoChannel = volume::Channel<ServoScene>;
+using ServoChannel = Channel<ServoScene>;
 
-/// Shares values that outlive their users.
+/// Returns a shared pointer to a value that outlives its users.
 template <class T>
 std::shared_ptr<const T> borrowed(const T& value) noexcept {
   return {std::shared_ptr<void>(), &value};
 }
-/// For one hand, by the version's serial. Borrows scene and method.
+/// Makes a scene for one hand, with the serial of the version. Borrows scene and method.
 ServoScene scene_for_one(const TouchScene& scene, const ProxyMethod& method,
                          std::shared_ptr<const volume::Version> version,
                          std::shared_ptr<const LawSet> laws = nullptr);

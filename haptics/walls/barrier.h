@@ -1,30 +1,31 @@
-// Walks the proxy's way through the voxels until a touchable surface stops it.
+// find_barrier(): traversal of voxels along a motion until a touchable surface stops it.
 #pragma once
 
 #include <algorithm>
 
 #include "haptics/proxy/friction.h"
 #include "haptics/walls/solid_grid.h"
-#include "volume/traversal.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::haptics {
 
-/// End of a way. When it is blocked, `before` is the last free voxel and `t` where the way leaves it.
-struct WayEnd {
+/// End of a motion. If it is blocked, `before` is the last free voxel, which the motion leaves at `t`.
+struct MotionEnd {
   bool is_blocked = false;
   double t = 1;
   glm::ivec3 before{0};
   volume::VoxelFace face;
   int shape = -1;
-  bool is_back = false;  ///< stopped on the way out of a solid
+  bool is_back = false;  ///< stopped from inside a solid
 };
 
-/// The first voxel, seen from `start`, that a shape does not let the proxy enter (the grid's frame, exact).
-/// `let_through`: shapes that hold nothing now. `inside` says in which solids the proxy is, and is brought up
-/// to date where a shape lets it pass.
+/// Finds the first voxel from `start` on that a shape does not let the proxy enter (the grid's frame, exact).
+/// `passable`: shapes that do not block now. `inside`: the solids that contain the proxy, updated where a
+/// shape lets it pass.
 template <class Grid>
-WayEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3& start, const glm::dvec3& end,
-                    const ShapeSet& let_through, ShapeSet& inside, ProxyCounters& counters) noexcept {
+MotionEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3& start,
+                       const glm::dvec3& end, const ShapeSet& passable, ShapeSet& inside,
+                       ProxyCounters& counters) noexcept {
   // One voxel of air around the grid, so that a solid may also be left through its border.
   const volume::VoxelBox box{glm::ivec3(-1), grid.size()};
   volume::VoxelWalk walk(volume::Segment(start, end), box);
@@ -38,17 +39,17 @@ WayEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3&
       const bool is_now = is_in_grid && grid.is_solid_within(static_cast<std::size_t>(s), v);
       const bool was = inside.contains(s);
       if (is_now == was) continue;
-      if (walk.face().axis >= 0 && holds(scene, let_through, s, side_of(was)))
+      if (walk.face().axis >= 0 && holds(scene, passable, s, side_of(was)))
         return {true, walk.t_enter(), before, walk.face(), s, was};
       inside.flip(s);
     }
     before = v;
-    // Nothing solid for a while: leave the empty box in one go.
+    // No solid near: crosses the empty box in one step.
     if (is_in_grid && inside.is_empty() && count > 0) {
       const volume::VoxelBox empty = grid.empty_box(v, 0, scene.items.size());
       if (empty.low.x <= empty.high.x && empty.low.y <= empty.high.y && empty.low.z <= empty.high.z) {
         walk.advance_past(empty);
-        // The voxel before is the neighbour on the other side of the face.
+        // The previous voxel is the neighbour on the other side of the face.
         if (!walk.is_done()) {
           before = walk.voxel();
           before[walk.face().axis] -= walk.face().step;
@@ -61,7 +62,7 @@ WayEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3&
   return {};
 }
 
-/// The shapes in whose solid p lies.
+/// Returns the shapes with p in their solid.
 template <class Grid>
 ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& p) noexcept {
   const glm::ivec3 v = volume::voxel_of(p);
@@ -71,8 +72,9 @@ ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& 
   return found;
 }
 
-/// For methods whose walls are cubes. The first step, and a proxy over which matter has grown, start at the
-/// HIP, inside whatever is there: sets state and path, and returns true. Else the step goes on.
+/// Begins the step of a method with cubes as walls. The first step, and one in which matter has grown over
+/// the proxy, start at the HIP, inside any solid there: sets state and path, and returns true. Otherwise
+/// returns false, and the step continues.
 template <class Grid>
 bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip_world, ProxyState& state,
                     ProxyStep& result) noexcept {
@@ -82,7 +84,7 @@ bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3&
     for (std::size_t s = 0; s < scene.items.size(); ++s) {
       const bool was = state.inside.contains(static_cast<int>(s));
       if (grid.is_solid(s, v) != was &&
-          holds(scene, state.around.let_through, static_cast<int>(s), side_of(was)))
+          holds(scene, state.around.passable, static_cast<int>(s), side_of(was)))
         result.is_buried = is_fresh = true;
     }
   }
@@ -93,27 +95,27 @@ bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3&
   return true;
 }
 
-/// mm^2 between two points of a volume.
+/// Returns the squared distance of two points of a volume, mm^2.
 inline double squared_mm(const volume::Frame& frame, const glm::dvec3& a, const glm::dvec3& b) noexcept {
   const glm::dvec3 d = frame.vector_world_from_volume(b - a);
   return glm::dot(d, d);
 }
 
-/// Unit, out of the cube through which a way was stopped (world).
+/// Returns the unit normal (world) of the face at which a motion was stopped, out of the cube.
 inline glm::dvec3 facet_normal(const volume::Frame& frame, const volume::VoxelFace& face) noexcept {
   glm::dvec3 out(0);
   out[face.axis] = -face.step;
   return glm::normalize(frame.gradient_world_from_volume(out));
 }
 
-/// Ends the step at the path's last waypoint: friction along the way to it, which has led down to the surface
-/// at waypoint `landing`, and the state for the next step.
+/// Ends the step at the path's last waypoint: applies friction along the path, which reaches the surface at
+/// waypoint `landing`, and sets the state for the next step.
 template <class Grid>
 void end_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip_world, int landing,
                   ProxyState& state, ProxyStep& result) noexcept {
   const auto is_blocked = [&](const glm::dvec3& a, const glm::dvec3& b) {
     ShapeSet after = state.inside;
-    return find_barrier(scene, grid, a, b, state.around.let_through, after, result.counters).is_blocked;
+    return find_barrier(scene, grid, a, b, state.around.passable, after, result.counters).is_blocked;
   };
   end_with_friction(grid.frame(), scene, hip_world, landing, nullptr, is_blocked, state, result);
   state.inside = solids_at(scene, grid, state.proxy_volume);

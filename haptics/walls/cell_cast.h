@@ -1,4 +1,4 @@
-// First crossing of a way with a surface whose triangles are made cell by cell, along the way.
+// cast_on_cells(): first crossing of a motion with a surface, by triangles that are made cell by cell.
 #pragma once
 
 #include <algorithm>
@@ -6,15 +6,15 @@
 #include <glm/vector_relational.hpp>
 
 #include "haptics/mesh/god_object.h"
-#include "volume/traversal.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::haptics {
 
-/// Cells are cubes between whole places of a lattice of `size`; `surface.triangles_of_cell(cell, use)` makes
-/// the triangles that the inside of a cell may meet, free side counter-clockwise in the lattice.
-/// `empty_box(place)`: places around one that nothing solid is near; low > high where that is unknown.
-/// `is_hit`: another thing was met at hit.t, and only what is nearer counts. True where that is: sets all of
-/// `hit` but the shape.
+/// Casts a motion against a surface in cells: cubes between the points of a lattice of `size`.
+/// `surface.triangles_of_cell(cell, use)` makes the triangles that the inside of a cell may meet,
+/// counter-clockwise in the lattice as seen from the free side. `empty_box(point)`: a box of points around
+/// one without solids near; low > high if unknown. `is_hit`: another object was met at hit.t, and only a
+/// nearer hit counts. Returns true for a nearer hit: sets all of `hit` but the shape.
 template <class Surface, class EmptyBox>
 bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm::ivec3& size,
                    const EmptyBox& empty_box, const glm::dvec3& a, const glm::dvec3& b, bool is_front,
@@ -22,18 +22,17 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
   using glm::dvec3;
   using glm::ivec3;
   bool is_nearer = false;
-  const dvec3 way = b - a;
-  const CrossingWay crossing(a, way);
-  // Cells lie between the traversal's voxels: moved by half a step.
+  const dvec3 motion = b - a;
+  const TriangleCrossing crossing(a, motion);
+  // Cells are between the traversal's voxels: shifted by half a step.
   const volume::VoxelBox box{ivec3(-1), size - 1};
   volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
   while (!walk.is_done()) {
     const ivec3& cell = walk.voxel();
     ++counters.cells;
-    // A quad reaches beyond its cell: what was hit behind this cell may have something before it in the
-    // next.
+    // A quad extends beyond its cell: a hit behind this cell may be preceded by one in the next cell.
     if ((is_hit || is_nearer) && hit.t < walk.t_enter()) return is_nearer;
-    // The cell's far corners lie one place on.
+    // The cell's far corners are one point further.
     volume::VoxelBox empty = empty_box(cell);
     empty.high -= 1;
     if (glm::all(glm::lessThanEqual(empty.low, cell)) && glm::all(glm::lessThanEqual(cell, empty.high))) {
@@ -47,7 +46,7 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
       if (!crossing.crosses(p, q, r, t, facing) || ((is_hit || is_nearer) && t >= hit.t)) return;
       const bool is_from_free = facing < 0;
       if (is_from_free ? !is_front : !is_back) return;
-      // A covector: the same whichever way the lattice is handed.
+      // A covector: the same for lattices of either handedness.
       const dvec3 normal = glm::normalize(frame.gradient_world_from_volume(glm::cross(q - p, r - p)));
       hit = {t, is_from_free ? normal : -normal, hit.shape, side_of(!is_from_free)};
       is_nearer = true;
@@ -57,7 +56,7 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
   return is_nearer;
 }
 
-/// Does p lie behind such a surface? By the first triangle on the way to a free corner of its cell.
+/// Returns true if p is behind such a surface, by the first triangle between p and a free corner of its cell.
 template <class Surface>
 bool is_behind_cells(const Surface& surface, const glm::dvec3& p) noexcept {
   using glm::dvec3;
@@ -66,8 +65,8 @@ bool is_behind_cells(const Surface& surface, const glm::dvec3& p) noexcept {
   if (bits == 0 || bits == 255) return bits == 255;
   int corner = 0;
   while (bits >> corner & 1) ++corner;
-  const dvec3 way = dvec3(cell + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1)) - p;
-  const CrossingWay crossing(p, way);
+  const dvec3 motion = dvec3(cell + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1)) - p;
+  const TriangleCrossing crossing(p, motion);
   double nearest = 2, nearest_facing = 0;
   surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
     double t = 0, facing = 0;

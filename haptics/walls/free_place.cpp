@@ -8,23 +8,23 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-bool is_free(const TouchScene& scene, const TouchState& seen, const dvec3& place) noexcept {
+bool is_free(const TouchScene& scene, const TouchState& touch_state, const dvec3& place) noexcept {
   const auto count = base_shapes(scene).size();
   if (count == 0) return true;
   const bool is_round = scene.tool_radius > 0;
-  const OffsetGrid lattice(scene, seen);
-  const VoxelGrid voxels(scene, *seen.version);
-  const dvec3 p = is_round
-                      ? lattice.frame().volume_from_world(seen.version->base().frame.world_from_volume(place))
-                      : place;
+  const OffsetGrid lattice(scene, touch_state);
+  const VoxelGrid voxels(scene, *touch_state.version);
+  const dvec3 p =
+      is_round ? lattice.frame().volume_from_world(touch_state.version->base().frame.world_from_volume(place))
+               : place;
   const glm::ivec3 v = volume::voxel_of(p);
   ProxyCounters counters;
-  const ShapeSet none;
-  SmoothWalls walls(scene, seen, none, counters);
+  const ShapeSet nothing_passable;
+  SmoothWalls walls(scene, touch_state, nothing_passable, counters);
   for (std::size_t s = 0; s < count; ++s) {
     if (is_round ? lattice.is_solid(s, v) : voxels.is_solid(s, v)) return false;
     if (walls.is_solid(static_cast<int>(s), p)) return false;
-    if (is_behind_triangles(scene, seen, s, place)) return false;
+    if (is_behind_triangles(scene, touch_state, s, place)) return false;
   }
   return true;
 }

@@ -16,13 +16,13 @@ using glm::ivec3;
 
 namespace {
 
-constexpr double k_goes_on = 40;       // mm that a thing may go between two sets of depth images
-constexpr double k_step = 0.5;         // mm, of the scene's frame where models alone could be coarser
-constexpr double k_steps_across = 40;  // a model is at least this large in it
-constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half of what the slide keeps
+constexpr double k_most_motion = 40;   // mm that an object may move between two sets of depth images
+constexpr double k_step = 0.5;         // mm, of the scene's frame if there are models only
+constexpr double k_steps_across = 40;  // a model is at least this many steps across
+constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half the gap of the slide
 
-/// The box of a shape's voxels in the world, larger all round by two voxels and by how far a soft shape goes
-/// on into others. low > high: there is no matter.
+/// Returns the box of a shape's voxels in the world, enlarged by two voxels and by the extension of a soft
+/// shape into others. low > high: the shape has no matter.
 SceneLayout::Box matter_box(const TouchItem& shape) {
   const volume::Volume& base = shape.field.volume();
   const ivec3& size = base.size;
@@ -67,51 +67,54 @@ SceneLayout::Box world_box(const dvec3& low, const dvec3& high, const Placement&
 }  // namespace
 
 namespace {
-volume::Error too_many(const char* what, int found, int most) {
+Error too_many(const char* what, int found, int most) {
   return {what, "scene", std::to_string(found), "at most " + std::to_string(most), ""};
 }
 }  // namespace
 
-volume::Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
+Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
   const TouchItem& shape = item_of(scene, index);
   if (!shape.bits)
-    return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
-  const volume::Volume& of = shape.field.volume();
+    return Error{.what = "a touchable shape has no occupancy", .where = shape.field.shape().name};
+  const volume::Volume& scan = shape.field.volume();
   boxes_.push_back(matter_box(shape));
-  if (&of == scene.base.get() && static_cast<std::size_t>(index) >= base_shapes(scene).size())
-    return volume::Error{"the shapes of the base are not the first", shape.field.shape().name, "", "",
-                         "list them before models and other volumes"};
-  const auto is_of_same = [&](int other) {
-    const TouchItem& before = item_of(scene, other);
-    return !before.is_mesh() && &before.field.volume() == &of;
+  if (&scan == scene.base.get() && static_cast<std::size_t>(index) >= base_shapes(scene).size())
+    return Error{.what = "the shapes of the base volume must come first",
+                 .where = shape.field.shape().name,
+                 .remedy = "list them before models and other volumes"};
+  const auto has_same_volume = [&](int other) {
+    const TouchItem& previous = item_of(scene, other);
+    return !previous.is_mesh() && &previous.field.volume() == &scan;
   };
-  if (index > 0 && is_of_same(index - 1)) {
+  if (index > 0 && has_same_volume(index - 1)) {
     ++parts_.back().end;
     return std::nullopt;
   }
-  for (const Part& before : parts_)
-    if (is_of_same(before.begin))
-      return volume::Error{"the shapes of a volume do not stand together", shape.field.shape().name, "", "",
-                           "list the shapes of one volume one after another"};
+  for (const Part& part : parts_)
+    if (has_same_volume(part.begin))
+      return Error{.what = "the shapes of a volume must be adjacent",
+                   .where = shape.field.shape().name,
+                   .remedy = "list the shapes of one volume one after another"};
   std::shared_ptr<const TouchState> untouched;
-  if (&of != scene.base.get()) {
+  if (&scan != scene.base.get()) {
     for (const auto& other : scene.others)
-      if (other.get() == &of)
+      if (other.get() == &scan)
         untouched = std::make_shared<TouchState>(std::make_shared<volume::Version>(other));
     if (!untouched)
-      return volume::Error{"a shape is of a volume that the scene does not hold", shape.field.shape().name,
-                           "", "", "put the volume in TouchScene::others"};
+      return Error{.what = "a shape belongs to an unknown volume",
+                   .where = shape.field.shape().name,
+                   .remedy = "add the volume to TouchScene::others"};
   }
-  const volume::Frame* frame = scene.tool_radius > 0 && shape.offset ? &shape.offset->frame() : &of.frame;
+  const volume::Frame* frame = scene.tool_radius > 0 && shape.offset ? &shape.offset->frame() : &scan.frame;
   parts_.push_back({index, index + 1, untouched, frame, glm::dmat3(1)});
   return std::nullopt;
 }
 
-volume::Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
-  if (!mesh.tree) return volume::Error{"a mesh has no tree", mesh.name, "", "", ""};
+Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
+  if (!mesh.tree) return Error{.what = "a mesh has no search tree", .where = mesh.name};
   if (mesh.depth) {
     if (mesh.mover < 0 && mesh.depth->is_moving(0))
-      return volume::Error{"a thing that moves by itself has no mover", mesh.name, "", "a mover", ""};
+      return Error{.what = "a moving item has no mover", .where = mesh.name, .expected = "a mover"};
     depth_of_.back() = static_cast<int>(depths_.size());
     depths_.push_back(index);
     if (depths_.size() > TouchScene::k_max_depths)
@@ -123,48 +126,51 @@ volume::Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
   if (mesh.mover >= 0) {
     int& moved = movers_[static_cast<std::size_t>(mesh.mover)];
     if (moved >= 0)
-      return volume::Error{"two meshes have the same mover", mesh.name, std::to_string(mesh.mover),
-                           "one each", ""};
+      return Error{.what = "two meshes have the same mover",
+                   .where = mesh.name,
+                   .found = std::to_string(mesh.mover),
+                   .expected = "a mover per mesh"};
     moved = index;
   }
   dvec3 low = mesh.tree->low(), high = mesh.tree->high();
   if (mesh.depth) {
     mesh.depth->bounds(low, high);
-    // Between two sets it is where it goes on to.
-    if (mesh.mover >= 0 && low.x <= high.x) low -= k_goes_on, high += k_goes_on;
+    // Includes its motion until the next set.
+    if (mesh.mover >= 0 && low.x <= high.x) low -= k_most_motion, high += k_most_motion;
   }
   boxes_.push_back(mesh.mover < 0 ? world_box(low, high, mesh.placement) : Box{low, high});
   return std::nullopt;
 }
 
 std::array<Placement, TouchScene::k_max_movers> SceneLayout::placements_of(
-    const TouchScene& scene, const TouchState& seen, const ProxyInput& input) const noexcept {
-  std::array<Placement, TouchScene::k_max_movers> now;
-  for (std::size_t m = 0; m < now.size(); ++m)
+    const TouchScene& scene, const TouchState& touch_state, const ProxyInput& input) const noexcept {
+  std::array<Placement, TouchScene::k_max_movers> placements;
+  for (std::size_t m = 0; m < placements.size(); ++m)
     if (const int shape = movers_[m]; shape >= 0) {
-      now[m] = set_place(item_of(scene, shape), input);
+      placements[m] = set_place(item_of(scene, shape), input);
       if (const int d = depth_of(shape); d >= 0)
-        if (const depth::DepthSet* set = depth::set_in(seen, d)) now[m] = now[m] * set->place_at(input.time);
+        if (const depth::DepthSet* set = depth::set_in(touch_state, d))
+          placements[m] = placements[m] * set->displacement_at(input.time);
     }
-  return now;
+  return placements;
 }
 
-ShapeSet SceneLayout::adopt_sets(const TouchScene& scene, const TouchState& seen, const ProxyInput& input,
-                                 Surroundings& around) const noexcept {
+ShapeSet SceneLayout::adopt_sets(const TouchScene& scene, const TouchState& touch_state,
+                                 const ProxyInput& input, Surroundings& around) const noexcept {
   ShapeSet adopted;
   for (std::size_t d = 0; d < depths_.size(); ++d) {
-    const depth::DepthSet* set = depth::set_in(seen, static_cast<int>(d));
+    const depth::DepthSet* set = depth::set_in(touch_state, static_cast<int>(d));
     const std::uint64_t serial = set ? set->serial : 0;
     const std::uint64_t last = std::exchange(around.sets[d], serial);
     if (serial == last) continue;
     adopted.set(depths_[d], true);
     const int mover = item_of(scene, depths_[d]).mover;
     if (!set || mover < 0) continue;
-    // As the last one had it: the thing may have turned back since.
-    Placement& before = around.placements[static_cast<std::size_t>(mover)];
-    before = last + 1 == serial && last > 0
-                 ? before * set->foretold.inverse()
-                 : set_place(item_of(scene, depths_[d]), input) * set->place_at(around.time);
+    // As extrapolated by the previous set: the object may have turned back since.
+    Placement& previous = around.placements[static_cast<std::size_t>(mover)];
+    previous = last + 1 == serial && last > 0
+                   ? previous * set->extrapolated.inverse()
+                   : set_place(item_of(scene, depths_[d]), input) * set->displacement_at(around.time);
   }
   around.time = input.time;
   return adopted;
@@ -175,7 +181,7 @@ const Placement& SceneLayout::set_place(const TouchItem& mesh, const ProxyInput&
   return is_set ? input.movers[static_cast<std::size_t>(mesh.mover)] : mesh.placement;
 }
 
-volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
+Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   if (item_count(scene) > ShapeSet::k_most)
     return too_many("too many shapes and meshes to touch at once", item_count(scene), ShapeSet::k_most);
   SceneLayout layout;
@@ -183,14 +189,13 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   for (int i = 0; i < item_count(scene); ++i) {
     const TouchItem& item = item_of(scene, i);
     layout.depth_of_.push_back(-1);
-    if (volume::Status error = item.is_mesh() ? layout.add_mesh(item, i) : layout.add_voxels(scene, i))
-      return *error;
+    if (Status error = item.is_mesh() ? layout.add_mesh(item, i) : layout.add_voxels(scene, i)) return *error;
   }
   if (static_cast<int>(layout.parts_.size()) > k_max_volumes)
     return too_many("too many volumes to touch at once", static_cast<int>(layout.parts_.size()),
                     k_max_volumes);
-  // As fine as the finest voxels. They alone say how far a leg goes where there are any: a tiny model would
-  // make all legs tiny.
+  // As fine as the finest voxels. If there are voxels, they alone determine the length of legs: a tiny model
+  // would make all legs tiny.
   double finest = layout.parts_.empty() ? k_step : 1e300;
   for (const TouchItem& item : scene.items) {
     if (!item.is_mesh()) {
@@ -210,12 +215,12 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   return layout;
 }
 
-SceneWalls::SceneWalls(const TouchScene& scene, const SceneLayout& layout, const TouchState& seen,
+SceneWalls::SceneWalls(const TouchScene& scene, const SceneLayout& layout, const TouchState& touch_state,
                        const ProxyState& state, std::span<const Placement> placements,
                        ProxyCounters& counters) noexcept
     : scene_(scene),
       layout_(layout),
-      seen_(seen),
+      touch_state_(touch_state),
       state_(state),
       placements_(placements),
       counters_(counters) {}
@@ -231,7 +236,7 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
   if (bool& is_made = is_made_[static_cast<std::size_t>(i)]; !is_made) {
     is_made = true;
     new (&walls)
-        SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : seen_, state_.around.let_through,
+        SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : touch_state_, state_.around.passable,
                     counters_, part(i).begin, part(i).end, &state_.around.near);
   }
   return walls;
@@ -240,7 +245,7 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
 const MeshTree& SceneWalls::tree_of(int mesh) const noexcept {
   const int d = layout_.depth_of(mesh);
   if (d < 0) return *item_of(scene_, mesh).tree;
-  const depth::DepthSet* set = depth::set_in(seen_, d);
+  const depth::DepthSet* set = depth::set_in(touch_state_, d);
   static const MeshTree k_nothing;
   return set ? *set->tree : k_nothing;
 }
@@ -261,7 +266,7 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
   if (!tree_of(shape).cast(from, to, scene_.tool_radius, is_front, is_back, hit, counters_.triangles) ||
       (reach.is_blocked && hit.t >= reach.t))
     return false;
-  // Before the facet along the way, and never so close that rounding could put the proxy behind it.
+  // Stops before the facet along the motion, and never so close that rounding could put the proxy behind it.
   const double step = frame().spacing().x, before = hit.t - 0.5 * tolerance / (step * glm::length(b - a));
   const double approach = -glm::dot(to - from, hit.normal_world);
   const double most = approach > 0 ? hit.t - k_least_gap * step / approach : 0;
@@ -272,19 +277,19 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
 }
 
 Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double tolerance,
-                        int but) noexcept {
+                        int skipped) noexcept {
   Reach first;
   const ShapeSet before = inside;
   ShapeSet after = inside;
   int blocking = -1;
   for (int i = 0; i < static_cast<int>(layout_.parts().size()); ++i) {
     if (state_.around.near.next(part(i).begin) >= part(i).end) continue;
-    // Changes of `inside` by this part count as far as the way is free of the others.
-    const Reach one = walls_of(i).reach(in_part(i, a), in_part(i, b), after, tolerance);
-    if (one.is_blocked && (!first.is_blocked || one.t < first.t)) first = one, blocking = i;
+    // Changes of `inside` by this part count as far as the other parts leave the motion free.
+    const Reach part_hit = walls_of(i).reach(in_part(i, a), in_part(i, b), after, tolerance);
+    if (part_hit.is_blocked && (!first.is_blocked || part_hit.t < first.t)) first = part_hit, blocking = i;
   }
   for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
-    if (is_mesh(s) && s != but && reach_mesh(s, a, b, tolerance, first)) blocking = -1;
+    if (is_mesh(s) && s != skipped && reach_mesh(s, a, b, tolerance, first)) blocking = -1;
   if (first.is_blocked && after != before) {
     after = before;
     const dvec3 end = a + first.t * (b - a);
@@ -306,7 +311,7 @@ volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
   if (is_mesh(wall.shape)) {
     const Placement& placement = placement_of(wall.shape);
     const dvec3 at = placement.local_from_world(frame().world_from_volume(p));
-    // A ball rolls over edges: of the surface that goes on from the facet, what is nearest counts.
+    // A ball rolls over edges: the nearest facet of the surface connected to this one counts.
     const MeshTree& tree = tree_of(wall.shape);
     const std::uint32_t facet =
         scene_.tool_radius > 0 ? tree.nearest_connected(wall.facet, at, counters_.triangles) : wall.facet;
@@ -320,7 +325,7 @@ volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
       jet.gradient = -step * (placement.rotation * normal);
       return jet;
     }
-    // radius - distance: bends as a sphere does round a corner, as a cylinder round an edge.
+    // radius - distance: curved like a sphere around a corner, like a cylinder around an edge.
     TriangleFeature feature;
     const dvec3 off = at - nearest_on_triangle(at, u, v, w, &feature);
     const double distance = glm::length(off);
@@ -363,12 +368,12 @@ volume::ValueAndGradient SceneWalls::value_and_gradient(const Wall& wall, const 
 volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall, const Span& span,
                                                                bool& is_whole) noexcept {
   is_whole = false;
-  // A straight way along a facet, or along a ball's tangent at one, does not bend into it.
+  // A straight motion along a facet, or along a ball's tangent at one, does not bend into it.
   if (is_mesh(wall.shape)) return {dvec3(0), dvec3(0)};
   const int i = part_of(wall.shape);
   const volume::QuadraticPatch::HessianBound own =
       walls_of(i).hessian_bound(wall, {in_part(i, span.a), in_part(i, span.b)}, is_whole);
-  // |second derivatives| seen along the scene's axes.
+  // Bounds of |second derivatives| along the scene's axes.
   const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
                        glm::abs(part(i).from_scene[2]));
   const volume::Jet as_jet{{0, dvec3(0)}, own.own, own.cross};
@@ -391,43 +396,43 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
   const MeshTree& tree = tree_of(shape);
   const double radius = scene_.tool_radius;
   const bool is_front = holds(shape, Side::front), is_back = holds(shape, Side::back);
-  // The nearest few, nearest first.
+  // Collects the nearest few, nearest first.
   constexpr std::size_t k_most = 12;
   std::array<MeshTree::Near, k_most> nearest;
   std::size_t found = 0;
-  tree.for_near(at, radius + within, [&](const MeshTree::Near& one) {
+  tree.for_near(at, radius + within, [&](const MeshTree::Near& candidate) {
     ++counters_.triangles;
-    if (one.is_front ? !is_front : !is_back) return;
+    if (candidate.is_front ? !is_front : !is_back) return;
     std::size_t place = std::min(found, k_most - 1);
-    if (found == k_most && one.distance >= nearest[place].distance) return;
-    for (; place > 0 && one.distance < nearest[place - 1].distance; --place)
+    if (found == k_most && candidate.distance >= nearest[place].distance) return;
+    for (; place > 0 && candidate.distance < nearest[place - 1].distance; --place)
       nearest[place] = nearest[place - 1];
-    nearest[place] = one;
+    nearest[place] = candidate;
     found = std::min(found + 1, k_most);
   });
-  // One facet bars the way to others that lie wholly behind it: those are left out, so that nothing holds the
-  // tool back at edges that it can go around.
+  // Leaves out facets that are wholly behind a nearer one, so that no wall holds the tool back at edges that
+  // it can pass around.
   const double slack = 1e-9 * frame().spacing().x;
   std::array<MeshTree::Near, std::tuple_size_v<WallList>> kept;
   int count = 0;
   for (std::size_t k = 0; k < found && count < static_cast<int>(walls.size()); ++k) {
-    const MeshTree::Near& one = nearest[k];
-    bool is_barred = one.is_front != nearest[0].is_front && !(radius > 0);
+    const MeshTree::Near& facet = nearest[k];
+    bool is_barred = facet.is_front != nearest[0].is_front && !(radius > 0);
     for (int j = 0; j < count && !is_barred; ++j) {
       const MeshTree::Near& other = kept[static_cast<std::size_t>(j)];
       const dvec3 out = radius > 0 ? (at - other.nearest) / std::max(other.distance, 1e-300)
                                    : (other.is_front ? other.normal : -other.normal);
       const auto is_before = [&](const dvec3& q) { return glm::dot(out, q - other.nearest) > slack; };
       if (radius > 0) {
-        is_barred = !is_before(one.nearest);
+        is_barred = !is_before(facet.nearest);
       } else {
-        const auto [u, v, w] = tree.corners(one.triangle);
+        const auto [u, v, w] = tree.corners(facet.triangle);
         is_barred = !is_before(u) && !is_before(v) && !is_before(w);
       }
     }
     if (is_barred) continue;
-    kept[static_cast<std::size_t>(count)] = one;
-    walls[static_cast<std::size_t>(count++)] = {shape, false, !one.is_front, one.triangle};
+    kept[static_cast<std::size_t>(count)] = facet;
+    walls[static_cast<std::size_t>(count++)] = {shape, false, !facet.is_front, facet.triangle};
   }
   return count;
 }

@@ -1,5 +1,5 @@
-// The walls of a whole scene, one servo step long: the smooth solids of several volumes and the facets of
-// polygonal models, in one frame, so that one solve holds the proxy off all of them.
+// SceneWalls: walls of a whole scene during one servo step: the smooth solids of several volumes and the
+// facets of polygonal models, in one frame, so that one solve keeps the proxy off all of them.
 #pragma once
 
 #include <array>
@@ -11,48 +11,50 @@
 
 namespace trephine::haptics {
 
-/// Parts of a scene that do not change from step to step. Made once, not on the servo thread.
+/// Data of a scene that do not change from step to step. Made once, not on the servo thread.
 class SceneLayout {
  public:
   static constexpr int k_max_volumes = 8;
   struct Part {
-    int begin, end;                               ///< its shapes
-    std::shared_ptr<const TouchState> untouched;  ///< null: the base, whose state comes with the step
+    int begin, end;                               ///< its shapes: begin .. end - 1
+    std::shared_ptr<const TouchState> untouched;  ///< null: the base, with the state of the step
     const volume::Frame* frame;                   ///< of its walls
     glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to it
   };
   struct Box {
-    glm::dvec3 low, high;  ///< mm; world, or of a mesh that moves its own frame
+    glm::dvec3 low, high;  ///< mm; world frame, for a moving mesh its own frame
   };
 
-  /// Error when shapes of a volume do not stand together, or volumes, shapes or movers are too many.
-  static volume::Result<SceneLayout> of(const TouchScene& scene);
+  /// Error if the shapes of a volume are not adjacent, or volumes, shapes or movers are too many.
+  static Result<SceneLayout> of(const TouchScene& scene);
 
-  /// Axis-aligned, as fine as the finest volume, 0.5 mm without volumes, finer where a model is tiny.
+  /// Returns an axis-aligned frame as fine as the finest volume, 0.5 mm without volumes, finer for a tiny
+  /// model.
   const volume::Frame& frame() const noexcept { return frame_; }
   const std::vector<Part>& parts() const noexcept { return parts_; }
-  /// The mesh that each mover moves, as a shape; -1: none.
+  /// Returns the mesh of each mover, as a shape; -1: no mesh.
   const std::array<int, TouchScene::k_max_movers>& movers() const noexcept { return movers_; }
-  /// Current place of each of those; of those that stand still too. What moves by itself goes on by its
-  /// images.
+  /// Returns the current placement of each of these meshes, including resting ones. The own motion of an
+  /// object is extrapolated from its images.
   std::array<Placement, TouchScene::k_max_movers> placements_of(const TouchScene& scene,
-                                                                const TouchState& seen,
+                                                                const TouchState& touch_state,
                                                                 const ProxyInput& input) const noexcept;
-  /// To be called first in a step, while `around` is still that of the step before: where new depth images
-  /// were adopted, their thing was then where they say it was. The shapes of those.
-  ShapeSet adopt_sets(const TouchScene& scene, const TouchState& seen, const ProxyInput& input,
+  /// Adopts new depth images: sets the previous placements in `around` to where these images show their
+  /// objects. Returns the shapes with new images. Call first in a step, while `around` is that of the
+  /// previous step.
+  ShapeSet adopt_sets(const TouchScene& scene, const TouchState& touch_state, const ProxyInput& input,
                       Surroundings& around) const noexcept;
-  /// Place that was set for a mesh, without its own motion.
+  /// Returns the placement that was set for a mesh, without its own motion.
   static const Placement& set_place(const TouchItem& mesh, const ProxyInput& input) noexcept;
-  /// Index of an item among those touched by depth images; -1: it is not touched by images.
+  /// Returns the index of an item among those touched by depth images; -1: not touched by images.
   int depth_of(int shape) const noexcept { return depth_of_[static_cast<std::size_t>(shape)]; }
-  /// Those items.
+  /// Returns the items touched by depth images.
   const std::vector<int>& depths() const noexcept { return depths_; }
   const Box& box(int shape) const noexcept { return boxes_[static_cast<std::size_t>(shape)]; }
 
  private:
-  volume::Status add_voxels(const TouchScene& scene, int index);
-  volume::Status add_mesh(const TouchItem& mesh, int index);
+  Status add_voxels(const TouchScene& scene, int index);
+  Status add_mesh(const TouchItem& mesh, int index);
 
   volume::Frame frame_;
   std::vector<Part> parts_;
@@ -61,30 +63,31 @@ class SceneLayout {
   std::vector<int> depths_, depth_of_;
 };
 
-/// Answers what Slide asks. Borrows everything for one step. Only shapes that `near` names are looked at; the
-/// caller sees to it that no other can be met. Servo thread: no allocation, every loop bounded.
+/// Implements the walls of Slide. Borrows its arguments for one step. Tests only the shapes in
+/// Surroundings::near; the caller ensures that no other can be met. Servo thread: no allocation, every loop
+/// bounded.
 class SceneWalls {
  public:
-  SceneWalls(const TouchScene& scene, const SceneLayout& layout, const TouchState& seen,
+  SceneWalls(const TouchScene& scene, const SceneLayout& layout, const TouchState& touch_state,
              const ProxyState& state, std::span<const Placement> placements,
              ProxyCounters& counters) noexcept;
 
   const volume::Frame& frame() const noexcept { return layout_.frame(); }
   int next_shape(int s) const noexcept { return state_.around.near.next(s); }
   bool holds(int shape, Side side) const noexcept {
-    return haptics::holds(scene_, state_.around.let_through, shape, side);
+    return haptics::holds(scene_, state_.around.passable, shape, side);
   }
-  /// As in SmoothWalls; a mesh has no inside, and its facets know their sides.
+  /// As in SmoothWalls; a mesh has no inside, and its facets have their own sides.
   bool may_hold(int shape, bool is_inside) const noexcept {
     return is_mesh(shape) || holds(shape, side_of(is_inside));
   }
-  /// As SmoothWalls::reach; `but`: a shape that is not asked.
+  /// As SmoothWalls::reach; `skipped`: a shape that is not tested.
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance,
-              int but = -1) noexcept;
+              int skipped = -1) noexcept;
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::ValueAndGradient value_and_gradient(const Wall& wall, const glm::dvec3& p) noexcept;
-  /// Two points: each volume has voxels of its own.
+  /// Two points. The volumes have different voxels, so that no cubes are stored.
   struct Span {
     const glm::dvec3 &a, &b;
     Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
@@ -99,19 +102,20 @@ class SceneWalls {
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,
              bool&) const noexcept {}
   using WallList = std::array<Wall, 4>;
-  /// Walls of a mesh: the facets within `within` mm of the tool, but those that others keep it away from.
+  /// Finds the walls of a shape at p. For a mesh: the facets within `within` mm of the tool, except those
+  /// behind others.
   int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within,
                WallList& walls) noexcept;
 
   const Placement& placement_of(int mesh_shape) const noexcept;
-  /// Mesh of an object that is touched by depth images; empty where no images were made.
+  /// Returns the mesh of an item; for depth images that of the set, which is empty if no images were made.
   const MeshTree& tree_of(int mesh) const noexcept;
   bool is_mesh(int shape) const noexcept { return item_of(scene_, shape).is_mesh(); }
 
  private:
   int part_of(int shape) const noexcept;
   const SceneLayout::Part& part(int i) const noexcept { return layout_.parts()[static_cast<std::size_t>(i)]; }
-  /// Made when first asked.
+  /// Makes the walls on first use.
   SmoothWalls& walls_of(int part) noexcept;
   glm::dvec3 in_part(int i, const glm::dvec3& p) const noexcept {
     return part(i).frame->volume_from_world(frame().world_from_volume(p));
@@ -121,17 +125,17 @@ class SceneWalls {
 
   const TouchScene& scene_;
   const SceneLayout& layout_;
-  const TouchState& seen_;
+  const TouchState& touch_state_;
   const ProxyState& state_;
   std::span<const Placement> placements_;
   ProxyCounters& counters_;
-  /// Not touched before walls_of() makes it: an optional would clear 18 kB in every step.
-  union Maybe {
+  /// Not initialized before walls_of() makes it: an optional would clear 18 kB in every step.
+  union WallsStorage {
     SmoothWalls walls;
-    Maybe() noexcept {}
+    WallsStorage() noexcept {}
   };
   static_assert(std::is_trivially_destructible_v<SmoothWalls>);
-  std::array<Maybe, SceneLayout::k_max_volumes> walls_;
+  std::array<WallsStorage, SceneLayout::k_max_volumes> walls_;
   std::array<bool, SceneLayout::k_max_volumes> is_made_{};
 };
 

@@ -12,10 +12,9 @@ using glm::ivec3;
 
 namespace {
 
-constexpr double k_rounding = 1e-11;  // share of a patch's magnitude that its evaluation may be off
-constexpr double k_short =
-    0.998;                        // of a free step that is taken, so that a way never ends on the wall itself
-constexpr int k_max_proofs = 24;  // evaluations in one cube before the way counts as blocked
+constexpr double k_rounding = 1e-11;  // share of a patch's magnitude by which its evaluation may be off
+constexpr double k_short = 0.998;     // of a free step, so that a motion never ends on the wall itself
+constexpr int k_max_proofs = 24;      // evaluations in one cube before the motion counts as blocked
 
 }  // namespace
 
@@ -32,13 +31,13 @@ double rounding_of(const volume::ValueAndGradient& field,
                        hessian.own.x + hessian.own.y + hessian.own.z);
 }
 
-const volume::QuadraticPatch::HessianBound& SmoothWalls::hessian_bound_of(Cached& kept) const noexcept {
-  if (!kept.has_hessian_bound) {
-    kept.hessian_bound = kept.patch.hessian_bound();
-    kept.has_hessian_bound = true;
-    if (kept.key == k_cut && is_fine_) rescale(kept.hessian_bound, version_->lattice().scale());
+const volume::QuadraticPatch::HessianBound& SmoothWalls::hessian_bound_of(Cached& cached) const noexcept {
+  if (!cached.has_hessian_bound) {
+    cached.hessian_bound = cached.patch.hessian_bound();
+    cached.has_hessian_bound = true;
+    if (cached.key == k_cut && is_fine_) rescale(cached.hessian_bound, version_->lattice().scale());
   }
-  return kept.hessian_bound;
+  return cached.hessian_bound;
 }
 
 volume::ValueAndGradient SmoothWalls::cut_value_and_gradient(const volume::CutLattice::Point& at) noexcept {
@@ -49,10 +48,11 @@ volume::ValueAndGradient SmoothWalls::cut_value_and_gradient(const volume::CutLa
 
 SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
   for (int i = 0; i < count_; ++i)
-    if (Cached& kept = kept_[static_cast<std::size_t>(i)]; kept.key == key && kept.voxel == v) return kept;
-  count_ = std::min(count_ + 1, k_kept);
-  Cached& fresh = kept_[static_cast<std::size_t>(next_)];
-  next_ = next_ + 1 == k_kept ? 0 : next_ + 1;
+    if (Cached& cached = cache_[static_cast<std::size_t>(i)]; cached.key == key && cached.voxel == v)
+      return cached;
+  count_ = std::min(count_ + 1, k_cached);
+  Cached& fresh = cache_[static_cast<std::size_t>(next_)];
+  next_ = next_ + 1 == k_cached ? 0 : next_ + 1;
   fresh.key = key;
   fresh.voxel = v;
   fresh.has_hessian_bound = false;
@@ -76,7 +76,7 @@ bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
 
 namespace {
 
-/// Are all voxels within one of v air?
+/// Returns true if all voxels within one of v are air.
 bool are_air(const volume::Occupancy& bits, const ivec3& size, const ivec3& v) noexcept {
   const int x0 = std::max(v.x - 1, 0), x1 = std::min(v.x + 1, size.x - 1);
   if (x0 > x1) return true;
@@ -103,7 +103,7 @@ int SmoothWalls::empty_distance(int shape, const ivec3& v) const noexcept {
 bool SmoothWalls::is_air_around(int shape, const ivec3& v) const noexcept {
   const auto item = [this](int s) -> const TouchItem& { return scene_->items[static_cast<std::size_t>(s)]; };
   if (!are_air(*item(shape).bits, volume_->size, v)) return false;
-  // A soft shape may go on beyond its own bits.
+  // A soft shape may extend beyond its own bits.
   const volume::SoftField* soft = item(shape).soft.get();
   return !soft || !soft->is_extended() || soft->is_air_around(v);
 }
@@ -198,7 +198,7 @@ bool SmoothWalls::is_covered(int shape, const ShapeSet& inside, const ivec3& v) 
     if (other == shape || inside.contains(other) || !holds(other, Side::front)) continue;
     if (!(patch(other, v).patch.least() > 0)) continue;
     if (other < shape || !(patch(shape, v).patch.least() > 0))
-      return true;  // of two that fill it the first stays
+      return true;  // of two shapes that fill it the first stays
   }
   return false;
 }
@@ -212,7 +212,7 @@ int SmoothWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, dou
   if (!has_cut) return 1;
   walls[1] = {shape, true, is_inside};
   if (is_inside) return 2;
-  // Free is where either lets it: the one that is farther off decides.
+  // Space is free if either function allows it: the farther one decides.
   const auto depth = [&](const Wall& wall) {
     const volume::ValueAndGradient s = value_and_gradient(wall, p);
     const double steepness = glm::length(s.gradient);
@@ -223,22 +223,22 @@ int SmoothWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, dou
 }
 
 double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, const ivec3* sample,
-                                   const Way& way, double t0, double t1, Wall& blocker) noexcept {
-  const dvec3 &a = way.a, &along = way.along, origin = a - dvec3(v);
+                                   const Leg& leg, double t0, double t1, Wall& blocker) noexcept {
+  const dvec3 &a = leg.a, &along = leg.along, origin = a - dvec3(v);
   const volume::CutLattice& lattice = version_->lattice();
   const auto in_cube = [&](double t) {
     const dvec3 p = origin + t * along;
     return is_fine_ ? p * lattice.scale() - dvec3(*sample - lattice.centre_of(v)) : p;
   };
-  // Free part of the way from t that field or cut alone prove, forward or backward.
+  // Returns the free part of the leg from t that field or cut alone proves, forward or backward.
   const auto proven = [&](bool is_cut, double t, double direction) {
     volume::ValueAndGradient s;
-    Cached& kept = patch(is_cut ? k_cut : shape, is_cut ? *sample : v);
+    Cached& cached = patch(is_cut ? k_cut : shape, is_cut ? *sample : v);
     if (is_cut)
       s = cut_value_and_gradient({*sample, in_cube(t)});
     else
-      s = kept.patch.value_and_gradient(origin + t * along);
-    const auto& hessian = hessian_bound_of(kept);
+      s = cached.patch.value_and_gradient(origin + t * along);
+    const auto& hessian = hessian_bound_of(cached);
     const double sign = is_inside ? -1.0 : 1.0;
     const double c = sign * s.value + rounding_of(s, hessian);
     if (c >= 0) return 0.0;
@@ -248,7 +248,7 @@ double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, co
     by_cut = false;
     const double by_field = proven(false, t, direction);
     if (sample == nullptr) return by_field;
-    // From outside one of the two suffices; from inside both must hold.
+    // From outside one of the two proofs suffices; from inside both are required.
     if (!is_inside && by_field >= t1 - t0) return by_field;
     const double other = proven(true, t, direction);
     by_cut = is_inside ? other < by_field : other > by_field;
@@ -259,38 +259,38 @@ double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, co
   for (int i = 0; i < k_max_proofs; ++i) {
     const double forward = step_from(t, 1, by_cut);
     if (t + forward >= end) return t1;
-    if (forward < way.least_step) break;
+    if (forward < leg.least_step) break;
     t += k_short * forward;
     bool ignored = false;
     const double backward = step_from(end, -1, ignored);
     if (end - backward <= t) return t1;
-    if (backward > way.least_step) end -= backward;
+    if (backward > leg.least_step) end -= backward;
   }
   blocker = {shape, by_cut, is_inside};
   return t;
 }
 
-double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, const Way& way, double t0,
+double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, const Leg& leg, double t0,
                                   double t1, Wall& blocker) noexcept {
-  if (!is_near_cut(v)) return reach_in_piece(shape, is_inside, v, nullptr, way, t0, t1, blocker);
+  if (!is_near_cut(v)) return reach_in_piece(shape, is_inside, v, nullptr, leg, t0, t1, blocker);
   const volume::CutLattice& lattice = version_->lattice();
   if (!is_fine_) {
     const ivec3 sample = lattice.centre_of(v);
-    return reach_in_piece(shape, is_inside, v, &sample, way, t0, t1, blocker);
+    return reach_in_piece(shape, is_inside, v, &sample, leg, t0, t1, blocker);
   }
-  // Without matter the cut need not be asked.
+  // Without matter the cut need not be evaluated.
   if (!is_inside && patch(shape, v).patch.most() < 0) return t1;
-  // The pieces of the way in the cubes of samples. Rounding may leave a rest before or behind them.
-  const volume::Segment in_samples(lattice.lattice_from_volume(way.a),
-                                   lattice.lattice_from_volume(way.a + way.along));
+  // The pieces of the leg in the cubes of samples. Rounding may leave a rest before or behind them.
+  const volume::Segment in_samples(lattice.lattice_from_volume(leg.a),
+                                   lattice.lattice_from_volume(leg.a + leg.along));
   volume::VoxelWalk walk(in_samples, {lattice.low_of(v), lattice.high_of(v)});
-  ivec3 sample = lattice.point_of(way.a + 0.5 * (t0 + t1) * way.along).sample;
+  ivec3 sample = lattice.point_of(leg.a + 0.5 * (t0 + t1) * leg.along).sample;
   sample = glm::clamp(sample, lattice.low_of(v), lattice.high_of(v));
   for (double t = t0; t < t1;) {
     double end = t1;
     if (!walk.is_done()) {
       sample = walk.voxel();
-      // Within a hollow brick, but for its faces, whose cubes read the neighbours, all is free.
+      // In a hollow brick all is free, except at its faces, where cubes read the neighbours.
       if (!is_inside && lattice.contains(sample)) {
         const volume::Brick* brick = version_->brick_at(sample);
         const volume::VoxelBox core{(sample >> 3 << 3) + 1, (sample >> 3 << 3) + (volume::k_brick - 2)};
@@ -305,7 +305,7 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
       if (walk.is_done()) end = t1;
     }
     ++counters_->voxels;
-    const double free = reach_in_piece(shape, is_inside, v, &sample, way, t, end, blocker);
+    const double free = reach_in_piece(shape, is_inside, v, &sample, leg, t, end, blocker);
     if (free < end) return free;
     t = end;
   }
@@ -315,24 +315,25 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
 void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& along, double t0, double t1,
                        ShapeSet& inside, double& t_changed) noexcept {
   const int steps = 1 + static_cast<int>(8 * (t1 - t0) * glm::length(along));
-  const bool was = inside.contains(shape);
+  const bool was_inside = inside.contains(shape);
   const bool has_cut = is_near_cut(v);
   for (int i = 1; i <= std::min(steps, 16); ++i) {
     const double t = t0 + (t1 - t0) * i / std::min(steps, 16);
     const dvec3 p = a + t * along;
-    // On a surface that rounding might put on either side - where the way enters at a cube's end, as it does
-    // at the border's face - it is not beyond it yet, or the next cube would hold it from there.
-    Cached& kept = patch(shape, v);
-    const volume::ValueAndGradient scan = kept.patch.value_and_gradient(p - dvec3(v));
-    const double doubt = rounding_of(scan, hessian_bound_of(kept));
-    bool is_solid = scan.value > doubt, is_free = scan.value < -doubt;
+    // A point on a surface that rounding might put on either side, as where the motion enters at a cube's end
+    // or at the border's face, does not count as beyond it yet: otherwise the next cube would block it from
+    // there.
+    Cached& cached = patch(shape, v);
+    const volume::ValueAndGradient scan = cached.patch.value_and_gradient(p - dvec3(v));
+    const double tolerance = rounding_of(scan, hessian_bound_of(cached));
+    bool is_solid = scan.value > tolerance, is_free = scan.value < -tolerance;
     if (has_cut) {
       const volume::ValueAndGradient cut = value_and_gradient({shape, true, false}, p);
       is_solid = is_solid && cut.value > 0;
       is_free = is_free || cut.value < 0;
     }
-    const bool is_now = was ? !is_free : is_solid;
-    if (is_now == was) continue;
+    const bool is_now = was_inside ? !is_free : is_solid;
+    if (is_now == was_inside) continue;
     inside.flip(shape);
     t_changed = t;
     return;
@@ -344,16 +345,16 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
   const dvec3 along = b - a;
   const double length = glm::length(frame().vector_world_from_volume(along));
   if (!(length > 0)) return {};
-  const Way way{a, along, tolerance / length};
+  const Leg leg{a, along, tolerance / length};
 
-  // Passages of shapes, so that what lies behind a wall met by a later shape is taken back.
-  struct Passed {
+  // Passages of shapes, so that those behind the wall of a later shape are undone.
+  struct Passage {
     int shape;
     double t;
   };
   const auto cube = [&](const ivec3& v, double t0, double t1, Reach& reach, bool is_known_near) {
-    std::array<Passed, 32> passed;
-    std::size_t passes = 0;
+    std::array<Passage, 32> passages;
+    std::size_t passage_count = 0;
     for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1)) {
       double from = t0;
       for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
@@ -364,18 +365,18 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
         if (is_covered(s, inside, v)) break;
         if (holds(s, side_of(is_inside))) {
           Wall wall;
-          const double free = reach_in_cube(s, is_inside, v, way, from, std::min(t1, reach.t), wall);
+          const double free = reach_in_cube(s, is_inside, v, leg, from, std::min(t1, reach.t), wall);
           if (free < std::min(t1, reach.t)) reach = {free, true, wall};
           break;
         }
         const ShapeSet before = inside;
         pass(s, v, a, along, from, std::min(t1, reach.t), inside, from);
-        if (inside != before && passes < passed.size()) passed[passes++] = {s, from};
+        if (inside != before && passage_count < passages.size()) passages[passage_count++] = {s, from};
         if (from >= t1) break;
       }
     }
-    for (std::size_t i = 0; i < passes; ++i)
-      if (passed[i].t > reach.t) inside.flip(passed[i].shape);
+    for (std::size_t i = 0; i < passage_count; ++i)
+      if (passages[i].t > reach.t) inside.flip(passages[i].shape);
   };
 
   Reach reach;
@@ -385,7 +386,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     cube(first, 0, 1, reach, true);
     return reach;
   }
-  // A cube's polynomial reads one voxel around it, so matter shows one voxel beyond the grid.
+  // A cube's polynomial reads one voxel around it, so that matter shows one voxel beyond the grid.
   const ivec3 size = grid_size();
   const volume::VoxelBox box{ivec3(-1), size};
   volume::VoxelWalk walk(volume::Segment(a, b), box);

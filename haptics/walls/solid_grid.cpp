@@ -2,7 +2,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "volume/quadratic_patch.h"
+#include "volume/fields/quadratic_patch.h"
 
 namespace trephine::haptics {
 
@@ -18,7 +18,7 @@ dvec3 outward_normal(const TouchItem& shape, const volume::Version& version, con
   cells += 8;
   const dvec3 gradient = frame.gradient_world_from_volume(shape.field.smooth_gradient(p));
   if (!version.is_near_cut(p)) return unit(-gradient);
-  // Solid = {g >= 0} and {d > 0}: the boundary is the one that leaves less.
+  // Solid = {g >= 0} and {d > 0}: the nearer of the two boundaries counts.
   cells += 3;
   const dvec3 cut_gradient = frame.gradient_world_from_volume(version.distance_gradient(p));
   const double steepness = glm::length(gradient), cut_steepness = glm::length(cut_gradient);
@@ -31,7 +31,7 @@ dvec3 OffsetGrid::normal(std::size_t shape, const dvec3& p, int& cells) const no
   cells += 8;
   const glm::ivec3 v = volume::voxel_of(p);
   volume::QuadraticPatch patch;
-  seen_.offset(scene_, shape).load(v, patch);
+  touch_state_.offset(scene_, shape).load(v, patch);
   const dvec3 gradient = frame().gradient_world_from_volume(patch.value_and_gradient(p - dvec3(v)).gradient);
   const double steepness = glm::length(gradient);
   return steepness > 0 ? -gradient / steepness : dvec3(0);

@@ -1,16 +1,17 @@
-// The cubes that methods of cubes and nets touch: a scene's voxels, or for a round tool the lattice of its
-// offset fields, where the tool's middle is a point.
+// VoxelGrid, OffsetGrid: cubes that methods on cubes and nets touch: a scene's voxels, or for a round tool
+// the lattice of its offset fields, where the tool's centre is a point.
 #pragma once
 
 #include <algorithm>
 
 #include "haptics/proxy/proxy_method.h"
-#include "volume/cell_samples.h"
+#include "volume/surface/cell_samples.h"
 
 namespace trephine::haptics {
 
-/// Unit normal (world) of a shape's surface at p (volume frame), out of the solid: of the scan's field, or of
-/// the cut where that is nearer. Zero where the field is flat. Adds the cells it reads to `cells`.
+/// Returns the unit normal (world) of a shape's surface at p (volume frame), out of the solid: of the scan's
+/// field, or of the cut if that is nearer. Zero where the field is flat. Adds the number of cells that it
+/// reads to `cells`.
 glm::dvec3 outward_normal(const TouchItem& shape, const volume::Version& version, const glm::dvec3& p,
                           int& cells) noexcept;
 
@@ -27,12 +28,12 @@ class VoxelGrid {
   bool is_solid(std::size_t shape, const glm::ivec3& v) const noexcept {
     return contains(v) && is_solid_within(shape, v);
   }
-  /// Tests a voxel of the grid.
+  /// Tests a voxel that is in the grid.
   bool is_solid_within(std::size_t shape, const glm::ivec3& v) const noexcept {
     return scene_.items[shape].bits->is_solid(v) && version_.is_kept(v);
   }
-  /// Voxels around v, which is in the grid, that are free of every shape from `first` on to `last`; low >
-  /// high where that is near.
+  /// Returns a box of voxels around v, which is in the grid, that are free of the shapes from `first` to
+  /// before `last`; low > high if a solid is near.
   volume::VoxelBox empty_box(const glm::ivec3& v, std::size_t first, std::size_t last) const noexcept {
     int far = scene_.items[first].bits->empty_distance(v);
     for (std::size_t s = first + 1; s < last; ++s)
@@ -53,12 +54,13 @@ class VoxelGrid {
   const volume::Version& version_;
 };
 
-/// The lattice of a scene's offset fields, one for all shapes of a volume: solid where the tool's middle must
+/// The lattice of a scene's offset fields, one for all shapes of a volume: solid where the tool's centre must
 /// not be. Borrows both. Any thread.
 class OffsetGrid {
  public:
   using Samples = volume::OffsetSamples;
-  OffsetGrid(const TouchScene& scene, const TouchState& seen) noexcept : scene_(scene), seen_(seen) {}
+  OffsetGrid(const TouchScene& scene, const TouchState& touch_state) noexcept
+      : scene_(scene), touch_state_(touch_state) {}
 
   const volume::Frame& frame() const noexcept { return scene_.items[0].offset->frame(); }
   const glm::ivec3& size() const noexcept { return scene_.items[0].offset->size(); }
@@ -68,34 +70,34 @@ class OffsetGrid {
     return samples(shape).is_solid(v);
   }
   volume::VoxelBox empty_box(const glm::ivec3& v, std::size_t first, std::size_t last) const noexcept {
-    volume::VoxelBox free = seen_.offset(scene_, first).free_box(v);
+    volume::VoxelBox free = touch_state_.offset(scene_, first).free_box(v);
     for (std::size_t s = first + 1; s < last; ++s) {
-      const volume::VoxelBox other = seen_.offset(scene_, s).free_box(v);
+      const volume::VoxelBox other = touch_state_.offset(scene_, s).free_box(v);
       free = {glm::max(free.low, other.low), glm::min(free.high, other.high)};
     }
     return free;
   }
   glm::dvec3 normal(std::size_t shape, const glm::dvec3& p, int& cells) const noexcept;
-  Samples samples(std::size_t shape) const noexcept { return Samples(seen_.offset(scene_, shape)); }
+  Samples samples(std::size_t shape) const noexcept { return Samples(touch_state_.offset(scene_, shape)); }
 
  private:
   const TouchScene& scene_;
-  const TouchState& seen_;
+  const TouchState& touch_state_;
 };
 
-/// Takes one step on the grid that the tool touches: `step(grid, state, result)` sees places in that grid's
-/// frame; what comes out is in the volume's. A proxy that stays, or is at the HIP, is so to the bit.
+/// Runs one step on the grid that the tool touches: `step(grid, state, result)` uses that grid's frame, and
+/// the result is converted to the volume's. A proxy that stays, or is at the HIP, does so to the bit.
 template <class Step>
-ProxyStep step_on_grid(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+ProxyStep step_on_grid(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                        const ProxyInput& input, Step&& step) noexcept {
   ProxyStep result;
   result.normal_world = glm::dvec3(0);
   if (scene.tool_radius <= 0 || scene.items.empty()) {
-    step(VoxelGrid(scene, *seen.version), state, result);
+    step(VoxelGrid(scene, *touch_state.version), state, result);
     return result;
   }
-  const OffsetGrid grid(scene, seen);
-  const volume::Frame &lattice = grid.frame(), &base = seen.version->base().frame;
+  const OffsetGrid grid(scene, touch_state);
+  const volume::Frame &lattice = grid.frame(), &base = touch_state.version->base().frame;
   const glm::dvec3 start = state.proxy_volume,
                    start_on_grid = lattice.volume_from_world(base.world_from_volume(start)),
                    hip_on_grid = lattice.volume_from_world(input.hip_world);

@@ -1,3 +1,4 @@
+// BoneFlap: one file, because the job and the module share their request and result.
 #include "modules/bone_flap/bone_flap.h"
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 #include "modules/bone_flap/evaluation.h"
 #include "modules/bone_flap/preview.h"
 #include "modules/bone_flap/rim.h"
-#include "sim/work.h"
-#include "volume/rays.h"
+#include "sim/api/work.h"
+#include "volume/cuts/rays.h"
 
 namespace trephine::bone_flap {
 
@@ -24,38 +25,39 @@ namespace {
 
 constexpr std::array<double, 5> k_widths{0.8, 1.2, 1.6, 2.0, 2.4};
 
-/// Result of the job: a flap, or the reason of its failure.
-struct MadeFlap final : sim::JobResult {
-  std::optional<Trouble> trouble;
+/// Result of the job: a flap, or the reason why there is no flap.
+struct FlapResult final : sim::JobResult {
+  LocatedStatus error;
   std::int64_t holes = 0;
-  FlapWorld cut;
+  FlapState cut;
   struct Piece {
-    FlapPiece told;
+    FlapPiece event;
     dvec3 middle_world;
   };
   std::vector<Piece> pieces;
-  std::vector<Near> near;
-  sim::CameOff off;
+  std::vector<Near> structures;
+  sim::Detachment detached;
   std::uint64_t fingerprint = 0;
 
   std::uint64_t hash() const override { return fingerprint; }
-  const sim::CameOff* came_off() const noexcept override { return trouble ? nullptr : &off; }
+  const sim::Detachment* detachment() const noexcept override { return error ? nullptr : &detached; }
   void seal() {
-    volume::MixHash all;
-    sim::add_value(all, cut);
-    all.add(static_cast<std::uint64_t>(holes));
-    const auto add_place = [&all](const dvec3& p) { all.add(p.x), all.add(p.y), all.add(p.z); };
-    for (const Piece& piece : pieces) sim::add_value(all, piece.told), add_place(piece.middle_world);
-    for (const Near& one : near) sim::add_bytes(all, one.structure), all.add(one.mm), add_place(one.at_world);
-    if (trouble)
-      sim::add_bytes(all, trouble->why), add_place(trouble->at_world);
+    MixHash mix;
+    sim::add_value(mix, cut);
+    mix.add(static_cast<std::uint64_t>(holes));
+    const auto add_point = [&mix](const dvec3& p) { mix.add(p.x), mix.add(p.y), mix.add(p.z); };
+    for (const Piece& piece : pieces) sim::add_value(mix, piece.event), add_point(piece.middle_world);
+    for (const Near& near : structures)
+      sim::add_bytes(mix, near.structure), mix.add(near.mm), add_point(near.at_world);
+    if (error)
+      sim::add_bytes(mix, error->reason), add_point(error->position_world);
     else
-      all.add(sim::hash_of(off));
-    fingerprint = all.value();
+      mix.add(sim::hash_of(detached));
+    fingerprint = mix.value();
   }
 };
 
-/// One run of the job, step by step; each step says whether there is anything to go on with.
+/// One run of the job, in steps. A step returns an error if the run cannot continue.
 class Flap {
  public:
   Flap(const CutFlap& request, const sim::JobInput& input)
@@ -64,183 +66,185 @@ class Flap {
         shape_(input.anatomy.items[static_cast<std::size_t>(request.item)]),
         editor_(input.state.world.version, input.solids) {}
 
-  std::shared_ptr<const MadeFlap> make() {
-    auto made = std::make_shared<MadeFlap>();
-    made_ = made.get();
-    Trouble trouble;
-    if (!(plan(trouble) && cut(trouble) && find_seed(trouble) && free_pieces(trouble))) {
-      const std::int64_t holes = made_->holes;
-      *made_ = {};
-      made_->holes = holes;
-      made_->trouble = trouble;
+  std::shared_ptr<const FlapResult> make() {
+    auto output = std::make_shared<FlapResult>();
+    result_ = output.get();
+    LocatedStatus error = plan();
+    if (!error) error = cut();
+    if (!error) error = find_seed();
+    if (!error) error = detach_pieces();
+    if (error) {
+      const std::int64_t holes = result_->holes;
+      *result_ = {};
+      result_->holes = holes;
+      result_->error = error;
     }
-    made_->seal();
-    return made;
+    result_->seal();
+    return output;
   }
 
  private:
-  bool plan(Trouble& trouble) {
-    Pyramid pyramid;
-    if (!make_pyramid(anchors_of(request_, *input_.state.settings_of<FlapSettings>()), request_.distance,
-                      shape_.field, pyramid, trouble) ||
-        !sheet_.make(pyramid, shape_.field, width_of(request_.saw), depth_of(request_), trouble))
-      return false;
-    FlapWorld& world = made_->cut;
-    world.centre = pyramid.centre_world, world.normal = pyramid.normal_world, world.apex = pyramid.apex_world;
-    world.width = sheet_.width();
-    world.outline = sheet_.outline(), world.floor = sheet_.floor();
-    world.area = sheet_.outer_mm2(shape_.field);
-    world.wall = sheet_.wall_mm2(shape_.field, editor_.working());
-    made_->near = nearness_of(world, input_.forbidden);
-    return true;
+  LocatedStatus plan() {
+    const auto pyramid = make_pyramid(anchors_of(request_, *input_.state.persistent_of<FlapSettings>()),
+                                      request_.distance, shape_.field);
+    if (!pyramid) return pyramid.error();
+    if (auto error = surface_.make(pyramid.value(), shape_.field, width_of(request_.saw), depth_of(request_)))
+      return error;
+    FlapState& world = result_->cut;
+    world.centre = surface_.pyramid().centre_world, world.normal = surface_.pyramid().normal_world,
+    world.apex = surface_.pyramid().apex_world;
+    world.width = surface_.width();
+    world.outline = surface_.outline(), world.floor = surface_.floor();
+    world.area = surface_.outer_mm2(shape_.field);
+    world.wall = surface_.wall_mm2(shape_.field, editor_.working());
+    result_->structures = nearness_of(world, input_.forbidden);
+    return std::nullopt;
   }
 
-  bool cut(Trouble& trouble) {
+  LocatedStatus cut() {
     const volume::Version& before = editor_.working();
-    Kerf kerf(sheet_, before);
+    Kerf kerf(surface_, before);
     volume::RemovalReport report;
-    if (request_.way == Way::kerf) {
+    if (request_.way == CutMethod::kerf) {
       report = editor_.remove(kerf, kerf.samples());
     } else {
-      TracedVoxels traced(sheet_, before, k_seeds_step);
+      TracedVoxels traced(surface_, before, k_traced_step);
       report = editor_.remove(traced, traced.samples());
     }
     version_ = editor_.freeze();
     box_ = report.box;
-    made_->cut.kerf_size = version_->mm3_of(report.removed_units);
-    made_->holes = kerf.count_holes(shape_.field, *version_);
-    if (report.removed_units > 0) return true;
-    trouble = {"nothing is there to be cut: it was cut before", sheet_.pyramid().centre_world};
-    return false;
+    result_->cut.kerf_size = version_->mm3_of(report.removed_units);
+    result_->holes = kerf.count_holes(shape_.field, *version_);
+    if (report.removed_units > 0) return std::nullopt;
+    return LocatedError{"no bone left to cut: this outline was cut before", surface_.pyramid().centre_world};
   }
 
-  /// Finds the start of the flood.
-  bool find_seed(Trouble& trouble) {
+  /// Finds the voxel at which the flood starts.
+  LocatedStatus find_seed() {
     const volume::Volume& scan = version_->base();
-    const Pyramid& pyramid = sheet_.pyramid();
+    const Pyramid& pyramid = surface_.pyramid();
     if (!request_.seed.empty()) {
       const glm::ivec3 v = volume::voxel_of(scan.frame.volume_from_world(request_.seed[0]));
       for (int n = 0; n < 27 && !seed_; ++n) {
         const glm::ivec3 at = v + glm::ivec3((n + 1) % 3 - 1, (n / 3 + 1) % 3 - 1, (n / 9 + 1) % 3 - 1);
         if (is_solid(at)) seed_ = at;
       }
-      if (seed_ && pyramid.contains(request_.seed[0])) return true;
-      trouble = {seed_ ? "the seed lies outside of the outline" : "there is no bone at the seed",
-                 request_.seed[0]};
-      return false;
+      if (seed_ && pyramid.contains(request_.seed[0])) return std::nullopt;
+      return LocatedError{seed_ ? "the seed lies outside of the outline" : "there is no bone at the seed",
+                          request_.seed[0]};
     }
-    // Both ways along the normal, the nearer first.
+    // Search along the normal in both directions; the nearer hit counts.
     const dvec3 at = scan.frame.volume_from_world(pyramid.centre_world);
     double nearest = 2;
-    for (const double way : {request_.distance, -request_.distance}) {
-      const dvec3 to = scan.frame.volume_from_world(pyramid.centre_world + way * pyramid.normal_world);
+    for (const double offset : {request_.distance, -request_.distance}) {
+      const dvec3 to = scan.frame.volume_from_world(pyramid.centre_world + offset * pyramid.normal_world);
       const volume::RayHit hit = volume::first_hit(*shape_.bits, {at, to}, version_.get());
       if (hit.is_hit && hit.t < nearest) nearest = hit.t, seed_ = hit.voxel;
     }
-    if (seed_ && pyramid.contains(scan.frame.world_from_volume(dvec3(*seed_)))) return true;
-    trouble = {seed_ ? "the outline's middle lies outside of it: name a seed"
-                     : "there is no bone along the normal of the outline's middle: name a seed",
-               pyramid.centre_world};
-    return false;
+    if (seed_ && pyramid.contains(scan.frame.world_from_volume(dvec3(*seed_)))) return std::nullopt;
+    return LocatedError{
+        seed_ ? "the outline's middle lies outside of it: set a seed inside it"
+              : "there is no bone along the normal of the outline's middle: set a seed inside it",
+        pyramid.centre_world};
   }
 
   bool is_solid(const glm::ivec3& v) const {
     return version_->base().contains(v) && shape_.bits->is_solid(v) && version_->is_kept(v);
   }
 
-  bool free_pieces(Trouble& trouble) {
+  LocatedStatus detach_pieces() {
     const volume::SolidParts parts(shape_.field, *shape_.bits, *version_);
     const volume::CutLattice& lattice = version_->lattice();
-    const int of_seed = parts.part_of(lattice.centre_of(*seed_));
-    if (of_seed < 0 || !parts.parts()[static_cast<std::size_t>(of_seed)].is_off) {
-      trouble = leak();
-      return false;
+    const int seed_part = parts.part_of(lattice.centre_of(*seed_));
+    if (seed_part < 0 || !parts.parts()[static_cast<std::size_t>(seed_part)].is_off) {
+      return find_leak();
     }
-    struct Within {
+    struct Candidate {
       int part;
       double size;
       dvec3 middle;
     };
-    std::vector<Within> within;
+    std::vector<Candidate> candidates;
     for (std::size_t p = 0; p < parts.parts().size(); ++p) {
       if (!parts.parts()[p].is_off) continue;
-      Within one{static_cast<int>(p), 0, {}};
-      if (is_within(parts, one.part, one.size, one.middle)) within.push_back(one);
+      Candidate candidate{static_cast<int>(p), 0, {}};
+      if (is_mostly_inside(parts, candidate.part, candidate.size, candidate.middle))
+        candidates.push_back(candidate);
     }
-    std::stable_sort(within.begin(), within.end(),
-                     [](const Within& a, const Within& b) { return a.size > b.size; });
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.size > b.size; });
     std::vector<sim::PartFate> fates(parts.parts().size(), sim::PartFate::stays);
     const glm::ivec3 last = version_->base().size - 1;
-    for (const Within& one : within) {
-      const auto p = static_cast<std::size_t>(one.part);
+    for (const Candidate& candidate : candidates) {
+      const auto p = static_cast<std::size_t>(candidate.part);
       fates[p] = sim::PartFate::debris;
-      if (one.size < request_.smallest && one.part != of_seed) continue;
+      if (candidate.size < request_.smallest && candidate.part != seed_part) continue;
       const volume::VoxelBox& box = parts.parts()[p].box;
-      FlapPiece told{static_cast<std::int64_t>(made_->pieces.size()) + 1, one.size, one.part == of_seed, true,
-                     glm::any(glm::equal(box.low, glm::ivec3(0))) || glm::any(glm::equal(box.high, last))};
-      told.is_taken = std::none_of(request_.leave.begin(), request_.leave.end(), [&](const sim::Id& id) {
-        return static_cast<std::int64_t>(id.value) == told.number;
+      FlapPiece event{static_cast<std::int64_t>(result_->pieces.size()) + 1, candidate.size,
+                      candidate.part == seed_part, true,
+                      glm::any(glm::equal(box.low, glm::ivec3(0))) || glm::any(glm::equal(box.high, last))};
+      event.is_taken = std::none_of(request_.leave.begin(), request_.leave.end(), [&](const sim::Id& id) {
+        return static_cast<std::int64_t>(id.value) == event.number;
       });
-      fates[p] = told.is_taken ? sim::PartFate::piece : sim::PartFate::stays;
-      if (told.is_taken) made_->cut.flap_size += one.size;
-      made_->pieces.push_back({told, one.middle});
+      fates[p] = event.is_taken ? sim::PartFate::piece : sim::PartFate::stays;
+      if (event.is_taken) result_->cut.flap_size += candidate.size;
+      result_->pieces.push_back({event, candidate.middle});
     }
     for (const sim::Id& id : request_.leave)
-      if (id.value == 0 || id.value > made_->pieces.size()) {
-        trouble = {"there is no piece " + std::to_string(id.value) + ": " +
-                       std::to_string(made_->pieces.size()) + " came off",
-                   sheet_.pyramid().centre_world};
-        return false;
+      if (id.value == 0 || id.value > result_->pieces.size()) {
+        return LocatedError{"there is no piece " + std::to_string(id.value) + ": " +
+                                std::to_string(result_->pieces.size()) + " came off",
+                            surface_.pyramid().centre_world};
       }
-    if (made_->pieces.empty() ||
-        std::none_of(made_->pieces.begin(), made_->pieces.end(),
-                     [](const MadeFlap::Piece& piece) { return piece.told.is_taken; })) {
-      trouble = {"all pieces are to be left", sheet_.pyramid().centre_world};
-      return false;
+    if (result_->pieces.empty() ||
+        std::none_of(result_->pieces.begin(), result_->pieces.end(),
+                     [](const FlapResult::Piece& piece) { return piece.event.is_taken; })) {
+      return LocatedError{"all pieces are to be left", surface_.pyramid().centre_world};
     }
-    made_->cut.flaps = 1;
-    made_->off = sim::take_off(shape_, parts, fates, input_.solids, version_);
+    result_->cut.flaps = 1;
+    result_->detached = sim::detach_parts(shape_, parts, fates, input_.solids, version_);
     if (request_.smoothing > 0) {
-      volume::RemovalEditor editor(made_->off.rest, input_.solids);
-      const std::shared_ptr<const volume::Version> sharp = made_->off.rest;
-      Rim rim(sheet_, shape_.field, *sharp, request_.smoothing);
+      volume::RemovalEditor editor(result_->detached.rest, input_.solids);
+      const std::shared_ptr<const volume::Version> sharp = result_->detached.rest;
+      Rim rim(surface_, shape_.field, *sharp, request_.smoothing);
       const volume::RemovalReport report = editor.remove(rim, rim.samples());
-      made_->off.rest = editor.freeze();
-      made_->cut.rim_size = sharp->mm3_of(report.removed_units);
+      result_->detached.rest = editor.freeze();
+      result_->cut.rim_size = sharp->mm3_of(report.removed_units);
       box_ = sim::united(box_, report.box);
     }
-    made_->off.box = sim::united(made_->off.box, box_);
-    return true;
+    result_->detached.box = sim::united(result_->detached.box, box_);
+    return std::nullopt;
   }
 
-  /// Does most of a part lie within the outline? Its size, mm3, and its middle.
-  bool is_within(const volume::SolidParts& parts, int part, double& size, dvec3& middle) const {
+  /// Returns true if most of a part is inside the outline. Sets its size, mm3, and its centre, world.
+  bool is_mostly_inside(const volume::SolidParts& parts, int part, double& size, dvec3& middle) const {
     const volume::CutLattice& lattice = version_->lattice();
-    const volume::SolidParts::Part& one = parts.parts()[static_cast<std::size_t>(part)];
-    size = static_cast<double>(one.samples) * lattice.frame().voxel_mm3();
-    const glm::ivec3 low = lattice.low_of(one.box.low), high = lattice.high_of(one.box.high);
+    const volume::SolidParts::Part& region = parts.parts()[static_cast<std::size_t>(part)];
+    size = static_cast<double>(region.samples) * lattice.frame().voxel_mm3();
+    const glm::ivec3 low = lattice.low_of(region.box.low), high = lattice.high_of(region.box.high);
     std::vector<int> row(static_cast<std::size_t>(high.x - low.x + 1));
     std::int64_t inside = 0, count = 0;
     dvec3 sum(0);
     for (int z = low.z; z <= high.z; ++z)
       for (int y = low.y; y <= high.y; ++y) {
         parts.row(low.x, y, z, static_cast<int>(row.size()), row.data());
-        // Every third along a row is enough to know.
+        // Every third sample of a row suffices.
         for (std::size_t x = static_cast<std::size_t>(y + z) % 3; x < row.size(); x += 3)
           if (row[x] == part) {
             const dvec3 p = lattice.frame().world_from_volume(dvec3(low.x + static_cast<int>(x), y, z));
             sum += p;
-            inside += sheet_.pyramid().contains(p);
+            inside += surface_.pyramid().contains(p);
             ++count;
           }
       }
-    middle = count > 0 ? sum / static_cast<double>(count)
-                       : version_->base().frame.world_from_volume(0.5 * dvec3(one.box.low + one.box.high));
-    return 2 * inside > count || (count == 0 && sheet_.pyramid().contains(middle));
+    middle = count > 0
+                 ? sum / static_cast<double>(count)
+                 : version_->base().frame.world_from_volume(0.5 * dvec3(region.box.low + region.box.high));
+    return 2 * inside > count || (count == 0 && surface_.pyramid().contains(middle));
   }
 
-  /// First place at which the flood that begins at the seed leaves the outline.
-  Trouble leak() const {
+  /// Returns the first position at which the flood from the seed leaves the outline.
+  LocatedError find_leak() const {
     const glm::ivec3 size = version_->base().size;
     const auto index = [&](const glm::ivec3& v) {
       return static_cast<std::uint64_t>(v.x) +
@@ -250,40 +254,41 @@ class Flap {
     };
     const volume::Frame& frame = version_->base().frame;
     std::vector<glm::ivec3> flood{*seed_};
-    std::unordered_set<std::uint64_t> seen{index(*seed_)};
+    std::unordered_set<std::uint64_t> visited{index(*seed_)};
     for (std::size_t next = 0; next < flood.size(); ++next)
       for (int n = 0; n < 27; ++n) {
         const glm::ivec3 v = flood[next] + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-        if (!is_solid(v) || !seen.insert(index(v)).second) continue;
+        if (!is_solid(v) || !visited.insert(index(v)).second) continue;
         const dvec3 p = frame.world_from_volume(dvec3(v));
-        if (!sheet_.pyramid().contains(p)) return leak_at(p);
+        if (!surface_.pyramid().contains(p)) return describe_leak(p);
         flood.push_back(v);
       }
     return {"what lies within the outline still hangs on the rest", frame.world_from_volume(dvec3(*seed_))};
   }
-  Trouble leak_at(const dvec3& p) const {
-    const dvec3 w = p - sheet_.pyramid().apex_world;
-    const auto& lines = sheet_.lines();
+  LocatedError describe_leak(const dvec3& p) const {
+    const dvec3 w = p - surface_.pyramid().apex_world;
+    const auto& lines = surface_.lines();
     const auto line = std::max_element(lines.begin(), lines.end(), [&](const auto& a, const auto& b) {
       return glm::dot(a.along, w) < glm::dot(b.along, w);
     });
-    const double far = glm::length(w);
-    const std::string how = far < line->from ? whole(line->from - far) + " mm deeper than the saw went"
-                            : far > line->to ? whole(far - line->to) + " mm above where the saw began"
-                                             : "through a hole of the cut";
+    const double distance = glm::length(w);
+    const std::string cause =
+        distance < line->from ? whole(line->from - distance) + " mm deeper than the saw went"
+        : distance > line->to ? whole(distance - line->to) + " mm above where the saw began"
+                              : "through a hole of the cut";
     return {"what lies within the outline still hangs on the rest " +
-                between_anchors(line->side, sheet_.pyramid().size()) + ", " + how,
+                between_anchors(line->side, surface_.pyramid().size()) + ", " + cause,
             p};
   }
 
-  /// mm between places of the outline to which the seed's way looks: half of the finest clinical voxels.
-  static constexpr double k_seeds_step = 0.2;
+  /// mm between the outline points of CutMethod::traced: half of the finest clinical voxels.
+  static constexpr double k_traced_step = 0.2;
 
   const CutFlap& request_;
   const sim::JobInput& input_;
   const haptics::TouchItem& shape_;
-  MadeFlap* made_ = nullptr;
-  Sheet sheet_;
+  FlapResult* result_ = nullptr;
+  CutSurface surface_;
   volume::RemovalEditor editor_;
   std::shared_ptr<const volume::Version> version_;
   volume::VoxelBox box_ = sim::k_no_voxels;
@@ -294,44 +299,44 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   return Flap(*static_cast<const CutFlap*>(parameters), input).make();
 }
 
-volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
+Status check(const void* parameters, const haptics::TouchScene& anatomy) {
   return sim::check_shape_of_pieces(anatomy, static_cast<const CutFlap*>(parameters)->item, "cut-flap item");
 }
 
 void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
-  const auto& made = static_cast<const MadeFlap&>(result);
+  const auto& output = static_cast<const FlapResult&>(result);
   FlapSettings& settings = work.change_settings<FlapSettings>();
-  if (made.trouble) {
+  if (output.error) {
     settings.tried = anchors_of(*static_cast<const CutFlap*>(parameters), settings);
-    settings.trouble = made.trouble->why;
-    settings.trouble_at = made.trouble->at_world;
-    work.raise_event(NoFlap{made.trouble->why, made.holes}, made.trouble->at_world);
+    settings.problem = output.error->reason;
+    settings.problem_at = output.error->position_world;
+    work.raise_event(FlapFailed{output.error->reason, output.holes}, output.error->position_world);
     return;
   }
   settings.tried.clear();
-  settings.trouble.clear();
+  settings.problem.clear();
   forget_preview(settings);
-  FlapWorld& world = work.change_world<FlapWorld>();
+  FlapState& world = work.change_world<FlapState>();
   const std::int64_t before = world.flaps;
-  world = made.cut;
+  world = output.cut;
   world.flaps += before;
-  work.raise_event(FlapCut{static_cast<std::int64_t>(made.pieces.size()), made.cut.area, made.cut.wall,
-                           made.cut.kerf_size, made.cut.rim_size, made.cut.flap_size, made.holes},
-                   made.cut.centre);
-  for (const MadeFlap::Piece& piece : made.pieces) work.raise_event(piece.told, piece.middle_world);
-  // A saw works, and is stiff: what stands in the bone is touched, or torn; what lies under it is stripped.
-  for (const Near& one : made.near) {
-    if (one.is_stripped())
-      work.raise_event(sim::StructureStripped{one.structure, -one.mm}, one.at_world);
-    else if (one.mm < -sim::k_tears)
-      work.raise_event(sim::StructureTorn{one.structure, -one.mm}, one.at_world);
-    else if (one.mm < 0)
-      work.raise_event(sim::StructureTouched{one.structure, -one.mm}, one.at_world);
+  work.raise_event(FlapCut{static_cast<std::int64_t>(output.pieces.size()), output.cut.area, output.cut.wall,
+                           output.cut.kerf_size, output.cut.rim_size, output.cut.flap_size, output.holes},
+                   output.cut.centre);
+  for (const FlapResult::Piece& piece : output.pieces) work.raise_event(piece.event, piece.middle_world);
+  // The running saw is stiff: it touches or tears a structure in the bone, and strips one below the bone.
+  for (const Near& near : output.structures) {
+    if (near.is_stripped())
+      work.raise_event(sim::StructureStripped{near.structure, -near.mm}, near.at_world);
+    else if (near.mm < -sim::k_tears)
+      work.raise_event(sim::StructureTorn{near.structure, -near.mm}, near.at_world);
+    else if (near.mm < 0)
+      work.raise_event(sim::StructureTouched{near.structure, -near.mm}, near.at_world);
   }
 }
 
-/// For a label: no line much longer than the head is wide in a picture.
-std::string in_lines(std::string text) {
+/// Breaks a label into lines that are not much longer than the head is wide in a picture.
+std::string wrap_label(std::string text) {
   constexpr std::size_t k_longest = 36;
   for (std::size_t begin = 0; text.size() - begin > k_longest;) {
     const std::size_t space = text.rfind(' ', begin + k_longest);
@@ -361,51 +366,59 @@ std::span<const sim::JobType* const> BoneFlap::jobs() const {
 
 std::span<const sim::ValueType* const> BoneFlap::events() const {
   static const std::array<const sim::ValueType*, 4> all{
-      &sim::value_type<FlapCut>(), &sim::value_type<FlapPiece>(), &sim::value_type<FlapSeen>(),
-      &sim::value_type<NoFlap>()};
+      &sim::value_type<FlapCut>(), &sim::value_type<FlapPiece>(), &sim::value_type<FlapPreviewed>(),
+      &sim::value_type<FlapFailed>()};
   return all;
 }
 
-volume::Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& now) const {
-  const auto* drawn = now.settings_of<FlapSettings>();
-  const auto count = static_cast<std::int64_t>(drawn ? drawn->anchors.size() : 0);
-  const auto check_number = [&](const char* where, std::int64_t number) -> volume::Status {
+Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& operation) const {
+  const auto* settings = operation.persistent_of<FlapSettings>();
+  const auto count = static_cast<std::int64_t>(settings ? settings->anchors.size() : 0);
+  const auto check_number = [&](const char* where, std::int64_t number) -> Status {
     if (number <= count && count > 0) return std::nullopt;
-    return volume::Error{"there is no such anchor", where, std::to_string(number),
-                         count > 0 ? "1 to " + std::to_string(count) : "no pieces", ""};
+    return Error{.what = "unknown anchor",
+                 .where = where,
+                 .found = std::to_string(number),
+                 .expected = count > 0 ? "1 to " + std::to_string(count) : "no anchors"};
   };
-  const auto check_count = [](const char* where, std::int64_t found) -> volume::Status {
+  const auto check_count = [](const char* where, std::int64_t found) -> Status {
     if (found <= k_most_anchors) return std::nullopt;
-    return volume::Error{"the outline has too many anchors", where, std::to_string(found),
-                         "at most " + std::to_string(k_most_anchors), "leave some out"};
+    return Error{.what = "the outline has too many anchors",
+                 .where = where,
+                 .found = std::to_string(found),
+                 .expected = "at most " + std::to_string(k_most_anchors),
+                 .remedy = "remove some of them"};
   };
   if (command.what.as<AddAnchor>()) return check_count("add-anchor", count + 1);
   if (const auto* move = command.what.as<MoveAnchor>())
     return check_number("move-anchor number", move->number);
   if (const auto* remove = command.what.as<RemoveAnchor>())
     return check_number("remove-anchor number", remove->number);
-  // No step between neighbouring samples may be longer than the cut is wide.
-  const auto check_saw = [&](const char* where, Saw saw) -> volume::Status {
-    const double diagonal = now.world.version->lattice().frame().diagonal_mm(), width = width_of(saw);
+  // The cut must be wider than the distance of any two neighbouring samples.
+  const auto check_saw = [&](const char* where, Saw saw) -> Status {
+    const double diagonal = operation.world.version->lattice().frame().diagonal_mm(), width = width_of(saw);
     if (width >= 1.01 * diagonal) return std::nullopt;
-    return volume::Error{"the saw is too narrow for how finely this operation is cut", where,
-                         std::to_string(width) + " mm", "at least " + std::to_string(1.01 * diagonal) + " mm",
-                         "begin it with a smallest burr as wide as the saw"};
+    return Error{.what = "the saw is too narrow for the cut lattice of this operation",
+                 .where = where,
+                 .found = std::to_string(width) + " mm",
+                 .expected = "at least " + std::to_string(1.01 * diagonal) + " mm",
+                 .remedy = "begin the operation with a smallest burr as wide as the saw"};
   };
   if (const auto* preview = command.what.as<PreviewFlap>()) {
-    if (volume::Status error =
+    if (Status error =
             check_count("preview-flap anchors", static_cast<std::int64_t>(preview->anchors.size())))
       return error;
     return check_saw("preview-flap saw", preview->saw);
   }
   const auto* request = command.what.as<CutFlap>();
   if (request == nullptr) return std::nullopt;
-  if (volume::Status error =
-          check_count("cut-flap anchors", static_cast<std::int64_t>(request->anchors.size())))
+  if (Status error = check_count("cut-flap anchors", static_cast<std::int64_t>(request->anchors.size())))
     return error;
   if (request->seed.size() > 1)
-    return volume::Error{"there are several seeds", "cut-flap seed", std::to_string(request->seed.size()),
-                         "one, or none", ""};
+    return Error{.what = "more than one seed",
+                 .where = "cut-flap seed",
+                 .found = std::to_string(request->seed.size()),
+                 .expected = "at most one"};
   return check_saw("cut-flap saw", request->saw);
 }
 
@@ -413,7 +426,7 @@ void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {
   FlapSettings& settings = work.change_settings<FlapSettings>();
   std::vector<dvec3>& anchors = settings.anchors;
   const auto at = [&](std::int64_t number) { return anchors.begin() + (number - 1); };
-  settings.trouble.clear();
+  settings.problem.clear();
   forget_preview(settings);
   if (const auto* add = command.what.as<AddAnchor>())
     anchors.push_back(add->at);
@@ -425,8 +438,8 @@ void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {
     anchors.clear();
 }
 
-std::vector<sim::Measure> BoneFlap::measures(const sim::OperationState& now) const {
-  const FlapWorld* world = now.world_of<FlapWorld>();
+std::vector<sim::Measure> BoneFlap::measures(const sim::OperationState& operation) const {
+  const FlapState* world = operation.undoable_of<FlapState>();
   if (world == nullptr) return {};
   return {{"flaps", static_cast<double>(world->flaps), ""},
           {"flap area", world->area, "mm2"},
@@ -435,56 +448,55 @@ std::vector<sim::Measure> BoneFlap::measures(const sim::OperationState& now) con
           {"sawn walls", world->wall, "mm2"}};
 }
 
-sim::Overlays BoneFlap::overlays(const sim::OperationState& now) const {
-  sim::Overlays all;
-  const auto add_loop = [](sim::Overlay& overlay, const std::vector<dvec3>& places) {
-    for (std::size_t i = 0; i < places.size(); ++i)
-      overlay.lines.push_back({places[i], places[(i + 1) % places.size()]});
+sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
+  sim::Overlays result;
+  const auto add_loop = [](sim::Overlay& overlay, const std::vector<dvec3>& points) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      overlay.lines.push_back({points[i], points[(i + 1) % points.size()]});
   };
-  if (const FlapWorld* world = now.world_of<FlapWorld>(); world && world->flaps > 0)
-    add_loop(all.emplace_back(), world->outline);
-  const FlapSettings* drawn = now.settings_of<FlapSettings>();
-  if (drawn == nullptr) return all;
-  // Sides run straight, under a round skull: shown as if it were a ball around the scan's middle, and over
-  // it.
-  const volume::Volume& scan = now.world.version->base();
+  if (const FlapState* world = operation.undoable_of<FlapState>(); world && world->flaps > 0)
+    add_loop(result.emplace_back(), world->outline);
+  const FlapSettings* settings = operation.persistent_of<FlapSettings>();
+  if (settings == nullptr) return result;
+  // Straight sides would be hidden in the round skull: draw them above a sphere around the scan's centre.
+  const volume::Volume& scan = operation.world.version->base();
   const dvec3 middle = scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
-  const auto lifted = [&](const dvec3& p, double by) {
-    const double far = glm::length(p - middle);
-    return far > 0 ? p + by / far * (p - middle) : p;
+  const auto lift = [&](const dvec3& p, double height) {
+    const double distance = glm::length(p - middle);
+    return distance > 0 ? p + height / distance * (p - middle) : p;
   };
   const auto add_sides = [&](sim::Overlay& overlay, const std::vector<dvec3>& anchors) {
     constexpr int k_parts = 8;
-    constexpr double k_over = 1.5, k_radius = 70;  // mm
-    std::vector<dvec3> places;
+    constexpr double k_height = 1.5, k_radius = 70;  // mm
+    std::vector<dvec3> points;
     for (std::size_t i = 0; i < anchors.size(); ++i) {
       const dvec3 side = anchors[(i + 1) % anchors.size()] - anchors[i];
       for (int k = 0; k < k_parts; ++k) {
         const double share = static_cast<double>(k) / k_parts;
         const double rise = share * (1 - share) * glm::dot(side, side) / (2 * k_radius);
-        places.push_back(lifted(anchors[i] + share * side, k_over + rise));
+        points.push_back(lift(anchors[i] + share * side, k_height + rise));
       }
     }
-    add_loop(overlay, places);
+    add_loop(overlay, points);
   };
-  if (!drawn->anchors.empty()) {
-    sim::Overlay& plan = all.emplace_back();
-    if (drawn->anchors.size() > 1) add_sides(plan, drawn->anchors);
-    for (std::size_t i = 0; i < drawn->anchors.size(); ++i) {
-      plan.labels.push_back({lifted(drawn->anchors[i], 2), std::to_string(i + 1)});
-      plan.handles.push_back({drawn->anchors[i], MoveAnchor{static_cast<std::int64_t>(i) + 1}});
+  if (!settings->anchors.empty()) {
+    sim::Overlay& plan = result.emplace_back();
+    if (settings->anchors.size() > 1) add_sides(plan, settings->anchors);
+    for (std::size_t i = 0; i < settings->anchors.size(); ++i) {
+      plan.labels.push_back({lift(settings->anchors[i], 2), std::to_string(i + 1)});
+      plan.handles.push_back({settings->anchors[i], MoveAnchor{static_cast<std::int64_t>(i) + 1}});
     }
   }
-  if (!drawn->preview.empty()) all.push_back(look_of_preview(*drawn));
-  if (drawn->trouble.empty()) return all;
-  sim::Overlay& warning = all.emplace_back();
+  if (!settings->preview.empty()) result.push_back(look_of_preview(*settings));
+  if (settings->problem.empty()) return result;
+  sim::Overlay& warning = result.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;
-  add_sides(warning, drawn->tried);
-  // The place may lie deep in the bone: a line leads to it.
-  const dvec3 over = lifted(drawn->trouble_at, 25);
-  warning.lines.push_back({drawn->trouble_at, over});
-  warning.labels.push_back({over, in_lines(drawn->trouble)});
-  return all;
+  add_sides(warning, settings->tried);
+  // The position may be deep in the bone: draw a line from above the skull to it.
+  const dvec3 label_position = lift(settings->problem_at, 25);
+  warning.lines.push_back({settings->problem_at, label_position});
+  warning.labels.push_back({label_position, wrap_label(settings->problem)});
+  return result;
 }
 
 }  // namespace trephine::bone_flap

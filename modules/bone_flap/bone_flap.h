@@ -1,111 +1,114 @@
-// A bone flap: a saw follows the outline that was drawn on the skull, and what lies within comes off.
+// BoneFlap: a saw follows an outline drawn on the skull and detaches the bone inside it.
 #pragma once
 
-#include "sim/module.h"
+#include "sim/api/module.h"
 
 namespace trephine::bone_flap {
 
-/// Width of the saw's cut, mm: choices of a list.
+/// Width of the saw's cut: w0_8 is 0.8 mm.
 enum class Saw : std::uint8_t { w0_8, w1_2, w1_6, w2_0, w2_4 };
-double width_of(Saw saw) noexcept;
+double width_of(Saw saw) noexcept;  ///< mm
 
-/// Method of the cut: a kerf as wide as the saw along the sides of a pyramid, or the voxels that lines from
-/// its apex to the outline go through ("A Surface-based Volume Haptics Approach", thesis, 5.2.3), which leave
-/// holes.
-enum class Way : std::uint8_t { kerf, traced };
+/// Method of the cut. `kerf` removes a kerf as wide as the saw along the sides of a pyramid; `traced` removes
+/// the voxels on lines from its apex to the outline ("A Surface-based Volume Haptics Approach", thesis,
+/// 5.2.3), which leaves holes.
+enum class CutMethod : std::uint8_t { kerf, traced };
 
 inline constexpr std::int64_t k_most_anchors = 1000;
 
-// An outline that is drawn anchor by anchor. It is a setting: undo leaves it alone.
+// Commands that draw an outline anchor by anchor. The outline is a setting: undo does not change it.
 
-/// One more, after the last.
+/// Appends an anchor.
 struct AddAnchor {
-  glm::dvec3 at{0.0};  ///< mm, world, on the skull
+  glm::dvec3 at{0.0};  ///< mm, world: position on the skull
   static const sim::Schema& schema();
 };
 struct MoveAnchor {
-  std::int64_t number = 1;  ///< from 1 on
-  glm::dvec3 at{0.0};
+  std::int64_t number = 1;  ///< starts at 1
+  glm::dvec3 at{0.0};       ///< mm, world
   static const sim::Schema& schema();
 };
 struct RemoveAnchor {
-  std::int64_t number = 0;  ///< 0: the last
+  std::int64_t number = 0;  ///< starts at 1; 0: the last anchor
   static const sim::Schema& schema();
 };
 struct ClearAnchors {
   static const sim::Schema& schema();
 };
 
-/// A job. Its anchors stand on the skull, in their order round.
+/// Job that cuts a flap. The anchors are on the skull, in their order around the outline.
 struct CutFlap {
-  std::vector<glm::dvec3> anchors = {};  ///< mm, world; none: those that were drawn
+  std::vector<glm::dvec3> anchors = {};  ///< mm, world; empty: the drawn anchors
   Saw saw = Saw::w1_6;
-  double distance = 70;  ///< mm, from the outline's middle to the apex
-  Way way = Way::kerf;
-  std::vector<glm::dvec3> seed = {};  ///< a place on the flap; none: where the middle's normal meets bone
-  std::vector<sim::Id> leave = {};    ///< numbers of pieces that stay, from the largest on
-  double smoothing = 0;               ///< mm, sigma of a Gaussian over the rim; 0: sharp
-  double smallest = 50;               ///< mm3; less is debris
-  double hole = 5, space = 3, thickest = 25;  ///< mm; modules/bone_flap/kerf.h
-  std::int64_t item = 0;                      ///< the shape that is skull, of those of the anatomy
+  double distance = 70;  ///< mm, from the outline's centre to the apex
+  CutMethod way = CutMethod::kerf;
+  /// Position on the flap, mm, world; empty: the first bone on the normal through the outline's centre.
+  std::vector<glm::dvec3> seed = {};
+  std::vector<sim::Id> leave = {};            ///< numbers of pieces that are not detached; 1 is the largest
+  double smoothing = 0;                       ///< mm, sigma of a Gaussian over the rim; 0: sharp
+  double smallest = 50;                       ///< mm3; smaller pieces are debris
+  double hole = 5, space = 3, thickest = 25;  ///< mm; see Depth
+  std::int64_t item = 0;                      ///< index of the skull's shape in the anatomy
   static const sim::Schema& schema();
 };
 
-/// A job that cuts nothing: shows where the saw would go, and what would come off, until the outline changes.
+/// Job that cuts nothing: shows the path of the saw and the flap until the outline changes.
 struct PreviewFlap {
-  std::vector<glm::dvec3> anchors = {};  ///< as for CutFlap
+  std::vector<glm::dvec3> anchors = {};  ///< as in CutFlap
   Saw saw = Saw::w1_6;
   double distance = 70;  ///< mm
   std::int64_t item = 0;
   static const sim::Schema& schema();
 };
 
-/// Last cut. Undo takes it back.
-struct FlapWorld {
+/// Last cut. Part of the undoable state.
+struct FlapState {
   std::int64_t flaps = 0;
-  std::vector<glm::dvec3> outline;  ///< on the skull's outside, where the saw's middle went ...
-  std::vector<glm::dvec3> floor;    ///< ... and as deep as it went there
-  glm::dvec3 centre{0.0}, normal{0.0}, apex{0.0};
-  double width = 0, area = 0, wall = 0;               ///< mm, mm2 of the outside and of the walls
+  std::vector<glm::dvec3> outline;  ///< mm, world: path of the saw's centre on the outer table
+  std::vector<glm::dvec3> floor;    ///< mm, world: deepest point of the saw at each outline point
+  glm::dvec3 centre{0.0}, normal{0.0}, apex{0.0};     ///< world, mm; the normal is a unit vector
+  double width = 0, area = 0, wall = 0;               ///< saw, mm; outer surface and sawn walls, mm2
   double kerf_size = 0, rim_size = 0, flap_size = 0;  ///< mm3
   static const sim::Schema& schema();
 };
 
-/// The outline that is drawn, that for which there was no flap last, and why; what a flap would be.
+/// Drawn outline, the last failed attempt with its reason, and the preview of a flap.
 struct FlapSettings {
-  std::vector<glm::dvec3> anchors;  ///< drawn
-  std::vector<glm::dvec3> tried;    ///< anchors of the last attempt that failed
-  std::string trouble;
-  glm::dvec3 trouble_at{0.0};
-  std::vector<glm::dvec3> lid = {};    ///< on the skull: lines from the middle to the outline, ...
-  std::int64_t lid_rings = 0;          ///< ... of so many places and one each
-  std::vector<glm::dvec3> depth = {};  ///< how deep the saw would go at the end of each
-  std::string preview = {};            ///< in words
+  std::vector<glm::dvec3> anchors;  ///< drawn outline, mm, world
+  std::vector<glm::dvec3> tried;    ///< anchors of the last attempt that failed, mm, world
+  std::string problem;              ///< reason of that failure; empty: no failure
+  glm::dvec3 problem_at{0.0};       ///< location of the problem, mm, world
+  /// Preview on the skull, mm, world: lines from the centre to the outline, each of lid_rings + 1 points.
+  std::vector<glm::dvec3> lid = {};
+  std::int64_t lid_rings = 0;
+  std::vector<glm::dvec3> depth = {};  ///< deepest point of the saw at the outer end of each line, mm, world
+  std::string preview = {};            ///< summary
   static const sim::Schema& schema();
 };
 
-/// Emitted at the outline's middle.
+/// Emitted at the outline's centre after a cut.
 struct FlapCut {
-  std::int64_t pieces = 0;  ///< within the outline, taken or left
+  std::int64_t pieces = 0;  ///< inside the outline, detached or not
+  /// Outer surface and sawn walls, mm2; volumes, mm3.
   double area = 0, wall = 0, kerf_size = 0, rim_size = 0, flap_size = 0;
-  std::int64_t holes = 0;  ///< ways through the cut, of those between neighbouring samples
+  std::int64_t holes = 0;  ///< pairs of neighbouring samples that are connected through the cut
   static const sim::Schema& schema();
 };
-/// Emitted at the piece's middle.
+/// Emitted at the piece's centre.
 struct FlapPiece {
-  std::int64_t number = 0;  ///< by size, from 1
+  std::int64_t number = 0;  ///< rank by size; 1 is the largest
   double size = 0;          ///< mm3
   bool is_seed = false, is_taken = false, is_at_border = false;
   static const sim::Schema& schema();
 };
-/// Result of a preview: emitted at the outline's middle, or where the cut fails.
-struct FlapSeen {
-  double area = 0;  ///< mm2; 0: the cut fails
+/// Result of a preview. Emitted at the outline's centre, or where the cut fails.
+struct FlapPreviewed {
+  double area = 0;  ///< mm2 of the outer surface; 0: the cut fails
   std::string says;
   static const sim::Schema& schema();
 };
-/// Emitted at the location of the problem.
-struct NoFlap {
+/// Failure of a cut. Emitted at the location of the problem.
+struct FlapFailed {
   std::string why;
   std::int64_t holes = 0;
   static const sim::Schema& schema();
@@ -117,12 +120,12 @@ class BoneFlap final : public sim::Module {
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value world() const override { return FlapWorld{}; }
+  sim::Value world() const override { return FlapState{}; }
   sim::Value settings() const override { return FlapSettings{}; }
-  volume::Status allows(const sim::Command& command, const sim::OperationState& now) const override;
+  Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
-  std::vector<sim::Measure> measures(const sim::OperationState& now) const override;
-  sim::Overlays overlays(const sim::OperationState& now) const override;
+  std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
+  sim::Overlays overlays(const sim::OperationState& operation) const override;
 };
 
 }  // namespace trephine::bone_flap

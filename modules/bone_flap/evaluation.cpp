@@ -20,19 +20,19 @@ namespace {
 
 constexpr double k_pi = 3.14159265358979323846;
 
-/// The plane across a flap's normal.
+/// Plane through a flap's centre, across its normal.
 struct Plane {
   dvec3 middle, normal, right, up;
-  explicit Plane(const FlapWorld& flap) : middle(flap.centre), normal(flap.normal) {
+  explicit Plane(const FlapState& flap) : middle(flap.centre), normal(flap.normal) {
     beside(normal, right, up);
   }
   dvec2 operator()(const dvec3& p) const { return {glm::dot(p - middle, right), glm::dot(p - middle, up)}; }
 };
 
-std::vector<dvec2> flat(const FlapWorld& flap, const Plane& plane) {
-  std::vector<dvec2> all;
-  for (const dvec3& p : flap.outline) all.push_back(plane(p));
-  return all;
+std::vector<dvec2> project_outline(const FlapState& flap, const Plane& plane) {
+  std::vector<dvec2> points;
+  for (const dvec3& p : flap.outline) points.push_back(plane(p));
+  return points;
 }
 
 template <class Point>
@@ -42,26 +42,26 @@ double distance_to(const std::vector<Point>& loop, const Point& p) {
     const Point &a = loop[i], edge = loop[(i + 1) % loop.size()] - a;
     const double length = glm::dot(edge, edge);
     const double t = length > 0 ? std::clamp(glm::dot(p - a, edge) / length, 0.0, 1.0) : 0;
-    const Point off = p - a - t * edge;
-    least = std::min(least, glm::dot(off, off));
+    const Point offset = p - a - t * edge;
+    least = std::min(least, glm::dot(offset, offset));
   }
   return std::sqrt(least);
 }
 
 }  // namespace
 
-OutlineShape shape_of(const FlapWorld& flap) {
+OutlineShape shape_of(const FlapState& flap) {
   OutlineShape shape;
   if (flap.outline.size() < 3) return shape;
-  const std::vector<dvec2> loop = flat(flap, Plane(flap));
-  double twice = 0, around = 0;
+  const std::vector<dvec2> loop = project_outline(flap, Plane(flap));
+  double twice_area = 0, projected_perimeter = 0;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     const std::size_t next = (i + 1) % loop.size();
     shape.perimeter += glm::length(flap.outline[next] - flap.outline[i]);
-    around += glm::length(loop[next] - loop[i]);
-    twice += loop[i].x * loop[next].y - loop[next].x * loop[i].y;
+    projected_perimeter += glm::length(loop[next] - loop[i]);
+    twice_area += loop[i].x * loop[next].y - loop[next].x * loop[i].y;
   }
-  shape.roundness = 4 * k_pi * 0.5 * std::abs(twice) / (around * around);
+  shape.roundness = 4 * k_pi * 0.5 * std::abs(twice_area) / (projected_perimeter * projected_perimeter);
   dvec2 along(1, 0);
   for (const dvec2& a : loop)
     for (const dvec2& b : loop)
@@ -76,15 +76,15 @@ OutlineShape shape_of(const FlapWorld& flap) {
   return shape;
 }
 
-Cover cover_of(const FlapWorld& flap, const volume::Volume& scan, int label) {
+Cover cover_of(const FlapState& flap, const volume::Volume& scan, int label) {
   Cover cover;
   if (scan.labels.is_empty() || flap.outline.size() < 3) return cover;
   const Plane plane(flap);
-  const std::vector<dvec2> loop = flat(flap, plane);
-  // Its shadow, in squares as large as the finest voxels.
+  const std::vector<dvec2> loop = project_outline(flap, plane);
+  // Rasterize the label's projection in squares of the finest voxel spacing.
   const dvec3& h = scan.frame.spacing();
   const double cell = std::min({h.x, h.y, h.z});
-  std::set<std::pair<int, int>> shadow;
+  std::set<std::pair<int, int>> projection;
   cover.depth = 1e300;
   for (int z = 0; z < scan.size.z; ++z)
     for (int y = 0; y < scan.size.y; ++y)
@@ -92,76 +92,76 @@ Cover cover_of(const FlapWorld& flap, const volume::Volume& scan, int label) {
         if (scan.labels[scan.index(x, y, z)] != label) continue;
         const dvec3 p = scan.frame.world_from_volume(dvec3(x, y, z));
         const dvec2 at = plane(p) / cell;
-        shadow.emplace(static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)));
+        projection.emplace(static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)));
         cover.depth = std::min(cover.depth, glm::dot(plane.middle - p, plane.normal));
       }
-  if (shadow.empty()) return {};
+  if (projection.empty()) return {};
   cover.is_any = true;
   cover.margin = 1e300;
   std::size_t covered = 0;
-  for (const auto& [x, y] : shadow) {
+  for (const auto& [x, y] : projection) {
     const dvec2 p = cell * dvec2(x + 0.5, y + 0.5);
     const double edge = distance_to(loop, p);
     const double inside = (is_within(loop, p) ? edge : -edge) - 0.5 * flap.width;
     covered += inside >= 0;
     cover.margin = std::min(cover.margin, inside);
   }
-  cover.share = static_cast<double>(covered) / static_cast<double>(shadow.size());
+  cover.share = static_cast<double>(covered) / static_cast<double>(projection.size());
   return cover;
 }
 
-OutlineDistance distance_between(const std::vector<dvec3>& one, const std::vector<dvec3>& other) {
+OutlineDistance distance_between(const std::vector<dvec3>& first, const std::vector<dvec3>& second) {
   OutlineDistance distance;
-  if (one.empty() || other.empty()) return distance;
-  const auto look = [&](const std::vector<dvec3>& from, const std::vector<dvec3>& to) {
-    // Places a millimetre apart or nearer, so that long sides weigh what they are long.
+  if (first.empty() || second.empty()) return distance;
+  const auto mean_distance = [&](const std::vector<dvec3>& from, const std::vector<dvec3>& to) {
+    // Sample every millimetre or finer, so that sides count by their length.
     double sum = 0, length = 0;
     for (std::size_t i = 0; i < from.size(); ++i) {
       const dvec3 &a = from[i], edge = from[(i + 1) % from.size()] - a;
-      const double way = glm::length(edge);
-      const int count = std::max(1, static_cast<int>(std::ceil(way)));
+      const double side_length = glm::length(edge);
+      const int count = std::max(1, static_cast<int>(std::ceil(side_length)));
       for (int k = 0; k < count; ++k) {
         const double d = distance_to(to, a + (k + 0.5) / count * edge);
-        sum += d * way / count;
+        sum += d * side_length / count;
         distance.worst = std::max(distance.worst, d);
       }
-      length += way;
+      length += side_length;
     }
     return length > 0 ? sum / length : 0.0;
   };
-  distance.mean = 0.5 * (look(one, other) + look(other, one));
+  distance.mean = 0.5 * (mean_distance(first, second) + mean_distance(second, first));
   return distance;
 }
 
-OutlineDistance distance_from_plan(const FlapWorld& flap, const std::vector<dvec3>& plan) {
-  const auto seen = [&flap](const std::vector<dvec3>& outline) {
-    std::vector<dvec3> all;
-    const double far = glm::dot(flap.centre - flap.apex, flap.normal);
+OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<dvec3>& plan) {
+  const auto project = [&flap](const std::vector<dvec3>& outline) {
+    std::vector<dvec3> points;
+    const double depth = glm::dot(flap.centre - flap.apex, flap.normal);
     for (const dvec3& p : outline) {
       const dvec3 w = p - flap.apex;
-      all.push_back(flap.apex + far / std::max(glm::dot(w, flap.normal), 1e-3) * w);
+      points.push_back(flap.apex + depth / std::max(glm::dot(w, flap.normal), 1e-3) * w);
     }
-    return all;
+    return points;
   };
-  return distance_between(seen(flap.outline), seen(plan));
+  return distance_between(project(flap.outline), project(plan));
 }
 
-std::vector<Near> nearness_of(const FlapWorld& flap,
+std::vector<Near> nearness_of(const FlapState& flap,
                               std::span<const std::shared_ptr<const sim::Forbidden>> forbidden) {
-  std::vector<Near> all;
+  std::vector<Near> clearances;
   for (const auto& structure : forbidden) {
     Near near{structure->name(), sim::Forbidden::k_reach, {}, 1.5 * structure->voxel_mm()};
     for (std::size_t i = 0; i < flap.outline.size(); ++i) {
-      // The footplate slides along under the bone: the saw's end, round here, reaches the inner table.
+      // The footplate slides below the bone: the saw's end, modelled as a ball, reaches the inner table.
       const dvec3 up = flap.outline[i] - flap.floor[i];
       const double length = glm::length(up), lift = std::min(length, k_under_table + 0.5 * flap.width);
       const dvec3 end = length > 0 ? flap.floor[i] + lift / length * up : flap.floor[i];
       const double mm = structure->clearance(flap.outline[i], {end, 0.5 * flap.width}, near.mm);
       if (mm < near.mm) near.mm = mm, near.at_world = end;
     }
-    all.push_back(std::move(near));
+    clearances.push_back(std::move(near));
   }
-  return all;
+  return clearances;
 }
 
 }  // namespace trephine::bone_flap

@@ -1,48 +1,49 @@
-// Evaluation of a flap: what it uncovers, its distance to the plan, and to structures along the saw.
+// Evaluation of a bone flap: shape, exposure of a label, deviation from the plan, clearance of structures.
 #pragma once
 
 #include "modules/bone_flap/bone_flap.h"
 
 namespace trephine::bone_flap {
 
-/// An outline as seen along its normal.
+/// Shape of an outline, projected along its normal.
 struct OutlineShape {
   double perimeter = 0;          ///< mm, along the skull
-  double length = 0, width = 0;  ///< mm: its longest extent, and that across it
-  double roundness = 0;          ///< 1 for a circle, less for what is long or jagged
+  double length = 0, width = 0;  ///< mm: longest extent, and the extent across it
+  double roundness = 0;          ///< 1 for a circle, less for a long or jagged outline
 };
-OutlineShape shape_of(const FlapWorld& flap);
+OutlineShape shape_of(const FlapState& flap);
 
-/// Share of a label's shadow along the normal within the opening (the outline less half of the saw).
+/// Exposure of a label: its projection along the normal, compared with the opening (the outline less half of
+/// the saw's width).
 struct Cover {
-  double share = 0;   ///< 0 to 1, of the shadow's area
-  double margin = 0;  ///< mm from the shadow's edge to the opening's, at the worst; below 0: beyond it
+  double share = 0;   ///< 0 to 1, of the projected area
+  double margin = 0;  ///< mm, smallest distance of the projection from the opening's edge; negative: outside
   double depth = 0;   ///< mm from the outline's plane to the label's nearest voxel
-  bool is_any = false;
+  bool is_any = false;  ///< false: no voxel has the label
 };
-Cover cover_of(const FlapWorld& flap, const volume::Volume& scan, int label);
+Cover cover_of(const FlapState& flap, const volume::Volume& scan, int label);
 
-/// Distance of the saw from a structure that must not be cut, along its lines down to the inner table: a
-/// footplate keeps it from what lies below, which is stripped off the bone.
+/// Clearance between the saw's lines, down to the inner table, and a structure that must not be cut. A
+/// footplate keeps the saw from matter below the bone, and strips it off.
 struct Near {
   std::string structure;
-  double mm = sim::Forbidden::k_reach;  ///< at most that; negative: so deep it goes into it
-  glm::dvec3 at_world{0.0};             ///< where
+  double mm = sim::Forbidden::k_reach;  ///< clearance, at most k_reach; negative: depth of the cut into it
+  glm::dvec3 at_world{0.0};             ///< position of the smallest clearance, mm
   double resolved = 0;                  ///< mm that the scan resolves: 1.5 of the structure's voxels
-  /// A membrane that lies against the bone overlaps its blurred inner table by less than the scan resolves:
-  /// the footplate strips it. What stands in the bone by more is cut.
+  /// True if the overlap is below the scan's resolution. A membrane on the bone overlaps the blurred inner
+  /// table by that much, and the footplate strips it. A structure that is deeper in the bone is cut.
   bool is_stripped() const noexcept { return mm < 0 && -mm <= resolved; }
 };
-std::vector<Near> nearness_of(const FlapWorld& flap,
+std::vector<Near> nearness_of(const FlapState& flap,
                               std::span<const std::shared_ptr<const sim::Forbidden>> forbidden);
 
-/// Between two closed outlines, mm: the mean of either's places from the other, and the worst.
+/// Distance between two closed outlines, mm: mean over the points of both, and the largest.
 struct OutlineDistance {
   double mean = 0, worst = 0;
 };
-OutlineDistance distance_between(const std::vector<glm::dvec3>& one, const std::vector<glm::dvec3>& other);
-/// The flap's from an outline that was planned, both as its apex sees them on the plane through its middle: a
-/// plan's anchors are joined straight, and the saw follows the skull.
-OutlineDistance distance_from_plan(const FlapWorld& flap, const std::vector<glm::dvec3>& plan);
+OutlineDistance distance_between(const std::vector<glm::dvec3>& first, const std::vector<glm::dvec3>& second);
+/// Returns the distance of a flap's outline from a planned one. Both are projected from the apex onto the
+/// plane through the flap's centre: a plan has straight segments, and the saw follows the skull.
+OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<glm::dvec3>& plan);
 
 }  // namespace trephine::bone_flap

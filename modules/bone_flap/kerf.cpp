@@ -16,11 +16,11 @@ using volume::Field;
 
 namespace {
 
-constexpr double k_inward = 60;             // mm that lines are looked along, from the outline's chord
-constexpr double k_jump = 3;                // mm that a table may rise or fall from line to line
+constexpr double k_inward = 60;             // mm that lines are searched inward of the outline's chord
+constexpr double k_jump = 3;                // mm, largest step of a table from line to line
 constexpr double k_least_line = 0.5;        // mm between lines along the outline, or half a saw's width
-constexpr double k_nearest_apex = 5;        // mm
-constexpr double k_margin = k_under_table;  // mm that the sheet goes on beyond the tables
+constexpr double k_nearest_apex = 5;        // mm from the apex to the nearest bone, at least
+constexpr double k_margin = k_under_table;  // mm of the surface beyond the tables
 
 std::uint64_t key_of(const glm::ivec3& brick) {
   return static_cast<std::uint64_t>(brick.x) | static_cast<std::uint64_t>(brick.y) << 21 |
@@ -31,7 +31,7 @@ glm::ivec3 brick_of(std::uint64_t key) {
           static_cast<int>(key >> 42)};
 }
 
-/// Calls each(key) for the bricks with samples of low .. high, mm beyond included, and adds these to `box`.
+/// Calls each(key) for the bricks with samples of low .. high, extended by `beyond` mm. Adds these to `box`.
 template <class Each>
 void for_bricks(const volume::CutLattice& lattice, const dvec3& low, const dvec3& high, double beyond,
                 volume::VoxelBox& box, Each&& each) {
@@ -51,14 +51,11 @@ void for_bricks(const volume::CutLattice& lattice, const dvec3& low, const dvec3
 
 }  // namespace
 
-// ---- the sheet ----
-
 std::string between_anchors(std::size_t side, std::size_t count) {
   return "between anchors " + std::to_string(side + 1) + " and " + std::to_string((side + 1) % count + 1);
 }
 
-bool Sheet::make(const Pyramid& pyramid, const Field& bone, double width, const Depth& depth,
-                 Trouble& trouble) {
+LocatedStatus CutSurface::make(const Pyramid& pyramid, const Field& bone, double width, const Depth& depth) {
   pyramid_ = pyramid;
   width_ = width;
   lines_.clear();
@@ -73,32 +70,34 @@ bool Sheet::make(const Pyramid& pyramid, const Field& bone, double width, const 
       lines_.push_back({i, w / far, far, far, 0, 0, k == 0, false});
     }
   }
-  return find_tables(bone, depth, trouble) && check_holes(depth.hole, trouble) &&
-         check_scan(bone.volume(), trouble);
+  if (auto error = find_tables(bone, depth)) return error;
+  if (auto error = check_holes(depth.hole)) return error;
+  return check_scan(bone.volume());
 }
 
-bool Sheet::find_tables(const Field& bone, const Depth& depth, Trouble& trouble) {
+LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
   const std::size_t n = lines_.size(), sides = pyramid_.size();
-  // A skull of 60 mm radius rises so far over a side, and more.
-  const auto outward = [&](std::size_t side) {
-    const double way = glm::length(pyramid_.anchor(side + 1) - pyramid_.anchor(side));
-    return 20 + way * way / 300;
+  // Upper bound of the rise of a skull of 60 mm radius above a side, mm.
+  const auto rise_of_side = [&](std::size_t side) {
+    const double length = glm::length(pyramid_.anchor(side + 1) - pyramid_.anchor(side));
+    return 20 + length * length / 300;
   };
   const volume::BoneLabels labels(bone.volume());
-  const auto runs_of = [&](const Line& line, double aside) {
+  const auto runs_of = [&](const Line& line, double offset) {
     const dvec3 across = glm::normalize(glm::cross(pyramid_.anchor(line.side) - pyramid_.apex_world,
                                                    pyramid_.anchor(line.side + 1) - pyramid_.apex_world));
-    return runs_along(bone, pyramid_.apex_world + aside * across, line.along,
-                      std::max(k_nearest_apex, line.outer - k_inward), line.outer + outward(line.side),
+    return runs_along(bone, pyramid_.apex_world + offset * across, line.along,
+                      std::max(k_nearest_apex, line.outer - k_inward), line.outer + rise_of_side(line.side),
                       depth.space, &labels);
   };
-  std::vector<std::vector<Run>> middle(n);
+  std::vector<std::vector<Run>> central_runs(n);
   std::vector<double> chord(n);
-  for (std::size_t i = 0; i < n; ++i) middle[i] = runs_of(lines_[i], 0), chord[i] = lines_[i].outer;
+  for (std::size_t i = 0; i < n; ++i) central_runs[i] = runs_of(lines_[i], 0), chord[i] = lines_[i].outer;
 
-  // From both anchors of a side to its middle, each line's tables near those of the one before.
+  // From both anchors of a side to its middle: the tables of a line are near those of the previous line.
   const auto follow = [&](std::size_t i, double& rise) {
-    const Run* run = nearest(middle[i], chord[i] + rise, lines_[i].is_on_anchor ? k_anchor_reach : k_jump);
+    const Run* run =
+        nearest(central_runs[i], chord[i] + rise, lines_[i].is_on_anchor ? k_anchor_reach : k_jump);
     if (run == nullptr) return false;
     rise = run->high - chord[i];
     lines_[i].outer = run->high, lines_[i].inner = run->low, lines_[i].is_bone = true;
@@ -110,24 +109,23 @@ bool Sheet::find_tables(const Field& bone, const Depth& depth, Trouble& trouble)
     const std::size_t end = next % n;
     double from_first = 0, from_next = 0;
     if (!follow(first, from_first)) {
-      const Run* any = nearest(middle[first], chord[first], k_inward);
-      trouble = {"anchor " + std::to_string(lines_[first].side + 1) + " lies off the bone" +
-                     (any ? ": the nearest along the saw is " + whole(std::abs(any->high - chord[first])) +
-                                " mm away"
-                          : ""),
-                 pyramid_.anchor(lines_[first].side)};
-      return false;
+      const Run* closest = nearest(central_runs[first], chord[first], k_inward);
+      return LocatedError{"anchor " + std::to_string(lines_[first].side + 1) + " lies off the bone" +
+                              (closest ? ": the nearest along the saw is " +
+                                             whole(std::abs(closest->high - chord[first])) + " mm away"
+                                       : ""),
+                          pyramid_.anchor(lines_[first].side)};
     }
-    if (const Run* run = nearest(middle[end], chord[end], k_anchor_reach)) from_next = run->high - chord[end];
+    if (const Run* run = nearest(central_runs[end], chord[end], k_anchor_reach))
+      from_next = run->high - chord[end];
     const std::size_t half = (next - first) / 2;
     for (std::size_t k = 1; k <= half; ++k) follow(first + k, from_first);
     for (std::size_t k = next - 1; k > first + half; --k) follow(k, from_next);
     if (const Line& one = lines_[first + half], &other = lines_[(first + half + 1) % n];
         one.is_bone && other.is_bone && std::abs(one.outer - other.outer) > 2 * k_jump) {
-      trouble = {"the skull's surface is not one " + between_anchors(one.side, sides) + ": it jumps by " +
-                     whole(std::abs(one.outer - other.outer)) + " mm",
-                 place(one, one.outer)};
-      return false;
+      return LocatedError{"the skull's surface is not one " + between_anchors(one.side, sides) +
+                              ": it jumps by " + whole(std::abs(one.outer - other.outer)) + " mm",
+                          place(one, one.outer)};
     }
     first = next;
   }
@@ -136,48 +134,46 @@ bool Sheet::find_tables(const Field& bone, const Depth& depth, Trouble& trouble)
     Line& line = lines_[i];
     if (!line.is_bone) continue;
     if (line.outer - line.inner > depth.thickest) {
-      trouble = {"the bone goes on deeper than " + whole(depth.thickest) + " mm " +
-                     between_anchors(line.side, sides) + ": that is no calvaria",
-                 place(line, line.outer - depth.thickest)};
-      return false;
+      return LocatedError{"the bone goes on deeper than " + whole(depth.thickest) + " mm " +
+                              between_anchors(line.side, sides) + ": that is no calvaria",
+                          place(line, line.outer - depth.thickest)};
     }
     if (line.inner <= k_nearest_apex) {
-      trouble = {"the apex lies in the bone", pyramid_.apex_world};
-      return false;
+      return LocatedError{"the apex lies in the bone", pyramid_.apex_world};
     }
     line.from = line.inner, line.to = line.outer;
-    for (const double aside : {-0.5 * width_, 0.5 * width_}) {
-      Line beside = line;
-      beside.outer = chord[i];
-      const std::vector<Run> runs = runs_of(beside, aside);
+    for (const double offset : {-0.5 * width_, 0.5 * width_}) {
+      Line edge = line;
+      edge.outer = chord[i];
+      const std::vector<Run> runs = runs_of(edge, offset);
       if (const Run* run = nearest(runs, line.outer, k_jump)) {
         line.from = std::min(line.from, std::max(run->low, line.outer - depth.thickest));
         line.to = std::max(line.to, run->high);
       }
     }
   }
-  return true;
+  return std::nullopt;
 }
 
-/// Bridges seams. False: the outline leaves the bone.
-bool Sheet::check_holes(double largest, Trouble& trouble) {
+/// Bridges seams. Fails if the outline leaves the bone for more than `largest` mm.
+LocatedStatus CutSurface::check_holes(double largest) {
   const std::size_t n = lines_.size(), sides = pyramid_.size();
-  // Anchors are on bone, so that no stretch without goes round the start.
+  // Anchors are on bone, so no gap includes the first line.
   for (std::size_t first = 0; first < n; ++first) {
     if (lines_[first].is_bone) continue;
     std::size_t end = first;
     while (end < n && !lines_[end].is_bone) ++end;
     const Line before = lines_[first - 1], after = lines_[end % n];
-    const double way = glm::length(outer_place(end % n) - outer_place(first - 1));
-    if (way > largest) {
+    const double gap = glm::length(outer_place(end % n) - outer_place(first - 1));
+    if (gap > largest) {
       constexpr double k_largest_foramen = 20;
       const dvec3 at = 0.5 * (outer_place(first - 1) + outer_place(end % n));
-      trouble = {way <= k_largest_foramen ? "the outline goes through a hole of " + whole(way) +
-                                                " mm in the bone " + between_anchors(before.side, sides)
-                                          : "the outline leaves the bone for " + whole(way) + " mm " +
-                                                between_anchors(before.side, sides),
-                 at};
-      return false;
+      return LocatedError{gap <= k_largest_foramen
+                              ? "the outline goes through a hole of " + whole(gap) + " mm in the bone " +
+                                    between_anchors(before.side, sides)
+                              : "the outline leaves the bone for " + whole(gap) + " mm " +
+                                    between_anchors(before.side, sides),
+                          at};
     }
     for (std::size_t i = first; i < end; ++i) {
       const double share = static_cast<double>(i - first + 1) / static_cast<double>(end - first + 1);
@@ -188,39 +184,38 @@ bool Sheet::check_holes(double largest, Trouble& trouble) {
     }
     first = end;
   }
-  // Extends each line by its neighbours within half of the width of the saw.
+  // Extend each line by its neighbours within half of the width of the saw.
   const double step = std::min(k_least_line, 0.5 * width_);
-  const auto beside = static_cast<std::size_t>(std::ceil(0.5 * width_ / step));
-  const std::vector<Line> found = lines_;
+  const auto neighbours = static_cast<std::size_t>(std::ceil(0.5 * width_ / step));
+  const std::vector<Line> original = lines_;
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k <= 2 * beside; ++k) {
-      const Line& other = found[(i + n * (1 + beside / n) + k - beside) % n];
+    for (std::size_t k = 0; k <= 2 * neighbours; ++k) {
+      const Line& other = original[(i + n * (1 + neighbours / n) + k - neighbours) % n];
       lines_[i].from = std::min(lines_[i].from, other.from);
       lines_[i].to = std::max(lines_[i].to, other.to);
     }
     lines_[i].from = std::max(lines_[i].from - k_margin, k_nearest_apex);
     lines_[i].to += k_margin;
   }
-  return true;
+  return std::nullopt;
 }
 
-bool Sheet::check_scan(const volume::Volume& scan, Trouble& trouble) const {
+LocatedStatus CutSurface::check_scan(const volume::Volume& scan) const {
   for (const Line& line : lines_)
     for (const double t : {line.from, line.to}) {
       const dvec3 p = scan.frame.volume_from_world(place(line, t));
       if (glm::all(glm::greaterThanEqual(p, dvec3(-0.5))) &&
           glm::all(glm::lessThanEqual(p, dvec3(scan.size) - 0.5)))
         continue;
-      trouble = {"the outline leaves the scan " + between_anchors(line.side, pyramid_.size()),
-                 place(line, line.outer)};
-      return false;
+      return LocatedError{"the outline leaves the scan " + between_anchors(line.side, pyramid_.size()),
+                          place(line, line.outer)};
     }
-  return true;
+  return std::nullopt;
 }
 
-double Sheet::wall_mm2(const Field& bone, const volume::Version& before) const {
+double CutSurface::wall_mm2(const Field& bone, const volume::Version& before) const {
   const std::size_t n = lines_.size();
-  // Area that a line sweeps for an angle of 1, without what was cut before.
+  // Area that a line sweeps per radian, without earlier cuts.
   constexpr double k_step = 0.1;
   std::vector<double> swept(n, 0);
   for (std::size_t i = 0; i < n; ++i)
@@ -243,37 +238,37 @@ double Sheet::wall_mm2(const Field& bone, const volume::Version& before) const {
   return sum;
 }
 
-std::vector<dvec3> Sheet::outline() const {
-  std::vector<dvec3> places;
-  for (std::size_t i = 0; i < lines_.size(); ++i) places.push_back(outer_place(i));
-  return places;
+std::vector<dvec3> CutSurface::outline() const {
+  std::vector<dvec3> points;
+  for (std::size_t i = 0; i < lines_.size(); ++i) points.push_back(outer_place(i));
+  return points;
 }
-std::vector<dvec3> Sheet::floor() const {
-  std::vector<dvec3> places;
-  for (const Line& line : lines_) places.push_back(place(line, line.from));
-  return places;
+std::vector<dvec3> CutSurface::floor() const {
+  std::vector<dvec3> points;
+  for (const Line& line : lines_) points.push_back(place(line, line.from));
+  return points;
 }
 
-Sheet::Lid Sheet::lid(const Field& bone, double step) const {
-  Lid made;
-  const auto every = static_cast<std::size_t>(std::max(1.0, 2 * step));
-  std::vector<std::size_t>& rim = made.rim;
+CutSurface::OuterSurface CutSurface::lid(const Field& bone, double step) const {
+  OuterSurface result;
+  const auto stride = static_cast<std::size_t>(std::max(1.0, 2 * step));
+  std::vector<std::size_t>& rim = result.rim;
   for (std::size_t i = 0; i < lines_.size(); ++i)
-    if (lines_[i].is_on_anchor || i % every == 0) rim.push_back(i);
+    if (lines_[i].is_on_anchor || i % stride == 0) rim.push_back(i);
   double widest = 0;
   for (const std::size_t i : rim)
     widest = std::max(widest, glm::length(outer_place(i) - pyramid_.centre_world));
   const int rings = std::max(8, static_cast<int>(std::ceil(widest / step)));
   const auto at_ring = [&](std::size_t i, int ring, double& t) {
     bool is_ahead = false;
-    const dvec2 seen = static_cast<double>(ring) / rings * pyramid_.seen(outer_place(i), is_ahead);
+    const dvec2 p = static_cast<double>(ring) / rings * pyramid_.seen(outer_place(i), is_ahead);
     const dvec3 along =
-        glm::normalize(pyramid_.normal_world + seen.x * pyramid_.right_world + seen.y * pyramid_.up_world);
+        glm::normalize(pyramid_.normal_world + p.x * pyramid_.right_world + p.y * pyramid_.up_world);
     const auto runs = runs_along(bone, pyramid_.apex_world, along, t - k_jump - 1, t + k_jump + 1, k_jump);
     if (const Run* run = nearest(runs, t, k_jump); run && run->high < t + k_jump + 0.9) t = run->high;
     return pyramid_.apex_world + t * along;
   };
-  std::vector<std::vector<dvec3>>& grid = made.grid;
+  std::vector<std::vector<dvec3>>& grid = result.grid;
   grid.resize(rim.size());
   for (std::size_t r = 0; r < rim.size(); ++r) {
     double t = lines_[rim[r]].outer;
@@ -281,14 +276,14 @@ Sheet::Lid Sheet::lid(const Field& bone, double step) const {
     for (int ring = rings; ring >= 0; --ring)
       grid[r][static_cast<std::size_t>(ring)] = at_ring(rim[r], ring, t);
   }
-  // Each line came to the middle by itself.
+  // The centre points of the lines differ: use their mean.
   dvec3 middle(0);
   for (const auto& line : grid) middle += line[0] / static_cast<double>(grid.size());
   for (auto& line : grid) line[0] = middle;
-  return made;
+  return result;
 }
 
-double Sheet::outer_mm2(const Field& bone) const {
+double CutSurface::outer_mm2(const Field& bone) const {
   const std::vector<std::vector<dvec3>> grid = lid(bone, 1).grid;
   const auto area = [&](const dvec3& a, const dvec3& b, const dvec3& c) {
     const dvec3 twice = glm::cross(b - a, c - a);
@@ -296,14 +291,14 @@ double Sheet::outer_mm2(const Field& bone) const {
   };
   double sum = 0;
   for (std::size_t r = 0; r < grid.size(); ++r) {
-    const std::vector<dvec3>&one = grid[r], &next = grid[(r + 1) % grid.size()];
-    for (std::size_t k = 0; k + 1 < one.size(); ++k)
-      sum += area(one[k], one[k + 1], next[k + 1]) + area(one[k], next[k + 1], next[k]);
+    const std::vector<dvec3>&line = grid[r], &next = grid[(r + 1) % grid.size()];
+    for (std::size_t k = 0; k + 1 < line.size(); ++k)
+      sum += area(line[k], line[k + 1], next[k + 1]) + area(line[k], next[k + 1], next[k]);
   }
   return std::abs(sum);
 }
 
-Sheet::Strip Sheet::strip(std::size_t i) const noexcept {
+CutSurface::Strip CutSurface::strip(std::size_t i) const noexcept {
   const Line &a = lines_[i], &b = lines_[(i + 1) % lines_.size()];
   Strip strip{{place(a, a.from), place(a, a.to), place(b, b.to), place(b, b.from)},
               glm::normalize(glm::cross(a.along, b.along)),
@@ -316,23 +311,23 @@ Sheet::Strip Sheet::strip(std::size_t i) const noexcept {
   return strip;
 }
 
-double Sheet::distance_square(const Strip& strip, const dvec3& p_world) noexcept {
+double CutSurface::distance_square(const Strip& strip, const dvec3& p_world) noexcept {
   const double height = glm::dot(p_world - strip.corners[0], strip.normal);
-  double beside = 0;
-  bool is_over = true;
+  double edge_square = 0;
+  bool is_inside = true;
   for (int k = 0; k < 4; ++k) {
     const dvec3 &a = strip.corners[k], edge = strip.corners[(k + 1) % 4] - a, w = p_world - a;
     if (glm::dot(glm::cross(strip.normal, edge), w) >= 0) continue;
     const double length = glm::dot(edge, edge), t = std::clamp(glm::dot(w, edge) / length, 0.0, 1.0);
-    const dvec3 off = w - t * edge;
-    const double square = glm::dot(off, off);
-    beside = is_over ? square : std::min(beside, square);
-    is_over = false;
+    const dvec3 offset = w - t * edge;
+    const double square = glm::dot(offset, offset);
+    edge_square = is_inside ? square : std::min(edge_square, square);
+    is_inside = false;
   }
-  return is_over ? height * height : beside;
+  return is_inside ? height * height : edge_square;
 }
 
-bool Sheet::crosses(const Strip& strip, const dvec3& a, const dvec3& b) noexcept {
+bool CutSurface::crosses(const Strip& strip, const dvec3& a, const dvec3& b) noexcept {
   const double ha = glm::dot(a - strip.corners[0], strip.normal),
                hb = glm::dot(b - strip.corners[0], strip.normal);
   if ((ha > 0) == (hb > 0)) return false;
@@ -344,85 +339,83 @@ bool Sheet::crosses(const Strip& strip, const dvec3& a, const dvec3& b) noexcept
   return true;
 }
 
-// ---- the kerf ----
-
-Kerf::Kerf(const Sheet& sheet, const volume::Version& version, double beyond)
-    : sheet_(sheet), lattice_(version.lattice()), box_{glm::ivec3(0), glm::ivec3(-1)} {
-  const double reach = 0.5 * sheet.width() + version.band_mm() + beyond;
-  for (std::size_t i = 0; i < sheet.lines().size(); ++i) {
-    strips_.push_back(sheet.strip(i));
+Kerf::Kerf(const CutSurface& surface, const volume::Version& version, double beyond)
+    : surface_(surface), lattice_(version.lattice()), box_{glm::ivec3(0), glm::ivec3(-1)} {
+  const double reach = 0.5 * surface.width() + version.band_mm() + beyond;
+  for (std::size_t i = 0; i < surface.lines().size(); ++i) {
+    strips_.push_back(surface.strip(i));
     dvec3 low(1e30), high(-1e30);
     for (const dvec3& corner : strips_[i].corners) {
       const dvec3 s = lattice_.frame().volume_from_world(corner);
       low = glm::min(low, s), high = glm::max(high, s);
     }
     for_bricks(lattice_, low, high, reach, box_,
-               [&](std::uint64_t key) { near_[key].push_back(static_cast<std::uint32_t>(i)); });
+               [&](std::uint64_t key) { strips_by_brick_[key].push_back(static_cast<std::uint32_t>(i)); });
   }
 }
 
 volume::RemovalField::Reach Kerf::find(const glm::ivec3& low, double band, Distances& mm) {
-  const auto near = near_.find(key_of(low / volume::k_brick));
-  if (near == near_.end()) return Reach::none;
+  const auto entry = strips_by_brick_.find(key_of(low / volume::k_brick));
+  if (entry == strips_by_brick_.end()) return Reach::none;
   bool is_any = false, is_all = true;
-  std::size_t at = 0;
+  std::size_t sample = 0;
   for (int z = -1; z <= volume::k_brick; ++z)
     for (int y = -1; y <= volume::k_brick; ++y)
-      for (int x = -1; x <= volume::k_brick; ++x, ++at) {
+      for (int x = -1; x <= volume::k_brick; ++x, ++sample) {
         const dvec3 p = lattice_.frame().world_from_volume(dvec3(low + glm::ivec3(x, y, z)));
-        double nearest = 0.5 * sheet_.width() + band;
-        for (const std::uint32_t i : near->second) {
+        double nearest = 0.5 * surface_.width() + band;
+        for (const std::uint32_t i : entry->second) {
           const dvec3 w = p - strips_[i].middle;
           const double reach = nearest + strips_[i].reach;
           if (glm::dot(w, w) >= reach * reach) continue;
-          const double square = Sheet::distance_square(strips_[i], p);
+          const double square = CutSurface::distance_square(strips_[i], p);
           if (square < nearest * nearest) nearest = std::sqrt(square);
         }
-        const double d = std::max(nearest - 0.5 * sheet_.width(), -band);
-        mm[at] = static_cast<float>(d);
+        const double d = std::max(nearest - 0.5 * surface_.width(), -band);
+        mm[sample] = static_cast<float>(d);
         is_any = is_any || d < band;
         is_all = is_all && d <= -band;
       }
   return is_all ? Reach::all : is_any ? Reach::some : Reach::none;
 }
 
-std::int64_t Kerf::count_holes(const Field& bone, const volume::Version& left) const {
+std::int64_t Kerf::count_holes(const Field& bone, const volume::Version& rest) const {
   const auto index = [](const glm::ivec3& s) {
     return static_cast<std::size_t>((s.x + 1) + k_edge * ((s.y + 1) + k_edge * (s.z + 1)));
   };
   std::int64_t holes = 0;
   std::vector<char> is_solid(k_edge * k_edge * k_edge);
   std::vector<double> height(is_solid.size());
-  for (const auto& [key, near] : near_) {
+  for (const auto& [key, strips] : strips_by_brick_) {
     const glm::ivec3 low = volume::k_brick * brick_of(key);
-    const auto place = [&](const glm::ivec3& in) {
-      return lattice_.frame().world_from_volume(dvec3(low + in));
+    const auto position = [&](const glm::ivec3& offset) {
+      return lattice_.frame().world_from_volume(dvec3(low + offset));
     };
     const auto for_samples = [](int from, int to, auto&& each) {
       for (int z = from; z <= to; ++z)
         for (int y = from; y <= to; ++y)
           for (int x = from; x <= to; ++x) each(glm::ivec3(x, y, z));
     };
-    for_samples(-1, volume::k_brick, [&](const glm::ivec3& in) {
-      is_solid[index(in)] =
-          left.distance_of(low + in) > 0 && bone.value(lattice_.volume_from_lattice(dvec3(low + in))) >= 0;
+    for_samples(-1, volume::k_brick, [&](const glm::ivec3& offset) {
+      is_solid[index(offset)] = rest.distance_of(low + offset) > 0 &&
+                                bone.value(lattice_.volume_from_lattice(dvec3(low + offset))) >= 0;
     });
-    // Side by side of the pyramid, whose strips lie in one plane.
-    for (std::size_t first = 0; first < near.size();) {
+    // One side of the pyramid after the other: its strips are coplanar.
+    for (std::size_t first = 0; first < strips.size();) {
       std::size_t end = first;
-      const Sheet::Strip& strip = strips_[near[first]];
-      while (end < near.size() && strips_[near[end]].side == strip.side) ++end;
-      for_samples(-1, volume::k_brick, [&](const glm::ivec3& in) {
-        height[index(in)] = glm::dot(place(in) - strip.corners[0], strip.normal);
+      const CutSurface::Strip& strip = strips_[strips[first]];
+      while (end < strips.size() && strips_[strips[end]].side == strip.side) ++end;
+      for_samples(-1, volume::k_brick, [&](const glm::ivec3& offset) {
+        height[index(offset)] = glm::dot(position(offset) - strip.corners[0], strip.normal);
       });
-      for_samples(0, volume::k_brick - 1, [&](const glm::ivec3& in) {
-        if (!is_solid[index(in)]) return;
+      for_samples(0, volume::k_brick - 1, [&](const glm::ivec3& offset) {
+        if (!is_solid[index(offset)]) return;
         for (int n = 14; n < 27; ++n) {  // each pair once
-          const glm::ivec3 other = in + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-          if (!is_solid[index(other)] || (height[index(in)] > 0) == (height[index(other)] > 0)) continue;
-          holes += std::any_of(near.begin() + static_cast<std::ptrdiff_t>(first),
-                               near.begin() + static_cast<std::ptrdiff_t>(end), [&](std::uint32_t i) {
-                                 return Sheet::crosses(strips_[i], place(in), place(other));
+          const glm::ivec3 other = offset + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+          if (!is_solid[index(other)] || (height[index(offset)] > 0) == (height[index(other)] > 0)) continue;
+          holes += std::any_of(strips.begin() + static_cast<std::ptrdiff_t>(first),
+                               strips.begin() + static_cast<std::ptrdiff_t>(end), [&](std::uint32_t i) {
+                                 return CutSurface::crosses(strips_[i], position(offset), position(other));
                                });
         }
       });
@@ -432,20 +425,18 @@ std::int64_t Kerf::count_holes(const Field& bone, const volume::Version& left) c
   return holes;
 }
 
-// ---- the seed's way ----
-
-TracedVoxels::TracedVoxels(const Sheet& sheet, const volume::Version& version, double step)
+TracedVoxels::TracedVoxels(const CutSurface& surface, const volume::Version& version, double step)
     : lattice_(version.lattice()), box_{glm::ivec3(0), glm::ivec3(-1)} {
   const volume::Volume& scan = version.base();
   std::vector<glm::ivec3> traced;
-  const dvec3 apex = scan.frame.volume_from_world(sheet.pyramid().apex_world);
-  for (std::size_t i = 0; i < sheet.lines().size(); ++i) {
-    const dvec3 a = sheet.outer_place(i), b = sheet.outer_place((i + 1) % sheet.lines().size());
+  const dvec3 apex = scan.frame.volume_from_world(surface.pyramid().apex_world);
+  for (std::size_t i = 0; i < surface.lines().size(); ++i) {
+    const dvec3 a = surface.outer_place(i), b = surface.outer_place((i + 1) % surface.lines().size());
     const int count = std::max(1, static_cast<int>(std::ceil(glm::length(b - a) / step)));
     for (int k = 0; k < count; ++k) {
       const dvec3 p = a + static_cast<double>(k) / count * (b - a),
-                  beyond = p + 0.5 * glm::normalize(p - sheet.pyramid().apex_world);
-      const volume::Segment segment(apex, scan.frame.volume_from_world(beyond));
+                  end = p + 0.5 * glm::normalize(p - surface.pyramid().apex_world);
+      const volume::Segment segment(apex, scan.frame.volume_from_world(end));
       for (volume::VoxelWalk walk(segment, {glm::ivec3(0), scan.size - 1}); !walk.is_done(); walk.advance())
         traced.push_back(walk.visit().voxel);
     }
@@ -457,30 +448,30 @@ TracedVoxels::TracedVoxels(const Sheet& sheet, const volume::Version& version, d
   count_ = traced.size();
   for (const glm::ivec3& voxel : traced)
     for_bricks(lattice_, dvec3(lattice_.low_of(voxel)), dvec3(lattice_.high_of(voxel)), version.band_mm(),
-               box_, [&](std::uint64_t key) { near_[key].push_back(voxel); });
+               box_, [&](std::uint64_t key) { voxels_by_brick_[key].push_back(voxel); });
 }
 
 volume::RemovalField::Reach TracedVoxels::find(const glm::ivec3& low, double band, Distances& mm) {
-  const auto near = near_.find(key_of(low / volume::k_brick));
-  if (near == near_.end()) return Reach::none;
+  const auto entry = voxels_by_brick_.find(key_of(low / volume::k_brick));
+  if (entry == voxels_by_brick_.end()) return Reach::none;
   const volume::Frame& frame = lattice_.frame();
   const dvec3 half = 0.5 * dvec3(lattice_.per_voxel());
   bool is_any = false;
-  std::size_t at = 0;
+  std::size_t sample = 0;
   for (int z = -1; z <= volume::k_brick; ++z)
     for (int y = -1; y <= volume::k_brick; ++y)
-      for (int x = -1; x <= volume::k_brick; ++x, ++at) {
+      for (int x = -1; x <= volume::k_brick; ++x, ++sample) {
         const dvec3 s(low + glm::ivec3(x, y, z));
         double nearest = band;
-        for (const glm::ivec3& voxel : near->second) {
-          const dvec3 off = glm::abs(s - dvec3(lattice_.centre_of(voxel))) - half;
-          const double within =
-              std::max({off.x * frame.spacing().x, off.y * frame.spacing().y, off.z * frame.spacing().z});
+        for (const glm::ivec3& voxel : entry->second) {
+          const dvec3 excess = glm::abs(s - dvec3(lattice_.centre_of(voxel))) - half;
+          const double depth = std::max(
+              {excess.x * frame.spacing().x, excess.y * frame.spacing().y, excess.z * frame.spacing().z});
           const double d =
-              within < 0 ? within : glm::length(frame.vector_world_from_volume(glm::max(off, dvec3(0.0))));
+              depth < 0 ? depth : glm::length(frame.vector_world_from_volume(glm::max(excess, dvec3(0.0))));
           nearest = std::min(nearest, d);
         }
-        mm[at] = static_cast<float>(std::max(nearest, -band));
+        mm[sample] = static_cast<float>(std::max(nearest, -band));
         is_any = is_any || nearest < band;
       }
   return is_any ? Reach::some : Reach::none;

@@ -1,122 +1,122 @@
-// Path of a saw that follows a pyramid's sides through the calvaria, and distances to it.
+// CutSurface, Kerf: path of a saw along a pyramid's sides through the calvaria, and distances to it.
 #pragma once
 
 #include <unordered_map>
 
 #include "modules/bone_flap/outline.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::bone_flap {
 
-/// mm that a kerf goes on beyond the inner and the outer table, so that the flap comes free.
+/// Overcut of the kerf beyond the inner and the outer table, mm, so that the flap detaches.
 inline constexpr double k_under_table = 0.25;
 
-/// Depth of the saw, mm.
+/// Limits of the saw's path, mm.
 struct Depth {
-  double hole = 5;       ///< along the outline: wider than that without bone is no seam
-  double space = 3;      ///< air within the bone, through which it goes on to what lies deeper
-  double thickest = 25;  ///< bone that goes on deeper is no calvaria
+  double hole = 5;       ///< widest gap along the outline that counts as a seam
+  double space = 3;      ///< widest air gap within the bone that is sawn through
+  double thickest = 25;  ///< thicker bone is not calvaria
 };
 
-/// "between anchors 3 and 4", of so many.
+/// Returns "between anchors 3 and 4" for side 2 of an outline with `count` anchors.
 std::string between_anchors(std::size_t side, std::size_t count);
 
-/// Surface that the saw's middle sweeps: flat strips between lines from the apex through the outline, each
-/// from under the inner table to above the outer one.
-class Sheet {
+/// Surface swept by the saw's centre line: flat strips between lines from the apex through the outline, each
+/// from below the inner table to above the outer one.
+class CutSurface {
  public:
-  /// A line from the apex, and where the sheet begins and ends on it.
+  /// Line from the apex, with the extent of the surface on it.
   struct Line {
-    std::size_t side;     ///< of the pyramid, from its anchor of that number on
+    std::size_t side;     ///< side of the pyramid: index of its first anchor
     glm::dvec3 along;     ///< unit, outward
-    double outer, inner;  ///< mm from the apex: the tables
-    double from, to;      ///< of the sheet
+    double outer, inner;  ///< tables, mm from the apex
+    double from, to;      ///< ends of the surface, mm from the apex
     bool is_on_anchor, is_bone;
   };
 
-  /// `width`: mm, the saw's. False: there is no calvaria all along the outline.
-  bool make(const Pyramid& pyramid, const volume::Field& bone, double width, const Depth& depth,
-            Trouble& trouble);
+  /// Computes the surface for a saw of `width` mm. Fails if the outline leaves the calvaria.
+  LocatedStatus make(const Pyramid& pyramid, const volume::Field& bone, double width, const Depth& depth);
 
   const Pyramid& pyramid() const noexcept { return pyramid_; }
-  const std::vector<Line>& lines() const noexcept { return lines_; }  ///< round, in the order of anchors
-  double width() const noexcept { return width_; }
+  const std::vector<Line>& lines() const noexcept { return lines_; }  ///< in the order of the anchors
+  double width() const noexcept { return width_; }                    ///< mm
   glm::dvec3 place(const Line& line, double t) const noexcept { return pyramid_.apex_world + t * line.along; }
   glm::dvec3 outer_place(std::size_t i) const noexcept { return place(lines_[i], lines_[i].outer); }
-  /// Places at which its lines meet the skull's outside, and at which they end below.
+  /// Returns the points where the lines meet the outer table, mm, world.
   std::vector<glm::dvec3> outline() const;
+  /// Returns the deepest point of the surface on each line, mm, world.
   std::vector<glm::dvec3> floor() const;
-  /// mm2 of the sheet that lies in bone that is there.
+  /// Returns the area of the surface in bone that `before` has not removed, mm2.
   double wall_mm2(const volume::Field& bone, const volume::Version& before) const;
-  /// The skull's outer surface within the sheet, opened before or not: lines from its middle to the outline,
-  /// each of as many places; about `step` mm between them both ways.
-  struct Lid {
-    std::vector<std::size_t> rim;               ///< the sheet's lines to which they lead
-    std::vector<std::vector<glm::dvec3>> grid;  ///< one a line, from the middle outward
+  /// Outer surface of the skull inside the outline, whether it was opened before or not: lines from its
+  /// centre to the outline, all with the same number of points.
+  struct OuterSurface {
+    std::vector<std::size_t> rim;               ///< indices in lines() of the lines at which the grid ends
+    std::vector<std::vector<glm::dvec3>> grid;  ///< a line per rim index, from the centre outward
   };
-  Lid lid(const volume::Field& bone, double step) const;
-  /// mm2 of that surface.
+  /// `step`: approximate spacing of the points along and across the grid's lines, mm.
+  OuterSurface lid(const volume::Field& bone, double step) const;
+  /// Returns the area of the outer surface, mm2.
   double outer_mm2(const volume::Field& bone) const;
 
-  /// A strip, between line `i` and the next.
+  /// Strip between line `i` and the next one. World frame, mm.
   struct Strip {
-    glm::dvec3 corners[4];  ///< round: two on this line, two on the next
+    glm::dvec3 corners[4];  ///< in order: two on this line, two on the next
     glm::dvec3 normal;      ///< unit
-    glm::dvec3 middle;      ///< of a ball around it ...
-    double reach;           ///< ... and how large that is
-    std::size_t side;       ///< of the pyramid
+    glm::dvec3 middle;      ///< centre of the bounding ball
+    double reach;           ///< radius of the bounding ball
+    std::size_t side;       ///< side of the pyramid
   };
   Strip strip(std::size_t i) const noexcept;
-  /// Square of a point's distance to a strip.
+  /// Returns the squared distance of a point from a strip, mm2.
   static double distance_square(const Strip& strip, const glm::dvec3& p_world) noexcept;
-  /// Does the way between two points go through the strip?
+  /// Returns true if the segment from a to b crosses the strip.
   static bool crosses(const Strip& strip, const glm::dvec3& a, const glm::dvec3& b) noexcept;
 
  private:
-  bool find_tables(const volume::Field& bone, const Depth& depth, Trouble& trouble);
-  bool check_holes(double largest, Trouble& trouble);
-  bool check_scan(const volume::Volume& scan, Trouble& trouble) const;
+  LocatedStatus find_tables(const volume::Field& bone, const Depth& depth);
+  LocatedStatus check_holes(double largest);
+  LocatedStatus check_scan(const volume::Volume& scan) const;
 
   Pyramid pyramid_;
   std::vector<Line> lines_;
   double width_ = 0;
 };
 
-/// A sheet's kerf on a cut lattice: what is not farther from it than half the saw's width.
+/// Kerf on a cut lattice: the samples within half of the saw's width of a CutSurface.
 class Kerf final : public volume::RemovalField {
  public:
-  /// `beyond`: mm that are asked about farther away than the band.
-  Kerf(const Sheet& sheet, const volume::Version& version, double beyond = 0);
+  /// `beyond`: mm beyond the band in which distances are found, too. Borrows the surface.
+  Kerf(const CutSurface& surface, const volume::Version& version, double beyond = 0);
   Reach find(const glm::ivec3& low, double band, Distances& mm) override;
-  /// Samples that it may reach.
+  /// Returns the box of the samples that the kerf may reach.
   const volume::VoxelBox& samples() const noexcept { return box_; }
 
-  /// Ways between neighbouring samples (26 around each) of what is left that go through the sheet: each lets
-  /// a flood through.
-  std::int64_t count_holes(const volume::Field& bone, const volume::Version& left) const;
+  /// Returns the number of pairs of neighbouring bone samples (26 around each) of `rest` whose connection
+  /// crosses the surface. Each lets a flood through.
+  std::int64_t count_holes(const volume::Field& bone, const volume::Version& rest) const;
 
  private:
-  const Sheet& sheet_;
+  const CutSurface& surface_;
   const volume::CutLattice lattice_;
-  std::vector<Sheet::Strip> strips_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> near_;  ///< strips, by brick
+  std::vector<CutSurface::Strip> strips_;
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> strips_by_brick_;  ///< strips near each brick
   volume::VoxelBox box_;
 };
 
-/// The other way, of the thesis "A Surface-based Volume Haptics Approach" (5.2.3): all voxels that lines from
-/// the apex to places of the outline go through, exactly. Kept for comparison with the kerf: it has
-/// holes.
+/// Removal of all voxels on lines from the apex to points of the outline, exactly (thesis "A Surface-based
+/// Volume Haptics Approach", 5.2.3). Kept for comparison with the kerf: it leaves holes.
 class TracedVoxels final : public volume::RemovalField {
  public:
-  /// `step`: mm between places along the outline.
-  TracedVoxels(const Sheet& sheet, const volume::Version& version, double step);
+  /// `step`: mm between points of the outline.
+  TracedVoxels(const CutSurface& surface, const volume::Version& version, double step);
   Reach find(const glm::ivec3& low, double band, Distances& mm) override;
   const volume::VoxelBox& samples() const noexcept { return box_; }
   std::size_t count() const noexcept { return count_; }
 
  private:
   const volume::CutLattice lattice_;
-  std::unordered_map<std::uint64_t, std::vector<glm::ivec3>> near_;  ///< voxels, by brick
+  std::unordered_map<std::uint64_t, std::vector<glm::ivec3>> voxels_by_brick_;  ///< voxels near each brick
   volume::VoxelBox box_;
   std::size_t count_ = 0;
 };

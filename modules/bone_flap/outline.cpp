@@ -6,7 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::bone_flap {
 
@@ -17,8 +17,8 @@ namespace {
 
 double cross(const dvec2& a, const dvec2& b) { return a.x * b.y - a.y * b.x; }
 
-/// Do two segments meet? Touching counts.
-bool meet(const dvec2& a, const dvec2& b, const dvec2& c, const dvec2& d) {
+/// Returns true if two segments intersect or touch.
+bool intersects(const dvec2& a, const dvec2& b, const dvec2& c, const dvec2& d) {
   const double ab_c = cross(b - a, c - a), ab_d = cross(b - a, d - a), cd_a = cross(d - c, a - c),
                cd_b = cross(d - c, b - c);
   const auto between = [](const dvec2& p, const dvec2& low, const dvec2& high) {
@@ -32,35 +32,33 @@ bool meet(const dvec2& a, const dvec2& b, const dvec2& c, const dvec2& d) {
          (cd_a == 0 && between(a, c, d)) || (cd_b == 0 && between(b, c, d));
 }
 
-std::string named(std::size_t i) { return "anchor " + std::to_string(i + 1); }
+std::string anchor_name(std::size_t i) { return "anchor " + std::to_string(i + 1); }
 
-/// Checks of the anchors alone.
-bool check_loop(const std::vector<dvec3>& anchors, Trouble& trouble) {
+/// Checks the outline by its anchors alone.
+LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
   const std::size_t n = anchors.size();
   if (n < 3) {
-    trouble = {"the outline is open: it has " + std::to_string(n) + (n == 1 ? " anchor" : " anchors") +
-                   ", and three make the smallest",
-               n > 0 ? anchors[0] : dvec3(0)};
-    return false;
+    return LocatedError{"the outline is open: it has " + std::to_string(n) +
+                            (n == 1 ? " anchor" : " anchors") + ", and three make the smallest",
+                        n > 0 ? anchors[0] : dvec3(0)};
   }
   double longest = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const double way = glm::length(anchors[(i + 1) % n] - anchors[i]);
-    if (way < 1) {
-      trouble = {named(i) + " and " + named((i + 1) % n) + " are at the same place", anchors[i]};
-      return false;
+    const double length = glm::length(anchors[(i + 1) % n] - anchors[i]);
+    if (length < 1) {
+      return LocatedError{anchor_name(i) + " and " + anchor_name((i + 1) % n) + " are at the same place",
+                          anchors[i]};
     }
-    if (i + 1 < n) longest = std::max(longest, way);
+    if (i + 1 < n) longest = std::max(longest, length);
   }
-  // A drawn line: its continuation is unknown.
+  // The user has not closed the line: its continuation is unknown.
   constexpr double k_open = 4;
   if (const double gap = glm::length(anchors[n - 1] - anchors[0]); n > 4 && gap > k_open * longest) {
-    trouble = {"the outline is open: its ends are " + whole(gap) + " mm apart, and its other anchors " +
-                   whole(longest) + " at most",
-               0.5 * (anchors[0] + anchors[n - 1])};
-    return false;
+    return LocatedError{"the outline is open: its ends are " + whole(gap) +
+                            " mm apart, and its other anchors " + whole(longest) + " at most",
+                        0.5 * (anchors[0] + anchors[n - 1])};
   }
-  return true;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -104,31 +102,31 @@ std::vector<Run> runs_along(const volume::Field& bone, const dvec3& start_world,
   const volume::Frame& frame = bone.volume().frame;
   const dvec3& h = frame.spacing();
   const double step = std::min(0.2, 0.5 * std::min({h.x, h.y, h.z}));
-  const dvec3 at = frame.volume_from_world(start_world),
-              by = frame.volume_from_world(start_world + along) - at;
+  const dvec3 start = frame.volume_from_world(start_world),
+              direction = frame.volume_from_world(start_world + along) - start;
   const int count = static_cast<int>(std::ceil((t1 - t0) / step));
   const auto is_labelled = [&](double from, double to) {
     if (labels == nullptr || !labels->has_any()) return false;
     for (double t = from; t <= to; t += step)
-      if (!labels->contains(at + t * by)) return false;
+      if (!labels->contains(start + t * direction)) return false;
     return true;
   };
   std::vector<Run> runs;
-  double before = -1, t_before = t0;
+  double previous = -1, t_previous = t0;
   for (int i = 0; i <= count; ++i) {
-    const double t = t0 + i * step, g = bone.value(at + t * by);
-    const double between = (g >= 0) != (before >= 0) && i > 0 && g != before
-                               ? t_before + (t - t_before) * (before / (before - g))
-                               : t;
-    if (g >= 0 && before < 0) {
-      if (!runs.empty() && (between - runs.back().high <= space || is_labelled(runs.back().high, between)))
+    const double t = t0 + i * step, g = bone.value(start + t * direction);
+    const double crossing = (g >= 0) != (previous >= 0) && i > 0 && g != previous
+                                ? t_previous + (t - t_previous) * (previous / (previous - g))
+                                : t;
+    if (g >= 0 && previous < 0) {
+      if (!runs.empty() && (crossing - runs.back().high <= space || is_labelled(runs.back().high, crossing)))
         runs.back().high = t;
       else
-        runs.push_back({between, t});
+        runs.push_back({crossing, t});
     }
     if (g >= 0) runs.back().high = t;
-    if (g < 0 && before >= 0) runs.back().high = between;
-    before = g, t_before = t;
+    if (g < 0 && previous >= 0) runs.back().high = crossing;
+    previous = g, t_previous = t;
   }
   return runs;
 }
@@ -147,25 +145,25 @@ bool outward(const volume::Field& bone, const dvec3& p_world, dvec3& normal_worl
   for (int z = -k_steps; z <= k_steps; ++z)
     for (int y = -k_steps; y <= k_steps; ++y)
       for (int x = -k_steps; x <= k_steps; ++x) {
-        const dvec3 off = k_anchor_reach / k_steps * dvec3(x, y, z);
-        if (glm::dot(off, off) > k_anchor_reach * k_anchor_reach) continue;
-        if (bone.value(frame.volume_from_world(p_world + off)) >= 0) sum -= off;
+        const dvec3 offset = k_anchor_reach / k_steps * dvec3(x, y, z);
+        if (glm::dot(offset, offset) > k_anchor_reach * k_anchor_reach) continue;
+        if (bone.value(frame.volume_from_world(p_world + offset)) >= 0) sum -= offset;
       }
   const double length = glm::length(sum);
   normal_world = length > 0 ? sum / length : dvec3(0);
   if (length == 0) return false;
-  // From the inner table that leads into the head, where its other side is met.
-  const auto bone_beyond = [&](const dvec3& way) {
-    double found = 0;
-    for (const Run& run : runs_along(bone, p_world, way, 20, 250, 0)) found += run.high - run.low;
-    return found;
+  // At the inner table this direction points into the head and meets the other side of the skull.
+  const auto bone_beyond = [&](const dvec3& direction) {
+    double thickness = 0;
+    for (const Run& run : runs_along(bone, p_world, direction, 20, 250, 0)) thickness += run.high - run.low;
+    return thickness;
   };
   if (bone_beyond(normal_world) > bone_beyond(-normal_world)) normal_world = -normal_world;
   return true;
 }
 
 std::vector<dvec3> ring_of(const volume::Field& bone, const dvec3& at_world, double diameter, int count) {
-  constexpr double k_reach = 30, k_aside = 60;
+  constexpr double k_reach = 30, k_depth = 60;  // mm: search radius, and start of the rays below the surface
   const volume::Volume& scan = bone.volume();
   const dvec3 at = scan.frame.volume_from_world(at_world);
   const dvec3 reach = k_reach / scan.frame.spacing();
@@ -178,92 +176,89 @@ std::vector<dvec3> ring_of(const volume::Field& bone, const dvec3& at_world, dou
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x) {
         if (bone.at(x, y, z) < 0) continue;
-        const dvec3 p = scan.frame.world_from_volume(dvec3(x, y, z)), way = p - at_world;
-        if (glm::dot(way, way) < least) least = glm::dot(way, way), middle = p, is_found = true;
+        const dvec3 p = scan.frame.world_from_volume(dvec3(x, y, z)), offset = p - at_world;
+        if (glm::dot(offset, offset) < least) least = glm::dot(offset, offset), middle = p, is_found = true;
       }
   dvec3 normal;
   if (!is_found || !outward(bone, middle, normal)) return {};
   dvec3 right, up;
   beside(normal, right, up);
-  // A skull's radius: how far its surface lies under the middle's.
-  const double fall = diameter * diameter / (8 * 75.0);
+  // Drop of the surface of a skull of 75 mm radius from the centre to the ring, mm.
+  const double drop = diameter * diameter / (8 * 75.0);
   std::vector<dvec3> ring;
   for (int i = 0; i < count; ++i) {
     const double angle = 6.283185307179586 * i / count;
-    const dvec2 way(volume::deterministic_cos(angle), volume::deterministic_sin(angle));
-    const dvec3 start = middle + 0.5 * diameter * (way.x * right + way.y * up) - k_aside * normal;
-    const std::vector<Run> runs = runs_along(bone, start, normal, 0, k_aside + k_reach, 0);
-    const Run* run = nearest(runs, k_aside - fall, k_aside);
-    ring.push_back(start + (run ? run->high : k_aside - fall) * normal);
+    const dvec2 direction(deterministic_cos(angle), deterministic_sin(angle));
+    const dvec3 start = middle + 0.5 * diameter * (direction.x * right + direction.y * up) - k_depth * normal;
+    const std::vector<Run> runs = runs_along(bone, start, normal, 0, k_depth + k_reach, 0);
+    const Run* run = nearest(runs, k_depth - drop, k_depth);
+    ring.push_back(start + (run ? run->high : k_depth - drop) * normal);
   }
   return ring;
 }
 
-bool make_pyramid(const std::vector<dvec3>& anchors_world, double distance, const volume::Field& bone,
-                  Pyramid& made, Trouble& trouble) {
-  if (!check_loop(anchors_world, trouble)) return false;
-  made = {};
-  made.anchors_world = anchors_world;
-  const std::size_t n = made.size();
-  dvec3 turn(0);
+Result<Pyramid, LocatedError> make_pyramid(const std::vector<dvec3>& anchors_world, double distance,
+                                           const volume::Field& bone) {
+  if (auto error = check_loop(anchors_world)) return *std::move(error);
+  Pyramid result;
+  result.anchors_world = anchors_world;
+  const std::size_t n = result.size();
+  dvec3 normal_sum(0);
   double weights = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const dvec3& at = made.anchor(i);
+    const dvec3& at = result.anchor(i);
     dvec3 normal;
     if (!outward(bone, at, normal)) {
-      trouble = {named(i) + " lies off the bone: no bone within " + whole(k_anchor_reach) + " mm", at};
-      return false;
+      return LocatedError{
+          anchor_name(i) + " lies off the bone: no bone within " + whole(k_anchor_reach) + " mm", at};
     }
     const double weight =
-        0.5 * (glm::length(at - made.anchor(i + n - 1)) + glm::length(made.anchor(i + 1) - at));
-    made.centre_world += weight * at;
-    turn += weight * normal;
+        0.5 * (glm::length(at - result.anchor(i + n - 1)) + glm::length(result.anchor(i + 1) - at));
+    result.centre_world += weight * at;
+    normal_sum += weight * normal;
     weights += weight;
   }
-  made.centre_world /= weights;
+  result.centre_world /= weights;
   // Normals in all directions cancel.
-  if (glm::length(turn) < 0.2 * weights) {
-    trouble = {"the outline goes round the head: its normals look to all sides", made.centre_world};
-    return false;
+  if (glm::length(normal_sum) < 0.2 * weights) {
+    return LocatedError{"the outline goes round the head: its normals look to all sides",
+                        result.centre_world};
   }
-  made.normal_world = glm::normalize(turn);
-  beside(made.normal_world, made.right_world, made.up_world);
-  made.apex_world = made.centre_world - distance * made.normal_world;
+  result.normal_world = glm::normalize(normal_sum);
+  beside(result.normal_world, result.right_world, result.up_world);
+  result.apex_world = result.centre_world - distance * result.normal_world;
   for (std::size_t i = 0; i < n; ++i) {
     bool is_ahead = false;
-    made.plan.push_back(made.seen(made.anchor(i), is_ahead));
-    const dvec3 w = made.anchor(i) - made.apex_world;
-    if (glm::dot(w, made.normal_world) < 0.2 * glm::length(w)) {
-      trouble = {named(i) + " lies level with the apex or behind it", made.anchor(i)};
-      return false;
+    result.plan.push_back(result.seen(result.anchor(i), is_ahead));
+    const dvec3 w = result.anchor(i) - result.apex_world;
+    if (glm::dot(w, result.normal_world) < 0.2 * glm::length(w)) {
+      return LocatedError{anchor_name(i) + " lies level with the apex or behind it", result.anchor(i)};
     }
   }
-  double twice = 0;
+  double twice_area = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const dvec2 &before = made.plan[(i + n - 1) % n], &at = made.plan[i], &after = made.plan[(i + 1) % n];
-    twice += cross(at, after);
-    const dvec2 in = at - before, out = after - at;
-    if (glm::length(out) * distance > 0.5 &&
-        glm::dot(in, out) >= -0.9999 * glm::length(in) * glm::length(out))
+    const dvec2 &before = result.plan[(i + n - 1) % n], &at = result.plan[i],
+                &after = result.plan[(i + 1) % n];
+    twice_area += cross(at, after);
+    const dvec2 incoming = at - before, outgoing = after - at;
+    if (glm::length(outgoing) * distance > 0.5 &&
+        glm::dot(incoming, outgoing) >= -0.9999 * glm::length(incoming) * glm::length(outgoing))
       continue;
-    trouble = {"the outline goes back on itself at " + named(i), made.anchor(i)};
-    return false;
+    return LocatedError{"the outline goes back on itself at " + anchor_name(i), result.anchor(i)};
   }
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 2; j < n; ++j) {
       if (i == 0 && j == n - 1) continue;
-      if (!meet(made.plan[i], made.plan[i + 1], made.plan[j], made.plan[(j + 1) % n])) continue;
-      trouble = {"the outline crosses itself: " + named(i) + " to " + std::to_string(i + 2) + " and " +
-                     std::to_string(j + 1) + " to " + std::to_string((j + 1) % n + 1),
-                 0.5 * (made.anchor(i) + made.anchor(i + 1))};
-      return false;
+      if (!intersects(result.plan[i], result.plan[i + 1], result.plan[j], result.plan[(j + 1) % n])) continue;
+      return LocatedError{"the outline crosses itself: " + anchor_name(i) + " to " + std::to_string(i + 2) +
+                              " and " + std::to_string(j + 1) + " to " + std::to_string((j + 1) % n + 1),
+                          0.5 * (result.anchor(i) + result.anchor(i + 1))};
     }
   constexpr double k_least_mm2 = 30;
-  if (0.5 * std::abs(twice) * distance * distance < k_least_mm2) {
-    trouble = {"the outline encloses next to nothing", made.centre_world};
-    return false;
+  if (0.5 * std::abs(twice_area) * distance * distance < k_least_mm2) {
+    return LocatedError{"the outline encloses next to nothing", result.centre_world};
   }
-  return true;
+  return result;
 }
 
 }  // namespace trephine::bone_flap

@@ -1,4 +1,4 @@
-// The outline of a bone flap on the skull, and the pyramid that it makes with an apex within the head.
+// Pyramid: from an apex within the head through the outline of a bone flap on the skull.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -6,68 +6,67 @@
 #include <string>
 #include <vector>
 
-#include "volume/bone_labels.h"
-#include "volume/field.h"
+#include "sim/api/located_error.h"
+#include "volume/base/error.h"
+#include "volume/scan/bone_labels.h"
+#include "volume/scan/field.h"
 
 namespace trephine::bone_flap {
 
-/// Why there is no flap, and where.
-struct Trouble {
-  std::string why;
-  glm::dvec3 at_world{0.0};
-};
+using sim::LocatedError, sim::LocatedStatus;
 
-/// "12", for words.
+/// Returns a rounded number as text: "12".
 std::string whole(double value);
-/// "1.4"
+/// Returns a number with one decimal as text: "1.4".
 std::string tenths(double value);
 
-/// From an apex through a closed outline. What lies within is the flap's.
+/// Pyramid from an apex through a closed outline, mm. Bone inside it belongs to the flap.
 struct Pyramid {
   std::vector<glm::dvec3> anchors_world;
-  /// Each anchor weighs half of the two segments that meet in it.
+  /// The centre and the normal weight each anchor by half of its two segments.
   glm::dvec3 centre_world{0.0}, normal_world{0.0}, apex_world{0.0};
-  glm::dvec3 right_world{0.0}, up_world{0.0};  ///< at right angles to the normal
-  std::vector<glm::dvec2> plan;                ///< the anchors as the apex sees them, at a distance of 1
+  glm::dvec3 right_world{0.0}, up_world{0.0};  ///< unit, orthogonal to the normal
+  std::vector<glm::dvec2> plan;                ///< anchors, projected by seen()
 
   std::size_t size() const noexcept { return anchors_world.size(); }
   const glm::dvec3& anchor(std::size_t i) const noexcept { return anchors_world[i % size()]; }
-  /// As the apex sees it; `is_ahead`: it lies on the outline's side of the apex.
+  /// Returns the projection from the apex onto the plane at distance 1, along `right_world` and `up_world`.
+  /// Sets `is_ahead` to whether the point is on the outline's side of the apex.
   glm::dvec2 seen(const glm::dvec3& p_world, bool& is_ahead) const noexcept;
   bool contains(const glm::dvec3& p_world) const noexcept;
 };
 
-/// Returns two directions at right angles to a normal, right-handed with it.
+/// Sets two unit vectors orthogonal to a unit normal, right-handed with it.
 void beside(const glm::dvec3& normal, glm::dvec3& right, glm::dvec3& up) noexcept;
-/// Does a point lie within a closed line?
+/// Returns true if a point is inside a closed polygon.
 bool is_within(const std::vector<glm::dvec2>& loop, const glm::dvec2& p) noexcept;
 
-/// mm: as far an anchor may lie from bone.
+/// Largest distance of an anchor from bone, mm.
 inline constexpr double k_anchor_reach = 6;
 
-/// `distance`: mm from the centre to the apex. Bone is where the field is not negative. False: the anchors
-/// make none.
-bool make_pyramid(const std::vector<glm::dvec3>& anchors_world, double distance, const volume::Field& bone,
-                  Pyramid& made, Trouble& trouble);
+/// Returns the pyramid over an outline, or the reason why the outline is invalid. `distance`: mm from the
+/// centre to the apex. Bone is where the field is not negative.
+Result<Pyramid, LocatedError> make_pyramid(const std::vector<glm::dvec3>& anchors_world, double distance,
+                                           const volume::Field& bone);
 
-/// The way out of the head from a point on the skull, unit: away from the middle of the bone around it, and
-/// not to the skull's other side. False: there is no bone around it.
+/// Sets the unit direction out of the head at a point on the skull: away from the centre of the bone around
+/// it, and not toward the skull's other side. Returns false if there is no bone within k_anchor_reach.
 bool outward(const volume::Field& bone, const glm::dvec3& p_world, glm::dvec3& normal_world);
 
-/// Anchors in a ring on the skull, as a plan to begin with: of such a diameter (mm) around the bone that is
-/// nearest to a place, empty without bone within 30 mm. Where no bone is found an anchor lies off the bone.
+/// Returns anchors in a ring on the skull, as an initial plan: `diameter` mm around the bone nearest to
+/// `at_world`. Empty if no bone is within 30 mm. An anchor for which no bone is found is off the bone.
 std::vector<glm::dvec3> ring_of(const volume::Field& bone, const glm::dvec3& at_world, double diameter,
                                 int count);
 
-/// Bone along a line, mm from its start.
+/// Interval of bone on a line, mm from its start.
 struct Run {
   double low, high;
 };
-/// Runs of bone between t0 and t1. Runs are joined across gaps of at most `space` mm, and, where `labels` is
-/// given, across gaps that lie in a labelled bone, however wide.
+/// Returns the runs of bone between t0 and t1, mm. Runs are joined across gaps of at most `space` mm and, if
+/// `labels` is given, across gaps of any width inside a labelled bone. `along`: unit.
 std::vector<Run> runs_along(const volume::Field& bone, const glm::dvec3& start_world, const glm::dvec3& along,
                             double t0, double t1, double space, const volume::BoneLabels* labels = nullptr);
-/// The one whose outer end is nearest to t; null: none is within reach.
+/// Returns the run with the outer end nearest to `t`, or null if no run ends within `reach` mm.
 const Run* nearest(const std::vector<Run>& runs, double t, double reach);
 
 }  // namespace trephine::bone_flap

@@ -3,7 +3,7 @@
 #include <glm/geometric.hpp>
 
 #include "modules/bone_flap/evaluation.h"
-#include "sim/work.h"
+#include "sim/api/work.h"
 
 namespace trephine::bone_flap {
 
@@ -12,80 +12,82 @@ using glm::dvec3;
 namespace {
 
 /// Preview of a flap, or the reason of its failure.
-struct SeenFlap final : sim::JobResult {
-  FlapSettings seen;  ///< of it what a preview shows
+struct PreviewResult final : sim::JobResult {
+  FlapSettings preview;  ///< only the members that a preview sets
   double area = 0;
   std::uint64_t hash() const override {
-    volume::MixHash all;
-    sim::add_value(all, seen);
-    all.add(area);
-    return all.value();
+    MixHash mix;
+    sim::add_value(mix, preview);
+    mix.add(area);
+    return mix.value();
   }
 };
 
 std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const PreviewFlap*>(parameters);
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  const FlapSettings& drawn = *input.state.settings_of<FlapSettings>();
-  auto made = std::make_shared<SeenFlap>();
+  const FlapSettings& settings = *input.state.persistent_of<FlapSettings>();
+  auto output = std::make_shared<PreviewResult>();
   const Depth depth = depth_of({});
-  Pyramid pyramid;
-  Sheet sheet;
-  Trouble trouble;
-  bool is_any = make_pyramid(anchors_of(request, drawn), request.distance, bone, pyramid, trouble) &&
-                sheet.make(pyramid, bone, width_of(request.saw), depth, trouble);
-  if (is_any && sheet.wall_mm2(bone, *input.state.world.version) <
-                    0.01 * sheet.wall_mm2(bone, volume::Version(input.anatomy.base))) {
-    trouble = {"nothing is there to be cut: it was cut before", pyramid.centre_world};
-    is_any = false;
-  }
-  if (!is_any) {
-    made->seen.trouble = trouble.why;
-    made->seen.trouble_at = trouble.at_world;
-    return made;
+  const auto pyramid = make_pyramid(anchors_of(request, settings), request.distance, bone);
+  CutSurface surface;
+  LocatedStatus error;
+  if (!pyramid)
+    error = pyramid.error();
+  else
+    error = surface.make(pyramid.value(), bone, width_of(request.saw), depth);
+  if (!error && surface.wall_mm2(bone, *input.state.world.version) <
+                    0.01 * surface.wall_mm2(bone, volume::Version(input.anatomy.base)))
+    error = LocatedError{"no bone left to cut: this outline was cut before", pyramid.value().centre_world};
+  if (error) {
+    output->preview.problem = error->reason;
+    output->preview.problem_at = error->position_world;
+    return output;
   }
   constexpr double k_step = 3;  // mm
-  const Sheet::Lid lid = sheet.lid(bone, k_step);
-  FlapSettings& seen = made->seen;
-  seen.lid_rings = static_cast<std::int64_t>(lid.grid[0].size()) - 1;
+  const CutSurface::OuterSurface lid = surface.lid(bone, k_step);
+  FlapSettings& preview = output->preview;
+  preview.lid_rings = static_cast<std::int64_t>(lid.grid[0].size()) - 1;
   for (std::size_t i = 0; i < lid.rim.size(); ++i) {
-    seen.lid.insert(seen.lid.end(), lid.grid[i].begin(), lid.grid[i].end());
-    seen.depth.push_back(sheet.place(sheet.lines()[lid.rim[i]], sheet.lines()[lid.rim[i]].from));
+    preview.lid.insert(preview.lid.end(), lid.grid[i].begin(), lid.grid[i].end());
+    preview.depth.push_back(surface.place(surface.lines()[lid.rim[i]], surface.lines()[lid.rim[i]].from));
   }
-  made->area = sheet.outer_mm2(bone);
-  seen.preview = "flap of " + whole(made->area) + " mm\u00b2";
-  FlapWorld saw;
-  saw.width = width_of(request.saw), saw.outline = sheet.outline(), saw.floor = sheet.floor();
-  for (const Near& one : nearness_of(saw, input.forbidden))
+  output->area = surface.outer_mm2(bone);
+  preview.preview = "flap of " + whole(output->area) + " mm\u00b2";
+  FlapState cut;
+  cut.width = width_of(request.saw), cut.outline = surface.outline(), cut.floor = surface.floor();
+  for (const Near& one : nearness_of(cut, input.forbidden))
     if (one.mm < 0 && !one.is_stripped())
-      seen.preview += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
-  return made;
+      preview.preview += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
+  return output;
 }
 
-/// It shows the outline that was asked about.
-bool is_of_outline(const void* parameters, const sim::OperationState& input, const sim::OperationState& now) {
+/// Returns true if the request has its own anchors, or the drawn outline is unchanged.
+bool is_current(const void* parameters, const sim::OperationState& input,
+                const sim::OperationState& current) {
   return !static_cast<const PreviewFlap*>(parameters)->anchors.empty() ||
-         input.settings_of<FlapSettings>()->anchors == now.settings_of<FlapSettings>()->anchors;
+         input.persistent_of<FlapSettings>()->anchors == current.persistent_of<FlapSettings>()->anchors;
 }
 
 void adopt_preview(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
-  const FlapSettings& seen = static_cast<const SeenFlap&>(result).seen;
+  const FlapSettings& preview = static_cast<const PreviewResult&>(result).preview;
   FlapSettings& settings = work.change_settings<FlapSettings>();
   const auto& request = *static_cast<const PreviewFlap*>(parameters);
-  const std::vector<dvec3> asked = anchors_of(request, settings);
-  settings.tried = seen.trouble.empty() ? std::vector<dvec3>() : asked;
-  settings.trouble = seen.trouble;
-  settings.trouble_at = seen.trouble_at;
-  settings.lid = seen.lid;
-  settings.lid_rings = seen.lid_rings;
-  settings.depth = seen.depth;
-  settings.preview = seen.preview;
-  const bool is_any = seen.trouble.empty();
-  work.raise_event(FlapSeen{static_cast<const SeenFlap&>(result).area, is_any ? seen.preview : seen.trouble},
-                   is_any ? seen.lid[0] : seen.trouble_at);
+  const std::vector<dvec3> anchors = anchors_of(request, settings);
+  settings.tried = preview.problem.empty() ? std::vector<dvec3>() : anchors;
+  settings.problem = preview.problem;
+  settings.problem_at = preview.problem_at;
+  settings.lid = preview.lid;
+  settings.lid_rings = preview.lid_rings;
+  settings.depth = preview.depth;
+  settings.preview = preview.preview;
+  const bool is_valid = preview.problem.empty();
+  work.raise_event(FlapPreviewed{static_cast<const PreviewResult&>(result).area,
+                                 is_valid ? preview.preview : preview.problem},
+                   is_valid ? preview.lid[0] : preview.problem_at);
 }
 
-volume::Status check_preview(const void* parameters, const haptics::TouchScene& anatomy) {
+Status check_preview(const void* parameters, const haptics::TouchScene& anatomy) {
   return sim::check_shape_of_pieces(anatomy, static_cast<const PreviewFlap*>(parameters)->item,
                                     "preview-flap item");
 }
@@ -100,34 +102,34 @@ void forget_preview(FlapSettings& settings) {
 }
 
 const sim::JobType& preview_job() {
-  static const sim::JobType job{&sim::value_type<PreviewFlap>(), run_preview, is_of_outline, adopt_preview,
+  static const sim::JobType job{&sim::value_type<PreviewFlap>(), run_preview, is_current, adopt_preview,
                                 check_preview};
   return job;
 }
 
-sim::Overlay look_of_preview(const FlapSettings& shown) {
+sim::Overlay look_of_preview(const FlapSettings& settings) {
   sim::Overlay preview;
-  const auto rings = static_cast<std::size_t>(shown.lid_rings);
-  const std::size_t lines = shown.depth.size();
-  if (lines == 0 || shown.lid.size() != lines * (rings + 1)) return preview;  // a file that was tampered with
+  const auto rings = static_cast<std::size_t>(settings.lid_rings);
+  const std::size_t lines = settings.depth.size();
+  if (lines == 0 || settings.lid.size() != lines * (rings + 1)) return preview;  // inconsistent file
   dvec3 deepest(0);
-  for (const dvec3& p : shown.depth) deepest += p / static_cast<double>(lines);
-  const dvec3 out = glm::normalize(shown.lid[0] - deepest);
+  for (const dvec3& p : settings.depth) deepest += p / static_cast<double>(lines);
+  const dvec3 normal = glm::normalize(settings.lid[0] - deepest);
   const auto at = [&](std::size_t line, std::size_t ring) {
-    return shown.lid[line % lines * (rings + 1) + ring] + 0.6 * out;
+    return settings.lid[line % lines * (rings + 1) + ring] + 0.6 * normal;
   };
   for (std::size_t i = 0; i < lines; ++i) {
     for (std::size_t k = 0; k < rings; ++k) {
       preview.skin.push_back({at(i, k), at(i, k + 1), at(i + 1, k + 1)});
       if (k > 0) preview.skin.push_back({at(i, k), at(i + 1, k + 1), at(i + 1, k)});
     }
-    const dvec3 &deep = shown.depth[i], &next = shown.depth[(i + 1) % lines];
-    preview.skin.push_back({at(i, rings), deep, at(i + 1, rings)});
-    preview.skin.push_back({at(i + 1, rings), deep, next});
+    const dvec3 &bottom = settings.depth[i], &next_bottom = settings.depth[(i + 1) % lines];
+    preview.skin.push_back({at(i, rings), bottom, at(i + 1, rings)});
+    preview.skin.push_back({at(i + 1, rings), bottom, next_bottom});
     preview.lines.push_back({at(i, rings), at(i + 1, rings)});
-    preview.lines.push_back({deep, next});
+    preview.lines.push_back({bottom, next_bottom});
   }
-  preview.labels.push_back({shown.lid[0] + 4.0 * out, shown.preview});
+  preview.labels.push_back({settings.lid[0] + 4.0 * normal, settings.preview});
   return preview;
 }
 

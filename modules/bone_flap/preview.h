@@ -1,4 +1,4 @@
-// Preview of a flap before it is cut.
+// Job that previews a flap before it is cut, and the overlay of its result.
 #pragma once
 
 #include "modules/bone_flap/bone_flap.h"
@@ -7,16 +7,16 @@
 namespace trephine::bone_flap {
 
 inline Depth depth_of(const CutFlap& request) { return {request.hole, request.space, request.thickest}; }
-/// Those that a command names, or else those that were drawn.
+/// Returns the anchors of a request, or the drawn anchors if it has no anchors.
 template <class Request>
-const std::vector<glm::dvec3>& anchors_of(const Request& request, const FlapSettings& drawn) {
-  return request.anchors.empty() ? drawn.anchors : request.anchors;
+const std::vector<glm::dvec3>& anchors_of(const Request& request, const FlapSettings& settings) {
+  return request.anchors.empty() ? settings.anchors : request.anchors;
 }
 
 const sim::JobType& preview_job();
-/// With the outline it goes.
+/// Clears the preview.
 void forget_preview(FlapSettings& settings);
-/// The lid, and the walls under its rim; of settings that have one.
-sim::Overlay look_of_preview(const FlapSettings& shown);
+/// Returns the overlay of the preview in `settings`: the lid, and the walls below its rim.
+sim::Overlay look_of_preview(const FlapSettings& settings);
 
 }  // namespace trephine::bone_flap

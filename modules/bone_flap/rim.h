@@ -1,35 +1,35 @@
-// The rim of what was sawn, made smooth: as a rasp would, by a Gaussian.
+// Rim: smooths the edges of sawn bone by a Gaussian, like a rasp.
 #pragma once
 
 #include "modules/bone_flap/kerf.h"
 
 namespace trephine::bone_flap {
 
-/// Bone to remove near a kerf, where a Gaussian of all bone is well below one half: sharp edges, not
-/// walls, nor the skull's own surface. It ends two sigmas from the walls, and 1.5 samples outside the bone:
-/// soft tissue along the rim stays.
+/// Removes bone near a kerf where a Gaussian of all bone is well below one half: sharp edges, not walls or
+/// the skull's own surface. It ends two sigmas from the walls and 1.5 samples outside the bone, so that soft
+/// tissue along the rim stays.
 class Rim final : public volume::RemovalField {
  public:
-  /// `left`: after the flap is gone. `sigma`: mm. Borrows.
-  Rim(const Sheet& sheet, const volume::Field& bone, const volume::Version& left, double sigma);
+  /// `rest`: the version without the flap. `sigma`: mm. Borrows the other arguments.
+  Rim(const CutSurface& surface, const volume::Field& bone, const volume::Version& rest, double sigma);
   Reach find(const glm::ivec3& low, double band, Distances& mm) override;
   const volume::VoxelBox& samples() const noexcept { return kerf_.samples(); }
 
-  /// mm that an edge is spared, so that what is flat stays as it is, by its samples.
+  /// Returns the margin by which edges are spared, mm, so that the samples of flat surfaces stay.
   static double spared(double sigma, const volume::CutLattice& lattice) noexcept;
 
  private:
-  static constexpr double k_beside = 1.5;  ///< samples
-  /// mm from a place (volume frame) to the surface of the scan's bone, to first order; below 0 within it.
+  static constexpr double k_outside = 1.5;  ///< samples outside the bone
+  /// Returns the distance of p (volume frame) from the scan's bone, mm, to first order; negative inside.
   double off_bone_mm(const glm::dvec3& p) const;
 
   Kerf kerf_;
   const volume::Field& bone_;
-  const volume::Version& left_;
+  const volume::Version& rest_;
   double sigma_;
   glm::ivec3 halo_;
-  std::vector<double> weights_[3];  ///< along an axis, from -halo to halo; their sum is 1
-  std::vector<double> share_, half_made_;
+  std::vector<double> weights_[3];  ///< per axis, from -halo to halo; sum 1
+  std::vector<double> share_, scratch_;
 };
 
 }  // namespace trephine::bone_flap

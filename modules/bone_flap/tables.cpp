@@ -1,4 +1,4 @@
-// Tables of the module's commands, events and state.
+// Field tables of the module's commands, events and state.
 #include "modules/bone_flap/bone_flap.h"
 
 namespace trephine::bone_flap {
@@ -7,20 +7,22 @@ using sim::field;
 
 const sim::Schema& AddAnchor::schema() {
   static constexpr sim::Field fields[] = {
-      field<&AddAnchor::at>("at", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull"})};
+      field<&AddAnchor::at>("at", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "position on the skull"})};
   static constexpr sim::Schema table{"add-anchor", 1, fields};
   return table;
 }
 const sim::Schema& MoveAnchor::schema() {
   static constexpr sim::Field fields[] = {
-      field<&MoveAnchor::number>("number", {.low = 1, .high = k_most_anchors, .help = "from 1 on"}),
-      field<&MoveAnchor::at>("at", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull"})};
+      field<&MoveAnchor::number>(
+          "number", {.low = 1, .high = k_most_anchors, .help = "number of the anchor, starting at 1"}),
+      field<&MoveAnchor::at>("at",
+                             {.unit = "mm", .low = -1e5, .high = 1e5, .help = "position on the skull"})};
   static constexpr sim::Schema table{"move-anchor", 1, fields};
   return table;
 }
 const sim::Schema& RemoveAnchor::schema() {
-  static constexpr sim::Field fields[] = {
-      field<&RemoveAnchor::number>("number", {.low = 0, .high = k_most_anchors, .help = "0: the last"})};
+  static constexpr sim::Field fields[] = {field<&RemoveAnchor::number>(
+      "number", {.low = 0, .high = k_most_anchors, .help = "number of the anchor; 0: the last one"})};
   static constexpr sim::Schema table{"remove-anchor", 1, fields};
   return table;
 }
@@ -32,17 +34,20 @@ const sim::Schema& ClearAnchors::schema() {
 namespace {
 // Common fields of cutting and its preview.
 constexpr std::string_view k_saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"};
-constexpr sim::FieldInfo k_anchors{
-    .unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull, in order round", .is_expert = true};
+constexpr sim::FieldInfo k_anchors{.unit = "mm",
+                                   .low = -1e5,
+                                   .high = 1e5,
+                                   .help = "positions on the skull, in order around the outline",
+                                   .is_expert = true};
 constexpr sim::FieldInfo k_saw{
-    .unit = "mm", .choices = k_saws, .help = "how wide it cuts", .label = "Saw width"};
+    .unit = "mm", .choices = k_saws, .help = "width of the cut", .label = "Saw width"};
 constexpr sim::FieldInfo k_distance{.unit = "mm",
                                     .low = 20,
                                     .high = 500,
-                                    .help = "from the outline's middle to the apex in the head",
+                                    .help = "distance from the outline's centre to the apex",
                                     .label = "Depth of the apex",
                                     .is_expert = true};
-constexpr sim::FieldInfo k_item{.low = 0, .high = 63, .help = "the shape that is skull", .is_expert = true};
+constexpr sim::FieldInfo k_item{.low = 0, .high = 63, .help = "shape of the skull", .is_expert = true};
 }  // namespace
 
 const sim::Schema& PreviewFlap::schema() {
@@ -54,20 +59,20 @@ const sim::Schema& PreviewFlap::schema() {
 }
 
 const sim::Schema& CutFlap::schema() {
-  static constexpr std::string_view ways[] = {"kerf", "traced"};
+  static constexpr std::string_view methods[] = {"kerf", "traced"};
   static constexpr sim::Field fields[] = {
       field<&CutFlap::anchors>("anchors", k_anchors),
       field<&CutFlap::saw>("saw", k_saw),
       field<&CutFlap::distance>("distance", k_distance),
-      field<&CutFlap::way>("way", {.choices = ways,
+      field<&CutFlap::way>("way", {.choices = methods,
                                    .help = "a kerf, or the voxels on lines from the apex",
                                    .label = "Method",
                                    .is_expert = true}),
       field<&CutFlap::seed>("seed", {.unit = "mm",
                                      .low = -1e5,
                                      .high = 1e5,
-                                     .help = "a place on the flap; else it is found",
-                                     .label = "Place on the flap",
+                                     .help = "position on the flap; found if empty",
+                                     .label = "Position on the flap",
                                      .is_expert = true}),
       field<&CutFlap::leave>("leave", {.help = "numbers of pieces that stay, from the largest on",
                                        .label = "Pieces that stay",
@@ -75,30 +80,30 @@ const sim::Schema& CutFlap::schema() {
       field<&CutFlap::smoothing>("smoothing", {.unit = "mm",
                                                .low = 0,
                                                .high = 3,
-                                               .help = "of the rim, sigma of a Gaussian",
+                                               .help = "sigma of a Gaussian over the rim",
                                                .label = "Smoothing of the rim"}),
       field<&CutFlap::smallest>("smallest", {.unit = "mm3",
                                              .low = 0,
                                              .high = 1e6,
-                                             .help = "piece; less is debris",
+                                             .help = "smaller pieces are debris",
                                              .label = "Smallest piece",
                                              .is_expert = true}),
       field<&CutFlap::hole>("hole", {.unit = "mm",
                                      .low = 0,
                                      .high = 50,
-                                     .help = "seam that the outline may cross",
+                                     .help = "widest seam that the outline may cross",
                                      .label = "Seam to cross",
                                      .is_expert = true}),
       field<&CutFlap::space>("space", {.unit = "mm",
                                        .low = 0,
                                        .high = 50,
-                                       .help = "air within the bone that is sawn through",
+                                       .help = "widest air gap in the bone that is sawn through",
                                        .label = "Air to saw through",
                                        .is_expert = true}),
       field<&CutFlap::thickest>("thickest", {.unit = "mm",
                                              .low = 1,
                                              .high = 50,
-                                             .help = "calvaria",
+                                             .help = "thickness of the calvaria, at most",
                                              .label = "Thickest calvaria",
                                              .is_expert = true}),
       field<&CutFlap::item>("item", k_item)};
@@ -106,14 +111,14 @@ const sim::Schema& CutFlap::schema() {
   return table;
 }
 
-const sim::Schema& FlapWorld::schema() {
+const sim::Schema& FlapState::schema() {
   static constexpr sim::Field fields[] = {
-      field<&FlapWorld::flaps>("flaps"),       field<&FlapWorld::outline>("outline"),
-      field<&FlapWorld::floor>("floor"),       field<&FlapWorld::centre>("centre"),
-      field<&FlapWorld::normal>("normal"),     field<&FlapWorld::apex>("apex"),
-      field<&FlapWorld::width>("width"),       field<&FlapWorld::area>("area"),
-      field<&FlapWorld::wall>("wall"),         field<&FlapWorld::kerf_size>("kerf_size"),
-      field<&FlapWorld::rim_size>("rim_size"), field<&FlapWorld::flap_size>("flap_size")};
+      field<&FlapState::flaps>("flaps"),       field<&FlapState::outline>("outline"),
+      field<&FlapState::floor>("floor"),       field<&FlapState::centre>("centre"),
+      field<&FlapState::normal>("normal"),     field<&FlapState::apex>("apex"),
+      field<&FlapState::width>("width"),       field<&FlapState::area>("area"),
+      field<&FlapState::wall>("wall"),         field<&FlapState::kerf_size>("kerf_size"),
+      field<&FlapState::rim_size>("rim_size"), field<&FlapState::flap_size>("flap_size")};
   static constexpr sim::Schema table{"flap-world", 1, fields};
   return table;
 }
@@ -122,8 +127,8 @@ const sim::Schema& FlapSettings::schema() {
   static constexpr sim::Field fields[] = {
       field<&FlapSettings::anchors>("anchors"),
       field<&FlapSettings::tried>("tried"),
-      field<&FlapSettings::trouble>("trouble"),
-      field<&FlapSettings::trouble_at>("trouble_at"),
+      field<&FlapSettings::problem>("problem"),
+      field<&FlapSettings::problem_at>("problem_at"),
       field<&FlapSettings::lid>("lid"),
       field<&FlapSettings::lid_rings>("lid_rings", {.low = 0, .high = 65536}),
       field<&FlapSettings::depth>("depth"),
@@ -135,12 +140,12 @@ const sim::Schema& FlapSettings::schema() {
 const sim::Schema& FlapCut::schema() {
   static constexpr sim::Field fields[] = {
       field<&FlapCut::pieces>("pieces"),
-      field<&FlapCut::area>("area", {.unit = "mm2", .help = "of the skull's outside within the saw's way"}),
-      field<&FlapCut::wall>("wall", {.unit = "mm2", .help = "that the saw went through bone"}),
+      field<&FlapCut::area>("area", {.unit = "mm2", .help = "outer surface of the skull inside the cut"}),
+      field<&FlapCut::wall>("wall", {.unit = "mm2", .help = "sawn walls in bone"}),
       field<&FlapCut::kerf_size>("kerf", {.unit = "mm3"}),
-      field<&FlapCut::rim_size>("rim", {.unit = "mm3", .help = "that was smoothed away"}),
+      field<&FlapCut::rim_size>("rim", {.unit = "mm3", .help = "volume removed by smoothing"}),
       field<&FlapCut::flap_size>("flap", {.unit = "mm3"}),
-      field<&FlapCut::holes>("holes", {.help = "in the cut"})};
+      field<&FlapCut::holes>("holes", {.help = "holes in the cut"})};
   static constexpr sim::Schema table{"flap-cut", 1, fields};
   return table;
 }
@@ -154,17 +159,17 @@ const sim::Schema& FlapPiece::schema() {
   return table;
 }
 
-const sim::Schema& FlapSeen::schema() {
+const sim::Schema& FlapPreviewed::schema() {
   static constexpr sim::Field fields[] = {
-      field<&FlapSeen::area>("area",
-                             {.unit = "mm2", .help = "of the skull's outside; 0: the cut would fail"}),
-      field<&FlapSeen::says>("says")};
+      field<&FlapPreviewed::area>(
+          "area", {.unit = "mm2", .help = "outer surface of the skull; 0: the cut would fail"}),
+      field<&FlapPreviewed::says>("says")};
   static constexpr sim::Schema table{"flap-seen", 1, fields};
   return table;
 }
 
-const sim::Schema& NoFlap::schema() {
-  static constexpr sim::Field fields[] = {field<&NoFlap::why>("why"), field<&NoFlap::holes>("holes")};
+const sim::Schema& FlapFailed::schema() {
+  static constexpr sim::Field fields[] = {field<&FlapFailed::why>("why"), field<&FlapFailed::holes>("holes")};
   static constexpr sim::Schema table{"no-flap", 1, fields};
   return table;
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "sim/work.h"
+#include "sim/api/work.h"
 
 namespace trephine::cross_section {
 
@@ -12,8 +12,8 @@ using sim::field;
 
 namespace {
 
-struct Measured final : sim::JobResult {
-  SectionMeasured what;
+struct SectionResult final : sim::JobResult {
+  SectionMeasured measured;
   glm::dvec3 at{0.0};
   std::uint64_t fingerprint = 0;
   std::uint64_t hash() const override { return fingerprint; }
@@ -21,71 +21,76 @@ struct Measured final : sim::JobResult {
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const MeasureSection*>(parameters);
-  auto made = std::make_shared<Measured>();
-  made->at = request.at;
+  auto output = std::make_shared<SectionResult>();
+  output->at = request.at;
   volume::ImagePlane plane;
   plane.middle_world = request.at;
-  turn_plane(plane, request.normal);
+  orient_plane(plane, request.normal);
   plane.pixel = request.pixel;
   plane.columns = plane.rows = static_cast<int>(std::lround(request.width / request.pixel));
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  const Cut of_bone = cut_volume(plane, bone, input.state.world.version.get());
-  made->what.bone = of_bone.area;
-  const std::vector<std::uint8_t> of_labels =
+  const Cut bone_cut = cut_volume(plane, bone, input.state.world.version.get());
+  output->measured.bone = bone_cut.area;
+  const std::vector<std::uint8_t> labelled_bone =
       bone_by_labels(plane, bone.volume(), input.state.world.version.get());
   double outside = 0;
   for (const haptics::TouchItem& item : input.anatomy.items) {
     if (!item.is_mesh()) continue;
-    bool is_bone = false;  // what came off is no implant
+    bool is_bone = false;  // detached bone is not counted as a model
     for (const sim::Body& body : input.state.world.bodies) is_bone |= body.piece->tree == item.tree;
     if (is_bone) continue;
-    // Last placed plane.
-    haptics::Placement place = item.placement;
-    for (const auto& [name, told] : input.state.settings.told)
-      if (const auto* moved = told.what.as<sim::PlaceModel>(); moved != nullptr && moved->mover == item.mover)
-        place = {moved->position,
-                 {moved->rotation[0], moved->rotation[1], moved->rotation[2], moved->rotation[3]}};
+    // Pose set by the latest command that moved the model.
+    haptics::Placement pose = item.placement;
+    for (const auto& [name, command] : input.state.settings.latest_commands)
+      if (const auto* moved = command.what.as<sim::PlaceModel>();
+          moved != nullptr && moved->mover == item.mover)
+        pose = {moved->position,
+                {moved->rotation[0], moved->rotation[1], moved->rotation[2], moved->rotation[3]}};
     SectionMesh mesh;
-    for (const glm::dvec3& v : item.tree->vertices())
-      mesh.vertices_world.push_back(place.world_from_local(v));
+    for (const glm::dvec3& v : item.tree->vertices()) mesh.vertices_world.push_back(pose.world_from_local(v));
     mesh.triangles = item.tree->triangles();
     const auto cut = cut_mesh(plane, mesh);
     if (!cut) {
-      made->what.open_models += (made->what.open_models.empty() ? "" : ", ") + item.name;
+      output->measured.open_models += (output->measured.open_models.empty() ? "" : ", ") + item.name;
       continue;
     }
-    made->what.models += cut.value().area;
-    for (std::size_t i = 0; i < of_bone.inside.size(); ++i)
-      outside += cut.value().inside[i] && !of_bone.inside[i] && (of_labels.empty() || !of_labels[i]);
+    output->measured.models += cut.value().area;
+    for (std::size_t i = 0; i < bone_cut.inside.size(); ++i)
+      outside += cut.value().inside[i] && !bone_cut.inside[i] && (labelled_bone.empty() || !labelled_bone[i]);
   }
-  made->what.outside = outside * request.pixel * request.pixel;
-  volume::MixHash all;
-  sim::add_value(all, made->what);
-  made->fingerprint = all.value();
-  return made;
+  output->measured.outside = outside * request.pixel * request.pixel;
+  MixHash mix;
+  sim::add_value(mix, output->measured);
+  output->fingerprint = mix.value();
+  return output;
 }
 
-volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
+Status check(const void* parameters, const haptics::TouchScene& anatomy) {
   const auto& request = *static_cast<const MeasureSection*>(parameters);
   if (request.item < 0 || static_cast<std::size_t>(request.item) >= anatomy.items.size() ||
       anatomy.items[static_cast<std::size_t>(request.item)].is_mesh())
-    return volume::Error{"there is no such shape of a volume", "measure-section item",
-                         std::to_string(request.item), "a shape of the anatomy", ""};
+    return Error{.what = "unknown shape",
+                 .where = "measure-section item",
+                 .found = std::to_string(request.item),
+                 .expected = "a shape of the anatomy"};
   return std::nullopt;
 }
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
-  const auto& made = static_cast<const Measured&>(result);
-  auto& kept = work.change_settings<SectionState>();
-  kept.bone = made.what.bone, kept.models = made.what.models, kept.outside = made.what.outside;
-  work.raise_event(made.what, made.at);
+  const auto& output = static_cast<const SectionResult&>(result);
+  auto& settings = work.change_settings<SectionState>();
+  settings.bone = output.measured.bone, settings.models = output.measured.models,
+  settings.outside = output.measured.outside;
+  work.raise_event(output.measured, output.at);
 }
 
-volume::Status check_normal(const glm::dvec3& normal, const char* where) {
+Status check_normal(const glm::dvec3& normal, const char* where) {
   const double length = glm::length(normal);
   if (length > 1e-9 && std::isfinite(length)) return std::nullopt;
-  return volume::Error{"the plane looks nowhere", where, std::to_string(length), "a normal of some length",
-                       ""};
+  return Error{.what = "the plane has no direction",
+               .where = where,
+               .found = std::to_string(length),
+               .expected = "a nonzero vector"};
 }
 
 }  // namespace
@@ -104,14 +109,16 @@ std::span<const sim::ValueType* const> CrossSection::events() const {
   return all;
 }
 
-volume::Status CrossSection::allows(const sim::Command& command, const sim::OperationState&) const {
+Status CrossSection::allows(const sim::Command& command, const sim::OperationState&) const {
   if (const auto* plane = command.what.as<SectionPlane>())
     return check_normal(plane->normal, "section-plane normal");
   const auto* measure = command.what.as<MeasureSection>();
   if (measure == nullptr) return std::nullopt;
   if (measure->width / measure->pixel > 4096)
-    return volume::Error{"the section has too many pixels", "measure-section width, pixel",
-                         std::to_string(measure->width / measure->pixel), "at most 4096 along an edge", ""};
+    return Error{.what = "the section has too many pixels",
+                 .where = "measure-section width, pixel",
+                 .found = std::to_string(measure->width / measure->pixel),
+                 .expected = "at most 4096 along an edge"};
   return check_normal(measure->normal, "measure-section normal");
 }
 
@@ -120,20 +127,20 @@ void CrossSection::apply(const sim::Command& command, sim::ModuleWork& work) con
     static_cast<SectionPlane&>(work.change_settings<SectionState>()) = *plane;
 }
 
-std::vector<sim::Measure> CrossSection::measures(const sim::OperationState& now) const {
-  const auto* kept = now.settings_of<SectionState>();
-  if (kept == nullptr) return {};
-  return {{"section of bone", kept->bone, "mm2"},
-          {"section of models", kept->models, "mm2"},
-          {"section of models outside bone", kept->outside, "mm2"}};
+std::vector<sim::Measure> CrossSection::measures(const sim::OperationState& operation) const {
+  const auto* settings = operation.persistent_of<SectionState>();
+  if (settings == nullptr) return {};
+  return {{"section of bone", settings->bone, "mm2"},
+          {"section of models", settings->models, "mm2"},
+          {"section of models outside bone", settings->outside, "mm2"}};
 }
 
 const sim::Schema& SectionPlane::schema() {
   static constexpr sim::Field fields[] = {
-      field<&SectionPlane::at>("at", {.unit = "mm", .help = "in the world"}),
-      field<&SectionPlane::normal>("normal", {.help = "toward who looks at it"}),
-      field<&SectionPlane::is_clipping>(
-          "is_clipping", {.help = "views show nothing before it", .label = "Open the picture here"})};
+      field<&SectionPlane::at>("at", {.unit = "mm", .help = "point of the plane, world frame"}),
+      field<&SectionPlane::normal>("normal", {.help = "toward the viewer"}),
+      field<&SectionPlane::is_clipping>("is_clipping", {.help = "hide everything in front of the plane",
+                                                        .label = "Clip the view at the plane"})};
   static constexpr sim::Schema table{"section-plane", 1, fields};
   return table;
 }
@@ -149,12 +156,12 @@ const sim::Schema& SectionState::schema() {
 
 const sim::Schema& MeasureSection::schema() {
   static constexpr sim::Field fields[] = {
-      field<&MeasureSection::at>("at", {.unit = "mm", .help = "in the world"}),
-      field<&MeasureSection::normal>("normal", {.help = "of the plane"}),
+      field<&MeasureSection::at>("at", {.unit = "mm", .help = "point of the plane, world frame"}),
+      field<&MeasureSection::normal>("normal", {.help = "normal of the plane"}),
       field<&MeasureSection::pixel>("pixel", {.unit = "mm", .low = 0.02, .high = 5}),
       field<&MeasureSection::width>("width", {.unit = "mm", .low = 1, .high = 1000}),
-      field<&MeasureSection::item>(
-          "item", {.low = 0, .high = 255, .help = "the shape that is bone", .is_expert = true})};
+      field<&MeasureSection::item>("item",
+                                   {.low = 0, .high = 255, .help = "shape of the bone", .is_expert = true})};
   static constexpr sim::Schema table{"measure-section", 1, fields};
   return table;
 }
@@ -163,8 +170,9 @@ const sim::Schema& SectionMeasured::schema() {
   static constexpr sim::Field fields[] = {
       field<&SectionMeasured::bone>("bone", {.unit = "mm2"}),
       field<&SectionMeasured::models>("models", {.unit = "mm2"}),
-      field<&SectionMeasured::outside>("outside", {.unit = "mm2", .help = "of models, outside bone"}),
-      field<&SectionMeasured::open_models>("open_models", {.help = "not closed, not counted"})};
+      field<&SectionMeasured::outside>("outside", {.unit = "mm2", .help = "area of models outside bone"}),
+      field<&SectionMeasured::open_models>("open_models",
+                                           {.help = "models that are not closed and not counted"})};
   static constexpr sim::Schema table{"section-measured", 1, fields};
   return table;
 }

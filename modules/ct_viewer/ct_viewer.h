@@ -1,28 +1,28 @@
-// Place in a scan and grey values of the viewer: kept with an operation, so that a replay
-// looks there too.
+// CtViewer: position and grey window of the slice views, kept with an operation so that a replay shows the
+// slices, too.
 #pragma once
 
 #include "modules/ct_viewer/grey_window.h"
-#include "sim/module.h"
+#include "sim/api/module.h"
 
 namespace trephine::ct_viewer {
 
-/// A command: slices go through here.
+/// Command: moves the slices to a position.
 struct LookAt {
   glm::dvec3 at{0.0};  ///< mm, world
   static const sim::Schema& schema();
 };
 
-/// A command: greys are of this window.
+/// Command: sets the grey window.
 struct SetGreyWindow : GreyWindow {
   static const sim::Schema& schema();
 };
 
-/// Settings of the viewer. Undo leaves them alone.
+/// Settings of the viewer. Undo does not change them.
 struct CtViewerState : GreyWindow {
-  glm::dvec3 at{0.0};
-  bool is_looking = false;  ///< a place was chosen
-  bool is_window = false;   ///< a grey window was chosen
+  glm::dvec3 at{0.0};       ///< mm, world
+  bool is_looking = false;  ///< a position was set
+  bool is_window = false;   ///< a grey window was set
   static const sim::Schema& schema();
 };
 
@@ -31,10 +31,10 @@ class CtViewer final : public sim::Module {
   std::string_view name() const noexcept override { return "ct_viewer"; }
   std::span<const sim::ValueType* const> commands() const override;
   sim::Value settings() const override { return CtViewerState{}; }
-  volume::Status allows(const sim::Command& command, const sim::OperationState& now) const override;
+  Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
-  /// A small cross where the slices meet.
-  sim::Overlays overlays(const sim::OperationState& now) const override;
+  /// Returns a small cross where the slices intersect.
+  sim::Overlays overlays(const sim::OperationState& operation) const override;
 };
 
 }  // namespace trephine::ct_viewer

@@ -1,4 +1,4 @@
-// Mapping of intensities to grey values.
+// GreyWindow: mapping of intensities to grey values.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,11 @@
 
 namespace trephine::ct_viewer {
 
-/// Black below its low end, white above its high one.
+/// Linear window: black below its lower end, white above its upper end.
 struct GreyWindow {
-  double level = 500, width = 2000;  ///< its middle, and how wide it is
+  double level = 500, width = 2000;  ///< centre and width, in intensities
 
-  /// 0 to 255.
+  /// Returns the grey value of an intensity, 0 to 255.
   std::uint8_t grey(double value) const noexcept {
     const double share = (value - level) / width + 0.5;
     return static_cast<std::uint8_t>(share <= 0 ? 0 : share >= 1 ? 255 : 255 * share + 0.5);
@@ -19,7 +19,7 @@ struct GreyWindow {
   friend bool operator==(const GreyWindow&, const GreyWindow&) = default;
 };
 
-/// As CT is read, HU.
+/// Standard window for CT, HU.
 struct NamedWindow {
   std::string_view name;
   GreyWindow window;
@@ -28,8 +28,8 @@ inline constexpr NamedWindow k_windows[] = {
     {"bone", {500, 2000}}, {"soft-tissue", {40, 400}}, {"brain", {40, 80}},       {"subdural", {75, 280}},
     {"stroke", {35, 40}},  {"lung", {-600, 1500}},     {"temporal", {700, 4000}}, {"spine", {50, 350}}};
 
-/// Window for numbers without such a meaning: between their ends, but for one in 200 at each. `none` is not
-/// counted.
-GreyWindow window_of(std::span<const std::int16_t> values, std::int16_t none);
+/// Returns a window for intensities that are not Hounsfield units: from their 0.5th to their 99.5th
+/// percentile. Values equal to `excluded` are ignored.
+GreyWindow window_of(std::span<const std::int16_t> values, std::int16_t excluded);
 
 }  // namespace trephine::ct_viewer

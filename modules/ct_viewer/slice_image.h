@@ -1,30 +1,30 @@
-// Image of a plane through a scan: before, after, or one over the other.
+// Image of a plane through a scan: as scanned, as operated, or a blend of both.
 #pragma once
 
 #include <limits>
 #include <vector>
 
 #include "modules/ct_viewer/grey_window.h"
-#include "volume/reslice.h"
+#include "volume/imaging/reslice.h"
 
 namespace trephine::ct_viewer {
 
-/// Beyond the scan.
+/// Value of a pixel outside the scan.
 inline constexpr std::int16_t k_outside = std::numeric_limits<std::int16_t>::min();
 
 /// Intensities of a plane or a slab, row by row from the upper left.
 struct SliceValues {
-  std::vector<std::int16_t> before, now;  ///< as it was scanned; with what was cut away as air
+  std::vector<std::int16_t> before, now;  ///< as scanned; with removed matter as air
 };
-/// `version`: of the volume, frozen or not. What was cut is looked at in every layer of a slab; where nothing
-/// was, both are the same.
+/// Samples both states. `version`: of the volume, frozen or not. Cuts are sampled in every layer of a slab.
+/// Both images are equal where nothing was cut.
 SliceValues slice_values(const volume::Volume& scan, const volume::Version& version,
                          const volume::ImagePlane& plane, const volume::Slab& slab, int threads = 0);
 
-/// Parts of both states that are shown.
+/// State that is shown.
 enum class Blend : std::uint8_t { now, before, both };
 inline constexpr std::string_view k_blends[] = {"now", "before", "both"};
-/// With `both`, removed matter is shown as it was, in amber.
+/// Colour of a pixel. With `both`, removed matter has its scanned brightness, in amber.
 struct Pixel {
   std::uint8_t red, green, blue;
 };

@@ -6,39 +6,39 @@
 #include "modules/drilling/burr_tick.h"
 #include "modules/drilling/craniotome.h"
 #include "modules/drilling/perforator.h"
-#include "volume/offset_field.h"
+#include "volume/fields/offset_field.h"
 
 namespace trephine::drilling {
 
 using glm::dvec3;
 using volume::ToolBody;
-using volume::ToolPlace;
+using volume::ToolPose;
 
 namespace {
-constexpr double k_memory_voxels =
-    1.5;  // contact lost over a way of fewer voxel diagonals is the same contact
-constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while the burr closes in
+// Contact lost over a path of fewer voxel diagonals is still the same contact.
+constexpr double k_memory_voxels = 1.5;
+constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while the burr approaches
 constexpr double k_pi = 3.14159265358979323846;
-constexpr double k_engaged_mm = 0.02;     // of the way over which is measured what is in the bone
-constexpr double k_step_mm = 0.05;        // the burr moves in bites of at most this, each paid for
+constexpr double k_engaged_mm = 0.02;     // path over which the engaged cross-section is measured
+constexpr double k_step_mm = 0.05;        // largest bite; each bite is charged to the budget
 constexpr double k_turn_cosine = 0.7071;  // a wall farther than this from the axis turns it ...
-constexpr double k_turn_seconds = 0.25;   // ... over about this, when pressed by a radius
-constexpr double k_thrust_seconds = 0.1;  // over which thrust is smoothed
-constexpr double k_pore_mm = 2;           // resistance that is back after less was lost in a pore
-constexpr double k_bored_mm = 0.5;        // of bone, at least, to break through
-constexpr double k_retreat_mm = 0.5;      // a hand that comes back so far has stopped
-constexpr double k_plunge_seconds = 1;    // no plunge takes longer
+constexpr double k_turn_seconds = 0.25;   // ... within about this time, when pressed by a radius
+constexpr double k_thrust_seconds = 0.1;  // time constant of the smoothed thrust
+constexpr double k_pore_mm = 2;           // a plunge that ends in contact before this was a pore
+constexpr double k_bored_mm = 0.5;        // least depth of cut bone for a breakthrough
+constexpr double k_retreat_mm = 0.5;      // a hand that returns by this much has stopped
+constexpr double k_plunge_seconds = 1;    // longest plunge
 
-/// From a body's `along` 0 to its farthest point against `out`.
+/// Returns the vector from a body's origin (`along` 0) to its farthest point against `out`.
 dvec3 lowest_point(const ToolBody& body, const dvec3& shaft, const dvec3& out) noexcept {
   if (body.is_ball()) return -body.radius * out;
-  // A drum's would jump from rim to rim with the least tilt: its end face stands there instead.
+  // The lowest point of a drum would jump from rim to rim at the slightest tilt: use the end face's centre.
   if (body.form == ToolBody::Form::drum) return dvec3(0);
   const double rise = -glm::dot(out, shaft);
   const ToolBody::Support support = body.support(rise);
-  const dvec3 beside = -out - rise * shaft;
-  const double length = glm::length(beside);
-  return support.along * shaft + (length > 1e-9 ? support.off / length : 0) * beside;
+  const dvec3 across = -out - rise * shaft;
+  const double length = glm::length(across);
+  return support.along * shaft + (length > 1e-9 ? support.off / length : 0) * across;
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ BurrTick::BurrTick(const Burr& burr, const ToolBody& body, BurrState& state,
 
 double BurrTick::press() const noexcept {
   if (!tick_.has_contact) return 0;
-  // For a tool of several balls the surfaces' force as a whole; else its part across the surface.
+  // Tools of several balls have no normal: use the total force of the surfaces, else its normal part.
   return glm::dot(tick_.normal_world, tick_.normal_world) > 0
              ? std::max(0.0, glm::dot(tick_.press_world, tick_.normal_world))
              : glm::length(tick_.press_world);
@@ -76,93 +76,95 @@ Cutting BurrTick::cutting() const noexcept {
   return {burr_.grade, burr_.radius(), burr_.rpm, press(), state_.engaged, !burr_.is_dry};
 }
 
-/// Returns what that took away: mm^3, or as many of the reference bone as take the same energy.
-double BurrTick::sweep_to(const ToolPlace& place) {
-  const ToolPlace from = state_.has_centre ? ToolPlace{state_.centre, state_.shaft} : place;
-  const volume::RemovalReport one =
+/// Moves the body there, and returns the removed mm^3; under force control, those of reference bone that take
+/// the same energy.
+double BurrTick::sweep_to(const ToolPose& pose) {
+  const ToolPose from = state_.has_centre ? ToolPose{state_.centre, state_.shaft} : pose;
+  const volume::RemovalReport report =
       body_.is_ball()
-          ? work_.remove(volume::Sweep{from.at_world, place.at_world, body_.radius, state_.has_centre})
-          : work_.remove(volume::ToolSweep{body_, from, place, state_.has_centre});
-  const double mm3 = work_.left().mm3_of(one.removed_units);
-  // Engaged length: the volume over the way, of at least k_engaged_mm, and never more than the body has.
+          ? work_.remove(volume::Sweep{from.at_world, pose.at_world, body_.radius, state_.has_centre})
+          : work_.remove(volume::ToolSweep{body_, from, pose, state_.has_centre});
+  const double mm3 = work_.left().mm3_of(report.removed_units);
+  // Engaged cross-section: the volume over a path of at least k_engaged_mm, at most that of the body.
   state_.bite_mm3 += mm3;
-  state_.bite_mm += way_between(from, place);
+  state_.bite_mm += travel_between(from, pose);
   if (!state_.has_centre) state_.bite_mm3 = state_.bite_mm = state_.engaged = 0;
   if (state_.bite_mm >= k_engaged_mm) {
     const double r = body_.radius, side = 2 * r * (body_.high() - body_.low());
     state_.engaged = std::min(state_.bite_mm3 / state_.bite_mm, std::max(k_pi * r * r, side));
     state_.bite_mm3 = state_.bite_mm = 0;
   }
-  state_.centre = place.at_world;
-  state_.shaft = place.axis_world;
+  state_.centre = pose.at_world;
+  state_.shaft = pose.axis_world;
   state_.has_centre = true;
-  return is_by_press() ? mm3 * relative_energy(one, work_.left().base()) : mm3;
+  return is_force_controlled() ? mm3 * relative_energy(report, work_.left().base()) : mm3;
 }
 
 void BurrTick::turn_axis() noexcept {
-  // The axis of approach is the first normal. A wall that stands steeply to it, and is pressed, turns it; a
-  // new touch on such a wall starts again.
+  // The axis of approach is the first normal. Pressing on a wall that is steep to it turns the axis; a new
+  // contact on such a wall replaces it.
   const dvec3& normal = tick_.normal_world;
   const double cosine = glm::dot(state_.axis, normal);
   if (cosine >= k_turn_cosine) return;
   if (!state_.has_centre) {
     state_.axis = normal;
   } else if (cosine > -0.99) {
-    const double press = glm::dot(tick_.proxy_world - tick_.pose.position_world, normal) / burr_.radius();
-    state_.axis = glm::normalize(state_.axis + dt_ / k_turn_seconds * std::clamp(press, 0.0, 1.0) * normal);
+    const double depth = glm::dot(tick_.proxy_world - tick_.pose.position_world, normal) / burr_.radius();
+    state_.axis = glm::normalize(state_.axis + dt_ / k_turn_seconds * std::clamp(depth, 0.0, 1.0) * normal);
   }
 }
 
-/// Place of the body on the surface on which the proxy rests.
-ToolPlace BurrTick::place_at_proxy() const noexcept {
+/// Returns the pose of the body on the surface on which the proxy rests.
+ToolPose BurrTick::pose_at_proxy() const noexcept {
   if (burr_.is_round) return {tick_.proxy_world, turned(hand_shaft_, tick_.turn_world)};
   return {tick_.proxy_world - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
 }
-/// Place of the body with its lowest point on the HIP.
-ToolPlace BurrTick::place_at_hand() const noexcept {
+/// Returns the pose of the body with its lowest point on the HIP.
+ToolPose BurrTick::pose_at_hand() const noexcept {
   const dvec3& hip = tick_.pose.position_world;
   return {burr_.is_round ? hip : hip - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
 }
 
-/// mm, of the body's farthest end where it turns.
-double BurrTick::way_between(const ToolPlace& from, const ToolPlace& to) const noexcept {
-  const double way = glm::length(to.at_world - from.at_world);
-  if (body_.is_ball()) return way;
-  return std::max(way, std::max(std::abs(body_.low()), std::abs(body_.high())) *
-                           glm::length(to.axis_world - from.axis_world));
+/// Returns the travel of the body, mm: of its farthest end, if that turns farther than the body moves.
+double BurrTick::travel_between(const ToolPose& from, const ToolPose& to) const noexcept {
+  const double travel = glm::length(to.at_world - from.at_world);
+  if (body_.is_ball()) return travel;
+  return std::max(travel, std::max(std::abs(body_.low()), std::abs(body_.high())) *
+                              glm::length(to.axis_world - from.axis_world));
 }
 
-/// By bites that time has paid for, no farther than `limit` mm, which is then less by what it went.
-void BurrTick::go_to(const ToolPlace& to, double& limit) {
-  const ToolPlace from{state_.centre, state_.shaft};
-  const double way = way_between(from, to), length = std::min(way, limit);
+/// Moves the body in bites while the budget lasts, by at most `limit` mm. Reduces `limit` by the travel.
+void BurrTick::advance_to(const ToolPose& to, double& limit) {
+  const ToolPose from{state_.centre, state_.shaft};
+  const double travel = travel_between(from, to), length = std::min(travel, limit);
   if (length <= 1e-9) return;
   limit -= length;
   const int bites = std::max(1, static_cast<int>(std::ceil(length / k_step_mm)));
-  for (int i = 1; i <= bites && state_.owed_mm3 > 0; ++i) {
-    const ToolPlace next = volume::between(from, to, length / way * i / bites);
+  for (int i = 1; i <= bites && state_.removal_budget_mm3 > 0; ++i) {
+    const ToolPose next = volume::between(from, to, length / travel * i / bites);
     if (may_go && !(*may_go)({state_.centre, state_.shaft}, next)) return;
-    state_.owed_mm3 -= sweep_to(next);
+    state_.removal_budget_mm3 -= sweep_to(next);
   }
 }
 
-/// On the way from the proxy to the hand, as far as time has paid for. Where the proxy slid aside the body
-/// comes after it first; one that is left behind starts again there.
+/// Moves the body along the segment from the proxy to the hand, as far as the budget lasts. If the proxy slid
+/// aside, the body follows it first; a body that is farther than a diameter behind starts again at the proxy.
 void BurrTick::follow(double limit) {
-  const ToolPlace proxy = place_at_proxy(), hand = place_at_hand();
-  const dvec3 way = hand.at_world - proxy.at_world;
-  const double square = glm::dot(way, way);
+  const ToolPose proxy = pose_at_proxy(), hand = pose_at_hand();
+  const dvec3 segment = hand.at_world - proxy.at_world;
+  const double square = glm::dot(segment, segment);
   const double share =
-      square > 0 ? std::clamp(glm::dot(state_.centre - proxy.at_world, way) / square, 0.0, 1.0) : 0;
-  const ToolPlace nearest = volume::between(proxy, hand, share);
-  const double aside = glm::length(nearest.at_world - state_.centre);
-  if (aside > burr_.diameter) {
+      square > 0 ? std::clamp(glm::dot(state_.centre - proxy.at_world, segment) / square, 0.0, 1.0) : 0;
+  const ToolPose nearest = volume::between(proxy, hand, share);
+  const double offset = glm::length(nearest.at_world - state_.centre);
+  if (offset > burr_.diameter) {
     state_.has_centre = false;
     return;
   }
-  double left = limit * dt_;
-  if (aside > k_step_mm) go_to(nearest, left);
-  if (aside <= k_step_mm || glm::length(nearest.at_world - state_.centre) <= k_step_mm) go_to(hand, left);
+  double travel = limit * dt_;
+  if (offset > k_step_mm) advance_to(nearest, travel);
+  if (offset <= k_step_mm || glm::length(nearest.at_world - state_.centre) <= k_step_mm)
+    advance_to(hand, travel);
 }
 
 void BurrTick::drill() {
@@ -171,40 +173,39 @@ void BurrTick::drill() {
     sweep_to({hip, hand_shaft_});
     return;
   }
-  // The burr clears the voxels in front of the HIP, and their walls stand up to a voxel off the cut, so
-  // contact comes and goes while the burr works: while it cuts, and for a short way after, it is still in
-  // contact.
+  // The burr clears the voxels in front of the HIP, and their walls are up to a voxel off the cut, so contact
+  // is intermittent. While the burr cuts, and for a short path after, it counts as in contact.
   state_.free_mm = tick_.has_contact ? 0 : state_.free_mm + glm::length(hip - state_.hip);
   state_.hip = hip;
   if (state_.free_mm > k_memory_voxels * work_.left().base().frame.diagonal_mm()) state_.has_centre = false;
   if (!tick_.has_contact && !state_.has_centre) return;
-  const Cutting now = cutting();
-  const double rate = is_by_press() ? drilling::removal_rate(now) : burr_.removal_rate;
-  state_.owed_mm3 = std::min(state_.owed_mm3 + rate * dt_, rate * (k_credit_seconds + dt_));
+  const Cutting conditions = cutting();
+  const double rate = is_force_controlled() ? drilling::removal_rate(conditions) : burr_.removal_rate;
+  state_.removal_budget_mm3 =
+      std::min(state_.removal_budget_mm3 + rate * dt_, rate * (k_credit_seconds + dt_));
   if (tick_.has_contact) {
-    if (!burr_.is_round) turn_axis();  // else the axis stays 0
-    // The touching body is a little smaller than the cutting one, so where it stands there is bone to pay
-    // for.
-    const ToolPlace proxy = place_at_proxy();
-    if (!state_.has_centre && may_go)  // what may not go anywhere takes that on its way
+    if (!burr_.is_round) turn_axis();  // the axis of a round burr stays 0
+    // The touching body is a little smaller than the cutting one, so the burr starts with bone to remove.
+    const ToolPose proxy = pose_at_proxy();
+    if (!state_.has_centre && may_go)  // a restricted body removes it as it moves
       state_.centre = proxy.at_world, state_.shaft = proxy.axis_world, state_.has_centre = true;
-    else if (!state_.has_centre && (!is_by_press() || state_.owed_mm3 > 0))
-      state_.owed_mm3 -= sweep_to(proxy);
+    else if (!state_.has_centre && (!is_force_controlled() || state_.removal_budget_mm3 > 0))
+      state_.removal_budget_mm3 -= sweep_to(proxy);
   }
-  if (state_.has_centre && is_by_press() && tick_.has_contact) {
-    follow(std::min(burr_.feed_limit, drilling::feed_limit(now)));
+  if (state_.has_centre && is_force_controlled() && tick_.has_contact) {
+    follow(std::min(burr_.feed_limit, drilling::feed_limit(conditions)));
   } else if (state_.has_centre) {
-    double left = burr_.feed_limit * dt_;
-    go_to(place_at_hand(), left);
+    double travel = burr_.feed_limit * dt_;
+    advance_to(pose_at_hand(), travel);
   }
   if (work_.removed().removed_units > 0) state_.free_mm = 0;
 }
 
 void BurrTick::cool_and_watch() {
   const bool is_working = tick_.pose.is_pressed() && !burr_.is_kinematic;
-  Cutting now = cutting();
-  if (!is_working) now.press = 0;
-  const Warming warm = warming(now);
+  Cutting conditions = cutting();
+  if (!is_working) conditions.press = 0;
+  const Warming warm = warming(conditions);
   state_.rise += (warm.rise - state_.rise) * std::min(1.0, dt_ / warm.seconds);
   state_.hottest = std::max(state_.hottest, state_.rise);
 
@@ -226,13 +227,13 @@ void BurrTick::cool_and_watch() {
     state_.held_normal = dvec3(0);
     state_.thrust = 0;
   } else if (tick_.has_contact) {
-    state_.thrust += (now.press - state_.thrust) * std::min(1.0, dt_ / k_thrust_seconds);
+    state_.thrust += (conditions.press - state_.thrust) * std::min(1.0, dt_ / k_thrust_seconds);
     if (work_.removed().removed_units > 0) {
       if (state_.held_normal == dvec3(0)) state_.begun_at = tick_.proxy_world;
       state_.held_at = tick_.proxy_world, state_.held_normal = tick_.normal_world;
     }
   } else if (state_.held_normal != dvec3(0) && !state_.has_centre) {
-    // The contact is over: on which side is the hand? A rim that was only brushed is no way through.
+    // The contact ended. It is a breakthrough if the hand is beyond bored bone: a brushed rim does not count.
     const double bored = glm::dot(state_.begun_at - state_.held_at, state_.held_normal);
     if (beyond > 0 && bored > k_bored_mm) {
       state_.is_through = true;
@@ -243,56 +244,64 @@ void BurrTick::cool_and_watch() {
   }
 }
 
-/// In the air the side of its lowest point is unknown, so there it is that point.
+/// Without contact the direction of the lowest point is unknown: the ball is that point.
 sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrState& state,
                           const sim::InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
-  const auto around = [&](const dvec3& at, const dvec3& shaft) {
+  const auto ball_at = [&](const dvec3& at, const dvec3& shaft) {
     return sim::ToolBall{at + (body.is_ball() ? 0 : body.middle()) * shaft, body.reach()};
   };
   const dvec3 shaft = shaft_of(tick.pose.orientation);
-  // One that goes by the press cuts where it stands, or comes after it.
-  const bool is_behind = burr.removal_rate == 0 && tick.has_contact;
-  if (state.has_centre && !is_behind) return around(state.centre, state.shaft);
-  if (burr.is_kinematic) return around(tick.pose.position_world, shaft);
-  if (burr.is_round) return around(tick.proxy_world, turned(shaft, tick.turn_world));
+  // Under force control the body is at the proxy or follows it.
+  const bool follows_proxy = burr.removal_rate == 0 && tick.has_contact;
+  if (state.has_centre && !follows_proxy) return ball_at(state.centre, state.shaft);
+  if (burr.is_kinematic) return ball_at(tick.pose.position_world, shaft);
+  if (burr.is_round) return ball_at(tick.proxy_world, turned(shaft, tick.turn_world));
   if (!tick.has_contact) return {tick.proxy_world, 0};
-  return around(tick.proxy_world - lowest_point(body, shaft, tick.normal_world), shaft);
+  return ball_at(tick.proxy_world - lowest_point(body, shaft, tick.normal_world), shaft);
 }
 
-/// A smaller one would leave no hole in the session's lattice, and a ball must have room in what it cuts.
-volume::Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene& scene) {
-  if (volume::Status error = volume::check(body)) return error;
+/// A smaller body would leave no hole in the session's lattice, and a contact ball must fit into the cut.
+Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene& scene) {
+  if (Status error = volume::check(body)) return error;
   if (!scene.tool_balls.empty() && !is_round)
-    return volume::Error{"a burr that is one point cannot touch with balls", "burr",
-                         std::to_string(scene.tool_balls.size()) + " balls",
-                         "a round burr, a tool of one ball, or a point", ""};
+    return Error{.what = "a burr without a radius cannot touch with balls",
+                 .where = "burr",
+                 .found = std::to_string(scene.tool_balls.size()) + " balls",
+                 .expected = "a round burr, a tool of one ball, or a point"};
   if (is_round && !(scene.tool_radius > 0))
-    return volume::Error{"a round burr needs a ball to touch with", "burr round", "a point",
-                         "a tool with a radius", "begin the operation with it"};
-  const double narrow = 2 * body.least_radius();
-  if (is_round && narrow < 2 * scene.tool_radius)
-    return volume::Error{"the burr is smaller than the ball that touches for it", "burr diameter",
-                         std::to_string(narrow) + " mm",
-                         std::to_string(2 * scene.tool_radius) + " mm or more", ""};
-  if (narrow >= scene.smallest_burr) return std::nullopt;
-  return volume::Error{"the burr is smaller than the session was made ready for", "burr diameter",
-                       std::to_string(narrow) + " mm", std::to_string(scene.smallest_burr) + " mm or more",
-                       "name the smallest burr when the session begins"};
+    return Error{.what = "a round burr needs a ball to touch with",
+                 .where = "burr round",
+                 .found = "a point",
+                 .expected = "a tool with a radius",
+                 .remedy = "begin the operation with this tool"};
+  const double width = 2 * body.least_radius();
+  if (is_round && width < 2 * scene.tool_radius)
+    return Error{.what = "the burr is smaller than its contact ball",
+                 .where = "burr diameter",
+                 .found = std::to_string(width) + " mm",
+                 .expected = std::to_string(2 * scene.tool_radius) + " mm or more"};
+  if (width >= scene.smallest_burr) return std::nullopt;
+  return Error{.what = "the burr is smaller than the smallest burr of the session",
+               .where = "burr diameter",
+               .found = std::to_string(width) + " mm",
+               .expected = std::to_string(scene.smallest_burr) + " mm or more",
+               .remedy = "set the smallest burr when the session begins"};
 }
 
-volume::Status check_touch(const sim::ToolNeeds& needs, const haptics::TouchScene& scene, const char* tool) {
-  constexpr double k_off = 0.05;  // mm
-  if (std::abs(scene.tool_radius - needs.touch_radius) < k_off &&
+Status check_touch(const sim::ToolNeeds& needs, const haptics::TouchScene& scene, const char* tool) {
+  constexpr double k_tolerance = 0.05;  // mm
+  if (std::abs(scene.tool_radius - needs.touch_radius) < k_tolerance &&
       scene.tool_balls.size() == needs.balls.size())
     return std::nullopt;
-  const auto words = [](double radius, std::size_t balls) {
+  const auto describe = [](double radius, std::size_t balls) {
     return std::to_string(std::max<std::size_t>(1, balls)) + " of " + std::to_string(radius) + " mm";
   };
-  return volume::Error{"the hand touches with other balls than this tool has", tool,
-                       words(scene.tool_radius, scene.tool_balls.size()),
-                       words(needs.touch_radius, needs.balls.size()),
-                       "give the hand that geometry first, or begin the operation with the tool"};
+  return Error{.what = "the contact balls of the hand differ from those of the tool",
+               .where = tool,
+               .found = describe(scene.tool_radius, scene.tool_balls.size()),
+               .expected = describe(needs.touch_radius, needs.balls.size()),
+               .remedy = "set the contact geometry of the hand first, or begin the operation with the tool"};
 }
 
 std::vector<sim::Field> joined(std::span<const sim::Field> first, std::initializer_list<sim::Field> more) {
@@ -305,7 +314,7 @@ namespace {
 
 void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work) {
   if (!input.is_fresh && !input.tick.pose.is_pressed() &&
-      state.is_through)  // the plunge ends with the button
+      state.is_through)  // releasing the button ends the plunge
     BurrTick(burr, burr.body(), state, input, work).cool_and_watch();
   if (input.is_fresh || !input.tick.pose.is_pressed()) {
     BurrState next;
@@ -321,34 +330,39 @@ sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::Instrume
   return ball_around(burr, burr.body(), state, input);
 }
 
-volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
+Status check(const Burr& burr, const haptics::TouchScene& scene) {
   if (burr.is_round && burr.is_kinematic)
-    return volume::Error{"a burr that is not held by the bone has no round touch", "burr round", "kinematic",
-                         "one of the two", ""};
+    return Error{.what = "round touch requires that bone stops the burr",
+                 .where = "burr round",
+                 .found = "kinematic",
+                 .expected = "round or kinematic, not both"};
   const ToolBody body = burr.body();
   if (burr.shaft > 0 && !burr.is_round)
-    return volume::Error{"only a round burr touches with its shaft", "burr shaft",
-                         std::to_string(burr.shaft) + " mm", "0, or a round burr", ""};
-  // Balls along it, one and a quarter radii apart at most.
-  const double narrow = body.least_radius();
-  const double longest = 1.25 * narrow * (haptics::TouchScene::k_most_balls - 1);
-  if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * narrow)
-    return volume::Error{"the burr and its shaft are too long to touch for their width", "burr shaft",
-                         std::to_string(body.high() - body.low() + burr.shaft) + " mm",
-                         "at most " + std::to_string(longest + 2 * narrow) + " mm in all",
-                         "take a shorter shaft"};
+    return Error{.what = "only a round burr touches with its shaft",
+                 .where = "burr shaft",
+                 .found = std::to_string(burr.shaft) + " mm",
+                 .expected = "0, or a round burr"};
+  // Contact balls along the burr, at most 1.25 radii apart.
+  const double least_radius = body.least_radius();
+  const double longest = 1.25 * least_radius * (haptics::TouchScene::k_most_balls - 1);
+  if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * least_radius)
+    return Error{.what = "the burr and its shaft are too long for their width",
+                 .where = "burr shaft",
+                 .found = std::to_string(body.high() - body.low() + burr.shaft) + " mm",
+                 .expected = "at most " + std::to_string(longest + 2 * least_radius) + " mm in all",
+                 .remedy = "use a shorter shaft"};
   return check_body(body, burr.is_round, scene);
 }
 
-/// A round one cuts no finer than it is, as long as the session lasts: its touch was made for its balls.
+/// Returns the finest cut and the contact balls. Both are fixed for a round burr while the session lasts.
 sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   const ToolBody body = burr.body();
   sim::ToolNeeds needs{2 * body.least_radius(), 0, {}};
   if (!burr.is_round) return needs;
   const double radius = needs.touch_radius = touch_radius(burr, anatomy);
   if (body.is_ball() && burr.shaft == 0) return needs;
-  // Balls inside of the body from its tip on, and on along the shaft, no farther apart than half of their
-  // width: what lies between two of them is nearer than an eighth of it.
+  // Balls inside the body from its tip along the shaft, at most half of their width apart: the gaps between
+  // them are less deep than an eighth of it.
   const double first = body.low() + radius, last = std::max(first, body.high() - radius + burr.shaft);
   const int gaps = std::clamp(static_cast<int>(std::ceil((last - first) / radius)), 0,
                               static_cast<int>(haptics::TouchScene::k_most_balls) - 1);
@@ -357,8 +371,8 @@ sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   return needs;
 }
 
-/// Forces of the turning burr on the hand: dragged aside, and shaken. One that is not held by bone is only
-/// moved; one of a fixed rate has no press to go by.
+/// Returns the effect of the rotating burr on the hand: lateral drag and chatter. Empty for a kinematic burr,
+/// which bone does not stop, and for a fixed rate, which does not depend on the contact force.
 std::string effect(const Burr& burr) {
   if (burr.is_kinematic || burr.removal_rate > 0) return {};
   return burr.grade == Grade::diamond ? "spin drag=0.3 chatter=0.03 frequency=160"
@@ -404,22 +418,22 @@ std::span<const sim::ValueType* const> Drilling::events() const {
   return all;
 }
 
-std::vector<sim::Measure> Drilling::measures(const sim::OperationState& now) const {
+std::vector<sim::Measure> Drilling::measures(const sim::OperationState& operation) const {
   double hottest = 0, plunge = 0, breakthroughs = 0;
-  for (const sim::Instrument& hand : now.settings.hands) {
+  for (const sim::Instrument& hand : operation.settings.hands) {
     if (const auto* state = hand.state.as<BurrState>()) hottest = std::max(hottest, state->hottest);
     if (const auto* state = hand.state.as<CraniotomeState>()) hottest = std::max(hottest, state->hottest);
   }
-  for (std::size_t i = 0; i < now.chronicle.size(); ++i)
-    if (const auto* through = now.chronicle[i].what.as<Breakthrough>())
+  for (std::size_t i = 0; i < operation.chronicle.size(); ++i)
+    if (const auto* through = operation.chronicle[i].what.as<Breakthrough>())
       ++breakthroughs, plunge = std::max(plunge, through->plunge);
-  std::vector<sim::Measure> all;
-  if (hottest > 0) all.push_back({"warmest bone, above body temperature", hottest, "K"});
+  std::vector<sim::Measure> result;
+  if (hottest > 0) result.push_back({"warmest bone, above body temperature", hottest, "K"});
   if (breakthroughs > 0) {
-    all.push_back({"breakthroughs", breakthroughs, ""});
-    all.push_back({"deepest plunge", plunge, "mm"});
+    result.push_back({"breakthroughs", breakthroughs, ""});
+    result.push_back({"deepest plunge", plunge, "mm"});
   }
-  return all;
+  return result;
 }
 
 }  // namespace trephine::drilling

@@ -1,4 +1,4 @@
-// Tables of a burr: its parameters, its state, its event.
+// Field tables of a burr: parameters, state and event.
 #include "modules/drilling/burr.h"
 
 namespace trephine::drilling {
@@ -11,42 +11,43 @@ const sim::Schema& Burr::schema() {
   static constexpr std::string_view grades[] = {"cutting", "diamond"};
   static constexpr sim::Field fields[] = {
       field<&Burr::diameter>("diameter",
-                             {.unit = "mm", .low = k_above_0, .high = 30, .help = "where it is widest"}),
-      field<&Burr::removal_rate>(
-          "removal_rate", {.unit = "mm3/s",
-                           .low = 0,
-                           .high = 1e5,
-                           .help = "in contact, whatever the press; 0: as force, speed and bone have it",
-                           .label = "Fixed removal rate",
-                           .is_expert = true}),
+                             {.unit = "mm", .low = k_above_0, .high = 30, .help = "largest diameter"}),
+      field<&Burr::removal_rate>("removal_rate",
+                                 {.unit = "mm3/s",
+                                  .low = 0,
+                                  .high = 1e5,
+                                  .help = "rate in contact at any force; 0: by force, speed and bone",
+                                  .label = "Fixed removal rate",
+                                  .is_expert = true}),
       field<&Burr::feed_limit>("feed_limit", {.unit = "mm/s",
                                               .low = k_above_0,
                                               .high = 1e4,
-                                              .help = "through matter, at most",
+                                              .help = "fastest motion through matter",
                                               .label = "Fastest feed",
                                               .is_expert = true}),
-      field<&Burr::is_kinematic>("kinematic", {.help = "takes all that it sweeps, touched or not",
+      field<&Burr::is_kinematic>("kinematic", {.help = "removes all that it sweeps, touched or not",
                                                .label = "Cuts what it sweeps",
                                                .is_expert = true}),
       field<&Burr::is_round>(
           "round",
-          {.help = "touches with all of it", .label = "Touches with the whole ball", .is_expert = true}),
-      field<&Burr::shape>("shape", {.choices = shapes, .help = "of the part that cuts"}),
+          {.help = "all of the burr touches", .label = "Touches with the whole burr", .is_expert = true}),
+      field<&Burr::shape>("shape", {.choices = shapes, .help = "shape of the cutting part"}),
       field<&Burr::grade>(
           "grade",
           {.choices = grades, .help = "a cutting burr has teeth, a diamond one grains", .label = "Type"}),
       field<&Burr::rpm>(
-          "rpm", {.unit = "1/min", .low = 100, .high = 5e5, .help = "of the spindle", .label = "Speed"}),
+          "rpm",
+          {.unit = "1/min", .low = 100, .high = 5e5, .help = "speed of the spindle", .label = "Speed"}),
       field<&Burr::length>("length", {.unit = "mm",
                                       .low = 0,
                                       .high = 30,
-                                      .help = "of the part that cuts; 0: as usual",
+                                      .help = "length of the cutting part; 0: usual for the shape",
                                       .label = "Cutting length",
                                       .is_expert = true}),
       field<&Burr::shaft>("shaft", {.unit = "mm",
                                     .low = 0,
                                     .high = 40,
-                                    .help = "of it that touches too, with round",
+                                    .help = "length of shaft that touches, too, with round",
                                     .label = "Shaft that touches",
                                     .is_expert = true}),
       field<&Burr::is_dry>("dry", {.help = "without irrigation", .label = "Without irrigation"})};
@@ -60,7 +61,7 @@ const sim::Schema& BurrState::schema() {
                                           field<&BurrState::axis>("axis"),
                                           field<&BurrState::hip>("hip", {.unit = "mm"}),
                                           field<&BurrState::free_mm>("free", {.unit = "mm"}),
-                                          field<&BurrState::owed_mm3>("owed", {.unit = "mm3"}),
+                                          field<&BurrState::removal_budget_mm3>("owed", {.unit = "mm3"}),
                                           field<&BurrState::shaft>("shaft"),
                                           field<&BurrState::engaged>("engaged", {.unit = "mm2"}),
                                           field<&BurrState::bite_mm3>("bite", {.unit = "mm3"}),
@@ -81,9 +82,9 @@ const sim::Schema& BurrState::schema() {
 
 const sim::Schema& Breakthrough::schema() {
   static constexpr sim::Field fields[] = {
-      field<&Breakthrough::thrust>("thrust", {.unit = "N", .help = "before"}),
-      field<&Breakthrough::plunge>("plunge", {.unit = "mm", .help = "beyond"}),
-      field<&Breakthrough::seconds>("seconds", {.unit = "s", .help = "until it was that deep"})};
+      field<&Breakthrough::thrust>("thrust", {.unit = "N", .help = "force before the breakthrough"}),
+      field<&Breakthrough::plunge>("plunge", {.unit = "mm", .help = "depth beyond the position"}),
+      field<&Breakthrough::seconds>("seconds", {.unit = "s", .help = "time until the deepest point"})};
   static constexpr sim::Schema table{"breakthrough", 1, fields};
   return table;
 }

@@ -13,15 +13,15 @@ namespace trephine::drilling {
 using glm::dvec3;
 using sim::field;
 using volume::ToolBody;
-using volume::ToolPlace;
+using volume::ToolPose;
 
 namespace {
 
 constexpr double k_foot_thickness = 0.8;  // mm, below the bit
-constexpr double k_reach = 12;            // mm around in which there must be bone to cut
-constexpr double k_edge = 0.05;           // mm, of the bit's end
-constexpr double k_core = 0.2;            // of the bit's width: no thicker is what touches for it
-constexpr double k_forward = 0.5;         // cosine: a pull farther aside of the kerf cuts nothing
+constexpr double k_reach = 12;            // mm around the bit within which there must be bone
+constexpr double k_edge = 0.05;           // mm, rounding of the bit's end
+constexpr double k_core = 0.2;            // of the bit's diameter: core that must be free of bone
+constexpr double k_forward = 0.5;         // cosine: a pull at a larger angle to the kerf cuts nothing
 
 Burr bit_of(const Craniotome& c) {
   return {.diameter = c.diameter,
@@ -33,17 +33,17 @@ Burr bit_of(const Craniotome& c) {
 }
 ToolBody body_of(const Craniotome& c) { return ToolBody::cylinder(0.5 * c.diameter, c.length, k_edge); }
 
-/// Eight ways across a shaft.
-std::array<dvec3, 8> around(const dvec3& shaft) {
+/// Returns eight unit vectors across a shaft.
+std::array<dvec3, 8> directions_across(const dvec3& shaft) {
   const dvec3 aside = std::abs(shaft.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 a = glm::normalize(glm::cross(shaft, aside)), b = glm::cross(shaft, a);
   constexpr double k_half = 0.70710678118654752;
   return {a, b, -a, -b, k_half * (a + b), k_half * (a - b), -k_half * (a + b), k_half * (b - a)};
 }
 
-/// Its edge is as round as what touches for it, and may lean on the bone: a sharp one would be caught by a
-/// table that is not quite across the shaft.
-bool is_foot_free(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+/// Returns true if the foot is free of bone. Its edge is as round as the contact balls and may lean on bone:
+/// a sharp edge would be caught by a table that is not exactly across the shaft.
+bool is_foot_free(const Craniotome& c, const ToolPose& at, const sim::Work& work) {
   constexpr double k_slack = 0.2;  // mm
   const double round = 0.5 * c.diameter;
   for (const double depth : {0.1, k_foot_thickness}) {
@@ -51,35 +51,36 @@ bool is_foot_free(const Craniotome& c, const ToolPlace& at, const sim::Work& wor
     if (work.is_matter(middle)) return false;
     const double below = std::max(0.0, round - depth),
                  edge = 0.5 * c.foot - round + std::sqrt(round * round - below * below) - k_slack;
-    for (const dvec3& way : around(at.axis_world))
-      if (work.is_matter(middle + edge * way)) return false;
+    for (const dvec3& direction : directions_across(at.axis_world))
+      if (work.is_matter(middle + edge * direction)) return false;
   }
   return true;
 }
-/// By its core: what touches is thinner than what cuts, and may lean on a wall.
-bool is_bit_free(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+/// Returns true if the bit's core is free of bone: the touching body is thinner than the bit and may lean on
+/// a wall.
+bool is_bit_free(const Craniotome& c, const ToolPose& at, const sim::Work& work) {
   for (double along = 0.25; along < c.length; along += 0.5)
-    for (const dvec3& way : around(at.axis_world))
-      if (work.is_matter(at.at_world + along * at.axis_world + k_core * c.diameter * way)) return false;
+    for (const dvec3& direction : directions_across(at.axis_world))
+      if (work.is_matter(at.at_world + along * at.axis_world + k_core * c.diameter * direction)) return false;
   return true;
 }
-/// Is there bone above the foot's rim?
-bool is_under_bone(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+/// Returns true if there is bone above the foot's rim.
+bool is_under_bone(const Craniotome& c, const ToolPose& at, const sim::Work& work) {
   for (double along = 0.5; along < c.length; along += 0.5)
-    for (const dvec3& way : around(at.axis_world))
-      if (work.is_matter(at.at_world + along * at.axis_world + 0.5 * c.foot * way)) return true;
+    for (const dvec3& direction : directions_across(at.axis_world))
+      if (work.is_matter(at.at_world + along * at.axis_world + 0.5 * c.foot * direction)) return true;
   return false;
 }
-bool has_bone_around(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+bool has_bone_around(const Craniotome& c, const ToolPose& at, const sim::Work& work) {
   for (double along = 0.5; along < c.length; along += 0.5)
-    for (double far = 1; far <= k_reach; far += 0.5)
-      for (const dvec3& way : around(at.axis_world))
-        if (work.is_matter(at.at_world + along * at.axis_world + far * way)) return true;
+    for (double distance = 1; distance <= k_reach; distance += 0.5)
+      for (const dvec3& direction : directions_across(at.axis_world))
+        if (work.is_matter(at.at_world + along * at.axis_world + distance * direction)) return true;
   return false;
 }
 
-/// Why it does not start at a place; empty: it does.
-std::string reason_not_to_start(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+/// Returns the reason why the craniotome cannot start at a pose; empty if it can.
+std::string reason_not_to_start(const Craniotome& c, const ToolPose& at, const sim::Work& work) {
   if (!is_bit_free(c, at, work)) return "the bit is in bone. Start in a burr hole.";
   if (!is_foot_free(c, at, work))
     return "the foot has no room under the bone. Widen the hole to its inner side.";
@@ -90,8 +91,8 @@ std::string reason_not_to_start(const Craniotome& c, const ToolPlace& at, const 
 
 dvec3 across(const dvec3& v, const dvec3& shaft) { return v - glm::dot(v, shaft) * shaft; }
 
-/// Has it bone on either side of its way?
-bool is_in_kerf(const Craniotome& c, const ToolPlace& at, const dvec3& heading, const sim::Work& work) {
+/// Returns true if there is bone on both sides of the heading.
+bool is_in_kerf(const Craniotome& c, const ToolPose& at, const dvec3& heading, const sim::Work& work) {
   constexpr double k_beyond = 0.35;  // mm, of the bit
   const dvec3 aside = glm::cross(at.axis_world, heading);
   bool is_left = false, is_right = false;
@@ -103,10 +104,10 @@ bool is_in_kerf(const Craniotome& c, const ToolPlace& at, const dvec3& heading, 
   return is_left && is_right;
 }
 
-/// A bit that was drawn back is where it is drawn to, and cuts nothing there; out of its kerf any way is open
-/// to it.
-void follow_back(const Craniotome& c, CraniotomeState& state, const ToolPlace& tool, const sim::Work& work) {
-  constexpr double k_far = 0.3;  // mm: what touches is thinner than what cuts, and leans on the kerf
+/// Moves a bit that is drawn back along with the tool, without a cut. Clears the heading outside the kerf, so
+/// that the bit may go in any direction.
+void follow_back(const Craniotome& c, CraniotomeState& state, const ToolPose& tool, const sim::Work& work) {
+  constexpr double k_far = 0.3;  // mm: the touching body is thinner than the bit and leans on the kerf
   if (!state.has_centre || state.heading == dvec3(0)) return;
   const dvec3 to = tool.at_world - state.centre;
   if (glm::length(to) > k_far && glm::dot(to, state.heading) <= 0)
@@ -122,63 +123,64 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
     state = next;
   }
   if (!tick.pose.is_pressed() || state.is_refused) return;
-  const ToolPlace tool{tick.proxy_world, turned(shaft_of(tick.pose.orientation), tick.turn_world)};
+  const ToolPose tool{tick.proxy_world, turned(shaft_of(tick.pose.orientation), tick.turn_world)};
   if (!state.has_started) {
-    if (std::string why = reason_not_to_start(c, tool, work); !why.empty()) {
+    if (std::string reason = reason_not_to_start(c, tool, work); !reason.empty()) {
       state.is_refused = true;
-      work.raise_event(CraniotomeRefused{std::move(why)}, tool.at_world);
+      work.raise_event(CraniotomeRefused{std::move(reason)}, tool.at_world);
       return;
     }
     state.has_started = true;
   }
   follow_back(c, state, tool, work);
-  // The foot stays under bone, and the bit goes no tighter curve than it lets it: the hand is where it may
-  // lead the bit to.
-  haptics::ServoRecord led = tick;
+  // The foot stays below bone and limits the curvature of the bit's path: the hand is moved to where it may
+  // lead the bit.
+  haptics::ServoRecord guided = tick;
   const dvec3 from = state.has_centre ? state.centre : tool.at_world;
   const dvec3 request = across(tick.pose.position_world - from, tool.axis_world);
   const double request_length = glm::length(request);
   if (state.heading != dvec3(0) && request_length > 1e-9) {
-    // Aside of that it only leans on its kerf.
-    const auto on_the_way = [&](const dvec3& at) {
+    // A pull across the heading only leans the bit on its kerf.
+    const auto onto_heading = [&](const dvec3& at) {
       return at + glm::dot(at - from, state.heading) * state.heading - across(at - from, tool.axis_world);
     };
     if (glm::dot(request, state.heading) > 0) {
-      led.pose.position_world = on_the_way(tick.pose.position_world);
-      led.proxy_world = on_the_way(tick.proxy_world);
+      guided.pose.position_world = onto_heading(tick.pose.position_world);
+      guided.proxy_world = onto_heading(tick.proxy_world);
     }
   }
-  const auto ask = [&](const ToolPlace& a, const ToolPlace& b) {
+  const auto is_allowed = [&](const ToolPose& a, const ToolPose& b) {
     if (!is_foot_free(c, b, work) || !is_under_bone(c, b, work)) return false;
-    // Backward and aside, by its middle, it cuts nothing: there it goes where the kerf is.
-    const auto middle = [&](const ToolPlace& at) { return at.at_world + 0.5 * c.length * at.axis_world; };
-    const dvec3 way = across(middle(b) - middle(a), a.axis_world);
-    return state.heading == dvec3(0) || glm::dot(way, state.heading) >= k_forward * glm::length(way);
+    // Backward and sideways, at its centre, the bit cuts nothing: it moves there only inside the kerf.
+    const auto middle = [&](const ToolPose& at) { return at.at_world + 0.5 * c.length * at.axis_world; };
+    const dvec3 motion = across(middle(b) - middle(a), a.axis_world);
+    return state.heading == dvec3(0) || glm::dot(motion, state.heading) >= k_forward * glm::length(motion);
   };
-  const std::function<bool(const ToolPlace&, const ToolPlace&)> may_go = std::cref(ask);  // allocates nothing
-  const sim::InstrumentInput led_input{led, input.dt, input.is_fresh};
+  // The reference avoids an allocation.
+  const std::function<bool(const ToolPose&, const ToolPose&)> may_go = std::cref(is_allowed);
+  const sim::InstrumentInput guided_input{guided, input.dt, input.is_fresh};
   const Burr bit = bit_of(c);
-  BurrTick cut(bit, body_of(c), state, led_input, work);
+  BurrTick cut(bit, body_of(c), state, guided_input, work);
   cut.may_go = &may_go;
   cut.drill();
   cut.cool_and_watch();
-  // A way through air does not count.
+  // Motion through air does not set the heading.
   if (!state.has_centre || work.removed().removed_units == 0) return;
-  const dvec3 moved = across(state.centre - from, tool.axis_world);
-  const double way = glm::length(moved);
-  if (way <= 1e-9) return;
+  const dvec3 motion = across(state.centre - from, tool.axis_world);
+  const double travel = glm::length(motion);
+  if (travel <= 1e-9) return;
   if (state.heading == dvec3(0)) {
-    state.heading = moved / way;
-  } else if (request_length > 1e-9 && glm::dot(moved, state.heading) > 0) {
-    // Turned toward where the hand wants it by as much as the curve allows over that way.
+    state.heading = motion / travel;
+  } else if (request_length > 1e-9 && glm::dot(motion, state.heading) > 0) {
+    // Turn toward the request by as much as the tightest curve allows over this travel.
     const dvec3 aside = across(request / request_length, state.heading);
-    const double size = glm::length(aside), most = way / c.turning_radius;
+    const double size = glm::length(aside), most = travel / c.turning_radius;
     if (size > 1e-9) state.heading = glm::normalize(state.heading + std::min(1.0, most / size) * aside);
   }
 }
 
 sim::ToolBall body(const Craniotome& c, const CraniotomeState& state, const sim::InstrumentInput& input) {
-  // Its foot goes between bone and dura and strips it; the bit above it never reaches that far.
+  // The foot slides between bone and dura and strips the dura; the bit above never reaches that far.
   const sim::ToolBall bit = ball_around(bit_of(c), body_of(c), state, input);
   const dvec3 shaft = turned(shaft_of(input.tick.pose.orientation), input.tick.turn_world),
               end = bit.centre - body_of(c).middle() * shaft;
@@ -189,28 +191,33 @@ sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
   Burr bit = bit_of(c);
   const double radius = touch_radius(bit, anatomy);
   sim::ToolNeeds needs{c.diameter, radius, {}};
-  constexpr int k_bit = static_cast<int>(haptics::TouchScene::k_most_balls) - 4;
-  for (int i = 0; i < k_bit; ++i)
-    needs.balls.push_back({0, 0, radius + (c.length - 2 * radius) * i / (k_bit - 1)});
-  const double out = 0.5 * c.foot - radius;
-  for (const dvec3& way : {dvec3(1, 0, 0), dvec3(-1, 0, 0), dvec3(0, 1, 0), dvec3(0, -1, 0)})
-    needs.balls.push_back(out * way - dvec3(0, 0, radius));
+  constexpr int k_bit_balls = static_cast<int>(haptics::TouchScene::k_most_balls) - 4;
+  for (int i = 0; i < k_bit_balls; ++i)
+    needs.balls.push_back({0, 0, radius + (c.length - 2 * radius) * i / (k_bit_balls - 1)});
+  const double offset = 0.5 * c.foot - radius;
+  for (const dvec3& direction : {dvec3(1, 0, 0), dvec3(-1, 0, 0), dvec3(0, 1, 0), dvec3(0, -1, 0)})
+    needs.balls.push_back(offset * direction - dvec3(0, 0, radius));
   return needs;
 }
 
-volume::Status check(const Craniotome& c, const haptics::TouchScene& scene) {
+Status check(const Craniotome& c, const haptics::TouchScene& scene) {
   if (!(c.foot > c.diameter))
-    return volume::Error{"the foot is no wider than the bit", "craniotome foot",
-                         std::to_string(c.foot) + " mm", "more than " + std::to_string(c.diameter) + " mm",
-                         ""};
+    return Error{.what = "the foot is no wider than the bit",
+                 .where = "craniotome foot",
+                 .found = std::to_string(c.foot) + " mm",
+                 .expected = "more than " + std::to_string(c.diameter) + " mm"};
   if (scene.tool_balls.empty())
-    return volume::Error{"a craniotome needs balls along its bit to touch with", "craniotome", "none",
-                         "a tool of several balls", "begin the operation with it"};
-  if (volume::Status error = check_touch(needs(c, *scene.base), scene, "craniotome")) return error;
+    return Error{.what = "a craniotome needs contact balls along its bit",
+                 .where = "craniotome",
+                 .found = "none",
+                 .expected = "a tool of several balls",
+                 .remedy = "begin the operation with this tool"};
+  if (Status error = check_touch(needs(c, *scene.base), scene, "craniotome")) return error;
   if (c.length < 2 * c.diameter)
-    return volume::Error{"the bit is too short for its width", "craniotome length",
-                         std::to_string(c.length) + " mm",
-                         "at least " + std::to_string(2 * c.diameter) + " mm", ""};
+    return Error{.what = "the bit is too short for its width",
+                 .where = "craniotome length",
+                 .found = std::to_string(c.length) + " mm",
+                 .expected = "at least " + std::to_string(2 * c.diameter) + " mm"};
   return check_body(body_of(c), true, scene);
 }
 
@@ -221,19 +228,22 @@ std::string effect(const Craniotome&) { return "spin drag=0.3 chatter=0.1 freque
 const sim::Schema& Craniotome::schema() {
   static constexpr sim::Field fields[] = {
       field<&Craniotome::diameter>(
-          "diameter", {.unit = "mm", .low = 0.8, .high = 5, .help = "of the bit", .label = "Bit diameter"}),
+          "diameter",
+          {.unit = "mm", .low = 0.8, .high = 5, .help = "diameter of the bit", .label = "Bit diameter"}),
       field<&Craniotome::length>(
-          "length", {.unit = "mm", .low = 4, .high = 30, .help = "of the bit", .label = "Bit length"}),
+          "length", {.unit = "mm", .low = 4, .high = 30, .help = "length of the bit", .label = "Bit length"}),
       field<&Craniotome::foot>(
-          "foot", {.unit = "mm", .low = 1, .high = 12, .help = "its diameter", .label = "Foot diameter"}),
+          "foot",
+          {.unit = "mm", .low = 1, .high = 12, .help = "diameter of the foot", .label = "Foot diameter"}),
       field<&Craniotome::turning_radius>("turning_radius", {.unit = "mm",
                                                             .low = 0.5,
                                                             .high = 200,
-                                                            .help = "of the tightest curve",
+                                                            .help = "radius of the tightest curve",
                                                             .label = "Tightest curve",
                                                             .is_expert = true}),
       field<&Craniotome::rpm>(
-          "rpm", {.unit = "1/min", .low = 100, .high = 5e5, .help = "of the spindle", .label = "Speed"})};
+          "rpm",
+          {.unit = "1/min", .low = 100, .high = 5e5, .help = "speed of the spindle", .label = "Speed"})};
   static constexpr sim::Schema table{"craniotome", 1, fields};
   return table;
 }

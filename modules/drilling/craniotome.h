@@ -1,4 +1,4 @@
-// A craniotome: a thin bit that cuts with its side, and a foot at its end that goes under the bone and keeps
+// Craniotome: a thin bit that cuts with its side, and a foot at its end that slides below the bone and keeps
 // the bit off the dura.
 #pragma once
 
@@ -7,22 +7,22 @@
 namespace trephine::drilling {
 
 struct Craniotome {
-  double diameter = 2.3;       ///< mm, of the bit: the kerf's width
+  double diameter = 2.3;       ///< mm, of the bit: width of the kerf
   double length = 14;          ///< mm, of the bit above the foot
-  double foot = 5;             ///< mm, the foot's diameter
-  double turning_radius = 10;  ///< mm, of the tightest curve that the foot lets it go
-  double rpm = 70000;
+  double foot = 5;             ///< mm, diameter of the foot
+  double turning_radius = 10;  ///< mm, of the tightest curve that the foot allows
+  double rpm = 70000;          ///< 1/min
   static const sim::Schema& schema();
 };
 
-/// It is touched with all of its bit; the hand holds the top of the foot.
+/// The whole bit touches; the hand holds the top of the foot.
 struct CraniotomeState : BurrState {
-  bool has_started = false, is_refused = false;  ///< since the button went down
-  glm::dvec3 heading{0.0};                       ///< unit, the way of the last bites across the bit; 0: none
+  bool has_started = false, is_refused = false;  ///< since the button was pressed
+  glm::dvec3 heading{0.0};                       ///< unit, of the last bites across the bit; 0: unset
   static const sim::Schema& schema();
 };
 
-/// It does not start here: emitted once, when the button goes down.
+/// The craniotome cannot start here. Emitted once per press of the button.
 struct CraniotomeRefused {
   std::string why;
   static const sim::Schema& schema();

@@ -1,48 +1,48 @@
-// Removal rate and heat of a burr: measured data and assumptions.
+// Removal rate and heat of a burr, from measured data and assumptions.
 // docs/drilling.md cites the source of each number.
 #pragma once
 
 #include <cstdint>
 
-#include "volume/removal.h"
-#include "volume/volume.h"
+#include "volume/cuts/removal.h"
+#include "volume/scan/volume.h"
 
 namespace trephine::drilling {
 
-/// Cutting edges: teeth, grains, or the long flutes of a craniotome, whose chips are coarse.
+/// Cutting edges: teeth, diamond grains, or the long flutes of a craniotome, which cut coarse chips.
 enum class Grade : std::uint8_t { cutting, diamond, router };
 
 /// State of motor, burr and hand at one moment.
 struct Cutting {
   Grade grade = Grade::cutting;
-  double radius = 2;   ///< mm, where it cuts
-  double rpm = 60000;  ///< of the spindle
+  double radius = 2;   ///< mm, of the cutting part
+  double rpm = 60000;  ///< 1/min, of the spindle
   double press = 0;    ///< N, of the bone on the burr
-  double engaged = 0;  ///< mm2 of the burr that are in the bone, seen along its way
-  bool is_wet = true;  ///< irrigated
+  double engaged = 0;  ///< mm2, cross-section of the burr in bone, across its motion
+  bool is_wet = true;  ///< with irrigation
 };
 
-/// mm/s, of the burr's rim.
+/// Returns the speed of the burr's rim, mm/s.
 double rim_speed(const Cutting& c) noexcept;
-/// mm3/s that it takes away of cortical bone of `k_reference_density`: the energy that friction brings, over
-/// the energy that a mm3 takes. Nothing while the press only rubs.
+/// Returns the removal rate in cortical bone of `k_reference_density`, mm3/s: the power of friction over the
+/// energy per mm3. 0 while the force only rubs.
 double removal_rate(const Cutting& c) noexcept;
-/// mm/s: no faster into the bone than its teeth, or grains, can bite in a turn.
+/// Returns the fastest feed into bone, mm/s: the bite of its teeth or grains per turn, times the speed.
 double feed_limit(const Cutting& c) noexcept;
-/// W that the spindle gives while it rubs and cuts.
+/// Returns the power of the spindle while it rubs and cuts, W.
 double power(const Cutting& c) noexcept;
-/// K that the bone under the burr would be warmer in the end, and the time it takes, s.
+/// Final temperature rise of the bone below the burr, K, and its time constant, s.
 struct Warming {
   double rise, seconds;
 };
 Warming warming(const Cutting& c) noexcept;
 
-inline constexpr double k_reference_density = 1.8;  ///< g/cm3, apparent, of cortical bone
+inline constexpr double k_reference_density = 1.8;  ///< g/cm3, apparent density of cortical bone
 
-/// g/cm3 of bone without what fills its pores, by its Hounsfield units; never below a tenth.
+/// Returns the density of bone without the content of its pores, g/cm3, from Hounsfield units; at least 0.1.
 double apparent_density(double hounsfield) noexcept;
-/// Energy of removal, relative to that of a mm3 of cortical bone of the reference density.
-/// 1 where the scan says nothing of density, or where nothing was removed.
-double relative_energy(const volume::RemovalReport& removed, const volume::Volume& of) noexcept;
+/// Returns the energy of a removal relative to that of cortical bone of the reference density.
+/// 1 if the scan has no Hounsfield units, or if nothing was removed.
+double relative_energy(const volume::RemovalReport& removed, const volume::Volume& scan) noexcept;
 
 }  // namespace trephine::drilling

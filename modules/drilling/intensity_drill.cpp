@@ -10,7 +10,7 @@
 namespace trephine::drilling {
 
 namespace {
-/// Calls each(index) for the voxels whose middles lie in a ball; it says whether to go on.
+/// Calls each(index) for the voxels with centres in a ball, until it returns false.
 template <class Each>
 void for_ball(const volume::Volume& scan, const glm::dvec3& middle_world, double radius,
               Each&& each) noexcept {
@@ -42,15 +42,15 @@ void IntensityDrill::stay(const glm::dvec3& tip_world, double seconds) noexcept 
   });
 }
 
-VoxelsATick::VoxelsATick(volume::Volume scan, double radius, int most)
+FixedCountDrill::FixedCountDrill(volume::Volume scan, double radius, int most)
     : scan_(std::move(scan)), radius_(radius), most_(most) {}
 
-void VoxelsATick::tick(const glm::dvec3& tip_world, double threshold) noexcept {
-  int left = most_;
+void FixedCountDrill::tick(const glm::dvec3& tip_world, double threshold) noexcept {
+  int remaining = most_;
   for_ball(scan_, tip_world, radius_, [&](std::size_t at) {
     if (scan_.voxels[at] < threshold) return true;
     scan_.voxels[at] = static_cast<std::int16_t>(IntensityDrill::k_air);
-    return --left > 0;
+    return --remaining > 0;
   });
 }
 

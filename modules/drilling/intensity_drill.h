@@ -1,19 +1,20 @@
-// The way of the first volume-haptics simulators, kept as a baseline: in every tick voxels near the tip lose
-// intensity, until they are air.
+// IntensityDrill, FixedCountDrill: removal rules of earlier simulators, kept as baselines: in every tick,
+// voxels near the tip lose intensity or become air.
 #pragma once
 
-#include "volume/volume.h"
+#include "volume/scan/volume.h"
 
 namespace trephine::drilling {
 
-/// After Jie Jiang's dissertation (section 6.2.4). What it takes depends on how long the tip stays, on voxels
-/// and on their values; nothing lies between two ticks.
+/// Lowers the intensity near the tip until it is that of air. After Jie Jiang's dissertation (section 6.2.4).
+/// The removal depends on the time that the tip stays, on voxels and on their values; positions between two
+/// ticks are not covered.
 class IntensityDrill {
  public:
   static constexpr double k_air = -1000;
-  /// `rate`: of intensity a second, within a ball of `radius` mm.
+  /// `rate`: intensity per second, within a ball of `radius` mm.
   IntensityDrill(volume::Volume scan, double radius, double rate);
-  /// The tip is here for `seconds`. Cost: the voxels of the ball.
+  /// Applies `seconds` of the tip at a position. Cost: proportional to the voxels of the ball.
   void stay(const glm::dvec3& tip_world, double seconds) noexcept;
   const volume::Volume& left() const noexcept { return scan_; }
 
@@ -22,12 +23,13 @@ class IntensityDrill {
   double radius_, rate_;
 };
 
-/// The other rule in use (LCSR's volumetric_drilling on AMBF, CHAI3D's examples): in every tick so many
-/// voxels of the ball go, whatever the time, the press or the bone. A ball of 6 mm takes 10, of 4 mm 6.
-class VoxelsATick {
+/// Removes a fixed number of voxels of the ball per tick, independent of time, force and bone (rule of LCSR's
+/// volumetric_drilling on AMBF, and of CHAI3D's examples). A ball of 6 mm removes 10 voxels, one of 4 mm 6.
+class FixedCountDrill {
  public:
-  VoxelsATick(volume::Volume scan, double radius, int most);
-  /// `threshold`: from which on a voxel is bone.
+  /// `radius`: mm. `most`: voxels per tick.
+  FixedCountDrill(volume::Volume scan, double radius, int most);
+  /// `threshold`: lowest intensity of bone.
   void tick(const glm::dvec3& tip_world, double threshold) noexcept;
   const volume::Volume& left() const noexcept { return scan_; }
 

@@ -1,5 +1,5 @@
-// A cranial perforator: an inner drill leads an outer one, and a clutch stops both when the inner one meets
-// no bone any more.
+// Perforator: a cranial drill with an inner drill that leads an outer one, and a clutch that stops both when
+// the inner one leaves the bone.
 #pragma once
 
 #include "modules/drilling/burr.h"
@@ -8,24 +8,24 @@ namespace trephine::drilling {
 
 struct Perforator {
   double diameter = 14;  ///< mm, of the outer drill
-  double inner = 11;     ///< mm, of the inner one, which is round at its end
-  double lead = 3;       ///< mm that it is ahead
-  double feed = 0.2;     ///< mm/s for each newton of press
-  double engages = 0.5;  ///< N of press that the clutch needs to hold
+  double inner = 11;     ///< mm, of the inner drill, which has a round end
+  double lead = 3;       ///< mm by which the inner drill is ahead
+  double feed = 0.2;     ///< mm/s per newton of contact force
+  double engages = 0.5;  ///< N, contact force above which the clutch engages
   static const sim::Schema& schema();
 };
 
-/// It is touched with the ball of its inner drill, whose middle the hand holds.
+/// The ball of the inner drill touches; the hand holds its centre.
 struct PerforatorState : BurrState {
-  bool has_begun = false;     ///< since the button went down
-  bool has_stopped = false;   ///< and stays so until the button is let go
-  glm::dvec3 begun_tip{0.0};  ///< where its tip was then
+  bool has_begun = false;     ///< bone was cut since the button was pressed
+  bool has_stopped = false;   ///< the clutch released; true until the button is released
+  glm::dvec3 begun_tip{0.0};  ///< mm, position of the tip when the first bone was cut
   static const sim::Schema& schema();
 };
 
-/// The clutch let go: emitted where its tip was.
+/// The clutch released. Emitted at the position of the tip.
 struct PerforatorStopped {
-  double depth = 0;  ///< mm of bone that it went through
+  double depth = 0;  ///< mm, depth of the hole in bone
   static const sim::Schema& schema();
 };
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::fluoroscopy {
 
@@ -11,8 +11,8 @@ namespace {
 constexpr int k_energies = 8;
 constexpr double k_energy[k_energies] = {20, 30, 40, 50, 60, 80, 100, 150};  // keV
 struct Table {
-  double density;              // g/cm3
-  double of_mass[k_energies];  // cm2/g
+  double density;                       // g/cm3
+  double mass_attenuation[k_energies];  // cm2/g
 };
 constexpr Table k_tables[] = {
     {1.0, {0.8096, 0.3756, 0.2683, 0.2269, 0.2059, 0.1837, 0.1707, 0.1505}},
@@ -28,12 +28,12 @@ double attenuation(Matter matter, double energy_kev) noexcept {
   const double energy = std::min(std::max(energy_kev, k_lowest_energy), k_highest_energy);
   int i = 0;
   while (i < k_energies - 2 && energy > k_energy[i + 1]) ++i;
-  const double share = volume::deterministic_log(energy / k_energy[i]) /
-                       volume::deterministic_log(k_energy[i + 1] / k_energy[i]);
-  const double of_mass =
-      table.of_mass[i] *
-      volume::deterministic_exp(share * volume::deterministic_log(table.of_mass[i + 1] / table.of_mass[i]));
-  return of_mass * table.density / 10;
+  const double share =
+      deterministic_log(energy / k_energy[i]) / deterministic_log(k_energy[i + 1] / k_energy[i]);
+  const double mass_attenuation =
+      table.mass_attenuation[i] *
+      deterministic_exp(share * deterministic_log(table.mass_attenuation[i + 1] / table.mass_attenuation[i]));
+  return mass_attenuation * table.density / 10;
 }
 
 volume::VoxelWeights weights_of_hounsfield(double energy_kev) noexcept {

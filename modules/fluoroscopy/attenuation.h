@@ -1,10 +1,10 @@
-// Attenuation of a beam by matter: linear attenuation coefficients by photon energy, and what scanner
-// numbers stand for.
+// Attenuation of a beam by matter: linear attenuation coefficients by photon energy, and their relation to
+// Hounsfield units.
 #pragma once
 
 #include <string_view>
 
-#include "volume/line_integrals.h"
+#include "volume/imaging/line_integrals.h"
 
 namespace trephine::fluoroscopy {
 
@@ -12,18 +12,19 @@ enum class Matter : std::uint8_t { water, bone, titanium, steel };
 inline constexpr std::string_view k_matter[] = {"water", "bone", "titanium", "steel"};
 
 inline constexpr double k_lowest_energy = 20, k_highest_energy = 150;  ///< keV
-/// Effective energy at which scanners' Hounsfield units are taken to be measured, keV (120 kV).
+/// Effective energy that is assumed for the Hounsfield units of scanners, keV (120 kV).
 inline constexpr double k_scanner_energy = 70;
 /// HU up to which a voxel counts as air: a scanner's noise in air does not attenuate.
 inline constexpr std::int16_t k_air_below = -900;
 
-/// 1/mm, of water, cortical bone (1.92 g/cm3), titanium (4.54) and iron (7.874): mass attenuation of Hubbell
-/// and Seltzer (NISTIR 5632, 1995), between their energies by powers.
+/// Returns the attenuation coefficient, 1/mm, of water, cortical bone (1.92 g/cm3), titanium (4.54) or iron
+/// (7.874): mass attenuation of Hubbell and Seltzer (NISTIR 5632, 1995), with power laws between their
+/// energies.
 double attenuation(Matter matter, double energy_kev) noexcept;
 
-/// Attenuation of a voxel a mm at an energy: from air (-1000 HU, nothing) to water (0 HU) and from there to
-/// cortical bone, whose HU follow from the scanner's energy, and on along that line. HU up to k_air_below
-/// count nothing.
+/// Returns the attenuation of voxels, 1/mm, at an energy: linear from air (-1000 HU, zero) to water (0 HU),
+/// from there to cortical bone, with HU by the scanner's energy, and beyond on the same line. HU up to
+/// k_air_below count as zero.
 volume::VoxelWeights weights_of_hounsfield(double energy_kev) noexcept;
 
 }  // namespace trephine::fluoroscopy

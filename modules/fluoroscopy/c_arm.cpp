@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::fluoroscopy {
 
@@ -14,11 +14,12 @@ using sim::field;
 
 const sim::Schema& CArm::schema() {
   static constexpr sim::Field fields[] = {
-      field<&CArm::primary>("primary", {.unit = "degrees",
-                                        .low = -180,
-                                        .high = 180,
-                                        .help = "0: detector before the patient; + toward the left (LAO)",
-                                        .label = "LAO (+) or RAO (-)"}),
+      field<&CArm::primary>("primary",
+                            {.unit = "degrees",
+                             .low = -180,
+                             .high = 180,
+                             .help = "0: detector in front of the patient; + toward the left (LAO)",
+                             .label = "LAO (+) or RAO (-)"}),
       field<&CArm::secondary>("secondary", {.unit = "degrees",
                                             .low = -90,
                                             .high = 90,
@@ -27,21 +28,21 @@ const sim::Schema& CArm::schema() {
       field<&CArm::to_detector>("to_detector", {.unit = "mm",
                                                 .low = 100,
                                                 .high = 5000,
-                                                .help = "from source to detector",
+                                                .help = "distance from source to detector",
                                                 .label = "Source to detector",
                                                 .is_expert = true}),
       field<&CArm::to_patient>("to_patient", {.unit = "mm",
                                               .low = 50,
                                               .high = 5000,
-                                              .help = "from source to isocentre",
+                                              .help = "distance from source to isocentre",
                                               .label = "Source to patient",
                                               .is_expert = true}),
       field<&CArm::isocentre>("isocentre",
-                              {.unit = "mm", .help = "in the world", .label = "Centre", .is_expert = true}),
+                              {.unit = "mm", .help = "world frame", .label = "Centre", .is_expert = true}),
       field<&CArm::pixel>("pixel", {.unit = "mm",
                                     .low = 0.01,
                                     .high = 20,
-                                    .help = "of the detector",
+                                    .help = "pixel size of the detector",
                                     .label = "Pixel",
                                     .is_expert = true}),
       field<&CArm::columns>("columns", {.low = 1, .high = 8192, .label = "Columns", .is_expert = true}),
@@ -49,13 +50,13 @@ const sim::Schema& CArm::schema() {
       field<&CArm::width>("width", {.unit = "mm",
                                     .low = 0,
                                     .high = 10000,
-                                    .help = "of the detector that is open; 0: all",
+                                    .help = "open width of the detector; 0: all",
                                     .label = "Open width",
                                     .is_expert = true}),
       field<&CArm::height>("height", {.unit = "mm",
                                       .low = 0,
                                       .high = 10000,
-                                      .help = "likewise",
+                                      .help = "open height of the detector; 0: all",
                                       .label = "Open height",
                                       .is_expert = true})};
   static constexpr sim::Schema table{"c-arm", 1, fields};
@@ -76,47 +77,51 @@ bool set_preset(CArm& arm, std::string_view name) noexcept {
   return false;
 }
 
-volume::Status check(const CArm& arm) {
-  if (volume::Status error = sim::check_fields(CArm::schema(), &arm)) return error;
+Status check(const CArm& arm) {
+  if (Status error = sim::check_fields(CArm::schema(), &arm)) return error;
   const auto mm = [](double v) {
     char text[40];
     std::snprintf(text, sizeof text, "%.1f mm", v);
     return std::string(text);
   };
   if (arm.to_patient >= arm.to_detector)
-    return volume::Error{"the patient is not between source and detector", "c-arm to_patient",
-                         mm(arm.to_patient), "less than to_detector, " + mm(arm.to_detector), ""};
+    return Error{.what = "the patient is outside the space between source and detector",
+                 .where = "c-arm to_patient",
+                 .found = mm(arm.to_patient),
+                 .expected = "less than to_detector, " + mm(arm.to_detector)};
   if (arm.columns * arm.rows > (std::int64_t{1} << 26))
-    return volume::Error{"the image is too large", "c-arm columns, rows",
-                         std::to_string(arm.columns) + " x " + std::to_string(arm.rows),
-                         "at most 67 million pixels", ""};
+    return Error{.what = "the image is too large",
+                 .where = "c-arm columns, rows",
+                 .found = std::to_string(arm.columns) + " x " + std::to_string(arm.rows),
+                 .expected = "at most 67 million pixels"};
   if (View(arm).open.is_empty())
-    return volume::Error{"the collimators leave nothing open", "c-arm width, height",
-                         mm(arm.width) + ", " + mm(arm.height), "a pixel or more, " + mm(arm.pixel), ""};
+    return Error{.what = "the collimators are closed",
+                 .where = "c-arm width, height",
+                 .found = mm(arm.width) + ", " + mm(arm.height),
+                 .expected = "a pixel or more, " + mm(arm.pixel)};
   return std::nullopt;
 }
 
 View::View(const CArm& arm) : columns(static_cast<int>(arm.columns)), rows(static_cast<int>(arm.rows)) {
   const double p = glm::radians(arm.primary), s = glm::radians(arm.secondary);
   // World is LPS: left +x, back +y, head +z.
-  const dvec3 outward(volume::deterministic_sin(p) * volume::deterministic_cos(s),
-                      -volume::deterministic_cos(p) * volume::deterministic_cos(s),
-                      volume::deterministic_sin(s));
-  const dvec3 to_right(volume::deterministic_cos(p), volume::deterministic_sin(p), 0);
-  const dvec3 up(-volume::deterministic_sin(p) * volume::deterministic_sin(s),
-                 volume::deterministic_cos(p) * volume::deterministic_sin(s), volume::deterministic_cos(s));
+  const dvec3 outward(deterministic_sin(p) * deterministic_cos(s),
+                      -deterministic_cos(p) * deterministic_cos(s), deterministic_sin(s));
+  const dvec3 to_right(deterministic_cos(p), deterministic_sin(p), 0);
+  const dvec3 up(-deterministic_sin(p) * deterministic_sin(s), deterministic_cos(p) * deterministic_sin(s),
+                 deterministic_cos(s));
   source = arm.isocentre - arm.to_patient * outward;
   right = arm.pixel * to_right, down = -arm.pixel * up;
   const double i = 0.5 * (columns - 1), j = 0.5 * (rows - 1);
   corner = source + arm.to_detector * outward - i * right - j * down;
-  const auto opened = [&](double mm, int count, int& low, int& high) {
+  const auto set_open_range = [&](double mm, int count, int& low, int& high) {
     const double half = mm > 0 ? std::min(0.5 * mm / arm.pixel, 0.5 * count) : 0.5 * count;
-    // Pixels whose middle is open.
+    // Pixels with an open centre.
     low = std::max(0, static_cast<int>(std::ceil(0.5 * (count - 1) - half)));
     high = std::min(count, static_cast<int>(std::floor(0.5 * (count - 1) + half)) + 1);
   };
-  opened(arm.width, columns, open.column_low, open.column_high);
-  opened(arm.height, rows, open.row_low, open.row_high);
+  set_open_range(arm.width, columns, open.column_low, open.column_high);
+  set_open_range(arm.height, rows, open.row_low, open.row_high);
 }
 
 std::optional<dvec2> View::seen(const dvec3& p_world) const noexcept {

@@ -1,17 +1,17 @@
-// Pose of a C-arm, in DICOM's words and signs (PS3.3 C.8.7.5), and its rays.
+// CArm, View: pose of a C-arm in the terms and signs of DICOM (PS3.3 C.8.7.5), and its rays.
 #pragma once
 
 #include <glm/vec2.hpp>
 #include <optional>
 
-#include "sim/value.h"
-#include "volume/line_integrals.h"
+#include "sim/api/value.h"
+#include "volume/imaging/line_integrals.h"
 
 namespace trephine::fluoroscopy {
 
-/// A pose, a detector and what of it is exposed. As a command: the C-arm goes there.
+/// Pose, detector and exposed field of a C-arm. As a command: moves the C-arm.
 struct CArm {
-  /// degrees (0018,1510): 0 with the detector before the patient, positive toward the patient's left (LAO).
+  /// degrees (0018,1510): 0 with the detector in front of the patient, positive toward the left (LAO).
   double primary = 0;
   double secondary = 0;       ///< degrees (0018,1511): positive with the detector toward the head (cranial)
   double to_detector = 1000;  ///< mm (0018,1110), from the source
@@ -19,31 +19,32 @@ struct CArm {
   glm::dvec3 isocentre{0.0};  ///< mm, world
   double pixel = 0.3;         ///< mm (0018,1164), of the detector
   std::int64_t columns = 1024, rows = 1024;
-  double width = 0, height = 0;  ///< mm on the detector that collimators leave open; 0: all of it
+  double width = 0, height = 0;  ///< mm on the detector, open field of the collimators; 0: all
   static const sim::Schema& schema();
   friend bool operator==(const CArm&, const CArm&) = default;
 };
 
-/// Names of usual poses, and their angles; lengths and sizes stay as they are.
+/// Names of common poses.
 inline constexpr std::string_view k_presets[] = {"ap",    "lateral", "left-oblique", "right-oblique",
                                                  "inlet", "outlet"};
+/// Sets the angles of a named pose; lengths and sizes stay. Returns false if the name is unknown.
 bool set_preset(CArm& arm, std::string_view name) noexcept;
-/// Reports an impossible C-arm: a source within the detector, an empty field, more than 64 million pixels.
-volume::Status check(const CArm& arm);
+/// Reports an impossible C-arm: a patient beyond the detector, an empty field, more than 2^26 pixels.
+Status check(const CArm& arm);
 
-/// The rays of a C-arm that passed check(), world frame. Seen from the detector to the source: in an
-/// anteroposterior image the patient's right is on the left, the head is up.
+/// Rays of a C-arm that passed check(), world frame, mm. The image is viewed from the detector toward the
+/// source: in an anteroposterior image the patient's right is on the left, the head is up.
 struct View {
-  glm::dvec3 source{0.0}, corner{0.0};  ///< the middle of pixel (0, 0), from the upper left on
-  glm::dvec3 right{0.0}, down{0.0};     ///< a pixel, mm
+  glm::dvec3 source{0.0}, corner{0.0};  ///< corner: centre of pixel (0, 0), the upper left one
+  glm::dvec3 right{0.0}, down{0.0};     ///< vectors from pixel to pixel
   int columns = 0, rows = 0;
-  volume::PixelBox open;  ///< what collimators leave of them
+  volume::PixelBox open;  ///< pixels that the collimators leave open
 
   explicit View(const CArm& arm);
   glm::dvec3 pixel(double column, double row) const noexcept { return corner + column * right + row * down; }
-  /// Projection of a point, pixels; empty behind the source.
+  /// Returns the projection of a point, pixels; empty behind the source.
   std::optional<glm::dvec2> seen(const glm::dvec3& p_world) const noexcept;
-  /// Refines the view: so many rays to a pixel's edge.
+  /// Returns the view with `times` rays along the edge of each pixel.
   View refined(int times) const noexcept;
   volume::RayFan fan_in(const volume::Frame& frame) const noexcept;
 };

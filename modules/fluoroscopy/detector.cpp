@@ -3,33 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
-#include "volume/deterministic_math.h"
-#include "volume/parallel.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/base/parallel.h"
 
 namespace trephine::fluoroscopy {
 
 namespace {
 
-constexpr double k_thin = 0.3;  // of what weakens more than most of the body
+constexpr double k_thin = 0.3;  // of the attenuation at the upper quartile: less is not body
 constexpr std::uint8_t k_closed_grey = 24;
-constexpr float k_empty_beam = 0.85f;  // what passes where hardly anything is in the beam
+constexpr float k_empty_beam = 0.85f;  // signal of an almost empty beam
 
-/// Uniform in (0, 1), of a pixel's own.
+/// Returns a pixel's random number, uniform in (0, 1).
 double uniform(std::uint64_t seed, std::size_t pixel, std::uint64_t number) noexcept {
-  const std::uint64_t bits = volume::hash_bits(volume::hash_bits(volume::hash_bits(seed) ^ pixel) ^ number);
+  const std::uint64_t bits = hash_bits(hash_bits(hash_bits(seed) ^ pixel) ^ number);
   return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53;
 }
 
-/// A number of photons, where `mean` are expected.
-double photons_met(double mean, std::uint64_t seed, std::size_t pixel) noexcept {
-  if (mean > 50) {  // next to normal
+/// Returns a random number of photons with this mean (Poisson).
+double photon_count(double mean, std::uint64_t seed, std::size_t pixel) noexcept {
+  if (mean > 50) {  // nearly normal
     const double u = uniform(seed, pixel, 0), v = uniform(seed, pixel, 1);
-    const double normal = std::sqrt(-2 * volume::deterministic_log(u)) *
-                          volume::deterministic_cos(2 * 3.14159265358979323846 * v);
+    const double normal =
+        std::sqrt(-2 * deterministic_log(u)) * deterministic_cos(2 * 3.14159265358979323846 * v);
     return std::max(0.0, std::floor(mean + std::sqrt(mean) * normal + 0.5));
   }
-  // By the gaps between them (Knuth).
-  const double limit = volume::deterministic_exp(-mean);
+  // Poisson by a product of uniform numbers (Knuth).
+  const double limit = deterministic_exp(-mean);
   double product = 1;
   int count = -1;
   do {
@@ -39,28 +39,28 @@ double photons_met(double mean, std::uint64_t seed, std::size_t pixel) noexcept 
   return count;
 }
 
-/// Transmission of such a sum.
-double passing(double sum) noexcept { return volume::deterministic_exp(-std::min(sum, 690.0)); }
+/// Returns the transmission for an attenuation.
+double transmission(double sum) noexcept { return deterministic_exp(-std::min(sum, 690.0)); }
 
-/// Along rows, then along columns, within the open pixels; beyond them the nearest goes on.
+/// Blurs along rows, then along columns, within the open pixels; border pixels are repeated beyond them.
 void blur(std::vector<float>& image, const View& view, double sigma, int threads) {
   const int reach = static_cast<int>(std::ceil(4 * sigma));
   std::vector<double> weights;
-  double all = 0;
+  double total = 0;
   for (int k = -reach; k <= reach; ++k) {
-    weights.push_back(volume::deterministic_exp(-0.5 * k * k / (sigma * sigma)));
-    all += weights.back();
+    weights.push_back(deterministic_exp(-0.5 * k * k / (sigma * sigma)));
+    total += weights.back();
   }
   const volume::PixelBox& open = view.open;
-  std::vector<float> other = image;
+  std::vector<float> scratch = image;
   const auto at = [&](int column, int row) {
     return static_cast<std::size_t>(column) +
            static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(row);
   };
   for (const bool is_along_rows : {true, false}) {
-    const std::vector<float>& from = is_along_rows ? image : other;
-    std::vector<float>& to = is_along_rows ? other : image;
-    volume::parallel_for(open.row_high - open.row_low, threads, [&](int n) {
+    const std::vector<float>& from = is_along_rows ? image : scratch;
+    std::vector<float>& to = is_along_rows ? scratch : image;
+    parallel_for(open.row_high - open.row_low, threads, [&](int n) {
       const int row = open.row_low + n;
       for (int column = open.column_low; column < open.column_high; ++column) {
         double sum = 0;
@@ -70,7 +70,7 @@ void blur(std::vector<float>& image, const View& view, double sigma, int threads
           const int r = is_along_rows ? row : std::clamp(row + k, open.row_low, open.row_high - 1);
           sum += weights[static_cast<std::size_t>(k + reach)] * static_cast<double>(from[at(c, r)]);
         }
-        to[at(column, row)] = static_cast<float>(sum / all);
+        to[at(column, row)] = static_cast<float>(sum / total);
       }
     });
   }
@@ -84,26 +84,27 @@ std::vector<float> receive(std::span<const double> sums, const View& view, int r
   std::vector<float> image(static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows), 0);
   const volume::PixelBox& open = view.open;
   const auto across = static_cast<std::size_t>(view.columns);
-  volume::parallel_for(open.row_high - open.row_low, threads, [&](int i) {
+  parallel_for(open.row_high - open.row_low, threads, [&](int i) {
     const int row = open.row_low + i;
     for (int column = open.column_low; column < open.column_high; ++column) {
       double mean = 0;
       for (int y = 0; y < n; ++y)
         for (int x = 0; x < n; ++x)
-          mean += passing(sums[static_cast<std::size_t>(n * column + x) +
-                               static_cast<std::size_t>(n) * across * static_cast<std::size_t>(n * row + y)]);
+          mean += transmission(
+              sums[static_cast<std::size_t>(n * column + x) +
+                   static_cast<std::size_t>(n) * across * static_cast<std::size_t>(n * row + y)]);
       image[static_cast<std::size_t>(column) + across * static_cast<std::size_t>(row)] =
           static_cast<float>(mean / (n * n));
     }
   });
   if (detector.blur > 0) blur(image, view, detector.blur, threads);
   if (detector.photons > 0)
-    volume::parallel_for(open.row_high - open.row_low, threads, [&](int i) {
+    parallel_for(open.row_high - open.row_low, threads, [&](int i) {
       const int row = open.row_low + i;
       for (int column = open.column_low; column < open.column_high; ++column) {
         const std::size_t pixel = static_cast<std::size_t>(column) + across * static_cast<std::size_t>(row);
         image[pixel] = static_cast<float>(
-            photons_met(static_cast<double>(image[pixel]) * detector.photons, detector.seed, pixel) /
+            photon_count(static_cast<double>(image[pixel]) * detector.photons, detector.seed, pixel) /
             detector.photons);
       }
     });
@@ -111,7 +112,7 @@ std::vector<float> receive(std::span<const double> sums, const View& view, int r
 }
 
 double weakening(float received) noexcept {
-  return std::min(15.99, -volume::deterministic_log(std::max(1e-30, static_cast<double>(received))));
+  return std::min(15.99, -deterministic_log(std::max(1e-30, static_cast<double>(received))));
 }
 
 std::vector<std::uint8_t> show(std::span<const float> received, const View& view, const Display& display,
@@ -127,24 +128,27 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
     return display.is_logarithmic ? -weakening(received[pixel]) : static_cast<double>(received[pixel]);
   };
   // Pixels with matter in the beam; the rest is bright anyway.
-  std::vector<double> all, beside;
+  std::vector<double> attenuated, unattenuated;
   for (std::size_t pixel = 0; pixel < received.size(); ++pixel)
-    if (is_open(pixel)) (received[pixel] < k_empty_beam ? all : beside).push_back(brightness(pixel));
-  if (all.size() < beside.size() / 20) all.insert(all.end(), beside.begin(), beside.end());
+    if (is_open(pixel))
+      (received[pixel] < k_empty_beam ? attenuated : unattenuated).push_back(brightness(pixel));
+  if (attenuated.size() < unattenuated.size() / 20)
+    attenuated.insert(attenuated.end(), unattenuated.begin(), unattenuated.end());
   std::vector<std::uint8_t> grey(received.size(), k_closed_grey);
-  if (all.empty()) return grey;
+  if (attenuated.empty()) return grey;
   const auto percentile = [&](double share) {
-    const auto at = all.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(all.size() - 1));
-    std::nth_element(all.begin(), at, all.end());
+    const auto at =
+        attenuated.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(attenuated.size() - 1));
+    std::nth_element(attenuated.begin(), at, attenuated.end());
     return *at;
   };
   if (display.is_logarithmic) {
-    // The greys are the body's: what is much thinner than most of it would leave none for the rest.
+    // Spread the greys over the body: parts much thinner than most of it would use up the range.
     const double thin = k_thin * percentile(0.25);
     std::vector<double> body;
-    for (const double b : all)
+    for (const double b : attenuated)
       if (b <= thin) body.push_back(b);
-    if (body.size() > all.size() / 4) all = std::move(body);
+    if (body.size() > attenuated.size() / 4) attenuated = std::move(body);
   }
   const double low = percentile(display.low_share), high = percentile(display.high_share);
   for (std::size_t pixel = 0; pixel < received.size(); ++pixel) {

@@ -3,14 +3,14 @@
 #include <array>
 #include <vector>
 
-#include "sim/work.h"
+#include "sim/api/work.h"
 
 namespace trephine::fluoroscopy {
 
 using sim::field;
 
 Dose dose_of(const CArm& arm, const Shoot& shot) noexcept {
-  // At a metre.
+  // mGy at 1 m from the source.
   const double kerma = k_kerma_output * shot.voltage * shot.voltage * shot.current * shot.time;
   const double reference = std::max(50.0, arm.to_patient - 150) / 1000, detector = arm.to_detector / 1000;
   const View view(arm);
@@ -30,11 +30,12 @@ std::span<const sim::ValueType* const> Fluoroscopy::events() const {
   return all;
 }
 
-volume::Status Fluoroscopy::allows(const sim::Command& command, const sim::OperationState& now) const {
+Status Fluoroscopy::allows(const sim::Command& command, const sim::OperationState& operation) const {
   if (const auto* arm = command.what.as<CArm>()) return check(*arm);
-  const auto* state = now.settings_of<FluoroscopyState>();
+  const auto* state = operation.persistent_of<FluoroscopyState>();
   if (command.what.as<Shoot>() != nullptr && state != nullptr && !state->is_placed)
-    return volume::Error{"the C-arm's position is not set", "shoot", "", "a command c-arm before it", ""};
+    return Error{
+        .what = "the C-arm's position is not set", .where = "shoot", .expected = "a c-arm command first"};
   return std::nullopt;
 }
 
@@ -47,17 +48,17 @@ void Fluoroscopy::apply(const sim::Command& command, sim::ModuleWork& work) cons
     const Dose dose = dose_of(state, *shot);
     ++state.shots;
     state.seconds += shot->time, state.kerma += dose.kerma, state.area_product += dose.area_product;
-    XrayTaken taken;
-    static_cast<CArm&>(taken) = state;
-    taken.number = state.shots;
-    taken.time = shot->time, taken.voltage = shot->voltage, taken.current = shot->current;
-    taken.kerma = dose.kerma, taken.area_product = dose.area_product;
-    work.raise_event(taken, state.isocentre);
+    XrayTaken event;
+    static_cast<CArm&>(event) = state;
+    event.number = state.shots;
+    event.time = shot->time, event.voltage = shot->voltage, event.current = shot->current;
+    event.kerma = dose.kerma, event.area_product = dose.area_product;
+    work.raise_event(event, state.isocentre);
   }
 }
 
-std::vector<sim::Measure> Fluoroscopy::measures(const sim::OperationState& now) const {
-  const auto* state = now.settings_of<FluoroscopyState>();
+std::vector<sim::Measure> Fluoroscopy::measures(const sim::OperationState& operation) const {
+  const auto* state = operation.persistent_of<FluoroscopyState>();
   if (state == nullptr) return {};
   return {{"X-ray shots", static_cast<double>(state->shots), ""},
           {"X-ray time", state->seconds, "s"},
@@ -67,7 +68,7 @@ std::vector<sim::Measure> Fluoroscopy::measures(const sim::OperationState& now) 
 
 const sim::Schema& Shoot::schema() {
   static constexpr sim::Field fields[] = {
-      field<&Shoot::time>("time", {.unit = "s", .low = 0.001, .high = 600, .help = "of exposure"}),
+      field<&Shoot::time>("time", {.unit = "s", .low = 0.001, .high = 600, .help = "exposure time"}),
       field<&Shoot::voltage>("voltage", {.unit = "kV", .low = 40, .high = 150}),
       field<&Shoot::current>("current", {.unit = "mA", .low = 0.1, .high = 1000})};
   static constexpr sim::Schema table{"shoot", 1, fields};
@@ -76,7 +77,7 @@ const sim::Schema& Shoot::schema() {
 
 const sim::Schema& XrayTaken::schema() {
   static constexpr sim::Field own[] = {
-      field<&XrayTaken::number>("number", {.help = "from 1"}),
+      field<&XrayTaken::number>("number", {.help = "number of the exposure, starting at 1"}),
       field<&XrayTaken::time>("time", {.unit = "s"}),
       field<&XrayTaken::voltage>("voltage", {.unit = "kV"}),
       field<&XrayTaken::current>("current", {.unit = "mA"}),

@@ -13,22 +13,22 @@ using glm::dvec3;
 namespace {
 
 constexpr int k_fine_bits = 16;
-constexpr double k_fine = 1 << k_fine_bits;  // steps a pixel
+constexpr double k_fine = 1 << k_fine_bits;  // steps per pixel
 
 struct Corner {
   std::int64_t x, y;  // in steps
   double t;           // depth along the rays: 1 on the detector
 };
 
-/// Twice the signed area of (a, b, p); in whole numbers below 2^62.
+/// Returns twice the signed area of (a, b, p); exact for integers below 2^62.
 __extension__ using Wide = __int128;
 Wide side(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) noexcept {
   return static_cast<Wide>(b.x - a.x) * (y - a.y) - static_cast<Wide>(b.y - a.y) * (x - a.x);
 }
 
-/// Is a point on the edge a -> b of a counter-clockwise triangle (y down: clockwise to the eye) its own? The
-/// same for every triangle on that side of the edge, the other for those beyond it: as if the point were
-/// moved by (e, e^2).
+/// Returns true if a point on the edge a -> b belongs to a triangle with positive area: equal for all
+/// triangles on that side of the edge, opposite for those on the other side, as if the point were moved by
+/// (e, e^2).
 bool owns_edge(const Corner& a, const Corner& b) noexcept { return b.y < a.y || (b.y == a.y && b.x > a.x); }
 
 }  // namespace
@@ -54,11 +54,11 @@ bool for_crossings(const View& view, const ProjectedMesh& mesh,
     };
     corners[i] = {steps(at.x), steps(at.y), t};
   }
-  const auto first_middle = [](std::int64_t low) {  // the first pixel whose middle is not left of it
+  const auto first_pixel = [](std::int64_t low) {  // first pixel with its centre not left of it
     return static_cast<int>(
         std::clamp<std::int64_t>((low + (1 << k_fine_bits) - 1) >> k_fine_bits, -1, 1 << 20));
   };
-  const auto last_middle = [](std::int64_t high) {
+  const auto last_pixel = [](std::int64_t high) {
     return static_cast<int>(std::clamp<std::int64_t>(high >> k_fine_bits, -1, 1 << 20));
   };
   for (std::uint32_t n = 0; 3 * n + 2 < mesh.triangles.size(); ++n) {
@@ -67,32 +67,32 @@ bool for_crossings(const View& view, const ProjectedMesh& mesh,
     std::array<const Corner*, 3> c{&corners[index[0]], &corners[index[1]], &corners[index[2]]};
     Wide area = side(*c[0], *c[1], c[2]->x, c[2]->y);
     if (area == 0) continue;
-    // Pixels are seen from the detector, right and down: what looks there, where rays come out, has its
-    // corners counter-clockwise to the eye, which is below 0 where y goes down.
+    // The image is viewed from the detector, with y down: a triangle that faces the detector, where rays
+    // leave the mesh, is counter-clockwise in the image, and its area is negative.
     const int into = (area > 0) == (depth_of_plane < 0) ? 1 : -1;
     std::array<int, 3> order{0, 1, 2};
     if (area < 0) std::swap(order[1], order[2]), std::swap(c[1], c[2]), area = -area;
     const auto [x_low, x_high] = std::minmax({c[0]->x, c[1]->x, c[2]->x});
     const auto [y_low, y_high] = std::minmax({c[0]->y, c[1]->y, c[2]->y});
-    const int column_low = std::max(view.open.column_low, first_middle(x_low)),
-              column_high = std::min(view.open.column_high - 1, last_middle(x_high)),
-              row_low = std::max(view.open.row_low, first_middle(y_low)),
-              row_high = std::min(view.open.row_high - 1, last_middle(y_high));
+    const int column_low = std::max(view.open.column_low, first_pixel(x_low)),
+              column_high = std::min(view.open.column_high - 1, last_pixel(x_high)),
+              row_low = std::max(view.open.row_low, first_pixel(y_low)),
+              row_high = std::min(view.open.row_high - 1, last_pixel(y_high));
     const bool owns_ab = owns_edge(*c[0], *c[1]), owns_bc = owns_edge(*c[1], *c[2]),
                owns_ca = owns_edge(*c[2], *c[0]);
     for (int row = row_low; row <= row_high; ++row)
       for (int column = column_low; column <= column_high; ++column) {
         const std::int64_t x = static_cast<std::int64_t>(column) << k_fine_bits,
                            y = static_cast<std::int64_t>(row) << k_fine_bits;
-        const Wide of_c = side(*c[0], *c[1], x, y), of_a = side(*c[1], *c[2], x, y),
-                   of_b = side(*c[2], *c[0], x, y);
-        if (of_a < 0 || of_b < 0 || of_c < 0 || (of_c == 0 && !owns_ab) || (of_a == 0 && !owns_bc) ||
-            (of_b == 0 && !owns_ca))
+        const Wide area_c = side(*c[0], *c[1], x, y), area_a = side(*c[1], *c[2], x, y),
+                   area_b = side(*c[2], *c[0], x, y);
+        if (area_a < 0 || area_b < 0 || area_c < 0 || (area_c == 0 && !owns_ab) ||
+            (area_a == 0 && !owns_bc) || (area_b == 0 && !owns_ca))
           continue;
         // In the image 1 / depth is linear.
-        const std::array<double, 3> weight{static_cast<double>(of_a) / static_cast<double>(area) / c[0]->t,
-                                           static_cast<double>(of_b) / static_cast<double>(area) / c[1]->t,
-                                           static_cast<double>(of_c) / static_cast<double>(area) / c[2]->t};
+        const std::array<double, 3> weight{static_cast<double>(area_a) / static_cast<double>(area) / c[0]->t,
+                                           static_cast<double>(area_b) / static_cast<double>(area) / c[1]->t,
+                                           static_cast<double>(area_c) / static_cast<double>(area) / c[2]->t};
         const double t = 1 / (weight[0] + weight[1] + weight[2]);
         Crossing crossing{column, row, n, std::min(t, 1.0), into, 0, 0, 0};
         std::array<double, 3> shares{};

@@ -1,5 +1,5 @@
-// Entries and exits of a view's rays in closed meshes: every closed mesh is left as often as it is
-// entered, on every ray, whatever its corners and edges are aimed at.
+// Crossings of a view's rays with closed meshes: every ray leaves a closed mesh as often as it enters it,
+// even at corners and edges.
 #pragma once
 
 #include <array>
@@ -11,24 +11,24 @@
 
 namespace trephine::fluoroscopy {
 
-/// Triangles in the world, seen from outside counter-clockwise. Borrowed.
+/// Triangles in the world frame, mm, counter-clockwise when viewed from outside. Borrowed.
 struct ProjectedMesh {
   std::span<const glm::dvec3> vertices_world;
-  std::span<const std::uint32_t> triangles;  ///< three a triangle
+  std::span<const std::uint32_t> triangles;  ///< three indices per triangle
 };
 
-/// A ray through a triangle.
+/// Crossing of a ray with a triangle.
 struct Crossing {
   int column, row;
   std::uint32_t triangle;
-  double t;        ///< 0 at the source, 1 at the detector; not beyond these
-  int into;        ///< +1: the ray goes in, -1: it comes out
-  double a, b, c;  ///< weights of the triangle's corners there
+  double t;        ///< 0 at the source, 1 at the detector, and never beyond
+  int into;        ///< +1: the ray enters the mesh, -1: it leaves it
+  double a, b, c;  ///< barycentric weights of the triangle's corners
 };
 
 /// Calls use(crossing) for each triangle and each open pixel whose ray crosses it, triangle by triangle.
-/// A pixel on the edge between triangles belongs to one side of it (corners are taken to 2^-16 of a pixel,
-/// edges decided in whole numbers). False, and nothing is called: a triangle reaches the source's plane.
+/// A pixel on the edge between triangles belongs to one side of it (corners are rounded to 2^-16 of a pixel,
+/// edges decided in integers). Returns false, without a call, if a triangle reaches the source's plane.
 bool for_crossings(const View& view, const ProjectedMesh& mesh,
                    const std::function<void(const Crossing&)>& use);
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "volume/parallel.h"
+#include "volume/base/parallel.h"
 
 namespace trephine::fluoroscopy {
 
@@ -13,13 +13,13 @@ using volume::Version;
 
 namespace {
 
-/// Blocks of voxels that hold samples of bricks which `of` has and `other` has not.
-void add_changed(const Version& of, const Version* other, std::set<std::array<int, 3>>& changed) {
-  const volume::CutLattice& lattice = of.lattice();
-  of.for_bricks_in(ivec3(0), lattice.size() - 1, [&](const ivec3& low, const volume::Brick& brick) {
+/// Adds the blocks of voxels with samples in bricks that `version` has and `other` has not.
+void add_changed(const Version& version, const Version* other, std::set<std::array<int, 3>>& changed) {
+  const volume::CutLattice& lattice = version.lattice();
+  version.for_bricks_in(ivec3(0), lattice.size() - 1, [&](const ivec3& low, const volume::Brick& brick) {
     if (other != nullptr && other->brick_at(low) == &brick) return;
     const ivec3 first = glm::max(lattice.voxel_of(low), ivec3(0)) / RemovedMatter::k_edge,
-                last = glm::min(lattice.voxel_of(low + volume::k_brick - 1), of.base().size - 1);
+                last = glm::min(lattice.voxel_of(low + volume::k_brick - 1), version.base().size - 1);
     if (last.x < 0 || last.y < 0 || last.z < 0) return;
     for (int z = first.z; z <= last.z / RemovedMatter::k_edge; ++z)
       for (int y = first.y; y <= last.y / RemovedMatter::k_edge; ++y)
@@ -27,8 +27,8 @@ void add_changed(const Version& of, const Version* other, std::set<std::array<in
   });
 }
 
-/// Removed share of a voxel, by the distances of its samples to what was removed: unlike the masks of a
-/// version they never change, whatever stroke goes on. A sample near the surface counts in part.
+/// Returns the removed share of a voxel, from the distances of its samples to the cut: unlike the masks of a
+/// version, they do not change during a stroke. A sample near the surface counts in part.
 double removed_share(const Version& version, const ivec3& voxel, double softness) {
   const volume::CutLattice& lattice = version.lattice();
   const ivec3 low = lattice.low_of(voxel), high = lattice.high_of(voxel);
@@ -45,32 +45,32 @@ double removed_share(const Version& version, const ivec3& voxel, double softness
 
 bool is_of_body(const volume::Volume& scan) {
   constexpr std::int16_t k_low = -150, k_bone = 120;  // HU
-  const std::size_t every = 1 + scan.voxels.size() / 400'000;
+  const std::size_t stride = 1 + scan.voxels.size() / 400'000;
   std::int64_t tissue = 0, bone = 0;
-  for (std::size_t i = 0; i < scan.voxels.size(); i += every)
+  for (std::size_t i = 0; i < scan.voxels.size(); i += stride)
     (scan.voxels[i] >= k_bone ? bone : tissue) += scan.voxels[i] >= k_low;
   return tissue > bone;
 }
 
-volume::VoxelBox RemovedMatter::box_of(const std::array<int, 3>& place) noexcept {
-  const ivec3 low = k_edge * ivec3(place[2], place[1], place[0]);
+volume::VoxelBox RemovedMatter::box_of(const std::array<int, 3>& position) noexcept {
+  const ivec3 low = k_edge * ivec3(position[2], position[1], position[0]);
   return {low, low + k_edge - 1};
 }
 
-double RemovedMatter::sum(const volume::Ray& ray, double from, double to, const std::array<int, 3>& place,
+double RemovedMatter::sum(const volume::Ray& ray, double from, double to, const std::array<int, 3>& position,
                           const Block& block) noexcept {
-  return volume::sum_along(ray, from, to, box_of(place), [&block](const ivec3& v) {
+  return volume::sum_along(ray, from, to, box_of(position), [&block](const ivec3& v) {
     return static_cast<double>(
         block.weights[static_cast<std::size_t>((v.x & 7) + 8 * ((v.y & 7) + 8 * (v.z & 7)))]);
   });
 }
 
-double RemovedMatter::interpolated_sum(const volume::Ray& ray, int axis, const std::array<int, 3>& place,
+double RemovedMatter::interpolated_sum(const volume::Ray& ray, int axis, const std::array<int, 3>& position,
                                        const Block& block) noexcept {
   const glm::dvec3 along = ray.end - ray.start;
   if (along[axis] == 0) return 0;
   const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-  const ivec3 low = box_of(place).low;
+  const ivec3 low = box_of(position).low;
   const auto tent = [](double p) { return std::max(0.0, 1 - std::abs(p)); };
   double sum = 0;
   for (int k = 0; k < k_edge; ++k) {
@@ -95,17 +95,17 @@ std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
   std::set<std::array<int, 3>> changed;
   add_changed(*version, version_.get(), changed);
   if (version_) add_changed(*version_, version.get(), changed);
-  const std::vector<std::array<int, 3>> places(changed.begin(), changed.end());
-  std::vector<Block> made(places.size());
-  std::vector<std::uint8_t> is_any(places.size(), 0);
+  const std::vector<std::array<int, 3>> block_positions(changed.begin(), changed.end());
+  std::vector<Block> output(block_positions.size());
+  std::vector<std::uint8_t> is_touched(block_positions.size(), 0);
   const volume::Volume& base = version->base();
   const volume::CutLattice& lattice = version->lattice();
-  if (filled_with_ < 0) filled_with_ = is_of_body(base) ? lines.weights().of(0) : 0;
+  if (fill_attenuation_ < 0) fill_attenuation_ = is_of_body(base) ? lines.weights().of(0) : 0;
   const double softness =
       (lattice.frame().spacing().x + lattice.frame().spacing().y + lattice.frame().spacing().z) / 3;
-  volume::parallel_for(static_cast<int>(places.size()), threads, [&](int n) {
+  parallel_for(static_cast<int>(block_positions.size()), threads, [&](int n) {
     const auto i = static_cast<std::size_t>(n);
-    const volume::VoxelBox box = box_of(places[i]);
+    const volume::VoxelBox box = box_of(block_positions[i]);
     const ivec3 last = glm::min(box.high, base.size - 1);
     for (int z = box.low.z; z <= last.z; ++z)
       for (int y = box.low.y; y <= last.y; ++y) {
@@ -115,25 +115,25 @@ std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
           if (intensity <= lines.weights().none) continue;
           const double share = removed_share(*version, {x, y, z}, softness);
           if (!(share > 0)) continue;
-          const double less = lines.weights().of(intensity) - filled_with_;
-          if (!(less > 0)) continue;
-          made[i].weights[static_cast<std::size_t>((x & 7) + 8 * ((y & 7) + 8 * (z & 7)))] =
-              static_cast<float>(share * less);
-          is_any[i] = 1;
+          const double decrease = lines.weights().of(intensity) - fill_attenuation_;
+          if (!(decrease > 0)) continue;
+          output[i].weights[static_cast<std::size_t>((x & 7) + 8 * ((y & 7) + 8 * (z & 7)))] =
+              static_cast<float>(share * decrease);
+          is_touched[i] = 1;
         }
       }
   });
   std::vector<ivec3> result;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto old = blocks_.find(places[i]);
-    if (is_any[i]) {
-      if (old != blocks_.end() && old->second.weights == made[i].weights) continue;
-      blocks_[places[i]] = made[i];
+  for (std::size_t i = 0; i < block_positions.size(); ++i) {
+    const auto existing = blocks_.find(block_positions[i]);
+    if (is_touched[i]) {
+      if (existing != blocks_.end() && existing->second.weights == output[i].weights) continue;
+      blocks_[block_positions[i]] = output[i];
     } else {
-      if (old == blocks_.end()) continue;
-      blocks_.erase(old);
+      if (existing == blocks_.end()) continue;
+      blocks_.erase(existing);
     }
-    result.push_back({places[i][2], places[i][1], places[i][0]});
+    result.push_back({block_positions[i][2], block_positions[i][1], block_positions[i][0]});
   }
   version_ = std::move(version);
   return result;

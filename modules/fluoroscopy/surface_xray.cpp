@@ -8,16 +8,16 @@ namespace trephine::fluoroscopy {
 
 using glm::dvec3;
 
-volume::Result<SurfaceXray> project_surfaces(const View& view, std::span<const SurfaceObject> objects) {
+Result<SurfaceXray> project_surfaces(const View& view, std::span<const SurfaceObject> objects) {
   const std::size_t count = static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows);
   SurfaceXray image{std::vector<double>(count, 0), std::vector<double>(count, 0), 0};
   std::vector<std::int64_t> depth(count), edge(count);
   std::vector<std::int32_t> balance(count);
-  constexpr double k_steps = 0x1p44;  // of a ray's length, and of an edge
+  constexpr double k_steps = 0x1p44;  // per length of a ray, and per edge term
   for (const SurfaceObject& object : objects) {
     std::fill(depth.begin(), depth.end(), 0), std::fill(edge.begin(), edge.end(), 0);
     std::fill(balance.begin(), balance.end(), 0);
-    const bool is_seen =
+    const bool is_projected =
         for_crossings(view, {object.vertices_world, object.triangles}, [&](const Crossing& c) {
           const std::size_t pixel = static_cast<std::size_t>(c.column) +
                                     static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(c.row);
@@ -29,13 +29,15 @@ volume::Result<SurfaceXray> project_surfaces(const View& view, std::span<const S
                                c.c * object.normals_world[corner[2]];
           const dvec3 along = view.pixel(c.column, c.row) - view.source;
           const double size = glm::length(normal) * glm::length(along);
-          // The sine of normal and ray, squared: an edge is narrow.
+          // Fourth power of the sine between normal and ray: an edge is narrow.
           const double sine = size > 0 ? glm::length(glm::cross(normal, along)) / size : 0;
           edge[pixel] += std::llround(sine * sine * sine * sine * k_steps);
         });
-    if (!is_seen)
-      return volume::Error{"an object reaches the C-arm's source", "objects", "", "all before the source",
-                           "move the C-arm"};
+    if (!is_projected)
+      return Error{.what = "an object reaches the C-arm's source",
+                   .where = "objects",
+                   .expected = "all objects in front of the source",
+                   .remedy = "move the C-arm"};
     for (int row = view.open.row_low; row < view.open.row_high; ++row)
       for (int column = view.open.column_low; column < view.open.column_high; ++column) {
         const std::size_t pixel = static_cast<std::size_t>(column) +

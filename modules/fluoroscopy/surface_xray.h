@@ -1,5 +1,5 @@
-// X-ray images by surfaces alone (Luo 2014's shader, equations 6.1 and 6.2): how far rays pass within closed
-// meshes of one attenuation each, and an edge that stands for dense outer bone.
+// X-ray images from surfaces alone (shader of Luo 2014, equations 6.1 and 6.2): lengths of rays within closed
+// meshes of uniform attenuation, and an edge term for dense outer bone.
 #pragma once
 
 #include <span>
@@ -10,25 +10,26 @@
 namespace trephine::fluoroscopy {
 
 struct SurfaceObject {
-  std::vector<glm::dvec3> vertices_world, normals_world;  ///< unit, one a vertex
-  std::vector<std::uint32_t> triangles;
-  std::vector<std::uint8_t> is_wall =
-      {};                ///< one a triangle: where a scan ends; they have no edge; empty: none
-  double weight = 0.02;  ///< 1/mm
-  double edge = 0;       ///< what a ray that only grazes it counts (no unit); squarely met: nothing
+  std::vector<glm::dvec3> vertices_world, normals_world;  ///< mm; unit normals, one per vertex
+  std::vector<std::uint32_t> triangles;                   ///< three indices per triangle
+  /// Per triangle: true at the end of a scan, where there is no edge term; may be empty.
+  std::vector<std::uint8_t> is_wall = {};
+  double weight = 0.02;  ///< attenuation, 1/mm
+  double edge = 0;       ///< edge term of a grazing ray (no unit); zero for a ray along the normal
 };
 
-/// Sum of signed depths times weight (the ray's way within), and with it the edges: a pixel's transmission
-/// is exp(-(within + edges)). Row by row of the whole view; closed pixels 0.
+/// Ray lengths within the objects times weight, and edge terms: a pixel's transmission is
+/// exp(-(within + edges)). Row by row of the whole view; closed pixels are 0.
 struct SurfaceXray {
   std::vector<double> within, edges;
-  /// Rays that leave an object not as often as they enter it, over all objects: 0 for closed meshes.
+  /// Number of rays that do not leave an object as often as they enter it, over all objects: 0 if closed.
   std::int64_t unbalanced = 0;
 };
-/// Whole numbers are summed: the order of triangles changes no bit. An object that reaches the source: error.
-volume::Result<SurfaceXray> project_surfaces(const View& view, std::span<const SurfaceObject> objects);
+/// Projects all objects. Integers are summed: the order of triangles changes no bit. Error if an object
+/// reaches the source.
+Result<SurfaceXray> project_surfaces(const View& view, std::span<const SurfaceObject> objects);
 
-/// Unit normals of a mesh's vertices, by the areas of their triangles.
+/// Returns the unit normals of a mesh's vertices, weighted by the areas of their triangles.
 std::vector<glm::dvec3> vertex_normals(const ProjectedMesh& mesh);
 
 }  // namespace trephine::fluoroscopy

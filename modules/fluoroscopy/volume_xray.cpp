@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "modules/fluoroscopy/mesh_crossings.h"
-#include "volume/image_plane.h"
-#include "volume/parallel.h"
+#include "volume/base/parallel.h"
+#include "volume/imaging/image_plane.h"
 
 namespace trephine::fluoroscopy {
 
@@ -43,14 +43,14 @@ Ray ray_in(const volume::Frame& frame, const View& view, int column, int row) no
 VolumeXray::VolumeXray(std::shared_ptr<const volume::Volume> scan, double energy_kev, int threads)
     : scan_(std::move(scan)), lines_(*scan_, weights_of_hounsfield(energy_kev), threads) {}
 
-/// The pixels in which a block may be seen.
-PixelBox VolumeXray::shadow(const View& view, const std::array<int, 3>& block) const {
+/// Returns the pixels with rays that may meet a block.
+PixelBox VolumeXray::pixels_of_block(const View& view, const std::array<int, 3>& block) const {
   volume::VoxelBox box = RemovedMatter::box_of(block);
-  if (how_ == volume::RaySum::joseph) --box.low, ++box.high;  // a ray between two voxels reads both
+  if (method_ == volume::RaySum::joseph) --box.low, ++box.high;  // a ray between two voxels reads both
   double low_x = 1e300, low_y = 1e300, high_x = -1e300, high_y = -1e300;
   for (const dvec3& corner : volume::corners_world(scan_->frame, box.low, box.high)) {
     const auto at = view.seen(corner);
-    if (!at) return view.open;  // level with or behind the source: anywhere
+    if (!at) return view.open;  // level with or behind the source: any pixel
     low_x = std::min(low_x, at->x), high_x = std::max(high_x, at->x);
     low_y = std::min(low_y, at->y), high_y = std::max(high_y, at->y);
   }
@@ -64,8 +64,8 @@ PixelBox VolumeXray::shadow(const View& view, const std::array<int, 3>& block) c
           clamped(std::ceil(high_y) + 2, open.row_low, open.row_high)};
 }
 
-/// Null: all of it.
-void VolumeXray::renew_removed(const View& view, const std::vector<ivec3>* changed, int threads) {
+/// Traces the removed matter in the tiles of changed blocks; in all tiles if `changed` is null.
+void VolumeXray::update_removed(const View& view, const std::vector<ivec3>* changed, int threads) {
   const int down = (view.rows + k_tile - 1) / k_tile;
   tiles_across_ = (view.columns + k_tile - 1) / k_tile;
   tiles_.assign(static_cast<std::size_t>(tiles_across_) * static_cast<std::size_t>(down), {});
@@ -78,16 +78,16 @@ void VolumeXray::renew_removed(const View& view, const std::vector<ivec3>* chang
             static_cast<std::size_t>(tiles_across_) * static_cast<std::size_t>(row));
   };
   for (const auto& block : removed_.blocks())
-    for_tiles(shadow(view, block.first), [&](std::size_t tile) { tiles_[tile].push_back(&block); });
+    for_tiles(pixels_of_block(view, block.first), [&](std::size_t tile) { tiles_[tile].push_back(&block); });
   if (changed != nullptr)
     for (const ivec3& c : *changed)
-      for_tiles(shadow(view, {c.z, c.y, c.x}), [&](std::size_t tile) { is_stale[tile] = 1; });
+      for_tiles(pixels_of_block(view, {c.z, c.y, c.x}), [&](std::size_t tile) { is_stale[tile] = 1; });
   std::vector<int> stale;
   for (std::size_t tile = 0; tile < tiles_.size(); ++tile)
     if (is_stale[tile]) stale.push_back(static_cast<int>(tile));
   std::atomic<std::int64_t> rays{0};
   const volume::RayFan fan = view.fan_in(scan_->frame);
-  volume::parallel_for(static_cast<int>(stale.size()), threads, [&](int n) {
+  parallel_for(static_cast<int>(stale.size()), threads, [&](int n) {
     const int tile = stale[static_cast<std::size_t>(n)];
     const BlockList& blocks = tiles_[static_cast<std::size_t>(tile)];
     const int column_low = std::max(view.open.column_low, tile % tiles_across_ * k_tile),
@@ -99,15 +99,15 @@ void VolumeXray::renew_removed(const View& view, const std::vector<ivec3>* chang
         double sum = 0;
         if (!blocks.empty()) {
           const Ray ray = ray_in(scan_->frame, view, column, row);
-          const int axis = how_ == volume::RaySum::joseph ? fan.slab_axis(column, row) : 0;
+          const int axis = method_ == volume::RaySum::joseph ? fan.slab_axis(column, row) : 0;
           for (const auto* block : blocks)
-            sum += how_ == volume::RaySum::joseph
+            sum += method_ == volume::RaySum::joseph
                        ? RemovedMatter::interpolated_sum(ray, axis, block->first, block->second)
                        : RemovedMatter::sum(ray, 0, 1, block->first, block->second);
           sum *= length_of(view, column, row);
           rays.fetch_add(1, std::memory_order_relaxed);
         }
-        taken_[index_of(view, column, row)] = sum;
+        removed_sums_[index_of(view, column, row)] = sum;
       }
   });
   counters_.renewed_rays += rays;
@@ -120,102 +120,105 @@ double VolumeXray::anatomy(const Ray& ray, double from, double to, std::size_t t
   return sum;
 }
 
-/// In place of what the scan has where they are.
-volume::Status VolumeXray::add_things(const View& view, std::span<const Thing> things, int threads,
-                                      std::vector<double>& sums) {
-  struct Met {
+/// Replaces the scan's attenuation inside the objects by that of the objects.
+Status VolumeXray::add_objects(const View& view, std::span<const Thing> things, int threads,
+                               std::vector<double>& sums) {
+  struct Hit {
     std::size_t pixel;
     double t;
     int into;
     std::size_t thing;
   };
-  std::vector<Met> met;
+  std::vector<Hit> hits;
   for (std::size_t i = 0; i < things.size(); ++i) {
     std::vector<dvec3> vertices;
     vertices.reserve(things[i].tree->vertices().size());
     for (const dvec3& v : things[i].tree->vertices()) vertices.push_back(things[i].place.world_from_local(v));
     if (!for_crossings(view, {vertices, things[i].tree->triangles()}, [&](const Crossing& c) {
-          met.push_back({index_of(view, c.column, c.row), c.t, c.into, i});
+          hits.push_back({index_of(view, c.column, c.row), c.t, c.into, i});
         }))
-      return volume::Error{"a thing reaches the C-arm's source", "things", std::to_string(i + 1),
-                           "all of it before the source", "move the C-arm"};
+      return Error{.what = "an object reaches the C-arm's source",
+                   .where = "things",
+                   .found = std::to_string(i + 1),
+                   .expected = "all of the object in front of the source",
+                   .remedy = "move the C-arm"};
   }
-  std::sort(met.begin(), met.end(), [](const Met& a, const Met& b) {
+  std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
     return a.pixel != b.pixel ? a.pixel < b.pixel : a.t != b.t ? a.t < b.t : a.thing < b.thing;
   });
   std::vector<std::size_t> first;
-  for (std::size_t i = 0; i < met.size(); ++i)
-    if (i == 0 || met[i].pixel != met[i - 1].pixel) first.push_back(i);
-  counters_.thing_rays += static_cast<std::int64_t>(first.size());
-  volume::parallel_for(static_cast<int>(first.size()), threads, [&](int n) {
+  for (std::size_t i = 0; i < hits.size(); ++i)
+    if (i == 0 || hits[i].pixel != hits[i - 1].pixel) first.push_back(i);
+  counters_.object_rays += static_cast<std::int64_t>(first.size());
+  parallel_for(static_cast<int>(first.size()), threads, [&](int n) {
     const std::size_t begin = first[static_cast<std::size_t>(n)],
                       end = static_cast<std::size_t>(n) + 1 < first.size()
                                 ? first[static_cast<std::size_t>(n) + 1]
-                                : met.size();
-    const std::size_t pixel = met[begin].pixel;
+                                : hits.size();
+    const std::size_t pixel = hits[begin].pixel;
     const int column = static_cast<int>(pixel % static_cast<std::size_t>(view.columns)),
               row = static_cast<int>(pixel / static_cast<std::size_t>(view.columns));
     const Ray ray = ray_in(scan_->frame, view, column, row);
     const double length = length_of(view, column, row);
     std::vector<int> depth(things.size(), 0);
     for (std::size_t i = begin; i + 1 < end; ++i) {
-      depth[met[i].thing] += met[i].into;
-      if (!(met[i].t < met[i + 1].t)) continue;
-      // An implant before a piece of bone; of several the one that was named first.
+      depth[hits[i].thing] += hits[i].into;
+      if (!(hits[i].t < hits[i + 1].t)) continue;
+      // Implants have priority over pieces of bone; among several, the first in `things`.
       const Thing* inside = nullptr;
       for (std::size_t k = 0; k < things.size(); ++k)
         if (depth[k] > 0 && (inside == nullptr || (inside->is_of_scan && !things[k].is_of_scan)))
           inside = &things[k];
       if (inside == nullptr) continue;
-      double own = inside->attenuation * (met[i + 1].t - met[i].t);
+      double integral = inside->attenuation * (hits[i + 1].t - hits[i].t);
       if (inside->is_of_scan) {
         const haptics::Placement back = inside->place.inverse();
         const volume::Frame& frame = scan_->frame;
-        own = lines_.integrate({frame.volume_from_world(back.world_from_local(view.source)),
-                                frame.volume_from_world(back.world_from_local(view.pixel(column, row)))},
-                               met[i].t, met[i + 1].t);
+        integral = lines_.integrate({frame.volume_from_world(back.world_from_local(view.source)),
+                                     frame.volume_from_world(back.world_from_local(view.pixel(column, row)))},
+                                    hits[i].t, hits[i + 1].t);
       }
-      sums[pixel] += length * (own - anatomy(ray, met[i].t, met[i + 1].t, tile_of(column, row)));
+      sums[pixel] += length * (integral - anatomy(ray, hits[i].t, hits[i + 1].t, tile_of(column, row)));
     }
   });
   return std::nullopt;
 }
 
-volume::Status VolumeXray::project(const View& view, std::shared_ptr<const volume::Version> version,
-                                   std::span<const Thing> things, volume::RaySum how, int threads) {
+Status VolumeXray::project(const View& view, std::shared_ptr<const volume::Version> version,
+                           std::span<const Thing> things, volume::RaySum method, int threads) {
   counters_ = {};
-  const bool is_new = !view_ || !is_same(*view_, view) || how_ != how;
+  const bool is_new = !view_ || !is_same(*view_, view) || method_ != method;
   const std::vector<ivec3> changed = removed_.update(lines_, std::move(version), threads);
   const PixelBox& open = view.open;
   if (is_new) {
-    view_ = view, how_ = how;
+    view_ = view, method_ = method;
     const std::size_t count = static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows);
-    whole_.assign(count, 0), taken_.assign(count, 0);
-    lines_.integrate(view.fan_in(scan_->frame), open, how, threads, whole_);
+    whole_.assign(count, 0), removed_sums_.assign(count, 0);
+    lines_.integrate(view.fan_in(scan_->frame), open, method, threads, whole_);
     for (int row = open.row_low; row < open.row_high; ++row)
       for (int column = open.column_low; column < open.column_high; ++column)
         whole_[index_of(view, column, row)] *= length_of(view, column, row);
     counters_.full_rays +=
         static_cast<std::int64_t>(open.column_high - open.column_low) * (open.row_high - open.row_low);
-    renew_removed(view, nullptr, threads);
+    update_removed(view, nullptr, threads);
   } else if (!changed.empty()) {
-    renew_removed(view, &changed, threads);
+    update_removed(view, &changed, threads);
   }
   std::vector<double> sums(whole_.size());
-  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = whole_[i] - taken_[i];
-  if (volume::Status error = add_things(view, things, threads, sums)) return error;
-  for (double& sum : sums) sum = std::max(sum, 0.0);  // rounding of what was taken whole
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = whole_[i] - removed_sums_[i];
+  if (Status error = add_objects(view, things, threads, sums)) return error;
+  for (double& sum : sums) sum = std::max(sum, 0.0);  // rounding where all matter was removed
   sums_ = std::move(sums);
   return std::nullopt;
 }
 
-/// The scan's axis along which the beam goes, by its middle ray.
+/// Returns the scan's axis nearest to the central ray.
 int VolumeXray::beam_axis(const View& view) const {
   const Ray middle = ray_in(scan_->frame, view, view.columns / 2, view.rows / 2);
   const dvec3 along = glm::abs(middle.end - middle.start);
   return along.x > along.y ? (along.x > along.z ? 0 : 2) : (along.y > along.z ? 1 : 2);
 }
-/// That which goes from foot to head.
+/// Returns the scan's axis nearest to the direction from foot to head.
 int VolumeXray::body_axis() const {
   int axis = 0;
   for (int a = 1; a < 3; ++a)
@@ -227,8 +230,8 @@ int VolumeXray::body_axis() const {
 
 std::vector<double> VolumeXray::beyond(const View& view, int threads) const {
   constexpr int k_tissue = 40;     // HU, in place of bone
-  constexpr int k_step = 4;        // pixels: between them it is interpolated ...
-  constexpr double k_even = 0.03;  // ... where the difference is invisible
+  constexpr int k_step = 4;        // pixels: values between them are interpolated ...
+  constexpr double k_even = 0.03;  // ... if they differ by less, which is invisible
   std::vector<double> result(static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows), 0);
   const dvec3 size(scan_->size);
   const int d = beam_axis(view), body = body_axis(), side = 3 - d - body;
@@ -255,21 +258,21 @@ std::vector<double> VolumeXray::beyond(const View& view, int threads) const {
   const int across = (open.column_high - open.column_low + k_step - 1) / k_step + 1,
             down = (open.row_high - open.row_low + k_step - 1) / k_step + 1;
   std::vector<double> coarse(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
-  const auto place = [across](int i, int j) {
+  const auto coarse_index = [across](int i, int j) {
     return static_cast<std::size_t>(i) + static_cast<std::size_t>(across) * static_cast<std::size_t>(j);
   };
-  volume::parallel_for(down, threads, [&](int j) {
+  parallel_for(down, threads, [&](int j) {
     for (int i = 0; i < across; ++i)
-      coarse[place(i, j)] = at_pixel(open.column_low + k_step * i, open.row_low + k_step * j);
+      coarse[coarse_index(i, j)] = at_pixel(open.column_low + k_step * i, open.row_low + k_step * j);
   });
-  volume::parallel_for(open.row_high - open.row_low, threads, [&](int row) {
+  parallel_for(open.row_high - open.row_low, threads, [&](int row) {
     const int j = row / k_step;
     const double v = static_cast<double>(row % k_step) / k_step;
     for (int column = 0; column < open.column_high - open.column_low; ++column) {
       const int i = column / k_step;
       const double u = static_cast<double>(column % k_step) / k_step;
-      const double a = coarse[place(i, j)], b = coarse[place(i + 1, j)], c = coarse[place(i, j + 1)],
-                   e = coarse[place(i + 1, j + 1)];
+      const double a = coarse[coarse_index(i, j)], b = coarse[coarse_index(i + 1, j)],
+                   c = coarse[coarse_index(i, j + 1)], e = coarse[coarse_index(i + 1, j + 1)];
       const auto [least, most] = std::minmax({a, b, c, e});
       result[index_of(view, open.column_low + column, open.row_low + row)] =
           most - least > k_even ? at_pixel(open.column_low + column, open.row_low + row)
@@ -279,7 +282,7 @@ std::vector<double> VolumeXray::beyond(const View& view, int threads) const {
   return result;
 }
 
-/// Does a slice across an axis hold more tissue than noise and a table's edge do?
+/// Returns true if a slice across an axis contains more tissue than noise and a table's edge would.
 bool VolumeXray::is_cut_at(int axis, int index) const {
   const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
   std::int64_t tissue = 0;
@@ -296,35 +299,35 @@ std::vector<Border> VolumeXray::borders(const View& view) const {
                              Border::none);
   const ivec3 size = scan_->size;
   const int beam = beam_axis(view), body = body_axis();
-  // Between which slices rays have to stay, within the scan's thickness along the beam.
+  // Slices between which rays have to stay, within the scan's thickness along the beam.
   constexpr double k_anywhere = std::numeric_limits<double>::infinity();
   const double lowest = beam != body && is_cut_at(body, 0) ? -0.5 : -k_anywhere,
                highest = beam != body && is_cut_at(body, size[body] - 1) ? size[body] - 0.5 : k_anywhere;
-  volume::parallel_for(view.open.row_high - view.open.row_low, 0, [&](int n) {
+  parallel_for(view.open.row_high - view.open.row_low, 0, [&](int n) {
     const int row = view.open.row_low + n;
     for (int column = view.open.column_low; column < view.open.column_high; ++column) {
       const Ray ray = ray_in(scan_->frame, view, column, row);
       const dvec3 along = ray.end - ray.start;
-      Border& is = result[index_of(view, column, row)];
-      double in = 0, out = 1;
+      Border& border = result[index_of(view, column, row)];
+      double t_enter = 0, t_exit = 1;
       for (int a = 0; a < 3; ++a) {
         if (along[a] == 0) {
-          if (ray.start[a] < -0.5 || ray.start[a] >= size[a] - 0.5) out = -1;
+          if (ray.start[a] < -0.5 || ray.start[a] >= size[a] - 0.5) t_exit = -1;
           continue;
         }
         const double low = (-0.5 - ray.start[a]) / along[a], high = (size[a] - 0.5 - ray.start[a]) / along[a];
         if (a == beam)
           for (const double t : {low, high}) {
             const double at = ray.start[body] + std::clamp(t, 0.0, 1.0) * along[body];
-            if (at < lowest || at > highest) is = Border::end;
+            if (at < lowest || at > highest) border = Border::end;
           }
-        in = std::max(in, std::min(low, high)), out = std::min(out, std::max(low, high));
+        t_enter = std::max(t_enter, std::min(low, high)), t_exit = std::min(t_exit, std::max(low, high));
       }
-      if (is == Border::end || !(in < out)) continue;
-      for (const double t : {in, out}) {
+      if (border == Border::end || !(t_enter < t_exit)) continue;
+      for (const double t : {t_enter, t_exit}) {
         if (t <= 0 || t >= 1) continue;  // source or detector within the scan
         const ivec3 v = glm::clamp(volume::voxel_of(ray.start + t * along), ivec3(0), size - 1);
-        if (scan_->voxels[scan_->index(v.x, v.y, v.z)] >= k_tissue_from) is = Border::side;
+        if (scan_->voxels[scan_->index(v.x, v.y, v.z)] >= k_tissue_from) border = Border::side;
       }
     }
   });

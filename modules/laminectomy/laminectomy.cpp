@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-#include "sim/work.h"
+#include "sim/api/work.h"
 
 namespace trephine::laminectomy {
 
@@ -13,19 +13,19 @@ using sim::field;
 
 namespace {
 
-struct Judged final : sim::JobResult {
-  Judgement what;
+struct JudgementResult final : sim::JobResult {
+  Judgement judgement;
   dvec3 at{0.0};
-  std::optional<Trouble> trouble;
+  LocatedStatus error;
   std::uint64_t fingerprint = 0;
 
   std::uint64_t hash() const override { return fingerprint; }
   void seal() {
-    volume::MixHash all;
-    sim::add_value(all, what);
-    if (trouble) sim::add_bytes(all, trouble->why), at = trouble->at_world;
-    all.add(at.x), all.add(at.y), all.add(at.z);
-    fingerprint = all.value();
+    MixHash mix;
+    sim::add_value(mix, judgement);
+    if (error) sim::add_bytes(mix, error->reason), at = error->position_world;
+    mix.add(at.x), mix.add(at.y), mix.add(at.z);
+    fingerprint = mix.value();
   }
 };
 
@@ -33,43 +33,48 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const auto& request = *static_cast<const JudgeLaminectomy*>(parameters);
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const int label = request.vertebra.empty() ? -1 : bone.volume().label_value(request.vertebra);
-  auto made = std::make_shared<Judged>();
-  Outcome outcome;
-  Trouble trouble;
-  if (judge(bone, label, request.canal.empty() ? nullptr : request.canal.data(), *input.state.world.version,
-            outcome, trouble)) {
-    made->what = judgement_of(outcome, request.vertebra);
-    made->at = outcome.frame.middle;
+  auto output = std::make_shared<JudgementResult>();
+  const auto outcome =
+      judge(bone, label, request.canal.empty() ? nullptr : request.canal.data(), *input.state.world.version);
+  if (outcome) {
+    output->judgement = judgement_of(outcome.value(), request.vertebra);
+    output->at = outcome.value().frame.middle;
   } else {
-    made->trouble = trouble;
+    output->error = outcome.error();
   }
-  made->seal();
-  return made;
+  output->seal();
+  return output;
 }
 
-volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
+Status check(const void* parameters, const haptics::TouchScene& anatomy) {
   const auto& request = *static_cast<const JudgeLaminectomy*>(parameters);
   if (request.item < 0 || static_cast<std::size_t>(request.item) >= anatomy.items.size() ||
       anatomy.items[static_cast<std::size_t>(request.item)].is_mesh())
-    return volume::Error{"there is no such shape of a volume", "judge-laminectomy item",
-                         std::to_string(request.item), "a shape of the anatomy", ""};
+    return Error{.what = "unknown shape",
+                 .where = "judge-laminectomy item",
+                 .found = std::to_string(request.item),
+                 .expected = "a shape of the anatomy"};
   const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(request.item)].field.volume();
   if (!request.vertebra.empty() && (scan.labels.is_empty() || scan.label_value(request.vertebra) <= 0))
-    return volume::Error{"there is no label of that name", "judge-laminectomy vertebra", request.vertebra,
-                         "a label of the scan", "or name a place in its canal"};
+    return Error{.what = "unknown label",
+                 .where = "judge-laminectomy vertebra",
+                 .found = request.vertebra,
+                 .expected = "a label of the scan",
+                 .remedy = "set a position in its canal"};
   return std::nullopt;
 }
 
 void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
-  const auto& made = static_cast<const Judged&>(result);
-  if (made.trouble) {
-    work.change_settings<Judgement>() = {};  // nothing that was judged before answers for it
+  const auto& output = static_cast<const JudgementResult&>(result);
+  if (output.error) {
+    work.change_settings<Judgement>() = {};  // an earlier judgement does not apply
     work.raise_event(
-        NoVertebra{static_cast<const JudgeLaminectomy*>(parameters)->vertebra, made.trouble->why}, made.at);
+        JudgementFailed{static_cast<const JudgeLaminectomy*>(parameters)->vertebra, output.error->reason},
+        output.at);
     return;
   }
-  work.change_settings<Judgement>() = made.what;
-  work.raise_event(made.what, made.at);
+  work.change_settings<Judgement>() = output.judgement;
+  work.raise_event(output.judgement, output.at);
 }
 
 }  // namespace
@@ -117,26 +122,31 @@ std::span<const sim::JobType* const> Laminectomy::jobs() const {
 
 std::span<const sim::ValueType* const> Laminectomy::events() const {
   static const std::array<const sim::ValueType*, 2> all{&sim::value_type<Judgement>(),
-                                                        &sim::value_type<NoVertebra>()};
+                                                        &sim::value_type<JudgementFailed>()};
   return all;
 }
 
-volume::Status Laminectomy::allows(const sim::Command& command, const sim::OperationState&) const {
+Status Laminectomy::allows(const sim::Command& command, const sim::OperationState&) const {
   const auto* request = command.what.as<JudgeLaminectomy>();
   if (request == nullptr) return std::nullopt;
   if (request->canal.size() > 1)
-    return volume::Error{"there are several places in the canal", "judge-laminectomy canal",
-                         std::to_string(request->canal.size()), "one, or none", ""};
+    return Error{.what = "more than one position in the canal",
+                 .where = "judge-laminectomy canal",
+                 .found = std::to_string(request->canal.size()),
+                 .expected = "at most one"};
   if (request->vertebra.empty() && request->canal.empty())
-    return volume::Error{"no vertebra selected", "judge-laminectomy", "",
-                         "vertebra, a label of the scan, or canal, a place in its canal", ""};
+    return Error{.what = "no vertebra selected",
+                 .where = "judge-laminectomy",
+                 .expected = "vertebra, a label of the scan, or canal, a position in its canal"};
   return std::nullopt;
 }
 
-std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& now) const {
-  const Judgement* j = now.settings_of<Judgement>();
+std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& operation) const {
+  const Judgement* j = operation.persistent_of<Judgement>();
   if (j == nullptr) return {};
-  const auto share = [](double left, double before) { return before > 0 ? 100 * left / before : 100.0; };
+  const auto share = [](double remaining, double before) {
+    return before > 0 ? 100 * remaining / before : 100.0;
+  };
   return {{"canal before", j->canal_before, "mm2"},
           {"canal", j->canal_after, "mm2"},
           {"opened length", j->opened_length, "mm"},
@@ -155,16 +165,16 @@ std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& now) 
 
 const sim::Schema& JudgeLaminectomy::schema() {
   static constexpr sim::Field fields[] = {
-      field<&JudgeLaminectomy::vertebra>("vertebra",
-                                         {.help = "its label", .names = sim::FieldInfo::Names::label}),
+      field<&JudgeLaminectomy::vertebra>(
+          "vertebra", {.help = "label of the vertebra", .names = sim::FieldInfo::Names::label}),
       field<&JudgeLaminectomy::canal>("canal", {.unit = "mm",
                                                 .low = -1e5,
                                                 .high = 1e5,
-                                                .help = "a place in its canal, as high as the lamina",
-                                                .label = "or a place in its canal",
+                                                .help = "position in its canal, at the height of the lamina",
+                                                .label = "or a position in its canal",
                                                 .is_expert = true}),
-      field<&JudgeLaminectomy::item>(
-          "item", {.low = 0, .high = 63, .help = "the shape that is bone", .is_expert = true})};
+      field<&JudgeLaminectomy::item>("item",
+                                     {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};
   static constexpr sim::Schema table{"judge-laminectomy", 1, fields};
   return table;
 }
@@ -172,25 +182,26 @@ const sim::Schema& JudgeLaminectomy::schema() {
 const sim::Schema& Judgement::schema() {
   static constexpr sim::Field fields[] = {
       field<&Judgement::vertebra>("vertebra"),
-      field<&Judgement::canal_before>("canal_before", {.unit = "mm2", .help = "where it was narrowest"}),
+      field<&Judgement::canal_before>("canal_before", {.unit = "mm2", .help = "area where it was narrowest"}),
       field<&Judgement::canal_after>("canal_after", {.unit = "mm2"}),
       field<&Judgement::narrowest_at>("narrowest_at", {.unit = "mm"}),
-      field<&Judgement::opened_length>("opened_length", {.unit = "mm", .help = "of the roof"}),
+      field<&Judgement::opened_length>("opened_length",
+                                       {.unit = "mm", .help = "length of the opening in the roof"}),
       field<&Judgement::opened_width>("opened_width", {.unit = "mm"}),
       field<&Judgement::opening_before>("opening_before",
-                                        {.unit = "mm2", .help = "canal where it is widest open"}),
+                                        {.unit = "mm2", .help = "canal at the widest opening"}),
       field<&Judgement::opening_after>("opening_after", {.unit = "mm2"}),
       field<&Judgement::is_at_border>("at_border", {.help = "the scan ends within the vertebra"}),
-      field<&Judgement::opened_at>("opened_at", {.unit = "mm", .help = "where it is widest"}),
+      field<&Judgement::opened_at>("opened_at", {.unit = "mm", .help = "widest opening"}),
       field<&Judgement::lamina_before>("lamina_before", {.unit = "mm3"}),
       field<&Judgement::lamina_left>("lamina_left", {.unit = "mm3"}),
       field<&Judgement::spinous_before>("spinous_before", {.unit = "mm3"}),
       field<&Judgement::spinous_left>("spinous_left", {.unit = "mm3"}),
-      field<&Judgement::left_upper_facet>("left_upper_facet", {.unit = "%", .help = "removed"}),
-      field<&Judgement::left_lower_facet>("left_lower_facet", {.unit = "%", .help = "removed"}),
-      field<&Judgement::right_upper_facet>("right_upper_facet", {.unit = "%", .help = "removed"}),
-      field<&Judgement::right_lower_facet>("right_lower_facet", {.unit = "%", .help = "removed"}),
-      field<&Judgement::facet_at>("facet_at", {.unit = "mm", .help = "of the one that lost most"}),
+      field<&Judgement::left_upper_facet>("left_upper_facet", {.unit = "%", .help = "removed share"}),
+      field<&Judgement::left_lower_facet>("left_lower_facet", {.unit = "%", .help = "removed share"}),
+      field<&Judgement::right_upper_facet>("right_upper_facet", {.unit = "%", .help = "removed share"}),
+      field<&Judgement::right_lower_facet>("right_lower_facet", {.unit = "%", .help = "removed share"}),
+      field<&Judgement::facet_at>("facet_at", {.unit = "mm", .help = "facet that lost most"}),
       field<&Judgement::left_pars_before>("left_pars_before", {.unit = "mm"}),
       field<&Judgement::left_pars>("left_pars", {.unit = "mm"}),
       field<&Judgement::right_pars_before>("right_pars_before", {.unit = "mm"}),
@@ -202,9 +213,9 @@ const sim::Schema& Judgement::schema() {
   return table;
 }
 
-const sim::Schema& NoVertebra::schema() {
-  static constexpr sim::Field fields[] = {field<&NoVertebra::vertebra>("vertebra"),
-                                          field<&NoVertebra::why>("why")};
+const sim::Schema& JudgementFailed::schema() {
+  static constexpr sim::Field fields[] = {field<&JudgementFailed::vertebra>("vertebra"),
+                                          field<&JudgementFailed::why>("why")};
   static constexpr sim::Schema table{"no-vertebra", 1, fields};
   return table;
 }

@@ -6,8 +6,8 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "volume/parallel.h"
-#include "volume/traversal.h"
+#include "volume/base/parallel.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::laminectomy {
 
@@ -16,13 +16,13 @@ using glm::dvec3;
 namespace {
 
 constexpr double k_section = 1;      // mm between sections
-constexpr double k_medial = 0.7;     // of the canal's half width: from here outward facets and pars begin
-constexpr double k_facet_wide = 12;  // mm beyond the canal's wall: farther out is the transverse process
+constexpr double k_medial = 0.7;     // of the canal's half width: facets and pars are farther out
+constexpr double k_facet_wide = 12;  // mm beyond the canal's wall to the transverse process
 constexpr std::size_t k_quarter = k_rays / 4;
 
-double median(std::vector<double>& of) {
-  const auto middle = of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2);
-  std::nth_element(of.begin(), middle, of.end());
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
@@ -47,21 +47,15 @@ class Judge {
   Judge(const volume::Field& bone, int label, const volume::Version& version, Outcome& outcome)
       : bone_(bone), scan_(bone.volume()), label_(label), version_(version), o_(outcome) {}
 
-  bool has_canal(Trouble& trouble) {
+  LocatedStatus find_canal() {
     const int count = static_cast<int>((o_.frame.high - o_.frame.low) / k_section) + 1;
     o_.sections.resize(static_cast<std::size_t>(count));
-    volume::parallel_for(count, 0, [&](int i) {
+    parallel_for(count, 0, [&](int i) {
       o_.sections[static_cast<std::size_t>(i)] =
           section_at(o_.frame, o_.frame.low + i * k_section, {bone_, label_}, &version_);
     });
-    if (!find_pedicles()) {
-      trouble = {"no pedicles on both sides of the canal", o_.frame.middle};
-      return false;
-    }
-    if (!find_roof()) {
-      trouble = {"no lamina closes the canal behind", o_.frame.middle};
-      return false;
-    }
+    if (!find_pedicles()) return LocatedError{"no pedicles on both sides of the canal", o_.frame.middle};
+    if (!find_roof()) return LocatedError{"no lamina closes the canal behind", o_.frame.middle};
     double least = 1e300, widest = 0;
     for (int i = o_.roof_first; i <= o_.roof_last; ++i) {
       const CanalSection& s = o_.sections[static_cast<std::size_t>(i)];
@@ -70,11 +64,12 @@ class Judge {
       o_.opened_length += k_section;
       if (const double width = s.opening(); width > widest) widest = width, o_.widest_opened = i;
     }
-    return least < 1e300;
+    if (least == 1e300) return LocatedError{"the canal is not closed at any lamina", o_.frame.middle};
+    return std::nullopt;
   }
 
-  /// Behind the outer surface of the laminae, half way to the sides of the canal: where the spinous process
-  /// stands out.
+  /// Finds the start of the spinous process: the outer surface of the laminae, half way to the sides of the
+  /// canal.
   void find_spinous_process() {
     std::vector<double> behind;
     for (int i = o_.roof_first; i <= o_.roof_last; ++i) {
@@ -95,32 +90,32 @@ class Judge {
   void weigh_parts() {
     struct Sum {
       double size = 0, removed = 0;
-      dvec3 of_size{0.0}, of_removed{0.0};
+      dvec3 size_moment{0.0}, removed_moment{0.0};
     };
     std::array<Sum, 6> sums;
     const double upper = 0.5 * (o_.pedicle_low + o_.pedicle_high), lower = 2 * o_.pedicle_low - upper;
-    for_points([&](const dvec3& p, double size, bool is_gone) {
-      const double aside = std::abs(p.x);
-      if (p.y <= 0 || aside > o_.half_width + k_facet_wide) return;
+    for_points([&](const dvec3& p, double size, bool is_removed) {
+      const double distance = std::abs(p.x);
+      if (p.y <= 0 || distance > o_.half_width + k_facet_wide) return;
       const std::size_t side = p.x > 0 ? 0 : 1;
       std::size_t part = 0;
-      if (aside < 0.5 * o_.half_width && p.y > o_.roof_back)
+      if (distance < 0.5 * o_.half_width && p.y > o_.roof_back)
         part = 1;
-      else if (aside >= k_medial * o_.half_width && p.z > upper)
+      else if (distance >= k_medial * o_.half_width && p.z > upper)
         part = 2 + side;
-      else if (aside >= k_medial * o_.half_width && p.z < lower)
+      else if (distance >= k_medial * o_.half_width && p.z < lower)
         part = 4 + side;
       Sum& sum = sums[part];
-      const double gone = is_gone ? size : 0;
-      sum.size += size, sum.removed += gone;
-      sum.of_size += size * p, sum.of_removed += gone * p;
+      const double removed_size = is_removed ? size : 0;
+      sum.size += size, sum.removed += removed_size;
+      sum.size_moment += size * p, sum.removed_moment += removed_size * p;
     });
     const auto part_of = [&](const Sum& sum) {
       Part part{sum.size, sum.removed, o_.frame.middle};
       if (sum.removed > 0)
-        part.at_world = o_.frame.world(sum.of_removed / sum.removed);
+        part.at_world = o_.frame.world(sum.removed_moment / sum.removed);
       else if (sum.size > 0)
-        part.at_world = o_.frame.world(sum.of_size / sum.size);
+        part.at_world = o_.frame.world(sum.size_moment / sum.size);
       return part;
     };
     o_.lamina = part_of(sums[0]), o_.spinous_process = part_of(sums[1]);
@@ -128,8 +123,8 @@ class Judge {
       o_.upper_facet[side] = part_of(sums[2 + side]), o_.lower_facet[side] = part_of(sums[4 + side]);
   }
 
-  /// Rows of the arch as seen from the back, from the middle of the pedicle to as far below its lower edge,
-  /// of those that the lamina closes.
+  /// Measures rows of the arch, viewed from the back, from the centre of the pedicle to as far below its
+  /// lower edge, where the lamina closes them.
   void measure_pars() {
     const double upper = 0.5 * (o_.pedicle_low + o_.pedicle_high), lower = 2 * o_.pedicle_low - upper;
     for (std::size_t side = 0; side < 2; ++side) {
@@ -138,12 +133,12 @@ class Judge {
       pars = {1e300, 1e300, o_.frame.middle};
       for (double z = lower; z <= upper; z += k_row) {
         double edge = 0, inner = 0;
-        const double wide = row_width(sign, z, false, edge, inner);
-        if (wide <= 0 || inner > 0) continue;  // between two facets, not between facet and lamina
-        pars.before = std::min(pars.before, wide);
-        const double now = row_width(sign, z, true, edge, inner);
-        if (now < pars.after) {
-          pars.after = now;
+        const double width = row_width(sign, z, false, edge, inner);
+        if (width <= 0 || inner > 0) continue;  // between two facets, not between facet and lamina
+        pars.before = std::min(pars.before, width);
+        const double width_after = row_width(sign, z, true, edge, inner);
+        if (width_after < pars.after) {
+          pars.after = width_after;
           pars.at_world = o_.frame.world({sign * 0.5 * (edge + inner), 0.7 * o_.roof_back, z});
         }
       }
@@ -152,7 +147,7 @@ class Judge {
   }
 
  private:
-  /// Finds where the pedicles close the canal on both sides: the longest such stretch; and its width there.
+  /// Finds the longest stretch where pedicles close the canal on both sides, and the canal's width there.
   bool find_pedicles() {
     std::size_t best = 0, best_count = 0, count = 0;
     for (std::size_t i = 0; i < o_.sections.size(); ++i) {
@@ -170,7 +165,7 @@ class Judge {
     o_.pedicle_low = o_.sections[best].z, o_.pedicle_high = o_.sections[best + best_count - 1].z;
     return true;
   }
-  /// Is the vertebra there straight to a side of the canal? Its label says where it ends, if it has one.
+  /// Returns true if the vertebra closes one side of the canal, by its label if it has one, else by bone.
   bool is_pedicle(double z, double sign) const {
     for (double x = 0; x < k_reach; x += k_fine) {
       const dvec3 p = scan_.frame.volume_from_world(o_.frame.world({sign * x, 0, z}));
@@ -178,7 +173,7 @@ class Judge {
     }
     return false;
   }
-  /// The stretch of closed sections nearest to the middle.
+  /// Finds the stretch of closed sections nearest to the centre.
   bool find_roof() {
     const auto has_roof = [this](int i) { return o_.sections[static_cast<std::size_t>(i)].has_roof(false); };
     const int count = static_cast<int>(o_.sections.size());
@@ -200,7 +195,7 @@ class Judge {
     const dvec3 p = scan_.frame.volume_from_world(o_.frame.world(local));
     return bone_.value(p) >= 0 && is_of_vertebra(p);
   }
-  bool is_left(const dvec3& local) const {
+  bool is_kept(const dvec3& local) const {
     return version_.distance(scan_.frame.volume_from_world(o_.frame.world(local))) > 0;
   }
   bool is_of_vertebra(const dvec3& p) const {
@@ -209,12 +204,13 @@ class Judge {
     return scan_.contains(v) && scan_.labels[scan_.index(v.x, v.y, v.z)] == label_;
   }
 
-  /// From the outer edge of the arch on that side inward, to the middle or to where no bone is left.
-  double row_width(double sign, double z, bool of_after, double& edge, double& inner) const {
+  /// Returns the width of the arch in a row, mm, from its outer edge on one side inward to the midline or to
+  /// the end of the remaining bone. Sets both ends.
+  double row_width(double sign, double z, bool is_after, double& edge, double& inner) const {
     const auto is_covered = [&](double x) {
       for (double y = 0; y <= o_.roof_back; y += k_fine) {
         const dvec3 p(sign * x, y, z);
-        if (is_bone(p) && (!of_after || is_left(p))) return true;
+        if (is_bone(p) && (!is_after || is_kept(p))) return true;
       }
       return false;
     };
@@ -228,17 +224,18 @@ class Judge {
     return edge - inner;
   }
 
-  /// Calls each(place, mm3, is it removed) for points of the vertebra, all voxels divided evenly.
+  /// Calls each(position, mm3, is_removed) for points of the vertebra that divide its voxels evenly.
   template <class Each>
   void for_points(const Each& each) const {
-    constexpr double k_aside = 45;   // mm, no vertebra is wider
-    constexpr double k_point = 0.4;  // mm between points at most
+    constexpr double k_half_width = 45;  // mm to each side: no vertebra is wider
+    constexpr double k_point = 0.4;      // largest distance of the points, mm
     const volume::Frame& frame = scan_.frame;
     // The box around the vertebra, in voxels.
     dvec3 low(1e300), high(-1e300);
     for (int c = 0; c < 8; ++c) {
-      const dvec3 p = frame.volume_from_world(o_.frame.world(
-          {c & 1 ? k_aside : -k_aside, c & 2 ? 2.5 * k_aside : 0.0, c & 4 ? o_.frame.high : o_.frame.low}));
+      const dvec3 p = frame.volume_from_world(
+          o_.frame.world({c & 1 ? k_half_width : -k_half_width, c & 2 ? 2.5 * k_half_width : 0.0,
+                          c & 4 ? o_.frame.high : o_.frame.low}));
       low = glm::min(low, p), high = glm::max(high, p);
     }
     const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(low)), glm::ivec3(0)),
@@ -253,9 +250,9 @@ class Judge {
           for (int n = 0; n < parts.x * parts.y * parts.z; ++n) {
             const dvec3 part(n % parts.x, n / parts.x % parts.y, n / (parts.x * parts.y));
             const dvec3 p = dvec3(x, y, z) - 0.5 + (part + 0.5) / dvec3(parts);
-            const dvec3 place = o_.frame.local(frame.world_from_volume(p));
-            if (place.z >= o_.frame.low && place.z <= o_.frame.high)
-              each(place, size, version_.distance(p) <= 0);
+            const dvec3 local = o_.frame.local(frame.world_from_volume(p));
+            if (local.z >= o_.frame.low && local.z <= o_.frame.high)
+              each(local, size, version_.distance(p) <= 0);
           }
         }
   }
@@ -269,17 +266,19 @@ class Judge {
 
 }  // namespace
 
-bool judge(const volume::Field& bone, int label, const dvec3* canal_world, const volume::Version& version,
-           Outcome& outcome, Trouble& trouble) {
-  outcome = {};
-  if (!find_vertebra({bone, label}, canal_world, outcome.frame, trouble)) return false;
+Result<Outcome, LocatedError> judge(const volume::Field& bone, int label, const dvec3* canal_world,
+                                    const volume::Version& version) {
+  const auto frame = find_vertebra({bone, label}, canal_world);
+  if (!frame) return frame.error();
+  Outcome outcome;
+  outcome.frame = frame.value();
   Judge judge(bone, label, version, outcome);
-  if (!judge.has_canal(trouble)) return false;
+  if (auto error = judge.find_canal()) return *std::move(error);
   outcome.is_at_border = touches_border(bone.volume(), label);
   judge.find_spinous_process();
   judge.weigh_parts();
   judge.measure_pars();
-  return true;
+  return outcome;
 }
 
 int slice_of(const volume::Volume& scan, const dvec3& world) noexcept {

@@ -1,37 +1,37 @@
-// Outcome of a laminectomy: room in the canal, remains of the vertebra's back.
+// Outcome of a laminectomy: room in the canal, and remaining parts of the vertebra's arch.
 #pragma once
 
 #include "modules/laminectomy/vertebra.h"
-#include "sim/value.h"
+#include "sim/api/value.h"
 
 namespace trephine::laminectomy {
 
-/// A part of the vertebra's arch.
+/// Part of the vertebra's arch.
 struct Part {
-  double size = 0;           ///< mm3, before
+  double size = 0;           ///< mm3, before the operation
   double removed = 0;        ///< mm3
-  glm::dvec3 at_world{0.0};  ///< the middle of what was removed; of the part where nothing was
+  glm::dvec3 at_world{0.0};  ///< mm: centre of the removed bone, else of the part
   double share_removed() const noexcept { return size > 0 ? removed / size : 0; }
 };
 
-/// The isthmus between a vertebra's upper and lower facet, as seen from the back.
+/// Isthmus between a vertebra's upper and lower facet, viewed from the back.
 struct Pars {
-  double before = 0, after = 0;  ///< mm, from its outer edge to the middle, or to where it was cut
-  glm::dvec3 at_world{0.0};      ///< where it is narrowest now
+  double before = 0, after = 0;  ///< mm, from its outer edge to the midline or the cut
+  glm::dvec3 at_world{0.0};      ///< mm: narrowest point after the operation
 };
 
 struct Outcome {
   VertebraFrame frame;
-  double half_width = 0;                     ///< mm, of the canal between the pedicles
+  double half_width = 0;                     ///< mm, half of the canal's width between the pedicles
   double pedicle_low = 0, pedicle_high = 0;  ///< mm along `up`
-  double roof_back = 0;                      ///< mm behind the middle, where the spinous process begins
-  std::vector<CanalSection> sections;  ///< a millimetre apart, from below to above, over the whole vertebra
+  double roof_back = 0;                      ///< mm from the centre back to the start of the spinous process
+  std::vector<CanalSection> sections;        ///< 1 mm apart, upward, over the whole vertebra
 
   bool is_at_border = false;          ///< the scan ends within the vertebra
-  int roof_first = 0, roof_last = 0;  ///< of the sections: those that the lamina closed behind
-  int narrowest = 0;                  ///< of those: where the canal was narrowest
-  int widest_opened = -1;             ///< where the opening is widest; -1: the roof is closed everywhere
-  double opened_length = 0;           ///< mm along the canal whose roof was opened
+  int roof_first = 0, roof_last = 0;  ///< first and last of the sections that the lamina closed
+  int narrowest = 0;                  ///< section below the lamina where the canal was narrowest
+  int widest_opened = -1;             ///< section with the widest opening; -1: the roof is closed everywhere
+  double opened_length = 0;           ///< mm along the canal with an opened roof
 
   Part lamina, spinous_process;
   std::array<Part, 2> upper_facet, lower_facet;  ///< left, right
@@ -42,12 +42,12 @@ struct Outcome {
   }
 };
 
-/// Judges the vertebra with this label; -1 and a place in its canal: the bone within 18 mm above and below
-/// it. `version` is frozen. False, and why, when no such vertebra is found.
-bool judge(const volume::Field& bone, int label, const glm::dvec3* canal_world,
-           const volume::Version& version, Outcome& outcome, Trouble& trouble);
+/// Judges the vertebra with this label, or, with label -1 and a position in its canal, the bone within 18 mm
+/// above and below that position. `version` is frozen.
+Result<Outcome, LocatedError> judge(const volume::Field& bone, int label, const glm::dvec3* canal_world,
+                                    const volume::Version& version);
 
-/// The slice of the scan (along its third axis) that shows a place.
+/// Returns the index of the scan's slice (along its third axis) at a position, clamped to the scan.
 int slice_of(const volume::Volume& scan, const glm::dvec3& world) noexcept;
 
 }  // namespace trephine::laminectomy

@@ -1,68 +1,65 @@
-// Location of a vertebra and its canal, found in the bone itself.
+// VertebraFrame, CanalSection: location of a vertebra and its canal, found in the bone itself.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "volume/field.h"
-#include "volume/version.h"
+#include "sim/api/located_error.h"
+#include "volume/base/error.h"
+#include "volume/cuts/version.h"
+#include "volume/scan/field.h"
 
 namespace trephine::laminectomy {
 
-/// Directions of a vertebra, from the middle of its canal. World frame, mm.
+/// Axes of a vertebra, from the centre of its canal. World frame, mm.
 struct VertebraFrame {
   glm::dvec3 middle{0.0};
-  glm::dvec3 left{1, 0, 0}, back{0, 1, 0}, up{0, 0, 1};  ///< unit, at right angles; up as its body lies
-  double low = -18, high = 18;                           ///< along `up`, between which the vertebra lies
+  glm::dvec3 left{1, 0, 0}, back{0, 1, 0}, up{0, 0, 1};  ///< unit, orthogonal; up along its body
+  double low = -18, high = 18;                           ///< extent of the vertebra along `up`
 
   glm::dvec3 world(const glm::dvec3& p) const noexcept { return middle + p.x * left + p.y * back + p.z * up; }
   glm::dvec3 local(const glm::dvec3& w) const noexcept;
 };
 
-/// Reason and location of a failure.
-struct Trouble {
-  std::string why;
-  glm::dvec3 at_world{0.0};
-};
+using sim::LocatedError, sim::LocatedStatus;
 
-/// Rays of a plane across the canal, turned from `back` toward `left`.
+/// Number of rays in a plane across the canal, counted from `back` toward `left`.
 inline constexpr int k_rays = 720;
-/// Bone farther from the canal's middle does not belong to its wall, mm.
+/// Bone farther from the canal's centre does not belong to its wall, mm.
 inline constexpr double k_reach = 20;
 
-/// The canal's wall in the plane at `z` along `up`, as it was and as it is.
+/// Wall of the canal in the plane at `z` mm along `up`, before and after the operation.
 struct CanalSection {
   double z = 0;
-  std::vector<double> before, after;  ///< mm, each ray to its wall; below 0: it meets none
-  std::vector<double> wall_end;       ///< mm, where that bone ended before anything was cut
-  std::vector<char> is_own;           ///< is that the labelled vertebra? Without a label all are
+  std::vector<double> before, after;  ///< mm from the centre to the wall, per ray; negative: no wall
+  std::vector<double> wall_end;       ///< mm from the centre to the far end of that bone, before
+  std::vector<char> is_own;           ///< the wall is of the labelled vertebra; without a label always true
 
-  /// Is the ray closed, before or after? Rays are counted around.
-  bool is_closed(int ray, bool of_after) const noexcept;
-  /// Has it a roof: are all rays within 35 degrees of straight back closed, by the vertebra itself?
-  bool has_roof(bool of_after) const noexcept;
-  /// mm2 within the wall; where it is open, within the straight line between the ends of the bone at the
-  /// opening, and never less than before. Nothing (below 0) where less than half is closed.
-  double area(bool of_after) const noexcept;
-  /// mm, between the ends of the bone at the opening that was cut into the roof; 0: not open.
+  /// Returns true if a ray meets the wall, before or after the operation. Ray numbers wrap around.
+  bool is_closed(int ray, bool is_after) const noexcept;
+  /// Returns true if the vertebra itself closes all rays within 35 degrees of straight back.
+  bool has_roof(bool is_after) const noexcept;
+  /// Returns the area within the wall, mm2; where it is open, within the straight line between the ends of
+  /// the bone at the opening, and never less than before. Negative if less than half of the rays are closed.
+  double area(bool is_after) const noexcept;
+  /// Returns the distance between the ends of the bone at the opening in the roof, mm; 0: not open.
   double opening() const noexcept;
 };
-/// The direction of a ray, of unit length: x to the left, y to the back.
+/// Returns the unit direction of a ray: x to the left, y to the back.
 glm::dvec2 ray_direction(int ray) noexcept;
 
-/// Walls of a canal: bone, and the label of its vertebra, which ends more exactly than blurred
-/// walls do; -1: no label.
+/// Walls of a canal: bone, and the label of its vertebra, which has more exact borders than blurred bone;
+/// -1: no label.
 struct Walls {
   volume::Field bone;
   int label = -1;
 };
-/// `after`: null to look at the untouched volume alone.
+/// Returns the section at `z` mm along `up`. `after`: operated version; null: the untouched volume only.
 CanalSection section_at(const VertebraFrame& frame, double z, const Walls& walls,
                         const volume::Version* after);
 
-/// Finds the vertebra with that label; without one the bone around `canal_world`, patient upright.
-/// `canal_world`: a place in its canal at the height of the lamina; null: it is found. False, and why, when
-/// it is not found.
-bool find_vertebra(const Walls& walls, const glm::dvec3* canal_world, VertebraFrame& frame, Trouble& trouble);
+/// Finds the labelled vertebra; without a label, the bone around `canal_world` of an upright patient.
+/// `canal_world`: a position in its canal at the height of the lamina; null: it is searched for.
+Result<VertebraFrame, LocatedError> find_vertebra(const Walls& walls, const glm::dvec3* canal_world);
 
 }  // namespace trephine::laminectomy

@@ -13,9 +13,9 @@ using glm::dvec3;
 namespace {
 
 /// Triangles around each corner.
-struct Around {
+struct TrianglesOfCorner {
   std::vector<std::uint32_t> first, triangles;
-  explicit Around(const haptics::Surface& surface) : first(surface.vertices().size() + 1, 0) {
+  explicit TrianglesOfCorner(const haptics::Surface& surface) : first(surface.vertices().size() + 1, 0) {
     const std::vector<std::uint32_t>& corners = surface.triangles();
     for (const std::uint32_t c : corners) ++first[c + 1];
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
@@ -24,25 +24,25 @@ struct Around {
     for (std::size_t i = 0; i < corners.size(); ++i)
       triangles[next[corners[i]]++] = static_cast<std::uint32_t>(i / 3);
   }
-  /// All triangles that hang together with those of `open`, by corners, and that `is_wanted` takes.
+  /// Returns the triangles that are connected to `open` by corners and for which `is_wanted` returns true.
   template <class Wanted>
   std::vector<std::uint32_t> flood(const haptics::Surface& surface, std::vector<std::uint32_t> open,
                                    const Wanted& is_wanted) const {
-    std::vector<bool> seen(surface.triangles().size() / 3, false);
-    std::vector<std::uint32_t> all;
-    for (const std::uint32_t t : open) seen[t] = true;
+    std::vector<bool> visited(surface.triangles().size() / 3, false);
+    std::vector<std::uint32_t> result;
+    for (const std::uint32_t t : open) visited[t] = true;
     while (!open.empty()) {
       const std::uint32_t t = open.back();
       open.pop_back();
       if (!is_wanted(t)) continue;
-      all.push_back(t);
+      result.push_back(t);
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t corner = surface.triangles()[3 * t + k];
         for (std::uint32_t i = first[corner]; i < first[corner + 1]; ++i)
-          if (!seen[triangles[i]]) seen[triangles[i]] = true, open.push_back(triangles[i]);
+          if (!visited[triangles[i]]) visited[triangles[i]] = true, open.push_back(triangles[i]);
       }
     }
-    return all;
+    return result;
   }
 };
 
@@ -51,8 +51,8 @@ std::array<dvec3, 3> corners_of(const haptics::Surface& surface, std::uint32_t t
   const auto& c = surface.triangles();
   return {v[c[3 * t]], v[c[3 * t + 1]], v[c[3 * t + 2]]};
 }
-/// Twice its area long, outward.
-dvec3 square_of(const std::array<dvec3, 3>& c) { return glm::cross(c[1] - c[0], c[2] - c[0]); }
+/// Returns the outward normal of a triangle, of twice its area.
+dvec3 area_vector(const std::array<dvec3, 3>& c) { return glm::cross(c[1] - c[0], c[2] - c[0]); }
 
 bool is_within(const std::vector<dvec2>& polygon, const dvec2& p) {
   bool is_in = false;
@@ -72,44 +72,44 @@ std::optional<double> area_within(const haptics::Surface& surface,
   for (std::size_t i = 0; i < outline.size(); ++i)
     normal += glm::cross(outline[i] - outline[0], outline[(i + 1) % outline.size()] - outline[0]);
   for (const haptics::Surface::Place& place : places)
-    outward += glm::normalize(square_of(corners_of(surface, place.triangle)));
+    outward += glm::normalize(area_vector(corners_of(surface, place.triangle)));
   if (!(glm::length(normal) > 0)) return 0.0;
   normal = glm::normalize(glm::dot(normal, outward) < 0 ? -normal : normal);
   const dvec3 across = std::abs(normal.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 u = glm::normalize(glm::cross(normal, across)), v = glm::cross(normal, u);
-  const auto flat = [&](const dvec3& p) { return dvec2(glm::dot(p, u), glm::dot(p, v)); };
+  const auto project = [&](const dvec3& p) { return dvec2(glm::dot(p, u), glm::dot(p, v)); };
   std::vector<dvec2> polygon;
-  for (const dvec3& p : outline) polygon.push_back(flat(p));
+  for (const dvec3& p : outline) polygon.push_back(project(p));
 
-  constexpr int k_parts = 6;         // a triangle is looked at in 36 of them
-  constexpr double k_turned = 0.12;  // cosine: farther from the plane's normal a surface says nothing there
+  constexpr int k_parts = 6;         // a triangle is sampled in 36 parts
+  constexpr double k_turned = 0.12;  // cosine to the plane's normal: a steeper triangle turns away
   double area = 0;
   bool turns_away = false;
   std::vector<std::uint32_t> open;
   for (const haptics::Surface::Place& place : places) open.push_back(place.triangle);
-  const Around around(surface);
-  around.flood(surface, open, [&](std::uint32_t t) {
+  const TrianglesOfCorner triangles_of_corner(surface);
+  triangles_of_corner.flood(surface, open, [&](std::uint32_t t) {
     const auto c = corners_of(surface, t);
-    int in = 0;
+    int inside = 0;
     for (int i = 0; i < k_parts; ++i)
       for (int j = 0; i + j < k_parts; ++j)
         for (int up = 0; up < (i + j < k_parts - 1 ? 2 : 1); ++up) {
           const double s = (i + (up ? 2.0 : 1.0) / 3) / k_parts, r = (j + (up ? 2.0 : 1.0) / 3) / k_parts;
-          in += is_within(polygon, flat(c[0] + s * (c[1] - c[0]) + r * (c[2] - c[0])));
+          inside += is_within(polygon, project(c[0] + s * (c[1] - c[0]) + r * (c[2] - c[0])));
         }
-    if (in == 0) {
-      // Those that only touch the outline's places lead on, others do not.
+    if (inside == 0) {
+      // A triangle outside the outline is passed only at a point of the line.
       for (const haptics::Surface::Place& place : places)
         if (place.triangle == t) return true;
       return false;
     }
-    const dvec3 square = square_of(c);
-    const double size = glm::length(square);
-    if (size > 0 && glm::dot(square, normal) < k_turned * size) {
-      turns_away = turns_away || in == k_parts * k_parts;
+    const dvec3 area_normal = area_vector(c);
+    const double size = glm::length(area_normal);
+    if (size > 0 && glm::dot(area_normal, normal) < k_turned * size) {
+      turns_away = turns_away || inside == k_parts * k_parts;
       return false;
     }
-    area += 0.5 * size * in / (k_parts * k_parts);
+    area += 0.5 * size * inside / (k_parts * k_parts);
     return true;
   });
   return turns_away ? std::nullopt : std::optional(area);
@@ -117,11 +117,12 @@ std::optional<double> area_within(const haptics::Surface& surface,
 
 MarkedPart part_of(const haptics::Surface& surface, std::uint32_t triangle, const dvec3& place) {
   MarkedPart part;
-  const Around around(surface);
-  for (const std::uint32_t t : around.flood(surface, {triangle}, [](std::uint32_t) { return true; })) {
+  const TrianglesOfCorner triangles_of_corner(surface);
+  for (const std::uint32_t t :
+       triangles_of_corner.flood(surface, {triangle}, [](std::uint32_t) { return true; })) {
     const auto c = corners_of(surface, t);
-    part.area += 0.5 * glm::length(square_of(c));
-    part.volume += glm::dot(c[0] - place, square_of(c)) / 6;
+    part.area += 0.5 * glm::length(area_vector(c));
+    part.volume += glm::dot(c[0] - place, area_vector(c)) / 6;
     for (const dvec3& p : c) part.farthest = std::max(part.farthest, glm::length(p - place));
   }
   return part;

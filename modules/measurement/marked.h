@@ -1,4 +1,4 @@
-// Measures on a surface: size of the part within an outline, and of a separate part.
+// Measurements on a surface: area within an outline, and size of a connected part.
 #pragma once
 
 #include <optional>
@@ -9,16 +9,16 @@
 
 namespace trephine::measurement {
 
-/// mm2 of the surface within a closed line on it, seen along the line's own plane. `places`: of the line, on
-/// the surface. Nothing: the surface turns away within it.
+/// Returns the area of the surface within a closed line on it, mm2; the inside is decided in the plane of the
+/// line. `places`: points of the line on the surface. Empty if the surface turns away within the line.
 std::optional<double> area_within(const haptics::Surface& surface,
                                   std::span<const haptics::Surface::Place> places,
                                   const std::vector<glm::dvec3>& outline);
 
-/// The part of a surface to which a triangle belongs.
+/// Size of the connected part of a surface to which a triangle belongs.
 struct MarkedPart {
   double area = 0, volume = 0;  ///< mm2, mm3
-  double farthest = 0;          ///< mm, of its corners from a place
+  double farthest = 0;          ///< mm, largest distance of its corners from `place`
 };
 MarkedPart part_of(const haptics::Surface& surface, std::uint32_t triangle, const glm::dvec3& place);
 

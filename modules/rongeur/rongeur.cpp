@@ -9,14 +9,14 @@ namespace trephine::rongeur {
 
 using glm::dvec3;
 using sim::field;
-using volume::ToolPlace;
+using volume::ToolPose;
 
 namespace {
 
-constexpr double k_closed = 0.98, k_open = 0.2;  // of a squeeze: bites, and may bite again
+constexpr double k_closed = 0.98, k_open = 0.2;  // of a squeeze: bites above k_closed, and again after k_open
 
-/// Place of the bite: its axis leads from one jaw to the other.
-ToolPlace place_of(const Rongeur& r, const sim::InstrumentInput& input) {
+/// Returns the pose of the bite, with its axis from one jaw to the other.
+ToolPose bite_pose(const Rongeur& r, const sim::InstrumentInput& input) {
   const glm::dquat turn = glm::normalize(input.tick.pose.orientation);
   const dvec3 shaft = turn * dvec3(0, 0, 1), tip = input.tick.proxy_world;
   if (r.kind == Kind::kerrison) return {tip, shaft};
@@ -24,9 +24,8 @@ ToolPlace place_of(const Rongeur& r, const sim::InstrumentInput& input) {
   return {tip - 0.5 * r.width * shaft - 0.5 * r.opening * across, across};
 }
 
-/// Does a round plate stand in bone? From `along` its face on, away from the bite.
-bool is_in_bone(const Rongeur& r, const ToolPlace& at, double along, double thickness,
-                const sim::Work& work) {
+/// Returns true if a round plate is in bone. Its face is at `along`, and it extends by the signed thickness.
+bool is_in_bone(const Rongeur& r, const ToolPose& at, double along, double thickness, const sim::Work& work) {
   const dvec3 aside = std::abs(at.axis_world.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 a = glm::normalize(glm::cross(at.axis_world, aside)), b = glm::cross(at.axis_world, a);
   for (const double deep : {0.25, 1.0}) {
@@ -42,8 +41,8 @@ bool is_in_bone(const Rongeur& r, const ToolPlace& at, double along, double thic
   return false;
 }
 
-/// Why the jaws do not close; empty: they do.
-std::string reason_not_to_close(const Rongeur& r, const ToolPlace& at, const sim::Work& work) {
+/// Returns the reason why the jaws cannot close; empty if they can.
+std::string reason_not_to_close(const Rongeur& r, const ToolPose& at, const sim::Work& work) {
   const bool is_kerrison = r.kind == Kind::kerrison;
   if (is_in_bone(r, at, 0, -r.jaw, work))
     return is_kerrison ? "the foot is in bone. Slide it under the lamina first."
@@ -55,7 +54,7 @@ std::string reason_not_to_close(const Rongeur& r, const ToolPlace& at, const sim
 }
 
 /// Returns the bone between the jaws, mm3, by points half a millimetre apart.
-double bite_size(const Rongeur& r, const ToolPlace& at, const sim::Work& work) {
+double bite_size(const Rongeur& r, const ToolPose& at, const sim::Work& work) {
   constexpr double k_step = 0.5;
   const dvec3 aside = std::abs(at.axis_world.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 a = glm::normalize(glm::cross(at.axis_world, aside)), b = glm::cross(at.axis_world, a);
@@ -76,7 +75,7 @@ double bite_size(const Rongeur& r, const ToolPlace& at, const sim::Work& work) {
 void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::Pose& pose = input.tick.pose;
   if (input.tick.raised & haptics::fault_not_finite) return;  // the hand's motion is unknown
-  // The state of the jaws is the hand's, whatever stroke it is: after an undo they open first, too.
+  // The jaws belong to the hand, not to a stroke: after an undo they must open first, too.
 
   const double squeeze = std::clamp(static_cast<double>(pose.axes[0]), 0.0, 1.0);
   state.has_squeeze = state.has_squeeze || squeeze > 0;
@@ -87,10 +86,10 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
   if (state.closed < k_open) state.is_done = false;
   if (state.is_done || state.closed < k_closed) return;
   state.is_done = true;
-  const ToolPlace at = place_of(r, input);
+  const ToolPose at = bite_pose(r, input);
   const dvec3 middle = at.at_world + 0.5 * r.opening * at.axis_world;
-  if (std::string why = reason_not_to_close(r, at, work); !why.empty()) {
-    work.raise_event(BiteRefused{std::move(why)}, middle);
+  if (std::string reason = reason_not_to_close(r, at, work); !reason.empty()) {
+    work.raise_event(BiteRefused{std::move(reason)}, middle);
     return;
   }
   if (const double size = bite_size(r, at, work); size > r.most) {
@@ -100,24 +99,27 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
         middle);
     return;
   }
-  const volume::RemovalReport bitten = work.remove(volume::ToolSweep{r.bite(), at, at});
-  if (bitten.removed_units > 0) work.raise_event(Bite{work.left().mm3_of(bitten.removed_units)}, middle);
+  const volume::RemovalReport report = work.remove(volume::ToolSweep{r.bite(), at, at});
+  if (report.removed_units > 0) work.raise_event(Bite{work.left().mm3_of(report.removed_units)}, middle);
 }
 
-/// Body near the dura: a ball as wide as the jaws, on whose underside a Kerrison's foot ends, or between
-/// a rongeur's cups.
+/// Returns the body near the dura: a ball as wide as the jaws, above the lower face of a Kerrison's foot, or
+/// between a rongeur's cups.
 sim::ToolBall body(const Rongeur& r, const RongeurState&, const sim::InstrumentInput& input) {
-  const ToolPlace at = place_of(r, input);
-  const double wide = 0.5 * r.width;
-  return {at.at_world + (r.kind == Kind::kerrison ? wide - r.jaw : 0.5 * r.opening) * at.axis_world, wide};
+  const ToolPose at = bite_pose(r, input);
+  const double radius = 0.5 * r.width;
+  return {at.at_world + (r.kind == Kind::kerrison ? radius - r.jaw : 0.5 * r.opening) * at.axis_world,
+          radius};
 }
 
-volume::Status check(const Rongeur& r, const haptics::TouchScene& scene) {
-  if (volume::Status error = volume::check(r.bite())) return error;
+Status check(const Rongeur& r, const haptics::TouchScene& scene) {
+  if (Status error = volume::check(r.bite())) return error;
   if (r.width >= scene.smallest_burr) return std::nullopt;
-  return volume::Error{"the jaws are narrower than the session was made ready for", "rongeur width",
-                       std::to_string(r.width) + " mm", std::to_string(scene.smallest_burr) + " mm or more",
-                       "name the smallest burr when the session begins"};
+  return Error{.what = "the jaws are narrower than the smallest burr of the session",
+               .where = "rongeur width",
+               .found = std::to_string(r.width) + " mm",
+               .expected = std::to_string(scene.smallest_burr) + " mm or more",
+               .remedy = "set the smallest burr when the session begins"};
 }
 
 sim::ToolNeeds needs(const Rongeur& r, const volume::Volume&) { return {r.width, 0, {}}; }
@@ -129,26 +131,26 @@ const sim::Schema& Rongeur::schema() {
   static constexpr sim::Field fields[] = {
       field<&Rongeur::kind>("kind", {.choices = kinds, .help = "two cups, or a foot and a jaw"}),
       field<&Rongeur::width>(
-          "width", {.unit = "mm", .low = 1, .high = 12, .help = "of the jaws", .label = "Jaw width"}),
+          "width", {.unit = "mm", .low = 1, .high = 12, .help = "width of the jaws", .label = "Jaw width"}),
       field<&Rongeur::opening>(
           "opening",
-          {.unit = "mm", .low = 1, .high = 20, .help = "between the jaws", .label = "Jaw opening"}),
+          {.unit = "mm", .low = 1, .high = 20, .help = "gap of the open jaws", .label = "Jaw opening"}),
       field<&Rongeur::jaw>("jaw", {.unit = "mm",
                                    .low = 0.3,
                                    .high = 5,
-                                   .help = "how thick each is",
+                                   .help = "thickness of each jaw",
                                    .label = "Jaw thickness",
                                    .is_expert = true}),
       field<&Rongeur::close_time>("close_time", {.unit = "s",
                                                  .low = 0,
                                                  .high = 10,
-                                                 .help = "of the button, without a squeeze",
+                                                 .help = "time to close by the button, without a squeeze",
                                                  .label = "Closing time",
                                                  .is_expert = true}),
       field<&Rongeur::most>("most", {.unit = "mm3",
                                      .low = 1,
                                      .high = 2000,
-                                     .help = "of bone at a bite",
+                                     .help = "bone per bite",
                                      .label = "Largest bite",
                                      .is_expert = true})};
   static constexpr sim::Schema table{"rongeur", 1, fields};
@@ -164,7 +166,7 @@ const sim::Schema& RongeurState::schema() {
 }
 
 const sim::Schema& Bite::schema() {
-  static constexpr sim::Field fields[] = {field<&Bite::size>("size", {.unit = "mm3", .help = "of bone"})};
+  static constexpr sim::Field fields[] = {field<&Bite::size>("size", {.unit = "mm3", .help = "bitten bone"})};
   static constexpr sim::Schema table{"bite", 1, fields};
   return table;
 }
@@ -189,11 +191,11 @@ std::span<const sim::ValueType* const> RongeurModule::events() const {
   return all;
 }
 
-std::vector<sim::Measure> RongeurModule::measures(const sim::OperationState& now) const {
+std::vector<sim::Measure> RongeurModule::measures(const sim::OperationState& operation) const {
   double bites = 0, refused = 0;
-  for (std::size_t i = 0; i < now.chronicle.size(); ++i) {
-    bites += now.chronicle[i].what.as<Bite>() != nullptr;
-    refused += now.chronicle[i].what.as<BiteRefused>() != nullptr;
+  for (std::size_t i = 0; i < operation.chronicle.size(); ++i) {
+    bites += operation.chronicle[i].what.as<Bite>() != nullptr;
+    refused += operation.chronicle[i].what.as<BiteRefused>() != nullptr;
   }
   if (bites + refused == 0) return {};
   return {{"bites", bites, ""}, {"bites refused", refused, ""}};

@@ -1,9 +1,9 @@
-// A case keeps every voxel of its scan, whatever shape was chosen in it; the cleaned shape lies beside the
+// A case keeps every voxel of its scan for any shape chosen in it; the cleaned shape is stored next to the
 // scan.
 #include <algorithm>
 
 #include "apps/workbench/source.h"
-#include "data-tools/case_folder.h"
+#include "data-tools/cases/case_folder.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
 #include "tests/whole.h"
@@ -17,8 +17,8 @@ class CaseShape : public Command {
   data_tools::OpenedCase expect_same_voxels(const std::string& scan, const std::string& options,
                                             const std::string& name) {
     SCOPED_TRACE(name + " " + options);
-    const Ended made = run("import '" + scan + "' " + options + " -o " + name);
-    EXPECT_EQ(made.exit_code, 0) << made.err;
+    const Ended result = run("import '" + scan + "' " + options + " -o " + name);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
     auto opened = data_tools::open_case(file(name));
     EXPECT_TRUE(opened.is_ok());
     if (!opened.is_ok()) return {};
@@ -31,20 +31,20 @@ class CaseShape : public Command {
     EXPECT_TRUE(std::equal(from.begin(), from.end(), kept.begin(), kept.end()));
     return std::move(opened).value();
   }
-  /// Is the picture that `command` writes of both the same, byte for byte?
+  /// Expects the pictures that `command` writes of both to be the same, byte for byte.
   void expect_same_picture(const std::string& command, const std::string& a, const std::string& b,
                            const std::string& options) {
     SCOPED_TRACE(command + " " + options);
     for (const auto& [source, picture] : {std::pair(a, "a.png"), std::pair(b, "b.png")}) {
-      const Ended made = run(command + " " + source + " " + options + " -o " + picture);
-      EXPECT_EQ(made.exit_code, 0) << made.err;
+      const Ended result = run(command + " " + source + " " + options + " -o " + picture);
+      EXPECT_EQ(result.exit_code, 0) << result.err;
     }
     EXPECT_TRUE(read(file("a.png")) == read(file("b.png")));
     std::filesystem::remove(file("a.png")), std::filesystem::remove(file("b.png"));
   }
 };
 
-/// A box of bone with a window of thin bone in its wall, on a table, beside two grains.
+/// A box of bone with a window of thin bone in its wall, on a table, next to two grains.
 int box_on_a_table(int x, int y, int z) {
   const int most = std::max({std::abs(x - 16), std::abs(y - 14), std::abs(z - 16)});
   if (y >= 29) return 600;
@@ -53,7 +53,7 @@ int box_on_a_table(int x, int y, int z) {
   return x == 2 && y == 2 && z < 4 ? 320 : most < 9 ? 40 : -1000;
 }
 
-TEST(Threshold, IsThatOfASpineWhereLabelsNameVertebraeAlone) {
+TEST(Threshold, IsThatOfASpineIfOnlyVertebraeAreLabelled) {
   workbench::Source source;
   const auto low_with = [&](std::vector<std::string> names) {
     volume::Volume scan =
@@ -71,7 +71,7 @@ TEST(Threshold, IsThatOfASpineWhereLabelsNameVertebraeAlone) {
   EXPECT_EQ(low_with({}), 150);
 }
 
-TEST_F(CaseShape, LeavesTheScanAsItIs) {
+TEST_F(CaseShape, LeavesTheScanUnchanged) {
   write("raw.nrrd", nrrd(32, box_on_a_table));
   const data_tools::OpenedCase opened =
       expect_same_voxels("raw.nrrd", "--preset skull --fill-thin 3", "made");
@@ -87,7 +87,7 @@ TEST_F(CaseShape, LeavesTheScanAsItIs) {
   EXPECT_EQ(shape_at(12, 14, 16), 40);
   expect_same_picture("slice", "raw.nrrd", "made", "--plane sagittal --at 16,14,16");
   expect_same_picture("slice", "raw.nrrd", "made", "--plane axial --at 7,14,16");
-  expect_same_picture("fluoro", "raw.nrrd", "made", "--view ap --size 128");
+  expect_same_picture("fluoro", "raw.nrrd", "made", "--view ap --pixels 128");
   // A case of a case, and a session of it, have the same shape.
   const data_tools::OpenedCase again = expect_same_voxels("made", "", "again");
   EXPECT_EQ(volume::content_hash(again.scan.volume), volume::content_hash(v));
@@ -96,8 +96,8 @@ TEST_F(CaseShape, LeavesTheScanAsItIs) {
       << "another shape is another scene";
   write("p.csv", "t,x,y,z\n0,7,14,40\n1,7,14,20\n");
   ASSERT_EQ(run("touch made --path p.csv -o t.csv --record d.session").exit_code, 0);
-  EXPECT_EQ(run("replay d.session --case made --verify").exit_code, 0);
-  EXPECT_NE(run("replay d.session --case raw.nrrd --verify").exit_code, 0);
+  EXPECT_EQ(run("replay d.session --scan made --verify").exit_code, 0);
+  EXPECT_NE(run("replay d.session --scan raw.nrrd --verify").exit_code, 0);
   ASSERT_EQ(
       run("drill raw.nrrd --largest --burr-diameter 3 --path p.csv --record e.session -o e.mha").exit_code,
       0);
@@ -122,7 +122,7 @@ TEST_F(CaseShape, IsRefusedWhereItDoesNotFit) {
   EXPECT_NE(run("info made").err.find("lacks its shape"), std::string::npos);
 }
 
-TEST_F(CaseShape, LeavesEveryRealScanAsItIs) {
+TEST_F(CaseShape, LeavesEveryRealScanUnchanged) {
   const std::string data = data_tools::real_data();
   if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   const struct {
@@ -145,7 +145,8 @@ TEST_F(CaseShape, LeavesEveryRealScanAsItIs) {
         std::to_string(middle.x) + "," + std::to_string(middle.y) + "," + std::to_string(middle.z);
     const std::string source = "'" + data + scan + "' " + reading;
     expect_same_picture("slice", source, "made", "--plane sagittal --at=" + at);
-    if (opened.plan.is_hounsfield) expect_same_picture("fluoro", source, "made", "--view lateral --size 256");
+    if (opened.plan.is_hounsfield)
+      expect_same_picture("fluoro", source, "made", "--view lateral --pixels 256");
     fs::remove_all(file("made"));
   }
 }

@@ -1,12 +1,12 @@
-// The thread that makes the surface, beside the one that cuts: for the sanitizers too, without a window.
+// ChunkWorker: the thread that builds the surface during cuts; also for the sanitizers, without a window.
 #include <chrono>
 #include <gtest/gtest.h>
 #include <map>
 #include <thread>
 
+#include "apps/bench/scenes/scenes.h"
 #include "apps/view/chunk_meshes.h"
-#include "tests/scenes/scenes.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::view {
 namespace {
@@ -56,7 +56,7 @@ TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
   EXPECT_GT(triangles, 5000u);
 }
 
-/// A label is drawn in the colour that somebody chose for it; what is no label, in ours.
+/// A label is drawn in its chosen colour, other bone in the default colour.
 TEST(ChunkWorker, LabelsHaveTheirColour) {
   volume::Volume labelled = volume::make_volume(glm::ivec3(12), volume::Frame(), true).value();
   labelled.is_hounsfield = true;
@@ -81,7 +81,7 @@ TEST(ChunkWorker, LabelsHaveTheirColour) {
     }
 }
 
-TEST(ChunkWorker, EndsWithWorkLeft) {
+TEST(ChunkWorker, EndsWithPendingWork) {
   const haptics::TouchScene scene = shell(64);
   for (int i = 0; i < 5; ++i) {
     ChunkWorker worker(scene, 2);

@@ -1,4 +1,4 @@
-// The trephine command as its users meet it, run in a scratch folder of its own.
+// Command: runs the trephine command as users do, in its own scratch folder.
 #pragma once
 
 #include <cstdio>
@@ -39,10 +39,13 @@ class Command : public ::testing::Test {
     std::ofstream(folder_ / name, std::ios::binary) << text;
   }
 
-  /// Runs trephine in the scratch folder, without a display unless `prefix` brings one.
+  /// Runs trephine, or trephine-bench if the arguments begin with "bench", in the scratch folder, without a
+  /// display unless `prefix` provides one.
   Ended run(const std::string& arguments, const std::string& prefix = "env -u DISPLAY") const {
+    const bool is_bench = arguments.starts_with("bench ");
     const std::string command = "cd '" + folder_.string() + "' && export XDG_STATE_HOME=\"$PWD/.state\" && " +
-                                prefix + " '" TREPHINE_COMMAND "' " + arguments + " >.out 2>.err </dev/null";
+                                prefix + (is_bench ? " '" TREPHINE_BENCH "' " : " '" TREPHINE_COMMAND "' ") +
+                                arguments.substr(is_bench ? 6 : 0) + " >.out 2>.err </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(file(".out")),
             read(file(".err"))};

@@ -1,4 +1,4 @@
-// Things felt by depth images, by command: touched, recorded, replayed, judged.
+// Objects touched by depth images, by command: touched, recorded, replayed, judged.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -9,7 +9,7 @@
 namespace trephine::command_tests {
 namespace {
 
-/// A ball of many triangles that goes up and down, as keys of an animation.
+/// A ball of many triangles that moves up and down, as keys of an animation.
 void write_keys(const std::string& folder) {
   std::filesystem::create_directory(folder);
   constexpr int k_around = 32, k_up = 16;
@@ -35,7 +35,7 @@ void write_keys(const std::string& folder) {
   }
 }
 
-TEST_F(Command, WhatIsDrawnIsTouchedRecordedReplayedAndAudited) {
+TEST_F(Command, DrawnObjectsAreTouchedRecordedReplayedAndAudited) {
   ASSERT_EQ(run("phantom plate --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_keys(file("keys"));
   {
@@ -47,23 +47,23 @@ TEST_F(Command, WhatIsDrawnIsTouchedRecordedReplayedAndAudited) {
   EXPECT_EQ(touch["method"], "scene");
   EXPECT_GT(touch["max_force_n"].get<double>(), 0.3);
   EXPECT_EQ(touch["fall_throughs"], 0);
-  const Json audit = json("audit a.session --case s.mha");
+  const Json audit = json("audit a.session --scan s.mha");
   EXPECT_TRUE(audit["is_certified"].get<bool>());
   EXPECT_GT(audit["drawn_judged"].get<int>(), 100);
   EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.2);
-  EXPECT_EQ(run("audit a.session --case s.mha --plant drawn").exit_code, 1);
+  EXPECT_EQ(run("audit a.session --scan s.mha --plant drawn").exit_code, 1);
 
-  // The same by a camera above it.
-  const Json made =
-      json("depth-record keys" + beat + "--from 0,0,200 --aim 0,0,8 --angle 10 --size 200x200 -o video");
-  EXPECT_EQ(made["pictures"], 18);
-  EXPECT_EQ(run("depth-record keys --from 0,0,200 -o video").exit_code, 2);  // there is one
-  EXPECT_NE(run("depth-record keys --from 0,0,200 --aim 0,0,400 -o other").exit_code, 0);
+  // The ball recorded by a camera above it.
+  const Json result = json("depth-record keys" + beat +
+                           "--camera-at 0,0,200 --aim 0,0,8 --angle 10 --pixels 200x200 -o video");
+  EXPECT_EQ(result["pictures"], 18);
+  EXPECT_EQ(run("depth-record keys --camera-at 0,0,200 -o video").exit_code, 2);  // it exists already
+  EXPECT_NE(run("depth-record keys --camera-at 0,0,200 --aim 0,0,400 -o other").exit_code, 0);
   const Json video = json("touch s.mha --depth video --path p.csv -o t.csv --record b.session");
   EXPECT_GT(video["max_force_n"].get<double>(), 0.3);
-  EXPECT_TRUE(json("audit b.session --case s.mha")["is_certified"].get<bool>());
+  EXPECT_TRUE(json("audit b.session --scan s.mha")["is_certified"].get<bool>());
 
-  // As TUM's benchmark has it: its times, 5000 a metre, no intrinsics.
+  // In the format of TUM's benchmark: its times, 5000 per metre, no intrinsics.
   std::filesystem::create_directory(file("tum"));
   std::filesystem::copy(file("video/depth-0001.png"), file("tum/first.png"));
   std::filesystem::copy(file("video/depth-0002.png"), file("tum/second.png"));
@@ -79,7 +79,7 @@ TEST_F(Command, WhatIsDrawnIsTouchedRecordedReplayedAndAudited) {
   std::filesystem::remove(file("tum/second.png"));
   const auto stops = run("touch s.mha --depth tum --camera 525,525,99.5,99.5 --path p.csv -o t.csv");
   EXPECT_NE(stops.err.find("second.png"), std::string::npos) << stops.err;
-  // Keys that are not of one shape, and a sheet.
+  // Keys of different shapes, and a sheet.
   { std::ofstream(file("keys/key9.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"; }
   EXPECT_NE(run("touch s.mha --depth keys --path p.csv -o t.csv").err.find("same triangles"),
             std::string::npos);
@@ -87,8 +87,8 @@ TEST_F(Command, WhatIsDrawnIsTouchedRecordedReplayedAndAudited) {
             std::string::npos);
 }
 
-/// A hand pressed so deep that no images show the surface any more is let go, and that is counted: a zero
-/// there could have come out otherwise.
+/// A hand pressed deeper than any image shows the surface is released, and that is counted: the counter of
+/// the other tests can be nonzero.
 TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
   ASSERT_EQ(run("phantom plate --size 48 --psf 1 -o s.mha").exit_code, 0);
   {
@@ -104,28 +104,28 @@ TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
   const std::string touch = "touch s.mha --depth cube.obj --depth-pixel 1 --stiffness 0.02 -o t.csv ";
   const Json held = json(touch + "--path held.csv --record held.session");
   EXPECT_EQ(held["in_drawn"], 0);
-  EXPECT_TRUE(json("audit held.session --case s.mha")["is_certified"].get<bool>());
+  EXPECT_TRUE(json("audit held.session --scan s.mha")["is_certified"].get<bool>());
   EXPECT_EQ(run(touch + "--path deep.csv --record deep.session").exit_code, 1);
-  const auto audit = run("audit deep.session --case s.mha");
+  const auto audit = run("audit deep.session --scan s.mha");
   EXPECT_EQ(audit.exit_code, 1);
   EXPECT_NE(audit.out.find("where no images held it"), std::string::npos) << audit.out;
   const auto fine = run("touch s.mha --depth cube.obj --depth-pixel 0.02 --path held.csv -o t.csv");
   EXPECT_EQ(fine.exit_code, 2);
-  EXPECT_NE(fine.err.find("coarser pixels"), std::string::npos) << fine.err;
+  EXPECT_NE(fine.err.find("choose larger pixels"), std::string::npos) << fine.err;
 }
 
-/// The sample: one hand drills, the other rests on a blade that gives way; voxels, a burr and what is drawn.
-TEST_F(Command, ARetractorGivesWayBesideABurrHole) {
+/// The sample: one hand drills, the other rests on a blade that yields; voxels, a burr and drawn objects.
+TEST_F(Command, ARetractorYieldsNextToABurrHole) {
   const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/retractor.toml";
   EXPECT_EQ(run("run '" + script + "' --record r.session").exit_code, 0);
-  if (!is_whole()) return;  // some ten seconds
+  if (!is_whole()) return;  // takes some ten seconds
   const Json audit = json("audit r.session");
   EXPECT_TRUE(audit["is_certified"].get<bool>());
   EXPECT_GT(audit["drawn_judged"].get<int>(), 1000);
   EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.1);
 }
 
-/// The samples: voxels, a mesh and what is drawn in one scene; a depth video; the inside of a calabash.
+/// The samples: voxels, a mesh and drawn objects in one scene; a depth video; the inside of a calabash.
 TEST_F(Command, SamplesOfMixedScenesAreCertified) {
   for (const char* name : {"depth-video", "calabash", "mixed-scene"}) {
     if (!is_whole() && name == std::string("mixed-scene")) continue;  // drills for seconds
@@ -138,10 +138,10 @@ TEST_F(Command, SamplesOfMixedScenesAreCertified) {
     EXPECT_GT(audit["drawn_judged"].get<int>(), 400) << name;
     EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.1) << name;
   }
-  // A thing at rest is judged as long as it is felt, and a proxy in its wall is seen.
+  // An object at rest is judged during contact, and a proxy in its wall is detected.
   EXPECT_EQ(run("audit calabash.session --plant drawn").exit_code, 1);
   if (is_whole()) {
-    EXPECT_EQ(run("audit calabash.session --plant fall").exit_code, 2) << "nobody judges that there";
+    EXPECT_EQ(run("audit calabash.session --plant fall").exit_code, 2) << "this fault has no judge there";
   }
 }
 

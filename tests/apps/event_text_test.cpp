@@ -1,4 +1,4 @@
-// Events as sentences: every type of the catalogue has one.
+// Event texts: every event type of the catalogue has a sentence.
 #include "apps/workbench/event_text.h"
 
 #include <cctype>
@@ -6,12 +6,12 @@
 
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/catalogue.h"
-#include "sim/forbidden.h"
+#include "sim/api/forbidden.h"
 
 namespace trephine::workbench {
 namespace {
 
-/// A window shows what this table has: a type that is missing would be seen by nobody.
+/// A window shows the entries of this table: events of a missing type would never be shown.
 TEST(EventText, EveryEventOfTheCatalogueHasASentence) {
   int count = 0;
   for (const sim::ValueType* type : modules::catalogue().all()) {
@@ -24,7 +24,7 @@ TEST(EventText, EveryEventOfTheCatalogueHasASentence) {
         << type->schema->name << " needs a row in apps/workbench/event_text.cpp";
   }
   EXPECT_GT(count, 20);
-  // A type that no table knows: the check above can fail.
+  // Planted fault: a type in no table.
   struct Unknown {
     double value = 3;
     static const sim::Schema& schema() {
@@ -43,7 +43,7 @@ TEST(EventText, SentencesAndLevels) {
   const EventText torn = describe_event({0, 0, {}, sim::StructureTorn{"dura", 1.45}});
   EXPECT_EQ(torn.text, "Dura torn, 1.45 mm deep.");
   EXPECT_EQ(torn.level, EventLevel::danger);
-  const EventText none = describe_event({0, 0, {}, bone_flap::NoFlap{"the outline crosses itself"}});
+  const EventText none = describe_event({0, 0, {}, bone_flap::FlapFailed{"the outline crosses itself"}});
   EXPECT_EQ(none.text, "No bone flap: the outline crosses itself");
   EXPECT_EQ(none.level, EventLevel::refusal);
   EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene", true}}).level, EventLevel::outcome);

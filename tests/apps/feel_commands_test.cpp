@@ -1,5 +1,5 @@
-// The chart, the attack and the audit as their users meet them.
-#include "haptics/proxy/methods.h"
+// Bench feel, bench stability and audit as users run them.
+#include "haptics/methods/methods.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/sim/crowd.h"
 #include "tests/sim/session_fixture.h"
@@ -35,13 +35,13 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   for (const auto& row : rows) {
     methods.insert(row.at("method"));
     if (row.at("method") != "subvoxel") continue;
-    // What the goals ask of the default: against the exact shape, less what the blur does to a sphere of 45
-    // mm.
+    // The goals for the default method: against the exact shape, minus the effect of the blur on a sphere of
+    // 45 mm.
     EXPECT_EQ(row.at("fall_throughs"), "0");
     EXPECT_EQ(row.at("buried"), "0");
     EXPECT_EQ(row.at("stuck"), "0");
     EXPECT_GT(std::stod(row.at("most_change_n")), 0);
-    EXPECT_LT(std::stod(row.at("most_change_n")), 0.2);         // 0.1 mm a tick at 0.5 N/mm
+    EXPECT_LT(std::stod(row.at("most_change_n")), 0.2);         // 0.1 mm per tick at 0.5 N/mm
     EXPECT_LT(std::stod(row.at("method_error_voxels")), 1e-4);  // as exact as the judge
     EXPECT_NEAR(std::stod(row.at("total_rms_voxels")), std::stod(row.at("floor_rms_voxels")), 0.01);
     EXPECT_LT(std::stod(row.at("direction_rms_deg")), 0.5);
@@ -76,7 +76,7 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
        {"feel.json", "index.html", "time-against-surface-error.png", "time-against-direction-error.png",
         "time-against-force-error.png", "force-raw.png", "force-smoothed.png", "force-pressing.png"})
     EXPECT_GT(fs::file_size(folder_ / "out" / name), 1000u) << name;
-  // One scene says nothing of sizes: no empty chart.
+  // A single scene shows no scaling: no empty chart.
   EXPECT_FALSE(fs::exists(folder_ / "out" / "scaling.png"));
   EXPECT_EQ(read(file("out/index.html")).find("scaling.png"), std::string::npos);
   EXPECT_NE(read(file("out/index.html")).find("subvoxel"), std::string::npos);
@@ -90,7 +90,7 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   EXPECT_NE(bad.err.find("nowhere"), std::string::npos);
 }
 
-/// One scorer for all: our own answers, handed in, get our own row; a burr hole is exported as it is touched.
+/// One scorer for all: our own answers, submitted, get our own row; a burr hole is exported as it is touched.
 TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
   const std::string id = "burr-hole-psf-1.5-round-its-wall-held";
   const std::string scenes = "bench feel -o out --quick --only " + id;
@@ -112,7 +112,7 @@ TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
     }
   }
   EXPECT_EQ(compared, 1);
-  // Drilled: touching the exported volume itself, the tip goes down the hole, and not beside it.
+  // Drilled: on the exported volume itself, the tip goes down the hole, but not next to it.
   for (const auto& [x, is_held] : {std::pair(0, false), std::pair(12, true)}) {
     const std::string at = std::to_string(x) + ",0,";
     write("down.csv", "t,x,y,z\n0," + at + "8\n0.5," + at + "-7\n");
@@ -136,7 +136,7 @@ TEST_F(Command, BenchFeelPlaysARecordedHand) {
         EXPECT_EQ(row["fall_throughs"], 0);
       }
     }
-    EXPECT_GE(recorded, 6) << hand;  // a session cuts, which a whole net does not feel
+    EXPECT_GE(recorded, 6) << hand;  // a session cuts, which a whole net ignores
   }
   const Ended bad = run("bench feel --quick --hand p.csv -o out");
   EXPECT_EQ(bad.exit_code, 2);
@@ -170,20 +170,20 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
   const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session");
-  const Json audit = json("audit d.session --case s.mha");
+  const Json audit = json("audit d.session --scan s.mha");
   EXPECT_EQ(audit["is_certified"], true);
   EXPECT_EQ(audit["ticks"], drill["steps"]);
   EXPECT_EQ(audit["ticks_judged"].get<long>(),
-            drill["steps"].get<long>() - 1);  // the first has nothing before it
+            drill["steps"].get<long>() - 1);  // the first has no predecessor
   EXPECT_EQ(audit["fall_throughs"], 0);
   EXPECT_EQ(audit["wrong_forces"], 0);
   EXPECT_LT(audit["worst_force_n"].get<double>(), 1e-9);
   EXPECT_LT(audit["worst_energy_nmm"].get<double>(), 1e-9);
-  // Each of its judges sees the fault that is there for it, and no other does.
+  // Each planted fault is detected by its own judge, and by no other.
   EXPECT_GT(audit["friction_judged"].get<long>(), 50);
   EXPECT_EQ(audit["friction_outside_cone"], 0);
   for (const char* fault : {"fall", "force", "energy", "friction"}) {
-    const Ended planted = run(std::string("audit d.session --case s.mha --json --plant ") + fault);
+    const Ended planted = run(std::string("audit d.session --scan s.mha --json --plant ") + fault);
     EXPECT_EQ(planted.exit_code, 1) << fault << planted.err;
     const Json seen = Json::parse(planted.out);
     EXPECT_EQ(seen["is_certified"], false);
@@ -194,12 +194,12 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
   }
 }
 
-/// The default method with a fault: for one step the proxy lies elsewhere.
+/// The default method with a fault: for one step the proxy is moved.
 class FaultyMethod final : public haptics::ProxyMethod {
  public:
   FaultyMethod(long step, const glm::dvec3& aside) : step_(step), aside_(aside) {}
   const char* name() const noexcept override { return right_->name(); }
-  volume::Status prepare(const haptics::TouchScene& scene) override { return right_->prepare(scene); }
+  Status prepare(const haptics::TouchScene& scene) override { return right_->prepare(scene); }
   haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::TouchState& seen,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
@@ -215,9 +215,9 @@ class FaultyMethod final : public haptics::ProxyMethod {
   mutable long count_ = 0;
 };
 
-// Two scans, models that stay and move, hands of two tools; effects, switches, places and tools changed
+// Two scans, models at rest and moving, hands with two tools; effects, switches, poses and tools changed
 // midway.
-TEST_F(Command, AuditsASessionOfEverything) {
+TEST_F(Command, AuditsASessionWithAllFeatures) {
   std::uint64_t state = 0;
   sim::record_crowd(file("crowd.session"), &state);
   const Ended audited = run("audit crowd.session --json");
@@ -232,8 +232,7 @@ TEST_F(Command, AuditsASessionOfEverything) {
     EXPECT_EQ(run("audit crowd.session --plant " + std::string(fault)).exit_code, 1) << fault;
 }
 
-/// The audit can say no: a recording whose proxy was elsewhere in one tick of 600, or whose force was, is
-/// refused.
+/// Planted fault: a recording whose proxy, or whose force, was wrong in one tick of 600 is refused.
 TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
   for (const double aside : {0.0, 1e-9, 2.0}) {
     const haptics::TouchScene scene = sim::small_bone();
@@ -245,7 +244,7 @@ TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
     const std::string path = file(("wrong" + std::to_string(aside * 1e9) + ".session").c_str());
     sim::WriterOptions options;
     options.is_embedding = true;
-    options.checkpoint_work = 0;  // the method counts its steps, and nobody else is to make any
+    options.checkpoint_work = 0;  // only this method may make the steps that it counts
     auto writer = sim::SessionWriter::create(path, header, scene.base, sim::drilling_catalogue(), options);
     ASSERT_TRUE(writer.is_ok());
     sim::Lockstep run(scene, method, drilling::burr(burr), {}, 1000, writer.value().get());
@@ -258,12 +257,12 @@ TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
   }
 }
 
-TEST_F(Command, TouchTakesModelsBesideTheVolume) {
+TEST_F(Command, TouchAcceptsModelsNextToTheVolume) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   ASSERT_EQ(run("phantom torus --size 48 --psf 1.5 -o t.mha").exit_code, 0);
   ASSERT_EQ(run("mesh t.mha -o torus.ply").exit_code, 0);
   write_press("p.csv", 1);
-  // The ring stands above the sphere: the stylus meets it, and not the sphere.
+  // The ring is above the sphere: the stylus meets it, and not the sphere.
   const Json ring = json("touch s.mha --path p.csv -o t.csv --mesh torus.ply --mesh-at 35,0,45");
   EXPECT_EQ(ring["method"], "scene");
   EXPECT_EQ(ring["fall_throughs"], 0);
@@ -275,13 +274,13 @@ TEST_F(Command, TouchTakesModelsBesideTheVolume) {
   // Recorded with its model, but not with the model's name; replayed without the model's file.
   json("touch s.mha --path p.csv -o t2.csv --mesh torus.ply --mesh-at 35,0,45 --record m.session");
   fs::rename(file("torus.ply"), file("gone.ply"));
-  const Json replayed = json("replay m.session --case s.mha --verify --steps r.csv");
+  const Json replayed = json("replay m.session --scan s.mha --verify --table r.csv");
   fs::rename(file("gone.ply"), file("torus.ply"));
   EXPECT_TRUE(replayed["is_same"].get<bool>());
   EXPECT_EQ(read(file("m.session")).find("torus"), std::string::npos);
   EXPECT_NE(read(file("r.csv")).find("model 1"), std::string::npos);
-  EXPECT_TRUE(json("audit m.session --case s.mha")["is_certified"].get<bool>());
-  EXPECT_EQ(run("audit m.session --case s.mha --plant fall").exit_code, 1);
+  EXPECT_TRUE(json("audit m.session --scan s.mha")["is_certified"].get<bool>());
+  EXPECT_EQ(run("audit m.session --scan s.mha --plant fall").exit_code, 1);
   const struct {
     const char *arguments, *word;
   } bad[] = {{"--mesh nothing.ply", ".ply.gz"},
@@ -295,7 +294,7 @@ TEST_F(Command, TouchTakesModelsBesideTheVolume) {
   }
 }
 
-/// Nothing that a user named is lost to an output of the same name.
+/// No input is lost to an output with the same name.
 TEST_F(Command, OutputsReplaceNoInput) {
   ASSERT_EQ(run("phantom sphere --size 32 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
@@ -304,8 +303,8 @@ TEST_F(Command, OutputsReplaceNoInput) {
   for (const char* arguments :
        {"touch s.mha --path p.csv -o p.csv", "touch s.mha --path p.csv -o ./p.csv",
         "touch s.mha --path p.csv -o t.session --record t.session",
-        "drill s.mha --burr-diameter 4 --path p.csv -o s.mha", "replay d.session --case s.mha -o s.mha",
-        "replay d.session --case s.mha --steps d.session"}) {
+        "drill s.mha --burr-diameter 4 --path p.csv -o s.mha", "replay d.session --scan s.mha -o s.mha",
+        "replay d.session --scan s.mha --table d.session"}) {
     const Ended r = run(arguments);
     EXPECT_EQ(r.exit_code, 2) << arguments;
     EXPECT_NE(r.err.find("would replace"), std::string::npos) << arguments << r.err;
@@ -316,8 +315,8 @@ TEST_F(Command, OutputsReplaceNoInput) {
   EXPECT_FALSE(fs::exists(folder_ / "t.session"));
 }
 
-/// A session says what was felt; one of a blurred scan brings it along.
-TEST_F(Command, SessionsSayWhatWasFelt) {
+/// A session reports the touched shape; one of a blurred scan contains the scan.
+TEST_F(Command, SessionsReportTheTouchedShape) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
   json("touch s.mha --path p.csv -o t.csv --record t.session --blur 1 --radius 2 --viscosity 0.01");
@@ -336,14 +335,14 @@ TEST_F(Command, SessionsSayWhatWasFelt) {
   EXPECT_EQ(tiny.exit_code, 2);
   EXPECT_NE(tiny.err.find("--burr-diameter: the burr is too small"), std::string::npos) << tiny.err;
   EXPECT_NE(tiny.err.find("at least 0.178 mm"), std::string::npos) << tiny.err;
-  // What is named works.
+  // The named remedy works.
   json("drill s.mha --burr-diameter 0.178 --path p.csv -o d2.mha");
   const Ended flat = run("drill s.mha --burr-diameter 4 --round --method gradient --path p.csv -o d3.mha");
   EXPECT_EQ(flat.exit_code, 2);
-  EXPECT_NE(flat.err.find("--round: this method has no radius"), std::string::npos) << flat.err;
+  EXPECT_NE(flat.err.find("--round: this method supports points only"), std::string::npos) << flat.err;
 }
 
-/// What touch can do, a session holds, a replay repeats to the bit, and an audit certifies.
+/// Every option of touch is recorded, replayed to the bit, and certified by an audit.
 TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 3);
@@ -357,25 +356,25 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
     fs::remove(folder_ / "t.session");
     const Json touch = json("touch s.mha --path p.csv -o t.csv --record t.session " + o);
     EXPECT_EQ(touch["events"].value("popped", 0) > 0, o.find("pop") != std::string::npos) << o;
-    const Json replay = json("replay t.session --case s.mha --verify");
+    const Json replay = json("replay t.session --scan s.mha --verify");
     EXPECT_EQ(replay["is_same"], true) << o;
-    const Json audit = json("audit t.session --case s.mha");
+    const Json audit = json("audit t.session --scan s.mha");
     EXPECT_EQ(audit["is_certified"], true) << o << audit;
     EXPECT_EQ(audit["ticks"], touch["steps"]);
     if (o.find("--radius") == std::string::npos || o.find("implicit") != std::string::npos) {
-      EXPECT_EQ(run("audit t.session --case s.mha --plant ball").exit_code, 2);
+      EXPECT_EQ(run("audit t.session --scan s.mha --plant ball").exit_code, 2);
       continue;
     }
-    // A ball that lies in matter is found by samples of the scan, whatever its field says.
+    // A ball in matter is found by samples of the scan, whatever its field is.
     EXPECT_GT(audit["balls_judged"], 100) << o;
     EXPECT_LT(audit["deepest_ball_mm"], audit["allowed_ball_mm"]) << o;
     if (o.find("pop") != std::string::npos) continue;  // in its second half nothing holds the tip
-    const Ended planted = run("audit t.session --case s.mha --json --plant ball");
+    const Ended planted = run("audit t.session --scan s.mha --json --plant ball");
     EXPECT_EQ(planted.exit_code, 1) << o;
     EXPECT_EQ(Json::parse(planted.out)["balls_sunk"], 1) << o;
     EXPECT_EQ(Json::parse(planted.out)["fall_throughs"], 0) << o;
   }
-  // Every effect, one by one and some together; gone on with, they go on too.
+  // Every effect, one by one and some together; a resumed session continues them.
   for (const char* effects :
        {"--effect 'constant force=0.5,0.1,0'", "--effect 'viscous damping=0.004'",
         "--effect 'spring anchor=0,0,60 stiffness=0.05'",
@@ -388,14 +387,14 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
         "--radius 1"}) {
     fs::remove(folder_ / "t.session");
     json(std::string("touch s.mha --path p.csv -o t.csv --record t.session ") + effects);
-    json("resume t.session --case s.mha --path p.csv");
-    EXPECT_EQ(json("replay t.session --case s.mha --verify")["is_same"], true);
-    const Json audit = json("audit t.session --case s.mha");
+    json("resume t.session --scan s.mha --path p.csv");
+    EXPECT_EQ(json("replay t.session --scan s.mha --verify")["is_same"], true);
+    const Json audit = json("audit t.session --scan s.mha");
     EXPECT_EQ(audit["is_certified"], true) << effects << audit;
   }
 }
 
-TEST_F(Command, BenchDepthRedoesThePublishedTables) {
+TEST_F(Command, BenchDepthReproducesThePublishedTables) {
   const Json bench = json("bench depth --quick");
   ASSERT_EQ(bench["lomi"].size(), 7u);
   for (const Json& row : bench["lomi"])
@@ -411,15 +410,15 @@ TEST_F(Command, BenchDepthRedoesThePublishedTables) {
   ASSERT_EQ(bench["deforming"].size(), 1u);
   EXPECT_EQ(bench["deforming"][0]["passed"], 0);
   EXPECT_LT(bench["deforming"][0]["error_worst_mm"], 0.1);
-  // Six images of 100^2 pixels each: a depth buffer of 24 bits over 20 mm, Embree's rays and ours see the
-  // same places; were ours a pixel aside that would be told.
+  // Six images of 100^2 pixels each: a depth buffer of 24 bits over 20 mm, Embree's rays and ours find the
+  // same points; a shift of ours by a pixel would be reported.
   ASSERT_EQ(bench["images"].size(), 1u);
   for (const char* peer : {"gl_apart", "embree_apart"})
     if (const Json& apart = bench["images"][0][peer]; !apart.is_null()) {
       EXPECT_LT(apart, 30) << peer;
       EXPECT_GT(bench["images"][0]["moved_apart"], 10'000);
     }
-  // Ours passes no wall; the published one passes those thinner than its voxels, and feels no cavity.
+  // Ours passes no wall; the published method passes those thinner than its voxels, and finds no cavity.
   ASSERT_EQ(bench["falls"].size(), 8u);
   long lomi = 0;
   for (const Json& row : bench["falls"])
@@ -434,7 +433,7 @@ TEST_F(Command, BenchDepthRedoesThePublishedTables) {
   EXPECT_EQ(bench["frames"].size(), 2u);
 }
 
-TEST_F(Command, TouchTakesAMethodAndARadius) {
+TEST_F(Command, TouchAcceptsAMethodAndARadius) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
   for (const char* method :
@@ -455,7 +454,7 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
     EXPECT_EQ(other["fall_throughs"], 0) << method;
     EXPECT_GT(other["max_force_n"].get<double>(), 0.05) << method;
   }
-  // What a scene does not need is not made: a point needs no distance field, no surface and no search.
+  // Unneeded parts are not built: a point needs no distance field, no surface and no search.
   const Json point = json("touch s.mha --path p.csv -o t.csv");
   EXPECT_FALSE(point.contains("tool"));
   for (const char* unused : {"offset_fields_made", "surfaces_made", "gl_contexts_made"})
@@ -483,9 +482,9 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
       {"bench feel -o out --quick --only nothing", "part of a name"},
       {"bench stability --steps 10", "1000 to"},
       {"bench stability --only nothing", "subvoxel"},
-      {"bench stability --hand p.csv", "feel"},
+      {"bench stability --hand p.csv", "stability --help"},
       {"bench feel s.mha -o out --quick --only shpere", "part of a name"},
-      {"audit --case s.mha", "SESSION"}};
+      {"audit --scan s.mha", "SESSION"}};
   for (const auto& b : bad) {
     const Ended r = run(b.arguments);
     EXPECT_EQ(r.exit_code, 2) << b.arguments;

@@ -1,4 +1,4 @@
-// import, convert, phantom and info on files: what is done is told, and what cannot be meant is refused.
+// import, convert, phantom and info on files: changes are reported, and implausible input is refused.
 #include <sys/stat.h>
 
 #include "tests/apps/command_fixture.h"
@@ -15,37 +15,37 @@ int two_cubes(int x, int y, int z) {
 }
 
 TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
-  ASSERT_EQ(run("phantom head --spacing 2 -o raw.nii.gz --labels raw.seg.nrrd").exit_code, 0);
+  ASSERT_EQ(run("phantom head --spacing 2 -o raw.nii.gz --write-labels raw.seg.nrrd").exit_code, 0);
   write("screws.mrk.json",
         R"({"markups": [{"type": "Line", "coordinateSystem": "RAS", "controlPoints": [
             {"label": "burr-1", "position": [20, 30, 70]}, {"label": "burr-2", "position": [18, 27, 60]}]}]})");
-  const Json made = json(
+  const Json result = json(
       "import raw.nii.gz --preset skull --labels raw.seg.nrrd --plan screws.mrk.json -o made "
       "--screenshot made.png");
-  EXPECT_EQ(made["trajectories"], 1);
-  EXPECT_EQ(made["labels"][2], "cortical_bone");
-  EXPECT_EQ(made["written"], Json::array({"output", "screenshot"}));
+  EXPECT_EQ(result["trajectories"], 1);
+  EXPECT_EQ(result["labels"][2], "cortical_bone");
+  EXPECT_EQ(result["written"], Json::array({"output", "screenshot"}));
   const std::string plan = read(file("made/case.toml"));
   EXPECT_NE(plan.find("entry = [-20, -30, 70]"), std::string::npos) << plan;
   EXPECT_NE(plan.find("low = 300"), std::string::npos);
   EXPECT_GT(fs::file_size(file("made.png")), 20'000U);
-  // What was done to the scan is told, and can be left out.
-  const Ended told = run("import raw.nii.gz --preset spine -o spine");
-  EXPECT_EQ(told.exit_code, 0);
+  // Changes to the scan are reported, and can be switched off.
+  const Ended output = run("import raw.nii.gz --preset spine -o spine");
+  EXPECT_EQ(output.exit_code, 0);
   for (const char* word :
        {"thin walls were closed in the shape (--fill-thin 4)", "150 HU and above", "the scan stays as it is"})
-    EXPECT_NE(told.err.find(word), std::string::npos) << told.err;
+    EXPECT_NE(output.err.find(word), std::string::npos) << output.err;
   const Ended plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
   EXPECT_EQ(plain.err.find("thin walls"), std::string::npos) << plain.err;
   const Json quality = json("info raw.nii.gz --chart edges.png")["quality"];
-  EXPECT_EQ(made["quality"], quality) << "of the scan as it came, not as the preset left it";
+  EXPECT_EQ(result["quality"], quality) << "of the scan as it came, not as the preset left it";
   EXPECT_GT(quality["noise"].get<double>(), 5);
   EXPECT_GT(fs::file_size(file("edges.png")), 3000U);
   EXPECT_FALSE(json("info raw.nii.gz").contains("quality")) << "unless it is asked for";
   EXPECT_EQ(run("info raw.nii.gz --list --chart no.png").exit_code, 2);
   EXPECT_FALSE(fs::exists(file("no.png")));
   EXPECT_EQ(run("import raw.nii.gz --preset knee -o k").exit_code, 2);
-  EXPECT_EQ(run("import raw.nii.gz --preset skull --window 1:2 -o k").exit_code, 2);
+  EXPECT_EQ(run("import raw.nii.gz --preset skull --range 1:2 -o k").exit_code, 2);
   EXPECT_EQ(run("import raw.nii.gz --fill-thin 11 -o k").exit_code, 2);
   EXPECT_EQ(run("import raw.nii.gz --plan none.csv -o k").exit_code, 2);
   EXPECT_FALSE(fs::exists(file("k")));
@@ -58,19 +58,19 @@ TEST_F(Command, ConvertWritesEveryFormatAndReplacesNothing) {
   EXPECT_NE(straight.err.find("resampled to right angles (cubic"), std::string::npos) << straight.err;
   for (const char* as : {"dicom", "png"}) {
     const std::string words = std::string("convert s.vdb -o ") + as + " --as " + as;
-    const Ended made = run(words);
-    EXPECT_EQ(made.exit_code, 0) << made.err;
-    EXPECT_EQ(made.err.find("resampled"), std::string::npos) << "leaning stacks are kept";
+    const Ended result = run(words);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.err.find("resampled"), std::string::npos) << "leaning stacks are kept";
     EXPECT_EQ(run(words).exit_code, 2) << "what is there stays";
   }
   EXPECT_EQ(json("info dicom")["size"], json("info s.vdb")["size"]);
   EXPECT_EQ(run("convert s.nrrd -o s.nrrd").exit_code, 2);
   EXPECT_EQ(run("convert s.nrrd -o s.seg.nrrd").exit_code, 2);
-  EXPECT_EQ(run("convert s.nrrd -o t.nrrd --labels l.nrrd").exit_code, 2);
+  EXPECT_EQ(run("convert s.nrrd -o t.nrrd --write-labels l.nrrd").exit_code, 2);
   EXPECT_FALSE(fs::exists(file("t.nrrd")));
 }
 
-TEST_F(Command, ImportRefusesWhatHasNothingToTouch) {
+TEST_F(Command, ImportRefusesScansWithoutATouchableShape) {
   write("scan.nrrd", nrrd(16, two_cubes));
   write("even.nrrd", nrrd(8, [](int, int, int) { return 7; }));
   write("mr.nrrd", nrrd(8, [](int x, int, int) { return 100 * x; }));
@@ -84,13 +84,13 @@ TEST_F(Command, ImportRefusesWhatHasNothingToTouch) {
   EXPECT_NE(refusal("even.nrrd --auto").find("every voxel is 7"), std::string::npos);
   EXPECT_NE(refusal("mr.nrrd --preset skull").find("--hounsfield"), std::string::npos);
   EXPECT_NE(refusal("scan.nrrd --name \"$(printf 'M\\374ller')\"").find("--name"), std::string::npos);
-  // A pipe does not make it wait.
+  // It does not wait for a pipe.
   ASSERT_EQ(::mkfifo(file("pipe").c_str(), 0600), 0);
   EXPECT_EQ(run("info pipe").exit_code, 2);
   EXPECT_NE(refusal("scan.nrrd --plan pipe").find("plan cannot be read"), std::string::npos);
 }
 
-TEST_F(Command, WhatAFileDoesNotSayIsSaidByHounsfield) {
+TEST_F(Command, HounsfieldOptionDeclaresAMissingUnit) {
   write("mr.nrrd", nrrd(8, [](int x, int, int) { return 100 * x; }));
   const Ended as_mr = run("convert mr.nrrd -o as-mr --as dicom");
   EXPECT_NE(as_mr.err.find("says MR"), std::string::npos) << as_mr.err;
@@ -104,12 +104,12 @@ TEST_F(Command, WhatAFileDoesNotSayIsSaidByHounsfield) {
   EXPECT_NE(read(file("case/case.toml")).find("hounsfield = true"), std::string::npos);
 }
 
-/// Centimetres, another frame, another patient: what no surgeon would plan is said, and what he would is not.
-TEST_F(Command, ImportWarnsOfPlansThatCannotBeMeant) {
+/// Centimetres, another frame, another patient: implausible plans are reported, and plausible ones are not.
+TEST_F(Command, ImportWarnsOfImplausiblePlans) {
   write("scan.nrrd", nrrd(40, [](int x, int y, int z) {
           return std::min({x, y, z}) >= 10 && std::max({x, y, z}) < 30 ? 800 : -1000;
         }));
-  const auto told = [&](const std::string& line) {
+  const auto output = [&](const std::string& line) {
     write("plan.csv",
           "# CoordinateSystem = LPS\nname,entry_x,entry_y,entry_z,target_x,target_y,target_z,diameter\n" +
               line);
@@ -118,11 +118,11 @@ TEST_F(Command, ImportWarnsOfPlansThatCannotBeMeant) {
     EXPECT_EQ(r.exit_code, 0) << r.err;
     return r.err;
   };
-  EXPECT_EQ(told("good,20,20,35,20,20,15,4\n").find("warning"), std::string::npos);
-  EXPECT_NE(told("short,2,2,3.5,2,2,3,4\n").find("short is 0.5 mm long"), std::string::npos);
-  EXPECT_NE(told("thick,20,20,35,20,20,15,40\n").find("thick is 40 mm thick"), std::string::npos);
-  EXPECT_NE(told("aside,5,5,35,5,5,15,4\n").find("aside meets no bone"), std::string::npos);
-  EXPECT_NE(told("far,20,20,135,20,20,15,4\n").find("outside of the scan: far (entry)"), std::string::npos);
+  EXPECT_EQ(output("good,20,20,35,20,20,15,4\n").find("warning"), std::string::npos);
+  EXPECT_NE(output("short,2,2,3.5,2,2,3,4\n").find("short is 0.5 mm long"), std::string::npos);
+  EXPECT_NE(output("thick,20,20,35,20,20,15,40\n").find("thick is 40 mm thick"), std::string::npos);
+  EXPECT_NE(output("aside,5,5,35,5,5,15,4\n").find("aside meets no bone"), std::string::npos);
+  EXPECT_NE(output("far,20,20,135,20,20,15,4\n").find("outside the scan: far (entry)"), std::string::npos);
 }
 
 TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
@@ -143,45 +143,45 @@ TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
             std::string::npos)
       << segments.out;
   write("places.csv", "# CoordinateSystem = LPS\nname,x,y,z\nvertex,7,7,9\n");
-  const Json made = json("import scan.nrrd --labels parts.seg.nrrd --plan places.csv -o case");
-  EXPECT_EQ(made["structures"], 3) << "bone, and the labels that occur";
-  EXPECT_EQ(made["labels"], Json::array({"background", "label-1", "small", "label-3", "label-4",
-                                         "Sch\xc3\xa4"
-                                         "del"}));
+  const Json result = json("import scan.nrrd --labels parts.seg.nrrd --plan places.csv -o case");
+  EXPECT_EQ(result["structures"], 3) << "bone, and the labels that occur";
+  EXPECT_EQ(result["labels"], Json::array({"background", "label-1", "small", "label-3", "label-4",
+                                           "Sch\xc3\xa4"
+                                           "del"}));
   const std::string plan = read(file("case/case.toml"));
   EXPECT_NE(plan.find("\"#0080ff\""), std::string::npos) << plan;
   EXPECT_NE(plan.find("\"#ff0000\""), std::string::npos) << plan;
   EXPECT_EQ(json("info case")["landmarks"][0]["name"], "vertex");
   EXPECT_NE(run("info case").out.find("landmark vertex: (7.0, 7.0, 9.0)"), std::string::npos);
-  // Out again, with colours.
-  ASSERT_EQ(run("convert case -o again.nrrd --labels again.seg.nrrd").exit_code, 0);
+  // Written again, with colours.
+  ASSERT_EQ(run("convert case -o again.nrrd --write-labels again.seg.nrrd").exit_code, 0);
   EXPECT_NE(read(file("again.seg.nrrd")).find("_Color:=1 0 0"), std::string::npos);
-  // Of a case only its largest part, when that is all that is asked for.
+  // The largest part of a case, if that is the only option.
   const Ended largest = run("import case --largest -o largest");
   EXPECT_NE(largest.err.find("the largest part was kept"), std::string::npos) << largest.err;
-  EXPECT_NE(read(file("largest/case.toml")).find("vertex"), std::string::npos) << "and its plan stays";
-  // What is gone is named.
+  EXPECT_NE(read(file("largest/case.toml")).find("vertex"), std::string::npos) << "its plan is kept";
+  // A missing file is named.
   fs::remove(file("case/labels.mha"));
   const Ended gone = run("info case");
   EXPECT_EQ(gone.exit_code, 2);
   EXPECT_NE(gone.err.find("case/labels.mha"), std::string::npos) << gone.err;
   EXPECT_NE(run("import scan.nrrd --labels none.nrrd -o c").err.find("label map"), std::string::npos);
-  EXPECT_NE(run("info largest --list").err.find("a case holds one scan"), std::string::npos);
+  EXPECT_NE(run("info largest --list").err.find("a case contains one scan"), std::string::npos);
 }
 
-TEST_F(Command, WhatIsTypedWrongIsNamedWithItsRemedy) {
+TEST_F(Command, TypingErrorsAreReportedWithTheirRemedy) {
   write("scan.nrrd", nrrd(16, two_cubes));
   write("one.png", "no matter");
   const struct {
     const char *command, *says;
   } cases[] = {{"convert scan.nrrd -o x.dcm", "--as dicom"},
                {"convert scan.nrrd -o x.png", "--as png"},
-               {"convert scan.nrrd -o x.nrrd --as png", "a folder of slices has a file's name"},
+               {"convert scan.nrrd -o x.nrrd --as png", "a folder of slices is named like a file"},
                {"convert scan.nrrd -o x --as jpeg", "one of dicom, png, tiff"},
-               {"info one.png", "one picture is no scan"},
+               {"info one.png", "a single picture is not a scan"},
                {"import scan.nrrd --presett skull -o x", "found:    --presett"},
                {"import scan.nrrd --iso 300mm -o x", "without a unit"},
-               {"import scan.nrrd --labels scan.nrrd -o x", "is it a label map"},
+               {"import scan.nrrd --labels scan.nrrd -o x", "is a label map"},
                {"phantom spine --seed -3 -o x.mha", "no whole number from 0"},
                {"phantom spine --seed 99999999999999999999 -o x.mha", "no whole number from 0"}};
   for (const auto& [command, says] : cases) {
@@ -190,7 +190,7 @@ TEST_F(Command, WhatIsTypedWrongIsNamedWithItsRemedy) {
     EXPECT_NE(r.err.find(says), std::string::npos) << command << "\n" << r.err;
   }
   EXPECT_EQ(leftovers({"scan.nrrd", "one.png"}), "");
-  // As long a name as there may be.
+  // The longest possible name.
   const std::string longest = std::string(250, 'n') + ".mha";
   EXPECT_EQ(run("convert scan.nrrd -o " + longest).exit_code, 0);
   EXPECT_TRUE(fs::exists(file(longest)));

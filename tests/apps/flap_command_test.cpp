@@ -1,7 +1,7 @@
 // flap: bone flaps by command, on the built-in head and on a real scan of a plastic skull.
 #include <cmath>
 
-#include "data-tools/open_volume.h"
+#include "data-tools/formats/open_volume.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
 #include "tests/whole.h"
@@ -30,7 +30,7 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_EQ(flap["forbidden"][0]["is_stripped"], true) << "a saw with a foot stops at the inner table";
   EXPECT_GT(fs::file_size(folder_ / "flap.stl"), 10000u);
   EXPECT_GT(fs::file_size(folder_ / "flap.png"), 20000u);
-  const Json again = json("replay f.session --case h --verify -o again.mha");
+  const Json again = json("replay f.session --scan h --verify -o again.mha");
   EXPECT_EQ(again["is_same"], true);
   EXPECT_EQ(again["content_hash"], flap["content_hash"]);
   EXPECT_EQ(read(file("again.mha")), read(file("open.mha")));
@@ -39,12 +39,13 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_NE(timeline.find("Dura pushed aside"), std::string::npos) << timeline;
   EXPECT_EQ(timeline.find("torn"), std::string::npos) << timeline;
   EXPECT_NE(timeline.find("place-body"), std::string::npos);
-  // The flap was cut before the first tick: the first moment is before that.
-  const Json compared = json("compare f.session --case h");
+  // The flap was cut before the first tick: the first state is the one before it.
+  const Json compared = json("compare f.session --scan h");
   EXPECT_GT(compared["only_in_first_mm3"], flap["kerf_mm3"].get<double>());
   EXPECT_EQ(compared["first"], "before anything");
 
-  // The same outline from a file, of other programs' frame, and from the case's plan; judged against itself.
+  // The outline from a file, in the frame of another program, and from the case's plan; judged against
+  // itself.
   std::string csv = "name,x,y,z\n", slicer = R"({"markups":[{"type":"ClosedCurve","coordinateSystem":"RAS",)"
                                              R"("controlPoints":[)";
   for (std::size_t i = 0; i < flap["anchors_world_mm"].size(); ++i) {
@@ -69,9 +70,9 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
               flap["flap_mm3"].get<double>(), 1);
 }
 
-TEST_F(Command, AFlapThatIsNoneIsToldAndDrawn) {
+TEST_F(Command, AnInvalidFlapIsReportedAndDrawn) {
   ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
-  // Bone goes on deeper than was said.
+  // Bone continues deeper than the given limit.
   const Ended none =
       run("flap s.mha --at=-30,-25,70 --diameter 50 --saw 2.4 --thickest 3 -o open.mha --screenshot why.png "
           "--json");
@@ -83,7 +84,7 @@ TEST_F(Command, AFlapThatIsNoneIsToldAndDrawn) {
   EXPECT_GT(fs::file_size(folder_ / "why.png"), 20000u);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"", "--anchors, --landmarks, --at"},
-           {"--at 1,2,3 --landmarks flap", "said twice"},
+           {"--at 1,2,3 --landmarks flap", "more than one outline"},
            {"--at 1,2", "X,Y,Z"},
            {"--at 0,0,300", "no bone near"},
            {"--at 0,0,80 --diameter 500", "10 to 200"},
@@ -93,9 +94,9 @@ TEST_F(Command, AFlapThatIsNoneIsToldAndDrawn) {
            {"--at 0,0,80 --leave none", "number of a piece"},
            {"--at 0,0,80 --leave 2x", "number of a piece"},
            {"--at 0,0,80 --leave 4294967297", "number of a piece"},
-           {"--landmarks flap", "no such landmarks"},
+           {"--landmarks flap", "no landmarks with this prefix"},
            {"--anchors nowhere.csv", "nowhere.csv"},
-           {"--at=-30,-25,70 --diameter 40 --saw 2.4 --target brian", "no label"},
+           {"--at=-30,-25,70 --diameter 40 --saw 2.4 --target brian", "unknown label"},
            {"--at=-30,-25,70 --diameter 40 --saw 0.8 --smallest-burr 30", "too narrow"}}) {
     SCOPED_TRACE(arguments);
     const Ended ended = run("flap s.mha " + arguments);
@@ -104,8 +105,8 @@ TEST_F(Command, AFlapThatIsNoneIsToldAndDrawn) {
   }
 }
 
-/// The flaps of docs/ that no outline was drawn for.
-TEST_F(Command, AFlapCutByHandComesOffByItself) {
+/// The flaps of docs/ that are cut without an outline.
+TEST_F(Command, AFlapCutByHandIsDetachedAutomatically) {
   write("f.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/free-hand-flap.toml"));
   const Json played = json("run f.toml --record f.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
@@ -114,7 +115,7 @@ TEST_F(Command, AFlapCutByHandComesOffByItself) {
   const std::string timeline = run("timeline f.session").out;
   EXPECT_NE(timeline.find("free-pieces"), std::string::npos);
   EXPECT_EQ(timeline.find("job-discarded"), std::string::npos);
-  // Nobody watches: it stays.
+  // Without the watch it stays.
   std::string script = read(file("f.toml"));
   script.erase(script.find("free_pieces = 100"), 17);
   write("g.toml", script);
@@ -123,15 +124,15 @@ TEST_F(Command, AFlapCutByHandComesOffByItself) {
   EXPECT_NE(left.out.find("bodies"), std::string::npos);
 }
 
-TEST_F(Command, AFlapCutByACraniotomeComesOffByItself) {
+TEST_F(Command, AFlapCutByACraniotomeIsDetachedAutomatically) {
   if (!is_whole()) GTEST_SKIP() << "Craniotome.JoinsBurrHoles* does the same in a small vault";
   write("f.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/craniotome-flap.toml"));
   EXPECT_EQ(json("run f.toml --record f.session")["is_met"], true);
   EXPECT_EQ(json("replay f.session --verify")["is_same"], true);
 }
 
-/// The craniotomy of docs/, on a coarser head: a perforator's hole, an outline that is refused, a flap on a
-/// branch of its own, taken, lifted and put back, and the other branch again.
+/// The craniotomy of docs/, on a coarser head: a perforator's hole, an outline that is refused, a flap on its
+/// own branch, grasped, lifted and put back, and the other branch again.
 TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
   std::string script = read(TREPHINE_SOURCE_DIR "/docs/examples/craniotomy.toml");
@@ -145,28 +146,28 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   const Json played = json("run c.toml --record c.session --pictures p");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
   EXPECT_GT(fs::file_size(folder_ / "p/flap.png"), 20000u);
-  const Json again = json("replay c.session --case s.mha --verify");
+  const Json again = json("replay c.session --scan s.mha --verify");
   EXPECT_EQ(again["is_same"], true);
   EXPECT_EQ(again["branches"], Json({"main", "flap"}));
   EXPECT_GT(again["history_bytes"], 100000);
   const Json timeline = json("timeline c.session");
   EXPECT_EQ(timeline["branches"], Json({"flap", "main"}));
-  // What differs: of the two branches the flap and its kerf; of a moment and itself nothing.
-  const Json differs = json("compare c.session --case s.mha --at 10.3 -o both.png");
+  // Differences: between the two branches the flap and its kerf; between a state and itself none.
+  const Json differs = json("compare c.session --scan s.mha --time 10.3 -o both.png");
   EXPECT_EQ(differs["only_in_first_mm3"], 0);
   EXPECT_GT(differs["only_in_second_mm3"], 3000);
   EXPECT_GT(fs::file_size(folder_ / "both.png"), 50000u);
   if (!is_whole()) return;
   // Opened in its middle, on the other branch, with the flap in the hand.
-  const Json lifted = json("replay c.session --case s.mha --until 10.3");
+  const Json lifted = json("replay c.session --scan s.mha --until 10.3");
   EXPECT_EQ(lifted["branches"], Json({"flap", "main"}));
-  const Json back = json("compare c.session --case s.mha --at 8.2 --with 10.3");
+  const Json back = json("compare c.session --scan s.mha --time 8.2 --with 10.3");
   EXPECT_NEAR(back["only_in_first_mm3"].get<double>(), differs["only_in_second_mm3"].get<double>(), 1e-6);
-  const Json hole = json("compare c.session --case s.mha --at 0 --with 8.2");
+  const Json hole = json("compare c.session --scan s.mha --time 0 --with 8.2");
   EXPECT_NEAR(hole["only_in_first_mm3"].get<double>() /
-                  json("replay c.session --case s.mha --until 8.2")["removed_mm3_total"].get<double>(),
+                  json("replay c.session --scan s.mha --until 8.2")["removed_mm3_total"].get<double>(),
               1, 0.01);
-  EXPECT_EQ(json("compare c.session --case s.mha --at 9 --with 9")["only_in_first_mm3"], 0);
+  EXPECT_EQ(json("compare c.session --scan s.mha --time 9 --with 9")["only_in_first_mm3"], 0);
   std::set<std::string> branches;
   for (const Json& row : timeline["rows"]) branches.insert(row.value("branch", ""));
   EXPECT_TRUE(branches.contains("main") && branches.contains("flap"));
@@ -175,7 +176,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   EXPECT_NE(text.find("No bone flap: the outline crosses itself"), std::string::npos);
   EXPECT_NE(text.find(" ..."), std::string::npos) << "long lists are cut";
 
-  // Places that are none, before anything is opened.
+  // Invalid places are refused before anything is opened.
   change("anchors={a};{b}", "anchors={a};{nowhere}");
   write("n.toml", script);
   const Ended unknown = run("run n.toml");
@@ -186,8 +187,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   EXPECT_NE(run("run n.toml").err.find("{b 1,2}"), std::string::npos);
 }
 
-/// A real head at 0.6 mm: the perforator goes through both tables and the diploe between, and stops by
-/// itself.
+/// A real head at 0.6 mm: the perforator passes both tables and the diploe between them, and stops by itself.
 TEST_F(Command, ABurrHoleInARealHead) {
   const std::string data = data_tools::real_data();
   if (data.empty() || !is_whole()) GTEST_SKIP() << "long, and of real data: ./test.sh --all, TREPHINE_DATA";
@@ -222,7 +222,7 @@ most = 750
 )");
   const Json played = json("run p.toml --record p.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
-  EXPECT_EQ(json("replay p.session --case h.mha --verify")["is_same"], true);
+  EXPECT_EQ(json("replay p.session --scan h.mha --verify")["is_same"], true);
   const Json timeline = json("timeline p.session");
   bool has_stopped = false;
   for (const Json& row : timeline["rows"])
@@ -230,7 +230,7 @@ most = 750
   EXPECT_TRUE(has_stopped) << timeline.dump(1);
 }
 
-/// A plastic skull, its cap sawn off: a seam runs round the vault.
+/// A plastic skull with its cap sawn off: a seam runs around the vault.
 TEST_F(Command, FlapsOfAPlasticSkull) {
   const std::string data = data_tools::real_data();
   if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
@@ -239,12 +239,12 @@ TEST_F(Command, FlapsOfAPlasticSkull) {
   const Json cap = json("flap skull.mha --at 0,100,830 --diameter 60");
   EXPECT_EQ(cap["pieces"].size(), 1u);
   EXPECT_EQ(cap["holes"], 0);
-  // Across the seam on its left: two pieces, the cap's and the skull's, which is left.
+  // Across the seam on its left: two pieces, the cap's and the skull's, which is kept.
   const Json seam = json("flap skull.mha --at 62,80,772 --diameter 44 --leave 2");
   ASSERT_EQ(seam["pieces"].size(), 2u);
   EXPECT_GT(seam["pieces"][0]["place_world_mm"][2], seam["pieces"][1]["place_world_mm"][2]);
   EXPECT_EQ(seam["pieces"][1]["is_taken"], false);
-  // Near the orbital rim: what is gone lies within the pyramid, and no deeper than the calvaria.
+  // Near the orbital rim: removed matter is inside the pyramid, and no deeper than the calvaria.
   const Json rim = json("flap skull.mha --at=-30,20,758 --diameter 26 -o rim.mha");
   const volume::Volume before = data_tools::open_volume(file("skull.mha")).value().volume;
   const volume::Volume after = data_tools::open_volume(file("rim.mha")).value().volume;

@@ -1,5 +1,5 @@
-// Places of feet, against shapes with closed forms: the foot is free, the bone is between the jaws, the
-// edge is where the shape ends. And the guide that moves a tool there.
+// FootPose against shapes with closed forms: the foot is free, the bone is between the jaws, the edge is the
+// end of the shape. ToolGuide: moves a tool there.
 #include "apps/view/foot_place.h"
 
 #include <cmath>
@@ -18,8 +18,8 @@ constexpr FootTool k_kerrison{
 constexpr FootTool k_craniotome{
     .kind = FootTool::Kind::craniotome, .radius = 2.5, .thickness = 0.8, .bit = 1.15, .length = 14};
 
-/// Is the tool's foot free, by a dense set of its points?
-bool is_free(const BoneTest& is_bone, const FootTool& tool, const FootPlace& place) {
+/// True if the tool's foot is free, by a dense set of its points.
+bool is_free(const BoneTest& is_bone, const FootTool& tool, const FootPose& place) {
   for (double x = -tool.radius; x <= tool.radius; x += 0.1)
     for (double y = -tool.radius; y <= tool.radius; y += 0.1)
       for (double z = -tool.thickness; z <= 0; z += 0.1)
@@ -29,7 +29,7 @@ bool is_free(const BoneTest& is_bone, const FootTool& tool, const FootPlace& pla
   return true;
 }
 
-/// A plate with a wavy edge, turned any way: bone where 0 > z > -thickness and x < wave(y).
+/// A plate with a wavy edge, at any rotation: bone where 0 > z > -thickness and x < wave(y).
 struct Plate {
   double thickness = 5;
   glm::dquat turn = glm::normalize(glm::dquat(0.8, 0.3, -0.4, 0.33));
@@ -43,7 +43,7 @@ struct Plate {
   dvec3 local(const dvec3& w) const { return glm::conjugate(turn) * (w - at); }
 };
 
-TEST(FootPlace, AKerrisonsFootGoesUnderTheEdge) {
+TEST(FootPose, AKerrisonsFootFitsUnderTheEdge) {
   for (const double thickness : {1.5, 3.0, 5.5})
     for (const double reach : {-1.0, 0.0, 1.0})
       for (const double y : {-7.0, 0.0, 3.0}) {
@@ -58,7 +58,7 @@ TEST(FootPlace, AKerrisonsFootGoesUnderTheEdge) {
         EXPECT_NEAR(at.z, -thickness - 0.3, 0.2);
         EXPECT_NEAR(glm::length(dvec3(at.x - edge.x, at.y - edge.y, 0)), std::abs(reach), 0.1);
         EXPECT_TRUE(is_free(plate, k_kerrison, *found.place));
-        // The jaws close toward the bone: its open side is +x of the tool.
+        // The jaws close toward the bone: the open side is +x of the tool.
         EXPECT_GT(glm::dot(found.place->turn * dvec3(1, 0, 0), plate.turn * dvec3(1, 0, 0)), 0.9);
         EXPECT_GT(glm::dot(found.place->turn * dvec3(0, 0, 1), shaft), 0.999);
         for (const dvec3& p : found.place->way) EXPECT_FALSE(plate(p));
@@ -68,7 +68,7 @@ TEST(FootPlace, AKerrisonsFootGoesUnderTheEdge) {
       }
 }
 
-TEST(FootPlace, SaysWhyAFootGoesNowhere) {
+TEST(FootPose, ReportsWhyAFootFitsNowhere) {
   const Plate thick{.thickness = 6.5}, plate;
   const dvec3 shaft = plate.turn * dvec3(0, 0, 1);
   EXPECT_NE(find_edge(thick, k_kerrison, thick.world({-3, 0, 0}), shaft, 0).why.find("thicker"),
@@ -95,7 +95,7 @@ struct Vault {
   }
 };
 
-TEST(FootPlace, ACraniotomeStandsInABurrHole) {
+TEST(FootPose, ACraniotomeFitsIntoABurrHole) {
   const Vault vault;
   const auto is = [&](const dvec3& p) { return vault.is(p); };
   const auto was = [&](const dvec3& p) { return vault.was(p); };
@@ -116,7 +116,7 @@ TEST(FootPlace, ACraniotomeStandsInABurrHole) {
             std::string::npos);
 }
 
-/// Frames of a window, 60 a second, with a cursor over a place.
+/// Frames of a window, 60 per second, with a cursor over a position.
 struct Desk {
   BoneTest is_bone, was_bone;
   ToolGuide guide = {};
@@ -143,7 +143,7 @@ struct Desk {
 
 TEST(ToolGuide, AClickSlidesTheFootUnderTheEdgeAndTheNextOneBites) {
   Plate plate{.thickness = 4};
-  double bitten = 0;  // the plate ends so much earlier
+  double bitten = 0;  // mm by which the plate is shortened
   Desk desk;
   desk.is_bone = [&](const dvec3& p) {
     return plate(p) && plate.local(p).x < plate.wave(plate.local(p).y) - bitten;
@@ -160,7 +160,7 @@ TEST(ToolGuide, AClickSlidesTheFootUnderTheEdgeAndTheNextOneBites) {
   EXPECT_FALSE(first->is_pressed);
   const auto held = desk.frames(60);
   ASSERT_TRUE(held);
-  EXPECT_FALSE(held->is_pressed);  // still the click that slid it in
+  EXPECT_FALSE(held->is_pressed);  // still the click that moved it in
   EXPECT_FALSE(held->is_jump);
   EXPECT_NEAR(plate.local(held->at_world).z, -4.3, 0.2);
   desk.input.is_pressed = false;
@@ -184,7 +184,7 @@ TEST(ToolGuide, AClickSlidesTheFootUnderTheEdgeAndTheNextOneBites) {
 }
 
 TEST(ToolGuide, SearchesAgainWhenTheToolIsTiltedOrChanged) {
-  // A plate whose edge has a wall beside it: no room for a foot that goes straight down.
+  // A plate with a wall next to its edge: no room for a foot that goes straight down.
   const Plate plate{.thickness = 3};
   double wall = 3;  // mm from the edge
   Desk desk;
@@ -197,16 +197,16 @@ TEST(ToolGuide, SearchesAgainWhenTheToolIsTiltedOrChanged) {
   desk.look_at(plate.world({-3, 0, 0}), shaft);
   desk.frame();
   EXPECT_TRUE(desk.guide.edge().empty());
-  // The wall goes, and the cursor stays: bone changed.
+  // The wall is removed while the cursor stays: the bone changed.
   wall = 30, ++desk.version;
   desk.frames(5);
   EXPECT_FALSE(desk.guide.edge().empty());
-  // Held another way, still there: the search is another one.
+  // Tilted, at the same position: another search.
   wall = 3;
   desk.input.shaft = glm::normalize(shaft + 0.1 * (plate.turn * dvec3(0, 1, 0)));
   desk.frames(5);
   EXPECT_TRUE(desk.guide.edge().empty());
-  // Laid down and taken again over the same place.
+  // Laid down and picked up again over the same position.
   wall = 30, ++desk.version;
   desk.frames(5);
   ASSERT_FALSE(desk.guide.edge().empty());
@@ -216,7 +216,7 @@ TEST(ToolGuide, SearchesAgainWhenTheToolIsTiltedOrChanged) {
   desk.input.tool = k_kerrison;
   desk.frames(5);
   EXPECT_FALSE(desk.guide.edge().empty());
-  // Another tool while a foot is held lets it go.
+  // Another tool releases a foot that is held.
   desk.input.is_pressed = true;
   desk.frames(60);
   ASSERT_TRUE(desk.guide.is_holding());
@@ -226,7 +226,7 @@ TEST(ToolGuide, SearchesAgainWhenTheToolIsTiltedOrChanged) {
   EXPECT_FALSE(desk.guide.is_holding());
 }
 
-TEST(ToolGuide, AFootDoesNotStayInBoneThatComesBack) {
+TEST(ToolGuide, AFootDoesNotStayInRestoredBone) {
   const Plate plate{.thickness = 3};
   double grown = 0;
   Desk desk;
@@ -278,7 +278,7 @@ TEST(ToolGuide, AFootStaysOnItsSideOfANarrowBridge) {
 }
 
 /// Work is counted, not timed.
-TEST(ToolGuide, ASearchAsksOfABoundedNumberOfPlaces) {
+TEST(ToolGuide, ASearchTestsABoundedNumberOfPoints) {
   long asked = 0, most = 0;
   const auto counted = [&](auto is_bone) {
     return BoneTest([&asked, is_bone](const dvec3& p) { return ++asked, is_bone(p); });
@@ -314,7 +314,7 @@ TEST(ToolGuide, ACraniotomeIsLedAlongTheVaultWithItsFootBelowIt) {
   ASSERT_TRUE(standing);
   EXPECT_FALSE(standing->is_pressed);
   EXPECT_NEAR(glm::length(standing->at_world), vault.inner - 0.3, 0.4);
-  // Led away: the hand is no more than 3 mm ahead of the bit, and its foot stays below the inner table.
+  // Led away: the hand is at most 3 mm ahead of the bit, and the foot stays below the inner table.
   desk.input.is_pressed = true;
   for (int i = 1; i <= 60; ++i) {
     const dvec3 out = glm::normalize(dvec3(0.5 * i, 0.2 * i, 65));
@@ -327,7 +327,7 @@ TEST(ToolGuide, ACraniotomeIsLedAlongTheVaultWithItsFootBelowIt) {
     EXPECT_LT(glm::length(pose->at_world), vault.inner + 0.1) << i;
     EXPECT_GT(glm::length(pose->at_world), vault.inner - 1.2) << i;
   }
-  // Let go, it stays in its kerf; far away it is lifted out.
+  // Released, it stays in its kerf; far away it is lifted out.
   desk.input.is_pressed = false;
   const dvec3 tip = desk.input.tip;
   const auto rest = desk.frames(5);

@@ -1,9 +1,9 @@
-// Nobody is named: names are planted in tags, folders and files, and looked for in everything that every
-// command writes, what is drawn in pictures included.
+// Patient identity: names planted in tags, folders and files must not appear in any output of any command,
+// including the text in pictures.
 #include <algorithm>
 
+#include "apps/bench/scenes/dicom_files.h"
 #include "tests/apps/command_fixture.h"
-#include "tests/scenes/dicom_files.h"
 
 namespace trephine::command_tests {
 namespace {
@@ -44,7 +44,7 @@ class Identity : public Command {
   std::string file_in(const std::string& folder, const std::string& name) const {
     return (folder_ / folder / name).string();
   }
-  /// What was written, by name of file, that names somebody: the first finding, or "".
+  /// First output, by file name, that contains a planted name, or "".
   std::string named_in(const fs::path& folder) const {
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       if (!entry.is_regular_file()) continue;
@@ -64,7 +64,7 @@ class Identity : public Command {
   const std::string quoted_ = "'" + scan_ + "'";
 };
 
-TEST_F(Identity, StandsInNothingThatIsWritten) {
+TEST_F(Identity, AppearsInNoOutput) {
   fs::create_directory(folder_ / "written");
   ASSERT_EQ(run("mesh " + quoted_ + " -o VOGEL.ply").exit_code, 0);
   ASSERT_EQ(run("info " + quoted_).exit_code, 0);
@@ -77,11 +77,11 @@ TEST_F(Identity, StandsInNothingThatIsWritten) {
       "drill " + quoted_ + path + "--burr-diameter 8 -o written/d.nrrd",
       "import " + quoted_ + " -o written/KRAUSE", "view " + quoted_ + " --screenshot written/v.png",
       "info written/t.session", "info written/KRAUSE",
-      "replay written/t.session --verify --steps written/s.csv --screenshot written/r.png -o written/r.mha",
-      "replay written/d.session --case " + quoted_ + " --until 0.2 --screenshot written/u.png",
-      "resume written/d.session --case " + quoted_ + path, "audit written/t.session",
+      "replay written/t.session --verify --table written/s.csv --screenshot written/r.png -o written/r.mha",
+      "replay written/d.session --scan " + quoted_ + " --until 0.2 --screenshot written/u.png",
+      "resume written/d.session --scan " + quoted_ + path, "audit written/t.session",
       "bench touch " + quoted_, "bench feel " + quoted_ + " --quick --only none -o written/feel",
-      // What goes wrong names nobody either.
+      // Errors contain no name either.
       "info MUSTERMANN_Hanz", "touch " + quoted_ + " --path WEBER.csv -o written/x.csv",
       "touch " + quoted_ + path + "-o " + quoted_ + "/SCHMIDT_1.dcm", "info " + quoted_ + "/SCHMIDT_1.dcm",
       "replay VOGEL.ply", "mesh VOGEL.ply -o written/y.ply",
@@ -91,14 +91,14 @@ TEST_F(Identity, StandsInNothingThatIsWritten) {
     EXPECT_EQ(named(answer), "") << command << "\n" << answer;
     EXPECT_FALSE(answer.empty()) << command;
   }
-  // The case's folder carries the name that it was given; its files do not.
+  // The case's folder has the requested name; its files do not contain it.
   EXPECT_EQ(named_in(folder_ / "written"), "");
-  for (const char* made : {"t.csv", "t.session", "d.mha", "KRAUSE/case.toml", "v.png", "r.png"})
-    EXPECT_TRUE(fs::exists(folder_ / "written" / made)) << made;
+  for (const char* result : {"t.csv", "t.session", "d.mha", "KRAUSE/case.toml", "v.png", "r.png"})
+    EXPECT_TRUE(fs::exists(folder_ / "written" / result)) << result;
 }
 
-/// Names inside of archives and indexes, which no option gave; descriptions in notices.
-TEST_F(Identity, StandsInNoNoticeOfDisksAndArchives) {
+/// Names inside archives and indexes, given by no option; descriptions in notices.
+TEST_F(Identity, AppearsInNoNoticeOfDisksAndArchives) {
   write_scan("disk/WEBER_H/LEHMANN", 24, "1.2.752.24.7");
   scenes::DicomFile()
       .set(0x00080016, "UI", "1.2.840.10008.1.3.10")
@@ -118,12 +118,12 @@ TEST_F(Identity, StandsInNoNoticeOfDisksAndArchives) {
     const std::string answer = said(what);
     EXPECT_EQ(named(answer), "") << what << "\n" << answer;
   }
-  EXPECT_NE(run("info whole.tar").err.find("VOGEL"), std::string::npos) << "people are told";
-  EXPECT_NE(run("info gap.tar").err.find("SCHMIDT_8"), std::string::npos) << "people are told";
+  EXPECT_NE(run("info whole.tar").err.find("VOGEL"), std::string::npos) << "shown on the terminal";
+  EXPECT_NE(run("info gap.tar").err.find("SCHMIDT_8"), std::string::npos) << "shown on the terminal";
 }
 
-/// What is drawn in a picture stands in its description too, so that it can be looked for.
-TEST_F(Identity, IsLookedForWhereItWouldStand) {
+/// Text drawn in a picture is in its description too, so that it can be searched.
+TEST_F(Identity, IsSearchedWhereItCouldAppear) {
   ASSERT_EQ(run("import " + quoted_ + " --name VOGEL -o case").exit_code, 0);
   ASSERT_EQ(run("view case --screenshot v.png").exit_code, 0);
   EXPECT_EQ(named(read(file("v.png"))), "VOGEL") << "a name that was chosen is drawn, and found";
@@ -132,7 +132,7 @@ TEST_F(Identity, IsLookedForWhereItWouldStand) {
   EXPECT_NE(run("info " + quoted_ + " --keep-identity").err.find("--keep-identity"), std::string::npos);
 }
 
-/// What a name could have a terminal do is shown, not done.
+/// Control sequences in a name are shown, not executed.
 TEST_F(Identity, NamesDoNothingToATerminal) {
   const std::string evil = "'a\x1b]0;owned\x07\x1b[2J\xc2\x9b\xe2\x80\xae.mha'";
   const Ended r = run("info " + evil);

@@ -1,11 +1,11 @@
-// X-rays, sections, slices and measures as users make them: files that others read, poses that come back,
-// errors.
+// X-rays, cross-sections, slices and measures by command: files that other programs read, poses that
+// round-trip, errors.
 #include <cmath>
 #include <set>
 #include <sstream>
 
-#include "data-tools/plan_file.h"
-#include "data-tools/xray_file.h"
+#include "data-tools/cases/plan_file.h"
+#include "data-tools/dicom/xray_file.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
 #include "tests/whole.h"
@@ -24,7 +24,7 @@ std::vector<float> floats_of(const std::string& file) {
   return values;
 }
 
-/// Octahedra, each a closed surface: small enough for beads.
+/// Octahedra, each a closed surface, as small beads.
 std::string beads_ply(const std::vector<std::array<double, 3>>& middles, double radius) {
   std::ostringstream out;
   out << "ply\nformat ascii 1.0\nelement vertex " << 6 * middles.size()
@@ -46,44 +46,44 @@ std::string beads_ply(const std::vector<std::array<double, 3>>& middles, double 
   return out.str();
 }
 
-TEST_F(Command, AnXrayIsMadeAndItsPoseComesBack) {
-  const Json told = json(
-      "fluoro spine --view lateral --primary 81 --size 200 --isocentre 3,20,-4 "
+TEST_F(Command, AnXrayIsMadeAndItsPoseRoundTrips) {
+  const Json report = json(
+      "fluoro spine --view lateral --primary 81 --pixels 200 --isocentre 3,20,-4 "
       "-o a.png --dicom a.dcm --sums a.mha");
-  EXPECT_EQ(told["c_arm"]["primary_degrees"], 81);
-  EXPECT_EQ(told["c_arm"]["secondary_degrees"], 0);
-  EXPECT_NEAR(told["c_arm"]["pixel_mm"].get<double>(), 0.3 * 1024 / 200, 1e-12);
-  EXPECT_NEAR(told["exposure"]["kerma_mgy"].get<double>(), 0.512, 1e-9);
-  EXPECT_GT(told["rays_past_the_border_in_the_body_percent"], 10);  // a block out of a back
-  EXPECT_EQ(told["plan"].size(), 12u);
+  EXPECT_EQ(report["c_arm"]["primary_degrees"], 81);
+  EXPECT_EQ(report["c_arm"]["secondary_degrees"], 0);
+  EXPECT_NEAR(report["c_arm"]["pixel_mm"].get<double>(), 0.3 * 1024 / 200, 1e-12);
+  EXPECT_NEAR(report["exposure"]["kerma_mgy"].get<double>(), 0.512, 1e-9);
+  EXPECT_GT(report["rays_past_the_border_in_the_body_percent"], 10);  // a block out of a back
+  EXPECT_EQ(report["plan"].size(), 12u);
   EXPECT_GT(fs::file_size(folder_ / "a.png"), 10000u);
   const auto pose = data_tools::read_xray_pose(file("a.dcm"));
   ASSERT_TRUE(pose) << pose.error().message();
   EXPECT_EQ(pose.value().columns, 200);
   EXPECT_EQ(*pose.value().isocentre, glm::dvec3(3, 20, -4));
-  // Stood as in that file, the same image: to the bit where a decimal string holds the numbers.
+  // Posed as in that file, the same image: to the bit if decimal strings represent the numbers.
   json("fluoro spine --pose a.dcm --sums b.mha");
   const std::vector<float> a = floats_of(read(file("a.mha"))), b = floats_of(read(file("b.mha")));
   ASSERT_EQ(a.size(), 200u * 200u);
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(a, b);
-  // Surfaces beside the volume.
-  const Json beside = json("fluoro spine --view ap --size 200 --beside -o b.png");
-  EXPECT_EQ(beside["unbalanced_rays"], 0);
-  EXPECT_GT(beside["surface_against_volume"]["zncc"], 0.98);
-  EXPECT_LT(beside["surface_against_volume"]["mape_percent"], 8);
+  // Surfaces in addition to the volume.
+  const Json side_by_side = json("fluoro spine --view ap --pixels 200 --side-by-side -o b.png");
+  EXPECT_EQ(side_by_side["unbalanced_rays"], 0);
+  EXPECT_GT(side_by_side["surface_against_volume"]["zncc"], 0.98);
+  EXPECT_LT(side_by_side["surface_against_volume"]["mape_percent"], 8);
 }
 
-/// Five beads, a script, and a header: what it says is where they are.
-TEST_F(Command, AnXraysHeaderSaysWhereBeadsAreSeen) {
+/// Five beads, a script, and a header: the beads appear at the positions that the header gives.
+TEST_F(Command, AnXraysHeaderGivesThePositionsOfBeads) {
   if (std::system("/usr/bin/python3 -c pass") != 0) GTEST_SKIP() << "no python3 for the script";
   const std::vector<std::array<double, 3>> beads{
       {0, 0, 0}, {22, -9, 14}, {-17, 21, -18}, {9, 27, 25}, {-26, -14, 6}};
   write("beads.ply", beads_ply(beads, 1.5));
   for (const std::string pose : {"--primary 67 --secondary -13 --isocentre 4,7,-2", "--view ap"}) {
-    const std::string arm = "fluoro spine --size 400 --rays 3 " + pose;
+    const std::string arm = "fluoro spine --pixels 400 --supersampling 3 " + pose;
     json(arm + " --sums without.mha");
-    json(arm + " --model beads.ply --metal steel --sums with.mha --dicom with.dcm");
+    json(arm + " --mesh beads.ply --metal steel --sums with.mha --dicom with.dcm");
     std::vector<float> with = floats_of(read(file("with.mha"))),
                        without = floats_of(read(file("without.mha")));
     ASSERT_EQ(with.size(), 1200u * 1200u);
@@ -113,8 +113,9 @@ TEST_F(Command, AnXraysHeaderSaysWhereBeadsAreSeen) {
   }
 }
 
-/// In a session: shots are commands, told with their dose; any of them is made again, and of any moment.
-TEST_F(Command, ShotsOfASessionAreMadeAgain) {
+/// In a session: shots are commands, reported with their dose; any of them can be repeated, at any time of
+/// the session.
+TEST_F(Command, ShotsOfASessionAreRepeated) {
   json("phantom sphere --size 64 -o s.mha");  // opens sooner than a spine
   write("x.toml",
         "schema = 1\nscan = \"s.mha\"\nrate = 250\n"
@@ -130,12 +131,12 @@ TEST_F(Command, ShotsOfASessionAreMadeAgain) {
         "[[expect]]\nwhat = \"events x-ray-taken\"\nleast = 2\n");
   const Json played = json("run x.toml --record x.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
-  EXPECT_EQ(json("replay x.session --case s.mha --verify")["is_same"], true);
+  EXPECT_EQ(json("replay x.session --scan s.mha --verify")["is_same"], true);
   if (is_whole()) {
     EXPECT_NE(run("timeline x.session").out.find("X-ray"), std::string::npos);
   }
   const auto sums = [&](const std::string& options) {
-    json("fluoro x.session --case s.mha --sums sums.mha " + options);
+    json("fluoro x.session --scan s.mha --sums sums.mha " + options);
     return floats_of(read(file("sums.mha")));
   };
   const std::vector<float> before = sums("--shot 1"), drilled = sums("--shot 2");
@@ -145,37 +146,37 @@ TEST_F(Command, ShotsOfASessionAreMadeAgain) {
   }
   double most = 0;
   for (std::size_t i = 0; i < before.size(); ++i) {
-    EXPECT_GE(before[i], drilled[i] - 1e-5f);  // matter was taken away
+    EXPECT_GE(before[i], drilled[i] - 1e-5f);  // matter was removed
     most = std::max(most, static_cast<double>(before[i]) - static_cast<double>(drilled[i]));
   }
   EXPECT_GT(most, 0.05);
-  EXPECT_NE(run("fluoro x.session --case s.mha --shot 3").err.find("1 to 2"), std::string::npos);
+  EXPECT_NE(run("fluoro x.session --scan s.mha --shot 3").err.find("1 to 2"), std::string::npos);
 }
 
-/// The sample: a screw too far to the middle, which shots and section show.
+/// The sample: a screw too far medial, as shots and section show.
 TEST_F(Command, ACArmGoesAroundTwoScrews) {
   write("t.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/c-arm-tour.toml"));
   const Json played = json("run t.toml --record t.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
-  const Json shot = json("fluoro t.session --shot 3 --size 128 -o shot.png");
+  const Json shot = json("fluoro t.session --shot 3 --pixels 128 -o shot.png");
   EXPECT_NEAR(shot["exposure"]["area_product_mgy_cm2"].get<double>(), 102.2, 3);  // whole pixels are open
   EXPECT_GT(fs::file_size(folder_ / "shot.png"), 5000u);
   const std::string plane = " --at 0,22,5.8 --normal 0,0.05,-1 --pixel 0.1 ";
   const Json section = json("section t.session" + plane + "-o s.png --svg s.svg");
-  ASSERT_EQ(section["objects"].size(), 6u);  // bone, what the plan says must not be cut, two screws
+  ASSERT_EQ(section["objects"].size(), 6u);  // bone, forbidden structures of the plan, two screws
   const std::string drawn = read(file("s.svg"));
   EXPECT_NE(drawn.find("<title>bone, "), std::string::npos);
   std::set<std::string> colours;
   for (std::size_t at = 0; (at = drawn.find("fill=\"", at)) != std::string::npos; ++at)
     colours.insert(drawn.substr(at + 6, 7));
-  EXPECT_EQ(colours.size(), 5u);  // a colour an object; no nerve root lies in the plane
+  EXPECT_EQ(colours.size(), 5u);  // one colour per object; no nerve root is in the plane
   EXPECT_GT(section["models_outside_bone_mm2"], 100);
   if (!is_whole()) return;
-  // What of a screw lies beyond the picture is told.
+  // The part of a screw beyond the picture is reported.
   const Json narrow = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5 --width 40" + plane);
   EXPECT_GT(narrow["models_beyond_picture_mm2"], 100);
-  // The judge: the planned screw lies in bone but for its head, which does not count; that of the left side
-  // reaches into the canal.
+  // The judge: the planned screw is in bone except for its head, which does not count; the one on the left
+  // side reaches into the canal.
   const Json planned = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5" + plane);
   const Json wrong = json("section spine --screw=15.8,37.8,6.6:-3.5,-5.5,4.1:6.5" + plane);
   EXPECT_LT(planned["models_outside_bone_mm2"], 5);
@@ -184,7 +185,7 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   EXPECT_GT(wrong["screws"][0]["breach_mm"], 3);
   EXPECT_EQ(wrong["screws"][0]["toward"], "the patient's right");
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"--at 0,0,500", "does not meet the scan"},
+           {"--at 0,0,500", "does not intersect the scan"},
            {"--normal 0,0,0", "looks nowhere"},
            {"--pixel 0", "out of range"},
            {"--screw 1,2,3", "no screw"},
@@ -196,8 +197,8 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   }
 }
 
-/// Slices: along a plan, of a slab, before and after a cut, what the scan holds at a place.
-TEST_F(Command, ASliceShowsTheScanAsItIs) {
+/// Slices: along a plan, of a slab, before and after a cut, and the value at a position.
+TEST_F(Command, ASliceShowsTheScanUnchanged) {
   const Json slab =
       json("slice spine --plane sagittal --trajectory 'L4 left pedicle' --slab 4 --pixel 0.5 -o a.png");
   EXPECT_EQ(slab["plane"]["slab_mm"], 4);
@@ -209,19 +210,20 @@ TEST_F(Command, ASliceShowsTheScanAsItIs) {
         "points = [[0, 0, 90, 0, 0], [0.2, 0, 75, 0, 0], [0.4, 0, 68, 0, 1], [2.4, 0, 40, 0, 1]]\n");
   json("run d.toml --record d.session");
   const Json cut = json(
-      "slice d.session --case s.mha --plane axial --at 0,43,0 --pixel 0.5 --beside --probe 0,43,0 -o b.png");
+      "slice d.session --scan s.mha --plane axial --at 0,43,0 --pixel 0.5 --side-by-side --probe 0,43,0 -o "
+      "b.png");
   EXPECT_GT(cut["probe"]["before"], 100);
   EXPECT_EQ(cut["probe"]["now"], -1000);
   if (is_whole()) {
     EXPECT_EQ(
-        json("slice d.session --case s.mha --until 0.3 --at 0,43,0 --probe 0,43,0 --pixel 1")["probe"]["now"],
+        json("slice d.session --scan s.mha --until 0.3 --at 0,43,0 --probe 0,43,0 --pixel 1")["probe"]["now"],
         cut["probe"]["before"]);
   }
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"--level 40", "no window"},
-           {"--probe 0,0,900", "not in the scan"},
+           {"--level 40", "invalid window"},
+           {"--probe 0,0,900", "outside the scan"},
            {"--slab -1", "out of range"},
-           {"--at 0,0,900", "does not meet the scan"}}) {
+           {"--at 0,0,900", "does not intersect the scan"}}) {
     const Ended bad = run("slice s.mha --pixel 1 " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
@@ -229,16 +231,16 @@ TEST_F(Command, ASliceShowsTheScanAsItIs) {
   }
 }
 
-/// Rulers, angles, tapes and regions; as markups they come back as a plan.
-TEST_F(Command, MeasuresAreToldAndKept) {
-  const Json told = json(
+/// Rulers, angles, tapes and regions; their markups can be read as a plan.
+TEST_F(Command, MeasuresAreReportedAndKept) {
+  const Json report = json(
       "measure head --ruler 0,0,0:3,4,12 --angle 5,0,0:0,0,0:0,0,9 --tape 0,-88,20:74,0,40 --region "
       "0,0,5:6 "
       "--markups m.mrk.json");
-  ASSERT_EQ(told["measures"].size(), 4u);
-  EXPECT_NEAR(told["measures"][0]["length_mm"].get<double>(), 13, 1e-9);
-  EXPECT_NEAR(told["measures"][1]["angle_degrees"].get<double>(), 90, 1e-6);
-  const Json& tape = told["measures"][2];
+  ASSERT_EQ(report["measures"].size(), 4u);
+  EXPECT_NEAR(report["measures"][0]["length_mm"].get<double>(), 13, 1e-9);
+  EXPECT_NEAR(report["measures"][1]["angle_degrees"].get<double>(), 90, 1e-6);
+  const Json& tape = report["measures"][2];
   EXPECT_GT(tape["length_mm"].get<double>(), tape["straight_mm"].get<double>() + 5);
   EXPECT_GT(tape["moved_mm"], 1);
   EXPECT_LT(tape["moved_mm"], 25);
@@ -246,12 +248,12 @@ TEST_F(Command, MeasuresAreToldAndKept) {
     EXPECT_NE(run("measure head --tape 5000,0,0:0,-125,20").out.find("from the surface"), std::string::npos);
   }
   EXPECT_LE(tape["taut_mm"].get<double>(), tape["length_mm"].get<double>());
-  EXPECT_NEAR(told["measures"][3]["mean"].get<double>(), 27, 5);  // brain
+  EXPECT_NEAR(report["measures"][3]["mean"].get<double>(), 27, 5);  // brain
   const auto plan = data_tools::read_plan(file("m.mrk.json"));
   ASSERT_TRUE(plan) << plan.error().message();
   ASSERT_GE(plan.value().trajectories.size(), 1u);
   EXPECT_EQ(plan.value().trajectories[0].target_world, glm::dvec3(3, 4, 12));
-  // In a session: a job, told, expected by scripts, replayed.
+  // In a session: a job, reported, expected by scripts, replayed.
   write("m.toml",
         "schema = 1\nscan = \"head\"\nrate = 250\n[[hands]]\npoints = [[0, 0, 0, 150], [0.2, 0, 0, 150]]\n"
         "[[do]]\nat = 0.1\ncommand = \"measure\"\nwith = \"kind=tape at=0,-88,20;74,0,40\"\n"
@@ -260,11 +262,11 @@ TEST_F(Command, MeasuresAreToldAndKept) {
   if (is_whole()) {
     EXPECT_EQ(json("replay m.session --verify")["is_same"], true);
   }
-  for (const auto& [arguments, words] :
-       std::initializer_list<std::pair<std::string, std::string>>{{"", "nothing is to be measured"},
-                                                                  {"--ruler 0,0,0", "not as many places"},
-                                                                  {"--region 0,0,0:x", "no radius"},
-                                                                  {"--tape 0,0:1,1,1", "X,Y,Z"}}) {
+  for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"", "no measurement requested"},
+           {"--ruler 0,0,0", "wrong number of positions"},
+           {"--region 0,0,0:x", "invalid radius"},
+           {"--tape 0,0:1,1,1", "X,Y,Z"}}) {
     const Ended bad = run("measure head " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
@@ -274,7 +276,7 @@ TEST_F(Command, MeasuresAreToldAndKept) {
   }
 }
 
-TEST_F(Command, WhatNoXrayCanBeIsSaid) {
+TEST_F(Command, InvalidXraysAreRefused) {
   write("open.ply",
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n9 0 0\n0 9 0\n3 0 1 2\n");
@@ -286,19 +288,19 @@ TEST_F(Command, WhatNoXrayCanBeIsSaid) {
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"spine --view sideways", "sideways"},
            {"spine --to-patient 1200", "between source and detector"},
-           {"spine --isocentre 1000,0,0", "no ray meets the scan"},
-           {"spine --model inward.ply", "looks inward"},
-           {"spine --sums a.txt", "another extension"},
+           {"spine --isocentre 1000,0,0", "no ray intersects the scan"},
+           {"spine --mesh inward.ply", "face inward"},
+           {"spine --sums a.txt", "wrong extension"},
            {"spine --energy 500", "out of range"},
-           {"spine --collimate 10", "no field"},
+           {"spine --collimate 10", "invalid field"},
            {"spine --isocentre 1,2", "X,Y,Z"},
-           {"spine --model open.ply", "3 open edges"},
+           {"spine --mesh open.ply", "3 open edges"},
            {"spine --pose no.dcm", "no X-ray image"},
            {"spine --shot 1", "no shots"},
            {"spine --until 3", "no time"},
            {"spine --primary nan", "primary"},
            {"spine --size 9000", "out of range"},
-           {"spine --dicom open.ply --model open.ply", "open.ply"}}) {
+           {"spine --dicom open.ply --mesh open.ply", "open.ply"}}) {
     const Ended bad = run("fluoro " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
@@ -307,13 +309,13 @@ TEST_F(Command, WhatNoXrayCanBeIsSaid) {
   EXPECT_EQ(leftovers({"open.ply", "no.dcm", "inward.ply"}), "");
 }
 
-/// Beside the faces of a block: how far out, toward which side; through a cavity; beside all bone.
+/// Through the faces of a block: breach and its side; through a cavity; outside all bone.
 TEST_F(Command, ABreachIsMeasuredWithItsSide) {
   write("block.nrrd", nrrd(40, [](int x, int y, int z) {
           const bool is_block = std::min({x, y, z}) >= 8 && x < 24 && y < 30 && z < 32;
           return is_block && !(z >= 18 && z < 22 && y < 16) ? 800 : -1000;
         }));
-  const double face = 23 + 500.0 / 1800;  // where 300 lies between voxels of 800 and -1000
+  const double face = 23 + 500.0 / 1800;  // position of 300 between voxels of 800 and -1000
   const auto breach = [&](const std::string& screw) {
     return json("section block.nrrd --at 16,20,20 --screw=" + screw)["screws"][0];
   };
@@ -332,7 +334,7 @@ TEST_F(Command, ABreachIsMeasuredWithItsSide) {
 
 /// A real lumbar spine of 3 mm: the left screw through its pedicle, the right one through the canal on
 /// purpose.
-TEST_F(Command, OnARealSpineTheWrongScrewIsSeen) {
+TEST_F(Command, OnARealSpineTheWrongScrewIsDetected) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   const std::string spine = data_tools::real_data() + "/spine_lumbar/example_ct.nii.gz";
   const char *right_way = "23.3,-109.6,318:12.6,-140,318:5.5", *wrong = "-12,-106,318:4,-136,318:5.5";
@@ -345,9 +347,9 @@ TEST_F(Command, OnARealSpineTheWrongScrewIsSeen) {
   EXPECT_GT(outside(wrong), 40);
   // Both are metal in an X-ray, drawn and outlined.
   const std::string both = spine + " --screw=" + right_way + " --screw=" + wrong;
-  EXPECT_EQ(run("fluoro " + both + " --isocentre -3.5,-125,318 --size 200 -o x.png --sums x.mha").exit_code,
+  EXPECT_EQ(run("fluoro " + both + " --isocentre -3.5,-125,318 --pixels 200 -o x.png --sums x.mha").exit_code,
             0);
-  EXPECT_EQ(run("fluoro " + spine + " --isocentre -3.5,-125,318 --size 200 --sums y.mha").exit_code, 0);
+  EXPECT_EQ(run("fluoro " + spine + " --isocentre -3.5,-125,318 --pixels 200 --sums y.mha").exit_code, 0);
   const std::vector<float> with = floats_of(read(file("x.mha"))), without = floats_of(read(file("y.mha")));
   ASSERT_EQ(with.size(), 40000u);
   int changed = 0;
@@ -355,12 +357,12 @@ TEST_F(Command, OnARealSpineTheWrongScrewIsSeen) {
   EXPECT_GT(changed, 60);
   EXPECT_LT(changed, 2000);
   EXPECT_EQ(run("slice " + both + " --at -3.5,-115,318 --width 100 -o sl.png").exit_code, 0);
-  EXPECT_EQ(run("render " + both + " --size 200 --from back -o r.png").exit_code, 0);
+  EXPECT_EQ(run("render " + both + " --pixels 200 --from back -o r.png").exit_code, 0);
 }
 
-/// With labels cancellous bone counts: a textbook screw lies in the vertebra, where the threshold alone says
-/// that half of it does not.
-TEST_F(Command, ATextbookScrewLiesInBone) {
+/// With labels, cancellous bone counts: a textbook screw is inside the vertebra, while by the threshold half
+/// of it is outside.
+TEST_F(Command, ATextbookScrewIsInsideBone) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   const std::string folder = data_tools::real_data() + "/spine_lumbar/";
   ASSERT_EQ(run("import " + folder + "example_ct.nii.gz --labels " + folder +
@@ -376,13 +378,13 @@ TEST_F(Command, ATextbookScrewLiesInBone) {
   EXPECT_GT(by_window["models_outside_bone_mm2"], 60) << "of the shaft alone";
 }
 
-/// The sample: slices and model agree; what was measured comes out of the session as markups.
+/// The sample: slices and model agree; measures of the session are exported as markups.
 TEST_F(Command, ATumourIsMeasuredOnSlicesAndOnItsModel) {
   write("t.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/tumour.toml"));
   EXPECT_EQ(json("run t.toml --record t.session")["is_met"], true);
-  const Json told = json("measure t.session --markups t.mrk.json");
-  ASSERT_EQ(told["measures"].size(), 3u);
-  EXPECT_EQ(told["measures"][2]["kind"], "part");
+  const Json report = json("measure t.session --markups t.mrk.json");
+  ASSERT_EQ(report["measures"].size(), 3u);
+  EXPECT_EQ(report["measures"][2]["kind"], "part");
   const auto plan = data_tools::read_plan(file("t.mrk.json"));
   ASSERT_TRUE(plan) << plan.error().message();
   if (!is_whole()) return;
@@ -390,33 +392,33 @@ TEST_F(Command, ATumourIsMeasuredOnSlicesAndOnItsModel) {
   const Json part = json(
       "measure head --label tumour --part -37,14,37:25 --region -37,14,37:25 --patch "
       "\"-37,1.6,42:-32,1.6,36:-42,1.6,36\"");
-  EXPECT_NEAR(part["measures"][2]["size_mm3"].get<double>(), told["measures"][2]["size_mm3"].get<double>(),
+  EXPECT_NEAR(part["measures"][2]["size_mm3"].get<double>(), report["measures"][2]["size_mm3"].get<double>(),
               1);
   EXPECT_GT(part["measures"][1]["area_mm2"], 30);
   EXPECT_EQ(run("measure head --label tumour --part -37,14,37:5").exit_code, 1);
 }
 
-TEST_F(Command, AScanIsDrawnDirectly) {
-  const Json bone = json("render spine --from back --size 160 -o a.png");
+TEST_F(Command, AScanIsRenderedDirectly) {
+  const Json bone = json("render spine --from back --pixels 160 -o a.png");
   EXPECT_GT(fs::file_size(folder_ / "a.png"), 5000u);
   EXPECT_NEAR(bone["window"]["low"].get<double>(), 160 + 0.1 / 0.55 * 160, 1);
   EXPECT_TRUE(bone["window"]["high"].is_null());
-  // Fewer slices, fewer samples; what is opened, hidden or behind a screw is not sampled.
+  // Fewer slices, fewer samples; matter that is clipped, hidden or behind a screw is not sampled.
   const double whole = bone["samples"].get<double>();
-  EXPECT_LT(
-      json("render spine --from back --size 160 --slices 200 --hide L4 --clip 0,0,0:0,1,0 --cutout \"L4 left "
-           "pedicle\" --screw 15,40,6:-3,-5,4:6.5")["samples"]
-          .get<double>(),
-      0.6 * whole);
-  // MR has no Hounsfield units; opacities of one's own.
+  EXPECT_LT(json("render spine --from back --pixels 160 --slices 200 --hide L4 --clip 0,0,0:0,1,0 --cutout "
+                 "\"L4 left "
+                 "pedicle\" --screw 15,40,6:-3,-5,4:6.5")["samples"]
+                .get<double>(),
+            0.6 * whole);
+  // MR has no Hounsfield units; opacities are given by the user.
   std::string mr =
       "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
       "ElementSpacing = 1 1 2\n"
       "DimSize = 16 16 16\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
   for (int i = 0; i < 16 * 16 * 16; ++i) mr += static_cast<char>(i % 16 > 3 && i % 16 < 12 ? 90 + i % 7 : 3);
   write("mr.mha", mr);
-  EXPECT_EQ(json("render mr.mha --size 64")["ramp"].size(), 3u);
-  const Json own = json("render mr.mha --size 64 --opacity=-40:0,-20:0.4,0:0.4,100:0");
+  EXPECT_EQ(json("render mr.mha --pixels 64")["ramp"].size(), 3u);
+  const Json own = json("render mr.mha --pixels 64 --opacity=-40:0,-20:0.4,0:0.4,100:0");
   EXPECT_NEAR(own["window"]["low"].get<double>(), -35, 1);
   EXPECT_NEAR(own["window"]["high"].get<double>(), 75, 1);
   EXPECT_NE(run("render mr.mha --ramp bone").err.find("--ramp grey"), std::string::npos);
@@ -424,7 +426,7 @@ TEST_F(Command, AScanIsDrawnDirectly) {
                           "--opacity '5:0;6:1'", "--size 9", "--size 5000", "--slices 3", "--clip 1,2,3",
                           "--clip 0,0,0:0,0,0", "--cutout nowhere", "--hide nothing", "--translucent nothing",
                           "--share 2", "--cutout-radius 0", "--from nowhere", "-o spine.txt"})
-    EXPECT_EQ(run(std::string("render mr.mha --size 64 ") + bad).exit_code, 2) << bad;
+    EXPECT_EQ(run(std::string("render mr.mha --pixels 64 ") + bad).exit_code, 2) << bad;
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace trephine::command_tests {
 namespace {
 
-/// The laminectomy of docs/: the outcome that the script expects is that which the session is judged with.
+/// The laminectomy of docs/: the script expects the outcome that the session's judgement gives.
 TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   write("l.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/laminectomy.toml"));
   const Json played = json("run l.toml --record l.session");
@@ -29,7 +29,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   EXPECT_GE(outcome["breakthroughs"]["count"], 1);
   EXPECT_NE(run("timeline l.session").out.find("L4: canal"), std::string::npos);
   EXPECT_EQ(json("replay l.session --verify")["is_same"], true);
-  // A window opens it from the back, with the hand that works: bone cutter, burr, Kerrison.
+  // A window opens it from the back, with the working hand: bone cutter, burr, Kerrison.
   const auto summary = workbench::summarize_session((folder_ / "l.session").string());
   ASSERT_TRUE(summary) << summary.error().message();
   ASSERT_TRUE(summary.value().worked_at.has_value());
@@ -44,13 +44,15 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   }
   EXPECT_GE(bites, 20u);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"", "no vertebra selected"}, {"--canal 1,2", "X,Y,Z"}, {"--vertebra L4 --until -1", "out of range"}}) {
+           {"", "no vertebra selected"},
+           {"--canal 1,2", "X,Y,Z"},
+           {"--vertebra L4 --until -1", "out of range"}}) {
     const Ended bad = run("laminectomy l.session " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
   if (!is_whole()) return;
-  // Before that column it was as good on either side.
+  // Before that column both sides were equal.
   const Json earlier = json("laminectomy l.session --vertebra L4 --until 121.7");
   EXPECT_NEAR(earlier["pars"][0]["now_mm"].get<double>(), earlier["pars"][1]["now_mm"].get<double>(), 1);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
@@ -61,7 +63,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
-  // A foot that goes 3 mm deeper in the middle: the dura is told, with the slices.
+  // A foot 3 mm deeper in the middle: the dura is reported, with the slices.
   std::string script = read(file("l.toml"));
   for (std::size_t at = 0; (at = script.find(" 0, 34, ", at)) != std::string::npos;)
     script.replace(at, 8, " 0, 31, ");
@@ -76,7 +78,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   EXPECT_GT(fs::file_size(folder_ / "l.session"), 10000u);
 }
 
-/// A hand's points: it goes to each place in turn and holds its button there.
+/// Points of a hand: it moves to each position in turn and holds its button there.
 class Bites {
  public:
   void at(double x, double y, double z, double from_y) {
@@ -132,7 +134,7 @@ TEST_F(Command, ALaminectomyOfARealSpine) {
                       "[[expect]]\nwhat = \"opened length\"\nleast = 8\n");
   const Json played = json("run l.toml --record l.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
-  const Json outcome = json("laminectomy l.session --case real --vertebra vertebrae_L4 --slices o.png");
+  const Json outcome = json("laminectomy l.session --scan real --vertebra vertebrae_L4 --slices o.png");
   EXPECT_NEAR(outcome["canal"]["before_mm2"].get<double>(), 299, 6);
   EXPECT_GT(outcome["canal"]["now_mm2"], 305);
   EXPECT_LT(outcome["spinous_process"]["left_mm3"].get<double>(),
@@ -140,14 +142,14 @@ TEST_F(Command, ALaminectomyOfARealSpine) {
   for (const Json& facet : outcome["facets"]) EXPECT_LT(facet["removed_percent"], 3);
   for (const Json& pars : outcome["pars"]) EXPECT_GT(pars["now_mm"], 10);
   if (!is_whole()) return;
-  // Room in a canal of every other vertebra as anatomists find it, and of the sacrum none.
+  // Areas of the canal of the other vertebrae in the anatomical range; the sacrum has none.
   for (const std::string label : {"L5", "L3", "L2", "L1", "T12"}) {
     const double area =
-        json("laminectomy l.session --case real --vertebra vertebrae_" + label)["canal"]["before_mm2"];
+        json("laminectomy l.session --scan real --vertebra vertebrae_" + label)["canal"]["before_mm2"];
     EXPECT_GT(area, 150) << label;
     EXPECT_LT(area, 400) << label;
   }
-  EXPECT_EQ(run("laminectomy l.session --case real --vertebra vertebrae_S1").exit_code, 2);
+  EXPECT_EQ(run("laminectomy l.session --scan real --vertebra vertebrae_S1").exit_code, 2);
 }
 
 }  // namespace

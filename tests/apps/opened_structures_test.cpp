@@ -1,11 +1,11 @@
-// What lies under an opening is drawn, and drawn whole until something went through it.
+// OpenedStructures: structures below an opening are drawn, and drawn whole until something penetrates them.
 #include "apps/view/opened_structures.h"
 
 #include <gtest/gtest.h>
 #include <map>
 
-#include "tests/scenes/scenes.h"
-#include "volume/removal.h"
+#include "apps/bench/scenes/scenes.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::view {
 namespace {
@@ -16,7 +16,7 @@ using glm::ivec3;
 constexpr int k_size = 40;
 constexpr int k_inner_table = 20;  // voxels of 1 mm below it are dura, two layers, then brain
 
-/// Bone over air, with these names; below the bone the labels that label_of(x, y, z) returns.
+/// Bone over air, with label names; below the bone the labels that label_of(x, y, z) returns.
 template <class Label>
 haptics::TouchScene below_bone(const std::vector<std::string>& names, const Label& label_of) {
   volume::Volume base = volume::make_volume(ivec3(k_size), volume::Frame(), true).value();
@@ -52,7 +52,7 @@ struct Bottom {
   glm::vec3 colour{0.0f};
 };
 
-/// Drills so far below the inner table, with a ball of 4 mm radius, and looks at what is drawn there.
+/// Drills `below` mm below the inner table, with a ball of 4 mm radius, and returns what is drawn there.
 Bottom drilled(const haptics::TouchScene& scene, double below, bool is_at_once) {
   const auto untouched = haptics::untouched(scene);
   OpenedStructures structures(scene);
@@ -95,7 +95,7 @@ Bottom drilled(const haptics::TouchScene& scene, double below, bool is_at_once) 
 
 const std::vector<std::string> k_names{"background", "skull", "dura", "brain"};
 
-TEST(OpenedStructures, AreThoseThatNamesTell) {
+TEST(OpenedStructures, AreIdentifiedByTheirNames) {
   EXPECT_EQ(OpenedStructures::structures_of(layers(k_names)), (std::vector<int>{2, 3}));
   EXPECT_EQ(
       OpenedStructures::structures_of(layers({"background", "vertebra", "Nerve root L4", "vertebral disc"})),
@@ -112,7 +112,7 @@ TEST(OpenedStructures, DuraIsTheBottomOfAHole) {
   }
 }
 
-TEST(OpenedStructures, WhatWasDrilledAwayIsMissing) {
+TEST(OpenedStructures, DrilledMatterIsMissing) {
   const haptics::TouchScene scene = layers(k_names);
   for (const bool is_at_once : {true, false}) {
     const Bottom bottom = drilled(scene, 5.0, is_at_once);

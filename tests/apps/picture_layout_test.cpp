@@ -1,4 +1,4 @@
-// Text over a picture, and the way of its camera.
+// Labels over a picture, and motion of its camera.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -6,9 +6,9 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 
+#include "apps/bench/scenes/scenes.h"
 #include "apps/view/render_window.h"
 #include "apps/view/viewport.h"
-#include "tests/scenes/scenes.h"
 
 namespace trephine::view {
 namespace {
@@ -41,7 +41,7 @@ class PictureLayout : public ::testing::Test {
   std::unique_ptr<Viewport> picture_;
 };
 
-/// Pairs of labels that cover each other, and labels that are cut off by the picture's edge.
+/// Number of pairs of labels that overlap, and of labels cut off by the picture's edge.
 int overlaps(const std::vector<LabelLayer::Box>& boxes) {
   int count = 0;
   for (std::size_t i = 0; i < boxes.size(); ++i)
@@ -51,7 +51,7 @@ int overlaps(const std::vector<LabelLayer::Box>& boxes) {
   return count;
 }
 
-TEST_F(PictureLayout, LabelsLieApartAndWithinThePicture) {
+TEST_F(PictureLayout, LabelsAreSeparateAndWithinThePicture) {
   for (const double apart : {0.0, 0.3, 2.0, 6.0})
     for (const int count : {1, 4, 9}) {
       picture_->set_plan(names(count, apart));
@@ -67,7 +67,7 @@ TEST_F(PictureLayout, LabelsLieApartAndWithinThePicture) {
         EXPECT_LE(box.high.y, 360);
       }
     }
-  // The judge sees two that cover each other.
+  // Planted fault: two that overlap.
   EXPECT_EQ(overlaps({{{0, 0}, {10, 10}}, {{5, 5}, {15, 15}}, {{20, 0}, {30, 10}}}), 1);
 }
 
@@ -102,7 +102,7 @@ TEST_F(PictureLayout, TurningKeepsTheHeadUp) {
     camera->GetPosition(after.x, after.y, after.z);
     EXPECT_NEAR(glm::length(after - target), glm::length(at - target), 1e-6);
   }
-  // From the poles it turns as far as it is told, also by small steps.
+  // At the poles it turns by the full angle, also in small steps.
   for (const char side : {'S', 'I'}) {
     picture_->look_from(side);
     dvec3 up;
@@ -125,7 +125,7 @@ TEST_F(PictureLayout, TurningKeepsTheHeadUp) {
       EXPECT_LT(glm::length(after - before), 0.012 * glm::length(after - target)) << side << " " << i;
     }
   }
-  // From above the picture does not jump: what was up stays up.
+  // From above the picture does not jump: the up direction is kept.
   picture_->look_from('S');
   picture_->turn(0, -3);
   dvec3 up;
@@ -134,7 +134,7 @@ TEST_F(PictureLayout, TurningKeepsTheHeadUp) {
   EXPECT_LT(up.y, -0.9) << "the front was up";
 }
 
-TEST_F(PictureLayout, ZoomingKeepsWhatIsUnderTheCursorAndStaysOutsideTheBone) {
+TEST_F(PictureLayout, ZoomingKeepsThePointUnderTheCursorAndStaysOutsideTheBone) {
   for (const glm::dvec2& at : {glm::dvec2(0.5, 0.5), glm::dvec2(0.56, 0.44)}) {
     picture_->look_from(0);
     const Ray ray = picture_->ray_at(at.x, at.y);

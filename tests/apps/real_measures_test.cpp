@@ -1,18 +1,18 @@
-// A plastic skull that a scanner saw, with round things in it whose size is known: a ruler on its slices and
-// touch on its model agree, and a lesion is found again on the skull by what a tape said on its scan.
+// A scan of a plastic skull with round inserts of known size: a ruler on its slices and touch on its model
+// agree, and a lesion is found again on the skull by a tape measured on its scan.
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/open_volume.h"
+#include "apps/bench/scenes/scenes.h"
+#include "data-tools/formats/open_volume.h"
 #include "haptics/mesh/surface_line.h"
-#include "haptics/proxy/methods.h"
-#include "sim/lockstep.h"
+#include "haptics/methods/methods.h"
+#include "sim/drivers/lockstep.h"
 #include "tests/data-tools/file_helpers.h"
 #include "tests/haptics/mesh/edge_search.h"
-#include "tests/scenes/scenes.h"
-#include "volume/surface_nets.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine {
 namespace {
@@ -32,7 +32,7 @@ class RealMeasures : public ::testing::Test {
   }
 };
 
-/// Between eight voxels, by itself.
+/// Trilinear between eight voxels, independently.
 double value_at(const volume::Volume& v, const dvec3& world) {
   const dvec3 p = v.frame.volume_from_world(world), low = glm::floor(p), f = p - low;
   double sum = 0;
@@ -46,7 +46,7 @@ double value_at(const volume::Volume& v, const dvec3& world) {
 
 TEST_F(RealMeasures, RulersOnSlicesAndTouchAgreeOnRoundInserts) {
   volume::Volume scan = skull();
-  // Middles in voxels, as slices show them; diameters across, mm.
+  // Centres in voxels, as slices show them; diameters in mm.
   struct Insert {
     const char* name;
     dvec3 voxel;
@@ -61,7 +61,7 @@ TEST_F(RealMeasures, RulersOnSlicesAndTouchAgreeOnRoundInserts) {
     level += 0.5 * (value_at(scan, scan.frame.world_from_volume(one.voxel)) - 1000) / 4;
   const volume::Frame frame = scan.frame;
   for (int i = 0; i < 4; ++i) {
-    // From the middle outward until half of the intensity is left.
+    // From the centre outward until half of the intensity is left.
     const dvec3 middle = frame.world_from_volume(inserts[i].voxel);
     double ends[2];
     for (const int side : {0, 1}) {
@@ -102,7 +102,7 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
   const volume::Field bone(scan, volume::Shape{"skull", -200});  // thin walls, too
   const volume::Version untouched(std::shared_ptr<const volume::Volume>(std::shared_ptr<void>(), &scan));
   const volume::Mesh net = volume::surface_net({&bone, &untouched});
-  // The cap and what is just below: the base has nothing to do with it.
+  // The cap and a little below it, without the base of the skull.
   const dvec3 lesion = scan.frame.world_from_volume({203.9, 186.2, 80.9});
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> number(net.vertices.size(), ~0u), triangles;
@@ -118,16 +118,17 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
     }
   }
   const haptics::Surface surface(std::move(vertices), std::move(triangles));
-  // Where a ray from far outside meets the skull.
+  // Intersection of the skull with a ray from far outside.
   const auto outer = [&](const dvec3& from, const dvec3& toward) {
-    const dvec3 way = glm::normalize(toward - from);
+    const dvec3 direction = glm::normalize(toward - from);
     dvec3 p = from;
-    while (bone.value(scan.frame.volume_from_world(p)) < 0 && glm::length(p - from) < 300) p += 0.05 * way;
+    while (bone.value(scan.frame.volume_from_world(p)) < 0 && glm::length(p - from) < 300)
+      p += 0.05 * direction;
     return p;
   };
   const dvec3 brow = outer({0, -60, lesion.z + 14}, {0, 100, lesion.z + 14}),
               vertex = outer({-8, 115, lesion.z + 120}, {-8, 115, lesion.z});
-  // On the scan: over the lesion, and how far from both landmarks.
+  // On the scan: the point over the lesion, and its distances from both landmarks.
   const dvec3 target = outer({-92, lesion.y, lesion.z + 8}, {0, lesion.y, lesion.z + 8});
   const auto tape = [&](const dvec3& from, const dvec3& to) {
     const std::vector<dvec3> ends{from, to};
@@ -136,7 +137,7 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
   };
   const double to_brow = glm::length(target - brow), to_vertex = glm::length(target - vertex),
                along = tape(brow, target);
-  // Against a search over seven points of every edge of what lies around the way.
+  // Against a search over seven points of every edge near the path.
   {
     std::vector<dvec3> near;
     std::vector<std::uint32_t> kept(surface.vertices().size(), ~0u), corners;
@@ -167,9 +168,9 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
   ASSERT_GT(to_brow, 50);
   ASSERT_GT(to_vertex, 50);
   EXPECT_GT(along, to_brow + 3);
-  for (const double reading : {1.0, 0.1}) {  // mm that one can read
+  for (const double reading : {1.0, 0.1}) {  // reading accuracy, mm
     const double a = std::round(to_brow / reading) * reading, b = std::round(to_vertex / reading) * reading;
-    // On the skull: from a wrong place on, until the ruler says that from both landmarks.
+    // On the skull: from a wrong start until the ruler gives these distances from both landmarks.
     const auto at = [&](double y, double z) { return outer({-92, y, z}, {0, y, z}); };
     double y = target.y + 9, z = target.z - 7;
     for (int i = 0; i < 12; ++i) {
@@ -185,7 +186,7 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
       y -= glm::clamp((f.x * fz.y - f.y * fz.x) / det, -6.0, 6.0);
       z -= glm::clamp((fy.x * f.y - fy.y * f.x) / det, -6.0, 6.0);
     }
-    // And the tape says the same.
+    // The tape gives the same distance.
     const dvec3 found = at(y, z);
     const double error = glm::length(found - target), check = tape(brow, found);
     std::printf(

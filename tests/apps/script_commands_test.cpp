@@ -1,10 +1,11 @@
-// Scripts and the list of modules, as a person uses them.
+// Scripts and the list of modules, as users run them.
 #include "tests/apps/command_fixture.h"
 
 namespace trephine::command_tests {
 namespace {
 
-/// A ball of bone, touched from above and drilled for a while by the first hand, rested on by the second.
+/// A ball of bone, touched from above and drilled for a while by the first hand, while the second rests on
+/// it.
 std::string script(const std::string& more) {
   return R"(schema = 1
 title = "A ball"
@@ -29,7 +30,7 @@ class Script : public Command {
   }
 };
 
-TEST_F(Script, IsPlayedCheckedRecordedAndTheSameWhenItIsReplayed) {
+TEST_F(Script, IsPlayedCheckedRecordedAndReplayed) {
   write("a.toml", script(R"(
 [[expect]]
 at = 0.8
@@ -79,18 +80,18 @@ most = 8
 )"));
   const Json report = json("run a.toml --record a.session -o left.mha");
   EXPECT_TRUE(report["is_met"]);
-  EXPECT_EQ(report["ticks"], 1251);  // as far as the last expectation
+  EXPECT_EQ(report["ticks"], 1251);  // up to the last expectation
   ASSERT_EQ(report["checks"].size(), 7u);
   EXPECT_EQ(report["checks"][0]["line"], 14);
-  const Json again = json("replay a.session --case s.mha --verify");
+  const Json again = json("replay a.session --scan s.mha --verify");
   EXPECT_TRUE(again["is_same"]);
   EXPECT_EQ(again["content_hash"], report["content_hash"]);
-  // Seen from its folder, wherever it is played.
+  // Paths are relative to its folder, wherever it is run.
   const Ended elsewhere = run("run ./a.toml --json");
   EXPECT_EQ(Json::parse(elsewhere.out)["content_hash"], report["content_hash"]);
 }
 
-TEST_F(Script, WhatIsNotMetIsSaidWithItsLineAndEndsWithOne) {
+TEST_F(Script, UnmetExpectationsAreReportedWithTheirLineAndEndWithOne) {
   write("a.toml", script(R"(
 [[expect]]
 what = "removed_mm3"
@@ -107,42 +108,41 @@ with = "item=9 touchable=no"
   const Ended r = run("run a.toml");
   EXPECT_EQ(r.exit_code, 1) << r.err;
   EXPECT_NE(r.out.find("FAILED  line 14"), std::string::npos) << r.out;
-  EXPECT_NE(r.out.find("FAILED  line 17"), std::string::npos) << r.out;  // it was done
-  EXPECT_NE(r.out.find("FAILED  line 21"), std::string::npos) << r.out;  // refused, which nobody expected
-  EXPECT_NE(r.out.find("no such item"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("FAILED  line 17"), std::string::npos) << r.out;  // it was executed
+  EXPECT_NE(r.out.find("FAILED  line 21"), std::string::npos) << r.out;  // refused unexpectedly
+  EXPECT_NE(r.out.find("unknown item"), std::string::npos) << r.out;
   EXPECT_NE(r.out.find("3 of 3 checks FAILED"), std::string::npos) << r.out;
 }
 
-TEST_F(Script, WhatIsWrongIsSaidWithItsLineBeforeAnythingIsPlayed) {
+TEST_F(Script, ErrorsAreReportedWithTheirLineBeforePlaying) {
   const struct {
     std::string more;
     const char* words;
   } bad[] = {
       {"[[expect]]\nwhat = \"removed\"", "line 14: an expectation is not complete"},
-      {"[[expect]]\nwhat = \"removed_mm\"\nmost = 1", "line 14: nothing is measured by this name"},
-      {"[[expect]]\nwhat = \"events nothing\"\nmost = 1", "line 14: nothing is measured by this name"},
-      {"[[expect]]\nwhat = \"strokes\"\nleast = 2\nmost = 1", "swap them"},
-      {"[[do]]\nat = 1\ncommand = \"frobnicate\"", "line 14: there is no such command"},
-      {"[[do]]\nat = 1\ncommand = \"fault\"", "there is no such command"},
-      {"[[do]]\nat = 1\ncommand = \"adopt-job\"", "there is no such command"},
+      {"[[expect]]\nwhat = \"removed_mm\"\nmost = 1", "line 14: unknown measurement"},
+      {"[[expect]]\nwhat = \"events nothing\"\nmost = 1", "line 14: unknown measurement"},
+      {"[[expect]]\nwhat = \"strokes\"\nleast = 2\nmost = 1", "swap the two values"},
+      {"[[do]]\nat = 1\ncommand = \"frobnicate\"", "line 14: unknown command"},
+      {"[[do]]\nat = 1\ncommand = \"fault\"", "unknown command"},
+      {"[[do]]\nat = 1\ncommand = \"adopt-job\"", "unknown command"},
       {"[[do]]\nat = 1\ncommand = \"burr\"\nwith = \"diameter=99\"", "line 14: burr diameter"},
-      {"[[do]]\nat = 1\ncommand = \"burr\"\nwith = \"size=2\"", "there is no such field"},
+      {"[[do]]\nat = 1\ncommand = \"burr\"\nwith = \"size=2\"", "unknown field"},
       {"[[do]]\nat = -1\ncommand = \"undo\"", "line 15: the value of at is out of range"},
       {"[[do]]\nat = 1\nhand = 2\ncommand = \"undo\"", "the value of hand is out of range"},
-      {"[[hands]]\npath = \"none.csv\"", "no such path file"},
-      {"[[hands]]\npoints = [[0, 1, 2]]", "this is no point of a path"},
+      {"[[hands]]\npath = \"none.csv\"", "does not exist"},
+      {"[[hands]]\npoints = [[0, 1, 2]]", "invalid point of a path"},
       {"[[hands]]\npoints = [[1, 0, 0, 0], [0, 0, 0, 0]]", "line 14"},
-      {"[[hands]]\ninstrument = \"saw\"\npath = \"rest.csv\"",
-       "line 14: instrument: there is no such instrument"},
+      {"[[hands]]\ninstrument = \"saw\"\npath = \"rest.csv\"", "line 14: instrument: unknown instrument"},
       {"[[hands]]\ninstrument = \"burr\"\nparameters = \"diameter=-1\"\npath = \"rest.csv\"",
        "burr diameter"},
-      {"[[hands]]\nmethod = \"gost\"\npath = \"rest.csv\"", "there is no such method"},
-      {"[[hands]]\neffects = [\"hum\"]\npath = \"rest.csv\"", "there is no such effect"},
+      {"[[hands]]\nmethod = \"gost\"\npath = \"rest.csv\"", "unknown method"},
+      {"[[hands]]\neffects = [\"hum\"]\npath = \"rest.csv\"", "unknown effect"},
       {"[[do]]\nat = 1\ncommand = \"set-effect\"\nwith = 'effect=1 words=viscous damping=1'",
-       "no such field"},
-      {"speed = 2", "there is no such key"},
-      {"smallest_burr = 1", "there is no such key"},
-      {"\n[[expect", "the script is no TOML"},
+       "unknown field"},
+      {"speed = 2", "unknown key"},
+      {"smallest_burr = 1", "unknown key"},
+      {"\n[[expect", "the script is not TOML"},
   };
   for (const auto& [more, words] : bad) {
     write("bad.toml", script("\n" + more));
@@ -153,12 +153,12 @@ TEST_F(Script, WhatIsWrongIsSaidWithItsLineBeforeAnythingIsPlayed) {
   }
   EXPECT_EQ(run("run nothing.toml").exit_code, 2);
   write("old.toml", "scan = \"head\"\n");
-  EXPECT_NE(run("run old.toml").err.find("does not say its schema"), std::string::npos);
+  EXPECT_NE(run("run old.toml").err.find("has no schema"), std::string::npos);
   write("new.toml", "schema = 2\nwhatever = 1\n");
   EXPECT_NE(run("run new.toml").err.find("newer trephine"), std::string::npos);
   write("a.toml", script(""));
   EXPECT_EQ(run("run a.toml -o a.toml").exit_code, 2);
-  for (const char* given : {"s.mha", "rest.csv"}) {  // what the script names stays
+  for (const char* given : {"s.mha", "rest.csv"}) {  // inputs of the script are kept
     const std::string before = read(file(given));
     EXPECT_EQ(run(std::string("run a.toml -o ") + given).exit_code, 2);
     EXPECT_EQ(read(file(given)), before);
@@ -168,8 +168,8 @@ TEST_F(Script, WhatIsWrongIsSaidWithItsLineBeforeAnythingIsPlayed) {
   write("many.toml", script(many));
   EXPECT_NE(run("run many.toml").err.find("one to four"), std::string::npos);
   write("deep.toml", "a = " + std::string(100000, '['));
-  EXPECT_NE(run("run deep.toml").err.find("no TOML"), std::string::npos);
-  EXPECT_EQ(run("run a.toml --window").exit_code, 3);  // no display: before anything is played
+  EXPECT_NE(run("run deep.toml").err.find("not TOML"), std::string::npos);
+  EXPECT_EQ(run("run a.toml --show").exit_code, 3);  // no display: before anything is played
   EXPECT_EQ(run("run a.toml --record nowhere/a.session").exit_code, 2);
   EXPECT_EQ(run("run a.toml --record s.mha").exit_code, 2);
 }

@@ -1,4 +1,4 @@
-// Scripts that find their place on a scan, follow its surface, yield, run live and take pictures.
+// Scripts that find their places on a scan, follow its surface, yield, run live and take pictures.
 #include <cmath>
 
 #include "tests/apps/command_fixture.h"
@@ -6,7 +6,7 @@
 namespace trephine::command_tests {
 namespace {
 
-/// A hand that comes down on the left of whatever it is, slides 10 mm and lifts.
+/// A hand that comes down on the left of an object, slides 10 mm and lifts.
 std::string slide(const std::string& scan, const std::string& of_hand, const std::string& more) {
   return "schema = 1\nscan = \"" + scan + R"("
 rate = 500
@@ -26,14 +26,14 @@ std::string expect(const std::string& what, double at, double least, double most
          "\nleast = " + std::to_string(least) + "\nmost = " + std::to_string(most) + "\n";
 }
 
-TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfWhateverScan) {
+TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfAnyScan) {
   // A ball of 40 mm about the origin, on cubes and on thick slices.
   ASSERT_EQ(run("phantom sphere --size 64 --spacing 1.5 --psf 1 --set radius=40 -o cubes.mha").exit_code, 0);
   ASSERT_EQ(
       run("phantom sphere --size 96,96,24 --spacing 1,1,4 --psf 1 --set radius=40 -o slices.mha").exit_code,
       0);
   for (const std::string scan : {"cubes.mha", "slices.mha"}) {
-    // Seen from its left, with z up, "along" is to the back: x, y and z are known everywhere on it.
+    // From its left, with z up, "along" is to the back: x, y and z are known everywhere on it.
     const double x = std::sqrt(1600.0 - 100);
     write("a.toml", slide(scan, "",
                           expect("contact", 0.5, 1, 1) + expect("proxy_x", 0.5, 39.7, 40.2) +
@@ -44,7 +44,7 @@ TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfWhateverScan) {
     const Json report = json("run a.toml");
     EXPECT_EQ(report["is_met"], true) << scan << report["checks"].dump(1);
   }
-  // Whatever "up" is, there is a way along; a picture straight from above shows something.
+  // For any "up" there is a direction along; a picture straight from above is not empty.
   for (const char* up : {"[1, 0, 0]", "[1, 1, 1]", "[0, 0, -3]"}) {
     std::string text = slide("cubes.mha", "", "[[pictures]]\nfile = \"p.png\"\nfrom = [0, 0, 1]\n");
     text.insert(text.find("name = "), std::string("up = ").append(up).append("\n"));
@@ -53,13 +53,12 @@ TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfWhateverScan) {
     EXPECT_EQ(run("run up.toml --pictures shots").exit_code, 0) << up;
     EXPECT_GT(fs::file_size(folder_ / "shots" / "p.png"), 20000u) << up;
   }
-  // What is too thin is passed over: the far wall's outside is not seen from here, its inside does not face
-  // us.
+  // Walls that are too thin are skipped: the outside of the far wall faces away, and so does its inside.
   write("thin.toml",
         "schema = 1\nscan = \"cubes.mha\"\n[[places]]\nname = \"left\"\nthickness = 5\n"
         "from = [[1, 0, 0]]\n[[hands]]\nplace = \"left\"\npoints = [[0, 0, 0, 9]]\n");
-  EXPECT_EQ(run("run thin.toml").exit_code, 0);  // a ball does not end: as thick as one likes
-  // A shell's thickness is known; drilled through it is open.
+  EXPECT_EQ(run("run thin.toml").exit_code, 0);  // a ball is solid: thicker than any limit
+  // The thickness of a shell is known; drilled through it is open.
   ASSERT_EQ(run("phantom shell --size 72 -o shell.mha").exit_code, 0);
   constexpr double thickness = 7.2;  // 0.06 of its box of 120 mm
   write("b.toml",
@@ -78,7 +77,7 @@ TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfWhateverScan) {
 
 TEST_F(Command, AScriptsHandYieldsLiveAndWithoutThreadsAlike) {
   ASSERT_EQ(run("phantom sphere --size 64 --spacing 1.5 --psf 1 --set radius=40 -o s.mha").exit_code, 0);
-  // A hand of 0.3 N/mm that wants 1 mm into bone presses with less than 0.3 N; a stiff one is 1 mm in.
+  // A hand of 0.3 N/mm aimed 1 mm into bone presses with less than 0.3 N; a stiff one is 1 mm in.
   const std::string tail = R"([[do]]
 at = 1.0
 command = "note"
@@ -101,8 +100,9 @@ refused = true
   }
   EXPECT_EQ(json("run stiff.toml")["is_met"], true);
   for (const char* session : {"soft", "live-soft"})
-    EXPECT_EQ(json(std::string("replay ") + session + ".session --case s.mha --verify")["is_same"], true);
-  // Planted: what is not so ends with 1, live too; and what must be refused, and is done.
+    EXPECT_EQ(json(std::string("replay ") + session + ".session --scan s.mha --verify")["is_same"], true);
+  // Planted faults: an unmet expectation ends with 1, live too; so does an expected refusal that does not
+  // occur.
   write("wrong.toml", slide("s.mha", "stiffness = 0.3", expect("force_n", 0.55, 2, 3)));
   EXPECT_EQ(run("run wrong.toml --live").exit_code, 1);
   write("done.toml",
@@ -111,8 +111,8 @@ refused = true
   EXPECT_TRUE(fs::is_empty(folder_ / ".state" / "trephine" / "sessions")) << "a temporary session stayed";
 }
 
-// A job is done before what comes next, live too; and what is expected of the moment of a command comes after
-// it.
+// A job is finished before the next command, live too; expectations for the time of a command are checked
+// after it.
 TEST_F(Command, AScriptDoesTheSameLiveInTheSameOrder) {
   ASSERT_EQ(run("phantom plate --size 64 --spacing 0.6 --psf 1 --set thickness=4 -o plate.mha").exit_code, 0);
   std::ostringstream circle;
@@ -159,17 +159,17 @@ tool = false
   EXPECT_EQ(json("run a.toml").contains("pictures"), false);
 }
 
-TEST_F(Command, WhatIsWrongWithPlacesAndPicturesIsSaidWithItsLine) {
+TEST_F(Command, ErrorsInPlacesAndPicturesAreReportedWithTheirLine) {
   ASSERT_EQ(run("phantom sphere --size 48 --spacing 2 -o s.mha").exit_code, 0);
   const std::pair<std::string, std::string> wrong[] = {
       {"[[pictures]]\nfile = \"a/b.png\"\n", "folder"},
       {"[[pictures]]\nfile = \"a.jpg\"\n", ".png"},
       {"[[pictures]]\nfile = \"a.png\"\nplace = \"left\"\n", "distance"},
       {"[[pictures]]\nfile = \"a.png\"\nplace = \"right\"\ndistance = 9\n", "left"},
-      {"[[pictures]]\nfile = \"a.png\"\n[[pictures]]\nfile = \"a.png\"\n", "names of their own"},
+      {"[[pictures]]\nfile = \"a.png\"\n[[pictures]]\nfile = \"a.png\"\n", "different names"},
       {"[[pictures]]\nfile = \"a.png\"\nfrom = [0, 0, 0]\n", "direction"},
       {"[[pictures]]\nfile = \"a.png\"\ncaption = \"{weight} kg\"\n", "removed_mm3"},
-      {"[[places]]\nname = \"left\"\nfrom = [[0, 0, 1]]\n", "one name"},
+      {"[[places]]\nname = \"left\"\nfrom = [[0, 0, 1]]\n", "the same name"},
       {"[[places]]\nname = \"up\"\nfrom = []\n", "complete"},
       {"[[places]]\nname = \"up\"\nfrom = [[1, 2]]\n", "[x, y, z]"},
       {"[[expect]]\nwhat = \"open up\"\nleast = 1\n", "open left"},

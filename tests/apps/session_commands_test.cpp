@@ -6,7 +6,7 @@
 namespace trephine::command_tests {
 namespace {
 
-TEST_F(Command, ARecordedDrillReplaysVerifiesAndGoesOn) {
+TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
   const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session");
@@ -17,33 +17,33 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndGoesOn) {
   EXPECT_DOUBLE_EQ(info["removed_mm3"], drill["removed_mm3_total"].get<double>());
   EXPECT_EQ(read(file("d.session")).find("s.mha"), std::string::npos);
 
-  // Without the scan it says what it needs; with another one it refuses; with its own it is the same.
+  // Without the scan it names its need; another scan is refused; with its own scan the replay is the same.
   const Ended missing = run("replay d.session --verify");
   EXPECT_EQ(missing.exit_code, 2);
-  EXPECT_NE(missing.err.find("--case"), std::string::npos);
+  EXPECT_NE(missing.err.find("--scan"), std::string::npos);
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.2 -o other.mha").exit_code, 0);
-  const Ended wrong = run("replay d.session --case other.mha");
+  const Ended wrong = run("replay d.session --scan other.mha");
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_NE(wrong.err.find("not the one of the session"), std::string::npos);
-  const Json replay = json("replay d.session --case s.mha --verify -o again.mha --steps steps.csv");
+  const Json replay = json("replay d.session --scan s.mha --verify -o again.mha --table steps.csv");
   EXPECT_EQ(replay["is_same"], true);
   EXPECT_EQ(replay["content_hash"], drill["content_hash"]);
   EXPECT_EQ(read(file("again.mha")), read(file("d.mha")));
   const std::string steps = read(file("steps.csv"));
   EXPECT_EQ(static_cast<std::size_t>(std::count(steps.begin(), steps.end(), '\n')),
             drill["steps"].get<std::size_t>() + 1);
-  // A moment of it.
-  const Json half = json("replay d.session --case s.mha --until 0.5 --screenshot half.png");
+  // Up to a time.
+  const Json half = json("replay d.session --scan s.mha --until 0.5 --screenshot half.png");
   EXPECT_EQ(half["ticks"], 500);
   EXPECT_LT(half["removed_mm3_total"], replay["removed_mm3_total"]);
   EXPECT_GT(fs::file_size(folder_ / "half.png"), 2000u);
 
-  // Onward, as one session.
+  // Continued, as one session.
   write("more.csv", "t,x,y,z\n0,-20,0.2,46\n0.3,-20,0.2,38\n0.6,-20,0.2,36\n");
-  const Json resume = json("resume d.session --case s.mha --path more.csv");
+  const Json resume = json("resume d.session --scan s.mha --path more.csv");
   EXPECT_DOUBLE_EQ(resume["removed_mm3_before"], drill["removed_mm3_total"].get<double>());
   EXPECT_GT(resume["removed_mm3_total"], resume["removed_mm3_before"]);
-  const Json whole = json("replay d.session --case s.mha --verify");
+  const Json whole = json("replay d.session --scan s.mha --verify");
   EXPECT_EQ(whole["is_same"], true);
   EXPECT_DOUBLE_EQ(whole["removed_mm3_total"], resume["removed_mm3_total"].get<double>());
 
@@ -78,39 +78,40 @@ TEST_F(Command, ATimelineListsStrokesCommandsAndEvents) {
   ASSERT_EQ(kinds, (std::vector<std::string>{"stroke", "stroke", "command", "command", "command"}));
   EXPECT_GT(removed[0], 5);
   EXPECT_GT(removed[1], 5);
-  EXPECT_NEAR(removed[2], -removed[1], 1e-9);  // what undo put back
+  EXPECT_NEAR(removed[2], -removed[1], 1e-9);  // volume restored by undo
   EXPECT_NEAR(removed[3], removed[1], 1e-9);
   EXPECT_NEAR(removed[0] + removed[1], json("info a.session")["removed_mm3"].get<double>(), 1e-6);
   EXPECT_NEAR(timeline["rows"][0]["seconds"].get<double>(), 0.6, 0.11);
   EXPECT_NE(timeline["rows"][4]["text"].get<std::string>().find("well done"), std::string::npos);
   const std::string text = run("timeline a.session").out;
   EXPECT_NE(text.find("put back"), std::string::npos) << text;
-  // Nothing that is a session, and one in which nothing was done.
+  // A file that is not a session, and a session without strokes.
   EXPECT_EQ(run("timeline s.mha").exit_code, 2);
   EXPECT_EQ(run("timeline nowhere.session").exit_code, 2);
   write_press("p.csv", 1);
   ASSERT_EQ(run("touch s.mha --path p.csv -o t.csv --record t.session").exit_code, 0);
-  // A path without a button column is pressed throughout; what changes nothing is no stroke, as in a window.
+  // A path without a button column is pressed throughout; a press that changes nothing is not a stroke, as in
+  // a window.
   EXPECT_EQ(json("timeline t.session")["strokes"], 0);
   EXPECT_EQ(json("timeline t.session")["rows"][0]["kind"], "press");
   EXPECT_EQ(json("timeline t.session")["rows"][0]["removed_mm3"], Json());
 }
 
-TEST_F(Command, VerifyRefusesAChangedFileAndSaysWhere) {
+TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
   ASSERT_EQ(run("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session --embed").exit_code,
             0);
   EXPECT_EQ(run("replay d.session --verify").exit_code, 0) << "the scan is in it";
   const std::string whole = read(file("d.session"));
-  // A header that lies cannot be read at all.
+  // An invalid header cannot be read at all.
   std::string bytes = whole;
   const std::size_t at = bytes.find("stiffness=0.5");
   ASSERT_NE(at, std::string::npos);
   bytes[at + 12] = '6';
   write("lie.session", bytes);
   EXPECT_EQ(run("replay lie.session --verify").exit_code, 2);
-  // Damage in the middle of the log: the part before it is the same, and that is not enough.
+  // Damage in the middle of the log: the part before it is the same, which is not sufficient.
   bytes = whole;
   bytes[bytes.size() - 1500] = static_cast<char>(bytes[bytes.size() - 1500] ^ 0x55);
   write("damaged.session", bytes);
@@ -121,36 +122,36 @@ TEST_F(Command, VerifyRefusesAChangedFileAndSaysWhere) {
   EXPECT_EQ(report["mismatch"]["what"], "file");
   EXPECT_GT(report["ticks"], 100) << "blocks are short, so most of it is there";
   EXPECT_EQ(run("resume damaged.session --path p.csv").exit_code, 2);
-  // A torn end is no damage: it replays as far as it goes, and goes on.
+  // A torn end is not damage: it replays up to there, and continues.
   write("torn.session", whole.substr(0, whole.size() - 3000));
   EXPECT_EQ(run("replay torn.session --verify").exit_code, 0);
   EXPECT_EQ(run("resume torn.session --path p.csv").exit_code, 0);
   EXPECT_EQ(run("replay torn.session --verify").exit_code, 0);
 }
 
-/// What another program has is neither read nor cut short.
-TEST_F(Command, ResumeTakesTheSessionBeforeItReadsIt) {
+/// A session in use by another program is neither read nor truncated.
+TEST_F(Command, ResumeLocksTheSessionBeforeReadingIt) {
   ASSERT_EQ(run("phantom sphere --size 48 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
   ASSERT_EQ(run("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session").exit_code, 0);
   const std::string before = read(file("d.session"));
-  const Ended refused = run("resume d.session --case s.mha --path p.csv", "flock d.session env -u DISPLAY");
+  const Ended refused = run("resume d.session --scan s.mha --path p.csv", "flock d.session env -u DISPLAY");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("right now"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("being recorded"), std::string::npos) << refused.err;
   EXPECT_EQ(refused.err.find("note"), std::string::npos) << "nothing of it was read: " << refused.err;
   EXPECT_EQ(read(file("d.session")), before);
-  EXPECT_EQ(run("resume d.session --case s.mha --path p.csv").exit_code, 0);
+  EXPECT_EQ(run("resume d.session --scan s.mha --path p.csv").exit_code, 0);
 }
 
-/// On a full disk both outputs are tried, both failures told, and old files stay; one code for all.
-TEST_F(Command, AFullDiskIsToldAndReplacesNothing) {
+/// On a full disk both outputs are tried, both failures reported, and old files kept; one exit code for all.
+TEST_F(Command, AFullDiskIsReportedAndReplacesNothing) {
   ASSERT_EQ(run("phantom sphere --size 48 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
-  const std::string full = "ulimit -f 8 && env -u DISPLAY";  // 4 kB a file
+  const std::string full = "ulimit -f 8 && env -u DISPLAY";  // 4 kB per file
   for (const char* command :
        {"drill s.mha --burr-diameter 4 --path p.csv -o old.mha --record d.session",
         "drill s.mha --burr-diameter 4 --path p.csv -o old.nrrd", "phantom sphere --size 48 -o old.nii.gz",
-        "phantom head --spacing 4 -o old.nii --labels labels.mha", "mesh s.mha -o old.stl",
+        "phantom head --spacing 4 -o old.nii --write-labels labels.mha", "mesh s.mha -o old.stl",
         "touch s.mha --path p.csv -o old.csv", "view s.mha --screenshot old.png", "import s.mha -o case",
         "convert s.mha -o old.vdb", "convert s.mha -o series --as dicom",
         "phantom head --spacing 9 --case hc"}) {
@@ -159,7 +160,7 @@ TEST_F(Command, AFullDiskIsToldAndReplacesNothing) {
       write(name, "old");
     const Ended r = run(command, full);
     EXPECT_EQ(r.exit_code, 3) << command << r.err;
-    EXPECT_NE(r.err.find("room"), std::string::npos) << command << r.err;
+    EXPECT_NE(r.err.find("free space"), std::string::npos) << command << r.err;
     for (const char* name :
          {"old.mha", "old.nrrd", "old.nii.gz", "old.nii", "old.stl", "old.csv", "old.png", "old.vdb"})
       EXPECT_EQ(read(file(name)), "old") << command;
@@ -171,7 +172,7 @@ TEST_F(Command, AFullDiskIsToldAndReplacesNothing) {
   }
 }
 
-/// What a case says of a surface stays where nobody said otherwise.
+/// The material of a case applies unless an option overrides it.
 TEST_F(Command, TouchKeepsTheMaterialOfACase) {
   ASSERT_EQ(run("phantom sphere --size 48 -o s.mha").exit_code, 0);
   ASSERT_EQ(run("import s.mha -o case").exit_code, 0);
@@ -194,7 +195,7 @@ TEST_F(Command, TouchKeepsTheMaterialOfACase) {
 }
 
 TEST_F(Command, ACaseIsASourceEverywhere) {
-  ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha --labels labels.mha").exit_code, 0);
+  ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha --write-labels labels.mha").exit_code, 0);
   const Json import = json("import head.mha --labels labels.mha -o my-case");
   EXPECT_EQ(import["case"], "case") << "a folder's name may be a patient's";
   EXPECT_EQ(import["structures"], 11);
@@ -205,7 +206,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("already"), std::string::npos);
 
-  // A person edits the plan: names, a second touchable structure with a material, a trajectory.
+  // The user edits the plan: names, a second touchable structure with a material, a trajectory.
   std::string text = read(file("my-case/case.toml"));
   const auto replace = [&text](const std::string& from, const std::string& to) {
     const std::size_t at = text.find(from);
@@ -228,7 +229,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_EQ(touch["counters"]["shapes_with_bits"], 2);
   EXPECT_EQ(run("mesh my-case --label label-2 -o bone.stl").exit_code, 0);
 
-  // What must not be cut is watched: a burr that comes into it fails the check, and the session says when.
+  // Forbidden structures are watched: a burr that enters one fails the check, and the session gives the time.
   write("deep.csv", "t,x,y,z\n0,14,-10,110\n1,14,-10,95\n4,14,-10,58\n5,14,-10,110\n");
   write("air.csv", "t,x,y,z\n0,0,-10,110\n1,0,-10,105\n");
   const Ended entered =
@@ -243,15 +244,15 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_GT(dura["visits"][0]["deepest_mm"].get<double>(), 0.3);
   EXPECT_TRUE(dura["visits"][0]["is_left"].get<bool>());
   const Json events = json("info g.session")["events"];
-  ASSERT_EQ(events.size(), 3u);  // with what it did there
+  ASSERT_EQ(events.size(), 3u);  // with the damage done there
   EXPECT_EQ(events[0]["text"], "The tool entered dura while it was running.");
-  EXPECT_TRUE(json("replay g.session --case my-case --verify")["is_same"].get<bool>());
+  EXPECT_TRUE(json("replay g.session --scan my-case --verify")["is_same"].get<bool>());
   const Ended away = run("drill my-case --burr-diameter 6 --path air.csv -o o.mha --json");
   EXPECT_EQ(away.exit_code, 0);
   EXPECT_EQ(Json::parse(away.out)["forbidden"][0]["nearest_mm"], 20);
   EXPECT_EQ(run("view my-case --screenshot v.png").exit_code, 0);
 
-  // What is wrong with a case is said by line.
+  // Errors of a case are reported by line.
   const auto expect_fault = [&](const std::string& broken, const std::string& what, const std::string& line) {
     write("my-case/case.toml", broken);
     const Ended r = run("info my-case");
@@ -261,13 +262,14 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
       EXPECT_NE(r.err.find("line " + line), std::string::npos) << r.err;
     }
   };
-  expect_fault("schema = 1\nname = \"x\"\nsurprise = 2\n", "no such key", "3");
+  expect_fault("schema = 1\nname = \"x\"\nsurprise = 2\n", "unknown key", "3");
   expect_fault("schema = 2\nname = \"x\"\n", "newer", "");
-  expect_fault("schema = 1\nname = \n", "no TOML", "2");
+  expect_fault("schema = 1\nname = \n", "not TOML", "2");
   expect_fault("name = \"x\"\n", "schema", "");
   expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = \"b\"\n", "out of range", "5");
-  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\n", "not said", "3");
-  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = 5\nhigh = 1\n", "lower end",
+  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\n", "neither a window nor a label",
+               "3");
+  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = 5\nhigh = 1\n", "lower limit",
                "3");
 }
 
@@ -280,7 +282,7 @@ TEST_F(Command, ImportWritesAllOrNothing) {
   EXPECT_EQ(leftovers({"s.mha", "small.mha"}), "");
 }
 
-TEST_F(Command, BadSessionsAreSaidSo) {
+TEST_F(Command, BadSessionsAreReported) {
   write("x.session", "not a session at all");
   for (const char* command : {"replay x.session", "resume x.session --path p.csv", "replay none.session"}) {
     const Ended r = run(command);
@@ -291,7 +293,7 @@ TEST_F(Command, BadSessionsAreSaidSo) {
   EXPECT_NE(run("info newer.session").err.find("newer trephine"), std::string::npos);
 }
 
-TEST_F(Command, DoctorSaysFaultsWithRemediesAndDrawsTheTimer) {
+TEST_F(Command, DoctorReportsFaultsWithRemediesAndDrawsTheTimer) {
   const Ended r = run("doctor --seconds 0.3 --json -o t.svg");
   EXPECT_EQ(r.exit_code, 3) << "there is no display here";
   const Json doctor = Json::parse(r.out, nullptr, false);

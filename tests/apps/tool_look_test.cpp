@@ -1,4 +1,4 @@
-// A tool is drawn as what it cuts with, whatever window asks.
+// ToolLook: a tool is drawn with its cutting shape in every window.
 #include "apps/view/tool_look.h"
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 using drilling::Burr;
 using drilling::Shape;
 
-TEST(ToolLook, IsAsLargeAsWhatCuts) {
+TEST(ToolLook, IsAsLargeAsTheCuttingBody) {
   for (const Shape shape : {Shape::sphere, Shape::cylinder, Shape::barrel, Shape::match_head})
     for (const double diameter : {0.5, 4.0, 7.0})
       for (const double length : {0.0, 11.0}) {
@@ -46,7 +46,7 @@ TEST(ToolLook, ShowsFootJawsAndTheDrillAhead) {
   const ToolLook saw = look_of(craniotome);
   ASSERT_EQ(saw.parts.size(), 2u);
   EXPECT_NEAR(saw.shaft_from, craniotome.length, 1e-9);
-  EXPECT_LT(saw.parts[1].profile.front().x, -0.5);  // below what the hand holds
+  EXPECT_LT(saw.parts[1].profile.front().x, -0.5);  // below the held point
   EXPECT_NEAR(saw.parts[1].profile[1].y, 0.5 * craniotome.foot, 1e-9);
 
   const drilling::Perforator perforator;
@@ -60,7 +60,7 @@ TEST(ToolLook, ShowsFootJawsAndTheDrillAhead) {
     const rongeur::Rongeur tool{.kind = kind};
     const ToolLook jaws = look_of(tool);
     EXPECT_FALSE(jaws.is_ball);
-    // Between the two nothing is drawn that is no rod.
+    // Between the jaws only rods are drawn.
     const ToolPart &one = jaws.parts[0], &other = jaws.parts[kind == rongeur::Kind::kerrison ? 1 : 2];
     const auto face = [](const ToolPart& part, bool is_far) {
       return part.at + (is_far ? part.profile.back().x : part.profile.front().x) * part.along;

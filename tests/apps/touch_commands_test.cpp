@@ -1,4 +1,4 @@
-// trephine touch: what it says of forces.
+// trephine touch: its report on forces.
 #include <cmath>
 
 #include "tests/apps/command_fixture.h"
@@ -6,7 +6,7 @@
 namespace trephine::command_tests {
 namespace {
 
-/// A spring that is sampled and smoothed returns more than it took, and no more than theory lets it.
+/// A sampled and smoothed spring returns more energy than it took, up to the theoretical limit.
 TEST_F(Command, TheForceAloneReturnsNoMoreThanSamplingAllows) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   std::ostringstream path;
@@ -32,7 +32,7 @@ TEST_F(Command, TheForceAloneReturnsNoMoreThanSamplingAllows) {
 /// A tool that rests on a model by depth images is held by it, and not stuck on the scan behind.
 TEST_F(Command, ATouchOfAModelByImagesIsNotStuck) {
   ASSERT_EQ(run("phantom sphere --size 128 --psf 1 -o s.mha").exit_code, 0);
-  // 4 mm into the plate from above, beside the ball of the scan, and a second of rest.
+  // 4 mm into the plate from above, next to the ball of the scan, and a second of rest.
   write("box.obj",
         "v -60 -60 40\nv -40 -60 40\nv -60 -40 40\nv -40 -40 40\nv -60 -60 50\nv -40 -60 50\nv -60 -40 50\nv "
         "-40 -40 "

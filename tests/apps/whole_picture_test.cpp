@@ -1,4 +1,4 @@
-// Pictures of bone have no holes: what a ray through the voxels meets is drawn, near and far, in the coarse
+// Pictures of bone have no holes: bone on a ray through the voxels is drawn, near and far, in the coarse
 // picture of a moving view and in the full one.
 #include <algorithm>
 #include <cmath>
@@ -14,11 +14,11 @@
 #include <vtkRenderer.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "apps/bench/scenes/scenes.h"
 #include "apps/view/render_window.h"
 #include "apps/view/viewport.h"
-#include "data-tools/open_volume.h"
+#include "data-tools/formats/open_volume.h"
 #include "tests/data-tools/file_helpers.h"
-#include "tests/scenes/scenes.h"
 #include "tests/whole.h"
 
 namespace trephine::view {
@@ -51,10 +51,10 @@ Picture read(vtkRenderWindow* window) {
 struct Faults {
   int inside = 0;   ///< pixels well within the silhouette of the bone
   int missing = 0;  ///< of these, with the background
-  int black = 0;    ///< darker than any bone is
+  int black = 0;    ///< darker than any bone
 };
 
-/// Voxels with nothing but solid around them: whatever surface is drawn, it lies around these.
+/// Voxels surrounded by solid voxels: any drawn surface encloses these.
 class DeepVoxels {
  public:
   explicit DeepVoxels(const haptics::TouchScene& scene)
@@ -69,8 +69,8 @@ class DeepVoxels {
           deep_[scene.base->index(x, y, z)] = is_deep;
         }
   }
-  /// mm along the ray to the first; negative: it meets none. By steps of a
-  /// quarter of a voxel; a ray that only grazes a voxel's corner may miss what is drawn around it.
+  /// Distance along the ray to the first of them, mm; negative: none is hit. Steps are a quarter of a voxel;
+  /// a ray that only grazes a voxel's corner may miss the surface drawn around it.
   double distance(const Ray& ray) const {
     const glm::dvec3 from = frame_.volume_from_world(ray.origin),
                      way = frame_.vector_volume_from_world(ray.direction);
@@ -101,7 +101,7 @@ class DeepVoxels {
   std::vector<char> deep_;
 };
 
-/// How far away bone is in a grid of pixels.
+/// Distance of the bone in a grid of pixels.
 class Silhouette {
  public:
   Silhouette(Viewport& picture, const DeepVoxels& bone)
@@ -113,7 +113,7 @@ class Silhouette {
         bone_[i] = bone.distance(rays_[i]);
       }
   }
-  /// mm to the bone, the farthest within `margin` steps; negative where there is none in one of them.
+  /// Largest distance of the bone (mm) within `margin` steps; negative if a pixel among them has none.
   double farthest(int x, int y, int margin) const {
     double most = 0;
     for (int j = -margin; j <= margin; ++j)
@@ -124,7 +124,7 @@ class Silhouette {
       }
     return most;
   }
-  /// `slack`: mm that the surface may lie behind the bone.
+  /// `slack`: mm that the surface may be behind the bone.
   Faults faults(const Picture& picture, vtkCamera* camera, int margin, double slack) const {
     double range[2];
     camera->GetClippingRange(range);
@@ -166,7 +166,7 @@ class Subject {
     picture_->look_from(side);
     camera()->Dolly(nearer);
   }
-  /// Judges what is in the window. A coarse surface lies within a cube of four voxels.
+  /// Judges the picture in the window. A coarse surface is within a cube of four voxels.
   Faults faults(bool is_coarse) {
     const glm::dvec3 spacing = scene_.base->frame.spacing();
     const double voxel = std::max({spacing.x, spacing.y, spacing.z});
@@ -206,18 +206,18 @@ void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
       const Faults fine = subject.faults(false);
       EXPECT_GT(fine.inside, 80);
       EXPECT_EQ(coarse.missing, 0);
-      // One pixel of 13,000 was missing in one of eight runs, on a machine that was busy elsewhere.
+      // One pixel of 13,000 was missing in one of eight runs, on a busy machine.
       EXPECT_LE(fine.missing, 1);
       // In the skull's base and in noisy skin some crevices are as dark.
       EXPECT_LE(coarse.black, fine.black + coarse.inside / 5000);
     }
 }
 
-TEST(WholePicture, OfThePhantoms) {
+TEST(WholePicture, OfThePhantomsHasNoHoles) {
   for (const char* name : {"head", "spine"}) expect_whole(scenes::phantom_scene(name, {}), name);
 }
 
-TEST(WholePicture, OfEveryRealScan) {
+TEST(WholePicture, OfEveryRealScanHasNoHoles) {
   const std::string data = data_tools::real_data();
   if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   struct Scan {
@@ -241,8 +241,8 @@ TEST(WholePicture, OfEveryRealScan) {
   }
 }
 
-/// A cut that hides a part, and planes of the camera that do, are seen by the judge.
-TEST(WholePicture, IsJudgedByWhatIsMissing) {
+/// Planted faults: a cut that hides a part, and clipping planes of the camera that do.
+TEST(WholePicture, MissingPartsAreDetected) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);
   subject.look('L', 1);
@@ -251,7 +251,7 @@ TEST(WholePicture, IsJudgedByWhatIsMissing) {
   EXPECT_GT(subject.faults(false).missing, 1000);
 }
 
-/// Whoever else fits the camera's planes to what is visible at the moment cuts nothing away.
+/// Other code that fits the camera's clipping planes to the visible surface cuts nothing off.
 TEST(WholePicture, StaysWholeWhenOthersMoveTheCamerasPlanes) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);

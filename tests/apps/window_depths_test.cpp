@@ -1,10 +1,10 @@
-// What is felt by depth images, in the window: seen as it moves, touched by the mouse, its images and clip
-// volume shown on demand.
+// Objects touched by depth images in the window: shown in motion, touched by the mouse, with their images and
+// clip volume on demand.
 
+#include "apps/bench/scenes/closed_models.h"
 #include "haptics/depth/depth_model.h"
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 #include "tests/apps/window_fixture.h"
-#include "tests/haptics/depth/closed_models.h"
 
 namespace trephine::view {
 namespace {
@@ -13,7 +13,7 @@ using glm::dvec3;
 using haptics::depth::DepthModel;
 using haptics::depth::ModelKeys;
 
-/// A shell that breathes around the ball of bone.
+/// A shell that expands and contracts around the ball of bone.
 std::shared_ptr<const haptics::TouchScene> with_shell(const haptics::TouchScene& scene) {
   haptics::TouchScene with = scene;
   const volume::Volume& scan = *scene.base;
@@ -63,11 +63,11 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
     return has_touched;
   };
   EXPECT_TRUE(touch());
-  // It is seen to move.
+  // Its motion is shown.
   const auto seen = [&] { return window.operation()->state().overlays->at(0).surface.get(); };
   const auto* first = seen();
   EXPECT_TRUE(QTest::qWaitFor([&] { return seen() != first; }, 5000));
-  // Its images, and where they are made; nothing is made for a pane that is not seen.
+  // Its images, and the clip volume; no images are drawn for a hidden pane.
   constexpr std::size_t depths = 1;
   imaging::Panes& panes = window.pane_controller().panes();
   EXPECT_EQ(panes.made(depths), 0u);
@@ -76,7 +76,7 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   ASSERT_EQ(panes.kind(depths), imaging::PaneKind::depths);
   ASSERT_TRUE(touch());
   ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(depths) != nullptr; }, 20000))
-      << panes.trouble(depths);
+      << panes.problem(depths);
   keep(window, "depths");
   std::size_t bright = 0;
   for (const auto& colour : panes.panel(depths)->pixels) bright += colour[0] > 100;
@@ -89,7 +89,7 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   window.close();
 }
 
-/// A sheet beside the ball of bone: no solid, and drawn anyway.
+/// A sheet next to the ball of bone: not solid, but drawn.
 std::shared_ptr<const haptics::TouchScene> with_sheet(const haptics::TouchScene& scene, double* height) {
   haptics::TouchScene with = scene;
   const volume::Volume& scan = *scene.base;
@@ -105,7 +105,7 @@ std::shared_ptr<const haptics::TouchScene> with_sheet(const haptics::TouchScene&
   return std::make_shared<const haptics::TouchScene>(std::move(with));
 }
 
-TEST_F(Window, WhatIsOnTheScreenIsTouched) {
+TEST_F(Window, TheDrawnSurfaceIsTouched) {
   double height = 0;
   scene_ = with_sheet(*scene_, &height);
   options_.start = begin_with_scene_method(scene_);
@@ -137,13 +137,13 @@ TEST_F(Window, WhatIsOnTheScreenIsTouched) {
         return on_sheet(operation.state().newest) && glm::length(operation.state().newest.force_world) > 0.2;
       },
       20000));
-  // On the sheet by the depth of the screen, to a step of it.
+  // On the sheet by the depth of the screen, to one step of its resolution.
   EXPECT_NEAR(operation.state().newest.proxy_world.z, height, 0.05);
   keep(window, "screen_depth");
   const ScreenDepth::Counters before = operation.viewport().view().screen_depth()->counters();
   EXPECT_GT(before.reads, 0u);
   EXPECT_LT(before.reads, 40u) << "at rest nothing is read";
-  // Held down while the view turns: it stays, and every new view is read. Nothing is drawn for that.
+  // Held down while the view turns: it stays, and every new view is read. No extra frame is drawn for that.
   const int frames = operation.frames();
   for (int i = 0; i < 12; ++i) {
     operation.viewport().turn(2, 1);

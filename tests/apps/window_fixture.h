@@ -1,4 +1,4 @@
-// A window over a ball of bone, recorded, with a host that opens others.
+// Fixture: a window over a ball of bone, recorded, with a host that opens other scenes.
 #pragma once
 
 #include <QAction>
@@ -25,12 +25,12 @@
 #include <gtest/gtest.h>
 #include <vtkRenderWindow.h>
 
-#include "apps/view/qt_window.h"
-#include "data-tools/open_volume.h"
+#include "apps/bench/scenes/scenes.h"
+#include "apps/window/qt_window.h"
+#include "data-tools/formats/open_volume.h"
 #include "haptics/device/device.h"
 #include "haptics/proxy/subvoxel_proxy.h"
 #include "modules/drilling/burr.h"
-#include "tests/scenes/scenes.h"
 
 namespace trephine::view {
 
@@ -53,7 +53,7 @@ inline std::shared_ptr<const haptics::TouchScene> ball(int size) {
   return std::make_shared<const haptics::TouchScene>(scenes::phantom_scene("sphere", small(size)));
 }
 
-/// As an operation on it begins, with a burr of 4 mm.
+/// Start of an operation on it, with a burr of 4 mm.
 inline WindowStart start_on(const std::shared_ptr<const haptics::TouchScene>& scene) {
   auto method = std::make_shared<haptics::SubvoxelProxy>();
   EXPECT_FALSE(method->prepare(*scene));
@@ -61,7 +61,7 @@ inline WindowStart start_on(const std::shared_ptr<const haptics::TouchScene>& sc
   return {sim::Engine({std::move(hand)}, 1e-3, catalogue())};
 }
 
-/// Does what the dialog that comes next is asked: types a path and accepts.
+/// Answers the next file dialog: types a path and accepts.
 inline void answer_dialog_with(const std::string& path) {
   QTimer::singleShot(400, [path] {
     auto* dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
@@ -92,14 +92,16 @@ class Window : public ::testing::Test {
     options_.catalogue = &catalogue();
     options_.recorder = recorder_.get();
     options_.session_file = session_;
-    options_.host.open = [](const std::string& source,
-                            const WindowHost::Listener&) -> volume::Result<OpenedScene> {
+    options_.host.open = [](const std::string& source, const WindowHost::Listener&) -> Result<OpenedScene> {
       if (source.find("bad") != std::string::npos)
-        return volume::Error{"there is no such file or folder", "bad", "", "a scan", "check the spelling"};
+        return Error{.what = "the file or folder does not exist",
+                     .where = "bad",
+                     .expected = "a scan",
+                     .remedy = "check the spelling"};
       return OpenedScene{start_on(ball(40)), "another ball", nullptr, "", {}, {}};
     };
     options_.host.reshape = [this](const ShapeRequest& shape,
-                                   const WindowHost::Listener&) -> volume::Result<OpenedScene> {
+                                   const WindowHost::Listener&) -> Result<OpenedScene> {
       reshaped_low_ = shape.low, reshaped_ = shape;
       return OpenedScene{start_on(ball(48)), "reshaped", nullptr, "", {}, {}};
     };
@@ -112,7 +114,7 @@ class Window : public ::testing::Test {
     EXPECT_NE(found, nullptr) << name;
     return found;
   }
-  /// Keeps a picture of the whole window when somebody wants to look.
+  /// Keeps a picture of the whole window if TREPHINE_SCREENSHOTS is set.
   static void keep(MainWindow& window, const char* name) {
     if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
       window.grab().save(QString("%1/%2.png").arg(folder, name));

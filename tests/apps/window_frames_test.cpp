@@ -1,4 +1,4 @@
-// Which frames a window draws, and how a program ends it.
+// Frames that a window draws, and closing by a program.
 #include <QTimer>
 #include <utility>
 
@@ -7,8 +7,8 @@
 namespace trephine::view {
 namespace {
 
-/// A picture that would be the same as the last one is not drawn.
-TEST_F(Window, DrawsNothingWhereNothingChanges) {
+/// A picture equal to the last one is not drawn.
+TEST_F(Window, DrawsNothingWithoutChanges) {
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
@@ -26,7 +26,7 @@ TEST_F(Window, DrawsNothingWhereNothingChanges) {
   const int frames = window.operation()->frames(), before = drawn();
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->frames() > frames + 20; }, 20000));
   EXPECT_EQ(drawn(), before);
-  // What changes is drawn: the tool, the view, the names.
+  // Changes are drawn: the tool, the view, the names.
   QTest::mouseMove(window.canvas(), middle + QPoint(9, 5));
   EXPECT_TRUE(QTest::qWaitFor([&] { return drawn() > before; }, 20000));
   const auto is_drawn_after = [&](auto change) {
@@ -42,10 +42,10 @@ TEST_F(Window, DrawsNothingWhereNothingChanges) {
   EXPECT_TRUE(is_drawn_after([&] { window.resize(940, 720); }));
 }
 
-/// A signal, or a time that is up, closes the window without a dialog, whatever was done in it.
-TEST_F(Window, AProgramThatEndsItIsNotKeptWaiting) {
+/// A signal, or the end of a given time, closes the window without a dialog, after any work.
+TEST_F(Window, AProgramCanCloseItWithoutWaiting) {
   std::atomic<bool> is_asked = false;
-  options_.wants_to_end = [&] { return is_asked.load(); };
+  options_.should_close = [&] { return is_asked.load(); };
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));

@@ -1,4 +1,4 @@
-// A tool that a mouse and a keyboard tilt, and guide under an edge and into a burr hole.
+// A tool tilted by mouse and keyboard, and guided under an edge and into a burr hole.
 #include <glm/gtc/quaternion.hpp>
 
 #include "apps/workbench/operation.h"
@@ -14,7 +14,7 @@ using glm::dvec3;
 
 class GuidedWindow : public Window {
  protected:
-  /// A window on a phantom that is built in, with an instrument.
+  /// Opens a window on a built-in phantom, with an instrument.
   void open(const char* source, const sim::Instrument& instrument) {
     workbench::OperationChoice choice;
     choice.hands = {sim::HandSpec(instrument)};
@@ -53,11 +53,11 @@ class GuidedWindow : public Window {
   std::unique_ptr<MainWindow> window_;
 };
 
-TEST_F(GuidedWindow, AKerrisonsFootGoesUnderALaminaByClicksAndByKeys) {
+TEST_F(GuidedWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   open("spine", rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 14, .most = 130}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   QTest::qWait(200);
-  // The lower edge of the lamina of L4, beside its spinous process.
+  // The lower edge of the lamina of L4, next to its spinous process.
   const dvec3 lamina(7, 43, -13);
   point_at(lamina);
   ASSERT_TRUE(reaches([&] { return hand().guide().edge().size() > 5; }));
@@ -67,7 +67,7 @@ TEST_F(GuidedWindow, AKerrisonsFootGoesUnderALaminaByClicksAndByKeys) {
   ASSERT_TRUE(reaches([&] { return hand().state().newest.pose.position_world.y < 36; }));
   keep(*window_, "kerrison-under");
   EXPECT_EQ(hand().state().removed_mm3, 0);
-  // Keys do the same as buttons.
+  // Keys act like buttons.
   QTest::keyClick(window_.get(), Qt::Key_PageDown);
   QTest::qWait(400);
   QTest::keyPress(window_.get(), Qt::Key_Space);
@@ -85,7 +85,7 @@ TEST_F(GuidedWindow, AKerrisonsFootGoesUnderALaminaByClicksAndByKeys) {
   EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
 }
 
-TEST_F(GuidedWindow, ACraniotomeGoesFromABurrHoleAlongTheBone) {
+TEST_F(GuidedWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
   open("head", drilling::craniotome({}));
   hand().take(drilling::burr({.diameter = 6, .removal_rate = 400}).parameters);
@@ -98,8 +98,8 @@ TEST_F(GuidedWindow, ACraniotomeGoesFromABurrHoleAlongTheBone) {
   ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
   const dvec3 hole = *hand().touched();
   const auto beside = [&](double back, double up) { return hole + dvec3(0, back, up); };
-  // A ring, deeper and deeper, so that the foot has room on its inner side. A machine that is busy elsewhere
-  // takes the button away: it is pressed again.
+  // A ring, deeper and deeper, so that the foot has room on its inner side. A busy machine may release the
+  // button by a fault: it is pressed again.
   child<QSlider>(*window_, "depth")->setValue(16);
   for (int i = 0; i < 160; ++i) {
     const QPoint at = pixel_of(beside(3 * std::cos(0.4 * i), 3 * std::sin(0.4 * i)));
@@ -144,7 +144,7 @@ TEST_F(GuidedWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
   EXPECT_TRUE(reaches([&] { return leans(20); }));
   // Toward the right edge; seen from the back that is the patient's right.
   EXPECT_LT(glm::dot(shaft() - before, dvec3(1, 0, 0)), -0.2);
-  // The tip stays where it is.
+  // The tip stays in place.
   EXPECT_LT(glm::length(hand().state().newest.pose.position_world - tip), 1.5);
   keep(*window_, "tilted");
   // Back by the mouse, which turns it about the tip.

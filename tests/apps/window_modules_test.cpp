@@ -1,5 +1,4 @@
-// The window with instruments, commands and devices that it has never heard of, and with one thing opened at
-// a time.
+// The window with instruments, commands and devices unknown to its code, and with one scene opened at a time.
 #include "apps/view/tool_look.h"
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/eraser/eraser.h"
@@ -8,8 +7,8 @@
 namespace trephine::view {
 namespace {
 
-/// Instruments and commands of modules that this window has never heard of.
-TEST_F(Window, OffersWhateverTheCatalogueHas) {
+/// Instruments and commands of modules unknown to the window's code.
+TEST_F(Window, OffersTheWholeCatalogue) {
   static const drilling::Drilling drilling;
   static const eraser::EraserModule eraser;
   static const sim::Catalogue all({&drilling, &eraser});
@@ -46,7 +45,7 @@ TEST_F(Window, OffersWhateverTheCatalogueHas) {
   QTest::mouseMove(window.canvas(), middle);
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-  // A machine that was busy elsewhere takes the force and the button away, until a person presses F.
+  // On a busy machine a fault removes the force and the button, until the user presses F.
   const auto has_erased = [&] {
     if (!window.operation()->fault_text().empty()) window.operation()->reset_faults();
     return window.operation()->state().removed_mm3 > 5;
@@ -59,7 +58,7 @@ TEST_F(Window, OffersWhateverTheCatalogueHas) {
   QTest::qWait(100);
   keep(window, "flag");
 
-  // Its command, told through a form.
+  // Its command, submitted through a form.
   QTimer::singleShot(400, [] {
     auto* dialog = QApplication::activeModalWidget();
     ASSERT_NE(dialog, nullptr);
@@ -78,7 +77,7 @@ TEST_F(Window, OffersWhateverTheCatalogueHas) {
   window.close();
 }
 
-/// Flaps are sawn in it: a lattice as fine as the saw, in `scene` too; with such a burr in the hand.
+/// Prepares for flaps: a lattice as fine as the saw, in `scene` too, and a burr in the hand.
 void begin_flaps(std::shared_ptr<const haptics::TouchScene>& scene, const drilling::Burr& burr,
                  WindowOptions& options) {
   static const drilling::Drilling drilling;
@@ -95,9 +94,8 @@ void begin_flaps(std::shared_ptr<const haptics::TouchScene>& scene, const drilli
   scene = fine;
 }
 
-/// An outline is drawn where the tool touches, by a key; what is wrong with it is seen. Another try goes on
-/// by its name.
-TEST_F(Window, AnOutlineIsDrawnWhereItTouches) {
+/// An outline is drawn by a key at the contact; its errors are shown. Another try is a branch with a name.
+TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
   begin_flaps(scene_, {}, options_);
   MainWindow window(scene_, options_);
   window.show();
@@ -116,7 +114,7 @@ TEST_F(Window, AnOutlineIsDrawnWhereItTouches) {
     ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, 20000));
     child<QAction>(window, "command_add-anchor")->trigger();
     ++anchors;
-    // Its number; of two the line between them, too.
+    // Its number; for two of them the line between them, too.
     EXPECT_TRUE(QTest::qWaitFor([&] { return shown() >= static_cast<std::size_t>(anchors); }, 5000));
   }
   const std::size_t before = shown();
@@ -142,12 +140,12 @@ TEST_F(Window, AnOutlineIsDrawnWhereItTouches) {
   accept();
   child<QAction>(window, "begin_branch")->trigger();
   EXPECT_TRUE(QTest::qWaitFor(
-      [&] { return child<QLabel>(window, "notice")->text().contains("is a branch of that name"); }, 5000));
+      [&] { return child<QLabel>(window, "notice")->text().contains("already exists"); }, 5000));
   window.close();
 }
 
-/// An anchor goes with the cursor while it is dragged; what would come off is shown. A tool stands on the
-/// bone as its hand holds it, wherever that is.
+/// An anchor follows the cursor while dragged; the flap's preview is shown. A tool stands on the bone along
+/// its surface normal, at any position.
 TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   begin_flaps(scene_, {.diameter = 5, .shape = drilling::Shape::cylinder}, options_);
   MainWindow window(scene_, options_);
@@ -161,7 +159,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
     QTest::qWait(400);
     return window.operation()->touched();
   };
-  // The scan's middle is the ball's.
+  // The scan's centre is the ball's.
   const glm::dvec3 centre = scene_->base->frame.world_from_volume(0.5 * glm::dvec3(scene_->base->size - 1));
   for (const QPoint& off : {QPoint(-90, 0), QPoint(60, -70)}) {
     const std::optional<glm::dvec3> at = move_to(off);
@@ -184,7 +182,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
       },
       5000));
 
-  // As the handles of what is shown beside the bone have them.
+  // As in the handles of the overlay.
   const auto anchors = [&] {
     std::vector<glm::dvec3> places;
     if (window.operation()->state().overlays)
@@ -230,9 +228,9 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   window.close();
 }
 
-/// A tool that touches with another ball comes when that is ready, goes no faster than it can, and stops
-/// where it came through: the hand is not led on to the far side. Then a burr again, of a point.
-TEST_F(Window, AToolComesWithWhatItTouchesWith) {
+/// A tool with another ball to touch with is adopted when that is ready, moves no faster than it can, and
+/// stops after breakthrough: the hand is not led on to the far side. Then a burr again, as a point.
+TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   begin_flaps(scene_, {}, options_);
   MainWindow window(scene_, options_);
   window.show();
@@ -273,8 +271,8 @@ TEST_F(Window, AToolComesWithWhatItTouchesWith) {
   window.close();
 }
 
-/// A path drives in place of the mouse, and what is saved meanwhile is of one moment.
-TEST_F(Window, ADeviceDrivesAndFilesAreOfOneMoment) {
+/// A path drives in place of the mouse, and files saved meanwhile are of one state.
+TEST_F(Window, ADeviceDrivesAndFilesAreOfOneState) {
   options_.device = std::make_shared<haptics::PlaybackDevice>(
       haptics::PosePath::from_samples({{0, {{0, 0, 70}, {1, 0, 0, 0}, 0}},
                                        {0.3, {{0, 0, 46}, {1, 0, 0, 0}, 1}},
@@ -298,16 +296,14 @@ TEST_F(Window, ADeviceDrivesAndFilesAreOfOneMoment) {
   window.close();
 }
 
-/// One thing is opened at a time, its progress is seen, and it can be given up.
-TEST_F(Window, OpensOneThingAtATimeAndGivesItUpWhenAsked) {
+/// One scene is opened at a time, its progress is shown, and it can be cancelled.
+TEST_F(Window, OpensOneSceneAtATimeAndCancelsOnRequest) {
   std::atomic<int> asked{0};
-  options_.host.open = [&](const std::string&,
-                           const WindowHost::Listener& listener) -> volume::Result<OpenedScene> {
+  options_.host.open = [&](const std::string&, const WindowHost::Listener& listener) -> Result<OpenedScene> {
     ++asked;
     const auto progress = listener.progress("reading");
     for (int i = 0; i < 1000; ++i) {
-      if (!progress(0.001 * i))
-        return volume::Error{"given up", "", "", "", "", volume::ErrorKind::interrupted};
+      if (!progress(0.001 * i)) return Error{.what = "cancelled", .kind = ErrorKind::interrupted};
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     return OpenedScene{start_on(ball(40)), "another ball", nullptr, "", {}, {}};
@@ -330,7 +326,7 @@ TEST_F(Window, OpensOneThingAtATimeAndGivesItUpWhenAsked) {
   EXPECT_EQ(child<QLabel>(window, "notice")->text(), "not opened");
   EXPECT_FALSE(child<QProgressBar>(window, "opening")->isVisible());
   EXPECT_EQ(window.windowTitle(), "ball - trephine");
-  // Closed while something is opened, the window does not wait for it.
+  // Closed during opening, the window does not wait for it.
   window.open_source("c");
   QTest::qWait(50);
   const auto begin = std::chrono::steady_clock::now();

@@ -1,4 +1,4 @@
-// Messages in the window: at the tool, in the log, and a force that comes back by itself.
+// Notices in the window: at the tool, in the log, and a force that returns automatically.
 #include <QListWidget>
 #include <chrono>
 #include <thread>
@@ -13,7 +13,7 @@ namespace {
 
 using workbench::EventLevel;
 
-TEST(Notices, AreShownForSomeSecondsAndLoggedForGood) {
+TEST(Notices, AreShownForSomeSecondsAndLoggedPermanently) {
   Notices notices;
   notices.add({1, 1, EventLevel::outcome, "Bite of 30 mm3."});
   notices.add({2, 2, EventLevel::record, "The tool left dura."});
@@ -50,7 +50,7 @@ class SleeperModule final : public sim::Module {
   }
 };
 
-TEST_F(Window, AForceOfAMouseComesBackByItself) {
+TEST_F(Window, TheForceOfAMouseReturnsAutomatically) {
   static const drilling::Drilling drilling;
   static const SleeperModule sleeper;
   static const sim::Catalogue all({&drilling, &sleeper});
@@ -81,7 +81,7 @@ TEST_F(Window, AForceOfAMouseComesBackByItself) {
   EXPECT_GE(window.finish().force_faults, 1u);
 }
 
-TEST_F(Window, WhatABiteLedToIsShownAtTheTool) {
+TEST_F(Window, TheEffectOfABiteIsShownAtTheTool) {
   auto method = std::make_shared<haptics::SubvoxelProxy>();
   ASSERT_FALSE(method->prepare(*scene_));
   sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)),
@@ -104,7 +104,7 @@ TEST_F(Window, WhatABiteLedToIsShownAtTheTool) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isVisible(); }, 20000));
   EXPECT_TRUE(at_tool->text().startsWith("No bite: ") || at_tool->text().startsWith("Bite of "))
       << at_tool->text().toStdString();
-  // Beside the tip, within the picture.
+  // Next to the tip, within the picture.
   EXPECT_TRUE(window.canvas()->rect().contains(at_tool->geometry()));
   EXPECT_TRUE(at_tool->geometry().adjusted(-60, -60, 60, 60).contains(middle));
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
@@ -118,8 +118,8 @@ TEST_F(Window, WhatABiteLedToIsShownAtTheTool) {
   window.close();
 }
 
-/// The button is let go in an unfinished hole, and pressed again some pixels aside.
-TEST_F(Window, APerforatorGoesOnInAnUnfinishedHole) {
+/// The button is released in an unfinished hole, and pressed again some pixels away.
+TEST_F(Window, APerforatorContinuesInAnUnfinishedHole) {
   scene_ = ball(128);
   auto method = std::make_shared<haptics::SubvoxelProxy>();
   haptics::TouchScene touched = *scene_;
@@ -156,11 +156,10 @@ TEST_F(Window, APerforatorGoesOnInAnUnfinishedHole) {
 }
 
 }  // namespace
-/// After work the window says where the session before is, and goes on with a recorded one.
-TEST_F(Window, ASessionIsGoneOnWithFromTheMenu) {
+/// After work the window shows the path of the previous session, and resumes a recorded one.
+TEST_F(Window, ASessionIsResumedFromTheMenu) {
   std::string asked;
-  options_.host.resume = [&](const std::string& session,
-                             const WindowHost::Listener&) -> volume::Result<OpenedScene> {
+  options_.host.resume = [&](const std::string& session, const WindowHost::Listener&) -> Result<OpenedScene> {
     asked = session;
     OpenedScene opened{start_on(ball(40)), "scan", nullptr, "", {}, {}};
     opened.rate_hz = 500;

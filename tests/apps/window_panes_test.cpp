@@ -1,5 +1,5 @@
-// Slices, sections and X-rays beside the picture: they follow where one looks and what is cut, cost nothing
-// while nobody sees them, and the C-arm's last image is held.
+// Slices, sections and X-rays next to the picture: they follow the cursor and the cuts, cost nothing while
+// hidden, and the C-arm's last image is held.
 #include <QToolButton>
 #include <fstream>
 
@@ -62,13 +62,13 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   open(window);
   imaging::Panes& panes = window.pane_controller().panes();
   QTest::qWait(200);
-  EXPECT_EQ(panes.counters().made, 0u) << "nobody sees them";
+  EXPECT_EQ(panes.counters().made, 0u) << "all panes are hidden";
   child<QAction>(window, "layout_slices")->trigger();
   ASSERT_TRUE(settle(window));
   EXPECT_GE(panes.counters().made, 3u);
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
     EXPECT_TRUE(window.panes()->pane(i)->isVisible());
-    ASSERT_NE(panes.panel(i), nullptr) << panes.trouble(i);
+    ASSERT_NE(panes.panel(i), nullptr) << panes.problem(i);
     EXPECT_EQ(panes.panel(i)->columns, window.panes()->pane(i)->width());
   }
 
@@ -85,7 +85,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   EXPECT_LT(panes.probe().value_or(0), -500) << "air is where the burr was";
   ASSERT_TRUE(settle(window));
 
-  // As it was, by T twice: amber, then the scan.
+  // The state before cuts, by pressing T twice: amber, then the scan.
   ImagePane* pane = window.panes()->pane(1);
   const std::size_t axial = 1;
   ASSERT_EQ(panes.kind(axial), imaging::PaneKind::axial);
@@ -107,7 +107,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   keep(window, "panes_amber");
   QTest::keyClick(pane, Qt::Key_T);
 
-  // A slice on, a slice back; shift and the mouse; greys; zoom and all of it again.
+  // A slice on, a slice back; shift and the mouse; greys; zoom and reset.
   const glm::dvec3 before = panes.looked_at();
   QTest::keyClick(pane, Qt::Key_Right);
   EXPECT_NEAR(std::abs(panes.looked_at().z - before.z), scene_->base->frame.spacing().z, 1e-9);
@@ -130,7 +130,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   QTest::keyClick(pane, Qt::Key_R);
   EXPECT_NEAR(panes.plane(axial)->pixel, pixel, 1e-12);
 
-  // One alone: no images of the others.
+  // One pane maximised: no images of the others.
   QTest::mouseDClick(pane, Qt::LeftButton, {}, QPoint(100, 200));
   EXPECT_TRUE(pane->isVisible());
   EXPECT_FALSE(window.panes()->pane(0)->isVisible());
@@ -148,7 +148,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(0) && settle(window); }, 5000));
   window.close();
 
-  // The arrangement is remembered, and nothing of the scan.
+  // The layout is stored, without any data of the scan.
   std::ifstream file(options_.layout_file);
   std::string text;
   std::getline(file, text);
@@ -167,11 +167,11 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   ASSERT_EQ(panes.kind(xray), imaging::PaneKind::xray);
   ASSERT_TRUE(settle(window));
   QTest::qWait(100);
-  EXPECT_EQ(panes.panel(xray), nullptr) << "nobody exposed anything";
-  ASSERT_NE(panes.panel(section), nullptr) << panes.trouble(section);
+  EXPECT_EQ(panes.panel(xray), nullptr) << "no exposure yet";
+  ASSERT_NE(panes.panel(section), nullptr) << panes.problem(section);
 
   child<QToolButton>(window, "xray_shoot_1")->click();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray) != nullptr; }, 20000)) << panes.trouble(xray);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray) != nullptr; }, 20000)) << panes.problem(xray);
   EXPECT_EQ(panes.panel(xray)->columns, 1024);
   ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window) && c_arm(window)->shots == 1; }, 5000));
   EXPECT_GT(c_arm(window)->area_product, 0);
@@ -179,17 +179,17 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   touch(window);
   drill(window, 10);
   ASSERT_TRUE(settle(window));
-  EXPECT_EQ(panes.panel(xray)->pixels, held) << "bone was cut, and nobody took an X-ray";
+  EXPECT_EQ(panes.panel(xray)->pixels, held) << "bone was cut, but no X-ray was taken";
   keep(window, "panes_held");
 
-  // Live it follows, and costs; let go, the last image stays.
+  // Live it follows, and costs dose; released, the last image stays.
   auto* live = child<QToolButton>(window, "xray_live_1");
   live->click();
   ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->columns == 256; }, 20000));
   const auto first = panes.panel(xray)->pixels;
   drill(window, 3);
   EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->pixels != first; }, 10000));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots >= 2; }, 5000)) << "every second is told";
+  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots >= 2; }, 5000)) << "one event per second";
   keep(window, "panes_live");
   live->click();
   ASSERT_TRUE(settle(window));
@@ -199,7 +199,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   QTest::qWait(600);
   EXPECT_LT(c_arm(window)->area_product, dose * 2) << "the rest of the last second, and no more";
 
-  // Live ends where nobody sees it, and what is held is no image of another kind.
+  // Live ends when hidden, and the held image is not shown as another kind.
   child<QToolButton>(window, "xray_live_1")->click();
   ASSERT_TRUE(panes.is_live());
   child<QAction>(window, "layout_slices")->trigger();
@@ -210,12 +210,12 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   }
   ASSERT_TRUE(settle(window));
   QTest::qWait(400);
-  EXPECT_EQ(panes.panel(xray), nullptr) << "nobody exposed anything since";
+  EXPECT_EQ(panes.panel(xray), nullptr) << "no exposure since";
   const std::uint64_t made = panes.counters().made;
   QTest::qWait(300);
   EXPECT_EQ(panes.counters().made, made) << "nothing is made while nothing changes";
 
-  // Another pose is told and kept; the picture opened at the section.
+  // Another pose is shown and kept; the picture is opened at the section plane.
   auto* view = child<QComboBox>(window, "xray_view_1");
   view->setCurrentIndex(1);
   emit view->activated(1);
@@ -256,7 +256,7 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
     for (const imaging::PaneKind kind :
          {imaging::PaneKind::axial, imaging::PaneKind::coronal, imaging::PaneKind::section}) {
       window.panes()->pane(2)->set_kind(kind);
-      ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(2) != nullptr; }, 20000)) << panes.trouble(2);
+      ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(2) != nullptr; }, 20000)) << panes.problem(2);
       EXPECT_EQ(goes_left(2), is_from_back) << imaging::k_pane_kinds[static_cast<std::size_t>(kind)];
       EXPECT_EQ(panes.panel(2)->left, is_from_back ? "L" : "R");
       const bool is_axial = kind == imaging::PaneKind::axial;
@@ -275,7 +275,7 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
     }
     first = is_from_back ? first : xray.pixels;
   }
-  // One that is taken then is mirrored, too.
+  // An X-ray taken then is mirrored, too.
   from_back->trigger();
   child<QToolButton>(window, "xray_shoot_1")->click();
   const std::uint64_t made = panes.made(1);
@@ -283,7 +283,7 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
   EXPECT_EQ(panes.panel(1)->left, "L");
 }
 
-TEST_F(WindowPanes, TheScanIsDrawnAsThePictureIsSeen) {
+TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   MainWindow window(scene_, options_);
   open(window);
   imaging::Panes& panes = window.pane_controller().panes();
@@ -292,10 +292,10 @@ TEST_F(WindowPanes, TheScanIsDrawnAsThePictureIsSeen) {
   constexpr std::size_t drawn = 1;
   ASSERT_EQ(panes.kind(drawn), imaging::PaneKind::drawn);
   EXPECT_FALSE(window.panes()->pane(0)->isVisible());
-  ASSERT_NE(panes.panel(drawn), nullptr) << panes.trouble(drawn);
+  ASSERT_NE(panes.panel(drawn), nullptr) << panes.problem(drawn);
   EXPECT_EQ(panes.panel(drawn)->columns, window.panes()->pane(drawn)->width()) << "at rest in all pixels";
   const auto before = panes.panel(drawn)->pixels;
-  // Where nothing changes nothing is made.
+  // Without changes no image is drawn.
   const std::uint64_t made = panes.made(drawn);
   QTest::qWait(400);
   EXPECT_EQ(panes.made(drawn), made);
@@ -307,12 +307,12 @@ TEST_F(WindowPanes, TheScanIsDrawnAsThePictureIsSeen) {
   ASSERT_TRUE(settle(window));
   EXPECT_NE(panes.panel(drawn)->pixels, before);
   keep(window, "panes_drawn");
-  // Opened as the picture is: what lies before the plane is gone.
+  // Opened like the picture: matter in front of the plane is hidden.
   const auto whole = panes.panel(drawn)->pixels;
   child<QComboBox>(window, "clip")->setCurrentIndex(4);
   ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(drawn)->pixels != whole && settle(window); }, 5000));
   keep(window, "panes_drawn_open");
-  // What one sees is what one touches.
+  // The touched shape is the drawn one.
   child<QAction>(window, "ramp_skin")->trigger();
   child<QAction>(window, "touch_what_is_drawn")->trigger();
   EXPECT_LT(child<QDoubleSpinBox>(window, "low")->value(), -300);
@@ -322,7 +322,7 @@ TEST_F(WindowPanes, TheScanIsDrawnAsThePictureIsSeen) {
   window.close();
 }
 
-TEST_F(WindowPanes, WhatIsNoArrangementIsNotTaken) {
+TEST_F(WindowPanes, InvalidLayoutsAreRefused) {
   for (const char* text :
        {"", "1", "2 slices axial axial axial 500 500 500", "1 slices axial axial 500 500 500",
         "1 nothing axial axial axial 500 500 500", "1 slices axial head axial 500 500 500",

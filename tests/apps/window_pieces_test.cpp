@@ -1,5 +1,4 @@
-// What came off, in the window: freed, seen, taken in the hand, put down, taken back. And what the window
-// does when.
+// Detached bodies in the window: detached, shown, grasped, released, restored. Stages of the window.
 #include "tests/apps/window_fixture.h"
 #include "tests/sim/saw_bench.h"
 
@@ -8,7 +7,7 @@ using glm::dvec3;
 namespace trephine::view {
 namespace {
 
-/// A disk was sawn out of a plate by the window's own hand.
+/// An engine with a disk sawn out of a plate by the window's own hand.
 sim::Engine sawn(const std::shared_ptr<const haptics::TouchScene>& plate) {
   auto method = std::make_shared<haptics::SubvoxelProxy>();
   EXPECT_FALSE(method->prepare(*plate));
@@ -21,12 +20,12 @@ sim::Engine sawn(const std::shared_ptr<const haptics::TouchScene>& plate) {
   return run.engine();
 }
 
-TEST_F(Window, PiecesAreFreedSeenTakenPutDownAndTakenBack) {
+TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   const auto plate = std::make_shared<const haptics::TouchScene>(sim::small_bone());
   options_.start = WindowStart{sawn(plate)};
   options_.recorder = nullptr;
   options_.session_file.clear();
-  // The hand comes down on the disk, rests, and goes up and away.
+  // The hand comes down on the disk, rests, and moves up and away.
   auto path = haptics::PosePath::from_samples({{0, {{0, 0, 9}, {1, 0, 0, 0}, 0}},
                                                {1, {{0, 0, 1.4}, {1, 0, 0, 0}, 0}},
                                                {6, {{0, 0, 1.4}, {1, 0, 0, 0}, 0}},
@@ -48,7 +47,7 @@ TEST_F(Window, PiecesAreFreedSeenTakenPutDownAndTakenBack) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().overlay_count() == 1; }, 8000));
   ASSERT_EQ(operation.state().bodies.size(), 1u);
   keep(window, "piece-lies");
-  // In the air there is nothing to take, which is said.
+  // In the air there is nothing to grasp, which is reported.
   if (!operation.state().newest.has_contact) {
     QTest::keyClick(&window, Qt::Key_T);
     EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Touch a piece"));
@@ -63,7 +62,7 @@ TEST_F(Window, PiecesAreFreedSeenTakenPutDownAndTakenBack) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return !held(); }, 3000));
   EXPECT_GT(height(), 8);
   EXPECT_EQ(operation.viewport().overlay_count(), 1u);
-  // Back where it was, and then never off.
+  // Back at its old position, and then attached again.
   operation.undo();
   EXPECT_TRUE(QTest::qWaitFor([&] { return height() < 1; }, 3000)) << height();
   operation.undo();
@@ -71,8 +70,8 @@ TEST_F(Window, PiecesAreFreedSeenTakenPutDownAndTakenBack) {
   window.close();
 }
 
-/// A plate with a hole of 10 mm, 14 mm above another one: a skull that was opened, and its far side. Between
-/// them, when `has_dura`, a sheet of dura 3 mm under the hole.
+/// A plate with a hole of 10 mm, 14 mm above another one: an opened skull, and its far side. Between them, if
+/// `has_dura`, a sheet of dura 3 mm under the hole.
 struct Opened {
   std::shared_ptr<haptics::TouchScene> scene;
   std::shared_ptr<const sim::Forbidden> dura;
@@ -82,9 +81,9 @@ struct Opened {
     constexpr double k_mm = 0.5;
     const auto axes = glm::dmat3(k_mm);
     const dvec3 corner(-0.5 * k_mm * k_side, -0.5 * k_mm * k_side, -26);
-    volume::Volume made =
+    volume::Volume result =
         volume::make_volume(glm::ivec3(k_side), volume::Frame::from_axes(corner, axes).value(), true).value();
-    volume::Volume* scan = &made;
+    volume::Volume* scan = &result;
     scan->is_hounsfield = true;
     scan->label_names = {"nothing", "dura"};
     for (int z = 0; z < k_side; ++z)
@@ -95,7 +94,7 @@ struct Opened {
           scan->voxels[scan->index(x, y, z)] = is_bone ? 1200 : -1000;
           scan->labels[scan->index(x, y, z)] = has_dura && height > -8 && height < -7;
         }
-    scene = std::make_shared<haptics::TouchScene>(scenes::scene_of(std::move(made)));
+    scene = std::make_shared<haptics::TouchScene>(scenes::scene_of(std::move(result)));
     auto method = std::make_shared<haptics::SubvoxelProxy>();
     EXPECT_FALSE(method->prepare(*scene));
     std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;
@@ -119,8 +118,8 @@ struct Opened {
   }
 };
 
-/// Over an opening a tool that does not work rests on what lies in it, or on a plane over it: never on the
-/// far side of the skull, and nobody who only looks around is reported to have touched anything.
+/// Over an opening an idle tool rests on the structure in it, or on a plane over it, never on the far side of
+/// the skull, and no touch is reported.
 TEST_F(Window, AReleasedToolRestsOverAnOpening) {
   for (const bool has_dura : {true, false}) {
     SCOPED_TRACE(has_dura ? "over dura" : "over nothing");
@@ -163,7 +162,7 @@ TEST_F(Window, AReleasedToolRestsOverAnOpening) {
   }
 }
 
-TEST(WindowStage, OneThingAtATimeAndNothingUnderADialog) {
+TEST(WindowStage, OneSceneAtATimeAndNothingUnderADialog) {
   using Stage = WindowStage::Stage;
   WindowStage stage;
   EXPECT_FALSE(stage.give_up() || stage.may_replace() || stage.opened());
@@ -176,7 +175,7 @@ TEST(WindowStage, OneThingAtATimeAndNothingUnderADialog) {
   }
   EXPECT_TRUE(stage.opened());
   EXPECT_EQ(stage.stage(), Stage::working);
-  // What was given up is not taken, though it may still come; then another can be opened.
+  // A cancelled scene is not adopted, though it may still arrive; then another can be opened.
   EXPECT_TRUE(stage.open() && stage.give_up() && stage.may_replace());
   EXPECT_FALSE(stage.open() || stage.opened());
   EXPECT_TRUE(stage.open() && stage.opened());

@@ -1,11 +1,11 @@
-// A recorded session in the window.
+// Replay of a recorded session in the window.
 #include "tests/apps/window_fixture.h"
 
 namespace trephine::view {
 namespace {
 
-TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
-  // A session to play: a burr that goes into the ball.
+TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
+  // A session to play: a burr that enters the ball.
   {
     haptics::SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(*scene_).has_value());
@@ -43,7 +43,8 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   EXPECT_FALSE(window.replay()->seek(1.9).has_value());
   QTest::qWait(60);
   EXPECT_NEAR(window.replay()->seconds(), 1.9, 0.01);
-  // Seen from where it was worked: from above. What happened is shown at the tool, and gone before it did.
+  // Seen from where the work was done: from above. Events are shown at the tool, and hidden again before
+  // their time.
   EXPECT_LT(window.replay()->viewport().eye().forward.z, -0.7);
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->text() == "Dura torn."; }, 5000));

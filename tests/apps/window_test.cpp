@@ -1,18 +1,18 @@
-// Clicks through the window as a person would: open, touch, drill, undo, save, quit. Needs an X display.
+// Clicks through the window as a user would: open, touch, drill, undo, save, quit. Needs an X display.
 #include "tests/apps/window_fixture.h"
 
 namespace trephine::view {
 namespace {
 
-/// Space or the mouse button may be let go over another window, which is not told here.
-TEST_F(Window, DrillsNothingOnceItIsNoLongerInFront) {
+/// Space or the mouse button may be released over another window, without an event here.
+TEST_F(Window, DrillsNothingInTheBackground) {
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
   const QPoint middle = window.canvas()->rect().center();
   for (const bool is_key : {true, false}) {
-    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // from where it is, it would be no move
+    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // from its own position it would be no move
     QTest::mouseMove(window.canvas(), middle);
     ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
     const double before = window.operation()->state().removed_mm3;
@@ -48,7 +48,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
         10000));
     const QPoint middle = window.canvas()->rect().center();
 
-    // Touch: the stylus rides on what is under the cursor.
+    // Touch: the stylus follows the surface under the cursor.
     QTest::mouseMove(window.canvas(), middle);
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
     EXPECT_EQ(window.operation()->state().removed_mm3, 0);
@@ -68,7 +68,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == 0; }, 20000));
     QTest::keyClick(&window, Qt::Key_Y);
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == removed; }, 20000));
-    // A trackpad's way: Space presses, too.
+    // For trackpads Space presses, too.
     child<QDoubleSpinBox>(window, "diameter")->setValue(6);
     QTest::keyPress(&window, Qt::Key_Space);
     EXPECT_TRUE(
@@ -76,7 +76,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     QTest::keyRelease(&window, Qt::Key_Space);
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 2; }, 20000));
 
-    // Views, depth, clip plane, help, larger text: everything that is there answers.
+    // Views, depth, clip plane, help, larger text: every control responds.
     const int depth = child<QSlider>(window, "depth")->value();
     QTest::keyClick(&window, Qt::Key_PageDown);
     EXPECT_EQ(child<QSlider>(window, "depth")->value(), depth + 1);
@@ -135,7 +135,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   EXPECT_GT(report.drilling_frames, 0);
   EXPECT_FALSE(report.recording.has_value());
   EXPECT_EQ(report.servo.faults & haptics::k_latched_faults, 0u);
-  // What was done is in the session, to the bit; a copy taken in the middle is a session too.
+  // The session contains all work, to the bit; a copy saved in the middle is a session too.
   for (const std::string& file : {session_, (folder_ / "copy.session").string()}) {
     auto opened = sim::SessionReader::open(file, catalogue());
     ASSERT_TRUE(opened.is_ok()) << file;
@@ -149,8 +149,8 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   }
 }
 
-/// Two strokes, back by the slider, and both states beside each other.
-TEST_F(Window, GoesThroughStrokesAndComparesThem) {
+/// Two strokes, back by the slider, and both states side by side.
+TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
@@ -187,7 +187,7 @@ TEST_F(Window, GoesThroughStrokesAndComparesThem) {
       [&] { return child<QLabel>(window, "history_text")->text().contains("stroke 3 of 3"); }, 5000));
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return child<QLabel>(window, "history_text")->text().contains("MB"); }, 5000));
-  // As a hand drags it: faster than the edits follow.
+  // Dragged faster than the edits follow.
   const auto drag_to = [&](int to) {
     slider->setSliderPosition(to);
     emit slider->actionTriggered(QAbstractSlider::SliderMove);
@@ -215,19 +215,19 @@ TEST_F(Window, GoesThroughStrokesAndComparesThem) {
   with->setCurrentIndex(0);
   ASSERT_TRUE(QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).toImage() != first; }, 20000));
   dialog->close();
-  // The window itself goes on.
+  // The window itself continues.
   const int frames = window.finish().frames;
   EXPECT_GT(frames, 5);
   window.close();
 }
 
-// Why something was not done stands in the window: here the stroke before is in a file that is gone.
-TEST_F(Window, SaysWhyACommandWasRefused) {
+// The reason of a refusal is shown in the window: here the previous stroke is in a file that is missing.
+TEST_F(Window, ShowsWhyACommandWasRefused) {
   haptics::TouchScene scene = *scene_;
   const haptics::SubvoxelProxy method = [&scene] {
-    haptics::SubvoxelProxy made;
-    EXPECT_FALSE(made.prepare(scene));
-    return made;
+    haptics::SubvoxelProxy result;
+    EXPECT_FALSE(result.prepare(scene));
+    return result;
   }();
   sim::Engine engine(scene, method, drilling::burr({.removal_rate = 30}), 1e-3, catalogue());
   const glm::dvec3 on_it(0, 0, 45);
@@ -244,8 +244,8 @@ TEST_F(Window, SaysWhyACommandWasRefused) {
   ASSERT_EQ(image.branch.history.size(), 2u);
   sim::HistoryEntry gone = *image.branch.history[0];
   gone.load = [] {
-    return volume::Result<sim::HistoryPlace>(
-        volume::Error{"the session cannot be read any more", "a.session", "", "a file that stays", ""});
+    return Result<sim::HistoryPlace>(Error{
+        .what = "the session is no longer readable", .where = "a.session", .expected = "a file that stays"});
   };
   image.branch.history[0] = std::make_shared<const sim::HistoryEntry>(gone);
   ASSERT_FALSE(engine.restore(image));
@@ -260,7 +260,7 @@ TEST_F(Window, SaysWhyACommandWasRefused) {
       [&] {
         return child<QLabel>(window, "notice")
             ->text()
-            .startsWith("not done: a.session: the session cannot be read");
+            .startsWith("not done: a.session: the session is no longer readable");
       },
       10000))
       << child<QLabel>(window, "notice")->text().toStdString();
@@ -269,7 +269,7 @@ TEST_F(Window, SaysWhyACommandWasRefused) {
   window.close();
 }
 
-TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
+TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   options_.recorder = nullptr;
   sim::Overlay plan;
   plan.lines.push_back({glm::dvec3(0), glm::dvec3(0, 0, 40)});
@@ -283,7 +283,7 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   ASSERT_TRUE(wait_opened());
   auto* box = window.findChild<QMessageBox*>("error");
   ASSERT_NE(box, nullptr);
-  EXPECT_TRUE(box->text().contains("no such file"));
+  EXPECT_TRUE(box->text().contains("does not exist"));
   EXPECT_TRUE(box->text().contains("check the spelling"));
   box->close();
   EXPECT_TRUE(window.windowTitle().startsWith("ball"));
@@ -299,8 +299,8 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   QApplication::sendEvent(&window, &drop);
   ASSERT_TRUE(wait_opened());
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 20000));
-  EXPECT_EQ(window.operation()->viewport().overlay_count(), 0u) << "and of the other there is none";
-  // All of its surface: for a while no more comes.
+  EXPECT_EQ(window.operation()->viewport().overlay_count(), 0u) << "no overlay of the other scene is left";
+  // All of its surface: for a while no more triangles are added.
   std::size_t before = 0;
   QElapsedTimer same;
   same.start();
@@ -313,7 +313,7 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
       },
       20000));
 
-  // Another window of intensities: seen at once, used when wanted.
+  // Another window of intensities: shown at once, used on request.
   child<QDoubleSpinBox>(window, "low")->setValue(1500);
   EXPECT_TRUE(QTest::qWaitFor(
       [&] {
@@ -325,7 +325,7 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 300);
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() == before; }, 20000));
-  // Cut open, with another depth of press: both survive the other shape, or end with it.
+  // Clipped, with another depth of press: both survive the other shape, or end with it.
   QTest::keyClick(&window, Qt::Key_C);
   child<QSlider>(window, "depth")->setValue(9);
   child<QDoubleSpinBox>(window, "low")->setValue(1200);
@@ -359,11 +359,11 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
   Viewport& picture = window.operation()->viewport();
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return picture.is_complete() && picture.triangle_count() > 50000; }, 15000));
-  // At rest nothing of the bone is sent again; the picture is the same as one drawn as a whole.
+  // At rest no part of the bone is sent again; the picture is the same as one drawn as a whole.
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
   QTest::qWait(150);
   EXPECT_EQ(picture.view().bone().drawn_triangles(), 0u);
-  // From every side the kept picture is the one that a single drawing of everything gives.
+  // From every side the kept picture equals a single drawing of everything.
   const std::string sides("APS\0", 4);
   std::vector<QImage> kept;
   const auto turn_to = [&](char side) {
@@ -398,7 +398,7 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
     ASSERT_TRUE(turn_to(sides[i]));
     expect_whole(kept[i], sides[i]);
   }
-  // While it is drilled only what lies around the burr is.
+  // During drilling only the surroundings of the burr are sent.
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle);
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
@@ -412,7 +412,7 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   EXPECT_GT(most, 0u);
   EXPECT_LT(most, picture.triangle_count() / 3);
-  // And seen from behind it is whole again, though only the cut was drawn last.
+  // Seen from behind it is whole again, though only the cut was drawn last.
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
   QTest::qWait(100);
   ASSERT_TRUE(turn_to('P'));

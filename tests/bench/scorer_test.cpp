@@ -1,12 +1,12 @@
-// The chart's columns can be other than zero: each is shown the fault that it is there to find.
-#include "tests/bench/scorer.h"
+// Scorer: every column of the chart is nonzero for its planted fault.
+#include "apps/bench/scorer.h"
 
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 
 namespace trephine::bench {
 namespace {
@@ -24,7 +24,7 @@ FeelScene scene_named(const std::string& id) {
   return std::move(found).value();
 }
 
-/// The default method's steps over a scene, and what is said of them after `spoil` touched each.
+/// The default method's steps over a scene, and their score after `spoil` changed each.
 class Scored {
  public:
   explicit Scored(const std::string& id) : scene_(scene_named(id)), ideal_(scene_) {
@@ -57,11 +57,11 @@ class Scored {
   std::vector<ProxyStep> steps_;
 };
 
-TEST(Scorer, SeesAProxyThatSticksInAGrooveAndWhileTheHandRests) {
+TEST(Scorer, DetectsAProxyThatSticksInAGrooveAndAtRest) {
   const Scored scored("groove-90-psf-1-circle-held");
   EXPECT_EQ(scored.score().stuck, 0);
   EXPECT_EQ(scored.score().parted, 0);
-  // It stays behind for 40 steps, most of which the hand rests.
+  // It stays behind for 40 steps, for most of which the hand is at rest.
   const FeelRow stuck = scored.score([&](std::size_t i, ProxyStep& step) {
     if (i % 300 >= 240 && i % 300 < 280) step.proxy_world = scored.steps()[i / 300 * 300 + 239].proxy_world;
   });
@@ -69,7 +69,7 @@ TEST(Scorer, SeesAProxyThatSticksInAGrooveAndWhileTheHandRests) {
   EXPECT_GT(stuck.method_error_voxels.value(), 1);
 }
 
-TEST(Scorer, SeesAStuckBallInABurrHole) {
+TEST(Scorer, DetectsAStuckBallInABurrHole) {
   const Scored scored("burr-hole-psf-1.5-radius-2-mm-round-its-wall");
   // It is in the hole, and on its wall.
   long on_wall = 0;
@@ -87,7 +87,7 @@ TEST(Scorer, SeesAStuckBallInABurrHole) {
   EXPECT_GE(stuck.stuck, 1);
 }
 
-TEST(Scorer, CountsContactThatIsNotThere) {
+TEST(Scorer, CountsMissedContact) {
   const Scored scored("sphere-psf-1.5-slide-100-mm-s");
   const FeelRow right = scored.score();
   EXPECT_EQ(right.missed, 0);
@@ -98,8 +98,8 @@ TEST(Scorer, CountsContactThatIsNotThere) {
   EXPECT_GT(row.force_rms_n.value(), 1.5 * right.force_rms_n.value());
 }
 
-/// A proxy that stays on the surface when the hand has left it.
-TEST(Scorer, CountsContactThatShouldNotBe) {
+/// A proxy that stays on the surface after the hand has left it.
+TEST(Scorer, CountsGhostContact) {
   const Scored scored("sphere-psf-1.5-poke");
   EXPECT_EQ(scored.score().ghosts, 0);
   std::size_t last_contact = 0;
@@ -114,8 +114,8 @@ TEST(Scorer, CountsContactThatShouldNotBe) {
   EXPECT_GT(row.stuck, 0);
 }
 
-/// A proxy that goes through a plate between two looks is seen on its way.
-TEST(Scorer, SeesAPlateThatIsPassed) {
+/// A proxy that passes a plate between two steps is detected on its path.
+TEST(Scorer, DetectsAPlateThatIsPassed) {
   const Scored scored("plate-2.0-voxels-cross-at-2-m-s");
   EXPECT_EQ(scored.score().fall_throughs, 0);
   const FeelRow row = scored.score([](std::size_t, ProxyStep& step) { step = ProxyStep{}; });
@@ -124,7 +124,7 @@ TEST(Scorer, SeesAPlateThatIsPassed) {
   EXPECT_GE(row.missed, 20);
 }
 
-TEST(Scorer, KnowsOneLeapAmongAllSteps) {
+TEST(Scorer, DetectsOneJumpAmongAllSteps) {
   const Scored scored("sphere-psf-1.5-slide-100-mm-s");
   const FeelRow right = scored.score();
   EXPECT_LT(right.method_error_voxels.value(), 1e-4);
@@ -142,8 +142,8 @@ TEST(Scorer, KnowsOneLeapAmongAllSteps) {
   }
 }
 
-/// A proxy that trembles by 0.3 mm along the surface, and one that lies half a voxel deep all the time.
-TEST(Scorer, SeesTremblingAndDepth) {
+/// A proxy that trembles by 0.3 mm along the surface, and one that is always half a voxel deep.
+TEST(Scorer, MeasuresTremblingAndDepth) {
   const Scored scored("sphere-psf-1.5-slide-100-mm-s");
   const FeelRow right = scored.score();
   const FeelRow trembling = scored.score([](std::size_t i, ProxyStep& step) {
@@ -157,7 +157,8 @@ TEST(Scorer, SeesTremblingAndDepth) {
   EXPECT_GT(trembling.rendered_rms_n.value(), right.rendered_rms_n.value() + 0.005);
   EXPECT_GT(trembling.rough_n, 2 * right.rough_n);
   EXPECT_GT(trembling.most_change_n, right.most_change_n + 0.1);
-  // Nearer and farther by turns: the length of the force trembles, smoothed too, and where voxels change.
+  // Alternately nearer and farther: the length of the force trembles, also when smoothed and at voxel
+  // changes.
   const FeelRow rough = scored.score([](std::size_t i, ProxyStep& step) {
     if (step.has_contact) step.proxy_world += (i % 2 ? 0.3 : -0.3) * glm::normalize(step.proxy_world);
   });
@@ -172,7 +173,7 @@ TEST(Scorer, SeesTremblingAndDepth) {
   EXPECT_NEAR(deep.total_rms_voxels.value(), right.total_rms_voxels.value() + 0.5, 0.03);
 }
 
-TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsThat) {
+TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsHalf) {
   const FeelScene scene = scene_named("sphere-psf-1.5-slide-100-mm-s");
   const Ideal ideal(scene);
   for (const double off : {0.0, 0.5}) {
@@ -191,7 +192,7 @@ TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsThat) {
   }
 }
 
-TEST(Scorer, CallsAProxyInMatterAFall) {
+TEST(Scorer, CountsAProxyInMatterAsAFall) {
   const auto sunk = [](double mm) {
     return [mm](std::size_t i, ProxyStep& step) {
       if (i == 800) step.proxy_world -= mm * glm::normalize(step.proxy_world);

@@ -1,4 +1,4 @@
-// DICOM series that a test writes, and what must come of them.
+// Fixture that writes DICOM series and checks the volumes or refusals that result.
 #pragma once
 
 #include <algorithm>
@@ -9,9 +9,9 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/open_volume.h"
-#include "tests/scenes/dicom_files.h"
-#include "tests/scenes/scratch.h"
+#include "apps/bench/scenes/dicom_files.h"
+#include "apps/bench/scenes/scratch.h"
+#include "data-tools/formats/open_volume.h"
 
 namespace trephine::data_tools {
 
@@ -20,7 +20,6 @@ using scenes::DicomFile;
 using scenes::slice_file;
 using scenes::SliceOf;
 using scenes::Syntax;
-using volume::Result;
 using volume::Volume;
 
 class Dicom : public ::testing::Test {
@@ -30,7 +29,7 @@ class Dicom : public ::testing::Test {
 
   using Change = std::function<void(int k, SliceOf& slice)>;
   using FileChange = std::function<void(int k, DicomFile& file)>;
-  /// `count` slices every 2 mm, changed as wanted, as IM1001 and so on.
+  /// Writes `count` slices, 2 mm apart, changed as requested, as IM1001 and so on.
   void write_series(int count, const Change& change = {}, const FileChange& file_change = {},
                     Syntax syntax = Syntax::explicit_little, bool has_preamble = true) const {
     for (int k = 0; k < count; ++k) {
@@ -53,13 +52,13 @@ class Dicom : public ::testing::Test {
     modality_ = opened.value().modality;
     return std::move(opened.value().volume);
   }
-  /// Refused, with all of these words somewhere in the message.
+  /// Expects a refusal whose message contains all of these words.
   void expect_refused(const std::vector<std::string>& words, const OpenOptions& options = {},
                       const std::string& name = "") const {
     const Result<OpenedVolume> opened = open_volume(path(name), options);
     ASSERT_FALSE(opened.is_ok());
-    const volume::Error& error = opened.error();
-    EXPECT_EQ(error.kind, volume::ErrorKind::bad_input);
+    const Error& error = opened.error();
+    EXPECT_EQ(error.kind, ErrorKind::bad_input);
     for (const std::string* part : {&error.what, &error.where, &error.expected, &error.remedy})
       EXPECT_FALSE(part->empty()) << error.message();
     for (const std::string& word : words)
@@ -69,7 +68,7 @@ class Dicom : public ::testing::Test {
   void expect_notice(const std::string& word) const {
     EXPECT_NE(notices_.find(word), std::string::npos) << notices_;
   }
-  /// The values that slice_file() stores by itself, slice 1 lowest.
+  /// Expects the values that slice_file() stores by default, slice 1 lowest.
   static void expect_own_values(const Volume& v, int slices = 4) {
     ASSERT_EQ(v.size, glm::ivec3(8, 8, slices));
     for (int z = 0; z < slices; ++z)

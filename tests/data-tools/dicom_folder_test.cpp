@@ -1,20 +1,20 @@
-// DICOM in: where slices lie, and what lies beside them.
+// DICOM folders: positions of slices, and other files next to them.
 #include "tests/data-tools/dicom_fixture.h"
 
 namespace trephine::data_tools {
 namespace {
 
-// ---- where slices lie -----------------------------------------------------------------------------------
+// ---- positions of slices --------------------------------------------------------------------------------
 
-TEST_F(Dicom, TheOrderIsThatOfPositions) {
+TEST_F(Dicom, TheOrderFollowsPositions) {
   write_series(4, [](int k, SliceOf& s) { s.position.z = -2.0 * k; });
   const Volume v = open();
   EXPECT_EQ(v.voxels[0], 400);
   EXPECT_NEAR(v.frame.origin().z, -6, 1e-12);
 }
 
-TEST_F(Dicom, ATiltedGantryMakesAShearedVolumeExactly) {
-  // The tag lies, and a spacing between slices that is not that of positions is not believed.
+TEST_F(Dicom, ATiltedGantryGivesAnExactlyShearedVolume) {
+  // The tag is wrong, and a spacing between slices that contradicts the positions is ignored.
   const double tilt = 18.5 * 3.14159265358979323846 / 180;
   write_series(
       6,
@@ -29,24 +29,24 @@ TEST_F(Dicom, ATiltedGantryMakesAShearedVolumeExactly) {
     EXPECT_LT(glm::length(at - glm::dvec3(3, 2.0 * k * std::tan(tilt) - 7, 2.0 * k)), 1e-6);
   }
   EXPECT_FALSE(v.frame.is_orthogonal());
-  // A little is kept too; what rounding of the positions makes is none.
+  // A small shear is kept; the rounding of positions is not shear.
   write_series(6, [&](int k, SliceOf& s) { s.position = {0, 0.01047 * k, 2.0 * k}; });
   EXPECT_NEAR(open().frame.world_from_volume({0, 0, 5}).y, 0.05235, 1e-6);
   write_series(6, [&](int k, SliceOf& s) { s.position = {0, k == 3 ? 0.004 : 0, 2.0 * k}; });
   EXPECT_TRUE(open().frame.is_orthogonal());
 }
 
-TEST_F(Dicom, MissingSlicesAreRefusedAndNamedUnlessTheyAreMade) {
+TEST_F(Dicom, MissingSlicesAreRefusedAndNamedUnlessFilled) {
   write_series(7);
   fs::remove(path("IM1004"));
   expect_refused({"1 slice missing", "4.000 mm between IM1003 and IM1005", "every 2.000 mm", "--resample"});
   OpenOptions options;
   options.is_resampled = true;
-  expect_own_values(open(options), 7);  // they grow evenly
+  expect_own_values(open(options), 7);  // values grow evenly
   expect_notice("1 slice of 7 were interpolated");
 }
 
-TEST_F(Dicom, UnevenSlicesAreRefusedAndNamedUnlessTheyAreMade) {
+TEST_F(Dicom, UnevenSlicesAreRefusedAndNamedUnlessResampled) {
   const double at[] = {0, 2, 4, 7, 10, 12, 14};
   write_series(7, [&](int k, SliceOf& s) {
     s.position.z = at[k];
@@ -64,39 +64,39 @@ TEST_F(Dicom, UnevenSlicesAreRefusedAndNamedUnlessTheyAreMade) {
   }
 }
 
-TEST_F(Dicom, SlicesAsideOrTurnedAreRefusedByName) {
+TEST_F(Dicom, ShiftedOrTurnedSlicesAreRefusedByName) {
   write_series(5, [](int k, SliceOf& s) { s.position.x = k == 2 ? 1 : 0; });
-  expect_refused({"IM1003 is 1.000 mm aside"});
+  expect_refused({"IM1003 is 1.000 mm off the line"});
   write_series(5, [](int k, SliceOf& s) {
     if (k == 2)
       s.row_axis = glm::normalize(glm::dvec3(1, 0.0005, 0)),
       s.column_axis = glm::normalize(glm::dvec3(-0.0005, 1, 0));
   });
-  expect_refused({"parallel planes", "IM1003"});
+  expect_refused({"the slices are not parallel", "IM1003"});
 }
 
-/// One that lies in another plane, wherever in the stack.
-TEST_F(Dicom, AStrayImageIsRefusedByNameUnlessTheOthersAreMeant) {
+/// One slice in another plane, at any index of the stack.
+TEST_F(Dicom, AStrayImageIsRefusedByNameUnlessTheOthersAreSelected) {
   for (const int stray : {0, 2, 4}) {
     write_series(5, [&](int k, SliceOf& s) {
       if (k == stray) s.spacing = {1.2, 1.2};
     });
     expect_refused({name_of(stray + 1), "4 others", "--volume"});
-    EXPECT_EQ(list_series(path()).value().size(), 2u) << "what is refused can be listed";
+    EXPECT_EQ(list_series(path()).value().size(), 2u) << "a refused series can be listed";
     OpenOptions options;
     options.volume = stray == 0 ? 2 : 1;
     if (stray != 2) {
       EXPECT_EQ(open(options).size.z, 4);
     }
   }
-  // Of another frame of reference nobody knows where it lies.
+  // The position of slices in another frame of reference is unknown.
   write_series(6, {}, [](int k, DicomFile& f) { f.set(0x00200052, "UI", k < 4 ? "1.2.3" : "1.2.4"); });
   EXPECT_EQ(open().size.z, 4);
-  expect_notice("of 2 volumes");
+  expect_notice("from 2 volumes");
 }
 
-/// What cannot be read is not taken for 0 or 1.
-TEST_F(Dicom, NumbersThatAreNoneAreRefused) {
+/// Unreadable numbers are not read as 0 or 1.
+TEST_F(Dicom, InvalidNumbersAreRefused) {
   for (const auto& [tag, text] : {std::pair{0x00281052u, "-1 024"},
                                   {0x00281052u, "-1O24"},
                                   {0x00281052u, " "},
@@ -107,26 +107,26 @@ TEST_F(Dicom, NumbersThatAreNoneAreRefused) {
     expect_refused({"slope or intercept", "IM1001"});
   }
   write_series(3, {}, [](int, DicomFile& f) { f.set_short(0x00280010, "US", {4}); });
-  expect_refused({"128 bytes of pixels, where its size makes 64"});
+  expect_refused({"128 bytes of pixels; its size requires 64"});
 }
 
-TEST_F(Dicom, CopiesAreDroppedAndOthersInOnePlaceAreRefusedByName) {
+TEST_F(Dicom, CopiesAreDroppedAndOtherSlicesAtOnePositionAreRefusedByName) {
   write_series(4);
   fs::copy(path("IM1002"), path("IM1002 copy"));
   expect_own_values(open());
-  expect_notice("there twice");
+  expect_notice("duplicated and used once");
   expect_notice("IM1002");
-  // The same place with other contents, and nothing that tells which is meant.
+  // Equal position, other contents, and nothing to select one of them.
   SliceOf other;
   other.number = 2, other.position = {0, 0, 2};
   other.values.assign(64, 7);
   slice_file(other).write(path("IM1002 copy"));
-  expect_refused({"several slices lie in one place", "IM1002 and IM1002 copy"});
+  expect_refused({"several slices have the same position", "IM1002 and IM1002 copy"});
 }
 
-// ---- what lies beside the slices ------------------------------------------------------------------------
+// ---- other files next to the slices ---------------------------------------------------------------------
 
-TEST_F(Dicom, FilesThatAreNoSlicesArePassedOverAndNamed) {
+TEST_F(Dicom, OtherFilesAreSkippedAndNamed) {
   write_series(4);
   const auto write = [&](const std::string& name, const char* kind, const FileChange& change = {}) {
     DicomFile file = slice_file({});
@@ -143,11 +143,11 @@ TEST_F(Dicom, FilesThatAreNoSlicesArePassedOverAndNamed) {
   std::ofstream(path(".DS_Store")) << "x";
   expect_own_values(open());
   for (const char* word :
-       {"report.dcm (report)", "capture.dcm (screen capture)", "state.dcm", "5 files passed over"})
+       {"report.dcm (report)", "capture.dcm (screen capture)", "state.dcm", "5 files skipped"})
     expect_notice(word);
 }
 
-TEST_F(Dicom, AnEndThatIsLostIsNotPassedOver) {
+TEST_F(Dicom, TruncatedSlicesAreRefused) {
   for (const std::size_t size : {std::size_t{0}, std::size_t{100}, std::size_t{600}}) {
     write_series(5);
     fs::resize_file(path("IM1005"), size);
@@ -159,7 +159,7 @@ TEST_F(Dicom, AnEndThatIsLostIsNotPassedOver) {
 }
 
 TEST_F(Dicom, SeriesAreListedAndChosen) {
-  // A disk: scout, two reconstructions, an MR series; in folders of folders.
+  // A disk: scout, two reconstructions, an MR series; in nested folders.
   fs::create_directories(path("DISK/A/B/C/D"));
   const auto put = [&](const std::string& where, int count, const Change& change,
                        const FileChange& file_change = {}) {
@@ -190,13 +190,13 @@ TEST_F(Dicom, SeriesAreListedAndChosen) {
       "mr", 9, [](int, SliceOf& s) { s.series = "1.9.4", s.modality = "MR"; },
       [](int, DicomFile& f) { f.set(0x00200011, "IS", "4"); });
   EXPECT_EQ(open({}, "DISK").size.z, 5) << "the CT with the most slices";
-  expect_notice("series 3 was taken");
+  expect_notice("series 3 was selected");
   ASSERT_EQ(facts_.size(), 4u);
   EXPECT_EQ(facts_[2].description, "BONE");
   EXPECT_EQ(facts_[2].kernel, "H60s");
   EXPECT_EQ(facts_[2].size, glm::ivec3(8, 8, 5));
   EXPECT_TRUE(facts_[0].is_localizer);
-  // The same by heads alone.
+  // From the headers only.
   const auto listed = list_series(path("DISK"));
   ASSERT_TRUE(listed.is_ok());
   ASSERT_EQ(listed.value().size(), facts_.size());
@@ -208,10 +208,10 @@ TEST_F(Dicom, SeriesAreListedAndChosen) {
   }
   EXPECT_EQ(modality_, "MR");
   options.series = 5;
-  expect_refused({"no such series", "1 to 4"}, options, "DISK");
+  expect_refused({"unknown series", "1 to 4"}, options, "DISK");
 }
 
-TEST_F(Dicom, EchoesAndPhasesAreVolumesOfTheirOwn) {
+TEST_F(Dicom, EchoesAndPhasesAreSeparateVolumes) {
   for (const bool is_echo : {true, false}) {
     for (int v = 0; v < 3; ++v)
       for (int k = 0; k < 4; ++k) {
@@ -233,11 +233,11 @@ TEST_F(Dicom, EchoesAndPhasesAreVolumesOfTheirOwn) {
         EXPECT_EQ(volume.voxels[static_cast<std::size_t>(64 * k)], 10 * (v - 1) + k);
     }
     options.volume = 4;
-    expect_refused({"no such volume", "1 to 3"}, options);
+    expect_refused({"unknown volume", "1 to 3"}, options);
   }
 }
 
-TEST_F(Dicom, WhatADisksIndexNamesIsThere) {
+TEST_F(Dicom, FilesNamedByADisksIndexMustExist) {
   fs::create_directory(path("SE1"));
   write_series(5, {}, {});
   for (int k = 0; k < 5; ++k) {
@@ -257,10 +257,10 @@ TEST_F(Dicom, WhatADisksIndexNamesIsThere) {
   index({"SE1\\IM1001", "SE1\\IM1004", "se1\\im1002", "SE2\\IM1001"});
   EXPECT_EQ(open().size.z, 5);
   EXPECT_NE(notices_.find("SE2/IM1001"), std::string::npos) << notices_;
-  // The last slice did not come along.
+  // The last slice is missing.
   index({"SE1\\IM1001", "SE1\\IM1004", "SE1\\IM1006"});
-  expect_refused({"SE1/IM1006", "index", "not there"});
-  expect_refused({"SE1/IM1006", "index", "not there"}, {}, "DICOMDIR");
+  expect_refused({"SE1/IM1006", "index", "it is missing"});
+  expect_refused({"SE1/IM1006", "index", "it is missing"}, {}, "DICOMDIR");
   // As disks are mounted, and files copied: in lower case, with versions, with extensions.
   for (const char* added : {"", ";1", ".dcm"}) {
     fs::rename(path("SE1"), path(".before"));
@@ -269,16 +269,16 @@ TEST_F(Dicom, WhatADisksIndexNamesIsThere) {
       const std::string number = std::to_string(k + 1);
       fs::copy_file(path(".before/IM100" + number), path("se1/im100" + number + added));
     }
-    expect_refused({std::string("se1/im1006") + added, "not there"});
+    expect_refused({std::string("se1/im1006") + added, "it is missing"});
     fs::remove_all(path("se1"));
     fs::rename(path(".before"), path("SE1"));
   }
 }
 
-TEST_F(Dicom, DisksComeAsArchivesTooAndByTheirIndex) {
+TEST_F(Dicom, DisksAreReadFromArchivesAndByTheirIndex) {
   fs::create_directory(path("disk"));
   write_series(4, {}, [&](int k, DicomFile& f) {
-    if (k == 0) {  // the index lies beside
+    if (k == 0) {  // the index is next to them
       DicomFile index;
       index.set(0x00080016, "UI", "1.2.840.10008.1.3.10").write(path("DICOMDIR"));
     }
@@ -291,12 +291,12 @@ TEST_F(Dicom, DisksComeAsArchivesTooAndByTheirIndex) {
   ASSERT_TRUE(shell("tar cf disk/a.tar IM* && tar czf disk/a.tar.gz IM* && tar cJf disk/a.tar.xz IM*"));
   for (const char* name : {"disk/a.tar", "disk/a.tar.gz", "disk/a.tar.xz"}) expect_own_values(open({}, name));
   fs::remove_all(path("disk"));
-  // Each slice by itself, and one that is cut short.
+  // Each slice by itself, and one truncated.
   ASSERT_TRUE(shell("gzip IM*"));
   expect_own_values(open());
   fs::resize_file(path("IM1004.gz"), 60);
   expect_refused({"IM1004.gz"});
-  // Nothing in it; a file that leads nowhere; a checksum that is wrong; an end between two files.
+  // Empty contents; a broken link; a wrong checksum; an archive that ends between two files.
   ASSERT_TRUE(shell(": | gzip > e.gz && head -c 5000 /dev/zero | gzip > z.gz"));
   for (const char* name : {"e.gz", "z.gz"}) expect_refused({name}, {}, name);
   fs::remove(path("e.gz")), fs::remove(path("z.gz"));
@@ -313,26 +313,26 @@ TEST_F(Dicom, DisksComeAsArchivesTooAndByTheirIndex) {
             "6)) conv=notrunc 2>/dev/null"));
   expect_refused({"d.tar.gz", "checksum"}, {}, "d.tar.gz");
   ASSERT_TRUE(shell("rm c.tar c.tar.gz d.tar.gz && gzip IM*"));
-  // The end of an archive is lost.
+  // A truncated archive.
   ASSERT_TRUE(shell("tar cf b.tar IM*.gz && truncate -s 700 b.tar"));
   expect_refused({"b.tar", "copy it again"}, {}, "b.tar");
 }
 
-TEST_F(Dicom, ReadingThatIsStoppedSaysSo) {
+TEST_F(Dicom, AStoppedReadIsReported) {
   write_series(40);
   OpenOptions options;
   int calls = 0;
   options.progress = [&](double) { return ++calls < 3; };
   const auto opened = open_volume(path(), options);
   ASSERT_FALSE(opened.is_ok());
-  EXPECT_EQ(opened.error().kind, volume::ErrorKind::interrupted);
+  EXPECT_EQ(opened.error().kind, ErrorKind::interrupted);
 }
 
-TEST_F(Dicom, NothingToReadIsSaid) {
+TEST_F(Dicom, AnEmptyFolderIsReported) {
   expect_refused({"no DICOM images"});
   std::ofstream(path("a.txt")) << "hello";
   expect_refused({"no DICOM images", "1 other file"});
-  // Whatever the bytes are.
+  // For truncated files of any length.
   DicomFile file = slice_file({});
   const std::string whole = file.bytes();
   for (std::size_t n = 0; n < whole.size(); n += 7) {

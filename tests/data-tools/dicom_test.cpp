@@ -1,11 +1,11 @@
-// DICOM in: how files are packed, and what their numbers mean. A test for each row of docs/dicom.md, with
-// dicom_folder_test.cpp.
+// DICOM files: their encoding, and the meaning of their numbers. Together with dicom_folder_test.cpp, a test
+// for each row of docs/dicom.md.
 #include "tests/data-tools/dicom_fixture.h"
 
 namespace trephine::data_tools {
 namespace {
 
-// ---- how a file is packed -------------------------------------------------------------------------------
+// ---- encoding of a file ---------------------------------------------------------------------------------
 
 TEST_F(Dicom, EveryPlainTransferSyntaxIsRead) {
   for (const Syntax syntax :
@@ -22,7 +22,7 @@ TEST_F(Dicom, FilesWithoutPreambleAreRead) {
   }
 }
 
-/// PackBits of each byte of the numbers, highest first, as one frame of RLE.
+/// PackBits of each byte of the numbers, highest first, as one RLE frame.
 std::string rle_frame(const SliceOf& slice) {
   const int count = slice.size.x * slice.size.y;
   std::string planes[2];
@@ -63,8 +63,8 @@ TEST_F(Dicom, CompressedFramesInSeveralFragmentsAreWhole) {
   }
 }
 
-/// What crashes the library that unpacks it is an error like others; found by the fuzzer.
-TEST_F(Dicom, DamagedFramesAreRefusedWhateverTheyDoToTheUnpacker) {
+/// A frame that crashes the decoder is an ordinary error; found by the fuzzer.
+TEST_F(Dicom, DamagedFramesAreRefusedAlsoIfTheDecoderCrashes) {
   for (std::size_t at = 0; at < 70; at += 3) {
     write_series(
         3, {},
@@ -83,7 +83,7 @@ TEST_F(Dicom, DamagedFramesAreRefusedWhateverTheyDoToTheUnpacker) {
       EXPECT_NE(opened.error().message().find("IM1002"), std::string::npos) << opened.error().message();
     }
   }
-  // Nothing of a frame at all.
+  // An empty frame.
   write_series(
       3, {},
       [&](int k, DicomFile& f) {
@@ -115,7 +115,7 @@ TEST_F(Dicom, FramesOfOneFileAreSlices) {
       one.number = k + 1;
       const std::string frame = rle_frame(one);
       for (int i = 0; i < 4; ++i) table += static_cast<char>(at >> 8 * i & 0xff);
-      // Two fragments each: without a table nobody can tell which belong together.
+      // Two fragments each: without a table their assignment is unknown.
       const std::size_t half = frame.size() / 4 * 2;
       fragments.push_back(frame.substr(0, half));
       fragments.push_back(frame.substr(half));
@@ -132,11 +132,11 @@ TEST_F(Dicom, FramesOfOneFileAreSlices) {
   expect_own_values(v);
   EXPECT_NEAR(v.frame.spacing().z, 2, 1e-12);
   write(false);
-  expect_refused({"enhanced.dcm", "without a table of where frames begin"}, {}, "enhanced.dcm");
+  expect_refused({"enhanced.dcm", "without an offset table"}, {}, "enhanced.dcm");
 }
 
 TEST_F(Dicom, NumbersAreReadAsEachSliceStoresThem) {
-  // One slice is signed among unsigned ones, and holds a negative number.
+  // One slice is signed among unsigned ones, and contains a negative number.
   write_series(4, [](int k, SliceOf& s) {
     s.is_signed = k == 2;
     s.intercept = k == 2 ? 0 : -1024;
@@ -145,7 +145,7 @@ TEST_F(Dicom, NumbersAreReadAsEachSliceStoresThem) {
   const Volume v = open();
   for (const std::int16_t value : v.voxels.span()) ASSERT_EQ(value, -500);
   EXPECT_TRUE(v.is_hounsfield);
-  // Twelve bits of sixteen; what lies above them is no part of the number.
+  // Twelve bits of sixteen; the bits above are not part of the number.
   write_series(
       4,
       [](int, SliceOf& s) {
@@ -157,16 +157,16 @@ TEST_F(Dicom, NumbersAreReadAsEachSliceStoresThem) {
   for (const std::int16_t value : twelve.voxels.span()) ASSERT_EQ(value, 1024);
 }
 
-// ---- what a number means --------------------------------------------------------------------------------
+// ---- meaning of a number --------------------------------------------------------------------------------
 
-TEST_F(Dicom, HounsfieldUnitsAreThoseThatTheScannerSaysAreSome) {
+TEST_F(Dicom, HounsfieldUnitsRequireTheScannersDeclaration) {
   write_series(4);
   EXPECT_TRUE(open().is_hounsfield);
   write_series(4, {}, [](int, DicomFile& f) { f.set(0x00281054, "LO", "HU"); });
   EXPECT_TRUE(open().is_hounsfield);
   write_series(4, {}, [](int, DicomFile& f) { f.set(0x00281054, "LO", "mgml"); });
   EXPECT_FALSE(open().is_hounsfield);
-  expect_notice("another rescale type");  // what it says may be anything
+  expect_notice("another rescale type");  // its meaning is unknown
   write_series(4, {}, [](int k, DicomFile& f) {
     if (k == 1) f.erase(0x00281052).erase(0x00281053);
   });
@@ -177,7 +177,7 @@ TEST_F(Dicom, HounsfieldUnitsAreThoseThatTheScannerSaysAreSome) {
 }
 
 TEST_F(Dicom, OpeningAltersNoVoxel) {
-  // Padding, another one in each slice, and values below any Hounsfield unit.
+  // Padding, different in each slice, and values below any Hounsfield unit.
   const Change change = [](int k, SliceOf& s) {
     s.values.assign(64, -2000);
     s.values[0] = k == 0 ? -3024 : -1500;
@@ -195,9 +195,9 @@ TEST_F(Dicom, OpeningAltersNoVoxel) {
   const Volume mapped = open(options);
   EXPECT_EQ(mapped.voxels[0], -1000);
   EXPECT_EQ(mapped.voxels[64], -1000);
-  EXPECT_EQ(mapped.voxels[1], -2000) << "that is no padding";
+  EXPECT_EQ(mapped.voxels[1], -2000) << "not padding";
   expect_notice("4 voxels of padding became air");
-  // Padding that is not air is told: it would be touched.
+  // Padding other than air is reported: it would be touched.
   write_series(
       4, [](int, SliceOf& s) { s.values.assign(64, 2000); },
       [](int, DicomFile& f) { f.set_short(0x00280120, "SS", {2000}); });
@@ -206,7 +206,7 @@ TEST_F(Dicom, OpeningAltersNoVoxel) {
 }
 
 TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
-  // One slope for all: the stored numbers, exactly, and what they mean.
+  // One slope for all: the stored numbers, exactly, and their meaning.
   write_series(4, [](int, SliceOf& s) { s.modality = "MR", s.slope = 0.37, s.intercept = 1.5; });
   expect_own_values(open());
   expect_notice("0.37 x voxel + 1.5");
@@ -216,7 +216,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
   EXPECT_TRUE(ct.is_hounsfield);
   EXPECT_EQ(ct.voxels[1], 51);
   expect_notice("at most 0.5 off");
-  // A slope for each slice (PET): one step that is finer than the noise.
+  // One slope per slice (PET): a step finer than the noise.
   const auto pet = [](int noise) {
     return [noise](int k, SliceOf& s) {
       s.modality = "PT", s.slope = 0.01 * (k + 1), s.is_signed = false;
@@ -232,7 +232,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
     for (int i = 0; i < 64; ++i)
       ASSERT_NEAR(step * v.voxels[static_cast<std::size_t>(64 * k + i)],
                   0.01 * (k + 1) * (10'000 + (i * 7919 % 64) * 40 + 300 * k), 0.51 * step);
-  // Coarser than the noise: refused, unless a step is named.
+  // Coarser than the noise: refused, unless a step is given.
   write_series(4, [](int k, SliceOf& s) {
     s.modality = "PT", s.slope = k == 3 ? 1.5 : 0.0001, s.is_signed = false;
     for (int i = 0; i < 64; ++i) s.values.push_back(k == 3 ? 40'000 : i % 5);
@@ -244,7 +244,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
   expect_notice("--scale");
 }
 
-TEST_F(Dicom, ValuesThatDoNotFitAreNamed) {
+TEST_F(Dicom, ValuesOutOfRangeAreNamed) {
   write_series(4, [](int k, SliceOf& s) {
     s.is_signed = false;
     s.values.assign(64, k == 2 ? 60'000 : 5);
@@ -255,7 +255,7 @@ TEST_F(Dicom, ValuesThatDoNotFitAreNamed) {
   EXPECT_EQ(open(options).voxels[64 * 2], 30'000);
 }
 
-TEST_F(Dicom, WhatIsNoGreyValueIsRefused) {
+TEST_F(Dicom, ImagesWithoutPlainGreyValuesAreRefused) {
   const struct {
     FileChange change;
     const char* word;
@@ -275,7 +275,7 @@ TEST_F(Dicom, WhatIsNoGreyValueIsRefused) {
        "mosaic of 36 slices"},
       {[](int, DicomFile& f) { f.set(0x00281053, "DS", "0"); }, "slope"},
       {[](int, DicomFile& f) { f.set_short(0x00280101, "US", {17}); }, "17 of 16 bits"},
-      {[](int, DicomFile& f) { f.erase(0x00200032); }, "where in the patient"},
+      {[](int, DicomFile& f) { f.erase(0x00200032); }, "no position in the patient"},
   };
   for (const auto& row : rows) {
     write_series(3, {}, row.change);

@@ -4,18 +4,18 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/atomic_file.h"
-#include "data-tools/dicom_stack.h"
-#include "data-tools/mesh_files.h"
-#include "data-tools/phantoms.h"
+#include "data-tools/dicom/dicom_stack.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/meshes/mesh_files.h"
+#include "data-tools/phantoms/phantoms.h"
 
 namespace trephine::data_tools {
 namespace {
 
-std::vector<SlicePlace> stack(int count) {
-  std::vector<SlicePlace> slices;
+std::vector<SlicePosition> stack(int count) {
+  std::vector<SlicePosition> slices;
   for (int i = 0; i < count; ++i) {
-    SlicePlace s;
+    SlicePosition s;
     const int k = (i * 7) % count;  // in no order
     s.position = {-100, 50, 12.0 + 1.25 * k};
     s.row_spacing = 0.5;
@@ -36,13 +36,13 @@ TEST(DicomStack, SortsAndBuildsTheFrame) {
   for (int k = 0; k < 10; ++k) EXPECT_EQ((s.value().order[static_cast<std::size_t>(k)] * 7) % 10, k);
 }
 
-void expect_refused(const std::vector<SlicePlace>& slices, const char* word) {
+void expect_refused(const std::vector<SlicePosition>& slices, const char* word) {
   const auto s = stack_slices(slices);
   ASSERT_FALSE(s.is_ok()) << word;
   EXPECT_NE(s.error().message().find(word), std::string::npos) << s.error().message();
 }
 
-TEST(DicomStack, RefusesWhatIsNotOneRegularStackAndSaysHowMuch) {
+TEST(DicomStack, RefusesIrregularStacksAndReportsByHowMuch) {
   auto s = stack(10);
   s.erase(s.begin() + 4);
   expect_refused(s, "1 slice missing");
@@ -61,20 +61,20 @@ TEST(DicomStack, RefusesWhatIsNotOneRegularStackAndSaysHowMuch) {
   expect_refused(s, "different pixel spacings");
   s = stack(10);
   s[0].column_axis = {0.1, 0.99, 0};
-  expect_refused(s, "right angles");
+  expect_refused(s, "orthogonal");
   s = stack(10);
   s[5].row_spacing = 0;
-  expect_refused(s, "pixel spacing that can be");
+  expect_refused(s, "invalid pixel spacing");
   s = stack(10);
   s[5].position.x = std::nan("");
   expect_refused(s, "finite");
   s = stack(10);
   s[5].position.x += 8;
-  expect_refused(s, "off the line");
+  expect_refused(s, "outside the line");
   expect_refused({}, "no slices");
 }
 
-TEST(DicomStack, ATiltIsASharedShearOfAllPositions) {
+TEST(DicomStack, ATiltIsACommonShearOfAllPositions) {
   auto s = stack(10);
   for (auto& p : s) p.position.y += std::tan(18.5 * 3.14159265358979 / 180) * p.position.z;
   const auto tilted = stack_slices(s);
@@ -93,7 +93,7 @@ TEST(DicomStack, RoundedPositionsAreStillRegular) {
   EXPECT_TRUE(stack_slices(s).is_ok());
 }
 
-TEST(MeshFiles, EveryFormatHoldsAllTriangles) {
+TEST(MeshFiles, EveryFormatKeepsAllTriangles) {
   PhantomOptions o;
   o.size = glm::ivec3(24);
   o.psf_sigma_voxels = 1;
@@ -115,7 +115,7 @@ TEST(MeshFiles, EveryFormatHoldsAllTriangles) {
   EXPECT_TRUE(write_mesh("mesh.xyz", mesh, v.frame).has_value());
 }
 
-TEST(Phantoms, AreDeterministicAndNamedInErrors) {
+TEST(Phantoms, AreDeterministicAndErrorsNameThem) {
   PhantomOptions o;
   o.size = glm::ivec3(40);
   for (const PhantomInfo& info : phantom_catalogue()) {
@@ -138,7 +138,7 @@ TEST(Phantoms, AreDeterministicAndNamedInErrors) {
   EXPECT_FALSE(make_phantom("sphere", o).is_ok());
 }
 
-TEST(Phantoms, SizeAndSpacingDeriveEachOther) {
+TEST(Phantoms, SizeAndSpacingDetermineEachOther) {
   PhantomOptions o;
   o.size = glm::ivec3(60, 60, 40);
   EXPECT_NEAR(make_phantom("plane", o).value().frame.spacing().z, 3, 1e-12);
@@ -150,8 +150,8 @@ TEST(Phantoms, SizeAndSpacingDeriveEachOther) {
   EXPECT_FALSE(make_phantom("plane", o).value().frame.is_orthogonal());
 }
 
-// Unblurred voxels hold exactly the covered share of a plane; its trilinear zero set then lies within the
-// known floor.
+// Unblurred voxels contain exactly the covered fraction of a plane; their trilinear zero set is then within
+// the known error.
 TEST(Phantoms, PlaneCoverageIsExactAndItsSurfaceIsNearTheTruth) {
   PhantomOptions o;
   o.size = glm::ivec3(64);
@@ -179,7 +179,7 @@ TEST(Phantoms, PlaneCoverageIsExactAndItsSurfaceIsNearTheTruth) {
     EXPECT_LT(rms, sigma == 0   ? 0.06
                    : sigma == 1 ? 0.012
                                 : 0.004)
-        << sigma;  // voxels; FIELD's 0.043, 0.007, 0.002
+        << sigma;  // voxels; expected 0.043, 0.007, 0.002
   }
 }
 

@@ -1,5 +1,5 @@
-// Files as other programs write them, from public bug reports: what a file states is used, what it does not
-// state is never assumed without a notice.
+// Files of other programs, from public bug reports: stated facts are used, and missing ones are never assumed
+// without a notice.
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -7,11 +7,11 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
-#include "data-tools/dicom_stack.h"
-#include "data-tools/label_file.h"
-#include "data-tools/mesh_reading.h"
-#include "data-tools/open_volume.h"
-#include "tests/scenes/scratch.h"
+#include "apps/bench/scenes/scratch.h"
+#include "data-tools/cases/label_file.h"
+#include "data-tools/dicom/dicom_stack.h"
+#include "data-tools/formats/open_volume.h"
+#include "data-tools/meshes/mesh_reading.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -34,7 +34,7 @@ class FieldCases : public testing::Test {
   scenes::Scratch scratch_;
 };
 
-/// -1000 but for 1000 in the last voxel.
+/// -1000, except 1000 in the last voxel.
 std::vector<std::int16_t> values(std::size_t count) {
   std::vector<std::int16_t> v(count, -1000);
   v.back() = 1000;
@@ -108,7 +108,7 @@ TEST_F(FieldCases, ChecksCompressedMetaImages) {
                                                  opened.value().volume.voxels.span().end())),
               plain);
   }
-  // Every byte counts: a changed one, a wrong checksum, a missing end.
+  // Every byte counts: a changed byte, a wrong checksum, a missing end.
   std::string changed = packed;
   changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 0x10);
   write("changed.mha", compressed_mha(changed, true));
@@ -118,7 +118,7 @@ TEST_F(FieldCases, ChecksCompressedMetaImages) {
   write("sum.mha", compressed_mha(wrong_sum, true));
   EXPECT_NE(refusal("sum.mha").find("damaged"), std::string::npos) << refusal("sum.mha");
   write("cut.mha", compressed_mha(packed.substr(0, packed.size() - 6), false));
-  EXPECT_NE(refusal("cut.mha").find("too early"), std::string::npos) << refusal("cut.mha");
+  EXPECT_NE(refusal("cut.mha").find("truncated"), std::string::npos) << refusal("cut.mha");
 }
 
 std::string nrrd(const std::string& fields, const std::string& sizes, int dimensions, const std::string& body,
@@ -127,7 +127,7 @@ std::string nrrd(const std::string& fields, const std::string& sizes, int dimens
          "sizes: " + sizes + "\nendian: little\nencoding: raw\n\n" + body;
 }
 
-TEST_F(FieldCases, NrrdUnitsCountPerAxis) {
+TEST_F(FieldCases, NrrdUnitsApplyPerAxis) {
   const std::string body = bytes_of(values(60));
   write("units.nrrd", nrrd("space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,.0015)\n"
                            "space units: \"mm\" \"mm\" \"m\"\n",
@@ -139,7 +139,7 @@ TEST_F(FieldCases, NrrdUnitsCountPerAxis) {
                             "kinds: RGB-color domain domain domain\n",
                             "3 5 4 3", 4, std::string(180, '\1'), "uchar"));
   EXPECT_NE(refusal("colour.nrrd").find("colours"), std::string::npos) << refusal("colour.nrrd");
-  // "space dimension" names no axes: the caller has to.
+  // "space dimension" names no axes: the caller must.
   write("unnamed.nrrd",
         nrrd("space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1.5)\n", "5 4 3", 3, body));
   EXPECT_NE(refusal("unnamed.nrrd").find("--axes"), std::string::npos) << refusal("unnamed.nrrd");
@@ -153,7 +153,7 @@ TEST_F(FieldCases, NrrdUnitsCountPerAxis) {
   EXPECT_NE(refusal("detached.nhdr").find("no file gone.raw"), std::string::npos) << refusal("detached.nhdr");
 }
 
-TEST_F(FieldCases, SegmentsOfOldSlicerAreComponents) {
+TEST_F(FieldCases, SegmentsOfOldSlicerFilesAreComponents) {
   std::vector<std::int16_t> both(16, 0);
   both[0] = 1, both[15] = 1;  // voxel 0 of component 0, voxel 7 of component 1
   const std::string text =
@@ -170,7 +170,7 @@ TEST_F(FieldCases, SegmentsOfOldSlicerAreComponents) {
   EXPECT_EQ(read.value().labels[7], 2);
 }
 
-TEST_F(FieldCases, AFolderOfMasksGivesNames) {
+TEST_F(FieldCases, AFolderOfMasksGivesLabelNames) {
   std::vector<std::int16_t> a(8, 0), b(8, 0);
   a[0] = a[1] = 1, b[1] = b[2] = 255;
   const std::string fields = "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n";
@@ -186,9 +186,9 @@ TEST_F(FieldCases, AFolderOfMasksGivesNames) {
   EXPECT_EQ(read.value().labels[2], 2);
 }
 
-/// Distance of positions rounded to 0.1 mm, along a stack that leans by `tilt` degrees.
-std::vector<SlicePlace> rounded_stack(double step, double tilt) {
-  std::vector<SlicePlace> places;
+/// Positions rounded to 0.1 mm, in a stack tilted by `tilt` degrees, `step` mm apart.
+std::vector<SlicePosition> rounded_stack(double step, double tilt) {
+  std::vector<SlicePosition> places;
   const double angle = 7.71 * 3.14159265358979 / 180, lean = std::tan(tilt * 3.14159265358979 / 180);
   const glm::dvec3 row(1, 0, 0), column(0, std::cos(angle), std::sin(angle)),
       normal = glm::cross(row, column);
@@ -203,7 +203,7 @@ std::vector<SlicePlace> rounded_stack(double step, double tilt) {
   return places;
 }
 
-TEST_F(FieldCases, RoundingOfPositionsIsNoTilt) {
+TEST_F(FieldCases, RoundingOfPositionsIsNotTilt) {
   const auto upright = stack_slices(rounded_stack(7, 0));
   ASSERT_TRUE(upright.is_ok()) << upright.error().message();
   EXPECT_EQ(upright.value().tilt_degrees, 0);
@@ -236,7 +236,7 @@ double area_of(const PolygonModel& model) {
   return area;
 }
 
-TEST_F(FieldCases, ConcavePolygonsAreCutWithinTheirOutline) {
+TEST_F(FieldCases, ConcavePolygonsAreTriangulatedWithinTheirOutline) {
   write("l.ply", std::string("ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\n"
                              "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
                              "end_header\n") +

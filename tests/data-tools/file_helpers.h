@@ -1,4 +1,4 @@
-// Texts in files, and where the real data are.
+// Helpers for text files, and the folder of real data.
 #pragma once
 
 #include <cstdlib>

@@ -1,6 +1,5 @@
-// Reading and writing real formats: one oblique volume through all of them, the golden figures, and every
-// refusal.
-// One file: each format with the faults that its reader must name.
+// Files of real formats: one oblique volume through all of them, the golden figures, and every refusal.
+// Kept in one file: each format with the faults that its reader must report.
 #include <array>
 #include <csignal>
 #include <cstdlib>
@@ -12,14 +11,14 @@
 #include <sys/resource.h>
 #include <zlib.h>
 
-#include "data-tools/atomic_file.h"
-#include "data-tools/mesh_files.h"
-#include "data-tools/open_volume.h"
-#include "data-tools/phantoms.h"
-#include "tests/checker/mesh_judge.h"
+#include "apps/bench/scenes/scratch.h"
+#include "apps/verify/mesh_judge.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/formats/open_volume.h"
+#include "data-tools/meshes/mesh_files.h"
+#include "data-tools/phantoms/phantoms.h"
 #include "tests/data-tools/file_helpers.h"
-#include "tests/scenes/scratch.h"
-#include "volume/surface_nets.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -28,7 +27,7 @@ namespace fs = std::filesystem;
 using scenes::Scratch;
 using volume::Volume;
 
-/// Unpacks an .tar.xz of real data.
+/// Unpacks a .tar.xz of real data.
 std::string unpack(const Scratch& scratch, const std::string& archive) {
   EXPECT_EQ(std::system(("tar xJf '" + archive + "' -C '" + scratch.path.string() + "'").c_str()), 0);
   for (const auto& entry : fs::directory_iterator(scratch.path))
@@ -49,11 +48,11 @@ Volume oblique() {
   return v;
 }
 
-TEST(Files, ObliqueVolumeKeepsItsWorldCornersInEveryFormat) {
+TEST(Files, AnObliqueVolumeKeepsItsWorldCornersInEveryFormat) {
   const Scratch scratch;
   const Volume v = oblique();
   for (const char* name : {"a.mha", "a.nrrd", "a.nii", "a.nii.gz", "a.vti", "b.mhd"}) {
-    if (name == std::string("b.mhd")) {  // header and voxels apart
+    if (name == std::string("b.mhd")) {  // separate header and voxels
       const std::string whole = read_text(scratch / "a.mha"), local = "ElementDataFile = LOCAL\n";
       const std::size_t at = whole.find(local);
       write_text(scratch / "b.mhd", whole.substr(0, at) + "ElementDataFile = b.raw\n");
@@ -77,7 +76,7 @@ TEST(Files, ObliqueVolumeKeepsItsWorldCornersInEveryFormat) {
         << "a temporary file stayed";
 }
 
-TEST(Files, ShearedVolumeIsResampledToRightAnglesInPlace) {
+TEST(Files, AShearedVolumeIsResampledToRightAnglesInPlace) {
   const Scratch scratch;
   PhantomOptions o;
   o.size = glm::ivec3(48);
@@ -87,7 +86,7 @@ TEST(Files, ShearedVolumeIsResampledToRightAnglesInPlace) {
   ASSERT_FALSE(write_volume(scratch / "s.mha", v).has_value());
   const Volume w = open_volume(scratch / "s.mha").value().volume;
   EXPECT_TRUE(w.frame.is_orthogonal());
-  // The sphere is where it was: its centre of mass and its volume.
+  // The sphere is unchanged: its centre of mass and its volume.
   glm::dvec3 centre(0);
   double count = 0;
   for (int z = 0; z < w.size.z; ++z)
@@ -100,21 +99,21 @@ TEST(Files, ShearedVolumeIsResampledToRightAnglesInPlace) {
   EXPECT_NEAR(count * w.frame.voxel_mm3() / (before * v.frame.voxel_mm3()), 1, 0.005);
 }
 
-TEST(Files, WritingIsAtomicAndRefusesImpossiblePlaces) {
+TEST(Files, WritingIsAtomicAndRefusesImpossiblePaths) {
   const Scratch scratch;
   const Volume v = oblique();
   write_text(scratch / "old.mha", "precious");
   EXPECT_TRUE(write_volume(scratch / "no-such-folder/a.mha", v).has_value());
   EXPECT_TRUE(write_volume(scratch / "a.xyz", v).has_value());
-  EXPECT_TRUE(write_atomically(scratch / "old.mha", [](const std::string& t) -> volume::Status {
+  EXPECT_TRUE(write_atomically(scratch / "old.mha", [](const std::string& t) -> Status {
                 write_text(t, "half");
-                return volume::Error{"the disk is full", "", "", "", ""};
+                return Error{.what = "the disk is full"};
               }).has_value());
   EXPECT_EQ(read_text(scratch / "old.mha"), "precious");
   EXPECT_EQ(std::distance(fs::directory_iterator(scratch.path), fs::directory_iterator{}), 1);
 }
 
-TEST(Files, NothingWrittenHoldsAPathOrAName) {
+TEST(Files, NoWrittenFileContainsAPathOrAName) {
   const Scratch scratch;
   const Volume v = oblique();
   for (const char* name : {"a.mha", "a.nrrd", "a.nii"}) {
@@ -133,7 +132,7 @@ void expect_refused(const std::string& path, const char* word) {
   EXPECT_FALSE(opened.error().where.empty()) << message;
 }
 
-TEST(Files, BrokenFilesAreRefusedInWords) {
+TEST(Files, BrokenFilesAreRefusedWithAReason) {
   const Scratch scratch;
   ASSERT_FALSE(write_volume(scratch / "good.mha", oblique()).has_value());
   ASSERT_FALSE(write_volume(scratch / "good.nrrd", oblique()).has_value());
@@ -147,14 +146,14 @@ TEST(Files, BrokenFilesAreRefusedInWords) {
   write_text(scratch / "words.nrrd", "this is prose\n");
   write_text(scratch / "words.nii", "this is prose\n");
   write_text(scratch / "song.mp3", "la la la");
-  expect_refused(scratch / "missing.mha", "no such file");
+  expect_refused(scratch / "missing.mha", "does not exist");
   expect_refused(scratch / "empty", "no DICOM images");
   expect_refused(scratch / "text", "no DICOM images");
   expect_refused(scratch / "nothing.mha", "empty");
   expect_refused(scratch / "words.mha", "cannot be read");
   expect_refused(scratch / "words.nrrd", "cannot be read");
   expect_refused(scratch / "words.nii", "cannot be read");
-  expect_refused(scratch / "song.mp3", "no scan");
+  expect_refused(scratch / "song.mp3", "unknown file format");
   for (const char* name : {"good.mha", "good.nrrd", "good.nii.gz", "good.nii"}) {
     const std::string whole = read_text(scratch / name);
     for (const double share : {0.3, 0.9}) {
@@ -175,7 +174,7 @@ std::string mha(const std::string& changes) {
   return header + "ElementDataFile = LOCAL\n" + std::string(4096, '\1');
 }
 
-TEST(Files, HeaderWithTooFewVoxelsBesideItIsRefused) {
+TEST(Files, AHeaderWithTooFewVoxelsIsRefused) {
   const Scratch scratch;
   ASSERT_FALSE(write_volume(scratch / "a.mha", oblique()).has_value());
   const std::string whole = read_text(scratch / "a.mha"), local = "ElementDataFile = LOCAL\n";
@@ -189,12 +188,12 @@ TEST(Files, HeaderWithTooFewVoxelsBesideItIsRefused) {
   EXPECT_TRUE(open_volume(scratch / "b.mhd").is_ok());
 }
 
-TEST(Files, ExtensionsMayBeUpperCaseToReadAndSayHowToWrite) {
+TEST(Files, ExtensionsMayBeUpperCase) {
   const Scratch scratch;
   ASSERT_FALSE(write_volume(scratch / "a.nii.gz", oblique()).has_value());
   fs::copy(scratch / "a.nii.gz", scratch / "A.NII.GZ");
   EXPECT_TRUE(open_volume(scratch / "A.NII.GZ").is_ok());
-  const volume::Status refused = write_volume(scratch / "B.NII.GZ", oblique());
+  const Status refused = write_volume(scratch / "B.NII.GZ", oblique());
   ASSERT_TRUE(refused.has_value());
   EXPECT_NE(refused->message().find("lower case"), std::string::npos);
 }
@@ -292,7 +291,7 @@ TEST_F(Golden, SurfaceOfTheSkullPhantomIsAClosedManifold) {
   const volume::Field field(v, volume::Shape{});
   const volume::Mesh mesh = volume::surface_net({&field});
   EXPECT_GT(mesh.triangle_count(), 1'000'000u);
-  const checker::MeshVerdict verdict = checker::judge_mesh(mesh.vertices.span(), mesh.triangles.span());
+  const verify::MeshVerdict verdict = verify::judge_mesh(mesh.vertices.span(), mesh.triangles.span());
   EXPECT_EQ(verdict.boundary_edges, 0u);
   EXPECT_EQ(verdict.crowded_edges, 0u);
   EXPECT_EQ(verdict.twisted_edges, 0u);
@@ -326,7 +325,7 @@ TEST_F(Golden, ATiltedSeriesIsShearedExactlyAndAnUnevenOneIsRefusedWithFigures) 
   EXPECT_NE(opened.error().message().find("6.99"), std::string::npos) << opened.error().message();
 }
 
-TEST_F(Golden, EveryTransferSyntaxIsReadAlikeOrRefusedInWords) {
+TEST_F(Golden, EveryTransferSyntaxIsReadAlikeOrRefused) {
   // The lossless encodings of one image must give the same voxels.
   std::optional<std::uint32_t> crc;
   int read = 0, refused = 0;
@@ -354,8 +353,8 @@ TEST_F(Golden, EveryTransferSyntaxIsReadAlikeOrRefusedInWords) {
   EXPECT_EQ(refused, 0);
 }
 
-/// Frames in several fragments, with and without an offset table: the same slice twice, as others read it.
-TEST_F(Golden, FramesInFragmentsAreWholeAndMosaicsAreNoSlice) {
+/// Frames in several fragments, with and without an offset table: one slice twice, as other programs read it.
+TEST_F(Golden, FramesInFragmentsAreWholeAndMosaicsAreRefused) {
   for (const char* name : {"CT1_UNC.fragmented_bot_jpeg_ls.80.dcm", "D_CLUNIE_CT1_RLE_FRAGS.dcm"}) {
     const auto opened = open_volume(real_data() + "/hard_cases/" + name);
     ASSERT_TRUE(opened.is_ok()) << opened.error().message();
@@ -367,7 +366,7 @@ TEST_F(Golden, FramesInFragmentsAreWholeAndMosaicsAreNoSlice) {
   expect_refused(real_data() + "/hard_cases/siemens_mosaic.dcm", "mosaic of 36 slices");
 }
 
-TEST_F(Golden, MissingDuplicateAndMixedSlicesAreToldOrRefused) {
+TEST_F(Golden, MissingDuplicateAndMixedSlicesAreReportedOrRefused) {
   const std::string source = real_data() + "/dicom_cases/totalseg_j2k_series";
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(source)) files.push_back(entry.path());
@@ -384,7 +383,7 @@ TEST_F(Golden, MissingDuplicateAndMixedSlicesAreToldOrRefused) {
     fs::copy(files[3], scratch.path / "copy");
     const auto opened = open_volume(scratch.path.string());
     ASSERT_TRUE(opened.is_ok()) << opened.error().message();
-    EXPECT_NE(opened.value().notices[0].find("there twice"), std::string::npos);
+    EXPECT_NE(opened.value().notices[0].find("duplicated and used once"), std::string::npos);
   }
   {
     const Scratch scratch;
@@ -397,7 +396,7 @@ TEST_F(Golden, MissingDuplicateAndMixedSlicesAreToldOrRefused) {
     EXPECT_EQ(opened.value().series.size(), 2u);
   }
   for (const std::size_t bytes : {std::size_t{0}, std::size_t{3000}}) {
-    const Scratch scratch;  // the last slice is cut before its image: no gap would tell of it
+    const Scratch scratch;  // the last slice is truncated before its image: there is no gap to detect
     for (const fs::path& f : files) fs::copy(f, scratch.path / f.filename());
     fs::resize_file(scratch.path / files.back().filename(), bytes);
     expect_refused(scratch.path.string(), files.back().filename().c_str());
@@ -410,7 +409,7 @@ TEST_F(Golden, MissingDuplicateAndMixedSlicesAreToldOrRefused) {
   }
 }
 
-/// Where no more bytes may be written, as on a full disk: said, and what was there before is kept.
+/// A full disk, imitated by a limit on file sizes: reported, and the old file is kept.
 TEST(Files, AVolumeThatDoesNotFitReplacesNothing) {
   const Scratch scratch;
   const volume::Volume v = make_phantom("sphere", {}).value();

@@ -1,5 +1,4 @@
-// MetaImage, NRRD and NIfTI: where they lie and what their numbers mean, in files that the test writes byte
-// by byte.
+// MetaImage, NRRD and NIfTI: positions and meaning of numbers, in files that the test writes byte by byte.
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -9,15 +8,14 @@
 #include <nifti/nifti1.h>
 #include <nifti/nifti2.h>
 
-#include "data-tools/label_file.h"
-#include "data-tools/open_volume.h"
-#include "tests/scenes/scratch.h"
+#include "apps/bench/scenes/scratch.h"
+#include "data-tools/cases/label_file.h"
+#include "data-tools/formats/open_volume.h"
 
 namespace trephine::data_tools {
 namespace {
 
 namespace fs = std::filesystem;
-using volume::Result;
 using volume::Volume;
 
 class Formats : public ::testing::Test {
@@ -52,7 +50,7 @@ class Formats : public ::testing::Test {
   std::string notices_;
 };
 
-/// 4 x 3 x 2 numbers from 0 up, times `of`.
+/// `count` numbers from 0 up, times `of`.
 template <class T>
 std::vector<T> ramp(double of = 1, int count = 24) {
   std::vector<T> values;
@@ -66,7 +64,7 @@ std::string nrrd(const std::string& fields, const std::string& type = "short",
          "\n" + fields + "encoding: raw\nendian: little\n\n";
 }
 
-TEST_F(Formats, EverySpaceOfAnNrrdIsBroughtToLps) {
+TEST_F(Formats, EverySpaceOfAnNrrdIsConvertedToLps) {
   const struct {
     const char* space;
     glm::dvec3 signs;
@@ -89,7 +87,7 @@ TEST_F(Formats, EverySpaceOfAnNrrdIsBroughtToLps) {
   }
 }
 
-TEST_F(Formats, WhatDoesNotSayWhereItLiesIsRefusedUnlessItIsTold) {
+TEST_F(Formats, AMissingPositionIsRefusedUnlessGiven) {
   const std::string voxels = bytes_of(ramp<std::int16_t>());
   put("none.nrrd", nrrd("") + voxels);
   put("spacings.nrrd", nrrd("spacings: 0.5 0.5 2\n") + voxels);
@@ -98,19 +96,19 @@ TEST_F(Formats, WhatDoesNotSayWhereItLiesIsRefusedUnlessItIsTold) {
       "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementDataFile = "
       "LOCAL\n" +
           voxels);
-  OpenOptions told;
-  told.spacing = glm::dvec3(0.5, 0.5, 2);
+  OpenOptions options;
+  options.spacing = glm::dvec3(0.5, 0.5, 2);
   for (const char* name : {"none.nrrd", "spacings.nrrd", "some.mha"}) {
     expect_refused(name, {name, "--spacing"});
-    EXPECT_EQ(open(name, told).frame.spacing(), *told.spacing) << name;
+    EXPECT_EQ(open(name, options).frame.spacing(), *options.spacing) << name;
   }
-  expect_refused("space.nrrd", {"3D-right-handed"}, told);
+  expect_refused("space.nrrd", {"3D-right-handed"}, options);
   put("right.nrrd",
       nrrd("space: right-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n") + voxels);
-  expect_refused("right.nrrd", {"right.nrrd"}, told);  // none that the format has
+  expect_refused("right.nrrd", {"right.nrrd"}, options);  // a space that the format does not have
 }
 
-/// sform: along the axes, `shift` mm to the right; qform: turned by `degrees` about z. 0: no such form.
+/// sform: along the axes, `shift` mm to the right; qform: turned by `degrees` about z, if present.
 std::string nifti(const std::vector<std::string>& bricks, short type, short bits, const glm::ivec3& size,
                   double shift = 0, double degrees = 0, bool has_qform = false) {
   nifti_1_header h{};
@@ -132,25 +130,25 @@ std::string nifti(const std::vector<std::string>& bricks, short type, short bits
   return all;
 }
 
-TEST_F(Formats, ANiftiThatContradictsItselfIsRefusedUntilSomebodyDecides) {
+TEST_F(Formats, ANiftiThatContradictsItselfIsRefusedUntilTheUserDecides) {
   const std::string voxels = bytes_of(ramp<std::int16_t>());
   put("agree.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0.05, 0, true));
   EXPECT_EQ(open("agree.nii").voxels[23], 23);
   put("shifted.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0.2, 0, true));
   expect_refused("shifted.nii", {"0.20 mm apart", "--sform or --qform"});
-  // About a corner: origin and the corner opposite along z stay.
+  // About a corner: the origin and the corner opposite along z are fixed.
   put("turned.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0, 5, true));
   expect_refused("turned.nii", {"apart", "--sform"});
   OpenOptions options;
   options.nifti_frame = OpenOptions::NiftiFrame::sform;
   EXPECT_NEAR(open("shifted.nii", options).frame.origin().x, -0.2, 1e-6);
-  EXPECT_NE(notices_.find("the sform was taken"), std::string::npos);
+  EXPECT_NE(notices_.find("the sform was used"), std::string::npos);
   options.nifti_frame = OpenOptions::NiftiFrame::qform;
   EXPECT_NEAR(open("shifted.nii", options).frame.origin().x, 0, 1e-6);
 }
 
-/// Header and voxels apart; Analyze, which does not say where it lies; NIfTI-2.
-TEST_F(Formats, RelativesOfNiftiAreRead) {
+/// Separate header and voxels; Analyze, which states no position; NIfTI-2.
+TEST_F(Formats, VariantsOfNiftiAreRead) {
   const std::string voxels = bytes_of(ramp<std::int16_t>());
   std::string pair = nifti({}, DT_INT16, 16, {4, 3, 2}).substr(0, 348);
   pair.replace(344, 4, std::string("ni1\0", 4));
@@ -183,7 +181,7 @@ TEST_F(Formats, RelativesOfNiftiAreRead) {
   EXPECT_EQ(open("c.nii").frame.origin().x, -0.1) << "as exact as the file";
 }
 
-TEST_F(Formats, OneOfSeveralVolumesIsTaken) {
+TEST_F(Formats, OneOfSeveralVolumesIsSelected) {
   const std::vector<std::string> bricks{bytes_of(ramp<std::int16_t>(1)), bytes_of(ramp<std::int16_t>(2)),
                                         bytes_of(ramp<std::int16_t>(3))};
   put("a.nii", nifti(bricks, DT_INT16, 16, {4, 3, 2}));
@@ -206,7 +204,7 @@ TEST_F(Formats, OneOfSeveralVolumesIsTaken) {
   }
 }
 
-TEST_F(Formats, EveryKindOfNumberIsReadAsItIs) {
+TEST_F(Formats, EveryTypeOfNumberIsReadExactly) {
   const auto check = [&](const std::string& name, const std::string& bytes, short type, short bits) {
     put(name, nifti({bytes}, type, bits, {4, 3, 2}));
     const Volume v = open(name);
@@ -225,7 +223,7 @@ TEST_F(Formats, EveryKindOfNumberIsReadAsItIs) {
   check("f64.nii", bytes_of(ramp<double>(5)), DT_FLOAT64, 64);
 }
 
-/// What 16 bits lose of fractions is less than their noise, and told; else it is refused.
+/// The loss of fractions in 16 bits is below their noise and reported; otherwise the file is refused.
 TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
   const glm::ivec3 size(32, 32, 32);
   const auto noisy = [](double level, double sigma) {
@@ -238,7 +236,7 @@ TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
     }
     return values;
   };
-  // Large noise: whole units. Small values: a step of their own.
+  // Large noise: whole units. Small values: their own step.
   for (const auto& [level, sigma, step] : {std::tuple{1000.0, 20.0, 1.0}, {0.7, 0.01, 0.0}}) {
     const std::vector<float> values = noisy(level, sigma);
     put("a.nii", nifti({bytes_of(values)}, DT_FLOAT32, 32, size));
@@ -251,13 +249,13 @@ TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
     } else {
       EXPECT_NE(notices_.find("rounded to whole numbers"), std::string::npos) << notices_;
     }
-    // The estimate of the noise is right, and the loss is what was said.
+    // The estimate of the noise is right, and the loss is the reported one.
     const double noise = std::stod(notices_.substr(notices_.find("noise is ") + 9));
     EXPECT_NEAR(noise, sigma, 0.1 * sigma);
     for (std::size_t i = 0; i < values.size(); ++i)
       ASSERT_NEAR(used * v.voxels[i], static_cast<double>(values[i]), 0.51 * used);
   }
-  // Hardly any noise beside a large value.
+  // Hardly any noise next to a large value.
   std::vector<float> smooth = noisy(0, 1e-6);
   smooth[0] = 1;
   put("a.nii", nifti({bytes_of(smooth)}, DT_FLOAT32, 32, size));
@@ -273,14 +271,14 @@ TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
   expect_refused("a.nii", {"--scale"});
 }
 
-/// Hounsfield units are seen by air, not by a number that no other modality should have.
+/// Hounsfield units are recognized by air, not by a number that no other modality should have.
 TEST_F(Formats, HounsfieldUnitsNeedEvidence) {
   const glm::ivec3 size(10, 10, 10);
   std::vector<std::int16_t> mr(1000, 300);
   mr[7] = -600;
   put("mr.nii", nifti({bytes_of(mr)}, DT_INT16, 16, size));
   EXPECT_FALSE(open("mr.nii").is_hounsfield);
-  std::vector<std::int16_t> shifted(1000, -700);  // centred values of some other kind
+  std::vector<std::int16_t> shifted(1000, -700);  // centred values of another kind
   put("shifted.nii", nifti({bytes_of(shifted)}, DT_INT16, 16, size));
   EXPECT_FALSE(open("shifted.nii").is_hounsfield);
   std::vector<std::int16_t> ct(1000, 40);
@@ -293,11 +291,11 @@ TEST_F(Formats, HounsfieldUnitsNeedEvidence) {
   EXPECT_NE(notices_.find("30 % of the voxels are air"), std::string::npos) << notices_;
 }
 
-/// Names, values and layers of a segmentation as Slicer writes it; label maps on grids of their own.
-TEST_F(Formats, LabelsComeWithTheirNamesOntoTheScansGrid) {
+/// Names, values and layers of a segmentation as Slicer writes it; label maps on their own grids.
+TEST_F(Formats, LabelsAreResampledOntoTheScansGridWithTheirNames) {
   Volume scan =
       volume::make_volume({8, 8, 8}, volume::Frame::from_spacing({0, 0, 0}, {1, 1, 1}).value()).value();
-  // Half as fine, from (2, 2, 2) on: 2 x 2 x 2 voxels of 2 mm, the last one another segment.
+  // Half as fine, starting at (2, 2, 2): 2 x 2 x 2 voxels of 2 mm, the last one another segment.
   const std::string space =
       "space: left-posterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,2)\nspace "
       "origin: (2.5,2.5,2.5)\n";
@@ -318,7 +316,7 @@ TEST_F(Formats, LabelsComeWithTheirNamesOntoTheScansGrid) {
         const int expected = a < 0 || b < 0 || c < 0 ? 0 : a + b + c == 3 ? 2 : 1;
         ASSERT_EQ(read.value().labels[scan.index(x, y, z)], expected) << x << y << z;
       }
-  // Two layers: apart they are taken both, over each other refused.
+  // Two layers: if disjoint both are read, if overlapping they are refused.
   const std::string layered =
       "space: left-posterior-superior\nspace directions: none (2,0,0) (0,2,0) (0,0,2)\nspace "
       "origin: (2.5,2.5,2.5)\nkinds: list domain domain domain\nSegment0_Name:=a\nSegment0_"
@@ -340,15 +338,16 @@ TEST_F(Formats, LabelsComeWithTheirNamesOntoTheScansGrid) {
   EXPECT_EQ(over.value().names, (std::vector<std::string>{"background", "a", "b", "a+b"}));
   EXPECT_EQ(over.value().labels[scan.index(5, 5, 5)], 2);
   EXPECT_EQ(std::count(over.value().labels.span().begin(), over.value().labels.span().end(), 3), 8);
-  // Elsewhere, empty, negative.
+  // Out of reach, empty, negative.
   put("far.nrrd",
       nrrd("space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: "
            "(100,0,0)\n",
            "short", "2 2 2") +
           bytes_of(std::vector<std::int16_t>(8, 1)));
-  EXPECT_NE(read_labels(path("far.nrrd"), scan).error().message().find("elsewhere"), std::string::npos);
+  EXPECT_NE(read_labels(path("far.nrrd"), scan).error().message().find("do not overlap"), std::string::npos);
   put("none.nrrd", nrrd(space, "short", "2 2 2") + bytes_of(std::vector<std::int16_t>(8, 0)));
-  EXPECT_NE(read_labels(path("none.nrrd"), scan).error().message().find("no label in it"), std::string::npos);
+  EXPECT_NE(read_labels(path("none.nrrd"), scan).error().message().find("contains no label"),
+            std::string::npos);
   put("minus.nrrd", nrrd(space, "short", "2 2 2") + bytes_of(std::vector<std::int16_t>(8, -1)));
   EXPECT_FALSE(read_labels(path("minus.nrrd"), scan).is_ok());
 }

@@ -1,17 +1,17 @@
-// Polygonal models in: from every format, damaged, odd, and real.
+// Polygonal models: from every format, damaged, irregular, and real.
 #include <array>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
-#include "data-tools/mesh_files.h"
-#include "data-tools/mesh_reading.h"
-#include "data-tools/open_volume.h"
-#include "data-tools/phantoms.h"
-#include "tests/checker/mesh_judge.h"
+#include "apps/bench/scenes/scratch.h"
+#include "apps/verify/mesh_judge.h"
+#include "data-tools/formats/open_volume.h"
+#include "data-tools/meshes/mesh_files.h"
+#include "data-tools/meshes/mesh_reading.h"
+#include "data-tools/phantoms/phantoms.h"
 #include "tests/data-tools/file_helpers.h"
-#include "tests/scenes/scratch.h"
-#include "volume/surface_nets.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using scenes::Scratch;
 using volume::Volume;
 
-TEST(PolygonModels, ComeBackFromEveryFormatAsTheyWereWritten) {
+TEST(PolygonModels, RoundTripThroughEveryFormat) {
   const Scratch scratch;
   const Volume base = make_phantom("torus", {}).value();
   const volume::Shape bone;
@@ -46,8 +46,8 @@ TEST(PolygonModels, ComeBackFromEveryFormatAsTheyWereWritten) {
   }
 }
 
-/// VTK 9.1 writes past the end of an array of texts that is longer than its file says; found by the fuzzer.
-TEST(PolygonModels, WhatCrashesTheLibraryIsAnErrorAndNoMore) {
+/// VTK 9.1 writes past the end of an array of texts longer than its declared size; found by the fuzzer.
+TEST(PolygonModels, ACrashOfTheLibraryIsAnError) {
   const Scratch scratch;
   const std::string field =
       "<FieldData><Array type=\"String\" Name=\"a\" NumberOfTuples=\"1\" format=\"ascii\">65 0 66 0 67 0 68 "
@@ -67,7 +67,7 @@ TEST(PolygonModels, WhatCrashesTheLibraryIsAnErrorAndNoMore) {
           field +
           "<Piece Extent=\"0 1 0 1 0 1\"><PointData Scalars=\"v\"><DataArray type=\"Int16\" Name=\"v\" "
           "format=\"ascii\">1 2 3 4 5 6 7 8</DataArray></PointData></Piece></ImageData></VTKFile>");
-  // Whatever the library does there, this process goes on; what it says is an error or the whole file.
+  // Whatever the library does, this process continues, with an error or the whole file.
   for (int i = 0; i < 5; ++i) {
     const auto model = read_polygon_model(scratch / "m.vtp");
     if (model) {
@@ -80,10 +80,10 @@ TEST(PolygonModels, WhatCrashesTheLibraryIsAnErrorAndNoMore) {
   }
 }
 
-TEST(PolygonModels, WhatIsOddAboutThemIsCountedAndTold) {
+TEST(PolygonModels, IrregularitiesAreCountedAndReported) {
   const Scratch scratch;
   const auto facets = [](std::vector<std::array<int, 3>> triangles, const std::string& head = "solid") {
-    // A tetrahedron's corners, 10 mm long.
+    // A tetrahedron's vertices, 10 mm long.
     const std::array<std::array<int, 3>, 4> corner{{{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {0, 0, 10}}};
     std::string text = head;
     text += "\n";
@@ -99,7 +99,7 @@ TEST(PolygonModels, WhatIsOddAboutThemIsCountedAndTold) {
     return text + "endsolid\n";
   };
   const std::vector<std::array<int, 3>> closed{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-  const auto told = [&](const std::string& text, double scale = 1, const std::string& frame = "") {
+  const auto notice_of = [&](const std::string& text, double scale = 1, const std::string& frame = "") {
     write_text(scratch / "m.stl", text);
     const auto model = read_polygon_model(scratch / "m.stl", scale, frame);
     EXPECT_TRUE(model.is_ok()) << model.error().message();
@@ -107,23 +107,23 @@ TEST(PolygonModels, WhatIsOddAboutThemIsCountedAndTold) {
     for (const std::string& notice : model.value().notices) all += notice + "\n";
     return all;
   };
-  EXPECT_EQ(told(facets(closed)), "");
+  EXPECT_EQ(notice_of(facets(closed)), "");
   auto open = closed;
   open.pop_back();
-  EXPECT_NE(told(facets(open)).find("3 edges of one triangle only"), std::string::npos);
+  EXPECT_NE(notice_of(facets(open)).find("3 edges of one triangle only"), std::string::npos);
   auto turned = closed;
   std::swap(turned[3][0], turned[3][1]);
-  EXPECT_NE(told(facets(turned)).find("3 edges between"), std::string::npos);
+  EXPECT_NE(notice_of(facets(turned)).find("3 edges between"), std::string::npos);
   auto inward = closed;
   for (auto& t : inward) std::swap(t[0], t[1]);
-  EXPECT_NE(told(facets(inward)).find("inside out"), std::string::npos);
+  EXPECT_NE(notice_of(facets(inward)).find("inside out"), std::string::npos);
   auto crowded = closed;
   crowded.push_back({0, 2, 1});
-  EXPECT_NE(told(facets(crowded)).find("3 edges of three"), std::string::npos);
-  EXPECT_NE(told(facets(closed), 0.001).find("--mesh-scale"), std::string::npos);
-  // Slicer says its frame.
+  EXPECT_NE(notice_of(facets(crowded)).find("3 edges of three"), std::string::npos);
+  EXPECT_NE(notice_of(facets(closed), 0.001).find("--mesh-scale"), std::string::npos);
+  // Slicer states its frame.
   const std::string ras = facets(closed, "solid SPACE=RAS");
-  EXPECT_NE(told(ras).find("brought to LPS"), std::string::npos);
+  EXPECT_NE(notice_of(ras).find("converted to LPS"), std::string::npos);
   const auto first_corner = [&](const std::string& frame) {
     return read_polygon_model(scratch / "m.stl", 1, frame).value();
   };
@@ -134,11 +134,11 @@ TEST(PolygonModels, WhatIsOddAboutThemIsCountedAndTold) {
   };
   EXPECT_EQ(least_x(first_corner("")), -10);
   EXPECT_EQ(least_x(first_corner("LPS")), 0);
-  EXPECT_NE(told(ras, 1, "LPS").find("LPS was asked for"), std::string::npos);
+  EXPECT_NE(notice_of(ras, 1, "LPS").find("LPS was requested"), std::string::npos);
   EXPECT_FALSE(read_polygon_model(scratch / "m.stl", 1, "RAI").is_ok());
 }
 
-TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
+TEST(PolygonModels, DamagedModelsAreRefusedWithoutOutput) {
   const Scratch scratch;
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -146,10 +146,10 @@ TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
   const struct {
     const char *name, *text, *word;
   } bad[] = {
-      {"cut.ply", "0 0 0\n1 0 0\n", "too early"},
+      {"cut.ply", "0 0 0\n1 0 0\n", "truncated"},
       {"none.obj", "# nothing\n", "no polygon"},
-      {"far.ply", "0 0 0\n1 0 0\n0 1e30 0\n3 0 1 2\n", "no place"},
-      {"index.ply", "0 0 0\n1 0 0\n0 1 0\n3 0 1 99999999\n", "not there"},
+      {"far.ply", "0 0 0\n1 0 0\n0 1e30 0\n3 0 1 2\n", "not finite"},
+      {"index.ply", "0 0 0\n1 0 0\n0 1 0\n3 0 1 99999999\n", "missing vertex"},
       {"what.ply", nullptr, "head"},
       {"what.txt", "hello", ".vtp"},
   };
@@ -164,7 +164,7 @@ TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
   }
   write_text(scratch / "good.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   EXPECT_TRUE(read_polygon_model(scratch / "good.ply"));
-  // A polygon that the triangle filter would have cut up; quads without any points.
+  // A polygon that the triangle filter would have cut up; quads without points.
   std::string quad = head;
   quad.replace(quad.find("vertex 3"), 8, "vertex 4");
   write_text(scratch / "quad.ply", quad + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 999999\n");
@@ -182,7 +182,7 @@ TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
   EXPECT_FALSE(read_polygon_model(scratch / "missing.ply"));
 }
 
-TEST(PolygonModels, RealOnesAreRead) {
+TEST(PolygonModels, RealModelsAreRead) {
   const std::string data = real_data();
   if (data.empty() || !fs::exists(data + "/meshes")) GTEST_SKIP() << "no real data here";
   const std::pair<const char*, std::size_t> expected[] = {{"horse.ply", 96966},

@@ -1,6 +1,5 @@
-// Outputs: nothing that is read is replaced, one that fails takes no other with it, nothing half written
-// stays.
-#include "data-tools/output_set.h"
+// Outputs: no input is replaced, a failing output does not affect others, and no partial file remains.
+#include "data-tools/files/output_set.h"
 
 #include <csignal>
 #include <filesystem>
@@ -11,14 +10,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "data-tools/atomic_file.h"
-#include "tests/scenes/scratch.h"
+#include "apps/bench/scenes/scratch.h"
+#include "data-tools/files/atomic_file.h"
 
 namespace trephine::data_tools {
 namespace {
 
 namespace fs = std::filesystem;
-using volume::Status;
 
 class Outputs : public ::testing::Test {
  protected:
@@ -38,7 +36,7 @@ class Outputs : public ::testing::Test {
   const fs::path& folder_ = scratch_.path;
 };
 
-TEST_F(Outputs, ThatAreNoPlainFilesAreRefusedAndStay) {
+TEST_F(Outputs, SpecialFilesAreRefusedAndKept) {
   ASSERT_EQ(::mkfifo(file("pipe").c_str(), 0600), 0);
   fs::create_directory(folder_ / "folder");
   fs::create_symlink("/dev/null", folder_ / "null.csv");
@@ -47,7 +45,7 @@ TEST_F(Outputs, ThatAreNoPlainFilesAreRefusedAndStay) {
   for (const char* name : {"pipe", "folder", "folder/", "null.csv", "loop-a", "nowhere/a.csv"}) {
     const Status refused = write_file_atomically(file(name), "new");
     ASSERT_TRUE(refused.has_value()) << name;
-    EXPECT_EQ(refused->kind, volume::ErrorKind::bad_input) << name;
+    EXPECT_EQ(refused->kind, ErrorKind::bad_input) << name;
     EXPECT_NE(refused->remedy, "") << name;
   }
   EXPECT_TRUE(write_file_atomically("/dev/null", "new").has_value());
@@ -55,12 +53,12 @@ TEST_F(Outputs, ThatAreNoPlainFilesAreRefusedAndStay) {
   EXPECT_TRUE(fs::is_symlink(folder_ / "null.csv"));
 }
 
-TEST_F(Outputs, LinksStayLinksAndPermissionsStay) {
+TEST_F(Outputs, LinksAndPermissionsAreKept) {
   fs::create_directory(folder_ / "real");
   put("real/a.csv", "old");
   ASSERT_EQ(::chmod(file("real/a.csv").c_str(), 0640), 0);
   fs::create_symlink("real/a.csv", folder_ / "a.csv");
-  fs::create_symlink("real/new.csv", folder_ / "new.csv");  // leads to nothing yet
+  fs::create_symlink("real/new.csv", folder_ / "new.csv");  // its target does not exist yet
   EXPECT_FALSE(write_file_atomically(file("a.csv"), "new").has_value());
   EXPECT_FALSE(write_file_atomically(file("new.csv"), "new").has_value());
   EXPECT_TRUE(fs::is_symlink(folder_ / "a.csv"));
@@ -99,8 +97,8 @@ TEST_F(Outputs, AreNeverInputsNorEachOther) {
   EXPECT_EQ(kind.check()->expected, ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb");
 }
 
-/// Every failure is told, and what is there all the same.
-TEST_F(Outputs, OneThatFailsTakesNoOtherWithIt) {
+/// Every failure is reported, together with the files that were written.
+TEST_F(Outputs, AFailingOneDoesNotAffectOthers) {
   OutputSet outputs;
   for (const char* name : {"a", "b", "c"}) outputs.writes(name, file(name));
   ASSERT_FALSE(outputs.check().has_value());
@@ -110,14 +108,14 @@ TEST_F(Outputs, OneThatFailsTakesNoOtherWithIt) {
   outputs.write("", [&]() -> Status { return cannot_write("never", ENOSPC); });
   const Status failed = outputs.result();
   ASSERT_TRUE(failed.has_value());
-  EXPECT_EQ(failed->kind, volume::ErrorKind::missing_here);
+  EXPECT_EQ(failed->kind, ErrorKind::missing_here);
   EXPECT_EQ(failed->where, "b");
-  EXPECT_NE(failed->remedy.find("written all the same: a, c"), std::string::npos) << failed->remedy;
+  EXPECT_NE(failed->remedy.find("written nevertheless: a, c"), std::string::npos) << failed->remedy;
   EXPECT_EQ(outputs.written(), (std::vector<std::string>{"a", "c"}));
   EXPECT_EQ(text_of("c"), "c");
 }
 
-/// Where no more bytes may be written, as on a full disk.
+/// A full disk, imitated by a limit on file sizes.
 TEST_F(Outputs, AFullDiskReplacesNothing) {
   put("a.csv", "old");
   struct rlimit before {};
@@ -134,15 +132,15 @@ TEST_F(Outputs, AFullDiskReplacesNothing) {
   std::signal(SIGXFSZ, ignored);
   for (const Status& refused : {file_refused, folder_refused}) {
     ASSERT_TRUE(refused.has_value());
-    EXPECT_EQ(refused->kind, volume::ErrorKind::missing_here) << refused->message();
+    EXPECT_EQ(refused->kind, ErrorKind::missing_here) << refused->message();
   }
   EXPECT_EQ(text_of("a.csv"), "old");
   EXPECT_EQ(count(), 1u);
 }
 
-/// A signal that ends the program leaves nothing half written; a program that was killed leaves what the next
-/// one takes away, but only of processes that are gone.
-TEST_F(Outputs, NothingHalfWrittenStays) {
+/// A signal that ends the program leaves no partial file; the files of a killed program are removed by the
+/// next one, but only those of processes that have ended.
+TEST_F(Outputs, NoPartialFileRemains) {
   const auto end_in_the_middle = [&](bool is_kind) {
     const pid_t child = ::fork();
     if (child == 0) {

@@ -1,5 +1,5 @@
-// Phantoms: their measures by other ways than they were made.
-#include "data-tools/phantoms.h"
+// Phantoms: their measures by other methods than those that built them.
+#include "data-tools/phantoms/phantoms.h"
 
 #include <array>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <random>
 #include <set>
 
-#include "data-tools/head_phantom.h"
-#include "data-tools/spine_phantom.h"
+#include "data-tools/phantoms/head_phantom.h"
+#include "data-tools/phantoms/spine_phantom.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -20,7 +20,7 @@ using volume::Volume;
 
 constexpr double k_pi = 3.14159265358979323846;
 
-/// Volume of the solid, by the share of it that each voxel has (unblurred).
+/// Volume of the solid, by the fraction of it in each voxel (unblurred).
 double solid_mm3(const Volume& v) {
   double sum = 0;
   for (const std::int16_t hu : v.voxels.span()) sum += (hu + 1000) / 2600.0;
@@ -32,7 +32,7 @@ TEST(Phantoms, BoxPegAndHoleHaveTheirVolumes) {
   options.size = glm::ivec3(120);
   options.parameters = {{"width", 50}, {"depth", 30}, {"height", 22}};
   EXPECT_NEAR(solid_mm3(make_phantom("box", options).value()), 50 * 30 * 22, 0.002 * 50 * 30 * 22);
-  // A peg stands out by as much as a hole of its size takes away.
+  // A peg protrudes by as much as a hole of its size removes.
   options.parameters = {{"radius", 9}, {"height", 18}};
   const double peg = solid_mm3(make_phantom("peg", options).value());
   options.parameters = {{"radius", 9}, {"depth", 18}};
@@ -59,19 +59,19 @@ double value_at(const Volume& v, const dvec3& world) {
   return sum;
 }
 
-/// How far from the middle the bone's outside is along a meridian of the vault, every quarter of a degree;
-/// and how much of that is ripple: what a mean over four degrees does not follow, rms mm.
+/// Ripple of the bone's outer surface along a meridian of the vault, sampled every quarter of a degree: the
+/// deviation from a mean over four degrees, rms mm.
 double vault_ripple(const Volume& v) {
   std::vector<double> radii;
   for (int i = -140; i <= 140; ++i) {
     const double angle = i * 0.25 * k_pi / 180;
     // Off the sutures and the axes of the grid.
-    const dvec3 way = glm::normalize(dvec3(std::sin(angle), 0.55, std::cos(angle)));
+    const dvec3 direction = glm::normalize(dvec3(std::sin(angle), 0.55, std::cos(angle)));
     double r = 130;
-    while (r > 40 && value_at(v, r * way) < 300) r -= 0.25;
+    while (r > 40 && value_at(v, r * direction) < 300) r -= 0.25;
     double low = r, high = r + 0.25;
     for (int k = 0; k < 20; ++k)
-      (value_at(v, 0.5 * (low + high) * way) < 300 ? high : low) = 0.5 * (low + high);
+      (value_at(v, 0.5 * (low + high) * direction) < 300 ? high : low) = 0.5 * (low + high);
     radii.push_back(low);
   }
   double sum = 0;
@@ -93,29 +93,30 @@ TEST(Phantoms, TheHeadsVaultIsTwoToNineMillimetresThickWithoutRings) {
     if (seed == 1) {
       const double ripple = vault_ripple(v);
       EXPECT_LT(ripple, 0.03) << "mm";
-      options.psf_sigma_voxels = 0.3;  // as it was, nearly
-      EXPECT_GT(vault_ripple(make_phantom("head", options).value()), 2 * ripple) << "the judge sees rings";
+      options.psf_sigma_voxels = 0.3;  // nearly the earlier phantom
+      EXPECT_GT(vault_ripple(make_phantom("head", options).value()), 2 * ripple) << "the judge detects rings";
     }
     const HeadAnatomy anatomy = head_anatomy(seed);
     double thinnest = 1e3, thickest = 0;
     for (int i = 0; i < 600; ++i) {
       // Evenly over the vault.
       const double z = 0.05 + 0.9 * (i + 0.5) / 600, around = 2.39996322972865332 * i;
-      const dvec3 way(std::sqrt(1 - z * z) * std::cos(around), std::sqrt(1 - z * z) * std::sin(around), z);
+      const dvec3 direction(std::sqrt(1 - z * z) * std::cos(around), std::sqrt(1 - z * z) * std::sin(around),
+                            z);
       double r = 120;
-      while (r > 30 && value_at(v, r * way) < 760) r -= 0.1;  // half way from soft tissue to bone
+      while (r > 30 && value_at(v, r * direction) < 760) r -= 0.1;  // half way from soft tissue to bone
       const double outside = r;
-      while (r > 30 && value_at(v, r * way) > 250) r -= 0.1;  // through the diploe
-      while (r < outside && value_at(v, r * way) < 760) r += 0.1;
-      // Along the normal, as the ray meets the vault aslant.
-      const dvec3 p = outside * way;
+      while (r > 30 && value_at(v, r * direction) > 250) r -= 0.1;  // through the diploe
+      while (r < outside && value_at(v, r * direction) < 760) r += 0.1;
+      // Along the normal, since the ray meets the vault obliquely.
+      const dvec3 p = outside * direction;
       dvec3 slope;
       for (int a = 0; a < 3; ++a) {
         dvec3 d(0);
         d[a] = 0.5;
         slope[a] = vault_distance(p + d, anatomy) - vault_distance(p - d, anatomy);
       }
-      const double thickness = (outside - r) * std::abs(glm::dot(way, glm::normalize(slope)));
+      const double thickness = (outside - r) * std::abs(glm::dot(direction, glm::normalize(slope)));
       thinnest = std::min(thinnest, thickness);
       thickest = std::max(thickest, thickness);
     }
@@ -128,7 +129,7 @@ TEST(Phantoms, TheHeadsVaultIsTwoToNineMillimetresThickWithoutRings) {
   }
 }
 
-TEST(Phantoms, SeedsAreOtherPeopleAndTheSameSeedIsTheSame) {
+TEST(Phantoms, SeedsGiveDifferentPatientsReproducibly) {
   for (const char* name : {"head", "spine"}) {
     PhantomOptions options;
     options.spacing_mm = dvec3(3);
@@ -144,17 +145,16 @@ TEST(Phantoms, SeedsAreOtherPeopleAndTheSameSeedIsTheSame) {
   }
 }
 
-/// Least distance from the axis of a screw, where it is within the bone's pedicle and body, to the bone's
-/// surface.
+/// Least distance (mm) from the axis of a screw, inside the bone's pedicle and body, to the bone's surface.
 double clearance(const SpinePhantom& spine, std::size_t vertebra, const dvec3& entry, const dvec3& target) {
   double least = 1e3;
   const double length = glm::length(target - entry);
-  for (double t = 6; t <= length; t += 0.25)  // behind that it may come out where it went in
+  for (double t = 6; t <= length; t += 0.25)  // nearer to the entry it may leave the bone again
     least = std::min(least, -spine.bone_distances(entry + (target - entry) * (t / length))[vertebra]);
   return least;
 }
 
-TEST(Phantoms, ScrewsOfThePlanLieInTheirPediclesAsWellAsTheyCan) {
+TEST(Phantoms, ScrewsOfThePlanAreWellCentredInTheirPedicles) {
   for (const std::uint64_t seed : {1, 2, 7}) {
     const SpinePhantom spine(seed);
     const auto screws = spine.screws();
@@ -166,12 +166,12 @@ TEST(Phantoms, ScrewsOfThePlanLieInTheirPediclesAsWellAsTheyCan) {
       const std::size_t vertebra = i / 4;
       const double room = clearance(spine, vertebra, screw.entry_world, screw.target_world);
       EXPECT_GT(room, 0.5 * screw.diameter) << seed << " " << screw.name << ": it stays within the bone";
-      // What is forbidden is farther than the screw is thick.
+      // Forbidden structures are farther away than the screw's radius.
       for (double t = 0; t <= 1; t += 0.01) {
         const auto there = spine.sample(glm::mix(screw.entry_world, screw.target_world, t), 0.1).tissue;
         EXPECT_LT(there, SpineTissue::cord) << screw.name;
       }
-      // No way near it, turned by some degrees, has much more room.
+      // No nearby path, turned by some degrees, has much more room.
       if (screw.name.find("pedicle") == std::string::npos) continue;
       for (int k = 0; k < 60; ++k) {
         const dvec3 entry = screw.entry_world + 2.0 * dvec3(shift(random), 0, shift(random)),
@@ -179,7 +179,7 @@ TEST(Phantoms, ScrewsOfThePlanLieInTheirPediclesAsWellAsTheyCan) {
         EXPECT_LT(clearance(spine, vertebra, entry, target), room + 0.3) << seed << " " << screw.name;
       }
     }
-    // The judge: a screw that is turned outward by 15 degrees breaks out.
+    // Planted fault: a screw turned outward by 15 degrees breaks out.
     const SpineScrew& first = screws[0];
     const dvec3 astray = first.target_world + dvec3(13, 0, 0);
     EXPECT_LT(clearance(spine, 0, first.entry_world, astray), 0.5 * first.diameter);

@@ -1,4 +1,4 @@
-// Stacks of pictures: in the order of their numbers, with their numbers, whole or refused.
+// Stacks of pictures: in the order of their numbers, with exact numbers, complete or refused.
 #include <csignal>
 #include <cstring>
 #include <filesystem>
@@ -8,8 +8,8 @@
 #include <span>
 #include <sys/resource.h>
 
-#include "data-tools/open_volume.h"
-#include "tests/scenes/scratch.h"
+#include "apps/bench/scenes/scratch.h"
+#include "data-tools/formats/open_volume.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -26,7 +26,7 @@ Volume odd_volume() {
   return v;
 }
 
-TEST(Pictures, OfOthersAreReadInTheOrderOfTheirNumbers) {
+TEST(Pictures, OfOtherProgramsAreReadInTheOrderOfTheirNumbers) {
   const scenes::Scratch scratch;
   const Volume v = odd_volume();
   ASSERT_FALSE(write_volume_folder(scratch / "t", FolderFormat::tiff, v));
@@ -46,8 +46,8 @@ TEST(Pictures, OfOthersAreReadInTheOrderOfTheirNumbers) {
   ASSERT_TRUE(read.is_ok()) << read.error().message();
   EXPECT_EQ(read.value().volume.frame.axes()[2], glm::dvec3(0, 0, -3));
   EXPECT_EQ(std::memcmp(read.value().volume.voxels.data(), v.voxels.data(), v.voxels.bytes()), 0);
-  // A picture that is none, one that is missing, one of another size.
-  std::ofstream(scratch / "t/IM9.tif") << "no picture";
+  // An invalid picture, and a missing one.
+  std::ofstream(scratch / "t/IM9.tif") << "not a picture";
   const auto broken = open_volume(scratch / "t", options);
   ASSERT_FALSE(broken.is_ok());
   EXPECT_NE(broken.error().message().find("IM9.tif"), std::string::npos) << broken.error().message();
@@ -58,7 +58,7 @@ TEST(Pictures, OfOthersAreReadInTheOrderOfTheirNumbers) {
   EXPECT_NE(missing.error().message().find("4 pictures"), std::string::npos) << missing.error().message();
 }
 
-TEST(Pictures, ThatDoNotCountAreRefusedAndHiddenOnesAreNone) {
+TEST(Pictures, WithoutNumbersAreRefusedAndHiddenOnesAreSkipped) {
   const scenes::Scratch scratch;
   const Volume v = odd_volume();
   ASSERT_FALSE(write_volume_folder(scratch / "p", FolderFormat::tiff, v));
@@ -73,15 +73,15 @@ TEST(Pictures, ThatDoNotCountAreRefusedAndHiddenOnesAreNone) {
   std::ofstream(scratch / "p/readme.txt") << "hello";
   EXPECT_EQ(refusal("p"), "it was read");
   fs::rename(scratch / "p/slice-0003.tif", scratch / "three.tif");
-  EXPECT_NE(refusal("p").find("none between slice-0002.tif and slice-0004.tif"), std::string::npos)
+  EXPECT_NE(refusal("p").find("no picture between slice-0002.tif and slice-0004.tif"), std::string::npos)
       << refusal("p");
   fs::copy_file(scratch / "three.tif", scratch / "p/slice-3.tif");
   EXPECT_EQ(refusal("p"), "it was read") << "with and without zeros";
   fs::copy_file(scratch / "three.tif", scratch / "p/slice-03.tif");
-  EXPECT_NE(refusal("p").find("one number"), std::string::npos) << refusal("p");
+  EXPECT_NE(refusal("p").find("the same number"), std::string::npos) << refusal("p");
   fs::remove(scratch / "p/slice-03.tif");
   fs::copy_file(scratch / "three.tif", scratch / "p/other-9.tif");
-  EXPECT_NE(refusal("p").find("two kinds"), std::string::npos) << refusal("p");
+  EXPECT_NE(refusal("p").find("different patterns"), std::string::npos) << refusal("p");
   // One slice is a stack, too.
   Volume one = volume::make_volume({4, 3, 1}, v.frame).value();
   for (std::size_t i = 0; i < one.voxels.size(); ++i) one.voxels[i] = static_cast<std::int16_t>(i);
@@ -89,7 +89,7 @@ TEST(Pictures, ThatDoNotCountAreRefusedAndHiddenOnesAreNone) {
   EXPECT_EQ(open_volume(scratch / "one").value().volume.size, one.size);
 }
 
-/// A plain TIFF of grey and alpha, as painting programs write it; or of grey with so many bits, packed.
+/// A plain TIFF of grey and alpha, as painting programs write it; or of grey with `grey_bits` bits, packed.
 void write_tiff(const std::string& path, int width, int height, const std::string& pixels, int grey_bits = 0,
                 std::uint32_t next_page = 0, std::uint32_t photometric = 1) {
   std::string bytes("II*\0\x08\0\0\0", 8);
@@ -134,7 +134,7 @@ TEST(Pictures, AlphaDoesNotDarkenThem) {
   ASSERT_EQ(read.value().volume.size, glm::ivec3(3, 2, 2));
   for (std::size_t i = 0; i < 12; ++i)
     EXPECT_EQ(read.value().volume.voxels[i], static_cast<unsigned char>(pixels[2 * (i % 6)])) << i;
-  // Slices of two sizes are no stack.
+  // Slices of two sizes are not a stack.
   write_tiff(scratch / "a/2.tif", 2, 3, pixels);
   const auto odd = open_volume(scratch / "a", options);
   ASSERT_FALSE(odd.is_ok());
@@ -162,17 +162,17 @@ TEST(Pictures, OfFewBitsKeepTheirNumbers) {
     const auto read = open_volume(scratch / path, options);
     return read ? std::string("it was read") : read.error().message();
   };
-  // Slices of two depths, and a file whose other pages were cut off, are no stacks; nor is what is inverted.
+  // Slices of two depths, a file whose other pages were cut off, and inverted pictures are not stacks.
   write_tiff(scratch / "four/2.tif", 4, 1, std::string("\x00\x01\x02\x03", 4), 8);
   EXPECT_NE(refusal("four").find("8 bits"), std::string::npos) << refusal("four");
   write_tiff(scratch / "cut.tif", 4, 1, std::string("\x00\x01\x02\x03", 4), 8, 4000);
-  EXPECT_NE(refusal("cut.tif").find("more are said to follow"), std::string::npos) << refusal("cut.tif");
+  EXPECT_NE(refusal("cut.tif").find("the file states more"), std::string::npos) << refusal("cut.tif");
   write_tiff(scratch / "white.tif", 4, 1, std::string("\x00\x01\x02\x03", 4), 8, 0, 0);
   EXPECT_NE(refusal("white.tif").find("inverted"), std::string::npos) << refusal("white.tif");
 }
 
-/// A full disk, as a limit on files makes one.
-TEST(Pictures, ThatDoNotFitAreToldOf) {
+/// A full disk, imitated by a limit on file sizes.
+TEST(Pictures, ThatDoNotFitAreReported) {
   const scenes::Scratch scratch;
   Volume v = volume::make_volume({96, 96, 2}, Frame()).value();
   std::mt19937 random(3);
@@ -186,7 +186,7 @@ TEST(Pictures, ThatDoNotFitAreToldOf) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &few), 0);
   std::vector<std::string> said;
   for (const FolderFormat format : {FolderFormat::png, FolderFormat::tiff, FolderFormat::dicom}) {
-    const volume::Status error = write_volume_folder(scratch / "full", format, v);
+    const Status error = write_volume_folder(scratch / "full", format, v);
     said.push_back(error ? "refused" : "written");
   }
   ::setrlimit(RLIMIT_FSIZE, &before);

@@ -1,5 +1,5 @@
-// Plans and segmentations of other programs: their frames are honoured, and what is not said is asked for.
-#include "data-tools/plan_file.h"
+// Plans and segmentations of other programs: their frames are honoured, and missing facts are requested.
+#include "data-tools/cases/plan_file.h"
 
 #include <cstring>
 #include <filesystem>
@@ -7,17 +7,17 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/label_file.h"
-#include "data-tools/script_file.h"
-#include "tests/scenes/dicom_files.h"
-#include "tests/scenes/scratch.h"
+#include "apps/bench/scenes/dicom_files.h"
+#include "apps/bench/scenes/scratch.h"
+#include "data-tools/cases/label_file.h"
+#include "data-tools/cases/script_file.h"
 
 namespace trephine::data_tools {
 namespace {
 
 class Plans : public ::testing::Test {
  protected:
-  volume::Result<PlanFile> read(const std::string& name, const std::string& text) const {
+  Result<PlanFile> read(const std::string& name, const std::string& text) const {
     std::ofstream(scratch_ / name, std::ios::binary) << text;
     return read_plan(scratch_ / name);
   }
@@ -46,7 +46,7 @@ std::string markups(const std::string& frame) {
          "\"undefined\"}]}]}";
 }
 
-TEST_F(Plans, MarkupsComeInTheirOwnFrame) {
+TEST_F(Plans, MarkupsKeepTheirFrame) {
   for (const auto& [frame, signs] :
        {std::pair("LPS", glm::dvec3(1)), std::pair("RAS", glm::dvec3(-1, -1, 1))}) {
     const auto plan = read("a.mrk.json", markups(frame));
@@ -67,7 +67,7 @@ TEST_F(Plans, MarkupsComeInTheirOwnFrame) {
   expect_refused("a.mrk.json", "no json", "controlPoints");
 }
 
-TEST_F(Plans, TablesSayTheirColumnsAndTheirFrame) {
+TEST_F(Plans, TablesDeclareTheirColumnsAndFrame) {
   const auto plain = read("a.csv",
                           "name,entry_x,entry_y,entry_z,target_x,target_y,target_z,diameter\r\n"
                           "left,1,2,3,4,5,6,5.5\r\n\"right, lower\",-1,2,3,-4,5,6,\r\n");
@@ -90,8 +90,8 @@ TEST_F(Plans, TablesSayTheirColumnsAndTheirFrame) {
   expect_refused("a.csv", "a,b,c\n1,2,3\n", "a.csv:1");
   expect_refused("a.csv", "name;x;y;z\nnasion;1;2;3\n", "semicolons");
   expect_refused("a.csv", "name,x,y,z\nnasion,1,5,x7\n", "a.csv:2");
-  expect_refused("a.csv", "name,x,y,z\nnasion,\"1,5\",2,3\n", "comma");
-  expect_refused("a.csv", "name,x,y,z\n", "neither");
+  expect_refused("a.csv", "name,x,y,z\nnasion,\"1,5\",2,3\n", "decimal point");
+  expect_refused("a.csv", "name,x,y,z\n", "no trajectory and no landmark");
   expect_refused("a.csv", "# CoordinateSystem = IJK\nname,x,y,z\na,1,2,3\n", "LPS or RAS");
 }
 
@@ -129,11 +129,11 @@ TEST_F(Plans, CasesKeepTheColoursOfLabels) {
   }
 }
 
-/// A segmentation as DICOM has it: two segments of single bits, whose empty slices have no frame.
+/// A DICOM segmentation: two segments of single bits, whose empty slices have no frame.
 struct SegmentationOf {
   int bits = 1;
   bool overlaps = false;
-  double third_frame_z = 16;  ///< mm; slices are 2 apart, from 10 on
+  double third_frame_z = 16;  ///< mm; slices are 2 apart, starting at 10
   bool has_colours = false;
   scenes::Syntax syntax = scenes::Syntax::explicit_little;
 };
@@ -157,7 +157,7 @@ std::string segmentation(const SegmentationOf& of) {
                     {stored(lab[0] / 100), stored((lab[1] + 128) / 255), stored((lab[2] + 128) / 255)});
     return one;
   };
-  // sRGB's red and blue in CIELab under D50, as colour tables have them.
+  // sRGB's red and blue in CIELab under D50, as colour tables encode them.
   file.set_items(0x00620002, {segment(1, "skull", {54.2917, 80.8125, 69.8851}),
                               segment(4, "dura mater", {29.5676, 68.2986, -112.0294})});
   DicomFile shared;
@@ -186,7 +186,7 @@ std::string segmentation(const SegmentationOf& of) {
   return file.bytes(of.syntax);
 }
 
-TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
+TEST_F(Plans, DicomSegmentationsAreLabelsWithNames) {
   const auto frame = volume::Frame::from_spacing({-3, 4, 10}, {0.25, 0.5, 2}).value();
   const volume::Volume scan = volume::make_volume({7, 5, 4}, frame).value();
   const auto write = [&](const SegmentationOf& of) {
@@ -205,7 +205,7 @@ TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
         EXPECT_EQ(labels.value().labels[static_cast<std::size_t>(35 * z + i)], (i + f) % 3 == 0 ? segment : 0)
             << z << " " << i;
       }
-    EXPECT_EQ(labels.value().notices.empty(), bits == 1) << "shares were rounded, which is told";
+    EXPECT_EQ(labels.value().notices.empty(), bits == 1) << "rounded fractions are reported";
   }
   EXPECT_TRUE(write({1}).value().colours.empty());
   const auto coloured = write({1, false, 16, true});
@@ -216,7 +216,7 @@ TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
   };
   expect_near(coloured.value().colours[1], {255, 0, 0});
   expect_near(coloured.value().colours[4], {0, 0, 255});
-  // Bytes that lie in words of the other order.
+  // Bytes in words of the other order.
   for (const int bits : {1, 8}) {
     const auto words = write({bits, false, 16, false, scenes::Syntax::explicit_big});
     ASSERT_TRUE(words.is_ok()) << words.error().message();
@@ -230,7 +230,7 @@ TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
     const auto labels = write(of);
     return labels ? std::string("it was read") : labels.error().message();
   };
-  // Segments that overlap: the voxels that belong to both have a label of their own.
+  // Segments that overlap: the voxels that belong to both have their own label.
   const auto both = write({1, true});
   ASSERT_TRUE(both.is_ok()) << both.error().message();
   EXPECT_EQ(both.value().names.size(), 4u);

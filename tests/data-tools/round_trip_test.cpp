@@ -1,5 +1,5 @@
-// What goes out comes back: every format that is written is read again by us and by others' libraries, to the
-// bit, on grids that lie across, lean, are mirrored and anisotropic.
+// Round trips: every written format is read again by us and by other libraries, to the bit, on oblique,
+// sheared, mirrored and anisotropic grids.
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -15,14 +15,14 @@
 #include <vtkPointData.h>
 #include <vtkXMLImageDataReader.h>
 
-#include "data-tools/atomic_file.h"
-#include "data-tools/label_file.h"
-#include "data-tools/mesh_files.h"
-#include "data-tools/open_volume.h"
-#include "data-tools/opening.h"
-#include "data-tools/phantoms.h"
-#include "tests/scenes/scratch.h"
-#include "volume/surface_nets.h"
+#include "apps/bench/scenes/scratch.h"
+#include "data-tools/cases/label_file.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/reader_support.h"
+#include "data-tools/meshes/mesh_files.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 using volume::Frame;
 using volume::Volume;
 
-/// A volume of odd numbers, with labels, on a grid that lies across.
+/// A volume of odd numbers, with labels, on an oblique grid.
 Volume odd_volume(const glm::dmat3& axes, bool is_hounsfield = true) {
   Volume v =
       volume::make_volume({7, 6, 5}, Frame::from_axes({-112.5, 40.25, 7.125}, axes).value(), true).value();
@@ -39,7 +39,7 @@ Volume odd_volume(const glm::dmat3& axes, bool is_hounsfield = true) {
     v.voxels[i] = static_cast<std::int16_t>(static_cast<int>(i * 7919 % 65536) - 32768);
     v.labels[i] = static_cast<std::uint8_t>(i % 4);
   }
-  v.voxels[17] = -1000;  // what a sparse grid would leave out
+  v.voxels[17] = -1000;  // the background value of a sparse grid
   v.is_hounsfield = is_hounsfield;
   v.label_names = {"background", "skull", "dura mater", "brain"};
   v.label_colours = {{0, 0, 0}, {216, 180, 140}, {1, 254, 77}, {255, 0, 3}};
@@ -78,7 +78,7 @@ void expect_same(const Volume& back, const Volume& v, double place_mm, const std
   EXPECT_EQ(std::memcmp(back.voxels.data(), v.voxels.data(), v.voxels.bytes()), 0) << what;
 }
 
-TEST(RoundTrip, VolumesComeBackToTheBitFromEveryFormat) {
+TEST(RoundTrip, VolumesAreReadBackToTheBitFromEveryFormat) {
   const scenes::Scratch scratch;
   for (const bool is_hounsfield : {true, false})
     for (const Grid& grid : all_grids()) {
@@ -86,17 +86,17 @@ TEST(RoundTrip, VolumesComeBackToTheBitFromEveryFormat) {
       for (const char* name : {"v.mha", "v.nrrd", "v.nii", "v.nii.gz", "v.vti", "v.vdb"}) {
         if (!v.frame.is_orthogonal() && !keeps_shear(name)) continue;
         const std::string path = scratch / name, what = std::string(grid.name) + " " + name;
-        const volume::Status error = write_volume(path, v);
+        const Status error = write_volume(path, v);
         ASSERT_FALSE(error) << what << error->message();
         const auto back = open_volume(path);
         ASSERT_TRUE(back.is_ok()) << what << back.error().message();
-        // NIfTI-1 places by 32-bit numbers.
+        // NIfTI-1 stores positions as 32-bit numbers.
         expect_same(back.value().volume, v, std::string_view(name).starts_with("v.nii") ? 2e-5 : 1e-10, what);
       }
     }
 }
 
-TEST(RoundTrip, FoldersOfSlicesComeBackToTheBit) {
+TEST(RoundTrip, FoldersOfSlicesAreReadBackToTheBit) {
   const scenes::Scratch scratch;
   for (const Grid& grid : all_grids()) {
     const Volume v = odd_volume(grid.axes);
@@ -108,10 +108,10 @@ TEST(RoundTrip, FoldersOfSlicesComeBackToTheBit) {
                    {"png", FolderFormat::png, "leaning"},
                    {"tiff", FolderFormat::tiff, "mirrored"}};
     for (const auto& folder : folders) {
-      // Pictures take the place from beside them: one grid each shows it.
+      // Pictures store their grid in a separate file: one grid each suffices.
       if (folder.only_grid && std::string_view(grid.name) != folder.only_grid) continue;
       const std::string path = scratch / (std::string(grid.name) + folder.name);
-      const volume::Status error = write_volume_folder(path, folder.format, v);
+      const Status error = write_volume_folder(path, folder.format, v);
       ASSERT_FALSE(error) << path << error->message();
       const auto back = open_volume(path);
       ASSERT_TRUE(back.is_ok()) << path << back.error().message();
@@ -120,7 +120,8 @@ TEST(RoundTrip, FoldersOfSlicesComeBackToTheBit) {
         expect_same(back.value().volume, v, 1e-9, path);
         continue;
       }
-      // DICOM's slices are sorted along their normal: the same voxels at the same places, the other way.
+      // DICOM's slices are sorted along their normal: the same voxels at the same positions, in reverse
+      // order.
       const Volume& w = back.value().volume;
       ASSERT_EQ(w.size, v.size);
       for (int z = 0; z < v.size.z; ++z)
@@ -142,7 +143,7 @@ TEST(RoundTrip, LabelsKeepNamesAndValues) {
   for (const Grid& grid : straight_grids()) {
     const Volume v = odd_volume(grid.axes);
     for (const char* name : {"l.seg.nrrd", "l.nrrd", "l.mha", "l.nii.gz", "l.vti", "l.vdb"}) {
-      const volume::Status error = write_labels(scratch / name, v);
+      const Status error = write_labels(scratch / name, v);
       ASSERT_FALSE(error) << name << error->message();
       const auto back = read_labels(scratch / name, v);
       ASSERT_TRUE(back.is_ok()) << name << back.error().message();
@@ -153,12 +154,12 @@ TEST(RoundTrip, LabelsKeepNamesAndValues) {
       }
     }
   }
-  const volume::Status error = write_volume(scratch / "v.seg.nrrd", odd_volume(glm::dmat3(1.0)));
+  const Status error = write_volume(scratch / "v.seg.nrrd", odd_volume(glm::dmat3(1.0)));
   ASSERT_TRUE(error);
   EXPECT_NE(error->message().find("labels"), std::string::npos);
 }
 
-/// What ITK says of a file: its voxels and its place.
+/// Compares a file as read by ITK: voxels and positions.
 template <class Io>
 void expect_itk_agrees(const std::string& path, const Volume& v) {
   const auto io = Io::New();
@@ -205,7 +206,7 @@ TEST(RoundTrip, ItkAndVtkReadTheSame) {
   }
 }
 
-/// Linear between voxels, at a place in the world.
+/// Linear between voxels, at a point in the world.
 double linear_at(const Volume& v, const glm::dvec3& world) {
   const glm::dvec3 p = v.frame.volume_from_world(world), base = glm::floor(p), f = p - base;
   double sum = 0;
@@ -219,7 +220,7 @@ double linear_at(const Volume& v, const glm::dvec3& world) {
 
 TEST(RoundTrip, ShearedVolumesAreResampledWithinATenthOfAVoxel) {
   const scenes::Scratch scratch;
-  // A ball on a grid that leans by 20 degrees; in the file it is still where it was, and as large.
+  // A ball on a grid sheared by 20 degrees; in the file its position and size are unchanged.
   PhantomOptions options;
   options.size = glm::ivec3(60);
   options.shear_degrees = 20;
@@ -234,7 +235,7 @@ TEST(RoundTrip, ShearedVolumesAreResampledWithinATenthOfAVoxel) {
     ASSERT_TRUE(w.frame.is_orthogonal());
     const volume::Field field(w, volume::Shape{});
     const volume::Mesh mesh = volume::surface_net({&field});
-    // How far each vertex lies from the surface of the leaning volume: its value there by its slope.
+    // Distance of each vertex from the surface of the sheared volume: its value there over its slope.
     double worst = 0;
     for (const glm::vec3& vertex : mesh.vertices.span()) {
       const glm::dvec3 p = w.frame.world_from_volume(glm::dvec3(vertex));
@@ -348,14 +349,14 @@ TEST(RoundTrip, ProjectsOfInVesaliusAreRead) {
   }
 }
 
-TEST(RoundTrip, GltfHoldsTheMeshInItsOwnAxes) {
+TEST(RoundTrip, GltfContainsTheMeshInItsOwnAxes) {
   const scenes::Scratch scratch;
   PhantomOptions options;
   options.size = glm::ivec3(40);
-  const Volume made = make_phantom("sphere", options).value();
-  const volume::Field field(made, volume::Shape{});
+  const Volume result = make_phantom("sphere", options).value();
+  const volume::Field field(result, volume::Shape{});
   const volume::Mesh mesh = volume::surface_net({&field});
-  ASSERT_FALSE(write_mesh(scratch / "m.glb", mesh, made.frame));
+  ASSERT_FALSE(write_mesh(scratch / "m.glb", mesh, result.frame));
   std::ifstream file(scratch / "m.glb", std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   const auto word = [&bytes](std::size_t at) {
@@ -373,7 +374,7 @@ TEST(RoundTrip, GltfHoldsTheMeshInItsOwnAxes) {
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     glm::vec3 q;
     std::memcpy(&q, bytes.data() + numbers + 12 * i, 12);
-    const glm::dvec3 p = made.frame.world_from_volume(glm::dvec3(mesh.vertices[i]));
+    const glm::dvec3 p = result.frame.world_from_volume(glm::dvec3(mesh.vertices[i]));
     EXPECT_LT(glm::length(glm::dvec3(q) - 1e-3 * glm::dvec3(p.x, p.z, -p.y)), 1e-7);
     for (int a = 0; a < 3; ++a) {
       EXPECT_GE(q[a], json["accessors"][0]["min"][static_cast<std::size_t>(a)].get<float>());

@@ -1,12 +1,12 @@
-// What is said of a scan's quality, against phantoms whose blur, noise and walls are known.
-#include "data-tools/scan_quality.h"
+// Scan quality, against phantoms whose blur, noise and walls are known.
+#include "data-tools/quality/scan_quality.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "data-tools/phantoms.h"
-#include "volume/deterministic_math.h"
-#include "volume/gaussian.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/scan/gaussian.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -28,11 +28,10 @@ Volume make(const Known& known) {
   options.parameters = known.parameters;
   Volume v = make_phantom(known.shape, options).value();
   for (std::size_t i = 0; i < v.voxels.size() && known.noise > 0; ++i)
-    v.voxels[i] =
-        static_cast<std::int16_t>(std::lround(v.voxels[i] + known.noise * volume::hash_normal(9, i)));
+    v.voxels[i] = static_cast<std::int16_t>(std::lround(v.voxels[i] + known.noise * hash_normal(9, i)));
   return v;
 }
-/// Of a blur by a Gaussian and by a voxel's own size.
+/// Sigma (mm) of a Gaussian blur combined with a voxel's own size.
 double with_voxel(double sigma_voxels, double voxel) {
   return voxel * std::sqrt(sigma_voxels * sigma_voxels + 1.0 / 12);
 }
@@ -60,7 +59,7 @@ TEST(ScanQuality, BlurAndNoiseAreRightWithinATenth) {
   }
 }
 
-TEST(ScanQuality, OfAHeadItIsThatOfItsPhantom) {
+TEST(ScanQuality, OfAHeadEqualsThatOfItsPhantom) {
   PhantomOptions options;
   const double blur = 1.2;
   options.psf_sigma_voxels = blur;
@@ -68,14 +67,14 @@ TEST(ScanQuality, OfAHeadItIsThatOfItsPhantom) {
   const ScanQuality q = scan_quality(make_phantom("head", options).value(), volume::Shape{});
   ASSERT_TRUE(q.noise && q.blur_in_plane && q.blur_across);
   EXPECT_NEAR(*q.noise / 20, 1, 0.1);
-  // Its edges are drawn softly before they are blurred: a step of the third order over 1.7 voxels.
+  // Its edges are drawn softly before they are blurred: a third-order step over 1.7 voxels.
   const double drawn = 1.7 / std::sqrt(20.0), expected = 0.8 * std::sqrt(blur * blur + drawn * drawn);
   EXPECT_NEAR(*q.blur_in_plane / expected, 1, 0.1);
   EXPECT_NEAR(*q.blur_across / expected, 1, 0.13) << "across, its vault has layers as thin as the blur";
 }
 
 /// A small field, in which edges are nearly everywhere.
-TEST(ScanQuality, TheNoiseOfASmallScanIsNotItsEdges) {
+TEST(ScanQuality, TheNoiseOfASmallScanExcludesItsEdges) {
   Volume v = volume::make_volume(glm::ivec3(30), volume::Frame()).value();
   v.is_hounsfield = true;
   for (int z = 0; z < 30; ++z)
@@ -83,16 +82,16 @@ TEST(ScanQuality, TheNoiseOfASmallScanIsNotItsEdges) {
       for (int x = 0; x < 30; ++x) {
         const std::size_t i = v.index(x, y, z);
         const bool is_inside = std::hypot(x - 14.5, y - 14.5, z - 14.5) < 10;
-        v.voxels[i] = static_cast<std::int16_t>(
-            std::lround((is_inside ? 400 : -1000) + 10 * volume::hash_normal(9, i)));
+        v.voxels[i] =
+            static_cast<std::int16_t>(std::lround((is_inside ? 400 : -1000) + 10 * hash_normal(9, i)));
       }
   const ScanQuality q = scan_quality(v, volume::Shape{});
   ASSERT_TRUE(q.noise);
   EXPECT_NEAR(*q.noise, 10, 2);
 }
 
-/// Its ends are shells over softer bone, and few of them: of what they would say nothing is said.
-TEST(ScanQuality, OfASpineNothingIsSaidFromSliceToSlice) {
+/// Its ends are shells over softer bone, and few: no blur across slices is reported.
+TEST(ScanQuality, OfASpineReportsNoBlurAcrossSlices) {
   PhantomOptions options;
   options.spacing_mm = glm::dvec3(0.9);
   const ScanQuality q = scan_quality(make_phantom("spine", options).value(), volume::Shape{});
@@ -102,7 +101,7 @@ TEST(ScanQuality, OfASpineNothingIsSaidFromSliceToSlice) {
   EXPECT_FALSE(q.blur_across) << *q.blur_across;
 }
 
-TEST(ScanQuality, WallsAreAsThickAsTheyAre) {
+TEST(ScanQuality, WallsHaveTheirThickness) {
   const std::pair<double, double> cases[] = {{2.5, 15}, {6, 0}};
   for (const auto& [thickness, shear] : cases) {
     const Known known{glm::dvec3(0.5, 0.5, 0.8), 0.8, 10, shear, "plate", {{"thickness", thickness}}};
@@ -112,7 +111,7 @@ TEST(ScanQuality, WallsAreAsThickAsTheyAre) {
   }
 }
 
-/// From where on something is so, mm.
+/// The least value for which `is` is true, mm.
 template <class Is>
 double least_of(const Is& is) {
   double low = 0.2, high = 8;
@@ -121,9 +120,9 @@ double least_of(const Is& is) {
   return high;
 }
 
-/// The thinnest plate that is there at all, and the narrowest slot that is open, tried one after another.
-TEST(ScanQuality, WhatIsFeltAtTheLeastIsWhatIsThereInPhantoms) {
-  const double blur = 2;  // voxels: fine enough that it does not matter where they lie
+/// The thinnest plate that exists, and the narrowest slot that is open, by bisection.
+TEST(ScanQuality, LeastWallAndGapEqualThoseOfPhantoms) {
+  const double blur = 2;  // voxels: fine enough to make positions irrelevant
   Known known{glm::dvec3(0.4), blur, 0, 0, "plate", {}};
   const ScanQuality q =
       scan_quality(make({glm::dvec3(0.4), blur, 0, 0, "sphere", {{"radius", 20}}}), volume::Shape{});
@@ -153,7 +152,7 @@ TEST(ScanQuality, WhatIsFeltAtTheLeastIsWhatIsThereInPhantoms) {
   EXPECT_NEAR(*q.least_gap / gap, 1, 0.1);
 }
 
-TEST(ScanQuality, SaysNothingOfWhatIsNotThere) {
+TEST(ScanQuality, ReportsNothingThatIsMissing) {
   Volume v = volume::make_volume(glm::ivec3(40), volume::Frame()).value();
   for (std::int16_t& voxel : v.voxels.span()) voxel = 40;
   const ScanQuality even = scan_quality(v, volume::Shape{});

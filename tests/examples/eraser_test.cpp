@@ -1,8 +1,8 @@
-// The module of docs/how-to/add-a-module.md does what that page says.
+// The module of docs/how-to/add-a-module.md behaves as described on that page.
 #include "modules/eraser/eraser.h"
 
 #include "haptics/proxy/subvoxel_proxy.h"
-#include "sim/scene_spec.h"
+#include "sim/engine/scene_description.h"
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/session_fixture.h"
 
@@ -20,13 +20,13 @@ const Catalogue& catalogue() {
   return all;
 }
 
-double erased(const Engine& engine) { return engine.now().world_of<EraserTotal>()->amount; }
+double erased(const Engine& engine) { return engine.now().undoable_of<EraserTotal>()->amount; }
 
-TEST(Eraser, ErasesTellsCountsUndoesAndOpensAnywhere) {
+TEST(Eraser, ErasesRaisesEventsCountsUndoesAndOpensAnywhere) {
   const Folder folder;
   const std::string path = folder.file("eraser.session");
   haptics::TouchScene scene = small_bone();
-  SceneSpec spec = describe_scene(scene, haptics::SubvoxelProxy(), {}, {HandSpec()});
+  SceneDescription spec = describe_scene(scene, haptics::SubvoxelProxy(), {}, {HandSpec()});
   spec.hands[0].instrument = "eraser";
   spec.hands[0].parameters = "diameter=2.5";
   spec.smallest_burr = 2;
@@ -50,13 +50,13 @@ TEST(Eraser, ErasesTellsCountsUndoesAndOpensAnywhere) {
     EXPECT_NEAR(events[0].what.as<Erased>()->amount, first, 1e-6);
     EXPECT_EQ(run.engine().measures().back().name, "erased");
 
-    // What a view shows: a flag where the newest stroke ended.
+    // The overlay: a flag at the end of the newest stroke.
     const Overlays shown = run.engine().overlays();
     ASSERT_EQ(shown.size(), 1u);
     EXPECT_NEAR(shown[0].place.position_world.y, 3, 1e-9);
     EXPECT_TRUE(shown[0].labels.at(0).text.ends_with("mm3 erased"));
 
-    // The limit is a setting: undo leaves it, and takes the strokes back.
+    // The limit is a setting: undo keeps it, and removes the strokes.
     EXPECT_FALSE(run.apply(LimitEraser{first + 1}).refused);
     EXPECT_TRUE(run.apply(Eraser{3}).refused);
     run.undo(), run.undo();

@@ -1,12 +1,12 @@
-// A DICOM file, an archive or a folder of two files of any bytes: our reader of heads, what makes a volume of
-// them, GDCM and libarchive behind it.
+// Fuzzes a DICOM file, an archive or a folder of two files with any bytes: our reader of headers, the volume
+// builder, and GDCM and libarchive behind them.
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <unistd.h>
 
-#include "data-tools/open_volume.h"
+#include "data-tools/formats/open_volume.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trephine;

@@ -1,4 +1,4 @@
-// A path file of any bytes.
+// Fuzzes path files with any bytes.
 #include <cstdint>
 #include <cstdlib>
 #include <sstream>
@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::istringstream in(std::string(reinterpret_cast<const char*>(data), size));
   const auto read = haptics::PosePath::read_csv(in, "fuzz");
   if (!read) return 0;
-  // What was read can be sampled and written, and read again to the same.
+  // An accepted path can be sampled and written, and is read again identically.
   const haptics::PosePath& path = read.value();
   (void)path.at(path.start_time());
   (void)path.at(0.5 * (path.start_time() + path.end_time()));

@@ -1,11 +1,11 @@
-// A plan of any bytes: markups of 3D Slicer, or a table.
+// Fuzzes plans with any bytes: markups of 3D Slicer, or tables.
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <unistd.h>
 
-#include "data-tools/plan_file.h"
+#include "data-tools/cases/plan_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trephine;

@@ -1,4 +1,4 @@
-// A session file of any bytes: read to its end, and replayed on a small scan.
+// Fuzzes session files with any bytes: read to the end, and replayed on a small scan.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -7,37 +7,36 @@
 #include <unistd.h>
 
 #include "modules/drilling/burr.h"
-#include "sim/packed.h"
-#include "sim/replay.h"
-#include "volume/bytes.h"
+#include "sim/drivers/replay.h"
+#include "sim/session/packed.h"
+#include "volume/base/bytes.h"
 
 namespace {
 
 using namespace trephine;
 
 std::shared_ptr<const volume::Volume> small_scan() {
-  auto made = volume::make_volume(glm::ivec3(16), volume::Frame()).value();
-  for (std::size_t i = 0; i < made.voxels.size(); ++i)
-    made.voxels[i] = i < made.voxels.size() / 2 ? 1000 : -1000;
-  return std::make_shared<const volume::Volume>(std::move(made));
+  auto result = volume::make_volume(glm::ivec3(16), volume::Frame()).value();
+  for (std::size_t i = 0; i < result.voxels.size(); ++i)
+    result.voxels[i] = i < result.voxels.size() / 2 ? 1000 : -1000;
+  return std::make_shared<const volume::Volume>(std::move(result));
 }
 
-/// Blocks whose checksums are right, so that what lies behind them is reached.
+/// Modules of the fuzzed sessions.
 const sim::Catalogue& catalogue() {
   static const drilling::Drilling drilling;
   static const sim::Catalogue all({&drilling});
   return all;
 }
 
-/// With nothing before it: what it says of itself is what is tried.
+/// A checkpoint with valid other parts and `rest` as its last one.
 std::string as_checkpoint(const std::string& rest) {
   std::string bytes;
-  volume::put(bytes, std::uint64_t{0});
-  volume::put(bytes, std::uint64_t{1});
-  volume::put_number(bytes, 0);
+  put(bytes, std::uint64_t{0});
+  put(bytes, std::uint64_t{1});
+  put_number(bytes, 0);
   const std::string none(2, '\0'), no_trail(3, '\0');
-  for (const std::string& part : {none, no_trail, std::string(), rest})
-    volume::put_text(bytes, sim::packed(part));
+  for (const std::string& part : {none, no_trail, std::string(), rest}) put_text(bytes, sim::packed(part));
   return bytes;
 }
 
@@ -59,13 +58,13 @@ std::string as_session(const std::uint8_t* data, std::size_t size) {
   header.structures.emplace_back();
   header.hands.emplace_back(drilling::burr({3}));
   sim::describe(catalogue(), header);
-  // The first byte says what the rest is.
+  // The first byte selects the kind of the rest.
   const std::string payload(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (data[0] & 8) {  // a round tool
     header.hands.back().tool_radius = 1;
     header.hands.back().parameters += " round=yes";
   }
-  if (data[0] & 16) {  // words after a header that is right
+  if (data[0] & 16) {  // words after a valid header
     add(sim::BlockKind::header, sim::encode(header) + payload);
     return bytes;
   }
@@ -89,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string k_path =
       (std::filesystem::temp_directory_path() / "trephine-fuzz-session-").string() + std::to_string(getpid());
   static const auto k_scan = small_scan();
-  // Even: raw bytes as a file; odd: bytes within a frame that is right.
+  // Even: raw bytes as a file; odd: bytes within valid blocks.
   const std::string bytes =
       data[0] & 4 ? as_session(data, size) : std::string(reinterpret_cast<const char*>(data) + 1, size - 1);
   std::ofstream(k_path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -103,7 +102,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (int i = 0; i < 2000; ++i) {
     const auto stepped = replay.step();
     if (!stepped || !stepped.value()) break;
-    // Whatever the file says, no force is beyond its limit.
+    // For any file, no force exceeds its limit.
     const glm::dvec3& f = replay.record().force_world;
     if (!(f.x * f.x + f.y * f.y + f.z * f.z <=
           1.0001 * session.header().force.force_limit * session.header().force.force_limit))

@@ -1,5 +1,5 @@
-// A volume's file of any bytes, of every format that is read in this process: what our own code reads before
-// a library does, and the library. Some are read as labels, too.
+// Fuzzes volume files of every format that is read in this process with any bytes: our own parsers, and the
+// library behind them. Some are read as labels, too.
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -7,8 +7,8 @@
 #include <string>
 #include <unistd.h>
 
-#include "data-tools/label_file.h"
-#include "data-tools/open_volume.h"
+#include "data-tools/cases/label_file.h"
+#include "data-tools/formats/open_volume.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trephine;

@@ -1,5 +1,5 @@
-// Debian's ITK was configured for g++ alone and refuses other compilers by name; clang can do all that it
-// asks about. Included before everything in the fuzzers' build.
+// Debian's ITK was configured for g++ only and refuses other compilers by name, although clang has all
+// required features. Included before everything in the fuzzers' build.
 #pragma once
 #define ITK_COMPILER_DETECTION_H
 #define ITK_ALIGNAS(X) alignas(X)

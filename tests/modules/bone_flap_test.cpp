@@ -5,14 +5,14 @@
 namespace trephine::bone_flap {
 namespace {
 
-TEST(BoneFlap, AreaWallsAndKerfAreAShells) {
+TEST(BoneFlap, AreaWallsAndKerfEqualAShells) {
   const Outline outline(14, 6);
   for (const dvec3& spacing : {dvec3(0.45), dvec3(0.9), dvec3(0.45, 0.45, 3), dvec3(0)}) {
     SCOPED_TRACE(spacing.z);
     const Vault vault = spacing.z > 0 ? Vault(spacing, 6.5, Vault::shell, 24) : Vault(Vault::sheared(), 6.5);
     sim::Lockstep run = vault.run();
     ASSERT_EQ(cut(run, outline.request()), "");
-    const auto cuts = told<FlapCut>(run.engine());
+    const auto cuts = events_of<FlapCut>(run.engine());
     ASSERT_EQ(cuts.size(), 1u);
     const FlapCut& flap = cuts[0].first;
     EXPECT_EQ(flap.pieces, 1);
@@ -20,7 +20,7 @@ TEST(BoneFlap, AreaWallsAndKerfAreAShells) {
     EXPECT_NEAR(flap.area / outline.area(), 1, 0.01);
     EXPECT_NEAR(flap.wall / outline.wall(), 1, 0.01);
     EXPECT_NEAR(flap.kerf_size / (outline.wall() * 1.6), 1, 0.02);
-    // Half of the kerf is the flap's.
+    // Half of the kerf belongs to the flap.
     const double shell = (k_outer * k_outer * k_outer - k_inner * k_inner * k_inner) / 3;
     EXPECT_NEAR(flap.flap_size / (outline.solid_angle() * shell - 0.5 * outline.wall() * 1.6), 1, 0.03);
     ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
@@ -28,18 +28,18 @@ TEST(BoneFlap, AreaWallsAndKerfAreAShells) {
   }
 }
 
-/// Points of the lattice's cells that are bone, by what became of them: whoever counts them again gets the
-/// ledger's numbers.
+/// Points of the lattice's cells that are bone, by outcome: counting them again gives the numbers of the
+/// ledger.
 struct Points {
   std::int64_t before = 0, kerf = 0, flap = 0, rest = 0, elsewhere = 0;
 };
 
-/// All of them in units, asked one by one: of a lattice of voxels, as masks have them.
-Points count_points(const Vault& vault, const volume::Version& left, const Sheet& sheet, double width) {
+/// Counts all of them one by one, in units of the masks, on a lattice of voxels.
+Points count_points(const Vault& vault, const volume::Version& left, const CutSurface& sheet, double width) {
   Points points;
   const volume::Field& bone = vault.scene.items[0].field;
   const volume::CutLattice& lattice = left.lattice();
-  std::vector<Sheet::Strip> strips;
+  std::vector<CutSurface::Strip> strips;
   for (std::size_t i = 0; i < sheet.lines().size(); ++i) strips.push_back(sheet.strip(i));
   left.for_bricks_in(
       glm::ivec3(0), lattice.size() - 1, [&](const glm::ivec3& low, const volume::Brick& brick) {
@@ -68,14 +68,14 @@ Points count_points(const Vault& vault, const volume::Version& left, const Sheet
                 }
                 const dvec3 world = lattice.frame().world_from_volume(at);
                 double square = 1e9;
-                for (const Sheet::Strip& strip : strips)
-                  square = std::min(square, Sheet::distance_square(strip, world));
+                for (const CutSurface::Strip& strip : strips)
+                  square = std::min(square, CutSurface::distance_square(strip, world));
                 const double from_saw = std::sqrt(square) - 0.5 * width;
                 if (from_saw <= 0)
                   points.kerf += units;
                 else if (sheet.pyramid().contains(world))
                   points.flap += units;
-                else if (from_saw > 0.1)  // between samples distances are linear: at corners less
+                else if (from_saw > 0.1)  // between samples distances are linear: less at corners
                   points.elsewhere += units;
               }
             }
@@ -83,38 +83,37 @@ Points count_points(const Vault& vault, const volume::Version& left, const Sheet
   return points;
 }
 
-TEST(BoneFlap, FlapAndKerfAndRestAreWhatWas) {
+TEST(BoneFlap, FlapKerfAndRestAddUpToTheOriginalBone) {
   const Outline outline(8, 5);
   const Vault vault(dvec3(0.9), 8.2, Vault::shell, 20);
   sim::Lockstep run = vault.run();
   ASSERT_EQ(cut(run, outline.request(Saw::w2_4)), "");
   const volume::Version& left = *run.engine().current();
-  Pyramid pyramid;
-  Trouble trouble;
-  Sheet sheet;
-  ASSERT_TRUE(make_pyramid(outline.anchors, outline.height, vault.scene.items[0].field, pyramid, trouble));
-  ASSERT_TRUE(sheet.make(pyramid, vault.scene.items[0].field, 2.4, {}, trouble));
+  const auto pyramid = make_pyramid(outline.anchors, outline.height, vault.scene.items[0].field);
+  ASSERT_TRUE(pyramid);
+  CutSurface sheet;
+  ASSERT_FALSE(sheet.make(pyramid.value(), vault.scene.items[0].field, 2.4, {}));
   const Points points = count_points(vault, left, sheet, 2.4);
   const std::int64_t removed = left.ledger().units_by_label[0], freed = left.ledger().freed_units;
   EXPECT_GT(removed, 0);
   EXPECT_GT(freed, 0);
-  // Exactly, in whole points; which is which by the saw's distance, within a hair of its edge.
+  // Exactly, in whole points; the split depends on the distance from the saw, to within a fraction of its
+  // edge.
   EXPECT_EQ(points.before, removed + freed + points.rest);
   EXPECT_EQ(points.elsewhere, 0);
   EXPECT_NEAR(static_cast<double>(points.kerf) / static_cast<double>(removed), 1, 0.005);
   EXPECT_NEAR(static_cast<double>(points.flap) / static_cast<double>(freed), 1, 0.01);
 }
 
-/// The seed's way: what lines from the apex go through, and how many ways are left through the cut.
+/// A cut by single lines from the apex: the number of paths left through the cut.
 TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
   const Outline outline(10, 5);
   const Vault vault(dvec3(0.45), 6.5, Vault::shell, 22);
   const volume::Field& bone = vault.scene.items[0].field;
-  Pyramid pyramid;
-  Trouble trouble;
-  Sheet sheet;
-  ASSERT_TRUE(make_pyramid(outline.anchors, outline.height, bone, pyramid, trouble));
-  ASSERT_TRUE(sheet.make(pyramid, bone, 1.6, {}, trouble));
+  const auto pyramid = make_pyramid(outline.anchors, outline.height, bone);
+  ASSERT_TRUE(pyramid);
+  CutSurface sheet;
+  ASSERT_FALSE(sheet.make(pyramid.value(), bone, 1.6, {}));
   const auto untouched = haptics::untouched(vault.scene);
   Kerf kerf(sheet, *untouched);
   const auto holes_after = [&](volume::RemovalField& field, const volume::VoxelBox& samples) {
@@ -123,7 +122,7 @@ TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
     return kerf.count_holes(bone, *editor.freeze());
   };
   const std::int64_t uncut = kerf.count_holes(bone, *untouched);
-  EXPECT_GT(uncut, 10000);  // every way through is one
+  EXPECT_GT(uncut, 10000);  // every path through is one
   EXPECT_EQ(holes_after(kerf, kerf.samples()), 0);
   TracedVoxels dense(sheet, *untouched, 0.2), sparse(sheet, *untouched, 1.5);
   const std::int64_t of_dense = holes_after(dense, dense.samples()),
@@ -131,9 +130,9 @@ TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
   EXPECT_GT(of_dense, 0);
   EXPECT_GT(of_sparse, 3 * of_dense);
   EXPECT_LT(of_sparse, uncut);
-  // A saw that is narrower than a step between samples: refused, since it leaves some, too.
-  Sheet narrow;
-  ASSERT_TRUE(narrow.make(pyramid, bone, 0.3, {}, trouble));
+  // A saw narrower than the step between samples is refused, since it leaves holes too.
+  CutSurface narrow;
+  ASSERT_FALSE(narrow.make(pyramid.value(), bone, 0.3, {}));
   Kerf thin(narrow, *untouched);
   EXPECT_GT(holes_after(thin, thin.samples()), 0);
   const Vault coarse(dvec3(0.9), 0, Vault::shell, 22);
@@ -141,7 +140,7 @@ TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
   EXPECT_NE(cut(run, outline.request(Saw::w1_2)).find("too narrow"), std::string::npos);
 }
 
-/// A skull whose diploe is wide and darker than the threshold: the label keeps its two tables together.
+/// A skull whose diploe is wide and darker than the threshold: the label joins its two tables.
 TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
   const auto hollow = [](const dvec3& p) {
     const double r = glm::length(p), table = std::max(std::min(r - k_inner, k_inner + 1 - r),
@@ -152,14 +151,12 @@ TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
   const Outline outline(10, 6);
   const auto inner_of = [&](const volume::Volume& of) {
     const volume::Field bone(of, {"bone", 300});
-    Pyramid pyramid;
-    Trouble trouble;
-    EXPECT_TRUE(make_pyramid(outline.anchors, outline.height, bone, pyramid, trouble)) << trouble.why;
-    Sheet sheet;
+    const Pyramid pyramid = make_pyramid(outline.anchors, outline.height, bone).value();
+    CutSurface sheet;
     Depth depth;
-    EXPECT_TRUE(sheet.make(pyramid, bone, 1.6, depth, trouble)) << trouble.why;
+    EXPECT_FALSE(sheet.make(pyramid, bone, 1.6, depth));
     double least = 1e300, most = 0;
-    for (const Sheet::Line& line : sheet.lines()) {
+    for (const CutSurface::Line& line : sheet.lines()) {
       const double r = glm::length(sheet.place(line, line.inner));
       least = std::min(least, r), most = std::max(most, r);
     }
@@ -167,7 +164,7 @@ TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
   };
   const glm::dvec2 without = inner_of(scan);
   EXPECT_GT(without.x, k_outer - 1.2);
-  scan.labels = volume::Buffer<std::uint8_t>(scan.voxels.size());
+  scan.labels = Buffer<std::uint8_t>(scan.voxels.size());
   scan.label_names = {"", "skull"};
   for (int z = 0; z < scan.size.z; ++z)
     for (int y = 0; y < scan.size.y; ++y)
@@ -182,8 +179,8 @@ TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
   EXPECT_GT(inner_of(scan).x, k_outer - 1.2) << "a label that names no bone joins nothing";
 }
 
-/// What is refused says why and where, and leaves everything as it was.
-TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
+/// A refusal states its reason and location, and changes nothing.
+TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
   const Outline outline(10, 6);
   struct Case {
     const char* words;
@@ -198,7 +195,7 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
     cases.push_back({words, outline.request(), hounsfield, place, reach});
     change(cases.back().request);
   };
-  const auto nothing = [](CutFlap&) {};
+  const auto no_change = [](CutFlap&) {};
   const auto& a = outline.anchors;
   add("it has 2 anchors", a[0], 1, [](CutFlap& w) { w.anchors.resize(2); });
   add("the outline is open: its ends are", 0.5 * (a[0] + a[5]), 14, [&](CutFlap& w) {
@@ -217,23 +214,23 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
       [](const dvec3& p) {
         return std::max(Vault::shell(p), 300 + 400 * (2 - glm::length(p - dvec3(0, 0, 45.5))));
       });
-  // A hole of 8 mm on the way from the first anchor to the second, and bone that ends there.
+  // A hole of 8 mm between the first and the second anchor, where the bone ends.
   const dvec3 between = k_outer * glm::normalize(a[0] + a[1]);
-  const auto beside = [between](const dvec3& p) {
+  const auto distance_off_line = [between](const dvec3& p) {
     return glm::length(p - glm::dot(p, between) / glm::dot(between, between) * between);
   };
-  add("goes through a hole of 8 mm in the bone between anchors 1 and 2", between, 2, nothing,
-      [=](const dvec3& p) { return std::min(Vault::shell(p), 300 + 400 * (beside(p) - 4)); });
+  add("goes through a hole of 8 mm in the bone between anchors 1 and 2", between, 2, no_change,
+      [=](const dvec3& p) { return std::min(Vault::shell(p), 300 + 400 * (distance_off_line(p) - 4)); });
   add(
       "the outline leaves the scan", dvec3(0, 0, 82), 20,
       [](CutFlap& w) {
         for (dvec3& anchor : w.anchors) anchor *= 1.12;
       },
       [](const dvec3& p) { return Vault::shell(p / 1.12); });  // its top is beyond the last slice
-  // Solid below: no calvaria. A post under the flap that leads to the side: it hangs on.
-  add("goes on deeper than 25 mm", between, 30, nothing,
+  // Solid below: no calvaria. A post under the flap that leads to the side keeps it connected.
+  add("goes on deeper than 25 mm", between, 30, no_change,
       [](const dvec3& p) { return 300 + 400 * (k_outer - glm::length(p)); });
-  add("deeper than the saw went", dvec3(0, 0, 58), 30, nothing, [](const dvec3& p) {
+  add("deeper than the saw went", dvec3(0, 0, 58), 30, no_change, [](const dvec3& p) {
     const bool is_post = p.z > 55 && std::abs(p.x) < 3 && std::abs(p.y) < 3;
     const bool is_beam = p.z > 52 && p.z < 58 && std::abs(p.y) < 3 && p.x > -3 && p.x < 22;
     const bool is_second = p.z > 55 && p.x > 17 && p.x < 22 && std::abs(p.y) < 3;
@@ -248,7 +245,7 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
   add("goes back on itself at anchor 2", a[1], 1, [&](CutFlap& w) {
     w.anchors = {a[0], a[1], 0.5 * (a[0] + a[1]), a[3], a[4]};
   });
-  add("the outline's middle lies outside of it: name a seed", dvec3(0, 0, 70), 20, [](CutFlap& w) {
+  add("the outline's middle lies outside of it: set a seed inside it", dvec3(0, 0, 70), 20, [](CutFlap& w) {
     w.anchors.clear();
     for (const auto& [x, y] : std::initializer_list<std::pair<double, double>>{
              {-15, -15}, {15, -15}, {15, 15}, {9, 15}, {9, -9}, {-9, -9}, {-9, 15}, {-15, 15}})
@@ -261,13 +258,13 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
     sim::Lockstep run = vault.run();
     const std::uint64_t before = run.engine().current()->content_hash();
     EXPECT_NE(cut(run, one.request).find(one.words), std::string::npos) << cut(run, one.request);
-    const auto refusals = told<NoFlap>(run.engine());
+    const auto refusals = events_of<FlapFailed>(run.engine());
     ASSERT_FALSE(refusals.empty());
     EXPECT_LT(glm::length(refusals[0].second - one.place), one.reach);
     EXPECT_EQ(run.engine().current()->content_hash(), before);
     EXPECT_TRUE(run.engine().now().world.bodies.empty());
     EXPECT_FALSE(run.engine().can_undo());
-    // Shown until there is one.
+    // Shown until a flap is cut.
     bool is_shown = false;
     for (const sim::Overlay& overlay : run.engine().overlays())
       is_shown = is_shown || (overlay.kind == sim::Overlay::Kind::warning && !overlay.labels.empty());
@@ -275,8 +272,8 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
   }
 }
 
-TEST(BoneFlap, PiecesAreNamedTakenOrLeftAndPutBack) {
-  // A seam through the vault, a millimetre wide, to one side of the flap's middle.
+TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
+  // A seam through the vault, a millimetre wide, to one side of the flap's centre.
   const Vault vault(
       dvec3(0.9), 6.5,
       [](const dvec3& p) { return std::min(Vault::shell(p), 300 + 400 * (std::abs(p.x - 3) - 0.5 - 0.4)); },
@@ -287,7 +284,7 @@ TEST(BoneFlap, PiecesAreNamedTakenOrLeftAndPutBack) {
   CutFlap request = outline.request();
   request.leave = {{2}};
   ASSERT_EQ(cut(run, request), "");
-  auto pieces = told<FlapPiece>(run.engine());
+  auto pieces = events_of<FlapPiece>(run.engine());
   ASSERT_EQ(pieces.size(), 2u);
   EXPECT_GT(pieces[0].first.size, 1.3 * pieces[1].first.size);
   EXPECT_LT(pieces[0].second.x, 3);
@@ -295,7 +292,7 @@ TEST(BoneFlap, PiecesAreNamedTakenOrLeftAndPutBack) {
   EXPECT_TRUE(pieces[0].first.is_taken && pieces[0].first.is_seed && !pieces[0].first.is_at_border);
   EXPECT_FALSE(pieces[1].first.is_taken);
   ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-  // What is left is there to be touched, what was taken is gone.
+  // The kept piece is still there, the detached one is not.
   const volume::Version& left = *run.engine().current();
   const auto is_kept = [&](const dvec3& p) {
     return left.distance(vault.scene.base->frame.volume_from_world(p)) > 0;
@@ -303,7 +300,7 @@ TEST(BoneFlap, PiecesAreNamedTakenOrLeftAndPutBack) {
   EXPECT_FALSE(is_kept(pieces[0].second));
   EXPECT_TRUE(is_kept(pieces[1].second));
 
-  // Lifted, and put back: commands that undo takes back; where it came off is where it lies then.
+  // Lifted and put back by undoable commands; its original position is the one of the detachment.
   const sim::Id body = run.engine().now().world.bodies[0].id;
   EXPECT_FALSE(run.apply({sim::PlaceBody{body, dvec3(0, 0, 40)}, 0}).refused);
   EXPECT_EQ(run.engine().now().world.bodies[0].place.position_world, dvec3(0, 0, 40));
@@ -315,12 +312,12 @@ TEST(BoneFlap, PiecesAreNamedTakenOrLeftAndPutBack) {
   EXPECT_EQ(run.engine().now().world.bodies[0].place.position_world, dvec3(0, 0, 40));
   run.undo();
   EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
-  EXPECT_EQ(run.engine().now().world_of<FlapWorld>()->flaps, 1);
+  EXPECT_EQ(run.engine().now().undoable_of<FlapState>()->flaps, 1);
   run.undo();
   EXPECT_TRUE(run.engine().now().world.bodies.empty());
-  EXPECT_EQ(run.engine().now().world_of<FlapWorld>()->flaps, 0);
+  EXPECT_EQ(run.engine().now().undoable_of<FlapState>()->flaps, 0);
   EXPECT_EQ(run.engine().current()->content_hash(), before);
-  // Taken together.
+  // Detached together.
   request.leave.clear();
   ASSERT_EQ(cut(run, request), "");
   EXPECT_EQ(run.engine().now().world.bodies.size(), 2u);
@@ -330,33 +327,33 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   const Vault vault(dvec3(0.9), 6.5, Vault::shell, 22);
   const Outline outline(10, 5);
   sim::Lockstep run = vault.run();
-  const auto drawn = [&] { return run.engine().now().settings_of<FlapSettings>()->anchors; };
+  const auto drawn = [&] { return run.engine().now().persistent_of<FlapSettings>()->anchors; };
   const auto refused = [&](const sim::Command& command, const char* words) {
     const sim::Outcome outcome = run.apply(command);
     return outcome.refused && outcome.refused->what.find(words) != std::string::npos;
   };
-  EXPECT_TRUE(refused(MoveAnchor{1, dvec3(0)}, "no such anchor"));
-  EXPECT_TRUE(refused(RemoveAnchor{}, "no such anchor"));
+  EXPECT_TRUE(refused(MoveAnchor{1, dvec3(0)}, "unknown anchor"));
+  EXPECT_TRUE(refused(RemoveAnchor{}, "unknown anchor"));
   for (const dvec3& at : outline.anchors) EXPECT_FALSE(run.apply({AddAnchor{at}, 0}).refused);
   EXPECT_EQ(drawn(), outline.anchors);
   EXPECT_FALSE(run.apply({AddAnchor{dvec3(0, 0, 40)}, 0}).refused);
   EXPECT_FALSE(run.apply({RemoveAnchor{}, 0}).refused);
   EXPECT_FALSE(run.apply({MoveAnchor{2, 2.0 * outline.anchors[1]}, 0}).refused);
-  EXPECT_TRUE(refused(MoveAnchor{6, dvec3(0)}, "no such anchor"));
+  EXPECT_TRUE(refused(MoveAnchor{6, dvec3(0)}, "unknown anchor"));
   EXPECT_FALSE(run.engine().can_undo());
-  // Numbers stand at the anchors; what is wrong is told, and put right.
+  // Anchors are numbered; errors are reported, and can be corrected.
   ASSERT_FALSE(run.engine().overlays().empty());
   EXPECT_EQ(run.engine().overlays()[0].labels.size(), 5u);
   CutFlap no_shape = outline.request();
   no_shape.item = 1;
-  EXPECT_TRUE(refused(no_shape, "no such shape"));
+  EXPECT_TRUE(refused(no_shape, "unknown shape"));
   CutFlap request = outline.request();
   request.anchors.clear();
   EXPECT_NE(cut(run, request).find("anchor 2 lies off the bone"), std::string::npos);
   EXPECT_EQ(drawn().size(), 5u);
   EXPECT_FALSE(run.apply({MoveAnchor{2, outline.anchors[1]}, 0}).refused);
   EXPECT_EQ(cut(run, request), "");
-  // It stays, for who takes the flap back and tries again; what another command tried is not mixed with it.
+  // It is kept, for another try after undo; the outline of another command does not mix with it.
   EXPECT_EQ(drawn(), outline.anchors);
   run.undo();
   EXPECT_EQ(cut(run, request), "");
@@ -366,15 +363,15 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   EXPECT_NE(cut(run, other), "");
   EXPECT_EQ(drawn(), outline.anchors);
   EXPECT_EQ(cut(run, request), "");
-  sim::Lockstep told_whole = vault.run();
-  EXPECT_EQ(cut(told_whole, outline.request()), "");
-  EXPECT_EQ(run.engine().current()->content_hash(), told_whole.engine().current()->content_hash());
+  sim::Lockstep whole_run = vault.run();
+  EXPECT_EQ(cut(whole_run, outline.request()), "");
+  EXPECT_EQ(run.engine().current()->content_hash(), whole_run.engine().current()->content_hash());
   EXPECT_FALSE(run.apply({AddAnchor{dvec3(0, 0, 40)}, 0}).refused);
   EXPECT_FALSE(run.apply({ClearAnchors{}, 0}).refused);
   EXPECT_TRUE(drawn().empty());
 }
 
-/// Edges are rounded by what a Gaussian takes of a right angle; walls and the skull's own surface are not.
+/// Edges are rounded by a Gaussian's effect on a right angle; walls and the surface of the skull are not.
 TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
   const Outline outline(10, 6);
   const Vault vault(dvec3(0.45), 6.5, Vault::shell, 22);
@@ -383,10 +380,12 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
   ASSERT_EQ(cut(sharp, request), "");
   request.smoothing = 0.8;
   ASSERT_EQ(cut(smooth, request), "");
-  const FlapCut one = told<FlapCut>(sharp.engine())[0].first, other = told<FlapCut>(smooth.engine())[0].first;
+  const FlapCut one = events_of<FlapCut>(sharp.engine())[0].first,
+                other = events_of<FlapCut>(smooth.engine())[0].first;
   EXPECT_EQ(one.rim_size, 0);
   EXPECT_EQ(one.kerf_size, other.kerf_size);
-  // Of a right angle as long as both edges: where (P(x) P(y) - 1/2) sqrt(2 pi) is below what is spared.
+  // Area removed from a right angle, times the length of both edges: where (P(x) P(y) - 1/2) sqrt(2 pi) is
+  // below the spared margin.
   const double spared =
       Rim::spared(request.smoothing, sharp.engine().current()->lattice()) / request.smoothing;
   const auto normal = [](double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); };
@@ -397,7 +396,7 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
       share += k_step * k_step * ((normal(x) * normal(y) - 0.5) * std::sqrt(2 * k_pi) < -spared);
   const double edges = outline.count * outline.side_angle() * (k_outer + k_inner);
   EXPECT_NEAR(other.rim_size / (share * request.smoothing * request.smoothing * edges), 1, 0.2);
-  // In the middle of a wall, and a little beside the rim, the surface is where it was.
+  // In the middle of a wall, and a little off the rim, the surface is unchanged.
   const dvec3 over = glm::normalize(outline.anchors[0] + outline.anchors[1]),
               aside = glm::normalize(over - dvec3(0, 0, glm::dot(over, dvec3(0, 0, 1))));
   const auto solid = [&](const sim::Lockstep& run, const dvec3& p) {

@@ -1,14 +1,14 @@
-// Burrs that go by the press: rate, force, layers, breaking through.
+// Burrs driven by the contact force: rate, force, layers, breakthrough.
 #include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "haptics/proxy/methods.h"
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
 #include "modules/drilling/burr.h"
-#include "sim/lockstep.h"
-#include "tests/scenes/scenes.h"
+#include "sim/drivers/lockstep.h"
 
 namespace trephine::drilling {
 namespace {
@@ -37,7 +37,7 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
-/// A hand that presses steadily down, held straight, on a device of some mass.
+/// A hand that presses steadily down, held straight, on a device with a mass.
 struct Hand {
   double thrust = 4;     // N
   double mass = 0.15;    // kg
@@ -59,7 +59,7 @@ struct Trace {
   std::optional<Breakthrough> through;
   dvec3 through_at{0.0};
   double hottest = 0, end = 0;
-  /// mm3/s between two depths of the hand, and N that it met on the way.
+  /// Removal rate (mm3/s) between two depths of the hand (mm); 0 if it did not reach them.
   double rate(double from, double to) const {
     const Tick *first = nullptr, *last = nullptr;
     for (const Tick& one : ticks) {
@@ -108,7 +108,7 @@ Trace press_on(const haptics::TouchScene& scene, const Burr& burr, double rate, 
 constexpr double k_rates[] = {250, 1000, 4000};
 constexpr double k_spacings[] = {0.3, 0.45, 0.6};
 
-TEST(Burring, SteadyThrustTakesTheSameAtAnyVoxelSizeAndLoopRate) {
+TEST(Burring, SteadyThrustRemovesTheSameAtAnyVoxelSizeAndLoopRate) {
   const struct {
     const char* name;
     double from, to;
@@ -134,8 +134,8 @@ TEST(Burring, SteadyThrustTakesTheSameAtAnyVoxelSizeAndLoopRate) {
   EXPECT_GT(all[0][1], 1.5 * all[0][2]);
 }
 
-/// As docs/drilling.md says: a third of the press drags at the rim's speed, what rubs is lost, and 4 J take a
-/// mm3 of bone of 1.8 g/cm3, as the square of its density.
+/// Rate as in docs/drilling.md: a third of the contact force is drag at the rim's speed, friction is lost,
+/// and 4 J remove one mm3 of bone of 1.8 g/cm3, scaled by the square of its density.
 double documented_rate(const Burr& burr, double press, double engaged, double hounsfield) {
   const bool is_diamond = burr.grade == Grade::diamond;
   const double speed = 3.14159265358979 * burr.diameter * 1e-3 * burr.rpm / 60;  // m/s
@@ -144,11 +144,11 @@ double documented_rate(const Burr& burr, double press, double engaged, double ho
   return 0.3 * (press - (is_diamond ? 0.02 : 0.05) * engaged) * speed / joule;
 }
 
-TEST(Burring, RateIsThatOfPressSpeedGradeAndDensity) {
+TEST(Burring, RateFollowsForceSpeedGradeAndDensity) {
   const auto solid = [](double hounsfield) {
     return [hounsfield](const dvec3& p) { return p.z < 6.8 ? hounsfield : -1000; };
   };
-  const double disc = 3.14159265358979 * 4;  // mm2: deep in a hole all of a 4 mm ball's width is engaged
+  const double disc = 3.14159265358979 * 4;  // mm2: deep in a hole the whole width of a 4 mm ball is engaged
   for (const double hounsfield : {900.0, 1600.0}) {
     const haptics::TouchScene scene = vault(dvec3(0.45), solid(hounsfield));
     for (const Burr& burr : {Burr{}, Burr{.grade = Grade::diamond}, Burr{.rpm = 30000}})
@@ -160,7 +160,7 @@ TEST(Burring, RateIsThatOfPressSpeedGradeAndDensity) {
         EXPECT_NEAR(found / exact, 1, 0.04) << hounsfield << " HU, " << thrust << " N";
       }
   }
-  // Pressed too softly it only rubs, once enough of it is engaged.
+  // With too little force it only rubs, once enough of it is engaged.
   Hand hand;
   hand.thrust = 0.3;
   const Trace trace = press_on(vault(dvec3(0.45), solid(1600)), Burr{}, 1000, hand, 60);
@@ -169,8 +169,8 @@ TEST(Burring, RateIsThatOfPressSpeedGradeAndDensity) {
   EXPECT_LT(at(59) - at(49), 0.05 * at(10));
 }
 
-TEST(Burring, SteadyFeedFeelsTableDiploeTable) {
-  // Down at 0.15 mm/s, whatever it takes, as a stiff arm does: newtons by depth.
+TEST(Burring, SteadyFeedMeetsTableDiploeTable) {
+  // Down at 0.15 mm/s against any resistance, as a stiff arm does: newtons by depth.
   for (const double spacing : k_spacings) {
     haptics::TouchScene scene = vault(dvec3(spacing));
     scene.items[0].material.stiffness = 20;
@@ -192,13 +192,13 @@ TEST(Burring, SteadyFeedFeelsTableDiploeTable) {
       ASSERT_GT(count[i], 100);
       sum[i] /= count[i];
     }
-    EXPECT_GT(sum[0], 1.5);  // it is work
+    EXPECT_GT(sum[0], 1.5);  // cutting takes work
     EXPECT_LT(sum[1], 0.8 * sum[0]) << spacing;
     EXPECT_LT(sum[1], 0.8 * sum[2]) << spacing;
   }
 }
 
-TEST(Burring, BreakingThroughIsToldWithItsPlunge) {
+TEST(Burring, BreakthroughIsReportedWithItsPlunge) {
   for (const double thrust : {2.0, 4.0})
     for (const double reaction : {0.1, 0.25}) {
       Hand hand;
@@ -207,18 +207,18 @@ TEST(Burring, BreakingThroughIsToldWithItsPlunge) {
       ASSERT_TRUE(trace.through.has_value()) << thrust << " " << reaction;
       EXPECT_NEAR(trace.through_at.z, 0, 0.6);  // at the vault's inner side
       EXPECT_NEAR(trace.through->thrust, thrust, 0.1 * thrust);
-      // A mass on a damper under a steady force, which the spring of the contact had wound up, then the same
-      // backwards until it rests.
+      // A mass on a damper under a steady force preloaded by the contact spring, then the same in reverse
+      // until it rests.
       const double tau = 1e-3 * hand.mass / hand.damping, fast = thrust / hand.damping;
-      const double way = fast * (reaction - tau * (1 - std::exp(-reaction / tau)));
+      const double path = fast * (reaction - tau * (1 - std::exp(-reaction / tau)));
       const double speed = fast * (1 - std::exp(-reaction / tau));
       const double stop = tau * std::log(1 + speed / fast);
       const double rest = (speed + fast) * tau * (1 - std::exp(-stop / tau)) - fast * stop;
-      EXPECT_NEAR(trace.through->plunge, way + rest + thrust / 0.5, 0.1 * (way + rest + thrust / 0.5));
+      EXPECT_NEAR(trace.through->plunge, path + rest + thrust / 0.5, 0.1 * (path + rest + thrust / 0.5));
     }
 }
 
-TEST(Burring, PoresAreNoBreakthrough) {
+TEST(Burring, PoresAreNotABreakthrough) {
   const auto porous = [](const dvec3& p) {
     return p.z > 6.8 ? -1000.0 : p.z < 0 ? 40.0 : p.z > 3 && p.z < 4 ? 100.0 : 1500.0;
   };
@@ -227,8 +227,8 @@ TEST(Burring, PoresAreNoBreakthrough) {
   EXPECT_NEAR(trace.through_at.z, 0, 0.6);
 }
 
-/// The built-in head's vault, by interpolation, its outer side at 6.8 as in vault_hounsfield(); how thick it
-/// is.
+/// The built-in head's vault by interpolation, its outer side at 6.8 mm as in vault_hounsfield(); `thick`:
+/// its thickness, mm.
 struct HeadVault {
   volume::Volume head;
   dvec3 shift{0, -20, 0};
@@ -248,13 +248,13 @@ struct HeadVault {
     return data_tools::make_phantom("head", options).value();
   }
   double at(const dvec3& p_world) const {
-    constexpr double k_low = -2000;  // what a shape from there on has over it
+    constexpr double k_low = -2000;  // of a window that is open above: its field is the value above this
     const volume::Field field(head, volume::Shape{.low = k_low});
     return k_low + field.value(head.frame.volume_from_world(p_world));
   }
 };
 
-TEST(Burring, OnTheHeadsVaultTheRateIsTheSameAndItsLayersAreFelt) {
+TEST(Burring, OnTheHeadsVaultTheRateIsTheSameAndItsLayersAreNoticeable) {
   const HeadVault head;
   ASSERT_GT(head.thick, 3);
   ASSERT_LT(head.thick, 10);
@@ -283,8 +283,8 @@ TEST(Burring, OnTheHeadsVaultTheRateIsTheSameAndItsLayersAreFelt) {
   EXPECT_GT(mean, 1);
 }
 
-/// How wide a hole is, mm, where a pin gauge measures it: twice the least and the greatest distance from its
-/// axis to where bone begins again.
+/// Width of a hole (mm), where a pin gauge measures it: twice the least and the greatest distance from its
+/// axis to the bone.
 std::pair<double, double> gauge(const volume::Version& version, const dvec3& on_axis, const dvec3& axis) {
   const dvec3 side = glm::normalize(glm::cross(axis, dvec3(0.3, 0.5, 0.8))), other = glm::cross(axis, side);
   double least = 1e9, most = 0;
@@ -302,7 +302,7 @@ std::pair<double, double> gauge(const volume::Version& version, const dvec3& on_
   return {least, most};
 }
 
-/// A burr that is touched with all of it, in a hand that presses it down along its own axis.
+/// A burr that touches with its whole body, in a hand that presses it down along its own axis.
 struct RoundBench {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method;
@@ -313,7 +313,7 @@ struct RoundBench {
     EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
     EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());
     method = haptics::make_method(needs.balls.empty() ? "subvoxel" : "chain").value();
-    const volume::Status error = method->prepare(scene);
+    const Status error = method->prepare(scene);
     EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
   }
 };
@@ -321,7 +321,8 @@ struct RoundBench {
 TEST(Burring, AHoleHasTheBurrsWidth) {
   for (const Shape shape : {Shape::sphere, Shape::cylinder, Shape::barrel, Shape::match_head})
     for (const double spacing : k_spacings) {
-      if (shape != Shape::sphere && spacing != (shape == Shape::barrel ? 0.45 : 0.6)) continue;  // seconds
+      // takes seconds
+      if (shape != Shape::sphere && spacing != (shape == Shape::barrel ? 0.45 : 0.6)) continue;
       const Burr burr{.diameter = 4, .removal_rate = 1000, .is_round = true, .shape = shape};
       const RoundBench bench(spacing, burr);
       sim::Lockstep run(bench.scene, *bench.method, drilling::burr(burr), {}, 1000);
@@ -337,7 +338,7 @@ TEST(Burring, AHoleHasTheBurrsWidth) {
 }
 
 TEST(Burring, TheShaftMeetsTheBoneAndCutsNothing) {
-  // Through a hole of 4 mm that was there, the burr below the vault: what leans on its wall is the shaft.
+  // Through an existing hole of 4 mm, with the burr below the vault: the shaft leans on the wall.
   const auto pierced = [](const dvec3& p) {
     const double wall = std::clamp(std::hypot(p.x, p.y) - 2 + 0.5, 0.0, 1.0);
     return wall * vault_hounsfield(p) - (1 - wall) * 1000;
@@ -359,7 +360,7 @@ TEST(Burring, TheShaftMeetsTheBoneAndCutsNothing) {
   EXPECT_GT(force[1], 0.2);
 }
 
-TEST(Burring, ATurningBurrDragsTheHandAsideAndShakesIt) {
+TEST(Burring, ATurningBurrDragsTheHandSidewaysAndShakesIt) {
   const haptics::TouchScene scene = vault(dvec3(0.45));
   const auto method = haptics::make_method(haptics::k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
@@ -370,7 +371,7 @@ TEST(Burring, ATurningBurrDragsTheHandAsideAndShakesIt) {
                       {}, 1000);
     double last = 0;
     for (int i = 0; i < 1000; ++i) {
-      // The stylus lies along x: what turns under it drags along y.
+      // The stylus is along x: a burr turning under it drags along y.
       const haptics::ServoRecord record =
           run.step(haptics::Pose{{0, 0, std::max(2.8, 8 - 0.02 * i)},
                                  glm::dquat(std::sqrt(0.5), 0, std::sqrt(0.5), 0),
@@ -381,7 +382,7 @@ TEST(Burring, ATurningBurrDragsTheHandAsideAndShakesIt) {
       last = record.force_world.z;
     }
   }
-  // 2 N of press (a hand 4 mm deep at 0.5 N/mm), of which 0.3; x cross z is -y, which bone holds back.
+  // 0.3 of a force of 2 N (a hand 4 mm deep at 0.5 N/mm); x cross z is -y, which bone holds back.
   EXPECT_NEAR(aside[0], 0.6, 0.1);
   EXPECT_GT(shake[0], 0.02);
   for (const int kind : {1, 2}) {
@@ -390,8 +391,8 @@ TEST(Burring, ATurningBurrDragsTheHandAsideAndShakesIt) {
   }
 }
 
-TEST(Burring, TheForceOfABurrGoesWhereItGoes) {
-  // Another burr in the hand has another force, none when it is laid down; an effect beside it stays.
+TEST(Burring, TheForceOfABurrFollowsTheInstrument) {
+  // Another burr in the hand has another force, and none when laid down; another effect stays.
   const haptics::TouchScene scene = vault(dvec3(0.6));
   const auto method = haptics::make_method(haptics::k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
@@ -413,16 +414,16 @@ TEST(Burring, TheForceOfABurrGoesWhereItGoes) {
   EXPECT_FALSE(run.apply(Burr{.removal_rate = 30}).refused);
   EXPECT_EQ(laws(), std::vector<std::string>{"gravity"});
   EXPECT_FALSE(run.apply(Burr{}).refused);
-  EXPECT_FALSE(run.apply(sim::LayDown{}).refused);
+  EXPECT_FALSE(run.apply(sim::RemoveInstrument{}).refused);
   EXPECT_EQ(laws(), std::vector<std::string>{"gravity"});
-  // As many effects as there can be leave no room for a burr: that is refused, and nothing changes.
+  // The maximum number of effects leaves no room for a burr: it is refused, and nothing changes.
   for (std::uint32_t id = 10; id < 17; ++id) EXPECT_FALSE(run.apply(sim::SetEffect{{id}, "gravity"}).refused);
   EXPECT_TRUE(run.apply(Burr{}).refused);
   EXPECT_EQ(laws().size(), 8u);
 }
 
-TEST(Burring, BodiesThatAreNoBallsGoByThePressToo) {
-  // Their face engaged, whatever tremor tilts them: as the formula has it.
+TEST(Burring, OtherShapesThanBallsFollowTheForceToo) {
+  // The face is engaged at any tilt by tremor: as in the formula.
   const auto solid = [](const dvec3& p) { return p.z < 6.8 ? 1600.0 : -1000.0; };
   const haptics::TouchScene scene = vault(dvec3(0.45), solid, 2.4);
   for (const Shape shape : {Shape::cylinder, Shape::barrel, Shape::match_head}) {
@@ -447,8 +448,8 @@ TEST(Burring, BodiesThatAreNoBallsGoByThePressToo) {
   }
 }
 
-TEST(Burring, ABurrThatSlidesIsWhereItIsFelt) {
-  // Too slow to cut its way, over 10 mm: what must not be cut is watched where the burr is.
+TEST(Burring, ASlidingBurrIsWatchedWhereItTouches) {
+  // Too slow to cut, over 10 mm: forbidden structures are watched at the position of the burr.
   const haptics::TouchScene scene = vault(dvec3(0.45));
   const auto method = haptics::make_method(haptics::k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
@@ -469,10 +470,10 @@ TEST(Burring, ABurrThatSlidesIsWhereItIsFelt) {
     worst = std::max(worst, glm::length(ball.centre - (record.proxy_world + dvec3(0, 0, 2))));
   }
   EXPECT_GT(count, 1000);
-  EXPECT_LT(worst, 0.5);  // 4 mm by what was cut
+  EXPECT_LT(worst, 0.5);  // 4 mm by the cut
 }
 
-TEST(Burring, ABurrThatRestsWarmsNothing) {
+TEST(Burring, ABurrAtRestWarmsNothing) {
   const haptics::TouchScene scene = vault(dvec3(0.6));
   const auto method = haptics::make_method(haptics::k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());

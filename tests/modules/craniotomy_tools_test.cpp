@@ -1,14 +1,14 @@
-// The tools that open a skull: perforator and craniotome, on a vault of table, diploe and table.
+// Tools that open a skull: perforator and craniotome, on a vault of table, diploe and table.
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "haptics/proxy/methods.h"
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
 #include "modules/drilling/craniotome.h"
 #include "modules/drilling/perforator.h"
-#include "sim/lockstep.h"
-#include "tests/scenes/scenes.h"
+#include "sim/drivers/lockstep.h"
 
 namespace trephine::drilling {
 namespace {
@@ -21,7 +21,7 @@ double vault(const dvec3& p) {
   return 40 + 1660 * above(0) - 950 * above(2) + 950 * above(4.6) - 2700 * above(7);
 }
 
-/// What hands touch and hold, ready to run.
+/// A scene with a tool, ready to run.
 struct Bench {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method;
@@ -36,7 +36,7 @@ struct Bench {
     EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
     EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());
     method = haptics::make_method(needs.balls.empty() ? "subvoxel" : "chain").value();
-    const volume::Status error = method->prepare(scene);
+    const Status error = method->prepare(scene);
     EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
     EXPECT_FALSE(tool.type->check(tool.parameters.data(), scene).has_value());
     run = std::make_unique<sim::Lockstep>(sim::Engine(scene, *method, tool, 4e-3, catalogue),
@@ -63,12 +63,12 @@ struct Bench {
   }
 };
 
-TEST(Perforator, StopsByItselfWhereTheBoneEnds) {
+TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
   for (const double spacing : {0.6, 0.9}) {
     Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault, dvec3(spacing),
                 {-8, -8, -9}, {8, 8, 15});
     sim::Lockstep& run = *bench.run;
-    // Pressed on and on, far beyond: 8 mm under where it is held.
+    // Pressed further and further: 8 mm below the held position.
     for (int i = 0; i < 3000 && !bench.state<PerforatorState>().has_stopped; ++i)
       run.step(haptics::Pose{
           {0.1, 0.2, std::max(14.0 - 16e-3 * i, run.last_record().proxy_world.z - 8)}, {1, 0, 0, 0}, 1});
@@ -80,7 +80,7 @@ TEST(Perforator, StopsByItselfWhereTheBoneEnds) {
     EXPECT_TRUE(bench.is_gone({3.6, 0, 5}));   // the outer drill, behind the inner one
     EXPECT_FALSE(bench.is_gone({3.6, 0, 1}));  // a ledge is left, on which it rests
     EXPECT_FALSE(bench.is_gone({4.3, 0, 5}));
-    // The clutch holds nothing any more, however hard it is pressed; nor is the hand let through the ledge.
+    // The clutch cuts nothing any more at any force, and the hand does not pass the ledge.
     const double removed = run.engine().removed_mm3();
     for (int i = 0; i < 500; ++i) run.step(haptics::Pose{{0.1, 0.2, -6}, {1, 0, 0, 0}, 1});
     EXPECT_EQ(run.engine().removed_mm3(), removed);
@@ -89,7 +89,7 @@ TEST(Perforator, StopsByItselfWhereTheBoneEnds) {
   }
 }
 
-/// With a hole of 10 mm at the origin.
+/// The vault with a hole of 10 mm at the origin.
 double with_a_hole(const dvec3& p) {
   const double wall = std::clamp((std::hypot(p.x, p.y) - 5) / 0.8 + 0.5, 0.0, 1.0);
   return wall * vault(p) + (1 - wall) * (p.z > 7 ? -1000 : 40);
@@ -100,7 +100,7 @@ struct CraniotomeBench : Bench {
       : Bench(craniotome(tool), with_a_hole, dvec3(spacing), {-8, -12, -8}, {24, 20, 18}) {}
 };
 
-TEST(Craniotome, StartsInABurrHoleAlone) {
+TEST(Craniotome, StartsOnlyInABurrHole) {
   const struct {
     dvec3 at;
     const char* why;
@@ -109,7 +109,7 @@ TEST(Craniotome, StartsInABurrHoleAlone) {
   sim::Lockstep& run = *bench.run;
   std::size_t refused = 0;
   for (const auto& place : places) {
-    // Set there from the air, whatever is in its way: a device may be anywhere when the button goes down.
+    // Placed there from the air, through anything: a device may be anywhere when the button is pressed.
     const double removed = run.engine().removed_mm3();
     sim::Lockstep there(sim::Engine(bench.scene, *bench.method, craniotome({}), 1e-3, bench.catalogue), {},
                         1000);
@@ -125,18 +125,18 @@ TEST(Craniotome, StartsInABurrHoleAlone) {
   EXPECT_EQ(refused, 3u);
 }
 
-/// Into the hole, its foot below the vault.
+/// Lowers it into the hole, with its foot below the vault.
 void lower(sim::Lockstep& run) {
   for (int i = 0; i < 210; ++i)
     run.step(haptics::Pose{{0, 0, std::max(-1.0, 12 - 0.065 * i)}, {1, 0, 0, 0}, i < 205 ? 0u : 1u});
 }
-/// Pulled by some mm toward a side of where it is.
+/// Pulls it by `by` mm in direction `side` from its position.
 void pull(sim::Lockstep& run, const dvec3& side, double by = 4) {
   const dvec3 at = run.last_record().proxy_world + by * side;
   run.step(haptics::Pose{{at.x, at.y, -1}, {1, 0, 0, 0}, 1});
 }
 
-TEST(Craniotome, CutsAKerfOfItsWidthUnderWhichItsFootStays) {
+TEST(Craniotome, CutsAKerfOfItsWidthAboveItsFoot) {
   CraniotomeBench bench({}, 0.8);
   sim::Lockstep& run = *bench.run;
   const CraniotomeState& state = bench.state<CraniotomeState>();
@@ -153,7 +153,7 @@ TEST(Craniotome, CutsAKerfOfItsWidthUnderWhichItsFootStays) {
         EXPECT_FALSE(bench.is_gone({x, 1.3 * side, z})) << x << " " << z;
       }
     }
-  // Pulled up it stays: its foot is wider than the kerf.
+  // Pulled up it is held: its foot is wider than the kerf.
   const double removed = run.engine().removed_mm3();
   const dvec3 at = run.last_record().proxy_world;
   for (int i = 0; i < 600; ++i) run.step(haptics::Pose{{at.x - 1, at.y, -1 + 1e-2 * i}, {1, 0, 0, 0}, 0});
@@ -162,32 +162,32 @@ TEST(Craniotome, CutsAKerfOfItsWidthUnderWhichItsFootStays) {
   EXPECT_EQ(run.engine().removed_mm3(), removed);
 }
 
-TEST(Craniotome, TurnsNoTighterThanItsFootLetsIt) {
+TEST(Craniotome, TurnsAtMostAsTightAsItsFootAllows) {
   for (const double turning_radius : {2.0, 5.0}) {
     CraniotomeBench bench({.turning_radius = turning_radius}, 0.8);
     sim::Lockstep& run = *bench.run;
     const CraniotomeState& state = bench.state<CraniotomeState>();
     lower(run);
     for (int i = 0; i < 3000 && state.centre.x < 4.8; ++i) pull(run, {1, 0, 0});
-    // Then the hand wants it to go aside, as sharply as it can.
-    double way = 0;
+    // Then the hand pulls it sideways, as sharply as it can.
+    double path = 0;
     dvec3 last = state.centre;
     const dvec3 before = state.heading;
-    for (int i = 0; i < 4000 && way < 1.5; ++i) {
+    for (int i = 0; i < 4000 && path < 1.5; ++i) {
       pull(run, glm::normalize(state.heading + dvec3(-state.heading.y, state.heading.x, 0)));
-      way += glm::length(state.centre - last);
+      path += glm::length(state.centre - last);
       last = state.centre;
     }
-    ASSERT_GE(way, 1.5);
+    ASSERT_GE(path, 1.5);
     const double turned = std::acos(std::clamp(glm::dot(before, state.heading), -1.0, 1.0));
-    EXPECT_LT(turned, 1.05 * way / turning_radius);
-    EXPECT_GT(turned, 0.7 * way / turning_radius);
+    EXPECT_LT(turned, 1.05 * path / turning_radius);
+    EXPECT_GT(turned, 0.7 * path / turning_radius);
     EXPECT_GT(state.heading.y, 0);
     EXPECT_GT(state.centre.y, 0.05);
   }
 }
 
-TEST(Craniotome, BackwardAsideAndOutsideItCutsNothing) {
+TEST(Craniotome, CutsNothingBackwardSidewaysAndOutside) {
   CraniotomeBench bench({}, 0.8);
   sim::Lockstep& run = *bench.run;
   const CraniotomeState& state = bench.state<CraniotomeState>();
@@ -197,7 +197,7 @@ TEST(Craniotome, BackwardAsideAndOutsideItCutsNothing) {
   EXPECT_GT(removed, 10);
   for (const dvec3& side : {dvec3(-0.1, 1, 0), dvec3(-0.1, -1, 0)})
     for (int i = 0; i < 150; ++i) pull(run, glm::normalize(side), 2);
-  // What it was still closing in on, at the end of its kerf: 0.2 mm of that; nothing beside it.
+  // Only the remaining 0.2 mm at the end of its kerf; nothing to its sides.
   EXPECT_LT(run.engine().removed_mm3() - removed, 0.2 * 7 * 2.3 * 2);
   for (const double x : {5.0, 5.5, 6.0})
     for (const double side : {-1.0, 1.0})
@@ -212,20 +212,20 @@ TEST(Craniotome, BackwardAsideAndOutsideItCutsNothing) {
   EXPECT_EQ(run.engine().removed_mm3(), outside);
 }
 
-/// What it brushes before it cuts is no way, and back in its hole it may cut elsewhere.
-TEST(Craniotome, OutOfItsKerfAnyWayIsOpen) {
+/// A brushed wall does not set its direction, and back in its hole it may cut elsewhere.
+TEST(Craniotome, OutOfItsKerfAnyDirectionIsOpen) {
   CraniotomeBench bench({}, 0.8);
   sim::Lockstep& run = *bench.run;
   const CraniotomeState& state = bench.state<CraniotomeState>();
   lower(run);
-  for (int i = 0; i < 60; ++i) pull(run, {0, -1, 0}, 0.2);  // over to a wall, and along it
+  for (int i = 0; i < 60; ++i) pull(run, {0, -1, 0}, 0.2);  // to a wall, and along it
   for (int i = 0; i < 40; ++i) pull(run, {0.3, -1, 0}, 0.2);
   EXPECT_LT(run.engine().removed_mm3(), 8);  // a tenth of a millimetre off that wall
   for (int i = 0; i < 3000 && state.centre.x < 6; ++i)
     pull(run, glm::normalize(dvec3(1, -0.3 * run.last_record().proxy_world.y, 0)));
   ASSERT_GE(state.centre.x, 6);
   EXPECT_TRUE(bench.is_gone({5.5, 0, 3}));
-  // Back through the hole, the button held all the time, and into the wall beyond it.
+  // Back through the hole, with the button held, and into the wall beyond it.
   for (int i = 0; i < 3000 && !(state.centre.y > 6); ++i) {
     const dvec3 at = run.last_record().proxy_world;
     pull(run, glm::normalize(at.x > 1 ? dvec3(-1, 0, 0) : dvec3(-0.3 * at.x, 1, 0)), at.x > 1 ? 0.5 : 4);
@@ -236,9 +236,9 @@ TEST(Craniotome, OutOfItsKerfAnyWayIsOpen) {
   EXPECT_FALSE(bench.is_gone({-2, 6, 3}));
 }
 
-/// From one burr hole round to another and back on the other side: what lies within comes off by itself, and
-/// the tool that freed it touches it.
-TEST(Craniotome, JoinsBurrHolesAndWhatLiesWithinComesOff) {
+/// From one burr hole around to another and back on the other side: the enclosed piece is detached
+/// automatically, and the tool that freed it touches it.
+TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
   constexpr double k_ring = 8.5, k_hole = 4;
   const auto with_holes = [&](const dvec3& p) {
     const double off = std::min(std::hypot(p.x - k_ring, p.y), std::hypot(p.x + k_ring, p.y));
@@ -264,7 +264,7 @@ TEST(Craniotome, JoinsBurrHolesAndWhatLiesWithinComesOff) {
     }
     ASSERT_TRUE(has_come()) << side << " " << state.centre.x << " " << state.centre.y;
     EXPECT_EQ(run.engine().now().world.bodies.size(), 0u);
-    // Its top comes last: on until all of it stands upright in the hole. Let go, and drawn out.
+    // Its top arrives last: continue until it is upright in the hole. Then release it and draw it out.
     for (int i = 0; i < 3000 && glm::length(run.last_record().turn_world) > 0.05; ++i)
       run.step(haptics::Pose{{-side * k_ring, -2 * side, -1}, {1, 0, 0, 0}, 1});
     for (int i = 0; i < 350; ++i)
@@ -274,22 +274,22 @@ TEST(Craniotome, JoinsBurrHolesAndWhatLiesWithinComesOff) {
   }
   EXPECT_TRUE(bench.events<CraniotomeRefused>().empty());
   ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-  // The disc within the ring, without half of the kerf and what the holes take of it.
+  // The disc inside the ring, without half of the kerf and without the holes' share.
   const double mm3 = run.engine().now().world.bodies[0].piece->mm3,
                disc = 7 * 3.1416 * (k_ring - 1.15) * (k_ring - 1.15);
   EXPECT_LT(mm3, disc);
   EXPECT_GT(mm3, 0.6 * disc);
-  // The bit rests on it, upright over its middle.
+  // The bit rests on it, upright over its centre.
   for (int i = 0; i < 300; ++i) run.step(haptics::Pose{{0, 0, 14 - 0.04 * i}, {1, 0, 0, 0}, 0});
   EXPECT_TRUE(run.last_record().has_contact);
   EXPECT_NEAR(run.last_record().proxy_world.z, 7 + 2 * 1.15 * 0.5, 1.0);
 }
 
-TEST(Perforator, SetDownElsewhereItBeginsAnew) {
+TEST(Perforator, SetDownElsewhereItStartsAgain) {
   Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault, dvec3(0.9), {-14, -8, -9},
               {14, 8, 15});
   sim::Lockstep& run = *bench.run;
-  // A shallow hole at one place, then, the button held, through the air to another.
+  // A shallow hole at one position, then, with the button held, through the air to another.
   for (int i = 0; i < 150; ++i)
     run.step(haptics::Pose{{-8, 0, std::max(7.0, 14 - 0.1 * i)}, {1, 0, 0, 0}, 1});
   const double first = run.engine().removed_mm3();
@@ -301,7 +301,7 @@ TEST(Perforator, SetDownElsewhereItBeginsAnew) {
   EXPECT_TRUE(bench.events<PerforatorStopped>().empty());
 }
 
-TEST(CraniotomyTools, WhatTheyCannotBeIsRefused) {
+TEST(CraniotomyTools, InvalidToolsAreRefused) {
   haptics::TouchScene scene;
   const sim::Instrument bad[] = {perforator({.diameter = 10, .inner = 12}),
                                  craniotome({.diameter = 3, .foot = 2}), craniotome({}), perforator({})};

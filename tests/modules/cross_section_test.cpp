@@ -1,15 +1,15 @@
-// Sections against a judge in whole numbers, closed forms, and operated volumes point by point.
+// Cross-sections against an integer judge, closed forms, and operated volumes point by point.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/phantoms.h"
+#include "apps/bench/scenes/scenes.h"
+#include "apps/verify/solid_judge.h"
+#include "data-tools/phantoms/phantoms.h"
 #include "modules/cross_section/section.h"
-#include "tests/checker/solid_judge.h"
-#include "tests/scenes/scenes.h"
 #include "tests/whole.h"
-#include "volume/deterministic_math.h"
-#include "volume/removal.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::cross_section {
 namespace {
@@ -19,7 +19,7 @@ using glm::dvec3;
 using glm::ivec3;
 using volume::ImagePlane;
 
-double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
 ImagePlane plane_of(int pixels, double mm) {
   ImagePlane plane;
@@ -31,7 +31,7 @@ constexpr std::uint32_t k_box[] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 
                                    2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
 
 /// Boxes and octahedra with corners, edges and facets in the plane, on pixels and between them: in steps of
-/// an eighth of a mm, where pixels are half a mm.
+/// an eighth of a mm, at pixels of half a mm.
 SectionMesh aimed(std::uint64_t n) {
   SectionMesh mesh;
   const auto whole = [&](std::uint64_t k, int range) {
@@ -45,7 +45,7 @@ SectionMesh aimed(std::uint64_t n) {
           at + dvec3(whole(body + 30, 20) + 24, whole(body + 40, 20) + 24, whole(body + 50, 20) + 24) / 8.0;
       for (int i = 0; i < 8; ++i) {
         dvec3 corner(i & 1 ? high.x : at.x, i & 2 ? high.y : at.y, i & 4 ? high.z : at.z);
-        // Some lean, so that facets cross the plane anywhere.
+        // Some are tilted, so that facets cross the plane anywhere.
         if (n % 3 == 0)
           corner += dvec3(whole(60 + 10 * body + static_cast<std::uint64_t>(i), 3),
                           whole(90 + 10 * body + static_cast<std::uint64_t>(i), 3),
@@ -73,11 +73,11 @@ SectionMesh aimed(std::uint64_t n) {
   return mesh;
 }
 
-TEST(CrossSection, OfMeshesIsThatOfTheJudgeAtEveryPixel) {
+TEST(CrossSection, OfMeshesEqualsTheJudgeAtEveryPixel) {
   const ImagePlane plane = [] {
     ImagePlane p = plane_of(64, 0.25);
     p.right = {1, 0, 0}, p.up = {0, 1, 0};  // the plane's frame is the world's
-    p.columns = 65, p.rows = 65;            // a pixel on the middle
+    p.columns = 65, p.rows = 65;            // a pixel on the centre
     return p;
   }();
   long pixels = 0, inside = 0, found = 0;
@@ -87,30 +87,30 @@ TEST(CrossSection, OfMeshesIsThatOfTheJudgeAtEveryPixel) {
     const auto cut = cut_mesh(plane, mesh, 2);
     ASSERT_TRUE(cut) << cut.error().message();
     EXPECT_EQ(cut_mesh(plane, mesh, 1).value().inside, cut.value().inside);
-    checker::WholeMesh whole;
+    verify::WholeMesh whole;
     for (const dvec3& v : mesh.vertices_world)
       whole.corners.push_back(
           {std::lround(v.x * (1 << 20)), std::lround(v.y * (1 << 20)), std::lround(v.z * (1 << 20))});
     whole.triangles = mesh.triangles;
-    checker::WholeMesh broken = whole;
+    verify::WholeMesh broken = whole;
     broken.triangles.resize(broken.triangles.size() - 6);
     for (int j = 0; j < 65; ++j)
       for (int i = 0; i < 65; ++i) {
         const std::array<std::int64_t, 3> p{(i - 32) * (std::int64_t{1} << 18),
                                             (32 - j) * (std::int64_t{1} << 18), 0};
-        const bool is = checker::winding(whole, p) > 0;
+        const bool is = verify::winding(whole, p) > 0;
         const auto at = static_cast<std::size_t>(i + 65 * j);
         ASSERT_EQ(cut.value().inside[at] != 0, is) << "mesh " << n << ", pixel " << i << ", " << j;
         ++pixels, inside += is;
-        if (n < 4) found += (checker::winding(broken, p) > 0) != (cut.value().inside[at] != 0);
+        if (n < 4) found += (verify::winding(broken, p) > 0) != (cut.value().inside[at] != 0);
       }
   }
   EXPECT_GT(inside, pixels / 25);
-  EXPECT_GT(found, 0);  // a mesh with a hole is another: the judge sees it
+  EXPECT_GT(found, 0);  // a mesh with a hole differs: the judge detects it
   std::printf("%ld pixels, %ld inside\n", pixels, inside);
 }
 
-TEST(CrossSection, OfABoxHasItsAreaAndOutlineWhateverThePlane) {
+TEST(CrossSection, OfABoxHasItsAreaAndOutlineInAnyPlane) {
   SectionMesh box;
   for (int i = 0; i < 8; ++i)
     box.vertices_world.push_back({i & 1 ? 9.0 : -7.0, i & 2 ? 5.0 : -4.0, i & 4 ? 12.0 : -11.0});
@@ -121,7 +121,7 @@ TEST(CrossSection, OfABoxHasItsAreaAndOutlineWhateverThePlane) {
     double area;
   };
   for (const Case& c : {Case{"axial", 16 * 9}, Case{"coronal", 16 * 23}, Case{"sagittal", 9 * 23}}) {
-    ASSERT_TRUE(turn_plane(plane, c.name));
+    ASSERT_TRUE(orient_plane(plane, c.name));
     const Cut cut = cut_mesh(plane, box).value();
     EXPECT_NEAR(cut.area, c.area, 1e-4);
     ASSERT_EQ(cut.outline.size(), 1u);
@@ -129,12 +129,12 @@ TEST(CrossSection, OfABoxHasItsAreaAndOutlineWhateverThePlane) {
     for (const std::uint8_t in : cut.inside) count += in;
     EXPECT_NEAR(count * 0.01, c.area, 0.6);
   }
-  // Leaning: larger by 1 / cos.
-  ASSERT_TRUE(turn_plane(plane, dvec3(0, std::sin(0.3), std::cos(0.3))));
+  // Tilted: larger by 1 / cos.
+  ASSERT_TRUE(orient_plane(plane, dvec3(0, std::sin(0.3), std::cos(0.3))));
   EXPECT_NEAR(cut_mesh(plane, box).value().area, 16 * 9 / std::cos(0.3), 1e-4);
   plane.middle_world = {0, 0, 40};
   EXPECT_EQ(cut_mesh(plane, box).value().area, 0);
-  // Names what is open, and what lies nowhere.
+  // Reports open meshes and planes that miss.
   box.triangles.resize(33);
   const auto open = cut_mesh(plane, box);
   ASSERT_FALSE(open);
@@ -147,25 +147,25 @@ TEST(CrossSection, OfABoxHasItsAreaAndOutlineWhateverThePlane) {
   EXPECT_FALSE(cut_mesh(plane, box));
 }
 
-/// A ball in a scan with thick, leaning slices, a hole drilled into it: every pixel is what touch says there,
-/// the area is the circle's less the hole's.
-TEST(CrossSection, OfAVolumeIsWhatIsFelt) {
+/// A ball in a scan with thick, sheared slices and a drilled hole: every pixel equals touch there, the area
+/// is the circle's minus the hole's.
+TEST(CrossSection, OfAVolumeEqualsTouch) {
   for (const double slice : {0.8, 2.5}) {
     glm::dmat3 axes(0.0);
     axes[0] = dvec3(0.8, 0, 0), axes[1] = dvec3(0, 0.8, 0), axes[2] = dvec3(0.1 * slice, 0.3 * slice, slice);
     const int deep = static_cast<int>(60 / slice);
-    volume::Volume made =
+    volume::Volume result =
         volume::make_volume(
             {80, 80, deep},
             volume::Frame::from_axes(-0.5 * (axes * (dvec3(80, 80, deep) - 1.0)), axes).value())
             .value();
-    made.is_hounsfield = true;
+    result.is_hounsfield = true;
     for (int z = 0; z < deep; ++z)
       for (int y = 0; y < 80; ++y)
         for (int x = 0; x < 80; ++x)
-          made.voxels[made.index(x, y, z)] = static_cast<std::int16_t>(std::clamp(
-              300 + 300 * (20 - glm::length(made.frame.world_from_volume({x, y, z}))), -1000.0, 2000.0));
-    const auto scan = std::make_shared<const volume::Volume>(std::move(made));
+          result.voxels[result.index(x, y, z)] = static_cast<std::int16_t>(std::clamp(
+              300 + 300 * (20 - glm::length(result.frame.world_from_volume({x, y, z}))), -1000.0, 2000.0));
+    const auto scan = std::make_shared<const volume::Volume>(std::move(result));
     const volume::Field bone(*scan, volume::Shape{"bone", 300});
     volume::RemovalEditor editor(
         std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 5).value()), {bone});
@@ -173,7 +173,7 @@ TEST(CrossSection, OfAVolumeIsWhatIsFelt) {
     const auto version = editor.freeze();
     for (const char* name : {"axial", "coronal", "sagittal"}) {
       ImagePlane plane = plane_of(240, 0.2);
-      turn_plane(plane, name);
+      orient_plane(plane, name);
       const Cut whole = cut_volume(plane, bone, nullptr, 1), cut = cut_volume(plane, bone, version.get(), 2);
       EXPECT_NEAR(whole.area, 3.14159265 * 400, 5 * slice) << name << slice;
       for (int j = 0; j < 240; j += 7)
@@ -182,7 +182,7 @@ TEST(CrossSection, OfAVolumeIsWhatIsFelt) {
           EXPECT_EQ(cut.inside[static_cast<std::size_t>(i + 240 * j)] != 0,
                     bone.value(p) >= 0 && version->distance(p) > 0);
         }
-      // The hole goes along x: seen end on it is a disk, along it a strip as long as the ball is wide there.
+      // The hole is along x: seen end-on it is a disk, along it a strip as long as the ball is wide there.
       const double hole = std::string(name) == "sagittal" ? 3.14159265 * 2.5 * 2.5
                           : std::string(name) == "axial"  ? 5 * 2 * std::sqrt(400 - 9.0)
                                                           : 0;
@@ -194,13 +194,13 @@ TEST(CrossSection, OfAVolumeIsWhatIsFelt) {
   }
 }
 
-TEST(CrossSection, LabelsThatNameBonesAreBone) {
+TEST(CrossSection, LabelsNamedAsBonesAreBone) {
   for (const char* bone :
        {"vertebrae_L4", "L4", "t12", "Skull", "sacrum", "hip_left", "rib_left_3", "L4 vertebra"})
-    EXPECT_TRUE(volume::names_bone(bone)) << bone;
+    EXPECT_TRUE(volume::is_bone_name(bone)) << bone;
   for (const char* other : {"vertebral_disc", "vertebral artery left", "dura", "brain", "liver",
                             "spinal_cord", "label-3", "colon", "L", "c4d", "tumour", "sac"})
-    EXPECT_FALSE(volume::names_bone(other)) << other;
+    EXPECT_FALSE(volume::is_bone_name(other)) << other;
   volume::Volume v =
       volume::make_volume(glm::ivec3(20),
                           volume::Frame::from_spacing(glm::dvec3(0), glm::dvec3(1, 1, 2)).value(), true)

@@ -1,17 +1,17 @@
-// Slices as they are looked at: slabs with what was cut in them, greys, where one looks.
+// CtViewer: slabs with removed matter in each layer, windowing, the cursor.
 #include "modules/ct_viewer/ct_viewer.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "data-tools/phantoms.h"
-#include "haptics/proxy/methods.h"
+#include "apps/bench/scenes/scenes.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "haptics/methods/methods.h"
 #include "modules/ct_viewer/slice_image.h"
-#include "sim/lockstep.h"
+#include "sim/drivers/lockstep.h"
 #include "tests/modules/xray_scenes.h"
-#include "tests/scenes/scenes.h"
-#include "volume/operated_volume.h"
-#include "volume/removal.h"
+#include "volume/cuts/operated_volume.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::ct_viewer {
 namespace {
@@ -19,8 +19,8 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-/// Against every layer by itself, added up in double precision.
-TEST(CtViewer, SlabsShowWhatWasCutInEveryLayer) {
+/// Against every layer by itself, summed in double precision.
+TEST(CtViewer, SlabsShowRemovedMatterInEveryLayer) {
   const glm::dmat3 leaning(dvec3(0.8, 0, 0), dvec3(0, 0.8, 0), dvec3(0.2, 0.4, 2.5));
   for (const glm::dmat3& axes : {fluoroscopy::straight(dvec3(1)), leaning}) {
     const auto scan = fluoroscopy::scan_of({70, 70, 40}, axes, [](const dvec3& p) {
@@ -37,22 +37,22 @@ TEST(CtViewer, SlabsShowWhatWasCutInEveryLayer) {
       double of_mean = 0;  // mm2
       for (const auto kind : {volume::Slab::Kind::mean, volume::Slab::Kind::maximum}) {
         volume::ImagePlane plane;
-        if (!turn_plane(plane, name)) {
-          ASSERT_TRUE(turn_plane(plane, dvec3(1, 0.4, -0.7)));
+        if (!orient_plane(plane, name)) {
+          ASSERT_TRUE(orient_plane(plane, dvec3(1, 0.4, -0.7)));
         }
         plane.columns = plane.rows = 60, plane.pixel = 0.9;
         const volume::Slab slab{6, kind};
         const SliceValues values = slice_values(*scan, *cut, plane, slab, 2);
         const SliceValues whole = slice_values(*scan, *untouched, plane, slab, 2);
-        int differing = 0, untold = 0;
+        int differing = 0, missing = 0;
         for (std::size_t i = 0; i < values.now.size(); ++i) {
           EXPECT_NEAR(values.before[i], whole.before[i], 1.01);
           differing += values.now[i] != values.before[i];
-          untold += values.now[i] > values.before[i];
+          missing += values.now[i] > values.before[i];
         }
-        EXPECT_EQ(untold, 0) << "nothing grows";
-        // A hole of 5 mm in a slab of 6 is seen as a disc of about 5 mm; of maxima only where it goes through
-        // all of the slab.
+        EXPECT_EQ(missing, 0) << "nothing grows";
+        // A hole of 5 mm in a slab of 6 mm appears as a disc of about 5 mm; in maxima only where it passes
+        // through the whole slab.
         const double mm2 = differing * plane.pixel * plane.pixel;
         if (kind == volume::Slab::Kind::mean) {
           EXPECT_GT(mm2, 0.8 * 78.5) << name;
@@ -61,7 +61,7 @@ TEST(CtViewer, SlabsShowWhatWasCutInEveryLayer) {
         } else {
           EXPECT_LT(mm2, of_mean) << name;
         }
-        // Its middle: layer by layer.
+        // Its centre, layer by layer.
         const glm::dvec2 seen = plane.from_world(at);
         const int column = static_cast<int>(std::lround(seen.x / plane.pixel + 0.5 * (plane.columns - 1))),
                   row = static_cast<int>(std::lround(0.5 * (plane.rows - 1) - seen.y / plane.pixel));
@@ -83,7 +83,7 @@ TEST(CtViewer, SlabsShowWhatWasCutInEveryLayer) {
   }
 }
 
-TEST(CtViewer, GreysAndWhatWasCutInAmber) {
+TEST(CtViewer, ShowsGreysAndRemovedMatterInAmber) {
   const GreyWindow bone = k_windows[0].window;
   EXPECT_EQ(bone.grey(-501), 0);
   EXPECT_EQ(bone.grey(500), 128);
@@ -100,7 +100,7 @@ TEST(CtViewer, GreysAndWhatWasCutInAmber) {
   EXPECT_EQ(pixel_of(500, -1000, bone, Blend::before).red, 128);
 }
 
-TEST(CtViewer, WhereOneLooksIsKeptAndSeen) {
+TEST(CtViewer, TheCursorIsKeptAndShown) {
   data_tools::PhantomOptions o;
   o.size = ivec3(32);
   haptics::TouchScene scene = scenes::phantom_scene("sphere", o);
@@ -118,7 +118,7 @@ TEST(CtViewer, WhereOneLooksIsKeptAndSeen) {
   EXPECT_TRUE(run.apply_whole({LookAt{{1, std::nan(""), 3}}, 0}).refused);
   window.width = 0;
   EXPECT_TRUE(run.apply_whole({window, 0}).refused);
-  const auto* kept = run.engine().now().settings_of<CtViewerState>();
+  const auto* kept = run.engine().now().persistent_of<CtViewerState>();
   ASSERT_NE(kept, nullptr);
   EXPECT_EQ(kept->at, dvec3(1, 2, 3));
   EXPECT_EQ(kept->width, 80);

@@ -2,12 +2,12 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "apps/bench/scenes/scenes.h"
+#include "apps/verify/fall_through.h"
+#include "haptics/methods/methods.h"
 #include "haptics/proxy/implicit_proxy.h"
-#include "haptics/proxy/methods.h"
 #include "modules/drilling/burr.h"
-#include "sim/lockstep.h"
-#include "tests/checker/fall_through.h"
-#include "tests/scenes/scenes.h"
+#include "sim/drivers/lockstep.h"
 
 namespace trephine::drilling {
 namespace {
@@ -68,7 +68,7 @@ TEST(Drilling, KinematicVolumeAgreesAtEveryRate) {
     EXPECT_NEAR(drill(scene, bent_path(), rate, options) / slow, 1, 1e-3);
 }
 
-TEST(Drilling, KinematicVolumeIsTheCapsulesAtThreeVoxelSizes) {
+TEST(Drilling, KinematicVolumeEqualsTheCapsulesAtThreeVoxelSizes) {
   const dvec3 a(-5, -4, 1), b(4, 3, -2);
   const auto path = haptics::PosePath::from_samples({{0, {a}}, {1, {b}}}, "test").value();
   const double r = 2.4, exact = k_pi * r * r * glm::length(b - a) + 4.0 / 3.0 * k_pi * r * r * r;
@@ -76,7 +76,7 @@ TEST(Drilling, KinematicVolumeIsTheCapsulesAtThreeVoxelSizes) {
     EXPECT_NEAR(drill(block_scene(spacing), path, 1000, {2 * r, 30, 20, true}) / exact, 1, 0.01) << spacing;
 }
 
-TEST(Drilling, CutSurfaceIsTheCapsules) {
+TEST(Drilling, CutSurfaceEqualsTheCapsules) {
   const dvec3 a(-5, -4, 1), b(4, 3, -2);
   const auto path = haptics::PosePath::from_samples({{0, {a}}, {1, {b}}}, "test").value();
   const double r = 3.0, spacing = 0.5;
@@ -104,7 +104,7 @@ TEST(Drilling, CutSurfaceIsTheCapsules) {
 }
 
 TEST(Drilling, ThroughTheProxyTheHoleDoesNotDependOnRateOrVoxels) {
-  // A slow press 3 mm deep and a way along: the burr's lowest point follows the HIP.
+  // A slow press 3 mm deep and a path along: the burr's lowest point follows the HIP.
   const auto path = haptics::PosePath::from_samples({{0, {{-3, 0.2, 2}}},
                                                      {0.5, {{-3, 0.2, 0}}},
                                                      {3.5, {{-3, 0.2, -3}}},
@@ -140,14 +140,14 @@ TEST(Drilling, RemovalRateHoldsAtAnyServoRateAndVoxelSize) {
     }
 }
 
-TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
+TEST(Drilling, TheProxyNeverFallsThroughDuringDrilling) {
   haptics::TouchScene scene = flat_bone(0.6);
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const Burr burr{4, 60, 40, false};
   sim::Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
   std::shared_ptr<const volume::Version> seen = run.engine().current();
-  checker::FallThroughJudge judge(scene.base->size, [&](int x, int y, int z) {
+  verify::FallThroughJudge judge(scene.base->size, [&](int x, int y, int z) {
     return scene.base->voxels[scene.base->index(x, y, z)] >= 300 && seen->distance_at(x, y, z) > 0;
   });
   const haptics::PosePath path = scenes::rough_walk(dvec3(-9, -9, -7), dvec3(9, 9, 3), 0.4, 15000, 21);
@@ -164,9 +164,9 @@ TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
   EXPECT_GT(run.engine().removed_mm3(), 50);
 }
 
-/// In every frame and unit: a slanted hole in the middle, and two whose middles lie on the border, which are
-/// half as much.
-TEST(Drilling, KinematicVolumeIsTheCapsulesInEveryFrameUnitAndMask) {
+/// In every frame and unit: a slanted hole in the middle, and two centred on the border, which are half as
+/// large.
+TEST(Drilling, KinematicVolumeEqualsTheCapsulesInEveryFrameUnitAndMask) {
   for (const scenes::Scan& scan : scenes::k_scans) {
     SCOPED_TRACE(scan.name());
     haptics::TouchScene scene = scenes::scan_scene(scan, true);

@@ -1,12 +1,12 @@
-// What is shown of a flap before it is cut.
+// Preview of a flap before it is cut.
 #include "tests/modules/flap_vault.h"
 
 namespace trephine::bone_flap {
 namespace {
 
-/// What would come off is shown before it is cut: as large as the shell's, on it, as deep as the saw goes.
-/// It is gone with the next change of the outline.
-TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
+/// The preview is as large as the flap on the shell, on its surface, and as deep as the saw. It is cleared by
+/// the next change of the outline.
+TEST(BoneFlap, APreviewShowsTheFlap) {
   const Outline outline(12, 6);
   for (const dvec3& spacing : {dvec3(0.6), dvec3(0.45, 0.45, 3)}) {
     const Vault vault(spacing, 6.5, Vault::shell, 24);
@@ -16,12 +16,12 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
     PreviewFlap request;
     request.distance = outline.height;
     ASSERT_FALSE(run.apply_whole({request, 0}).refused);
-    const auto shown = [&] { return *run.engine().now().settings_of<FlapSettings>(); };
-    EXPECT_FALSE(shown().preview.empty()) << shown().trouble;
+    const auto shown = [&] { return *run.engine().now().persistent_of<FlapSettings>(); };
+    EXPECT_FALSE(shown().preview.empty()) << shown().problem;
     const sim::Overlays all = run.engine().overlays();
     ASSERT_EQ(all.size(), 2u);
     EXPECT_EQ(all[0].handles.size(), outline.anchors.size());
-    // The lid lies 0.6 mm above the skull, so that it is seen; the walls reach through it.
+    // The lid is 0.6 mm above the skull, so that it is visible; the walls reach through it.
     double lid = 0, wall = 0, lowest = k_outer;
     for (const auto& [a, b, c] : all[1].skin) {
       const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
@@ -42,12 +42,12 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
     run.apply({MoveAnchor{1, outline.anchors[0] + dvec3(0, 0, 0.1)}, 0});
     EXPECT_TRUE(shown().preview.empty());
     EXPECT_TRUE(shown().lid.empty());
-    // Where there would be none it says why, as cutting does.
+    // An invalid outline gives the same reason as cutting does.
     run.apply({MoveAnchor{1, 2.0 * outline.anchors[0]}, 0});
     run.apply_whole({request, 0});
-    EXPECT_NE(shown().trouble.find("anchor 1 lies off the bone"), std::string::npos);
+    EXPECT_NE(shown().problem.find("anchor 1 lies off the bone"), std::string::npos);
     EXPECT_TRUE(shown().preview.empty());
-    EXPECT_TRUE(told<NoFlap>(run.engine()).empty());
+    EXPECT_TRUE(events_of<FlapFailed>(run.engine()).empty());
     run.apply({MoveAnchor{1, outline.anchors[0]}, 0});
     run.apply_whole({request, 0});
     EXPECT_FALSE(shown().preview.empty());
@@ -55,10 +55,10 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
     cuts.anchors.clear();
     EXPECT_EQ(cut(run, cuts), "");
     EXPECT_TRUE(shown().preview.empty());
-    // Each was told; what is sawn already comes off no more.
+    // Each raised an event; bone that was sawn already is not detached again.
     EXPECT_FALSE(run.apply_whole({request, 0}).refused);
-    EXPECT_NE(shown().trouble.find("cut before"), std::string::npos) << shown().preview;
-    const auto seen = told<FlapSeen>(run.engine());
+    EXPECT_NE(shown().problem.find("cut before"), std::string::npos) << shown().preview;
+    const auto seen = events_of<FlapPreviewed>(run.engine());
     ASSERT_EQ(seen.size(), 4u);
     EXPECT_NEAR(seen[0].first.area / outline.area(), 1, 0.01);
     EXPECT_EQ(seen[1].first.area, 0);
@@ -70,13 +70,13 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
     request.item = 1;
     const sim::Outcome no_shape = run.apply({request, 0});
     ASSERT_TRUE(no_shape.refused.has_value());
-    EXPECT_NE(no_shape.refused->what.find("no such shape"), std::string::npos);
+    EXPECT_NE(no_shape.refused->what.find("unknown shape"), std::string::npos);
   }
 }
 
-/// What stands in the bone and must not be cut, as a sinus does: the saw goes into it, before and after it is
-/// asked, and where. What lies under the inner table is stripped by the footplate.
-TEST(BoneFlap, WhatMustNotBeCutHearsOfTheSaw) {
+/// A structure in the bone that must not be cut, such as a sinus: the saw enters it, which is reported with
+/// its location before and after the cut. A structure under the inner table is stripped by the footplate.
+TEST(BoneFlap, ForbiddenStructuresAreCheckedAgainstTheSaw) {
   const Outline outline(12, 6);
   const Vault vault(dvec3(0.6), 6.5, Vault::shell, 24);
   for (const double above : {1.0, -0.2, -6.0}) {
@@ -93,10 +93,10 @@ TEST(BoneFlap, WhatMustNotBeCutHearsOfTheSaw) {
     PreviewFlap preview;
     preview.distance = outline.height;
     run.apply_whole({preview, 0});
-    const std::string seen = run.engine().now().settings_of<FlapSettings>()->preview;
+    const std::string seen = run.engine().now().persistent_of<FlapSettings>()->preview;
     EXPECT_EQ(cut(run, outline.request()), "");
-    const auto torn = told<sim::StructureTorn>(run.engine());
-    EXPECT_TRUE(told<sim::StructureTouched>(run.engine()).empty());
+    const auto torn = events_of<sim::StructureTorn>(run.engine());
+    EXPECT_TRUE(events_of<sim::StructureTouched>(run.engine()).empty());
     if (above < 0) {
       EXPECT_TRUE(torn.empty());
       EXPECT_EQ(seen.find("dura"), std::string::npos) << seen;

@@ -1,4 +1,4 @@
-// The top of a skull with a formula, outlines on it, and what a flap of it told.
+// Vault: the top of a skull with a formula, with outlines on it and the events of a flap.
 #pragma once
 
 #include <algorithm>
@@ -7,11 +7,11 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "haptics/proxy/methods.h"
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/bone_flap/rim.h"
-#include "sim/lockstep.h"
-#include "tests/scenes/scenes.h"
+#include "sim/drivers/lockstep.h"
 
 namespace trephine::bone_flap {
 
@@ -19,8 +19,7 @@ using glm::dvec3;
 
 inline constexpr double k_pi = 3.14159265358979323846, k_outer = 75, k_inner = 69;  // mm, of the shell
 
-/// The top of a skull: a shell around the origin. `density`: HU there, beside the shell's own; the smaller
-/// counts.
+/// The top of a skull: a shell around the origin. `hounsfield`: HU at a world point.
 struct Vault {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method;
@@ -44,7 +43,7 @@ struct Vault {
     method = haptics::make_method("subvoxel").value();
     EXPECT_FALSE(method->prepare(scene).has_value());
   }
-  /// Slices that slide to the side one after another, as a tilted gantry makes them.
+  /// Slices shifted sideways one after another, as from a tilted gantry.
   static volume::Volume sheared() {
     glm::dmat3 axes(0.0);
     axes[0] = dvec3(0.6, 0, 0), axes[1] = dvec3(0, 0.6, 0), axes[2] = dvec3(0.15, 0.3, 0.9);
@@ -65,7 +64,8 @@ struct Vault {
   }
 };
 
-/// A regular outline on the shell, `polar` from the top (rad); its middle is over the origin, at `height`.
+/// A regular outline on the shell, `polar` (rad) from the top; its centre is over the origin, at `height`
+/// (mm).
 struct Outline {
   std::vector<dvec3> anchors;
   double polar, height;
@@ -79,12 +79,12 @@ struct Outline {
     }
     height = k_outer * std::cos(polar);
   }
-  /// Great circles lead from anchor to anchor.
+  /// Angle of a side (rad): anchors are joined by great circles.
   double side_angle() const {
     const double c = std::cos(polar), s = std::sin(polar);
     return std::acos(c * c + s * s * std::cos(2 * k_pi / count));
   }
-  /// sr, by its spherical triangles from the top.
+  /// Solid angle (sr), from its spherical triangles at the top.
   double solid_angle() const {
     const double t = std::tan(0.5 * polar), square = t * t, wedge = 2 * k_pi / count;
     return count * 2 * std::atan2(square * std::sin(wedge), 1 + square * std::cos(wedge));
@@ -92,14 +92,14 @@ struct Outline {
   double area() const { return solid_angle() * k_outer * k_outer; }
   double wall() const { return count * side_angle() * 0.5 * (k_outer * k_outer - k_inner * k_inner); }
   CutFlap request(Saw saw = Saw::w1_6) const {
-    CutFlap one;
-    one.anchors = anchors, one.saw = saw, one.distance = height;
-    return one;
+    CutFlap flap;
+    flap.anchors = anchors, flap.saw = saw, flap.distance = height;
+    return flap;
   }
 };
 
 template <class T>
-std::vector<std::pair<T, dvec3>> told(const sim::Engine& engine) {
+std::vector<std::pair<T, dvec3>> events_of(const sim::Engine& engine) {
   std::vector<std::pair<T, dvec3>> all;
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
@@ -107,12 +107,12 @@ std::vector<std::pair<T, dvec3>> told(const sim::Engine& engine) {
   return all;
 }
 
-/// Why there was none; empty: there was one.
+/// Cuts the flap; returns the reason of a refusal, or "".
 inline std::string cut(sim::Lockstep& run, const CutFlap& request) {
-  const std::size_t before = told<NoFlap>(run.engine()).size();
+  const std::size_t before = events_of<FlapFailed>(run.engine()).size();
   const sim::Outcome outcome = run.apply_whole({request, 0});
   if (outcome.refused) return outcome.refused->message();
-  const auto refusals = told<NoFlap>(run.engine());
+  const auto refusals = events_of<FlapFailed>(run.engine());
   return refusals.size() > before ? refusals.back().first.why : std::string();
 }
 

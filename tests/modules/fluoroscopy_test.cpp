@@ -1,4 +1,4 @@
-// C-arms in DICOM's words, tabulated attenuation, surfaces, detectors, shots and their dose.
+// C-arms in DICOM's terms, tabulated attenuation, surfaces, detectors, shots and their dose.
 #include "modules/fluoroscopy/fluoroscopy.h"
 
 #include <algorithm>
@@ -8,22 +8,21 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
-#include "data-tools/phantoms.h"
-#include "haptics/proxy/methods.h"
+#include "apps/bench/scenes/scenes.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "haptics/methods/methods.h"
 #include "modules/fluoroscopy/attenuation.h"
 #include "modules/fluoroscopy/detector.h"
 #include "modules/fluoroscopy/surface_xray.h"
-#include "sim/lockstep.h"
+#include "sim/drivers/lockstep.h"
 #include "tests/modules/xray_scenes.h"
-#include "tests/scenes/scenes.h"
 #include "tests/whole.h"
-#include "volume/surface_nets.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::fluoroscopy {
 namespace {
 
-
-TEST(CArm, StandsAsDicomSays) {
+TEST(CArm, PosesFollowDicom) {
   CArm arm;
   arm.isocentre = {10, 20, 30};
   const auto detector = [&](const View& v) {
@@ -59,11 +58,11 @@ TEST(CArm, StandsAsDicomSays) {
   EXPECT_FALSE(set_preset(arm, "sideways"));
 }
 
-TEST(CArm, RefusesWhatCannotBe) {
+TEST(CArm, RefusesImpossibleGeometries) {
   const auto refused = [](auto&& change) {
     CArm arm;
     change(arm);
-    const volume::Status error = check(arm);
+    const Status error = check(arm);
     return error ? error->what : std::string();
   };
   EXPECT_EQ(refused([](CArm&) {}), "");
@@ -76,19 +75,19 @@ TEST(CArm, RefusesWhatCannotBe) {
   EXPECT_NE(refused([](CArm& a) { a.columns = 2, a.width = 0.1; }), "");
 }
 
-TEST(CArm, CollimatorsCloseWhatLiesBesideThem) {
+TEST(CArm, CollimatorsCloseTheRest) {
   CArm arm = small_arm(100, 1);
   arm.width = 20, arm.height = 31;
   const View v(arm);
   EXPECT_EQ(v.open.column_high - v.open.column_low, 20);
-  EXPECT_EQ(v.open.row_high - v.open.row_low, 32);  // those whose middles are open, ends included
+  EXPECT_EQ(v.open.row_high - v.open.row_low, 32);  // rows with an open centre, ends included
   EXPECT_EQ(v.open.column_low, 40);
   arm.width = 1e4;
   EXPECT_EQ(View(arm).open.column_high, 100);
 }
 
-/// Published values (Hubbell and Seltzer), typed here anew: cm2/g times g/cm3.
-TEST(Attenuation, IsThatOfTheTables) {
+/// Published values (Hubbell and Seltzer), typed independently: cm2/g times g/cm3.
+TEST(Attenuation, EqualsTheTables) {
   EXPECT_NEAR(attenuation(Matter::water, 60), 0.02059, 1e-9);
   EXPECT_NEAR(attenuation(Matter::bone, 80), 0.2229 * 0.192, 1e-9);
   EXPECT_NEAR(attenuation(Matter::titanium, 100), 0.2721 * 0.454, 1e-9);
@@ -104,25 +103,21 @@ TEST(Attenuation, IsThatOfTheTables) {
     EXPECT_EQ(w.of(-900), 0);
     EXPECT_NEAR(w.of(0), attenuation(Matter::water, energy), 1e-8);
   }
-  // At the scanner's own energy the units are what they are defined as.
+  // At the scanner's own energy Hounsfield units equal their definition.
   const volume::VoxelWeights own = weights_of_hounsfield(k_scanner_energy);
   const double water = attenuation(Matter::water, k_scanner_energy);
   for (const int hu : {-500, -100, 40, 300, 1000, 2000})
     EXPECT_NEAR(own.of(hu), water * (1 + hu / 1000.0), 1e-7);
 }
 
-/// What was drilled, and later put back: only rays through changed blocks are traced, and the image is that
-/// of a projector that sees the state for the first time, to the bit.
-/// A titanium rod in bone and in air: what passes is what the table says, and bone beneath it counts nothing.
-/// Rays that pass the border within the body are told.
-/// Closed meshes, corners aimed at pixels, thin, folded, on edge: every ray leaves as often as it enters. A
-/// missing triangle is found.
+/// Closed meshes, with corners aimed at pixels, thin, folded, edge-on: every ray leaves as often as it
+/// enters. A missing triangle is detected.
 TEST(SurfaceXray, LeavesEveryClosedMeshAsOftenAsItEnters) {
   const CArm arm = small_arm(64, 2);
   const View view(arm);
   std::int64_t faults = 0;
   for (std::uint64_t n = 0; n < (is_whole() ? 400u : 60u); ++n) {
-    // Corners on pixels' middles and edges, at any depth.
+    // Corners on pixels' centres and edges, at any depth.
     Box box(dvec3(0), dvec3(1));
     for (std::size_t i = 0; i < 8; ++i) {
       const double column = std::floor(64 * number(100 * n + i)) + (n % 3 == 0 ? 0.5 : 0),
@@ -162,7 +157,7 @@ TEST(SurfaceXray, LeavesEveryClosedMeshAsOftenAsItEnters) {
   EXPECT_EQ(project_surfaces(view, {&object, 1}).value().edges, image.edges);
 }
 
-TEST(SurfaceXray, OfBoxesIsTheirChordAndEdgesShowWhereRaysGraze) {
+TEST(SurfaceXray, OfBoxesEqualsTheirChordAndEdgesShowWhereRaysGraze) {
   const Box box({-20, -11, -15}, {17, 13, 19});
   SurfaceObject object{box.vertices, vertex_normals({box.vertices, box.triangles}), box.triangles};
   object.weight = 0.03;
@@ -177,7 +172,7 @@ TEST(SurfaceXray, OfBoxesIsTheirChordAndEdgesShowWhereRaysGraze) {
                     0.03 * chord(view.source, view.pixel(i, j), {-20, -11, -15}, {17, 13, 19}), 2e-2)
             << pose;
   }
-  // A tube seen from the side: its rims are edges, its middle is not; where a scan ends there is none.
+  // A tube from the side: its rims are edges, its middle is not; the end of a scan is no edge.
   const haptics::MeshTree tube = cylinder({0, 0, -30}, {0, 0, 30}, 15, 200);
   SurfaceObject round{tube.vertices(), vertex_normals({tube.vertices(), tube.triangles()}), tube.triangles()};
   round.edge = 1;
@@ -195,7 +190,7 @@ TEST(SurfaceXray, OfBoxesIsTheirChordAndEdgesShowWhereRaysGraze) {
   EXPECT_EQ(edge_at(project_surfaces(view, {&round, 1}).value(), 14.2), 0);
 }
 
-TEST(Detector, CountsPhotonsBlursAndShows) {
+TEST(Detector, CountsPhotonsBlursAndConvertsToGreys) {
   CArm arm = small_arm(120, 1);
   arm.width = 100;
   const View view(arm);
@@ -217,19 +212,19 @@ TEST(Detector, CountsPhotonsBlursAndShows) {
     EXPECT_NEAR(mean, 0.5, 5 * std::sqrt(0.5 / photons / count));
     EXPECT_NEAR(square / count - mean * mean, 0.5 / photons, 0.06 * 0.5 / photons);
   }
-  // A point is spread, and nothing of it lost.
+  // A point is spread without loss.
   std::fill(sums.begin(), sums.end(), 50.0);
   sums[60 + 120 * 60] = 0;
   const std::vector<float> blurred = receive(sums, view, 1, {0, 1.5, 1}, 2);
   EXPECT_NEAR(std::accumulate(blurred.begin(), blurred.end(), 0.0), 1, 1e-5);
   EXPECT_NEAR(static_cast<double>(blurred[60 + 120 * 60]), 1 / (2 * 3.14159265 * 1.5 * 1.5), 3e-3);
-  // Several rays a pixel: their mean.
+  // Several rays per pixel: their mean.
   const View fine = view.refined(2);
   EXPECT_NEAR(glm::length(0.5 * (fine.pixel(20, 30) + fine.pixel(21, 31)) - view.pixel(10, 15)), 0, 1e-9);
   std::vector<double> four(240 * 240, 0.0);
   four[120 + 240 * 120] = 1e9;
   EXPECT_EQ(receive(four, view, 2, {})[60 + 120 * 60], 0.75f);
-  // Greys: brighter where more comes through, or the other way; closed and hidden pixels alike.
+  // Greys: brighter with more transmission, or inverted; closed and hidden pixels alike.
   for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = 0.01 * static_cast<double>(i % 120);
   const std::vector<float> ramp = receive(sums, view, 1, {});
   std::vector<std::uint8_t> hidden(sums.size(), 0);
@@ -241,8 +236,6 @@ TEST(Detector, CountsPhotonsBlursAndShows) {
   EXPECT_EQ(grey[20 + 120 * 60] + film[20 + 120 * 60], 255);
 }
 
-/// Steel beads in a scan with thick leaning slices: each is seen where the C-arm's pose says, to a tenth of a
-/// pixel, whatever the pose.
 TEST(Fluoroscopy, DoseFollowsDistanceFieldAndTime) {
   CArm arm;
   const Dose plain = dose_of(arm, {});
@@ -263,8 +256,9 @@ TEST(Fluoroscopy, DoseFollowsDistanceFieldAndTime) {
   EXPECT_NEAR(dose_of(far, {}).kerma, plain.kerma / 4, 1e-12);
 }
 
-/// Shots are told and counted, and not undone; without a pose, or with an impossible one, nothing changes.
-TEST(Fluoroscopy, ShotsHappen) {
+/// Shots are reported and counted, and not undone; without a pose, or with an impossible one, nothing
+/// changes.
+TEST(Fluoroscopy, ShotsAreEventsAndCounted) {
   haptics::TouchScene scene = scenes::phantom_scene("sphere", [] {
     data_tools::PhantomOptions o;
     o.size = ivec3(24);
@@ -292,7 +286,7 @@ TEST(Fluoroscopy, ShotsHappen) {
   EXPECT_FALSE(run.apply_whole({Shoot{}, 0}).refused.has_value());
   EXPECT_FALSE(run.apply_whole({Shoot{0.5, 70, 10}, 0}).refused.has_value());
   run.apply_whole({sim::Undo{}, 0});
-  const auto* state = run.engine().now().settings_of<FluoroscopyState>();
+  const auto* state = run.engine().now().persistent_of<FluoroscopyState>();
   ASSERT_NE(state, nullptr);
   EXPECT_EQ(state->shots, 2);
   EXPECT_NEAR(state->area_product, dose_of(arm, {}).area_product + dose_of(arm, {0.5, 70, 10}).area_product,

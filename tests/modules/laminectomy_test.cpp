@@ -1,5 +1,5 @@
-// A laminectomy's outcome against the phantom's own shapes: areas by counting pixels of the exact bone, parts
-// by counting points of it.
+// Outcome of a laminectomy against the phantom's own shapes: areas by counting pixels of the exact bone,
+// parts by counting points of it.
 #include "modules/laminectomy/laminectomy.h"
 
 #include <algorithm>
@@ -11,13 +11,13 @@
 #include <gtest/gtest.h>
 #include <span>
 
-#include "data-tools/phantoms.h"
-#include "data-tools/spine_phantom.h"
-#include "haptics/proxy/methods.h"
-#include "sim/lockstep.h"
-#include "tests/scenes/scenes.h"
+#include "apps/bench/scenes/scenes.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "data-tools/phantoms/spine_phantom.h"
+#include "haptics/methods/methods.h"
+#include "sim/drivers/lockstep.h"
 #include "tests/whole.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::laminectomy {
 namespace {
@@ -27,7 +27,7 @@ using glm::dvec3;
 
 constexpr int k_l4 = 1;
 
-/// mm to what is taken away, negative inside; world.
+/// Distance to the removed volume (mm), negative inside; world.
 using Cut = std::function<double(const dvec3&)>;
 
 class CutField final : public volume::RemovalField {
@@ -77,16 +77,15 @@ struct Spine {
     return editor.freeze();
   }
   Outcome judged(const volume::Version& version, const std::string& vertebra = "L4") const {
-    Outcome outcome;
-    Trouble trouble;
-    EXPECT_TRUE(judge(bone, scan->label_value(vertebra), nullptr, version, outcome, trouble)) << trouble.why;
-    return outcome;
+    const auto outcome = judge(bone, scan->label_value(vertebra), nullptr, version);
+    EXPECT_TRUE(outcome) << outcome.error().reason;
+    return outcome.value();
   }
   volume::Version untouched() const { return volume::Version(scan); }
 };
 
-/// A block of the vertebra's own frame (mm of the world from its canal's middle at the lamina): `aside` to
-/// either side, all that is behind `front`, between two heights.
+/// A block in the vertebra's own frame (mm, from the middle of its canal at the lamina): `aside` to either
+/// side, all behind `front`, between two heights, moved by `shift` to the left.
 Cut block(const SpinePhantom& spine, double aside, double front, double low, double high, double shift = 0) {
   const dvec3 middle = spine.place(k_l4, {0, 24, 0}),
               left = glm::normalize(spine.place(k_l4, {1, 24, 0}) - middle),
@@ -98,7 +97,7 @@ Cut block(const SpinePhantom& spine, double aside, double front, double low, dou
   };
 }
 
-/// In the plane through a section, by counting pixels that are seen from its middle.
+/// Pixels in the plane of a section, counted if visible from its centre.
 struct Pixels {
   static constexpr double k_pixel = 0.15;
   const SpinePhantom& spine;
@@ -111,7 +110,7 @@ struct Pixels {
     const auto all = spine.bone_distances(w);
     return *std::min_element(all.begin(), all.end()) < 0 && cut(w) > 0;
   }
-  /// mm2; below 0 where it goes on beyond what a canal is. `behind`: what lies behind that is outside.
+  /// mm2; below 0 if it exceeds the size of a canal. Points beyond `behind` are outside.
   double area(double behind = 20) const {
     constexpr double k_canal = 17.5;
     constexpr int k_half = static_cast<int>(18 / k_pixel);
@@ -141,15 +140,16 @@ struct Pixels {
   }
 };
 
-TEST(LaminectomyOutcome, AFrameLiesAsTheVertebraDoes) {
+TEST(LaminectomyOutcome, AFrameFollowsItsVertebra) {
   const std::pair<dvec3, double> grids[] = {{dvec3(1), 15}, {dvec3(0.5, 0.5, 3), 15}, {dvec3(0.7), 0}};
   for (const auto& [spacing, shear] : std::span(grids).first(is_whole() ? 3 : 2)) {
     const Spine spine(spacing, 20, shear);
     const SpinePhantom exact(1);
     for (int v = 0; v < 3; ++v) {
       Outcome o;
-      Trouble trouble;
-      ASSERT_TRUE(find_vertebra({spine.bone, v + 1}, nullptr, o.frame, trouble)) << trouble.why;
+      const auto frame = find_vertebra({spine.bone, v + 1}, nullptr);
+      ASSERT_TRUE(frame) << frame.error().reason;
+      o.frame = frame.value();
       const dvec3 up = glm::normalize(exact.place(v, {0, 24, 1}) - exact.place(v, {0, 24, 0}));
       const double off = std::acos(std::min(1.0, glm::dot(o.frame.up, up))) * 57.3;
       EXPECT_LT(off, 1.5) << v << " " << spacing.z << " " << shear;
@@ -161,14 +161,13 @@ TEST(LaminectomyOutcome, AFrameLiesAsTheVertebraDoes) {
   }
 }
 
-TEST(LaminectomyOutcome, RoomInTheCanalIsThatOfItsExactShape) {
+TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
   const SpinePhantom exact(1);
   const std::pair<dvec3, double> scans[] = {{dvec3(1), 20}, {dvec3(0.45, 0.45, 3), 20}, {dvec3(0.5), 0}};
   for (const auto& [spacing, noise] : std::span(scans).first(is_whole() ? 3 : 2)) {
     const Spine spine(spacing, noise);
     const double allowed = spacing.z > 1 ? 0.08 : 0.02;
-    // A trough as wide as the canal is deep, through lamina and spinous process; and a shallow one that
-    // does not open it.
+    // A trough as wide as the canal is deep, through lamina and spinous process.
     const Cut trough = block(exact, 6, 0, -30, 30);
     const Outcome o = spine.judged(*spine.cut(trough));
     int count = 0;
@@ -178,7 +177,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalIsThatOfItsExactShape) {
       const double before = pixels.area();
       if (before < 0) continue;
       EXPECT_NEAR(s.area(false) / before, 1, allowed) << s.z << " " << spacing.z << " noise " << noise;
-      // Behind, the line between the outer edges of what is left beside the trough.
+      // Behind, the line between the outer edges of the bone left on both sides of the trough.
       pixels.cut = trough;
       double edge = 0;
       const dvec3 corner = o.frame.local(exact.place(k_l4, {0, 24, 0}));
@@ -198,10 +197,10 @@ TEST(LaminectomyOutcome, RoomInTheCanalIsThatOfItsExactShape) {
   }
 }
 
-TEST(LaminectomyOutcome, WhatDoesNotOpenTheCanalLeavesItsRoom) {
+TEST(LaminectomyOutcome, ACutOutsideTheCanalLeavesItsRoom) {
   const SpinePhantom exact(1);
   const Spine spine(dvec3(is_whole() ? 0.6 : 0.8));
-  // The spinous process alone.
+  // Only the spinous process.
   const Outcome o = spine.judged(*spine.cut(block(exact, 8, 21, -40, 40)));
   EXPECT_EQ(o.opened_length, 0);
   EXPECT_EQ(o.widest_opened, -1);
@@ -215,8 +214,8 @@ TEST(LaminectomyOutcome, WhatDoesNotOpenTheCanalLeavesItsRoom) {
     for (const Part& facet : *facets) EXPECT_LT(facet.share_removed(), 0.02);
 }
 
-/// Parts of the exact bone by points of a grid, with the parts' definitions typed again.
-TEST(LaminectomyOutcome, PartsAreThoseOfTheExactBone) {
+/// Parts of the exact bone by points of a grid, with the parts' definitions typed independently.
+TEST(LaminectomyOutcome, PartsEqualThoseOfTheExactBone) {
   const SpinePhantom exact(1);
   for (const dvec3& spacing : {dvec3(0.45, 0.45, 3), dvec3(0.7)}) {
     if (spacing.z < 1 && !is_whole()) continue;
@@ -249,7 +248,7 @@ TEST(LaminectomyOutcome, PartsAreThoseOfTheExactBone) {
       EXPECT_NEAR(parts[i]->size / size[i], 1, 0.06) << i << " " << spacing.z;
       EXPECT_NEAR(parts[i]->share_removed(), gone[i] / size[i], 0.03) << i << " " << spacing.z;
     }
-    // It goes 14 mm to the left of the middle and 6 to the right.
+    // It extends 14 mm to the left of the middle and 6 to the right.
     EXPECT_GT(o.lower_facet[0].share_removed(), 0.3);
     EXPECT_LT(o.lower_facet[1].share_removed(), 0.1);
     EXPECT_LT(o.pars[0].after, o.pars[1].after - 4);
@@ -258,30 +257,33 @@ TEST(LaminectomyOutcome, PartsAreThoseOfTheExactBone) {
   }
 }
 
-TEST(LaminectomyOutcome, WhatIsNoVertebraIsSaid) {
+TEST(LaminectomyOutcome, ReportsWhyNoVertebraIsFound) {
   const Spine spine(dvec3(1.2));
-  Outcome outcome;
-  Trouble trouble;
   const volume::Version version = spine.untouched();
-  EXPECT_FALSE(judge(spine.bone, spine.scan->label_value("disc"), nullptr, version, outcome, trouble));
-  EXPECT_FALSE(trouble.why.empty());
-  EXPECT_FALSE(judge(spine.bone, 100, nullptr, version, outcome, trouble));
-  EXPECT_NE(trouble.why.find("no voxels"), std::string::npos);
-  EXPECT_FALSE(judge(spine.bone, -1, nullptr, version, outcome, trouble));
+  const auto judged = [&](int label, const dvec3* canal) { return judge(spine.bone, label, canal, version); };
+  const auto disc = judged(spine.scan->label_value("disc"), nullptr);
+  ASSERT_FALSE(disc);
+  EXPECT_FALSE(disc.error().reason.empty());
+  const auto empty = judged(100, nullptr);
+  ASSERT_FALSE(empty);
+  EXPECT_NE(empty.error().reason.find("no voxels"), std::string::npos);
+  EXPECT_FALSE(judged(-1, nullptr));
   const dvec3 air(0, 82, 0), beyond(1e4, 0, 0);
-  EXPECT_FALSE(judge(spine.bone, -1, &air, version, outcome, trouble));
-  EXPECT_FALSE(judge(spine.bone, -1, &beyond, version, outcome, trouble));
-  // Without a label a place in the canal is enough.
+  EXPECT_FALSE(judged(-1, &air));
+  EXPECT_FALSE(judged(-1, &beyond));
+  // Without a label a position in the canal suffices.
   const dvec3 canal = SpinePhantom(1).place(k_l4, {0, 24, 0});
-  ASSERT_TRUE(judge(spine.bone, -1, &canal, version, outcome, trouble)) << trouble.why;
+  const auto found = judged(-1, &canal);
+  ASSERT_TRUE(found) << found.error().reason;
+  const Outcome& outcome = found.value();
   const Outcome labelled = spine.judged(version);
   const auto narrowest = [](const Outcome& o) {
     return o.sections[static_cast<std::size_t>(o.narrowest)].area(false);
   };
-  EXPECT_NEAR(narrowest(outcome) / narrowest(labelled), 1, 0.15);  // by blurred walls alone
+  EXPECT_NEAR(narrowest(outcome) / narrowest(labelled), 1, 0.15);  // from blurred walls only
 }
 
-/// As a command of an operation: told, measured, forgotten when another vertebra is none, refused.
+/// As a command of an operation: an event, measures, a cleared outcome for an invalid vertebra, refusals.
 TEST(Laminectomy, IsJudgedByCommand) {
   data_tools::PhantomOptions options;
   options.spacing_mm = dvec3(1.2);
@@ -298,19 +300,19 @@ TEST(Laminectomy, IsJudgedByCommand) {
     return -1.0;
   };
   EXPECT_EQ(measure("canal"), 0);
-  const auto told = [&]() -> const sim::Value& {
+  const auto outcome = [&]() -> const sim::Value& {
     const sim::Chronicle& all = run.engine().now().chronicle;
     return all[all.size() - 1].what;
   };
   EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{"L4"}, 0}).refused.has_value());
-  ASSERT_NE(told().as<Judgement>(), nullptr);
-  EXPECT_EQ(told().as<Judgement>()->canal_before, told().as<Judgement>()->canal_after);
-  EXPECT_FALSE(told().as<Judgement>()->is_at_border);
+  ASSERT_NE(outcome().as<Judgement>(), nullptr);
+  EXPECT_EQ(outcome().as<Judgement>()->canal_before, outcome().as<Judgement>()->canal_after);
+  EXPECT_FALSE(outcome().as<Judgement>()->is_at_border);
   EXPECT_NEAR(measure("canal"), 376, 12);
   EXPECT_NEAR(measure("lamina left"), 100, 1e-9);
   const std::uint64_t first = run.engine().now().hash();
   EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{"disc"}, 0}).refused.has_value());
-  EXPECT_NE(told().as<NoVertebra>(), nullptr);
+  EXPECT_NE(outcome().as<JudgementFailed>(), nullptr);
   EXPECT_EQ(measure("canal"), 0);
   EXPECT_NE(run.engine().now().hash(), first);
   for (const JudgeLaminectomy& request :

@@ -5,19 +5,19 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/phantoms.h"
-#include "haptics/proxy/methods.h"
-#include "sim/lockstep.h"
+#include "apps/bench/scenes/scenes.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "haptics/methods/methods.h"
+#include "sim/drivers/lockstep.h"
 #include "tests/modules/xray_scenes.h"
-#include "tests/scenes/scenes.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::measurement {
 namespace {
 
 using glm::dvec3;
 
-/// A ball of 30 mm around the origin, edges a millimetre soft, in voxels that may lean.
+/// A ball of 30 mm around the origin, with edges a millimetre soft, in voxels that may be sheared.
 std::shared_ptr<const volume::Volume> ball(const glm::dmat3& axes, const glm::ivec3& size) {
   return fluoroscopy::scan_of(size, axes, [](const dvec3& p) {
     return std::clamp(300 + 400 * (30 - glm::length(p)), -1000.0, 1200.0);
@@ -32,26 +32,26 @@ TEST(Measurement, FollowsClosedForms) {
     volume::RemovalEditor editor(
         std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 6).value()), {bone});
     const auto version = editor.freeze();
-    const auto told = [&](Kind kind, std::vector<dvec3> at, double radius = 5) {
+    const auto measured = [&](Kind kind, std::vector<dvec3> at, double radius = 5) {
       return measure({kind, std::move(at), radius, 0}, bone, *version);
     };
-    EXPECT_NEAR(told(Kind::ruler, {{1, 2, 3}, {4, 6, 15}}).length, 13, 1e-12);
-    EXPECT_NEAR(told(Kind::angle, {{5, 0, 0}, {0, 0, 0}, {0, 0, 7}}).angle, 90, 1e-9);
-    EXPECT_NEAR(told(Kind::angle, {{1, 0, 0}, {0, 0, 0}, {-1, 1e-9, 0}}).angle, 180, 1e-6);
-    EXPECT_NEAR(told(Kind::angle, {{3, 4, 0}, {0, 0, 0}, {3, 4, 0}}).angle, 0, 1e-5);
+    EXPECT_NEAR(measured(Kind::ruler, {{1, 2, 3}, {4, 6, 15}}).length, 13, 1e-12);
+    EXPECT_NEAR(measured(Kind::angle, {{5, 0, 0}, {0, 0, 0}, {0, 0, 7}}).angle, 90, 1e-9);
+    EXPECT_NEAR(measured(Kind::angle, {{1, 0, 0}, {0, 0, 0}, {-1, 1e-9, 0}}).angle, 180, 1e-6);
+    EXPECT_NEAR(measured(Kind::angle, {{3, 4, 0}, {0, 0, 0}, {3, 4, 0}}).angle, 0, 1e-5);
     // A quarter of a great circle, in two parts; pulled taut it stays on the ball.
     const double s = 30 * std::sqrt(0.5);
-    const Measured tape = told(Kind::tape, {{30, 0, 0}, {s, s, 0}, {0, 30, 0}});
-    ASSERT_EQ(tape.trouble, "");
+    const Measured tape = measured(Kind::tape, {{30, 0, 0}, {s, s, 0}, {0, 30, 0}});
+    ASSERT_EQ(tape.problem, "");
     EXPECT_NEAR(tape.length, 47.124, 0.01 * 47.124);
     EXPECT_NEAR(tape.taut, 47.124, 0.01 * 47.124);
     EXPECT_NEAR(tape.straight, 30 * std::sqrt(2.0), 0.3);
-    const Measured region = told(Kind::region, {{0, 0, 0}}, 10);
+    const Measured region = measured(Kind::region, {{0, 0, 0}}, 10);
     EXPECT_NEAR(region.mean, 1200, 1e-9);
     EXPECT_NEAR(region.deviation, 0, 1e-6);
     EXPECT_NEAR(region.size, 4188.8, 0.05 * 4188.8);
-    EXPECT_NE(told(Kind::region, {{0, 0, 900}}).trouble, "");
-    // A groove across the way: the surface goes into it, the tape over it.
+    EXPECT_NE(measured(Kind::region, {{0, 0, 900}}).problem, "");
+    // A groove across the path: the surface line goes into it, the tape over it.
     editor.remove({{20, 20, -40}, {20, 20, 40}, 5});
     const Measured cut = measure({Kind::tape, {{30, 0, 0}, {0, 30, 0}}, 5, 0}, bone, *editor.freeze());
     EXPECT_GT(cut.length, tape.length + 1.5);
@@ -78,10 +78,10 @@ TEST(Measurement, IsACommandOfAnOperation) {
   EXPECT_EQ(run.engine().now().hash(), start);
   EXPECT_TRUE(run.engine().overlays().empty());
   EXPECT_FALSE(run.apply_whole({Measure{Kind::tape, {{40, 0, 0}, {0, 40, 0}}}, 0}).refused.has_value());
-  const auto* last = run.engine().now().settings_of<MeasurementState>();
+  const auto* last = run.engine().now().persistent_of<MeasurementState>();
   ASSERT_NE(last, nullptr);
   EXPECT_NEAR(last->length / last->straight, 3.14159265 / 2 / std::sqrt(2.0), 0.02);
-  // Dashed along its whole line, with its length beside its end.
+  // Dashed along its whole line, with its length at its end.
   const sim::Overlays seen = run.engine().overlays();
   ASSERT_EQ(seen.size(), 1u);
   double drawn = 0;
@@ -91,8 +91,8 @@ TEST(Measurement, IsACommandOfAnOperation) {
   EXPECT_NE(seen[0].labels[0].text.find(" mm"), std::string::npos);
 }
 
-/// Polygons of great circles: n corners at an angle from a pole have interior angles of 2 atan(1 / (cos r
-/// tan(pi / n))), and by Girard what these exceed a plane's by is the area.
+/// Polygons of great circles: n corners at an angle r from a pole have interior angles of 2 atan(1 / (cos r
+/// tan(pi / n))); by Girard the excess over a plane polygon's is the area.
 TEST(Measurement, PatchesAndPartsFollowClosedForms) {
   const glm::dmat3 leaning(dvec3(0.9, 0, 0), dvec3(0, 0.9, 0), dvec3(0.2, 0.4, 2));
   for (const auto& scan :
@@ -110,25 +110,25 @@ TEST(Measurement, PatchesAndPartsFollowClosedForms) {
         }
         const double inner = 2 * std::atan(1 / (std::cos(angle) * std::tan(pi / corners)));
         const double area = 900 * (corners * inner - (corners - 2) * pi);
-        const Measured told = measure({Kind::patch, at, 5, 0}, bone, untouched);
-        ASSERT_EQ(told.trouble, "");
-        EXPECT_NEAR(told.area / area, 1, 0.015) << corners;
+        const Measured measured = measure({Kind::patch, at, 5, 0}, bone, untouched);
+        ASSERT_EQ(measured.problem, "");
+        EXPECT_NEAR(measured.area / area, 1, 0.015) << corners;
       }
-    // A belt around the equator has no inside that a plane sees.
+    // A belt around the equator has no inside in a plane's view.
     EXPECT_NE(
         measure({Kind::patch, {{30, 0, 5}, {0, 30, 5}, {-30, 0, -5}, {0, -30, 5}}, 5, 0}, bone, untouched)
-            .trouble,
+            .problem,
         "");
     const Measured whole = measure({Kind::part, {{3, 2, 1}}, 40, 0}, bone, untouched);
-    ASSERT_EQ(whole.trouble, "");
+    ASSERT_EQ(whole.problem, "");
     EXPECT_NEAR(whole.size / (4.0 / 3 * pi * 27000), 1, 0.01);
     EXPECT_NEAR(whole.area / (4 * pi * 900), 1, 0.02);
-    EXPECT_NE(measure({Kind::part, {{3, 2, 1}}, 25, 0}, bone, untouched).trouble, "");
-    EXPECT_NE(measure({Kind::part, {{300, 2, 1}}, 25, 0}, bone, untouched).trouble, "");
+    EXPECT_NE(measure({Kind::part, {{3, 2, 1}}, 25, 0}, bone, untouched).problem, "");
+    EXPECT_NE(measure({Kind::part, {{300, 2, 1}}, 25, 0}, bone, untouched).problem, "");
   }
 }
 
-TEST(Measurement, ShowsTheNewestUntilTheyAreCleared) {
+TEST(Measurement, ShowsTheNewestUntilCleared) {
   data_tools::PhantomOptions o;
   o.size = glm::ivec3(32);
   haptics::TouchScene scene = scenes::phantom_scene("sphere", o);
@@ -140,7 +140,7 @@ TEST(Measurement, ShowsTheNewestUntilTheyAreCleared) {
   for (int i = 0; i < 40; ++i)
     ASSERT_FALSE(
         run.apply_whole({Measure{Kind::ruler, {dvec3(0), dvec3(1 + i, 0, 0)}}, 0}).refused.has_value());
-  const auto* kept = run.engine().now().settings_of<MeasurementState>();
+  const auto* kept = run.engine().now().persistent_of<MeasurementState>();
   EXPECT_EQ(kept->length, 40);
   EXPECT_EQ(kept->kinds.size(), MeasurementState::k_shown);
   EXPECT_EQ(kept->lines.size(), 2 * MeasurementState::k_shown);

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "haptics/proxy/methods.h"
-#include "sim/lockstep.h"
-#include "tests/scenes/scenes.h"
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
+#include "sim/drivers/lockstep.h"
 
 namespace trephine::rongeur {
 namespace {
@@ -24,7 +24,7 @@ struct Lamina {
   sim::Catalogue catalogue;
 
   explicit Lamina(const dvec3& spacing) : catalogue(std::vector<const sim::Module*>{&module}) {
-    // The middle of a blurred edge lies at 300 of 0 to 600.
+    // The middle of a blurred edge is at 300 of 0 to 600.
     const auto hounsfield = [&](const dvec3& p) {
       const auto share = [](double in, double width) { return std::clamp(0.5 + in / width, 0.0, 1.0); };
       return 600 * std::min({share(p.z, 2 * spacing.z), share(k_thick - p.z, 2 * spacing.z),
@@ -49,7 +49,7 @@ std::vector<Event> events(const sim::Lockstep& run) {
   return all;
 }
 
-/// For so many ticks; `squeeze` below 0: the button is held.
+/// Holds it for `ticks` ticks; `squeeze` below 0: the button is pressed.
 void hold(sim::Lockstep& run, const dvec3& at, double squeeze, int ticks = 500,
           const glm::dquat& turn = {1, 0, 0, 0}) {
   haptics::Pose pose{at, turn, squeeze < 0 ? 1u : 0u};
@@ -57,7 +57,7 @@ void hold(sim::Lockstep& run, const dvec3& at, double squeeze, int ticks = 500,
   for (int i = 0; i < ticks; ++i) run.step(pose);
 }
 
-TEST(Rongeur, AKerrisonBitesWhatItsJawsHold) {
+TEST(Rongeur, AKerrisonBitesTheBoneInItsJaws) {
   for (const dvec3& spacing : {dvec3(0.4), dvec3(0.6), dvec3(0.5, 0.5, 1.25)}) {
     const Lamina lamina(spacing);
     const Rongeur tool{.kind = Kind::kerrison, .width = 4, .opening = 6};
@@ -70,20 +70,20 @@ TEST(Rongeur, AKerrisonBitesWhatItsJawsHold) {
     const double exact = 0.5 * std::numbers::pi * 4 * k_thick;
     EXPECT_NEAR(bites[0].size / exact, 1, spacing.z > 1 ? 0.05 : 0.03) << spacing.z;
     EXPECT_NEAR(run.engine().removed_mm3(), bites[0].size, 1e-9);
-    // Held on it bites no more, let go and held again it does, if there is something.
+    // Kept closed it bites no more; opened and closed again it does, if there is bone.
     hold(run, {0, 0, -0.6}, -1);
     hold(run, {-1, 0, -0.6}, 0, 10);
     EXPECT_EQ(events<Bite>(run).size(), 1u);
     hold(run, {-1, 0, -0.6}, -1);
     EXPECT_EQ(events<Bite>(run).size(), 2u);
-    // Stroke by stroke it can be taken back.
+    // Undoable stroke by stroke.
     hold(run, {-1, 0, -0.6}, 0, 10);
     run.undo();
     EXPECT_NEAR(run.engine().removed_mm3(), bites[0].size, 1e-9);
   }
 }
 
-/// A hand bites through so much bone and no more: what is larger is refused, with its size.
+/// A hand bites through a limited volume: a larger bite is refused, with its size.
 TEST(Rongeur, ABiteHasALargestSize) {
   const double exact = 0.5 * std::numbers::pi * 4 * k_thick;
   for (const double share : {0.8, 1.2}) {
@@ -107,7 +107,7 @@ TEST(Rongeur, ASqueezeClosesTheJaws) {
   const Lamina lamina(dvec3(0.5));
   sim::Lockstep run = lamina.with({.kind = Kind::kerrison});
   const dvec3 at(0, 0, -0.6);
-  // Taken while it is squeezed it opens first; without a place nobody knows what the hand does.
+  // Picked up while squeezed it must open first; an invalid position leaves the state of the hand unknown.
   hold(run, at, 1);
   hold(run, at * std::nan(""), 0, 3);
   hold(run, at, 1);
@@ -128,7 +128,7 @@ TEST(Rongeur, ASqueezeClosesTheJaws) {
   EXPECT_EQ(events<Bite>(run).size(), 2u);
 }
 
-TEST(Rongeur, JawsThatCannotCloseBiteNothing) {
+TEST(Rongeur, BlockedJawsBiteNothing) {
   const Lamina lamina(dvec3(0.5));
   const struct {
     Rongeur tool;
@@ -151,20 +151,20 @@ TEST(Rongeur, JawsThatCannotCloseBiteNothing) {
 
 TEST(Rongeur, TwoCupsBiteAnEdgeBetweenThem) {
   const Lamina lamina(dvec3(0.5));
-  // From the side, its shaft along +x: cups above and below the edge, which is thinner than they open.
+  // From the side, its shaft along +x: cups above and below the edge, which is thinner than their opening.
   const Rongeur tool{.width = 4, .opening = 6};
   sim::Lockstep run = lamina.with(tool);
   const double half = std::sqrt(0.5);
-  const glm::dquat turn(half, 0, half, 0);  // the shaft along x, what was across it along -z
+  const glm::dquat turn(half, 0, half, 0);  // the shaft along x, its former x axis along -z
   hold(run, {3, 0, 2}, 0, 10, turn);
   hold(run, {-2, 0, 2}, -1, 500, turn);
   const auto bites = events<Bite>(run);
   ASSERT_EQ(bites.size(), 1u);
-  // Its throat stops at the edge; ahead of it all that the cups hold goes.
+  // Its throat stops at the edge; all bone between the cups is removed.
   EXPECT_NEAR(bites[0].size / (std::numbers::pi * 4 * k_thick), 1, 0.05);
 }
 
-TEST(Rongeur, WhatItCannotBeIsRefused) {
+TEST(Rongeur, InvalidToolsAreRefused) {
   const Lamina lamina(dvec3(0.5));
   sim::Lockstep run = lamina.with({});
   EXPECT_TRUE(run.apply(Rongeur{.width = 2}).refused);  // the session is ready for 3 mm

@@ -1,5 +1,5 @@
-// X-rays through voxels: closed forms, tabulated attenuation, whole images made anew, beads where headers
-// say.
+// X-rays through voxels: closed forms, tabulated attenuation, whole images recomputed, beads at the positions
+// in headers.
 #include "modules/fluoroscopy/volume_xray.h"
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 #include "modules/fluoroscopy/detector.h"
 #include "tests/modules/xray_scenes.h"
 #include "tests/whole.h"
-#include "volume/operated_volume.h"
-#include "volume/removal.h"
+#include "volume/cuts/operated_volume.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::fluoroscopy {
 namespace {
@@ -20,9 +20,9 @@ namespace {
 using volume::RaySum;
 using volume::Version;
 
-TEST(VolumeXray, OfABoxIsItsChord) {
+TEST(VolumeXray, OfABoxEqualsItsChord) {
   for (const dvec3& mm : {dvec3(1), dvec3(0.6, 0.9, 5), dvec3(3, 1, 0.5)}) {
-    // Its faces lie on those of voxels.
+    // Its faces coincide with those of voxels.
     const ivec3 size(60, 50, 40);
     const dvec3 half = mm * dvec3(16, 11, 10);
     const auto scan = scan_of(size, straight(mm), [&](const dvec3& p) {
@@ -47,11 +47,11 @@ TEST(VolumeXray, OfABoxIsItsChord) {
   }
 }
 
-TEST(VolumeXray, OfBallsAndEllipsoidsComesNearTheirChords) {
+TEST(VolumeXray, OfBallsAndEllipsoidsApproximatesTheirChords) {
   for (const glm::dmat3& axes : {straight(dvec3(0.75)), straight({0.8, 0.8, 2.5}),
                                  glm::dmat3(dvec3(0.8, 0, 0), dvec3(0, 0.8, 0), dvec3(0.2, 0.5, 1.5))}) {
     const dvec3 radii(20, 26, 14);
-    // A voxel counts its share: 6^3 points of its own.
+    // Partial volume by 6^3 points of each voxel.
     const auto scan = scan_of({90, 90, 70}, axes, [&](const dvec3& p) {
       int in = 0;
       for (int k = 0; k < 216; ++k) {
@@ -60,7 +60,7 @@ TEST(VolumeXray, OfBallsAndEllipsoidsComesNearTheirChords) {
       }
       return in == 0 ? -1000.0 : -1000 + 2000.0 * in / 216;
     });
-    // Linear in the share: water's line goes on.
+    // Linear in the fraction: the line of water is extended.
     VolumeXray xray(scan, k_scanner_energy, 2);
     const double weight = weights_of_hounsfield(k_scanner_energy).of(1000);
     for (const char* pose : {"ap", "left-oblique", "outlet"}) {
@@ -85,8 +85,8 @@ TEST(VolumeXray, OfBallsAndEllipsoidsComesNearTheirChords) {
   }
 }
 
-/// Returns a cut as an X-ray shows it: a dry specimen has air there, a body fluid; its soft tissue stays as
-/// it is.
+/// Returns a cut as an X-ray shows it: removed matter is air in a dry specimen and fluid in a body; its soft
+/// tissue is unchanged.
 std::shared_ptr<const volume::Volume> as_xrayed(const Version& version, bool is_body) {
   volume::Volume cut = volume::operated_volume(version).value();
   const auto before = version.base().voxels.span();
@@ -98,7 +98,9 @@ std::shared_ptr<const volume::Volume> as_xrayed(const Version& version, bool is_
   return std::make_shared<const volume::Volume>(std::move(cut));
 }
 
-TEST(VolumeXray, AfterAStrokeIsRenewedWhereItMust) {
+/// After drilling and undo only rays through changed blocks are traced; the image equals, to the bit, that of
+/// a new projector.
+TEST(VolumeXray, AfterAStrokeIsRenewedOnlyWhereNeeded) {
   const std::pair<glm::dmat3, bool> scans[] = {
       {straight(dvec3(1)), false},
       {straight(dvec3(1)), true},
@@ -135,13 +137,13 @@ TEST(VolumeXray, AfterAStrokeIsRenewedWhereItMust) {
         ASSERT_FALSE(fresh.project(view, states[i], {}, how, 1).has_value());
         ASSERT_EQ(live.sums(), fresh.sums()) << i;
         EXPECT_EQ(counted.full_rays, i == 0 ? 128 * 128 : 0) << i;
-        // Between voxels a block is seen by more rays.
+        // Between voxels a block affects more rays.
         const int most = (i < 5 ? 128 * 128 / 3 : 128 * 128 / 2) * (how == RaySum::exact ? 2 : 3) / 2;
         EXPECT_LT(counted.renewed_rays, most) << i;
       }
       ASSERT_FALSE(live.project(view, states[0], {}, how, 1).has_value());
       EXPECT_EQ(live.counters().renewed_rays, 0);
-      // The judge: the operated volume as any program reads it, to its whole Hounsfield units.
+      // The judge: the operated volume as any program reads it, in integer Hounsfield units.
       ASSERT_FALSE(live.project(view, states[4], {}, how, 2).has_value());
       const auto cut = as_xrayed(*states[4], is_body);
       VolumeXray of_cut(cut, 60, 2);
@@ -155,7 +157,9 @@ TEST(VolumeXray, AfterAStrokeIsRenewedWhereItMust) {
     }
 }
 
-TEST(VolumeXray, AnImplantAttenuatesAsItsTableSays) {
+/// A titanium rod in bone and in air: the transmission is that of the table, and bone inside the rod does not
+/// count.
+TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
   const auto scan = scan_of({80, 80, 80}, straight(dvec3(1)), [](const dvec3& p) {
     return p.x < 0 && glm::all(glm::lessThan(glm::abs(p), dvec3(30))) ? 800.0 : -1000.0;
   });
@@ -178,7 +182,7 @@ TEST(VolumeXray, AnImplantAttenuatesAsItsTableSays) {
   EXPECT_NEAR(std::exp(-xray.sums()[pixel(10)]), std::exp(-titanium), 2e-4);
   const double bone = weights_of_hounsfield(60).of(800);
   EXPECT_NEAR(xray.sums()[pixel(-10)] - without[pixel(-10)], titanium - bone * 2 * radius, 2e-3);
-  // Two that overlap count once; a piece of the scan that lies where it was is what the scan was.
+  // Two that overlap count once; a piece of the scan at its original position adds nothing.
   const Thing twice[2] = {rod, rod};
   const std::vector<double> once = xray.sums();
   ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), twice, RaySum::exact, 2).has_value());
@@ -188,19 +192,20 @@ TEST(VolumeXray, AnImplantAttenuatesAsItsTableSays) {
   ASSERT_FALSE(
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
   for (std::size_t i = 0; i < without.size(); ++i) ASSERT_NEAR(xray.sums()[i], without[i], 1e-9);
-  // Taken 15 mm to the left it is seen there, and has left nothing where it was.
+  // Moved 15 mm up, it appears there, and nothing of it remains at its old position.
   piece.place.position_world = {0, 0, 15};
   ASSERT_FALSE(
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
   EXPECT_NEAR(xray.sums()[pixel(-10)], without[pixel(-10)], 1e-9);
-  // What reaches the source is refused, and the image stays.
+  // An object that reaches the source is refused, and the image is kept.
   rod.place.position_world = view.source;
   const std::vector<double> before = xray.sums();
   EXPECT_TRUE(xray.project(view, std::make_shared<Version>(scan), {&rod, 1}, RaySum::exact, 2).has_value());
   EXPECT_EQ(xray.sums(), before);
 }
 
-TEST(VolumeXray, NamesWhereTheScanEnds) {
+/// Rays that cross the border of the scan inside the body are reported.
+TEST(VolumeXray, ReportsWhereTheScanEnds) {
   const auto scan = scan_of({60, 60, 30}, straight(dvec3(1)), [](const dvec3& p) {
     const double off = std::hypot(p.x, p.y);
     return off < 8 ? 700.0 : off < 20 ? 20.0 : -1000.0;  // a column through both ends
@@ -220,8 +225,9 @@ TEST(VolumeXray, NamesWhereTheScanEnds) {
   EXPECT_EQ(at(13, 14.2), Border::end);
   EXPECT_EQ(at(24, 14.7), Border::end);  // in air, but past slices that cut the body
   const std::vector<double> nothing = xray.beyond(view);
-  EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);  // air lies beside the column
-  // Within a body that goes on at all sides: no wall is seen, the picture is as dark beside the scan.
+  EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);  // air next to the column
+  // Inside a body that continues on all sides: no wall is visible, and the picture is as dark outside the
+  // scan.
   const auto block = scan_of({60, 60, 60}, straight(dvec3(1)), [](const dvec3&) { return 0.0; });
   VolumeXray of_block(block, 60, 1);
   CArm wide = small_arm(120, 2);
@@ -238,7 +244,9 @@ TEST(VolumeXray, NamesWhereTheScanEnds) {
   EXPECT_EQ(beyond[4], 0);  // above the scan
 }
 
-TEST(VolumeXray, BeadsAreSeenWhereThePoseSays) {
+/// Steel beads in a scan with thick sheared slices: each appears at the position given by the C-arm's pose,
+/// to a tenth of a pixel, for any pose.
+TEST(VolumeXray, BeadsAppearWhereThePosePutsThem) {
   const glm::dmat3 axes(dvec3(0.8, 0, 0), dvec3(0, 0.8, 0), dvec3(0.4, 0.9, 2.5));
   const auto scan =
       scan_of({100, 100, 40}, axes, [](const dvec3& p) { return glm::length(p) < 35 ? 40.0 : -1000.0; });
@@ -256,7 +264,7 @@ TEST(VolumeXray, BeadsAreSeenWhereThePoseSays) {
     CArm arm = small_arm(480, 0.4);
     set_preset(arm, k_presets[pose]);
     arm.primary += 7 * pose, arm.isocentre = {3, -4, 5};
-    const View view = View(arm).refined(3);  // several rays a pixel, as a detector's pixels have
+    const View view = View(arm).refined(3);  // several rays per pixel, as in a detector
     ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), {}, RaySum::exact, 2).has_value());
     const std::vector<double> without = xray.sums();
     for (int b = 0; b < 5; ++b) {
@@ -271,7 +279,7 @@ TEST(VolumeXray, BeadsAreSeenWhereThePoseSays) {
           all += extra, x += (i - 1) / 3.0 * extra, y += (j - 1) / 3.0 * extra;
         }
       ASSERT_GT(all, 1);
-      // By DICOM's words alone, from angles and distances: C.8.7.5.
+      // By DICOM's terms only, from angles and distances: C.8.7.5.
       const double a = glm::radians(arm.primary), s = glm::radians(arm.secondary);
       const dvec3 q = beads[b] - arm.isocentre;
       const double to_left = q.x * std::cos(a) + q.y * std::sin(a),
@@ -284,9 +292,9 @@ TEST(VolumeXray, BeadsAreSeenWhereThePoseSays) {
   }
 }
 
-/// Rose: an eye finds a disc whose mean differs by five times its noise. As much radiation behind the body as
-/// a detector of radiography is given, 25000 photons a mm2 (about 1 uGy), and no more.
-TEST(VolumeXray, ABreachOfTwoMillimetresIsSeenInAShot) {
+/// Rose criterion: an eye detects a disc whose mean differs by five times its noise. The radiation behind the
+/// body is that of a radiography detector, 25000 photons per mm2 (about 1 uGy), and no more.
+TEST(VolumeXray, ABreachOfTwoMillimetresIsVisibleInAShot) {
   const auto scan = scan_of({100, 100, 80}, straight(dvec3(1)), [](const dvec3& p) {
     const bool is_wall = std::abs(p.y - 6) < 1.5 && std::abs(p.x) < 14;
     return is_wall ? 1100.0 : glm::length(p / dvec3(48, 48, 100)) < 1 ? 40.0 : -1000.0;
@@ -316,7 +324,7 @@ TEST(VolumeXray, ABreachOfTwoMillimetresIsSeenInAShot) {
     for (int i = 0; i < 2; ++i)
       shots[i] = receive(sums[i], view, 1,
                          {behind * std::exp(sums[0][pixel]), 0, 7 + static_cast<std::uint64_t>(i)}, 2);
-    // Means over the hole's disc, and over discs beside it, where only noise differs.
+    // Means over the hole's disc, and over discs next to it, where only noise differs.
     const double radius = 1 * arm.to_detector / arm.to_patient / arm.pixel;
     const auto differs = [&](const dvec2& where) {
       double sum = 0, count = 0;

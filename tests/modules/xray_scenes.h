@@ -1,4 +1,4 @@
-// Things to X-ray with a formula, for tests.
+// Objects to X-ray, given by formulas, for tests.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 #include "haptics/mesh/mesh_tree.h"
 #include "modules/fluoroscopy/c_arm.h"
-#include "volume/deterministic_math.h"
-#include "volume/volume.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/scan/volume.h"
 
 namespace trephine::fluoroscopy {
 
@@ -19,7 +19,7 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::ivec3;
 
-inline double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+inline double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
 inline CArm small_arm(int pixels = 96, double mm = 2) {
   CArm arm;
@@ -27,7 +27,7 @@ inline CArm small_arm(int pixels = 96, double mm = 2) {
   return arm;
 }
 
-/// A scan by a formula, in voxels that may lean.
+/// A scan given by a formula, in voxels that may be sheared.
 inline std::shared_ptr<const volume::Volume> scan_of(const ivec3& size, const glm::dmat3& axes,
                                                      const std::function<double(const dvec3&)>& hounsfield) {
   const dvec3 origin = -0.5 * (axes * (dvec3(size) - 1.0));
@@ -56,7 +56,7 @@ struct Box {
       vertices.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
   }
 };
-/// How far a ray goes within a box, mm.
+/// Length of a ray inside a box, mm.
 inline double chord(const dvec3& from, const dvec3& to, const dvec3& low, const dvec3& high) {
   double in = 0, out = 1;
   for (int a = 0; a < 3; ++a) {
@@ -70,7 +70,7 @@ inline double chord(const dvec3& from, const dvec3& to, const dvec3& low, const 
   }
   return in < out ? (out - in) * glm::length(to - from) : 0;
 }
-/// Around an axis, both ends closed.
+/// A cylinder around an axis, both ends closed.
 inline haptics::MeshTree cylinder(const dvec3& from, const dvec3& to, double radius, int facets) {
   const dvec3 along = glm::normalize(to - from);
   const dvec3 u =

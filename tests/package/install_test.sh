@@ -14,7 +14,7 @@ for file in bin/trephine share/man/man1/trephine.1.gz share/man/man1/trephine-dr
   share/bash-completion/completions/trephine; do
   [ -s "$scratch/prefix/$file" ] || { echo "missing: $file"; exit 1; }
 done
-# Moved elsewhere it still runs: libraries are found beside it.
+# It still runs after it was moved: the program finds its libraries by a relative path.
 mv "$scratch/prefix" "$scratch/elsewhere"
 cd "$scratch"
 "$scratch/elsewhere/bin/trephine" phantom sphere --size 16 -o s.mha >/dev/null

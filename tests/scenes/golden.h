@@ -1,12 +1,12 @@
-// What the arithmetic answers, to the bit, since which revision. Rows are added for a new revision and never
-// changed: a change of any of these answers is a change of k_replay_revision, or sessions recorded before
-// would replay to something else without a word.
+// Golden hashes of arithmetic results, to the bit, by replay revision. Rows are added for a new revision and
+// never changed: a change of any of these results requires a new k_replay_revision, since sessions recorded
+// before would silently replay to something else.
 #pragma once
 
 #include <cstdint>
 #include <string_view>
 
-#include "sim/session_format.h"
+#include "sim/session/session_format.h"
 
 namespace trephine::scenes {
 
@@ -30,15 +30,16 @@ inline constexpr Golden k_golden[] = {
     {3, "scene-sequential", 0x7e6658618de95003},
     {3, "soak, its first minute", 11875443198531314658u},
     {3, "soak, its hour", 15450976775875540313u},
-    {3, "lockstep, what was removed", 16858554636058654643u},
+    {3, "lockstep, removed volume", 16858554636058654643u},
     {3, "lockstep, last force", 4597345573958413375u},
     {7, "depth", 0x5b35ca3003b06b69},
     {7, "lomi", 0x2a097a85dd5e341c},
-    {10, "lomi", 0x248e6ac510e57795},  // friction; what rounding lets through is held
+    {10, "lomi", 0x248e6ac510e57795},  // friction; a proxy let through by rounding is held
     {10, "lomi-parts", 0x75f2cd3c7b0fdee2},
     // Points of masks are shifted from cell to cell (revision 4 changed none of these).
-    {5, "lockstep, what was removed", 2175259919017709223u},
-    // Friction by the walls where the proxy is, each with its own share; soft shapes go on into neighbours.
+    {5, "lockstep, removed volume", 2175259919017709223u},
+    // Friction by the walls at the proxy, each with its own share; soft shapes continue into their
+    // neighbours.
     {11, "subvoxel", 0x4113f538b937e51e},
     {11, "explicit", 0x290924269655a5a0},
     {11, "explicit-cubes", 0x4313c559483cccea},
@@ -47,15 +48,15 @@ inline constexpr Golden k_golden[] = {
     {11, "depth", 0xf3eee562470354e7},
     {11, "soak, its first minute", 2728968761577327183u},
     {11, "soak, its hour", 7184610607181717583u},
-    // Slides find edges by halves, step straight where a bent step meets another wall, and go on over edges
-    // where friction would stop them before the place that holds.
+    // Slides find edges by bisection, step straight if a bent step meets another wall, and continue over
+    // edges where friction would stop them before the resting point.
     {14, "subvoxel", 0x763f63b89e65ae0e},
     {14, "scene", 0x1ca3ad3e65a49a13},
     {14, "soak, its first minute", 4084332567436873244u},
     {14, "soak, its hour", 14543988923513055316u},
 };
 
-/// Of this revision; 0 where nobody wrote it down, which no answer is.
+/// Hash for this revision; 0 if there is no row, which is not a valid result.
 constexpr std::uint64_t golden(std::string_view what) {
   std::uint64_t hash = 0;
   for (const Golden& g : k_golden)  // later rows are newer

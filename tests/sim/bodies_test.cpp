@@ -1,11 +1,11 @@
-// What comes off the anatomy is a body: it is felt, taken in the hand, put down, taken back.
+// Detached bodies: touched, grasped, released, restored by undo.
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <thread>
 
 #include "haptics/device/device.h"
-#include "sim/live_session.h"
+#include "sim/drivers/live_session.h"
 #include "tests/sim/crowd.h"
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/saw_bench.h"
@@ -20,7 +20,7 @@ const PieceFreed* find_freed(const Engine& engine) {
   return nullptr;
 }
 
-// The probe: a block is freed, and moved by hand 2 against hand 1.
+// The probe: a block is detached, and moved by hand 2 against hand 1.
 TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
   const Folder folder;
   const std::string path = folder.file("disk.session");
@@ -43,7 +43,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
         const Outcome freed = free_now(run);
         EXPECT_TRUE(freed.is_changed && freed.is_edit);
         ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-        EXPECT_FALSE(run.apply({LayDown{}, 1}).refused);
+        EXPECT_FALSE(run.apply({RemoveInstrument{}, 1}).refused);
       }
       if (i == static_cast<int>(1000 * k_sawn) + 50) at_freedom = rests.proxy_world.z;
       if (i == static_cast<int>(1000 * k_lift)) {
@@ -56,7 +56,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
       }
       force_after = glm::length(rests.force_world);
     }
-    // It came off, with nothing counted as drilled; where a hand rested on it nothing was felt to change.
+    // Detached without counting as drilled; a hand that rests on it perceives no change.
     EXPECT_EQ(run.engine().current()->ledger().total(), removed);
     const PieceFreed* freed = find_freed(run.engine());
     ASSERT_NE(freed, nullptr);
@@ -65,10 +65,10 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     EXPECT_NEAR(at_freedom, resting_at, 0.1);
     EXPECT_NEAR(at_lift, resting_at, 0.1);
     EXPECT_GT(least_after, resting_at - 0.1);
-    // Lifted by three, so is who rests on it, and pressed by the spring.
+    // Lifted by 3 mm, like the hand that rests on it, which is pressed by the spring.
     EXPECT_GT(most_after, resting_at + 2.5);
     EXPECT_GT(force_after, force_before + 0.8);
-    // Put down where it is; taken back, it is in the hand's way again where it was.
+    // Released where it is; after undo it is at its old position again.
     EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
     EXPECT_NEAR(run.engine().now().world.bodies[0].place.position_world.z, 3, 0.6);
     EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
@@ -76,7 +76,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     EXPECT_TRUE(run.engine().now().world.bodies.empty());
     const std::int64_t without = run.engine().current()->ledger().freed_units;
     EXPECT_GT(without, 0);
-    for (int n = 0; n < 2; ++n) run.undo();  // discard and release; to hold is nothing to take back
+    for (int n = 0; n < 2; ++n) run.undo();  // discard and release; a grasp is not undoable
     ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
     EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
     run.undo();
@@ -99,7 +99,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
 
-TEST(Bodies, AreTheSameLiveInReplayAndBySeek) {
+TEST(Bodies, AreTheSameLiveInReplayAndAfterSeek) {
   const Folder folder;
   const std::string path = folder.file("live.session");
   SawBench bench;
@@ -115,7 +115,7 @@ TEST(Bodies, AreTheSameLiveInReplayAndBySeek) {
     };
     wait_for([&] { return live.fetch_state().newest.t > k_sawn; });
     live.apply(FreePieces{});
-    live.apply({LayDown{}, 1});
+    live.apply({RemoveInstrument{}, 1});
     wait_for([&] { return !live.snapshot().get()->world.bodies.empty(); });
     live.apply({HoldBody{{1}}, 1});
     wait_for([&] { return live.fetch_state().newest.t > k_end + 0.1; });
@@ -134,7 +134,7 @@ TEST(Bodies, AreTheSameLiveInReplayAndBySeek) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 3);
 }
 
-TEST(Bodies, WhatCannotBeIsRefusedInWordsAndChangesNothing) {
+TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
   const auto expect_refused = [&](const Command& command, const char* words) {
@@ -144,14 +144,14 @@ TEST(Bodies, WhatCannotBeIsRefusedInWordsAndChangesNothing) {
     EXPECT_NE(outcome.refused->message().find(words), std::string::npos) << outcome.refused->message();
     EXPECT_EQ(run.engine().snapshot()->hash(), before);
   };
-  expect_refused(FreePieces{3}, "no such shape");
+  expect_refused(FreePieces{3}, "unknown shape");
   expect_refused(FreePieces{-1}, "item");
   expect_refused(FreePieces{0, -1}, "smallest");
-  expect_refused(HoldBody{{1}}, "no such body");
-  expect_refused(DiscardBody{{1}}, "no such body");
-  expect_refused(ReleaseBody{}, "holds nothing");
+  expect_refused(HoldBody{{1}}, "unknown body");
+  expect_refused(DiscardBody{{1}}, "unknown body");
+  expect_refused(ReleaseBody{}, "holds no body");
 
-  // Nothing came off: an event says so.
+  // An event reports that nothing was detached.
   const Outcome begun = run.apply(FreePieces{});
   run.apply(run.engine().finish_job(begun.job));
   const Chronicle& events = run.engine().now().chronicle;
@@ -178,28 +178,28 @@ TEST(Bodies, WhatCannotBeIsRefusedInWordsAndChangesNothing) {
   free_now(run);
   ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
   const Id id = run.engine().now().world.bodies[0].id;
-  expect_refused(HoldBody{{id.value + 1}}, "no such body");
+  expect_refused(HoldBody{{id.value + 1}}, "unknown body");
   EXPECT_FALSE(run.apply({HoldBody{id}, 1}).refused);
-  expect_refused(Command(HoldBody{id}, 0), "in a hand");
-  expect_refused(Command(HoldBody{id}, 1), "in a hand");
-  expect_refused(Command(ReleaseBody{}, 0), "holds nothing");
-  expect_refused(PlaceModel{run.engine().now().world.bodies[0].mover, dvec3(0)}, "no model moves");
-  expect_refused(SwitchItem{1, false}, "no such item");
-  // Devices that begin anew hold nothing.
+  expect_refused(Command(HoldBody{id}, 0), "held by a hand");
+  expect_refused(Command(HoldBody{id}, 1), "held by a hand");
+  expect_refused(Command(ReleaseBody{}, 0), "holds no body");
+  expect_refused(PlaceModel{run.engine().now().world.bodies[0].mover, dvec3(0)}, "unknown moving model");
+  expect_refused(SwitchItem{1, false}, "unknown item");
+  // Devices that restart hold nothing.
   run.apply(Resume{});
   EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
   expect_refused(Command(HoldBody{id}, 1), "the hand's position is unknown");
 
-  // A method that cannot.
+  // A method that does not support bodies.
   SawBench other("implicit");
   Lockstep elsewhere(other.engine(), {}, 1000);
   const Outcome no = elsewhere.apply(FreePieces{});
   ASSERT_TRUE(no.refused);
-  EXPECT_NE(no.refused->message().find("cannot touch what comes off"), std::string::npos);
+  EXPECT_NE(no.refused->message().find("does not support detached bodies"), std::string::npos);
 }
 
-// Who carries it is not pushed when it is put down, nor anybody when undo puts it back.
-TEST(Bodies, NobodyIsThrownByWhatIsPutDownOrPutBack) {
+// Neither release nor undo pushes a hand near the body.
+TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
   haptics::Pose poses[2];
@@ -211,13 +211,13 @@ TEST(Bodies, NobodyIsThrownByWhatIsPutDownOrPutBack) {
     }
   };
   saw(run);
-  run.apply({LayDown{}, 1});
+  run.apply({RemoveInstrument{}, 1});
   free_now(run);
   poses[0] = resting().at(k_sawn), poses[1] = sawing().at(k_sawn);
   poses[0].position_world = {0, 0, 9};  // away from it
   for (int i = 0; i < 600; ++i) run.step(poses);
   most_force = 0;
-  // Beside it, take it, carry it 30 mm along and down again, in a bow.
+  // Move next to it, grasp it, carry it 30 mm along an arc and down again.
   for (int i = 0; i <= 300; ++i) poses[1].position_world = {k_circle, 0, 8 - 0.01 * i}, step();
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
   for (int i = 0; i <= 600; ++i) {
@@ -227,7 +227,7 @@ TEST(Bodies, NobodyIsThrownByWhatIsPutDownOrPutBack) {
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
   for (int i = 0; i < 100; ++i) step();
   EXPECT_NEAR(run.engine().now().world.bodies[0].place.position_world.x, 30, 0.1);
-  // A hand in the air between where it was and where it is; undone and done again.
+  // A hand in the air between the old and the new position; undo and redo.
   poses[0].position_world = {20, 0, 9};
   for (int i = 0; i < 100; ++i) step();
   for (int n = 0; n < 3; ++n) {
@@ -240,26 +240,26 @@ TEST(Bodies, NobodyIsThrownByWhatIsPutDownOrPutBack) {
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
   poses[1].position_world.z += 4;
   for (int i = 0; i < 60; ++i) step();
-  run.undo();  // of the release: it is in the hand again already, and stays there
+  run.undo();  // of the release: the hand has grasped it again already, and keeps it
   for (int i = 0; i < 60; ++i) step();
   EXPECT_EQ(run.engine().now().world.bodies[0].holder, 1);
   EXPECT_LT(most_force, 1e-9);
 }
 
-TEST(Bodies, ToolsAndBodiesThatChangeTogether) {
+TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
   haptics::Pose poses[2] = {resting().at(k_sawn), sawing().at(k_sawn)};
   saw(run);
-  run.apply({LayDown{}, 1});
-  // The tool is asked for while the bone is there, and comes when it is gone.
+  run.apply({RemoveInstrument{}, 1});
+  // The tool is requested before the body is detached, and adopted after it.
   const Outcome begun = run.apply(ToolGeometry{1, {}});
   const AdoptJob ball = run.engine().finish_job(begun.job);
   const Outcome chain = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
   const AdoptJob several = run.engine().finish_job(chain.job);
   free_now(run);
   ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-  // A chain feels what came off, too: it rests on it as a ball does.
+  // A chain touches the detached body too: it rests on it as a ball does.
   const auto rests_at = [&] {
     poses[0].position_world = {0, 0, 12};
     for (int i = 0; i < 400; ++i) run.step(poses);
@@ -276,7 +276,7 @@ TEST(Bodies, ToolsAndBodiesThatChangeTogether) {
   EXPECT_STREQ(run.engine().tool(0).method->name(), "chain");
   const double chain_rests = rests_at();
   EXPECT_TRUE(run.apply(ball).is_changed);
-  EXPECT_NEAR(rests_at() - chain_rests, 0.5, 0.15);  // by how much larger the ball is
+  EXPECT_NEAR(rests_at() - chain_rests, 0.5, 0.15);  // difference of the radii
   EXPECT_FALSE(run.apply(DiscardBody{{1}}).refused);
   poses[0].position_world = {0, 0, 6};
   for (int i = 0; i < 400; ++i) run.step(poses);
@@ -288,19 +288,19 @@ TEST(Bodies, ToolsAndBodiesThatChangeTogether) {
   EXPECT_FALSE(r.has_contact);  // through the hole
   EXPECT_NEAR(r.proxy_world.z, poses[0].position_world.z, 1e-6);
 
-  // With a chain in a hand undo brings a body back, too.
+  // Undo also restores a body while a hand has a chain.
   const Outcome now = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
   EXPECT_TRUE(run.apply(run.engine().finish_job(now.job)).is_changed);
   EXPECT_FALSE(run.apply(Undo{}).refused);
   EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
 }
 
-// Who holds what is of the moment: taking back a cut elsewhere takes nothing out of a hand.
-TEST(Bodies, UndoOfAStrokeTakesNothingOutOfAHand) {
+// The grasp is not undoable state: undo of a cut elsewhere releases nothing.
+TEST(Bodies, UndoOfAStrokeReleasesNothing) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
   saw(run);
-  run.apply({LayDown{}, 1});
+  run.apply({RemoveInstrument{}, 1});
   free_now(run);
   haptics::Pose poses[2];
   poses[0].position_world = {0, 0, 12};
@@ -327,7 +327,7 @@ TEST(Bodies, UndoOfAStrokeTakesNothingOutOfAHand) {
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
   EXPECT_NEAR(run.engine().now().world.bodies[0].place.position_world.z, 20, 0.1);
-  // That can be taken back; before it came off it is in no hand.
+  // The release is undoable; before it was detached, the body is in no hand.
   run.undo();
   EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
@@ -336,7 +336,7 @@ TEST(Bodies, UndoOfAStrokeTakesNothingOutOfAHand) {
   EXPECT_TRUE(run.apply({ReleaseBody{}, 1}).refused);
 }
 
-// What a core knew of a thing that is gone is in no checkpoint.
+// A checkpoint contains nothing about a body that was discarded.
 TEST(Bodies, AFaultOnABodyThatIsThenDiscardedOpensAgain) {
   const Folder folder;
   const std::string path = folder.file("fault.session");
@@ -351,7 +351,7 @@ TEST(Bodies, AFaultOnABodyThatIsThenDiscardedOpensAgain) {
       if (i >= 3500 && i < 3800) poses[0].position_world.x = std::nan("");
       run.step(poses);
       if (i == static_cast<int>(1000 * k_sawn)) {
-        run.apply({LayDown{}, 1});
+        run.apply({RemoveInstrument{}, 1});
         free_now(run);
       }
       if (i == 3600) {
@@ -363,7 +363,7 @@ TEST(Bodies, AFaultOnABodyThatIsThenDiscardedOpensAgain) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 3);
 }
 
-TEST(Bodies, ThereIsRoomForEightAndDebrisIsTold) {
+TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
   // Straight cuts in a grid leave blocks.
@@ -394,7 +394,7 @@ TEST(Bodies, ThereIsRoomForEightAndDebrisIsTold) {
   const auto* discarded = events[events.size() - 1].what.as<JobDiscarded>();
   ASSERT_NE(discarded, nullptr);
   EXPECT_NE(discarded->why.find("there is room for 8"), std::string::npos) << discarded->why;
-  // All of them are debris for who asks for larger ones.
+  // All of them are debris if larger bodies are requested.
   const Outcome begun = run.apply(FreePieces{0, 60});
   run.apply(run.engine().finish_job(begun.job));
   const Event& last = events[events.size() - 1];

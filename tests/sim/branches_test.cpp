@@ -1,19 +1,19 @@
-// Named lines of the history: "try it again from here".
+// Branches: named lines of the history, to try again from an earlier state.
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/toy_bench.h"
 
 namespace trephine::sim {
 namespace {
 
-/// What was removed and what was marked.
-std::uint64_t world_of(const Engine& engine) {
-  volume::MixHash all;
+/// Hash of removed matter and marks.
+std::uint64_t undoable_of(const Engine& engine) {
+  MixHash all;
   all.add(engine.current()->content_hash());
   all.add(static_cast<std::uint64_t>(Toy::toy_world(engine.now()).marks));
   return all.value();
 }
 
-TEST(Branches, EachKeepsAllThatItHad) {
+TEST(Branches, EachKeepsItsWholeHistory) {
   const ToyBench bench;
   Engine engine = bench.engine();
   const auto done = [&](const Command& command) {
@@ -21,47 +21,47 @@ TEST(Branches, EachKeepsAllThatItHad) {
     EXPECT_FALSE(outcome.refused) << outcome.refused->message();
     return outcome;
   };
-  const std::uint64_t bare = world_of(engine);
+  const std::uint64_t bare = undoable_of(engine);
   done(ToyCarve{{-3, 0, 0}});
-  const std::uint64_t one = world_of(engine);
+  const std::uint64_t after_first = undoable_of(engine);
   done(ToyCarve{{3, 0, 0}});
-  const std::uint64_t two = world_of(engine);
+  const std::uint64_t after_second = undoable_of(engine);
   done(Undo{});
-  // Again from here: the first line keeps what was undone.
+  // Again from here: the first branch keeps the undone strokes.
   done(BeginBranch{"other"});
   EXPECT_EQ(engine.branch().name, "other");
-  EXPECT_EQ(world_of(engine), one);
+  EXPECT_EQ(undoable_of(engine), after_first);
   EXPECT_FALSE(engine.can_redo());
   done(ToyCarve{{0, 0, 0}});
   done(ToyMark{});
-  const std::uint64_t other = world_of(engine);
+  const std::uint64_t other = undoable_of(engine);
   Outcome there = done(SwitchBranch{"main"});
   EXPECT_TRUE(there.is_changed && there.is_edit);
-  EXPECT_EQ(world_of(engine), one);
+  EXPECT_EQ(undoable_of(engine), after_first);
   EXPECT_TRUE(engine.can_redo());
-  // What looks different: where the other branch cut, and nowhere else.
+  // The differing box: only where the other branch cut.
   const volume::Frame& frame = bench.scene.base->frame;
   EXPECT_TRUE(there.box.contains(volume::voxel_of(frame.volume_from_world({0, 0, 0}))));
   EXPECT_FALSE(there.box.contains(volume::voxel_of(frame.volume_from_world({3, 0, 0}))));
   done(Redo{});
-  EXPECT_EQ(world_of(engine), two);
+  EXPECT_EQ(undoable_of(engine), after_second);
   there = done(SwitchBranch{"other"});
-  EXPECT_EQ(world_of(engine), other);
+  EXPECT_EQ(undoable_of(engine), other);
   EXPECT_TRUE(there.box.contains(volume::voxel_of(frame.volume_from_world({3, 0, 0}))));
   for (int n = 0; n < 3; ++n) done(Undo{});
-  EXPECT_EQ(world_of(engine), bare);
+  EXPECT_EQ(undoable_of(engine), bare);
   EXPECT_FALSE(engine.can_undo());
-  // Left in its middle, it is found there.
+  // A branch left in its middle is resumed there.
   done(SwitchBranch{"main"});
-  EXPECT_EQ(world_of(engine), two);
+  EXPECT_EQ(undoable_of(engine), after_second);
   done(SwitchBranch{"other"});
-  EXPECT_EQ(world_of(engine), bare);
+  EXPECT_EQ(undoable_of(engine), bare);
   for (int n = 0; n < 3; ++n) done(Redo{});
-  EXPECT_EQ(world_of(engine), other);
+  EXPECT_EQ(undoable_of(engine), other);
 
   for (const auto& [name, words] :
-       std::initializer_list<std::pair<std::string, std::string>>{{"main", "is a branch of that name"},
-                                                                  {"other", "of that name"},
+       std::initializer_list<std::pair<std::string, std::string>>{{"main", "already exists"},
+                                                                  {"other", "already exists"},
                                                                   {"", "needs a name"},
                                                                   {"a\nb", "needs a name"},
                                                                   {std::string(50, 'x'), "needs a name"}}) {
@@ -69,15 +69,15 @@ TEST(Branches, EachKeepsAllThatItHad) {
     ASSERT_TRUE(refused.refused) << name;
     EXPECT_NE(refused.refused->what.find(words), std::string::npos) << refused.refused->what;
   }
-  EXPECT_NE(engine.apply(SwitchBranch{"other"}).refused->what.find("goes on"), std::string::npos);
-  EXPECT_NE(engine.apply(SwitchBranch{"third"}).refused->what.find("no such branch"), std::string::npos);
-  EXPECT_EQ(world_of(engine), other);
+  EXPECT_NE(engine.apply(SwitchBranch{"other"}).refused->what.find("already active"), std::string::npos);
+  EXPECT_NE(engine.apply(SwitchBranch{"third"}).refused->what.find("unknown branch"), std::string::npos);
+  EXPECT_EQ(undoable_of(engine), other);
   for (std::size_t n = 2; n < Engine::k_most_branches; ++n)
     done(BeginBranch{std::string("b").append(std::to_string(n))});
-  EXPECT_NE(engine.apply(BeginBranch{"more"}).refused->what.find("enough"), std::string::npos);
+  EXPECT_NE(engine.apply(BeginBranch{"more"}).refused->what.find("too many branches"), std::string::npos);
 }
 
-TEST(Branches, ShareWhatTheyHaveInCommon) {
+TEST(Branches, ShareCommonStates) {
   const ToyBench bench;
   Engine engine = bench.engine();
   for (int i = 0; i < 8; ++i) engine.apply(ToyCarve{{-6 + 1.5 * i, 0, 0}});
@@ -87,14 +87,14 @@ TEST(Branches, ShareWhatTheyHaveInCommon) {
   engine.apply(BeginBranch{"other"});
   EXPECT_LT(engine.history_bytes() - before, 8192u);  // the tables of one state
   engine.apply(ToyCarve{{0, 4, 0}});
-  // One more cut: its own bricks and tables, not all of them once more.
+  // One more cut adds its own bricks and tables, not all of them again.
   const std::size_t added = engine.history_bytes() - before;
   EXPECT_GT(added, 10000u);
   EXPECT_LT(added, 3 * whole / 4);
   EXPECT_LT(before, 6 * whole);  // of nine states
 }
 
-TEST(Branches, AreTheSameInReplayAndBySeek) {
+TEST(Branches, AreTheSameInReplayAndAfterSeek) {
   const Folder folder;
   const std::string path = folder.file("branches.session");
   ToyBench bench;

@@ -1,12 +1,12 @@
-// Sessions of a rigid tool of several balls, given from the start or midway.
-#include "sim/scene_spec.h"
+// Sessions with a rigid tool of several balls, set at the start or midway.
+#include "sim/engine/scene_description.h"
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
 namespace {
 
-/// Over the plate, tilted to and fro, in and out of touch.
+/// Pose above the plate in tick i, tilted back and forth, in and out of contact.
 haptics::Pose waving(int i) {
   const double t = 1e-3 * i, half = 0.15 * std::sin(5 * t);
   return {{4 * std::sin(2 * t), 3 * std::cos(1.3 * t), 2.5 + 3 * std::cos(4 * t)},
@@ -18,15 +18,15 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   const Folder folder;
   const std::string path = folder.file("chain.session");
   const haptics::TouchScene scene = small_bone();
-  SceneSpec spec = describe_scene(scene, haptics::ImplicitProxy(), {},
-                                  {HandSpec(Instrument()), HandSpec(drilling::burr(k_burr))});
+  SceneDescription spec = describe_scene(scene, haptics::ImplicitProxy(), {},
+                                         {HandSpec(Instrument()), HandSpec(drilling::burr(k_burr))});
   spec.hands[0].method = "chain";
   spec.hands[0].tool_radius = 1;
   spec.hands[0].tool_balls = {{-6, 0, 0}, {-3, 0, 0}, {0, 0, 0}, {3, 0, 0}, {6, 0, 0}};
   spec.hands[1].method = "subvoxel";
   auto start = build_scene(spec, data_of(scene), drilling_catalogue());
   ASSERT_TRUE(start.is_ok()) << start.error().message();
-  const SceneSpec described = describe_scene(start.value().hands, {});
+  const SceneDescription described = describe_scene(start.value().hands, {});
   EXPECT_EQ(described.hands[0].tool_balls, spec.hands[0].tool_balls);
   EXPECT_TRUE(described.hands[1].tool_balls.empty());
   WriterOptions options = often(2500);
@@ -78,15 +78,15 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   expect_opens_anywhere(path, drilling_catalogue(), {});
 }
 
-// A hand that began with another method feels with that again, live and from checkpoints.
-TEST(ChainSession, BackToOneBallIsTheMethodOfTheStart) {
+// A hand that started with another method returns to it, live and from checkpoints.
+TEST(ChainSession, BackToOneBallRestoresTheMethodOfTheStart) {
   const Folder folder;
   const std::string path = folder.file("back.session");
   Bench bench;  // implicit
   {
     auto writer = bench.writer(path, 1000, often(300));
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    run.apply(LayDown{});
+    run.apply(RemoveInstrument{});
     for (int i = 0; i < 3000; ++i) {
       run.step(waving(i));
       const auto give = [&](const ToolGeometry& geometry) {

@@ -1,16 +1,16 @@
-// A session opens at any tick, by its checkpoints: to the same bits as one that is played from its start.
+// Checkpoints: a session opens at any tick with the same bits as one played from its start.
 #include <deque>
 #include <thread>
 
 #include "haptics/force/effects.h"
-#include "sim/live_session.h"
-#include "sim/packed.h"
+#include "sim/drivers/live_session.h"
+#include "sim/session/packed.h"
 #include "tests/sim/crowd.h"
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/round_bench.h"
 #include "tests/sim/saw_bench.h"
 #include "tests/sim/toy_bench.h"
-#include "volume/bytes.h"
+#include "volume/base/bytes.h"
 
 namespace trephine::sim {
 namespace {
@@ -36,8 +36,8 @@ TEST(Checkpoint, ARandomLogOpensAtAnyTick) {
   }
 }
 
-// The servo runs ahead of the edits, by up to forty ticks, and sees old states for as long.
-TEST(Checkpoint, OpensWhereTheServoRanAheadOfTheEdits) {
+// The servo runs ahead of the edits by up to forty ticks, and reads old states for as long.
+TEST(Checkpoint, OpensWithAServoAheadOfTheEdits) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   ToyBench bench;
@@ -74,7 +74,7 @@ TEST(Checkpoint, OpensWhereTheServoRanAheadOfTheEdits) {
   expect_opens_anywhere(path, toys(), bench.scene.base);
 }
 
-TEST(Checkpoint, ASessionOfEverythingOpensAtAnyTick) {
+TEST(Checkpoint, ASessionWithAllFeaturesOpensAtAnyTick) {
   const Folder folder;
   const std::string path = folder.file("crowd.session");
   std::uint64_t state = 0;
@@ -82,20 +82,20 @@ TEST(Checkpoint, ASessionOfEverythingOpensAtAnyTick) {
   expect_opens_anywhere(path, drilling_catalogue(), {});
 }
 
-/// A round burr drills for so many ticks; `tell`: after each of them.
-template <class Tell>
-void record_drilling(RoundBench& bench, const std::string& path, int ticks, Tell&& tell) {
+/// Records `ticks` ticks of drilling with a round burr; `on_tick` is called after each.
+template <class OnTick>
+void record_drilling(RoundBench& bench, const std::string& path, int ticks, OnTick&& on_tick) {
   auto writer = bench.writer(path, 1000, often(4000));
   Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath request = drilling_request(10);
   for (int i = 0; i < ticks; ++i) {
     run.step(request.at(1e-3 * i));
-    tell(run, i);
+    on_tick(run, i);
   }
   EXPECT_FALSE(writer->finish(run.engine()));
 }
 
-TEST(Checkpoint, ARoundToolsFieldsComeWithIt) {
+TEST(Checkpoint, FieldsOfARoundToolAreContained) {
   const Folder folder;
   const std::string path = folder.file("round.session");
   RoundBench bench;
@@ -125,9 +125,8 @@ TEST(Checkpoint, ALiveSessionOpensAtAnyTick) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 2);
 }
 
-// Killed, opened by its newest checkpoint, gone on with, killed again: one session, every part of which
-// opens.
-TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
+// Killed, opened at its newest checkpoint, continued, killed again: one session, every part of which opens.
+TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   Bench bench;
@@ -159,7 +158,7 @@ TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
     const Outcome outcome = engine.apply(command);
     writer->add(command, engine, outcome);
     Lockstep run(std::move(engine), {}, 1000, writer.get(), first_tick);
-    // Back to strokes that were never played here, and on from there.
+    // Back to strokes that were not played here, and on from there.
     for (int i = 0; i < 4; ++i) EXPECT_FALSE(run.undo().refused);
     const haptics::PosePath request = drilling_request(10);
     for (int i = 0; i < 2500; ++i) {
@@ -171,7 +170,7 @@ TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
 
-// Undo after undo, with ways out that grow longer and shorter: the newest checkpoint opens each time.
+// Undo after undo, with escape paths of varying length: the newest checkpoint opens each time.
 TEST(Checkpoint, OpensAfterManyUndos) {
   const Folder folder;
   const std::string path = folder.file("a.session");
@@ -182,7 +181,7 @@ TEST(Checkpoint, OpensAfterManyUndos) {
   std::mt19937 random(3);
   long led = 0;
   for (int i = 0; i < 6000; ++i) {
-    led += run.step(request.at(1e-3 * i)).is_led;
+    led += run.step(request.at(1e-3 * i)).is_escaping;
     if (random() % 300 == 0) run.undo();  // in contact and in the air
   }
   EXPECT_GT(led, 20);
@@ -190,9 +189,9 @@ TEST(Checkpoint, OpensAfterManyUndos) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
 
-// What was told midway is told again in an order in which it fits: one of eight effects ended before another
-// began; a larger burr came before its ball.
-TEST(Checkpoint, WhatWasToldFitsWhenItIsToldAgain) {
+// Commands issued midway are repeated in a valid order: one of eight effects ended before another began; a
+// larger burr preceded its ball.
+TEST(Checkpoint, CommandsAreRepeatedInAValidOrder) {
   RoundBench bench;
   auto laws = std::make_shared<haptics::LawSet>();
   for (std::uint32_t id = 1; id <= haptics::LawSet::k_most; ++id)
@@ -214,17 +213,17 @@ TEST(Checkpoint, WhatWasToldFitsWhenItIsToldAgain) {
   EXPECT_TRUE(engine.apply(engine.finish_job(begun.job)).is_changed);
   const EngineImage image = engine.image();
   Engine again = start;
-  const volume::Status error = again.restore(image);
+  const Status error = again.restore(image);
   ASSERT_FALSE(error) << error->message();
   EXPECT_EQ(again.now().hash(), engine.now().hash());
-  const auto &felt = again.servo_scene()->hands[0], &wanted = engine.servo_scene()->hands[0];
-  EXPECT_EQ(felt.scene, wanted.scene);
-  ASSERT_EQ(felt.laws->laws().size(), wanted.laws->laws().size());
-  for (std::size_t l = 0; l < felt.laws->laws().size(); ++l)
-    EXPECT_EQ(felt.laws->laws()[l].id, wanted.laws->laws()[l].id);
+  const auto &restored = again.servo_scene()->hands[0], &wanted = engine.servo_scene()->hands[0];
+  EXPECT_EQ(restored.scene, wanted.scene);
+  ASSERT_EQ(restored.laws->laws().size(), wanted.laws->laws().size());
+  for (std::size_t l = 0; l < restored.laws->laws().size(); ++l)
+    EXPECT_EQ(restored.laws->laws()[l].id, wanted.laws->laws()[l].id);
 }
 
-/// All that stands in a file, block by block.
+/// A block of a session file.
 struct Block {
   BlockHead head;
   std::string payload;
@@ -238,7 +237,7 @@ std::vector<Block> blocks_of(const std::string& path, std::string& preamble) {
   std::vector<Block> blocks;
   while (!rest.empty()) {
     Block block;
-    EXPECT_TRUE(volume::get(rest, block.head));
+    EXPECT_TRUE(get(rest, block.head));
     block.payload = rest.substr(0, block.head.length);
     rest.remove_prefix(block.head.length + 8);
     blocks.push_back(std::move(block));
@@ -257,15 +256,15 @@ void write_blocks(const std::string& path, const std::string& preamble, std::vec
   }
 }
 
-struct Lied {
+struct RecordedSession {
   std::string path;
   std::string preamble;
   std::vector<Block> blocks;
-  std::size_t which = 0;  ///< block of a checkpoint in the middle
+  std::size_t checkpoint_block = 0;  ///< block of a checkpoint in the middle
   CheckpointIndex index;
 };
-Lied recorded(const Folder& folder) {
-  Lied all;
+RecordedSession recorded(const Folder& folder) {
+  RecordedSession all;
   all.path = folder.file("a.session");
   Bench bench;
   auto writer = bench.writer(all.path, 1000, often(1500));
@@ -277,57 +276,58 @@ Lied recorded(const Folder& folder) {
   std::size_t seen = 0;
   for (std::size_t b = 0; b < all.blocks.size(); ++b)
     if (static_cast<BlockKind>(all.blocks[b].head.kind) == BlockKind::checkpoint && ++seen == 4)
-      all.which = b;
-  EXPECT_GT(all.which, 0u);
-  EXPECT_TRUE(read_index(all.blocks[all.which].payload, all.index));
+      all.checkpoint_block = b;
+  EXPECT_GT(all.checkpoint_block, 0u);
+  EXPECT_TRUE(read_index(all.blocks[all.checkpoint_block].payload, all.index));
   return all;
 }
 
-/// The checkpoint with other bytes in a part, its lengths and sums right.
-std::string with_part(const Lied& good, const CheckpointIndex::Part& part, const std::string& told) {
-  const std::string& payload = good.blocks[good.which].payload;
+/// The checkpoint with other bytes in a part; its lengths and checksums are valid.
+std::string with_part(const RecordedSession& good, const CheckpointIndex::Part& part,
+                      const std::string& bytes) {
+  const std::string& payload = good.blocks[good.checkpoint_block].payload;
   const auto bytes_at = [&](const CheckpointIndex::Part& one) {
-    return one.at == part.at ? packed(told) : payload.substr(one.at, one.length);
+    return one.at == part.at ? packed(bytes) : payload.substr(one.at, one.length);
   };
-  std::string made;
-  volume::put(made, good.index.block);
-  volume::put(made, good.index.next_tick);
-  volume::put_number(made, static_cast<std::int64_t>(good.index.links.size()));
+  std::string result;
+  put(result, good.index.block);
+  put(result, good.index.next_tick);
+  put_number(result, static_cast<std::int64_t>(good.index.links.size()));
   for (const CheckpointIndex::Link& link : good.index.links) {
-    volume::put_number(made, static_cast<std::int64_t>(link.chain));
-    volume::put_number(made, static_cast<std::int64_t>(link.number));
-    volume::put(made, static_cast<std::uint8_t>(link.is_first));
-    volume::put_text(made, bytes_at(link.bytes));
+    put_number(result, static_cast<std::int64_t>(link.chain));
+    put_number(result, static_cast<std::int64_t>(link.number));
+    put(result, static_cast<std::uint8_t>(link.is_first));
+    put_text(result, bytes_at(link.bytes));
   }
   for (const CheckpointIndex::Part* one :
        {&good.index.events, &good.index.trails, &good.index.history, &good.index.rest})
-    volume::put_text(made, bytes_at(*one));
-  return made;
+    put_text(result, bytes_at(*one));
+  return result;
 }
 
-// Planted faults: a checkpoint that says something else is told, whatever it lies about.
-TEST(Checkpoint, EveryLieIsSeen) {
+// Planted faults: every changed fact of a checkpoint is detected.
+TEST(Checkpoint, EveryChangedFactIsDetected) {
   const Folder folder;
-  const Lied good = recorded(folder);
+  const RecordedSession good = recorded(folder);
   const auto part_of = [&](const CheckpointIndex::Part& part) {
-    return unpacked(good.blocks[good.which].payload.substr(part.at, part.length)).value();
+    return unpacked(good.blocks[good.checkpoint_block].payload.substr(part.at, part.length)).value();
   };
   const std::string rest = part_of(good.index.rest);
   std::mt19937 random(3);
   int seen = 0;
   constexpr int k_lies = 60;
   for (int i = 0; i < k_lies; ++i) {
-    // A bit of a core, a tick, a setting, the history, a trail, or of a brick.
+    // A bit of a core, a tick, a setting, the history, a trail, or a brick.
     std::vector<Block> blocks = good.blocks;
     const CheckpointIndex::Part part = i % 3 == 0   ? good.index.rest
                                        : i % 3 == 1 ? good.index.trails
                                                     : good.index.links[good.index.links.size() - 1].bytes;
-    std::string told = part_of(part);
-    if (told.size() < 4) continue;
-    const std::size_t at = i % 3 == 1 ? told.size() - 8 * 3 + 6  // of the newest place
-                                      : random() % told.size();
-    told[at] = static_cast<char>(told[at] ^ (i % 3 == 1 ? 1 : 1 << random() % 8));
-    blocks[good.which].payload = with_part(good, part, told);
+    std::string bytes = part_of(part);
+    if (bytes.size() < 4) continue;
+    const std::size_t at = i % 3 == 1 ? bytes.size() - 8 * 3 + 6  // of the newest position
+                                      : random() % bytes.size();
+    bytes[at] = static_cast<char>(bytes[at] ^ (i % 3 == 1 ? 1 : 1 << random() % 8));
+    blocks[good.checkpoint_block].payload = with_part(good, part, bytes);
     write_blocks(good.path, good.preamble, blocks);
     auto opened = SessionReader::open(good.path, drilling_catalogue());
     ASSERT_TRUE(opened.is_ok());
@@ -343,24 +343,24 @@ TEST(Checkpoint, EveryLieIsSeen) {
       EXPECT_EQ(replay.mismatch()->what, "checkpoint");
       ++seen;
     } else {
-      ADD_FAILURE() << "lie " << i << " at byte " << at << " of " << told.size();
+      ADD_FAILURE() << "lie " << i << " at byte " << at << " of " << bytes.size();
     }
-    // And whoever opens it does so without harm, and without it in the worst case.
+    // Opening it is harmless; in the worst case it is skipped.
     ASSERT_FALSE(replay.seek(good.index.next_tick + 5));
     ASSERT_FALSE(replay.seek(opened.value().tick_count()));
   }
   EXPECT_EQ(seen, k_lies);
 }
 
-/// Bytes by chance in the last checkpoint, with sums that are right: the session opens, by an older one in
-/// the worst case, and goes on; no force is beyond its limit, and undo answers.
+/// Random bytes in the last checkpoint, with valid checksums: the session opens, at an older one in the worst
+/// case, and continues; no force exceeds its limit, and undo works.
 void expect_nothing_breaks(const std::string& path, const SceneData& data, unsigned seed) {
-  Lied good;
+  RecordedSession good;
   good.path = path;
   good.blocks = blocks_of(good.path, good.preamble);
   for (std::size_t b = 0; b < good.blocks.size(); ++b)
-    if (static_cast<BlockKind>(good.blocks[b].head.kind) == BlockKind::checkpoint) good.which = b;
-  ASSERT_TRUE(read_index(good.blocks[good.which].payload, good.index));
+    if (static_cast<BlockKind>(good.blocks[b].head.kind) == BlockKind::checkpoint) good.checkpoint_block = b;
+  ASSERT_TRUE(read_index(good.blocks[good.checkpoint_block].payload, good.index));
   std::vector<CheckpointIndex::Part> parts{good.index.rest,   good.index.rest,    good.index.rest,
                                            good.index.trails, good.index.history, good.index.events};
   for (const CheckpointIndex::Link& link : good.index.links) parts.push_back(link.bytes);
@@ -369,12 +369,13 @@ void expect_nothing_breaks(const std::string& path, const SceneData& data, unsig
   for (int i = 0; i < 40; ++i) {
     SCOPED_TRACE(i);
     const CheckpointIndex::Part& part = parts[random() % parts.size()];
-    std::string told = unpacked(good.blocks[good.which].payload.substr(part.at, part.length)).value();
-    for (std::uint32_t n = 1 + random() % 8; n > 0 && !told.empty(); --n)
-      told[random() % told.size()] = static_cast<char>(random());
-    if (i % 7 == 0) told.resize(told.size() / 2);
+    std::string bytes =
+        unpacked(good.blocks[good.checkpoint_block].payload.substr(part.at, part.length)).value();
+    for (std::uint32_t n = 1 + random() % 8; n > 0 && !bytes.empty(); --n)
+      bytes[random() % bytes.size()] = static_cast<char>(random());
+    if (i % 7 == 0) bytes.resize(bytes.size() / 2);
     std::vector<Block> blocks = good.blocks;
-    blocks[good.which].payload = with_part(good, part, told);
+    blocks[good.checkpoint_block].payload = with_part(good, part, bytes);
     write_blocks(good.path, good.preamble, blocks);
     auto opened = SessionReader::open(good.path, drilling_catalogue());
     ASSERT_TRUE(opened.is_ok());
@@ -394,7 +395,7 @@ void expect_nothing_breaks(const std::string& path, const SceneData& data, unsig
   EXPECT_GT(opened_by_it, 5u);
 }
 
-TEST(Checkpoint, WhateverItSaysNothingBreaks) {
+TEST(Checkpoint, RandomBytesBreakNothing) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   RoundBench bench;
@@ -404,7 +405,7 @@ TEST(Checkpoint, WhateverItSaysNothingBreaks) {
   expect_nothing_breaks(path, bench.scene.base, 17);
 }
 
-// An operation goes on from a session that nobody reads any more: what lies behind is said to be gone.
+// An operation continues from a session whose reader was closed: an undo that needs it is refused.
 TEST(Checkpoint, AnEngineMayOutliveItsReader) {
   const Folder folder;
   const std::string path = folder.file("a.session");
@@ -414,31 +415,31 @@ TEST(Checkpoint, AnEngineMayOutliveItsReader) {
   const haptics::PosePath request = drilling_request(10);
   for (int i = 0; i < 4000; ++i) run.step(request.at(1e-3 * i));
   ASSERT_FALSE(writer->finish(run.engine()));
-  std::optional<Engine> goes_on;
+  std::optional<Engine> continued;
   {
     auto opened = SessionReader::open(path, drilling_catalogue());
     const auto replay = Replay::open(opened.value(), bench.scene.base).value();
     ASSERT_FALSE(replay->seek(opened.value().tick_count()));
     ASSERT_GT(replay->counts().opened, 0u);
-    goes_on.emplace(std::move(replay->engine()));
+    continued.emplace(std::move(replay->engine()));
   }
-  ASSERT_TRUE(goes_on->can_undo());
-  for (int n = 0; n < 3 && goes_on->can_undo(); ++n)
-    if (const Outcome outcome = goes_on->apply(Undo{}); outcome.refused) {
-      EXPECT_NE(outcome.refused->message().find("read no more"), std::string::npos);
+  ASSERT_TRUE(continued->can_undo());
+  for (int n = 0; n < 3 && continued->can_undo(); ++n)
+    if (const Outcome outcome = continued->apply(Undo{}); outcome.refused) {
+      EXPECT_NE(outcome.refused->message().find("no longer be read"), std::string::npos);
       return;
     }
   ADD_FAILURE() << "nothing had to be read";
 }
 
-TEST(Checkpoint, WhateverItSaysOfBodiesNothingBreaks) {
+TEST(Checkpoint, RandomBytesInBodiesBreakNothing) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   SawBench bench;
   auto writer = bench.writer(path, often(3000));
   Lockstep run(bench.engine(), {}, 1000, writer.get());
   saw(run);
-  run.apply({LayDown{}, 1});
+  run.apply({RemoveInstrument{}, 1});
   free_now(run);
   const haptics::PosePath first = resting(), second = sawing();
   for (int i = static_cast<int>(1000 * k_sawn); i < static_cast<int>(1000 * k_end); ++i) {
@@ -452,10 +453,10 @@ TEST(Checkpoint, WhateverItSaysOfBodiesNothingBreaks) {
   expect_nothing_breaks(path, bench.scene.base, 18);
 }
 
-/// What the end states is compared, and nothing may follow it.
+/// Every fact of the end block is compared, and nothing may follow it.
 TEST(Checkpoints, EveryFactOfTheEndIsCompared) {
   const Folder folder;
-  Lied all = recorded(folder);
+  RecordedSession all = recorded(folder);
   const auto verdict = [&] {
     const Verdict v = replay(all.path);
     return v.mismatch ? v.mismatch->what : v.error;

@@ -1,8 +1,8 @@
-// A scene of everything that a session can hold, and a session of it.
+// A scene with every kind of content of a session, and a session of it.
 #pragma once
 
 #include "haptics/mesh/mesh_tree.h"
-#include "sim/scene_spec.h"
+#include "sim/engine/scene_description.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
@@ -17,7 +17,7 @@ inline std::shared_ptr<const haptics::MeshTree> box(const dvec3& low, const dvec
                                                      2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5});
 }
 
-/// The plate, a ball of another scan above it, a model that stays and one that moves.
+/// The plate, a ball of another scan above it, a model at rest and one that moves.
 inline haptics::TouchScene crowded() {
   haptics::TouchScene scene = small_bone();
   data_tools::PhantomOptions o;
@@ -28,15 +28,15 @@ inline haptics::TouchScene crowded() {
   const haptics::TouchScene ball = scenes::phantom_scene("sphere", o);
   scene.others = {ball.base};
   scene.items.push_back(ball.items[0]);
-  scene.items.push_back(haptics::mesh_item("a name that is nobody's business", box({6, -3, 2}, {9, 3, 6})));
+  scene.items.push_back(haptics::mesh_item("a confidential business name", box({6, -3, 2}, {9, 3, 6})));
   scene.items.push_back(haptics::mesh_item("mover", box(dvec3(-1), dvec3(1))));
   scene.items.back().placement.position_world = {-7, 0, 5};
   scene.items.back().mover = 0;
   return scene;
 }
 
-inline SceneSpec crowded_spec(const haptics::TouchScene& scene) {
-  SceneSpec spec =
+inline SceneDescription crowded_spec(const haptics::TouchScene& scene) {
+  SceneDescription spec =
       describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec(drilling::burr(k_burr))});
   HandSpec& second = spec.hands.emplace_back();
   second.method = "scene";
@@ -46,11 +46,11 @@ inline SceneSpec crowded_spec(const haptics::TouchScene& scene) {
   return spec;
 }
 
-/// Two hands over it for three seconds; the scans go into the file. Gives the hash of the state.
+/// Records two hands over it for three seconds, with the scans in the file. Returns the hash of the state.
 inline void record_crowd(const std::string& path, std::uint64_t* state,
                          int checkpoint_work = CheckpointMaker::k_work) {
   const haptics::TouchScene scene = crowded();
-  const SceneSpec spec = crowded_spec(scene);
+  const SceneDescription spec = crowded_spec(scene);
   auto hands = build_scene(spec, data_of(scene), drilling_catalogue());
   ASSERT_TRUE(hands.is_ok()) << hands.error().message();
   EXPECT_EQ(hands.value().hands[0].feels.scene->tool_radius, 0);
@@ -77,7 +77,7 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
       on_models += r.has_contact && r.shape >= 2;
       on_ball += r.has_contact && r.shape == 1;
     }
-    if (i % 10 == 0) {  // to and fro
+    if (i % 10 == 0) {  // back and forth
       const double a = 1e-3 * i;
       EXPECT_FALSE(
           run.apply(PlaceModel{

@@ -1,9 +1,10 @@
-// Things felt by depth images in an operation: sets follow the hands, and sessions replay them to the bit.
+// Objects touched by depth images in an operation: sets follow the hands, and sessions replay them to the
+// bit.
 #include <chrono>
 #include <thread>
 
 #include "haptics/depth/depth_model.h"
-#include "sim/live_session.h"
+#include "sim/drivers/live_session.h"
 #include "tests/sim/crowd.h"
 #include "tests/sim/opens_anywhere.h"
 
@@ -13,7 +14,7 @@ namespace {
 using haptics::depth::DepthModel;
 using haptics::depth::ModelKeys;
 
-/// A paddle of many small triangles at a moment: it comes down, and bends.
+/// A paddle of many small triangles at a time (s): it moves down, and bends.
 std::shared_ptr<const haptics::MeshTree> paddle(double time) {
   constexpr int k_side = 16;
   std::vector<dvec3> corners;
@@ -45,7 +46,7 @@ std::shared_ptr<const haptics::MeshTree> paddle(double time) {
   return std::make_shared<const haptics::MeshTree>(std::move(corners), std::move(triangles));
 }
 
-/// Bone to drill, a block beside it and a paddle over it, both felt by depth images.
+/// Bone to drill, a block next to it and a paddle over it, both touched by depth images.
 haptics::TouchScene mixed() {
   haptics::TouchScene scene = small_bone();
   const auto add = [&](std::vector<std::shared_ptr<const haptics::MeshTree>> keys, double beat) {
@@ -63,18 +64,18 @@ haptics::TouchScene mixed() {
 }
 
 OperationStart start_of(const haptics::TouchScene& scene) {
-  SceneSpec spec =
+  SceneDescription spec =
       describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec(drilling::burr(k_burr))});
   HandSpec& second = spec.hands.emplace_back();
   second.method = "scene";
   second.tool_radius = 0.8;
   spec.smallest_burr = 3;
-  auto made = build_scene(spec, data_of(scene), drilling_catalogue());
-  EXPECT_TRUE(made.is_ok()) << made.error().message();
-  return std::move(made).value();
+  auto result = build_scene(spec, data_of(scene), drilling_catalogue());
+  EXPECT_TRUE(result.is_ok()) << result.error().message();
+  return std::move(result).value();
 }
 
-/// The first hand drills; the second goes from the block to under the paddle and presses.
+/// The first hand drills; the second moves from the block to below the paddle and presses.
 std::array<haptics::Pose, 2> poses_at(double t) {
   static const haptics::PosePath request = drilling_request(20);
   const double s = 0.5 - 0.5 * std::cos(4.4 * t);
@@ -91,7 +92,7 @@ struct Touched {
   }
 };
 
-TEST(DepthSession, AReplayFeelsTheSameAndOpensAnywhere) {
+TEST(DepthSession, AReplayTouchesTheSameAndOpensAnywhere) {
   const Folder folder;
   const std::string path = folder.file("mixed.session");
   const haptics::TouchScene scene = mixed();
@@ -122,13 +123,13 @@ TEST(DepthSession, AReplayFeelsTheSameAndOpensAnywhere) {
   const Verdict v = replay(path);
   expect_same(v);
   EXPECT_EQ(v.state, state);
-  EXPECT_GT(v.counts.commands, 120u);  // sets of images, a hundred a second
+  EXPECT_GT(v.counts.commands, 120u);  // sets of images, a hundred per second
   expect_opens_anywhere(path, drilling_catalogue(), data_of(scene), 3);
 }
 
-TEST(DepthSession, NothingIsDrawnWhereNothingMovesOrNobodyIsNear) {
+TEST(DepthSession, NothingIsDrawnWithoutMotionOrHandsNearby) {
   haptics::TouchScene scene = mixed();
-  scene.items.pop_back();  // the block alone
+  scene.items.pop_back();  // the block only
   OperationStart start = start_of(scene);
   Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000);
   std::vector<haptics::Pose> poses(2, {{200, 0, 0}, {1, 0, 0, 0}, 0});
@@ -140,14 +141,14 @@ TEST(DepthSession, NothingIsDrawnWhereNothingMovesOrNobodyIsNear) {
   EXPECT_EQ(sets(), 0u);
   poses[1].position_world = {10, 0, 2};
   for (int i = 0; i < 200; ++i) run.step(poses);
-  EXPECT_EQ(sets(), 1u);  // seen once, and nothing moved since
+  EXPECT_EQ(sets(), 1u);  // drawn once, and nothing moved since
   const auto& set = *run.engine().servo_scene()->hands[1].state.depths[0];
-  EXPECT_LT(set.pixels, 100'000u);  // what the clip volume needs
+  EXPECT_LT(set.pixels, 100'000u);  // pixels of the clip volume
   EXPECT_FALSE(run.engine().servo_scene()->hands[0].state.depths[0]);
 }
 
-/// A hand so deep that no set shows all of it, in coarse pixels and in fine ones.
-TEST(DepthSession, NoMoreSetsThanAHundredASecondWhateverTheyShow) {
+/// A hand so deep that no set covers all of it, in coarse pixels and in fine ones.
+TEST(DepthSession, AtMostAHundredSetsPerSecondWhateverTheirContents) {
   for (const double pixel : {5.0, 0.2}) {
     haptics::TouchScene scene = mixed();
     scene.items.pop_back();
@@ -165,9 +166,9 @@ TEST(DepthSession, NoMoreSetsThanAHundredASecondWhateverTheyShow) {
   }
 }
 
-/// The published schedule (30, 100 and 1000 Hz): as many sets a second as are asked for, each as large as a
+/// The published schedule (30, 100 and 1000 Hz): as many sets per second as requested, each as large as a
 /// hand of 1 m/s needs until the next one.
-TEST(DepthSession, AsManySetsASecondAsAreAskedFor) {
+TEST(DepthSession, AsManySetsPerSecondAsRequested) {
   for (const double rate : {30.0, 100.0, 250.0}) {
     haptics::TouchScene scene = mixed();
     scene.items.back().depth_rate = rate;
@@ -177,19 +178,20 @@ TEST(DepthSession, AsManySetsASecondAsAreAskedFor) {
     for (int i = 0; i < 400; ++i) run.step(poses);
     const auto& set = run.engine().servo_scene()->hands[1].state.depths.at(1);
     ASSERT_TRUE(set) << rate;
-    // And one more where it turns, which it does every tenth of a second.
+    // And one more at each turn, every tenth of a second.
     EXPECT_GE(static_cast<double>(set->serial), 0.4 * rate - 2 - 0.02 * rate) << rate;
     EXPECT_LE(static_cast<double>(set->serial), 0.4 * rate + 6 + 0.02 * rate) << rate;
     EXPECT_LE(set->view.interval, 1 / rate);
     EXPECT_GE(set->view.edge, 2000 / rate) << rate;
-    // In the header of a session, and back.
-    const SceneSpec spec = describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec()});
+    // Through the header of a session.
+    const SceneDescription spec =
+        describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec()});
     EXPECT_EQ(spec.structures.back().depth_rate, rate);
   }
 }
 
-/// Pictures show a thing as it is then: the nearest key, where its frame is, and the images of the hand.
-TEST(DepthSession, APictureShowsWhatMovesAsItIs) {
+/// Pictures show an object at their time: the nearest key, its frame, and the images of the hand.
+TEST(DepthSession, APictureShowsAMovingObjectAtItsTime) {
   OperationStart start = start_of(mixed());
   Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000);
   std::vector<haptics::Pose> poses(2, {{200, 0, 0}, {1, 0, 0, 0}, 0});
@@ -208,10 +210,10 @@ TEST(DepthSession, APictureShowsWhatMovesAsItIs) {
   for (int i = 0; i < 500; ++i) run.step(poses);
   EXPECT_EQ(lowest(1), lowest_of(*paddle(0.5)));
   EXPECT_EQ(lowest(0), block);
-  EXPECT_TRUE(run.engine().has_moving_looks());
-  const std::vector<SeenDepths> seen = run.engine().seen_depths(1);
+  EXPECT_TRUE(run.engine().has_moving_surfaces());
+  const std::vector<DisplayedDepths> seen = run.engine().seen_depths(1);
   ASSERT_FALSE(seen.empty());
-  // What was drawn lies on the thing as it is now.
+  // The drawn surface is on the object at its present pose.
   double least = 1e300;
   for (const dvec3& p : seen.back().set->tree->vertices())
     least = std::min(least, seen.back().now.world_from_local(p).z);
@@ -223,7 +225,7 @@ TEST(DepthSession, PixelsTooFineForAHandAreRefused) {
   const auto fine = DepthSets::check_pixel(0.02, 100, 0);
   ASSERT_TRUE(fine);
   EXPECT_NE(fine->what.find("too little"), std::string::npos);
-  EXPECT_FALSE(DepthSets::check_pixel(0.02, 1000, 0));  // less is needed until the next set
+  EXPECT_FALSE(DepthSets::check_pixel(0.02, 1000, 0));  // fewer are needed until the next set
 }
 
 TEST(DepthSession, CommandsAboutSetsAreChecked) {
@@ -232,26 +234,25 @@ TEST(DepthSession, CommandsAboutSetsAreChecked) {
   AdoptDepths request;
   request.item = 0, request.serial = 1, request.edge = 20;
   ASSERT_TRUE(engine.apply({request, 1}).refused);
-  EXPECT_NE(engine.apply({request, 1}).refused->message().find("not touched by depth images"),
-            std::string::npos);
+  EXPECT_NE(engine.apply({request, 1}).refused->message().find("has no depth images"), std::string::npos);
   request.item = 1, request.edge = 1e9;
   EXPECT_TRUE(engine.apply({request, 1}).refused);
   request.edge = 20;
   EXPECT_FALSE(engine.apply({request, 1}).refused);
 }
 
-/// A plane before a camera that looks down on it, as pictures of it come in.
+/// A plane in front of a camera that faces down, as an incoming picture.
 AdoptPicture picture_of_plane(double height, std::int64_t item) {
   haptics::depth::DepthPicture picture;
-  picture.place = {{8, 0, 100}, {0, 1, 0, 0}};  // x stays, y and z turn around
+  picture.place = {{8, 0, 100}, {0, 1, 0, 0}};  // x is kept, y and z are reversed
   picture.camera = {80, 80, 200, 200, 39.5, 39.5};
   picture.keep(std::vector<double>(80 * 80, 100 - height));
-  AdoptPicture request = told_of(picture, item, {8, 0, height}, 16);
+  AdoptPicture request = adopt_picture_command(picture, item, {8, 0, height}, 16);
   request.hash = static_cast<std::int64_t>(set_of(request)->hash());
   return request;
 }
 
-TEST(DepthSession, PicturesThatComeInAreKeptAndReplayed) {
+TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
   const Folder folder;
   const std::string path = folder.file("pictures.session");
   haptics::TouchScene scene = small_bone();
@@ -281,7 +282,7 @@ TEST(DepthSession, PicturesThatComeInAreKeptAndReplayed) {
   }
   EXPECT_NEAR(lowest[0], 3.8, 1e-3);  // the ball of 0.8 mm on it
   EXPECT_NEAR(lowest[1], 3.3, 1e-3);
-  // What is no picture of it is refused, and so is drawing it.
+  // An invalid picture is refused, and so is drawing it.
   AdoptPicture wrong = picture_of_plane(3, 0);
   wrong.serial = 3;
   EXPECT_TRUE(run.apply(Command(wrong, 1)).refused);
@@ -300,18 +301,18 @@ TEST(DepthSession, PicturesThatComeInAreKeptAndReplayed) {
   expect_opens_anywhere(path, drilling_catalogue(), data_of(scene), 3);
 }
 
-TEST(DepthSession, ModelsThatCannotBeSeenAreRefusedInWords) {
+TEST(DepthSession, InvalidModelsAreRefusedWithAReason) {
   haptics::TouchScene scene = mixed();
   const auto refused = [&](auto&& change) {
-    SceneSpec spec = describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec()});
+    SceneDescription spec = describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec()});
     spec.hands[0].method = "scene";
     SceneData data = data_of(scene);
     change(spec, data);
-    const auto made = build_scene(spec, data, drilling_catalogue());
-    EXPECT_FALSE(made.is_ok());
-    return made ? std::string() : made.error().message();
+    const auto result = build_scene(spec, data, drilling_catalogue());
+    EXPECT_FALSE(result.is_ok());
+    return result ? std::string() : result.error().message();
   };
-  EXPECT_NE(refused([](SceneSpec& s, SceneData& d) {
+  EXPECT_NE(refused([](SceneDescription& s, SceneData& d) {
               const auto& old = *d.models[0];
               auto some = old.triangles();
               some.resize(some.size() - 3);
@@ -319,12 +320,13 @@ TEST(DepthSession, ModelsThatCannotBeSeenAreRefusedInWords) {
               s.models[0] = {d.models[0]->triangle_count(), content_hash(*d.models[0])};
             }).find("not closed"),
             std::string::npos);
-  EXPECT_NE(refused([](SceneSpec& s, SceneData&) { s.structures[2].mover = -1; }).find("mover"),
+  EXPECT_NE(refused([](SceneDescription& s, SceneData&) { s.structures[2].mover = -1; }).find("mover"),
             std::string::npos);
-  EXPECT_NE(refused([](SceneSpec& s, SceneData&) { s.structures[1].depth_pixel = 1e-5; }).find("pixels"),
-            std::string::npos);
+  EXPECT_NE(
+      refused([](SceneDescription& s, SceneData&) { s.structures[1].depth_pixel = 1e-5; }).find("pixels"),
+      std::string::npos);
   for (const char* method : {"depth", "lomi", "mesh", "scene-sequential", "subvoxel"})
-    EXPECT_NE(refused([&](SceneSpec& s, SceneData&) { s.hands[0].method = method; }).find("scene"),
+    EXPECT_NE(refused([&](SceneDescription& s, SceneData&) { s.hands[0].method = method; }).find("scene"),
               std::string::npos)
         << method;
 }
@@ -356,8 +358,8 @@ TEST(DepthSession, ALiveRunIsReplayedToTheBit) {
     const LiveSession::DepthReport drawn = live.depth_report();
     Touched touched;
     for (const haptics::ServoRecord& r : live.trace()) touched.add(r);
-    // A machine that is too busy to draw in time lets the hand through, as it should.
-    if (drawn.longest_seconds < haptics::depth::k_foretold) {
+    // A machine too busy to draw in time lets the hand through, as intended.
+    if (drawn.longest_seconds < haptics::depth::k_extrapolation_time) {
       EXPECT_GT(drawn.count, 30u);
       EXPECT_GT(touched.on_block + touched.on_paddle, 100);
     }

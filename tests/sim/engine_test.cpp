@@ -1,17 +1,17 @@
-// One reducer: whatever comes in, through whichever driver, the state is the same.
+// Engine: for any input, through any driver, the state is the same.
 #include <deque>
 #include <map>
 #include <random>
 #include <thread>
 
-#include "sim/live_session.h"
+#include "sim/drivers/live_session.h"
 #include "tests/sim/session_fixture.h"
 #include "tests/sim/toy_bench.h"
 
 namespace trephine::sim {
 namespace {
 
-/// By tick: the state after it.
+/// State after each tick.
 using Hashes = std::map<std::uint64_t, std::uint64_t>;
 
 void expect_hashes(const std::string& path, const ToyBench& bench, const Hashes& hashes, unsigned seed) {
@@ -79,8 +79,8 @@ TEST(Engine, ARandomLogGivesOneStateThroughLockstepReplayAndSeek) {
   EXPECT_GT(undone, 50u);
 }
 
-// The threads of a live operation as a model, in random step: ticks run ahead of the edits, commands come in
-// bursts.
+// The threads of a live operation as a model, in random order: ticks run ahead of the edits, commands arrive
+// in bursts.
 TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
   const Folder folder;
   for (unsigned seed = 1; seed <= 3; ++seed) {
@@ -122,7 +122,7 @@ TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
   }
 }
 
-/// Runs live over the plate; `during` is called once a tick was seen, with the tool in contact.
+/// Runs live over the plate; `during` is called with the running session.
 template <class During>
 std::shared_ptr<const OperationState> run_live(ToyBench& bench, const std::string& path, During&& during) {
   auto writer = bench.toy_writer(path);
@@ -145,7 +145,7 @@ bool wait_until(Done&& done) {
   return false;
 }
 
-// A job of 300 ms, and an undo in its middle: what it made is rebased, or discarded where its kind says so.
+// A job of 300 ms, and an undo in its middle: its result is rebased, or discarded if its kind requires it.
 TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
   const Folder folder;
   for (const bool is_strict : {false, true}) {
@@ -172,8 +172,8 @@ TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
   }
 }
 
-// What no replay comes to is found, whichever fact it is.
-TEST(Engine, AJobThatIsNotPureAndAStateThatDiffersAreFound) {
+// A fact that a replay does not reproduce is detected.
+TEST(Engine, AnImpureJobAndADifferingStateAreDetected) {
   const Folder folder;
   ToyBench bench;
   const std::string path = folder.file("impure.session");
@@ -216,9 +216,9 @@ TEST(Engine, ABurrChangedInContactIsTheSameLiveAndReplayed) {
       live.apply(drilling::Burr{changes % 2 == 0 ? 5.0 : 2.0, 60, 40});
       std::this_thread::sleep_for(std::chrono::milliseconds(40));
     }
-    // One out of its range is refused, said, and not recorded.
+    // A burr out of its range is refused, reported, and not recorded.
     live.apply(drilling::Burr{99});
-    std::optional<volume::Error> refused;
+    std::optional<Error> refused;
     EXPECT_TRUE(wait_until([&] { return (refused = live.fetch_state().refused).has_value(); }));
     if (refused) {
       EXPECT_NE(refused->message().find("burr diameter"), std::string::npos) << refused->message();
@@ -231,7 +231,7 @@ TEST(Engine, ABurrChangedInContactIsTheSameLiveAndReplayed) {
   EXPECT_EQ(v.counts.commands, static_cast<std::uint64_t>(changes));
 }
 
-// A session names what it was made with: without the module it can be looked at, not run.
+// A session names its modules: without one of them it can be viewed, but not run.
 TEST(Engine, WithoutItsModuleASessionIsReadAndNotReplayed) {
   const Folder folder;
   ToyBench bench;
@@ -263,7 +263,7 @@ TEST(Engine, WithoutItsModuleASessionIsReadAndNotReplayed) {
   EXPECT_EQ(unknown, 2);
 }
 
-// A tool that becomes a ball in the middle of its own hole is led out, and back to a point it goes on.
+// A tool that becomes a ball in the middle of its own hole is led out; as a point again it continues.
 TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
   ToyBench bench;
   Lockstep run(bench.engine(), {}, 1000);
@@ -273,15 +273,15 @@ TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
   for (const double radius : {1.0, 0.0}) {
     const Outcome begun = run.apply(ToolGeometry{radius});
     ASSERT_FALSE(begun.refused);
-    // Until it is adopted the hand feels as before.
+    // Until it is adopted the hand has the old tool.
     run.step({{0, 0, 0}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(run.last_record().is_led);
+    EXPECT_FALSE(run.last_record().is_escaping);
     ASSERT_TRUE(run.apply(run.engine().finish_job(begun.job)).is_changed);
     EXPECT_EQ(run.engine().scene().tool_radius, radius);
     int led = 0;
     for (int i = 0; i < 600; ++i) {
       const haptics::ServoRecord r = run.step({{0, 0, 0}, {1, 0, 0, 0}, false});
-      led += r.is_led;
+      led += r.is_escaping;
       EXPECT_FALSE(r.is_buried);
       EXPECT_LE(glm::length(r.force_world), 3.3);
     }
@@ -294,13 +294,11 @@ TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
   }
 }
 
-/// Refuses everything that somebody may request for.
+/// Refuses every request.
 class Strict final : public Module {
  public:
   std::string_view name() const noexcept override { return "strict"; }
-  volume::Status allows(const Command&, const OperationState&) const override {
-    return volume::Error{"not now", "", "", "", ""};
-  }
+  Status allows(const Command&, const OperationState&) const override { return Error{.what = "not now"}; }
 };
 
 TEST(Engine, AGuardRefusesRequestsButNotDerivedData) {
@@ -309,21 +307,21 @@ TEST(Engine, AGuardRefusesRequestsButNotDerivedData) {
   Engine engine(bench.scene, *bench.method, drilling::burr(k_burr), 1e-3, Catalogue({&strict}));
   for (const Command& request : {Command(Undo{}), Command(Note{"no"}), Command(drilling::Burr{2}),
                                  Command(SwitchItem{0, false}), Command(ToolGeometry{1})})
-    EXPECT_EQ(engine.apply(request).refused.value_or(volume::Error{}).what, "not now");
+    EXPECT_EQ(engine.apply(request).refused.value_or(Error{}).what, "not now");
   EXPECT_FALSE(engine.apply(Resume{}).refused);
   EXPECT_FALSE(engine.apply(AdoptFields{3}).refused);
 }
 
-TEST(Engine, WhatIsToldInAnotherOrderIsTheSameState) {
+TEST(Engine, SettingsInAnotherOrderGiveTheSameState) {
   const ToyBench bench;
   std::uint64_t hashes[2];
   for (const bool is_turned : {false, true}) {
     Engine engine = bench.engine();
-    std::vector<Command> told{SetEffect{{2}, "viscous damping=0.001"},
-                              SetEffect{{10}, "spring anchor=0,0,4 stiffness=0.02"},
-                              SetEffect{{3}, "constant force=0,0,0.1"}, SwitchItem{0, false}};
-    if (is_turned) std::reverse(told.begin(), told.end());
-    for (const Command& one : told) EXPECT_FALSE(engine.apply(one).refused);
+    std::vector<Command> commands{SetEffect{{2}, "viscous damping=0.001"},
+                                  SetEffect{{10}, "spring anchor=0,0,4 stiffness=0.02"},
+                                  SetEffect{{3}, "constant force=0,0,0.1"}, SwitchItem{0, false}};
+    if (is_turned) std::reverse(commands.begin(), commands.end());
+    for (const Command& one : commands) EXPECT_FALSE(engine.apply(one).refused);
     hashes[is_turned] = engine.now().hash();
     const auto& laws = engine.servo_scene()->hands[0].laws->laws();
     ASSERT_EQ(laws.size(), 3u);
@@ -339,21 +337,21 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
     EXPECT_TRUE(engine.apply(ToolGeometry{radius}).refused) << radius;
   drilling::Burr round{2, 60, 40};
   round.is_round = true;
-  EXPECT_TRUE(engine.apply(round).refused);  // nothing but a point to touch with
+  EXPECT_TRUE(engine.apply(round).refused);  // only a point to touch with
   engine.apply(engine.finish_job(engine.apply(ToolGeometry{0.4}).job));
   EXPECT_FALSE(engine.apply(round).refused);
-  EXPECT_TRUE(engine.apply(ToolGeometry{1.5}).refused);  // larger than what it cuts
+  EXPECT_TRUE(engine.apply(ToolGeometry{1.5}).refused);  // larger than its cut
   const Outcome begun = engine.apply(ToolGeometry{0.9});
   ASSERT_FALSE(begun.refused);
-  round.diameter = 1;  // another one in the hand meanwhile
+  round.diameter = 1;  // another instrument in the meantime
   EXPECT_FALSE(engine.apply(round).refused);
   EXPECT_FALSE(engine.apply(engine.finish_job(begun.job)).is_changed);
   EXPECT_EQ(engine.scene().tool_radius, 0.4);
   EXPECT_EQ(engine.now().chronicle[0].what.as<JobDiscarded>()->job.value, begun.job.value);
 }
 
-// What a job of geometry made is told apart by its hash: by radius, by what was cut, and by nothing else.
-TEST(Engine, AGeometryIsToldApartByItsHash) {
+// The hash of a geometry job's result differs only by radius and by cuts.
+TEST(Engine, AGeometryIsDistinguishedByItsHash) {
   const ToyBench bench;
   Engine engine = bench.engine();
   const auto hash_of = [&](double radius) {
@@ -367,7 +365,7 @@ TEST(Engine, AGeometryIsToldApartByItsHash) {
   EXPECT_NE(one, hash_of(1));
 }
 
-TEST(Engine, ASessionOfModuleWorkAloneIsKept) {
+TEST(Engine, ASessionOfOnlyModuleWorkIsKept) {
   const Folder folder;
   const ToyBench bench;
   for (const bool is_marked : {false, true}) {
@@ -385,7 +383,7 @@ TEST(Engine, ASessionOfModuleWorkAloneIsKept) {
   }
 }
 
-TEST(Engine, ASnapshotIsAnsweredBeforeDuringAndAfterALiveRun) {
+TEST(Engine, ASnapshotIsReturnedBeforeDuringAndAfterALiveRun) {
   const ToyBench bench;
   haptics::VirtualDevice device(drilling_request(20), {});
   haptics::Device* devices[] = {&device};
@@ -406,12 +404,12 @@ TEST(Engine, EventsMeasuresAndGuardsOfModules) {
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(engine.apply(ToyMark{{1.0 * i, 0, 0}}).refused);
   const Outcome eleventh = engine.apply(ToyMark{});
   ASSERT_TRUE(eleventh.refused);
-  EXPECT_EQ(eleventh.refused->what, "there are marks enough");
+  EXPECT_EQ(eleventh.refused->what, "too many marks");
   EXPECT_EQ(engine.now().chronicle.size(), 10u);
   EXPECT_EQ(engine.now().chronicle[3].place_world, dvec3(3, 0, 0));
   engine.apply(Undo{});
   EXPECT_EQ(Toy::toy_world(engine.now()).marks, 9);
-  // What happened stays, and so does what was set.
+  // Events and settings are kept.
   EXPECT_EQ(engine.now().chronicle.size(), 10u);
   EXPECT_EQ(engine.now().settings.modules[1]->as<ToySettings>()->heard, 10);
   const std::vector<Measure> all = engine.measures();
@@ -419,7 +417,7 @@ TEST(Engine, EventsMeasuresAndGuardsOfModules) {
                           [](const Measure& m) { return m.name == "marks" && m.value == 9; }));
   EXPECT_TRUE(std::any_of(all.begin(), all.end(),
                           [](const Measure& m) { return m.name == "undos" && m.value == 1; }));
-  // A snapshot is for good.
+  // A snapshot is immutable.
   const auto before = engine.snapshot();
   const std::uint64_t hash = before->hash();
   engine.apply(ToyCarve{{0, 0, 0}});

@@ -1,4 +1,4 @@
-#include "sim/fields.h"
+#include "sim/api/fields.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -48,19 +48,19 @@ std::string bytes_of(const Everything& value) {
   return bytes;
 }
 
-TEST(Fields, ComeBackFromBytesAndFromWords) {
+TEST(Fields, RoundTripThroughBytesAndWords) {
   for (const Everything& value : {Everything{}, some()}) {
     Everything back, spoken;
-    const volume::Status from_bytes = decode_fields(k_schema, &back, bytes_of(value));
+    const Status from_bytes = decode_fields(k_schema, &back, bytes_of(value));
     EXPECT_FALSE(from_bytes) << from_bytes->message();
     EXPECT_EQ(back, value);
     EXPECT_EQ(bytes_of(back), bytes_of(value));
     const std::string words = to_words(k_schema, &value);
-    const volume::Status from_text = from_words(k_schema, &spoken, words);
+    const Status from_text = from_words(k_schema, &spoken, words);
     EXPECT_FALSE(from_text) << words << from_text->message();
     EXPECT_EQ(spoken, value) << words;
   }
-  // In any order, the rest as it was; numbers to the bit.
+  // In any order, other fields unchanged; numbers to the bit.
   Everything value;
   EXPECT_FALSE(from_words(k_schema, &value, "  path=1,2,3;4,5,6 radius=0.30000000000000004\tspin=forward "));
   EXPECT_EQ(value.radius, 0.1 + 0.2);
@@ -79,13 +79,13 @@ struct Remark {
   }
 };
 
-TEST(Fields, TextsWithSpacesStandInQuotes) {
+TEST(Fields, TextsWithSpacesAreQuoted) {
   for (const char* text : {"", "short", "viscous damping=0.01", " ", "a=b", "a \"quoted\" word", "\"",
                            "C:\\new", "two\nlines", "ends with \\", "\ttab"}) {
     const Remark said{text, 2};
     Remark read;
     const std::string words = to_words(Remark::schema(), &said);
-    const volume::Status error = from_words(Remark::schema(), &read, words);
+    const Status error = from_words(Remark::schema(), &read, words);
     EXPECT_FALSE(error) << words << ": " << error->message();
     EXPECT_EQ(read.text, text);
     EXPECT_EQ(read.weight, 2);
@@ -96,10 +96,10 @@ TEST(Fields, TextsWithSpacesStandInQuotes) {
   EXPECT_TRUE(from_words(Remark::schema(), &read, "text=\"ends\"early weight=1"));
 }
 
-TEST(Fields, WhatIsOutOfRangeIsRefusedByName) {
+TEST(Fields, ValuesOutOfRangeAreRefusedByName) {
   const auto refused = [](const char* words, const char* field, const char* expected) {
     Everything value;
-    const volume::Status error = from_words(k_schema, &value, words);
+    const Status error = from_words(k_schema, &value, words);
     ASSERT_TRUE(error.has_value()) << words;
     EXPECT_NE(error->message().find(field), std::string::npos) << error->message();
     EXPECT_NE(error->message().find(expected), std::string::npos) << error->message();
@@ -120,7 +120,7 @@ TEST(Fields, WhatIsOutOfRangeIsRefusedByName) {
   refused("diameter=3", "diameter", "on, count, radius");
   refused("radius", "radius", "NAME=VALUE");
   refused("on=maybe", "everything on", "flag");
-  // The same from bytes: a value that cannot be typed can be in a file.
+  // Through bytes: a file may contain a value that cannot be typed.
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 0.0}) {
     Everything value = some(), back;
     value.radius = bad;
@@ -135,14 +135,14 @@ TEST(Fields, WhatIsOutOfRangeIsRefusedByName) {
   EXPECT_TRUE(check_fields(k_schema, &value).has_value());
 }
 
-TEST(Fields, BrokenBytesAreAnErrorAndNeverMore) {
+TEST(Fields, BrokenBytesAreAtMostAnError) {
   const std::string whole = bytes_of(some());
   int errors = 0;
   for (std::size_t length = 0; length < whole.size(); ++length) {
     Everything value;
     errors += decode_fields(k_schema, &value, std::string_view(whole).substr(0, length)).has_value();
   }
-  // Cut between two fields it is what an older program wrote.
+  // Cut between two fields it is the format of an older program.
   EXPECT_EQ(errors, static_cast<int>(whole.size() - std::size(k_everything)));
   std::mt19937 random(3);
   int read = 0;
@@ -159,8 +159,8 @@ TEST(Fields, BrokenBytesAreAnErrorAndNeverMore) {
   EXPECT_LT(read, 19000);
 }
 
-/// Version 1 of the struct knew three fields.
-TEST(Fields, AFieldThatWasAddedLaterKeepsItsDefault) {
+/// Version 1 of the struct had three fields.
+TEST(Fields, AFieldAddedLaterKeepsItsDefault) {
   const Schema before{"everything", 1, std::span(k_everything).first(3)};
   const Everything value = some();
   std::string bytes;
@@ -169,7 +169,7 @@ TEST(Fields, AFieldThatWasAddedLaterKeepsItsDefault) {
   ASSERT_FALSE(decode_fields(k_schema, &now, bytes).has_value());
   EXPECT_EQ(now.radius, value.radius);
   EXPECT_EQ(now.spin, Spin::still);
-  // And the other way: what is not known is left out.
+  // In reverse, unknown fields are ignored.
   Everything then;
   ASSERT_FALSE(decode_fields(before, &then, bytes_of(value)).has_value());
   EXPECT_EQ(then.count, 7);

@@ -1,4 +1,4 @@
-#include "sim/forbidden.h"
+#include "sim/api/forbidden.h"
 
 #include <random>
 
@@ -7,7 +7,7 @@
 namespace trephine::sim {
 namespace {
 
-// To a ball of known radius, from outside and within, in every frame, slice and kind of shape.
+// To a ball of known radius, from outside and inside, in every frame, slice spacing and kind of shape.
 TEST(Forbidden, TheDistanceIsRightToHalfAVoxel) {
   for (const scenes::Scan& scan : scenes::k_scans) {
     SCOPED_TRACE(scan.name());
@@ -28,7 +28,7 @@ TEST(Forbidden, TheDistanceIsRightToHalfAVoxel) {
       const double exact = glm::length(p) - 45 * scan.unit;
       const double found = forbidden.value()->clearance({p, r}, share(random) * 20) + r;
       inside += found < 0;
-      if (std::abs(exact) > Forbidden::k_reach) continue;  // where nothing is told apart
+      if (std::abs(exact) > Forbidden::k_reach) continue;  // beyond its reach, where distances are clamped
       worst = std::max(worst, std::abs(found - exact));
       ++compared;
     }
@@ -39,7 +39,7 @@ TEST(Forbidden, TheDistanceIsRightToHalfAVoxel) {
   }
 }
 
-/// The plate, and under its face a forbidden layer: what is denser than `from`.
+/// The plate, with a forbidden layer under its face: matter denser than `from`.
 struct Guarded {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
@@ -81,8 +81,8 @@ std::vector<const Event*> of_dura(const Engine& engine) {
   return found;
 }
 
-// A burr that is driven down into it and up again: when, where and how deep.
-TEST(Forbidden, EntriesAreToldWithDepthTimeAndPlace) {
+// A burr driven down into it and up again: time, position and depth.
+TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   const Guarded guarded;
   Lockstep run(guarded.engine({3, 1e4, 400, true}), {}, 1000);
   const auto z_at = [](int tick) { return tick < 1000 ? 5 - 0.009 * tick : -4 + 0.009 * (tick - 1000); };
@@ -112,14 +112,14 @@ TEST(Forbidden, EntriesAreToldWithDepthTimeAndPlace) {
   EXPECT_NEAR(events[0]->place_world.z, Guarded::k_bottom + 1.5, 0.26);
   EXPECT_NEAR(left->deepest, -nearest, 0.25);
   EXPECT_NEAR(left->seconds, 1e-3 * (last - first), 0.06);
-  // Nothing of it is taken back.
+  // Events are not undoable.
   run.undo();
   EXPECT_EQ(run.engine().now().chronicle.size(), 3u);
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
 }
 
-// Pushed aside, touched, torn: by how deep, and whether the tool worked.
-TEST(Forbidden, WhatAVisitDidIsTold) {
+// Stripped, touched or torn, depending on the depth and on whether the tool worked.
+TEST(Forbidden, EventsReportWhatAVisitDid) {
   Guarded guarded;
   // A membrane in the air over the bone.
   auto above = std::make_shared<volume::Volume>(
@@ -142,7 +142,7 @@ TEST(Forbidden, WhatAVisitDidIsTold) {
   const struct {
     double deep;
     bool is_pressed;
-    std::string_view told;
+    std::string_view event;
   } visits[] = {{0.3, true, "structure-touched"},
                 {0.3, false, "structure-stripped"},
                 {2.5, false, "structure-stripped"},
@@ -155,22 +155,22 @@ TEST(Forbidden, WhatAVisitDidIsTold) {
       const double way = (k_out + visit.deep) * (1 - std::abs(i) / 1000.0);
       run.step({{0, 0, edge - k_radius - k_out + way}, {1, 0, 0, 0}, visit.is_pressed});
     }
-    std::vector<std::string_view> told;
+    std::vector<std::string_view> events;
     const Chronicle& all = run.engine().now().chronicle;
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (all[i].what.name().starts_with("structure-")) told.push_back(all[i].what.name());
-    ASSERT_EQ(told.size(), 1u) << visit.deep << visit.is_pressed;
-    EXPECT_EQ(told[0], visit.told) << visit.deep << visit.is_pressed;
+      if (all[i].what.name().starts_with("structure-")) events.push_back(all[i].what.name());
+    ASSERT_EQ(events.size(), 1u) << visit.deep << visit.is_pressed;
+    EXPECT_EQ(events[0], visit.event) << visit.deep << visit.is_pressed;
   }
 }
 
-// A brain of radius 9 mm, gone through along and beside its middle, and a membrane over which a tool slides:
-// depth is measured to the side on which the tool came in.
-TEST(Forbidden, DepthIsMeasuredAlongTheWayIn) {
+// A brain of radius 9 mm, crossed through and off its centre, and a membrane over which a tool slides: depth
+// is measured to the side on which the tool entered.
+TEST(Forbidden, DepthIsMeasuredAlongThePathIn) {
   constexpr double k_radius = 9;
   for (const double spacing : {0.4, 1.0})
-    for (const double beside : {0.0, 2.5}) {
-      SCOPED_TRACE(std::to_string(spacing) + " " + std::to_string(beside));
+    for (const double offset : {0.0, 2.5}) {
+      SCOPED_TRACE(std::to_string(spacing) + " " + std::to_string(offset));
       const auto axes = spacing * glm::dmat3(1, 0, 0, 0.2, 1, 0, 0, 0, 1);
       const int n = static_cast<int>(30 / spacing);
       auto scan = std::make_shared<volume::Volume>(
@@ -187,15 +187,15 @@ TEST(Forbidden, DepthIsMeasuredAlongTheWayIn) {
       volume::Shape brain;
       brain.label = 1;
       const auto forbidden = Forbidden::build(scan, brain).value();
-      const double half = std::sqrt(k_radius * k_radius - beside * beside), ball = 0.5;
-      // In from above, by steps of several lengths, and out at the far side; then back.
+      const double half = std::sqrt(k_radius * k_radius - offset * offset), ball = 0.5;
+      // In from above, in steps of several lengths, and out at the far side; then back.
       for (const double step : {0.03, 0.4, 3.0}) {
         ForbiddenWatch watch;
-        dvec3 at(beside, 0, 12);
+        dvec3 at(offset, 0, 12);
         watch.clearance = forbidden->set_down({at, ball}, 0, watch);
         double deepest = 0;
         for (double z = 12; z > -12; z -= step) {
-          const dvec3 to(beside, 0, z);
+          const dvec3 to(offset, 0, z);
           watch.clearance = forbidden->follow(at, {to, ball}, watch.clearance, watch);
           at = to;
           deepest = std::max(deepest, watch.depth);
@@ -209,10 +209,10 @@ TEST(Forbidden, DepthIsMeasuredAlongTheWayIn) {
           watch.clearance = forbidden->follow(at, {to, ball}, watch.clearance, watch);
           at = to;
         }
-        EXPECT_EQ(watch.depth, 0) << "it is out again";
-        EXPECT_GT(deepest, 1.7 * half) << "not how near it came to the far side";
+        EXPECT_EQ(watch.depth, 0) << "outside again";
+        EXPECT_GT(deepest, 1.7 * half) << "not the distance to the far side";
       }
-      // Along below its surface, half around.
+      // Just below its surface, half around.
       ForbiddenWatch watch;
       const auto place = [&](double angle) {
         return (k_radius - 1) * dvec3(std::sin(angle), 0, std::cos(angle));
@@ -226,8 +226,8 @@ TEST(Forbidden, DepthIsMeasuredAlongTheWayIn) {
     }
 }
 
-// In one tick through a sheet and beyond: the way between two ticks counts.
-TEST(Forbidden, AJumpThroughASheetIsNoticed) {
+// Through a sheet and beyond in one tick: the path between two ticks counts.
+TEST(Forbidden, AJumpThroughASheetIsDetected) {
   Guarded guarded;
   auto sheet = std::make_shared<volume::Volume>(
       volume::make_volume(guarded.scene.base->size, guarded.scene.base->frame, true).value());
@@ -246,17 +246,18 @@ TEST(Forbidden, AJumpThroughASheetIsNoticed) {
   run.step({{0, 0, -6}, {1, 0, 0, 0}, true});
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
   run.step({{0, 0, -6}, {1, 0, 0, 0}, true});
-  EXPECT_EQ(run.engine().now().chronicle.size(), 3u);  // it came in, tore it, and left
+  EXPECT_EQ(run.engine().now().chronicle.size(), 3u);  // entered, torn and left
 }
 
-// What the tool did not do is not told: laid down and taken up elsewhere, touching from below, resumed.
-TEST(Forbidden, OnlyTheWayOfTheToolItselfCounts) {
+// Only contacts of the tool itself are reported: not a tool laid down and picked up elsewhere, touch from
+// below, or a resumed session.
+TEST(Forbidden, OnlyThePathOfTheToolItselfCounts) {
   const Guarded guarded;  // forbidden below -4; bone below 0
   Lockstep run(guarded.engine({4, 60, 40, true}), {}, 1000);
   const auto go = [&](const dvec3& at) { run.step({at, {1, 0, 0, 0}, false}); };
   go({-6, 0, 5});
-  // Around through the air, far from everything, with nothing in the hand.
-  run.apply(LayDown{});
+  // Around through the air, far from everything, without an instrument.
+  run.apply(RemoveInstrument{});
   go({0, 0, -9});
   go({6, 0, 5});
   run.apply(drilling::Burr{4, 60, 40, true});
@@ -265,13 +266,13 @@ TEST(Forbidden, OnlyTheWayOfTheToolItselfCounts) {
   // Laid down inside: the visit ends.
   run.step({{6, 0, -4}, {1, 0, 0, 0}, true});
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
-  run.apply(LayDown{});
+  run.apply(RemoveInstrument{});
   go({6, 0, -4});
   EXPECT_FALSE(run.engine().watch(0, 0).is_inside);
   const Chronicle& all = run.engine().now().chronicle;
   EXPECT_TRUE(all[all.size() - 1].what.as<ForbiddenLeft>());
-  // A burr that only touches: the ball stands on the surface, whatever the stylus's attitude, and a hand that
-  // comes and goes enters nothing.
+  // A burr that only touches: the ball is on the surface for any attitude of the stylus, and a hand that
+  // moves up and down enters nothing.
   Lockstep touch(guarded.engine({4, 60, 40}), {}, 1000);
   for (int i = 0; i < 3000; ++i) {
     const double z = 1.5 * std::sin(0.01 * i);
@@ -279,12 +280,12 @@ TEST(Forbidden, OnlyTheWayOfTheToolItselfCounts) {
     EXPECT_GT(touch.engine().watch(0, 0).clearance, 3.5) << i;
   }
   EXPECT_EQ(touch.engine().watch(0, 0).entries, 0);
-  // However far it jumps, a tick ends.
+  // A tick is bounded for any jump.
   touch.step({{9e5, -9e5, 9e5}, {1, 0, 0, 0}, false});
   EXPECT_EQ(touch.engine().watch(0, 0).entries, 0);
 }
 
-TEST(Forbidden, SessionsHoldItAndASceneWithoutPaysNothing) {
+TEST(Forbidden, SessionsKeepItAndAnUnguardedSceneHasNoCost) {
   const Guarded guarded;
   const Engine without = guarded.engine({3}, false);
   EXPECT_TRUE(without.now().watches.empty());
@@ -294,15 +295,15 @@ TEST(Forbidden, SessionsHoldItAndASceneWithoutPaysNothing) {
   const Folder folder;
   const std::string path = folder.file("guarded.session");
   haptics::TouchScene scene = small_bone();
-  StructureSpec told;
-  told.shape.low = 900;
-  told.shape.name = "dense";
-  told.is_touchable = false;
-  told.is_forbidden = true;
+  StructureSpec structure;
+  structure.shape.low = 900;
+  structure.shape.name = "dense";
+  structure.is_touchable = false;
+  structure.is_forbidden = true;
   const auto method = haptics::make_method("subvoxel").value();
   ASSERT_FALSE(method->prepare(scene));
   SessionHeader header(describe_scene(scene, *method, {}, burr_spec()));
-  header.structures.push_back(told);
+  header.structures.push_back(structure);
   std::uint64_t state = 0, events = 0;
   {
     auto start = build_scene(header, data_of(scene), drilling_catalogue());

@@ -1,4 +1,4 @@
-// A session that is opened at any tick is compared with one that is played from its start.
+// Compares a session opened at any tick with one played from its start.
 #pragma once
 
 #include <map>
@@ -15,15 +15,15 @@ inline std::string bytes_of(const haptics::ServoRecord& record) {
   return bytes;
 }
 
-/// Compares, over the whole session, opening at ticks by chance with playing to them; gives how many ticks
-/// had to be played for the worst of them.
+/// Compares, over the whole session, opening at random ticks with playing to them; returns the number of
+/// ticks that the worst of them had to play.
 inline std::uint64_t expect_opens_anywhere(const std::string& path, const Catalogue& catalogue,
                                            const SceneData& data, int places = 6) {
   auto opened = SessionReader::open(path, catalogue);
   EXPECT_TRUE(opened.is_ok()) << opened.error().message();
   SessionReader& session = opened.value();
   EXPECT_GT(session.checkpoints().size(), 5u);
-  constexpr std::uint64_t k_every = 7;  // ticks from hash to hash
+  constexpr std::uint64_t k_every = 7;  // ticks between hashes
   std::map<std::uint64_t, std::uint64_t> hashes;
   std::map<std::pair<std::uint64_t, int>, std::string> ticks;
   const auto played_of = Replay::open(session, data).value();
@@ -46,14 +46,14 @@ inline std::uint64_t expect_opens_anywhere(const std::string& path, const Catalo
   std::mt19937 random(11);
   std::uint64_t worst = 0;
   for (int i = 0; i < places; ++i) {
-    auto again = SessionReader::open(path, catalogue);  // nothing is kept from before
+    auto again = SessionReader::open(path, catalogue);  // nothing is reused
     const auto replay_of = Replay::open(again.value(), data).value();
     Replay& replay = *replay_of;
-    for (int k = 0; k < 2; ++k) {  // the second from where the first left it, forward or back
+    for (int k = 0; k < 2; ++k) {  // the second from the end of the first, forward or back
       auto to = hashes.begin();
       std::advance(to, static_cast<std::ptrdiff_t>(random() % hashes.size()));
       const std::uint64_t before = replay.counts().ticks;
-      const volume::Status error = replay.seek(to->first);
+      const Status error = replay.seek(to->first);
       EXPECT_FALSE(error) << error->message();
       worst = std::max(worst, replay.counts().ticks - before);
       if (k == 0) {

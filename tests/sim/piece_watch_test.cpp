@@ -1,23 +1,24 @@
-// Pieces that a stroke cuts free come off by themselves, in lockstep and live, and a replay needs no watch.
-#include "sim/piece_watch.h"
+// PieceWatch: pieces that a stroke cuts free are detached automatically, in lockstep and live; a replay needs
+// no watch.
+#include "sim/engine/piece_watch.h"
 
 #include <chrono>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <thread>
 
-#include "haptics/proxy/methods.h"
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
 #include "modules/drilling/burr.h"
-#include "sim/live_session.h"
-#include "sim/lockstep.h"
-#include "tests/scenes/scenes.h"
+#include "sim/drivers/live_session.h"
+#include "sim/drivers/lockstep.h"
 
 namespace trephine::sim {
 namespace {
 
 using glm::dvec3;
 
-/// A plate of bone, 0 < z < 4, and a way around a disk of 7 mm in strokes of a quarter each, one by one.
+/// A plate of bone, 0 < z < 4 mm, and a ring around a disk of 7 mm in strokes of a quarter each.
 struct Plate {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method;
@@ -55,7 +56,7 @@ std::size_t count_pieces(const Engine& engine) {
   return count;
 }
 
-TEST(PieceWatch, ThePieceComesOffWithTheStrokeThatClosesItsRing) {
+TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
   for (const bool is_fine : {false, true}) {  // cut on voxels, and finer
     const Plate plate = is_fine ? Plate(0.5, 2.4) : Plate(0.32, 3);
     for (const bool is_watched : {true, false}) {
@@ -71,7 +72,7 @@ TEST(PieceWatch, ThePieceComesOffWithTheStrokeThatClosesItsRing) {
       EXPECT_EQ(run.pieces()->counts().strokes, 4u);
       EXPECT_EQ(run.pieces()->counts().parted, is_fine ? 0u : 1u);
       EXPECT_EQ(run.pieces()->counts().pending > 0, is_fine);
-      // Undo takes the piece back, then the stroke; again the piece comes off.
+      // Undo removes the piece, then the stroke; another stroke detaches the piece again.
       run.undo(), run.undo();
       for (const haptics::Pose& pose : Plate::stroke(0)) run.step(pose);  // where it was cut before
       EXPECT_TRUE(run.engine().now().world.bodies.empty());
@@ -81,8 +82,8 @@ TEST(PieceWatch, ThePieceComesOffWithTheStrokeThatClosesItsRing) {
   }
 }
 
-/// What somebody else is refused, or finds nothing, is not the watch's.
-TEST(PieceWatch, OthersCommandsLeaveItAlone) {
+/// The watch ignores commands of others that are refused or find nothing.
+TEST(PieceWatch, CommandsOfOthersDoNotAffectIt) {
   const Plate plate(0.32, 3);
   Lockstep run(plate.engine(), {}, 1000);
   run.watch_pieces(20);
@@ -95,7 +96,7 @@ TEST(PieceWatch, OthersCommandsLeaveItAlone) {
   EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
 }
 
-TEST(PieceWatch, WhatIsSmallerStays) {
+TEST(PieceWatch, SmallerPiecesStay) {
   const Plate plate(0.5, 2.4);
   Lockstep run(plate.engine(), {}, 1000);
   run.watch_pieces(2000);
@@ -105,8 +106,8 @@ TEST(PieceWatch, WhatIsSmallerStays) {
   EXPECT_EQ(run.engine().now().chronicle.size(), 0u);
 }
 
-/// With strokes that follow each other at once.
-TEST(PieceWatch, LiveItIsTheSame) {
+/// With strokes in immediate succession.
+TEST(PieceWatch, LiveRunsGiveTheSameState) {
   const Plate plate(0.5, 2.4);
   std::vector<haptics::PosePath::Sample> samples;
   for (int quarter = 0; quarter < 4; ++quarter)
@@ -115,7 +116,7 @@ TEST(PieceWatch, LiveItIsTheSame) {
   haptics::PlaybackDevice device(haptics::PosePath::from_samples(samples, "").value());
   haptics::Device* devices[] = {&device};
   haptics::ServoOptions options;
-  options.watchdog_seconds = options.lag_seconds = 10;  // of this machine's own delays nothing is asked here
+  options.watchdog_seconds = options.lag_seconds = 10;  // delays of this machine do not count here
   LiveSession live(devices, plate.engine(), options);
   live.watch_pieces(20);
   ASSERT_FALSE(live.start().has_value());

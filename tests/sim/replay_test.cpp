@@ -1,12 +1,12 @@
-// A recorded session again: to the bit, to any moment, and no lie believed.
-#include "sim/replay.h"
+// Replay: to the bit, to any tick, with every changed fact detected.
+#include "sim/drivers/replay.h"
 
 #include <deque>
 #include <fstream>
 #include <random>
 #include <utility>
 
-#include "sim/packed.h"
+#include "sim/session/packed.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
@@ -35,10 +35,10 @@ TEST(Replay, SeeksForwardAndBackToTheSameState) {
   EXPECT_FALSE(run.mismatch().has_value());
 }
 
-enum class Lie { none, force, stated_force, removed_volume, voxels };
+enum class PlantedFault { none, force, stated_force, removed_volume, voxels };
 
-/// A session written block by block, with one lie in it.
-void write_session_with(Lie lie, const std::string& path) {
+/// Writes a session block by block, with one changed fact.
+void write_session_with(PlantedFault planted, const std::string& path) {
   Bench bench;
   Engine edits(bench.scene, bench.method, drilling::burr(bench.burr), 1e-3);
   haptics::ServoCore core({}, 1e-3);
@@ -50,9 +50,9 @@ void write_session_with(Lie lie, const std::string& path) {
     input.pose = request.at(1e-3 * i);
     haptics::ServoRecord record = core.step(*edits.servo_scene(), input);
     const Outcome outcome = edits.apply(record);
-    if (lie == Lie::force && i == 400) record.force_world.x += 1e-12;
-    if (lie == Lie::stated_force && i == 599) {
-      // Another force with the check of the true one.
+    if (planted == PlantedFault::force && i == 400) record.force_world.x += 1e-12;
+    if (planted == PlantedFault::stated_force && i == 599) {
+      // Another force with the checksum of the true one.
       ItemEncoder other = items;
       haptics::ServoRecord changed = record;
       changed.force_world.x += 1;
@@ -64,15 +64,18 @@ void write_session_with(Lie lie, const std::string& path) {
       items.add(record);
     }
     if (outcome.is_changed) {
-      const bool is_lie =
-          std::exchange(lie, lie == Lie::removed_volume ? Lie::none : lie) == Lie::removed_volume;
-      items.add(VersionItem{edits.serial(), record.tick, edits.current()->ledger().total() + is_lie});
+      const bool is_wrong_volume =
+          std::exchange(planted, planted == PlantedFault::removed_volume ? PlantedFault::none : planted) ==
+          PlantedFault::removed_volume;
+      items.add(
+          VersionItem{edits.serial(), record.tick, edits.current()->ledger().total() + is_wrong_volume});
     }
   }
   const Command undo{Undo{}};
   edits.apply(undo);
   items.add(CommandItem{undo});
-  items.add(HashItem{edits.serial(), edits.current()->content_hash() ^ (lie == Lie::voxels ? 1u : 0u)});
+  items.add(HashItem{edits.serial(),
+                     edits.current()->content_hash() ^ (planted == PlantedFault::voxels ? 1u : 0u)});
   const std::string log = forged_bytes + items.take().substr(true_bytes.size());
   std::string bytes(k_session_magic);
   const std::uint32_t layout[2] = {k_session_layout, 0};
@@ -91,24 +94,25 @@ void write_session_with(Lie lie, const std::string& path) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-TEST(Replay, EveryLieOfARecordingIsFound) {
+TEST(Replay, EveryPlantedFaultIsDetected) {
   const Folder folder;
   const std::string path = folder.file("lie.session");
-  const std::pair<Lie, const char*> lies[] = {{Lie::none, ""},
-                                              {Lie::force, "force"},
-                                              {Lie::stated_force, "force"},
-                                              {Lie::removed_volume, "removed volume"},
-                                              {Lie::voxels, "voxels"}};
-  for (const auto& [lie, what] : lies) {
-    write_session_with(lie, path);
+  const std::pair<PlantedFault, const char*> planted_faults[] = {
+      {PlantedFault::none, ""},
+      {PlantedFault::force, "force"},
+      {PlantedFault::stated_force, "force"},
+      {PlantedFault::removed_volume, "removed volume"},
+      {PlantedFault::voxels, "voxels"}};
+  for (const auto& [planted, what] : planted_faults) {
+    write_session_with(planted, path);
     const Verdict v = replay(path);
     EXPECT_EQ(v.error, "");
-    ASSERT_EQ(v.mismatch.has_value(), lie != Lie::none) << what;
+    ASSERT_EQ(v.mismatch.has_value(), planted != PlantedFault::none) << what;
     if (v.mismatch) {
       EXPECT_EQ(v.mismatch->what, what);
       EXPECT_FALSE(v.mismatch->recorded.empty());
     }
-    if (lie == Lie::force) {
+    if (planted == PlantedFault::force) {
       EXPECT_EQ(v.mismatch->tick, 400u);
     }
   }
@@ -138,7 +142,7 @@ TEST(Replay, CommandsAfterTheLastTickAreReplayedToo) {
 }
 
 // Recorded live by a g++ 12 release build under load, with 20 undos in contact: every compiler and preset
-// must come to the same bits.
+// must give the same bits.
 TEST(Replay, ARecordingOfAnotherBuildReplaysToTheBit) {
   const std::string path = TREPHINE_SOURCE_DIR "/tests/sim/live-20-undos.session";
   const Verdict v = replay(path);
@@ -152,8 +156,8 @@ TEST(Replay, ARecordingOfAnotherBuildReplaysToTheBit) {
   EXPECT_GT(v.removed, 0);
 }
 
-// The two threads of a live session as a model, in random step: ticks run ahead of the edits, undos and redos
-// come in bursts, also while a tool is led out. Whatever the interleaving, the replay is the same.
+// The two threads of a live session as a model, in random order: ticks run ahead of the edits, undos and
+// redos arrive in bursts, also while a tool is led out. The replay is the same for any interleaving.
 TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
   const Folder folder;
   std::mt19937 random(4);
@@ -167,7 +171,7 @@ TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
     haptics::ServoCore core({}, 1e-3);
     std::deque<haptics::ServoRecord> ring;
     std::deque<Command> waiting;
-    // One that turns and drags has a force of its own, which rests while the tool is led out.
+    // A burr with spin drag has its own force, which is off while the tool is led out.
     if (round % 2 == 1) waiting.push_back(drilling::Burr{.diameter = 3});
     auto published = edits.servo_scene();
     const haptics::PosePath request = drilling_request(20);
@@ -176,7 +180,7 @@ TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
         haptics::ServoInput input;
         input.pose = request.at(1e-3 * tick++);
         ring.push_back(core.step(*published, input));
-        led_ticks += ring.back().is_led;
+        led_ticks += ring.back().is_escaping;
       }
       if (random() % 3 != 0 && !ring.empty()) {
         const haptics::ServoRecord record = ring.front();
@@ -188,7 +192,7 @@ TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
       if (random() % 300 == 0)
         for (unsigned i = 0, n = 1 + random() % 4; i < n; ++i)
           waiting.push_back(random() % 3 == 0 ? Command(Redo{}) : Command(Undo{}));
-      // Several at once: the servo may never see what was between them.
+      // Several at once: the servo may miss the states between them.
       while (!waiting.empty()) {
         const Outcome outcome = edits.apply(waiting.front());
         if (outcome.is_changed) published = edits.servo_scene();

@@ -1,11 +1,11 @@
-// A round tool on the small bone.
+// RoundBench: a round tool on the small bone.
 #pragma once
 
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
 
-/// A burr whose middle the hand holds, on the small bone.
+/// A burr whose centre is at the hand, on the small bone.
 struct RoundBench {
   haptics::TouchScene scene = small_bone();
   std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();

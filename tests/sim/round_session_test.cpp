@@ -1,16 +1,17 @@
-// Sessions of a round tool: its offset fields follow the cuts, off the servo, and a replay repeats when.
+// Sessions of a round tool: its offset fields follow the cuts, off the servo, and a replay repeats their
+// timing.
 #include <chrono>
 #include <thread>
 
-#include "haptics/proxy/methods.h"
-#include "sim/live_session.h"
+#include "haptics/methods/methods.h"
+#include "sim/drivers/live_session.h"
 #include "tests/sim/round_bench.h"
 
 namespace trephine::sim {
 namespace {
 
-/// How much freer the field in use is than one made anew from the version; mm. Above the field's own accuracy
-/// a ball could enter what is left.
+/// Largest excess freedom of the field in use over a field rebuilt from the version, mm. Above the field's
+/// own accuracy a ball could enter the remaining matter.
 double too_free(const haptics::TouchScene& scene, const Engine& edits) {
   const volume::OffsetField& used = edits.servo_scene()->hands[0].state.offset(scene, 0);
   const auto fresh = volume::OffsetField::build(scene.items[0].field, *scene.items[0].bits,
@@ -20,13 +21,13 @@ double too_free(const haptics::TouchScene& scene, const Engine& edits) {
   for (int z = 0; z < used.size().z; ++z)
     for (int y = 0; y < used.size().y; ++y)
       for (int x = 0; x < used.size().x; ++x)
-        // Where the surface of where the middle may be is, by either of them.
+        // Near the zero set of either field.
         if (std::abs(fresh->at(x, y, z)) < 0.5 * fresh->far_mm())
           worst = std::max(worst, fresh->at(x, y, z) - used.at(x, y, z));
   return worst;
 }
 
-TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
+TEST(RoundSession, DrillsWithItsWholeBallAndItsFieldIsNeverTooFree) {
   const Folder folder;
   const std::string path = folder.file("round.session");
   std::uint64_t hash = 0;
@@ -49,7 +50,7 @@ TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
       }
     }
     EXPECT_GT(contacts, 500);
-    EXPECT_GT(stale, 100);  // it hovers over fresh cuts, for a while
+    EXPECT_GT(stale, 100);  // it hovers over fresh cuts for a while
     EXPECT_GT(run.engine().removed_mm3(), 20);
     hash = run.engine().current()->content_hash();
     removed = run.engine().removed_mm3();
@@ -60,11 +61,11 @@ TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
   expect_same(v);
   EXPECT_EQ(v.hash, hash);
   EXPECT_EQ(v.removed, removed);
-  EXPECT_GT(v.counts.commands, 20u);  // undos, redos, and when fields came
+  EXPECT_GT(v.counts.commands, 20u);  // undos, redos, and adopted fields
 }
 
-/// Undone in contact a tool is led to a place that is free of what its method touches, not of voxels alone:
-/// it is never buried there again.
+/// Undone in contact, a tool is led to a position free of its method's own solid, not only of voxels: it is
+/// never buried there again.
 TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
   for (const char* name :
        {"subvoxel", "implicit", "path", "explicit", "explicit-cubes", "scene", "scene-sequential"})
@@ -82,7 +83,7 @@ TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
         for (int i = 0; i < 2500; ++i) {
           const haptics::ServoRecord r = run.step(request.at(1e-3 * i + 0.013 * round));
           buried += r.is_buried;
-          led += r.is_led;
+          led += r.is_escaping;
           if (i % 500 == (13 * round + 250) % 500) run.undo();
           if (i % 500 == 300) run.redo();
         }
@@ -93,8 +94,8 @@ TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
     }
 }
 
-/// The hole of a ball: pressed straight down, then held still, it ends where its middle is the hand's.
-TEST(RoundSession, ReachesTheHandThroughWhatItCut) {
+/// The hole of a ball: pressed straight down, then held still, its centre ends at the hand.
+TEST(RoundSession, ReachesTheHandThroughItsCut) {
   RoundBench bench;
   Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000);
   haptics::ServoRecord r;
@@ -104,15 +105,15 @@ TEST(RoundSession, ReachesTheHandThroughWhatItCut) {
   }
   EXPECT_FALSE(r.has_contact);
   EXPECT_EQ(r.proxy_world, r.pose.position_world);
-  // Undone in the hole: led out, and never inside what is there again.
+  // Undone in the hole: led out, and never inside the restored matter.
   EXPECT_TRUE(run.undo().is_changed);
   bool was_led = false;
   for (int i = 0; i < 500; ++i) {
     r = run.step({{0, 0, 1}, {1, 0, 0, 0}, false});
-    was_led = was_led || r.is_led;
+    was_led = was_led || r.is_escaping;
   }
   EXPECT_TRUE(was_led);
-  EXPECT_FALSE(r.is_led);
+  EXPECT_FALSE(r.is_escaping);
   EXPECT_TRUE(r.has_contact);
   EXPECT_GT(r.proxy_world.z, 2 + 1.0 - 0.3);  // a radius above the plate's top
 }
@@ -141,7 +142,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   live.stop();
   EXPECT_GT(live.offset_report().count, 0u);
   EXPECT_GT(live.offset_report().longest_seconds, 0);
-  // Two fields, each within so much of the truth.
+  // Two fields, each within its tolerance.
   EXPECT_LT(too_free(bench.scene, live.engine()), 2 * (0.1 + 0.02 * bench.scene.tool_radius));
   const std::uint64_t hash = live.engine().current()->content_hash();
   EXPECT_FALSE(writer->finish(live.engine()));
@@ -149,10 +150,10 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   EXPECT_EQ(v.tool_radius, 1.0);
   expect_same(v);
   EXPECT_EQ(v.hash, hash);
-  EXPECT_GE(v.counts.commands, 8u);  // six undos, two redos, and when fields came
+  EXPECT_GE(v.counts.commands, 8u);  // six undos, two redos, and adopted fields
 }
 
-/// What a header says of a scene comes back.
+/// A header round-trips these parts of a scene.
 TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
   RoundBench bench;
   bench.scene.items[0].back_material = haptics::Material{.stiffness = 0.3, .viscosity = 0.01, .pop_force = 2};

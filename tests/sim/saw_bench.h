@@ -1,14 +1,14 @@
-// A disk that is sawn out of a plate by one hand while another rests on it.
+// SawBench: a disk sawn out of a plate by one hand while another rests on it.
 #pragma once
 
-#include "sim/scene_spec.h"
+#include "sim/engine/scene_description.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
 
 constexpr double k_circle = 5, k_saw = 1.5, k_sawn = 3.2, k_lift = 3.6, k_end = 4.4;  // mm, s
 
-/// The first hand rests on the plate. The second saws a disk out around it, and goes up.
+/// The first hand rests on the plate. The second saws a disk out around it, and moves up.
 inline haptics::PosePath resting() {
   std::vector<haptics::PosePath::Sample> samples;
   samples.push_back({0, {{0, 0, 5}, {1, 0, 0, 0}, 0}});
@@ -28,7 +28,7 @@ inline haptics::PosePath sawing() {
   samples.push_back({t + 0.01, {{k_circle, 0, -2.6}, {1, 0, 0, 0}, 0}});
   samples.push_back({k_sawn, {{k_circle, 0, 8}, {1, 0, 0, 0}, 0}});
   samples.push_back({k_lift, {{k_circle, 0, 8}, {1, 0, 0, 0}, 0}});
-  // Up and a little round, against the first hand.
+  // Up with a small rotation, against the first hand.
   samples.push_back({k_lift + 0.4, {{k_circle, 0, 11}, {std::cos(0.05), std::sin(0.05), 0, 0}, 0}});
   samples.push_back({k_end, {{k_circle, 2, 11}, {std::cos(0.05), std::sin(0.05), 0, 0}, 0}});
   return haptics::PosePath::from_samples(std::move(samples), "").value();
@@ -47,7 +47,7 @@ struct SawBench {
                   drilling_catalogue());
   }
   std::unique_ptr<SessionWriter> writer(const std::string& path, const WriterOptions& options) const {
-    SceneSpec spec = describe_scene(scene, *method, {}, {HandSpec(Instrument())});
+    SceneDescription spec = describe_scene(scene, *method, {}, {HandSpec(Instrument())});
     spec.hands.push_back(HandSpec(drilling::burr({2 * k_saw, 60, 40, true})));
     spec.hands.back().method = spec.hands[0].method;
     return SessionWriter::create(path, SessionHeader(spec), scene.base, drilling_catalogue(), options)
@@ -55,7 +55,7 @@ struct SawBench {
   }
 };
 
-/// Until the disk is parted.
+/// Saws until the disk is separated.
 inline void saw(Lockstep& run) {
   const haptics::PosePath first = resting(), second = sawing();
   for (int i = 0; i < static_cast<int>(1000 * k_sawn); ++i) {

@@ -1,4 +1,5 @@
-// Session files: torn, damaged, foreign, older, on a full disk; what they carry and every lie in them.
+// Session files: torn, damaged, foreign, older, on a full disk; their contents, and every changed fact in
+// them.
 #include <csignal>
 #include <cstring>
 #include <fstream>
@@ -9,7 +10,7 @@
 
 namespace trephine::sim {
 namespace {
-TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
+TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveIsDeleted) {
   const Folder folder;
   Bench bench;
   WriterOptions options;
@@ -20,7 +21,7 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
     EXPECT_TRUE(SessionWriter::is_being_written(path));
     const auto second = SessionLock::take(path);
     ASSERT_FALSE(second.is_ok());
-    EXPECT_NE(second.error().what.find("right now"), std::string::npos);
+    EXPECT_NE(second.error().what.find("being recorded"), std::string::npos);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     for (int i = 0; i < 20; ++i) run.step({{0, 0, 8}, {1, 0, 0, 0}, false});
     EXPECT_FALSE(writer->finish(run.engine()));
@@ -31,18 +32,18 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     const haptics::PosePath request = drilling_request(2);
     for (int i = 0; i < 550; ++i) run.step(request.at(1e-3 * i));
-    run.undo();  // work all the same: it can be done again
+    run.undo();  // counts as work all the same: it can be redone
     EXPECT_FALSE(writer->finish(run.engine()));
   }
   EXPECT_TRUE(fs::exists(path));
   EXPECT_FALSE(SessionWriter::is_being_written(path));
 }
 
-TEST(Session, DamageInALargeScanIsNoTornEnd) {
+TEST(Session, DamageInALargeScanIsNotATornEnd) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   data_tools::PhantomOptions o;
-  o.size = glm::ivec3(224);  // 22 MB: farther than one look
+  o.size = glm::ivec3(224);  // 22 MB: longer than one read
   const haptics::TouchScene scene = scenes::phantom_scene("plate", o);
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -66,7 +67,7 @@ TEST(Session, DamageInALargeScanIsNoTornEnd) {
   EXPECT_TRUE(opened.value().is_damaged());
 }
 
-TEST(Session, TornAtAnyByteTheWholeBlocksStay) {
+TEST(Session, TornAtAnyByteTheWholeBlocksAreKept) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   record_lockstep(path, 1200);
@@ -76,7 +77,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksStay) {
   in.read(bytes.data(), static_cast<std::streamsize>(size));
   std::mt19937 random(5);
   std::uint64_t last_ticks = 0;
-  // To the whole file: how long its last block is depends on the hour.
+  // Up to the whole file: the length of its last block depends on the time of day.
   std::vector<std::size_t> cuts;
   for (std::size_t cut = 0; cut < size; cut += 1 + random() % 97) cuts.push_back(cut);
   cuts.push_back(size);
@@ -85,7 +86,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksStay) {
     std::ofstream(torn, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(cut));
     auto opened = SessionReader::open(torn);
     if (!opened) {
-      EXPECT_LT(cut, 4000u);  // only without a whole header
+      EXPECT_LT(cut, 4000u);  // only without a complete header
       EXPECT_FALSE(opened.error().what.empty());
       continue;
     }
@@ -101,7 +102,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksStay) {
     }
   }
   EXPECT_EQ(last_ticks, 1200u);
-  // A flipped bit is never taken for a recording.
+  // A flipped bit is never read as a recording.
   for (int i = 0; i < 300; ++i) {
     std::string damaged = bytes;
     const std::size_t at = random() % size;
@@ -115,7 +116,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksStay) {
   }
 }
 
-TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
+TEST(Session, ForeignNewerAndOlderFilesAreReported) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   const auto write = [&](const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; };
@@ -126,13 +127,13 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
   write(std::string(500, 'x'));
   auto foreign = SessionReader::open(path, drilling_catalogue());
   ASSERT_FALSE(foreign.is_ok());
-  EXPECT_NE(foreign.error().what.find("no session"), std::string::npos);
+  EXPECT_NE(foreign.error().what.find("not a session"), std::string::npos);
   write(std::string("TREPHSES\x7f\0\0\0\0\0\0\0", 16) + std::string(100, 'x'));
   auto newer = SessionReader::open(path, drilling_catalogue());
   ASSERT_FALSE(newer.is_ok());
   EXPECT_NE(newer.error().what.find("newer"), std::string::npos);
 
-  // Older arithmetic: to be viewed, not verified.
+  // Older arithmetic: can be viewed, not verified.
   Bench bench;
   SessionHeader header = bench.header();
   header.revision = 0;
@@ -148,7 +149,7 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
   ASSERT_TRUE(opened.is_ok());
   const auto run_of = Replay::open(opened.value(), bench.scene.base).value();
   Replay& run = *run_of;
-  const volume::Status why = run.why_not_verifiable();
+  const Status why = run.why_not_verifiable();
   ASSERT_TRUE(why.has_value());
   EXPECT_NE(why->found.find("0.0.9"), std::string::npos);
   int ticks = 0;
@@ -164,7 +165,7 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
   EXPECT_NE(wrong.error().what.find("not the one"), std::string::npos);
 }
 
-TEST(Session, CarriesItsScanWhenAsked) {
+TEST(Session, ContainsItsScanWhenRequested) {
   const Folder folder;
   Bench bench;
   WriterOptions options;
@@ -186,7 +187,7 @@ TEST(Session, CarriesItsScanWhenAsked) {
   EXPECT_EQ(*opened.value().scan_hash(), volume::content_hash(*bench.scene.base));
 }
 
-TEST(Session, AFullDiskEndsTheRecordingAndKeepsWhatWasWritten) {
+TEST(Session, AFullDiskEndsTheRecordingAndKeepsWrittenBlocks) {
   const Folder folder;
   const std::string path = folder.file("full.session");
   Bench bench;
@@ -202,8 +203,8 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWhatWasWritten) {
     run.step(request.at(1e-3 * i));
     if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
   }
-  EXPECT_TRUE(writer->status().has_value());  // said while it goes on
-  const volume::Status status = writer->finish(run.engine());
+  EXPECT_TRUE(writer->status().has_value());  // reported while recording continues
+  const Status status = writer->finish(run.engine());
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, old_handler);
   ASSERT_TRUE(status.has_value());
@@ -214,7 +215,7 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWhatWasWritten) {
   EXPECT_GT(opened.value().tick_count(), 50u);
   expect_same(replay(path));
 
-  // Nowhere to write at all, and never over something that is there.
+  // No directory to write to, and never over an existing file.
   EXPECT_FALSE(SessionWriter::create(folder.file("no/such/folder"), bench.header(), bench.scene.base,
                                      drilling_catalogue())
                    .is_ok());
@@ -223,8 +224,8 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWhatWasWritten) {
   EXPECT_NE(taken.error().what.find("already"), std::string::npos);
 }
 
-/// In every frame, unit and mask, with points and balls: what is drilled, undone and done again is the same
-/// bits, and so is its replay.
+/// In every frame, unit and mask, with points and balls: drilling, undo and redo give the same bits, and so
+/// does the replay.
 TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
   const Folder folder;
   int n = 0;
@@ -248,10 +249,10 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
     {
       SessionHeader header = describe_scene(scene, *method, {}, {HandSpec(drilling::burr(options))});
       header.program = "test";
-      auto made = SessionWriter::create(path, header, scene.base, drilling_catalogue());
-      ASSERT_EQ(made.is_ok(), scan.unit <= 1);  // sessions hold burrs to 1 m
-      if (!made) continue;
-      const auto writer = std::move(made).value();
+      auto result = SessionWriter::create(path, header, scene.base, drilling_catalogue());
+      ASSERT_EQ(result.is_ok(), scan.unit <= 1);  // sessions limit burrs to 1 m
+      if (!result) continue;
+      const auto writer = std::move(result).value();
       Lockstep run(scene, *method, drilling::burr(options), {}, 1000, writer.get());
       const haptics::PosePath slide =
           scenes::sphere_slide(45 + (is_round ? radius / scan.unit : 0), 3, 60, 1);

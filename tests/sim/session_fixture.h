@@ -1,4 +1,4 @@
-// Sessions in tests: a small plate of bone, a burr, a folder, and a verdict on a replay.
+// Fixture for session tests: a small plate of bone, a burr, a folder, and a verdict on a replay.
 #pragma once
 
 #include <cmath>
@@ -9,13 +9,13 @@
 #include <memory>
 #include <string>
 
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
 #include "haptics/proxy/implicit_proxy.h"
-#include "haptics/proxy/methods.h"
 #include "modules/drilling/burr.h"
-#include "sim/lockstep.h"
-#include "sim/replay.h"
-#include "sim/session_writer.h"
-#include "tests/scenes/scenes.h"
+#include "sim/drivers/lockstep.h"
+#include "sim/drivers/replay.h"
+#include "sim/session/session_writer.h"
 
 namespace trephine::sim {
 
@@ -41,7 +41,7 @@ inline const Catalogue& drilling_catalogue() {
   return all;
 }
 
-/// A folder of its own, gone afterwards.
+/// A temporary folder, deleted afterwards.
 struct Folder {
   fs::path path;
   Folder() {
@@ -52,7 +52,7 @@ struct Folder {
   std::string file(const char* name) const { return (path / name).string(); }
 };
 
-/// The scene, a method and a burr: everything that a run borrows.
+/// The scene, a method and a burr: all that a run borrows.
 struct Bench {
   haptics::TouchScene scene = small_bone();
   haptics::ImplicitProxy method;
@@ -68,9 +68,9 @@ struct Bench {
   }
   std::unique_ptr<SessionWriter> writer(const std::string& path, double rate = 1000,
                                         const WriterOptions& options = {}) {
-    auto made = SessionWriter::create(path, header(rate), scene.base, drilling_catalogue(), options);
-    EXPECT_TRUE(made.is_ok()) << (made ? "" : made.error().message());
-    return std::move(made).value();
+    auto result = SessionWriter::create(path, header(rate), scene.base, drilling_catalogue(), options);
+    EXPECT_TRUE(result.is_ok()) << (result ? "" : result.error().message());
+    return std::move(result).value();
   }
 };
 
@@ -82,7 +82,7 @@ struct Verdict {
   std::string error;
 };
 
-/// On the small bone unless it was another, with the session's own method.
+/// Replays a session, by default on the small bone, with the session's own method.
 inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Volume> base = nullptr,
                       const Catalogue& catalogue = drilling_catalogue()) {
   Verdict v;
@@ -113,7 +113,7 @@ inline void expect_same(const Verdict& v) {
                   << v.mismatch->recorded << ", replayed " << v.mismatch->replayed;
 }
 
-/// Up and down over the plate, drilling, for `seconds`.
+/// Up and down over the plate, drilling, for `seconds` (s).
 inline haptics::PosePath drilling_request(double seconds) {
   std::vector<haptics::PosePath::Sample> samples;
   for (double t = 0; t < seconds; t += 0.05) {
@@ -125,7 +125,7 @@ inline haptics::PosePath drilling_request(double seconds) {
   return haptics::PosePath::from_samples(samples, "test").value();
 }
 
-/// Records a lockstep run with undos; gives the hash.
+/// Records a lockstep run with undos; returns the hash.
 inline std::uint64_t record_lockstep(const std::string& path, int ticks) {
   Bench bench;
   auto writer = bench.writer(path);

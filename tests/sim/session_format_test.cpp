@@ -1,5 +1,5 @@
-// What is written where, item by item and line by line.
-#include "sim/session_format.h"
+// Format of session files, item by item and line by line.
+#include "sim/session/session_format.h"
 
 #include <cstring>
 #include <random>
@@ -9,7 +9,7 @@
 namespace trephine::sim {
 namespace {
 
-TEST(SessionFormat, HeadersSurviveTheirText) {
+TEST(SessionFormat, HeadersRoundTripThroughText) {
   Bench bench;
   SessionHeader h = bench.header(2000);
   h.case_name = "a name\nwith a break";
@@ -38,14 +38,14 @@ TEST(SessionFormat, HeadersSurviveTheirText) {
   EXPECT_FALSE(decode_header("").is_ok());
 }
 
-// Inputs come back to the bit, whatever they are; forces as facts, to half a mN.
+// Inputs round-trip to the bit for any value; forces are facts, kept to half a mN.
 TEST(SessionFormat, KeepsInputsExactlyAndForcesToHalfAMillinewton) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> along(-100, 100);
   const double odd[] = {0.0,    -0.0,    1e-300,   -1e9, 0x1p52, std::numeric_limits<double>::infinity(),
                         1e300,  0x1p-20, -0x1p-21, 1e6,  0.1,    std::numeric_limits<double>::quiet_NaN(),
                         5e-324, 0x1p32,  -0x1p60,  3.5};
-  std::vector<haptics::ServoRecord> told;
+  std::vector<haptics::ServoRecord> records;
   ItemEncoder encoder({});
   haptics::Pose pose;
   for (int i = 0; i < 3000; ++i) {
@@ -59,14 +59,14 @@ TEST(SessionFormat, KeepsInputsExactlyAndForcesToHalfAMillinewton) {
     if (random() % 5 == 0)
       pose.orientation.x = random() % 2 == 0 ? along(random) : odd[random() % std::size(odd)];
     r.pose = random() % 2 == 0 ? haptics::on_grid(pose) : pose;
-    r.version = random() % 9 == 0 ? random() : told.empty() ? 0 : told.back().version;
+    r.version = random() % 9 == 0 ? random() : records.empty() ? 0 : records.back().version;
     r.has_contact = random() % 2 == 0;
     encoder.add(r);
-    told.push_back(r);
+    records.push_back(r);
   }
   const std::string bytes = encoder.take();
   ItemDecoder decoder(bytes, {});
-  for (const haptics::ServoRecord& r : told) {
+  for (const haptics::ServoRecord& r : records) {
     const auto item = decoder.next();
     ASSERT_TRUE(item.is_ok());
     const haptics::ServoRecord& back = std::get<TickItem>(item.value()).record;
@@ -80,7 +80,7 @@ TEST(SessionFormat, KeepsInputsExactlyAndForcesToHalfAMillinewton) {
   EXPECT_TRUE(decoder.is_at_end());
 }
 
-// Drilling and sliding, with the noise of an encoder and a stylus that turns.
+// Drilling and sliding, with encoder noise and a stylus that turns.
 TEST(SessionFormat, ATickOfContactTakesAtMost25Bytes) {
   const Folder folder;
   const std::string path = folder.file("a.session");
@@ -120,7 +120,7 @@ TEST(SessionFormat, ATickOfContactTakesAtMost25Bytes) {
 
 TEST(SessionFormat, KeepsButtonsAndAxesOfEveryHand) {
   std::mt19937 random(8);
-  std::vector<haptics::ServoRecord> told;
+  std::vector<haptics::ServoRecord> records;
   ItemEncoder encoder({});
   std::array<haptics::Pose, 2> poses;
   for (int i = 0; i < 400; ++i)
@@ -134,11 +134,11 @@ TEST(SessionFormat, KeepsButtonsAndAxesOfEveryHand) {
       record.hand = hand;
       record.pose = pose;
       encoder.add(record);
-      told.push_back(record);
+      records.push_back(record);
     }
   const std::string bytes = encoder.take();
   ItemDecoder decoder(bytes, {});
-  for (const haptics::ServoRecord& record : told) {
+  for (const haptics::ServoRecord& record : records) {
     const auto item = decoder.next();
     ASSERT_TRUE(item.is_ok());
     const haptics::ServoRecord& read = std::get<TickItem>(item.value()).record;
@@ -147,7 +147,7 @@ TEST(SessionFormat, KeepsButtonsAndAxesOfEveryHand) {
     ASSERT_EQ(read.pose.axes, record.pose.axes);
   }
   EXPECT_TRUE(decoder.is_at_end());
-  // Bytes that say of the first button both that it is pressed and that it is not.
+  // Contradictory bytes: the first button is both pressed and released.
   haptics::ServoRecord second_button;
   second_button.pose.buttons = 2;
   encoder.add(second_button);

@@ -1,4 +1,4 @@
-// Sessions while they happen: under load, killed, with two hands, in any interleaving, resumed.
+// Live sessions: under load, killed, with two hands, in any interleaving, resumed.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -10,13 +10,13 @@
 #include <thread>
 #include <unistd.h>
 
-#include "sim/live_session.h"
+#include "sim/drivers/live_session.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
 namespace {
 
-/// Something else that wants the processors, while it lives.
+/// Other threads that occupy the processors while it exists.
 class CpuLoad {
  public:
   explicit CpuLoad(int threads) {
@@ -63,7 +63,7 @@ void record_live(const std::string& path, int undos, double rate, std::uint64_t*
   live.stop();
   *hash = live.engine().current()->content_hash();
   *removed = live.engine().removed_mm3();
-  const volume::Status status = writer->finish(live.engine());
+  const Status status = writer->finish(live.engine());
   EXPECT_FALSE(status.has_value()) << status->message();
 }
 
@@ -75,7 +75,7 @@ TEST(Session, ALiveRunUnderLoadWithUndosInContactReplaysToTheBit) {
   record_live(path, 20, 500, &hash, &removed);
   if (const char* keep = std::getenv("TREPHINE_KEEP_SESSION"))
     fs::copy_file(path, keep, fs::copy_options::overwrite_existing);
-  // Twice at a time: nothing is shared between replays.
+  // Two at a time: replays share nothing.
   Verdict first, second;
   std::thread other([&] { second = replay(path); });
   first = replay(path);
@@ -110,7 +110,7 @@ void step_slowly(const SlowBurr& slow, drilling::BurrState& state, const Instrum
     std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(slow.milliseconds));
   drilling::burr(slow.burr).type->step(&slow.burr, &state, input, work);
 }
-volume::Status check_slow(const SlowBurr&, const haptics::TouchScene&) { return std::nullopt; }
+Status check_slow(const SlowBurr&, const haptics::TouchScene&) { return std::nullopt; }
 ToolBall slow_body(const SlowBurr&, const drilling::BurrState& state, const InstrumentInput&) {
   return {state.centre, 0};
 }
@@ -123,8 +123,8 @@ class SlowDrilling final : public Module {
   }
 };
 
-// One stated answer for each: a full ring drops whole ticks and fades the force; edits far behind make the
-// scene stale. Both latch, both are in the recording, both replay.
+// A full ring drops whole ticks and fades the force; late edits make the scene stale. Both latch, are
+// recorded and replay.
 TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
   const Folder folder;
   for (const bool is_full : {true, false}) {
@@ -181,12 +181,12 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
         if (const auto* fault = event->event.what.as<FaultEvent>())
           events.push_back(fault->is_cleared ? "cleared" : fault->names);
     ASSERT_GE(events.size(), 2u);
-    // The fade comes first, also where the ring is small.
+    // The fade comes first, also if the ring is small.
     EXPECT_NE(events.front().find("stale scene"), std::string::npos) << events.front();
     const auto is_full_ring = [](const std::string& e) { return e.find("full ring") != std::string::npos; };
     EXPECT_EQ(std::any_of(events.begin(), events.end(), is_full_ring), is_full);
     EXPECT_EQ(events.back(), "cleared");
-    // From the fault on the force falls to nothing within the fade's 50 ms.
+    // After the fault the force falls to zero within the fade's 50 ms.
     std::uint64_t faulty = 0;
     for (const haptics::ServoRecord& r : live.trace()) {
       if (faulty == 0 && (r.faults & fault)) faulty = r.tick;
@@ -226,7 +226,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   live.stop();
   EXPECT_FALSE(writer->finish(live.engine()));
-  // Both drilled, as one stroke; a tick's two hands saw one version.
+  // Both drilled, as one stroke; the two hands of a tick read one version.
   EXPECT_EQ(live.engine().stroke_count(), 1u);
   EXPECT_GT(live.engine().removed_mm3(), 5);
   const auto& trace = live.trace();
@@ -240,7 +240,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
     right_contact = right_contact || trace[i + 1].has_contact;
   }
   EXPECT_TRUE(left_contact && right_contact);
-  // A lost device takes its own force away, not the other hand's.
+  // A lost device removes its own force, not the other hand's.
   EXPECT_TRUE(trace.back().faults & haptics::fault_lost_device);
   EXPECT_EQ(trace[trace.size() - 2].faults & haptics::k_latched_faults, 0u);
   const Verdict v = replay(path);
@@ -248,11 +248,11 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
   EXPECT_EQ(v.hash, live.engine().current()->content_hash());
 }
 
-TEST(Session, GoesOnWhereItStopped) {
+TEST(Session, ContinuesWhereItStopped) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   record_lockstep(path, 700);
-  // As if killed: the end and a piece of the last block are gone.
+  // As if killed: the end and a part of the last block are missing.
   fs::resize_file(path, fs::file_size(path) - 100);
   Bench bench;
   auto opened = SessionReader::open(path, drilling_catalogue());
@@ -284,12 +284,12 @@ TEST(Session, GoesOnWhereItStopped) {
   EXPECT_GE(v.counts.ticks, first_tick + 400);
 }
 
-// What is promised against a power cut: the end of a stroke, and a command, are synced at once.
+// Guaranteed against a power cut: the end of a stroke, and a command, are synced at once.
 TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
   const Folder folder;
   Bench bench;
   WriterOptions options;
-  options.sync_seconds = 1000;  // only what is asked for
+  options.sync_seconds = 1000;  // only on request
   auto writer = bench.writer(folder.file("a.session"), 1000, options);
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const auto wait_for = [&](int syncs) {
@@ -338,7 +338,7 @@ TEST(Session, KilledAtAnyMomentAtMostATenthOfASecondIsLost) {
     for (int i = 0; i < 50'000 && newest->load() == 0; ++i)
       std::this_thread::sleep_for(std::chrono::microseconds(200));
     EXPECT_GT(newest->load(), 0u);
-    // A machine that stands still for everybody says nothing about us; then this process oversleeps, too.
+    // If the whole machine stalls, the result is not ours; then this process oversleeps too.
     const std::chrono::microseconds wait(random() % 250'000);
     const auto begin = std::chrono::steady_clock::now();
     std::this_thread::sleep_for(wait);

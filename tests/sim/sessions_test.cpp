@@ -4,12 +4,12 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/proxy/implicit_proxy.h"
 #include "modules/drilling/burr.h"
-#include "sim/live_session.h"
-#include "sim/lockstep.h"
+#include "sim/drivers/live_session.h"
+#include "sim/drivers/lockstep.h"
 #include "tests/scenes/golden.h"
-#include "tests/scenes/scenes.h"
 
 namespace trephine::sim {
 namespace {
@@ -49,8 +49,8 @@ TEST(Lockstep, SameInputSameBits) {
   }
   EXPECT_EQ(hashes[0], hashes[1]);
   EXPECT_EQ(forces[0], forces[1]);
-  // The same on every compiler, preset and x86-64 CPU.
-  EXPECT_EQ(hashes[0], scenes::golden("lockstep, what was removed"));
+  // Equal on every compiler, preset and x86-64 CPU.
+  EXPECT_EQ(hashes[0], scenes::golden("lockstep, removed volume"));
   EXPECT_EQ(std::bit_cast<std::uint64_t>(forces[0].z), scenes::golden("lockstep, last force"));
 }
 
@@ -79,14 +79,14 @@ TEST(Lockstep, UndoAndRedoByStrokeAreExact) {
     EXPECT_TRUE(run.redo().is_changed);
     EXPECT_EQ(run.engine().current()->content_hash(), hash[static_cast<std::size_t>(i)]);
   }
-  // Drilling on ends the redo line; older versions are as they were.
+  // Further drilling ends the redo branch; older versions are unchanged.
   stroke(run, 8, 200);
   EXPECT_FALSE(run.engine().can_redo());
   run.undo();
   EXPECT_EQ(run.engine().current()->content_hash(), hash[3]);
 }
 
-TEST(Lockstep, TheOldestStrokesCannotBeTakenBackAndFreeTheirMemory) {
+TEST(Lockstep, TheOldestStrokesCannotBeUndoneAndFreeTheirMemory) {
   const haptics::TouchScene scene = flat_bone();
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -110,7 +110,7 @@ TEST(Lockstep, TheOldestStrokesCannotBeTakenBackAndFreeTheirMemory) {
   EXPECT_EQ(edits.stroke_count(), strokes);
 }
 
-/// A plate of 3 mm, faces at z = +-1.5: thin bone, to be drilled from either side.
+/// A plate of 3 mm, faces at z = +-1.5: thin bone, drilled from either side.
 haptics::TouchScene thin_bone() {
   data_tools::PhantomOptions o;
   o.size = glm::ivec3(64);
@@ -120,8 +120,8 @@ haptics::TouchScene thin_bone() {
   return scenes::phantom_scene("plate", o);
 }
 
-// Bone that grows back over the tool: out along its own way to the side it came from, with bounded speed and
-// force, and no energy out of nothing.
+// Bone that grows back over the tool: out along its own path to the side it came from, with bounded speed and
+// force, and without generating energy.
 TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
   for (const double side : {1.0, -1.0}) {
     const haptics::TouchScene scene = thin_bone();
@@ -130,7 +130,7 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     const drilling::Burr burr{4, 60, 40, false};
     Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
     haptics::ServoRecord r;
-    // Sideways first, so that the way back has a bend, then into the bone, nearly through.
+    // Sideways first, so that the path back has a bend, then into the bone, nearly through.
     for (int i = 0; i < 100; ++i) r = run.step({{0.02 * i, 0, side * (6 - 0.03 * i)}, {1, 0, 0, 0}, false});
     for (int i = 0; i < 2500; ++i)
       r = run.step({{2, 0, side * std::max(-0.8, 3 - 0.01 * i)}, {1, 0, 0, 0}, true});
@@ -140,13 +140,13 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     ASSERT_GT(before, 1);
     ASSERT_TRUE(run.undo().is_changed);
     EXPECT_EQ(run.engine().removed_mm3(), 0);
-    // The hand holds on, button down: it is led, and cuts nothing meanwhile.
+    // The hand holds still, button down: the tool is led out, and cuts nothing meanwhile.
     double last_force = glm::length(r.force_world), strongest = 0;
     dvec3 last_proxy = hand;
     int led = 0;
     for (; led < 1000; ++led) {
       r = run.step({hand, {1, 0, 0, 0}, true});
-      if (!r.is_led) break;
+      if (!r.is_escaping) break;
       EXPECT_FALSE(r.is_buried);
       EXPECT_FALSE(r.pose.is_pressed());
       EXPECT_LE(glm::length(r.proxy_world - last_proxy), 1e-3 * haptics::k_lead_speed + 1e-9);
@@ -162,12 +162,12 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     EXPECT_GT(led, 15);
     EXPECT_LT(led, 400);
     EXPECT_GT(side * last_proxy.z, 1.0);  // outside again, on its own side
-    EXPECT_GT(r.energy.discarded, 0.5);   // what a jump would have stored
-    EXPECT_EQ(r.energy.growth, 0);        // a hand that stays receives no work
+    EXPECT_GT(r.energy.discarded, 0.5);   // energy that a jump would have stored
+    EXPECT_EQ(r.energy.growth, 0);        // a hand at rest receives no work
     EXPECT_TRUE(r.has_contact);
-    // But for what the first bite of a ball that touches takes.
+    // Except for the first bite of a touching ball.
     EXPECT_LT(run.engine().removed_mm3(), 0.05);
-    // Afterwards the surface holds it as ever, the full force coming back over tenths of a second.
+    // Afterwards the surface holds it as before, while the full force returns over tenths of a second.
     for (int i = 0; i < 600; ++i) {
       r = run.step({hand, {1, 0, 0, 0}, false});
       EXPECT_LE(std::abs(glm::length(r.force_world) - last_force), 1.0 + 1e-9);
@@ -187,7 +187,7 @@ TEST(Lockstep, AHandThatYieldsReceivesOnlyBoundedWorkFromGrowth) {
   haptics::ServoRecord r;
   for (int i = 0; i < 2500; ++i) r = run.step({{0, 0, std::max(-0.8, 4 - 0.01 * i)}, {1, 0, 0, 0}, true});
   ASSERT_TRUE(run.undo().is_changed);
-  // A free mass of 50 g with the device's damping, let go.
+  // A free mass of 50 g with the device's damping, released.
   dvec3 x(0, 0, -0.8), v(0);
   double fastest = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -197,13 +197,13 @@ TEST(Lockstep, AHandThatYieldsReceivesOnlyBoundedWorkFromGrowth) {
     fastest = std::max(fastest, glm::length(v));
   }
   EXPECT_GT(x.z, 1.0);
-  // The ledger is the work that the mass got; its power is bounded by force and speed of the lead.
+  // The ledger equals the work on the mass; its power is bounded by force and speed of the lead.
   EXPECT_GT(r.energy.growth, 0);
   EXPECT_LT(r.energy.growth + std::abs(r.energy.contact), haptics::k_lead_force * 4);
   EXPECT_LT(fastest, 4 * haptics::k_lead_speed);
 }
 
-TEST(Lockstep, AToolThatIsFreeStaysWhereItIsWhenBoneGrowsElsewhere) {
+TEST(Lockstep, AFreeToolStaysInPlaceWhenBoneGrowsElsewhere) {
   const haptics::TouchScene scene = flat_bone();
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -215,7 +215,7 @@ TEST(Lockstep, AToolThatIsFreeStaysWhereItIsWhenBoneGrowsElsewhere) {
   const dvec3 proxy = r.proxy_world, force = r.force_world;
   ASSERT_TRUE(run.undo().is_changed);
   r = run.step({{3, 0, -1}, {1, 0, 0, 0}, false});
-  EXPECT_FALSE(r.is_led);
+  EXPECT_FALSE(r.is_escaping);
   EXPECT_LT(glm::length(r.proxy_world - proxy), 1e-9);
   EXPECT_LT(glm::length(r.force_world - force), 1e-6);
 }
@@ -256,7 +256,7 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
   EXPECT_TRUE(wait_until([](const LiveState& s) { return s.removed_mm3 == 0 && s.version->is_untouched(); }));
   live.redo();
   EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.removed_mm3 > 5; }));
-  live.reset_faults();  // harmless when there is none
+  live.reset_faults();  // harmless without a fault
   const double asked_at = live.fetch_state().newest.t;
   EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.newest.t > asked_at + 0.05; }));
   EXPECT_EQ(live.fetch_state().newest.faults & haptics::k_latched_faults, 0u);

@@ -1,4 +1,4 @@
-// Whatever comes in: the toy module and drilling on the small bone, with commands good and bad by chance.
+// ToyBench: the toy module and drilling on the small bone, with random valid and invalid commands.
 #pragma once
 
 #include <random>
@@ -46,7 +46,7 @@ inline constexpr const char* k_effects[] = {"", "viscous damping=0.001", "spring
 
 inline constexpr const char* k_branches[] = {"main", "second", "third", "", "two\nlines"};
 
-/// Good ones and bad ones.
+/// A valid or invalid command at random.
 inline Command random_command(std::mt19937& random, const std::vector<PendingJob>& jobs) {
   switch (random() % 18) {
     case 0:
@@ -75,14 +75,14 @@ inline Command random_command(std::mt19937& random, const std::vector<PendingJob
       return random() % 2 == 0 ? Command(drilling::Burr{-1}) : Command(ToyMark{dvec3(1e5)});
     case 12:
       return random() % 3 == 0   ? Command(Stranger{})
-             : random() % 2 == 0 ? Command(FaultEvent{"told as if it were a request"})
+             : random() % 2 == 0 ? Command(FaultEvent{"an event sent as a request"})
                                  : Command(Undo{}, 3);
     case 13:
       return random() % 2 == 0
                  ? Command(SwitchItem{static_cast<std::int64_t>(random() % 3), random() % 3 != 0})
                  : Command(SetEffect{{static_cast<std::uint32_t>(random() % 3)},
                                      k_effects[random() % std::size(k_effects)]});
-    case 14:  // dear: fields are made for it
+    case 14:  // expensive: it builds fields
       if (random() % 8 != 0) return Note{"nothing"};
       return ToolGeometry{random() % 2 == 0 ? 0.0 : 0.5 + 0.25 * static_cast<double>(random() % 3)};
     case 15:
@@ -94,12 +94,13 @@ inline Command random_command(std::mt19937& random, const std::vector<PendingJob
   }
 }
 
-/// AdoptJob says what the job made, as a live operation does.
+/// The command with the hash of the job's result in AdoptJob, as in a live operation.
 inline Command with_hash(Command command, const Engine& engine) {
   if (auto* adopt = command.what.as<AdoptJob>())
     for (const PendingJob& job : engine.jobs())
       if (job.id == adopt->job) {
-        const bool fits = !job.type || job.type->still_fits(job.parameters->data(), *job.input, engine.now());
+        const bool fits =
+            !job.type || job.type->is_result_valid(job.parameters->data(), *job.input, engine.now());
         adopt->hash = fits ? static_cast<std::int64_t>(job.run()->hash()) : 0;
       }
   return command;

@@ -1,4 +1,4 @@
-// A module for tests: a bit of everything that a module may have.
+// Toy: a module for tests with every part that a module may have.
 #pragma once
 
 #include <array>
@@ -6,14 +6,14 @@
 #include <glm/geometric.hpp>
 #include <thread>
 
-#include "sim/module.h"
+#include "sim/api/module.h"
 
 namespace trephine::sim {
 
 struct ToyWorld {
   std::int64_t marks = 0;
   std::vector<glm::dvec3> places;
-  double flooded = 0;  ///< what the jobs gave, together
+  double flooded = 0;  ///< sum of the results of jobs
   static const Schema& schema() {
     static constexpr Field fields[] = {field<&ToyWorld::marks>("marks"), field<&ToyWorld::places>("places"),
                                        field<&ToyWorld::flooded>("flooded")};
@@ -23,7 +23,7 @@ struct ToyWorld {
 };
 struct ToySettings {
   double radius = 1;
-  std::int64_t heard = 0;  ///< events
+  std::int64_t heard = 0;  ///< number of events
   static const Schema& schema() {
     static constexpr Field fields[] = {field<&ToySettings::radius>("radius", {.low = 0.5, .high = 3}),
                                        field<&ToySettings::heard>("heard")};
@@ -32,7 +32,7 @@ struct ToySettings {
   }
 };
 
-/// Remembers a place; at most ten.
+/// Remembers a position; at most ten.
 struct ToyMark {
   glm::dvec3 at{0.0};
   static const Schema& schema() {
@@ -41,7 +41,7 @@ struct ToyMark {
     return table;
   }
 };
-/// A ball of the settings' radius goes away.
+/// Removes a ball of the settings' radius.
 struct ToyCarve {
   glm::dvec3 at{0.0};
   static const Schema& schema() {
@@ -50,7 +50,7 @@ struct ToyCarve {
     return table;
   }
 };
-/// Everything is there again.
+/// Restores everything.
 struct ToyMend {
   static const Schema& schema() {
     static constexpr Schema table{"toy-mend"};
@@ -74,8 +74,8 @@ struct ToyMarked {
     return table;
   }
 };
-/// A job of so many milliseconds: what is left, and a ball where it was asked for. It is rebased on whatever
-/// happened meanwhile; a strict one is discarded when the world changed.
+/// A job of `milliseconds` (ms): the remaining volume and a ball at the requested position. It is rebased on
+/// changes made meanwhile; a strict one is discarded when the world changed.
 struct ToyFlood {
   glm::dvec3 at{0.0};
   double milliseconds = 0;
@@ -103,16 +103,20 @@ class Toy final : public Module {
     return all;
   }
   std::span<const JobType* const> jobs() const override {
-    static const JobType flood{&value_type<ToyFlood>(), run, still_fits, adopt};
+    static const JobType flood{&value_type<ToyFlood>(), run, is_result_valid, adopt};
     static const std::array<const JobType*, 1> all{&flood};
     return all;
   }
   Value world() const override { return ToyWorld{}; }
   Value settings() const override { return ToySettings{}; }
 
-  volume::Status allows(const Command& command, const OperationState& now) const override {
+  Status allows(const Command& command, const OperationState& now) const override {
     if (command.what.as<ToyMark>() && toy_world(now).marks >= 10)
-      return volume::Error{"there are marks enough", "toy-mark", "10", "at most 10", "undo one"};
+      return Error{.what = "too many marks",
+                   .where = "toy-mark",
+                   .found = "10",
+                   .expected = "at most 10",
+                   .remedy = "undo one"};
     return std::nullopt;
   }
   void apply(const Command& command, ModuleWork& work) const override {
@@ -124,7 +128,7 @@ class Toy final : public Module {
     } else if (const auto* carve = command.what.as<ToyCarve>()) {
       work.remove({carve->at, carve->at, work.settings<ToySettings>().radius, false});
     } else if (command.what.as<ToyMend>()) {
-      work.put_all_back();
+      work.restore_all();
     } else if (const auto* resize = command.what.as<ToyResize>()) {
       work.change_settings<ToySettings>().radius = resize->radius;
     }
@@ -136,14 +140,14 @@ class Toy final : public Module {
     return {{"marks", static_cast<double>(toy_world(now).marks), ""}};
   }
 
-  /// Planted faults: what a job makes depends on more than its input, and what it tells.
+  /// Planted faults: the result of a job depends on more than its input, and so do its events.
   static inline double salt = 0;
   static inline std::int64_t deafness = 0;
 
-  /// Of an operation whose modules are drilling and this one, or this one alone.
+  /// For operations whose modules are drilling and this one, or only this one.
   static const ToyWorld& toy_world(const OperationState& state) {
     static const ToyWorld none;
-    const ToyWorld* world = state.world_of<ToyWorld>();
+    const ToyWorld* world = state.undoable_of<ToyWorld>();
     return world ? *world : none;
   }
 
@@ -151,7 +155,7 @@ class Toy final : public Module {
   struct Made final : JobResult {
     double left = 0;
     std::uint64_t hash() const override {
-      volume::MixHash all;
+      MixHash all;
       all.add(left);
       return all.value();
     }
@@ -159,12 +163,13 @@ class Toy final : public Module {
   static std::shared_ptr<const JobResult> run(const void* parameters, const JobInput& input) {
     std::this_thread::sleep_for(
         std::chrono::duration<double, std::milli>(static_cast<const ToyFlood*>(parameters)->milliseconds));
-    auto made = std::make_shared<Made>();
-    made->left = static_cast<double>(input.state.world.version->content_hash() >> 12) +
-                 static_cast<double>(toy_world(input.state).marks) + salt;
-    return made;
+    auto output = std::make_shared<Made>();
+    output->left = static_cast<double>(input.state.world.version->content_hash() >> 12) +
+                   static_cast<double>(toy_world(input.state).marks) + salt;
+    return output;
   }
-  static bool still_fits(const void* parameters, const OperationState& input, const OperationState& now) {
+  static bool is_result_valid(const void* parameters, const OperationState& input,
+                              const OperationState& now) {
     return !static_cast<const ToyFlood*>(parameters)->is_strict ||
            input.world.version->ledger().total() == now.world.version->ledger().total();
   }

@@ -1,4 +1,4 @@
-#include "volume/components.h"
+#include "apps/verify/components.h"
 
 #include <cmath>
 #include <deque>
@@ -18,7 +18,7 @@ Volume volume_of(const glm::ivec3& size, const std::function<bool(const glm::ive
   return v;
 }
 
-/// Voxel by voxel, with a queue: numbers by the order in which parts are met.
+/// Labels parts voxel by voxel with a queue; part numbers follow the order of first voxels.
 std::vector<int> by_queue(const Volume& v, bool has_corners) {
   std::vector<int> part(v.voxels.size(), -2);
   int next = 0;
@@ -53,7 +53,7 @@ std::vector<int> by_queue(const Volume& v, bool has_corners) {
   return part;
 }
 
-TEST(Components, AreThoseOfAQueueVoxelByVoxel) {
+TEST(Components, EqualVoxelwiseQueueFlood) {
   std::mt19937 random(5);
   const auto noise = [&random](double share) {
     return
@@ -71,7 +71,7 @@ TEST(Components, AreThoseOfAQueueVoxelByVoxel) {
     volumes.push_back(volume_of(size, gyroid));
     volumes.push_back(volume_of(size, [](const glm::ivec3&) { return false; }));
     volumes.push_back(volume_of(size, [](const glm::ivec3&) { return true; }));
-    // Joined by edges and by corners alone.
+    // Solids joined only by edges, and only by corners.
     volumes.push_back(volume_of(size, [](const glm::ivec3& v) { return (v.x + v.y + v.z) % 2 == 0; }));
     volumes.push_back(volume_of(
         size, [](const glm::ivec3& v) { return v.x % 2 == v.y % 2 && v.y % 2 == v.z % 2 && v.x % 3 != 2; }));
@@ -83,11 +83,12 @@ TEST(Components, AreThoseOfAQueueVoxelByVoxel) {
     for (const bool has_corners : {false, true}) {
       const std::vector<int> expected = parts[has_corners] = by_queue(v, has_corners);
       for (const int threads : {1, 3}) {
-        const Components found(bits, has_corners ? Components::Touch::corners : Components::Touch::faces,
-                               threads);
-        const Components from_voxels(v, Shape{"bone", 300},
-                                     has_corners ? Components::Touch::corners : Components::Touch::faces,
-                                     threads);
+        const verify::Components found(
+            bits, has_corners ? verify::Components::Touch::corners : verify::Components::Touch::faces,
+            threads);
+        const verify::Components from_voxels(
+            v, Shape{"bone", 300},
+            has_corners ? verify::Components::Touch::corners : verify::Components::Touch::faces, threads);
         EXPECT_EQ(from_voxels.sizes(), found.sizes());
         std::vector<std::int64_t> sizes(found.count(), 0);
         for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -98,7 +99,7 @@ TEST(Components, AreThoseOfAQueueVoxelByVoxel) {
           ++compared;
         }
         EXPECT_EQ(found.sizes(), sizes);
-        // A flood is its part.
+        // A flood from a voxel returns the part of that voxel.
         if (threads == 1 && found.count() > 0) {
           const auto seed = static_cast<std::size_t>(random() % expected.size());
           const glm::ivec3 at(static_cast<int>(seed) % v.size.x, static_cast<int>(seed) / v.size.x % v.size.y,
@@ -117,7 +118,7 @@ TEST(Components, AreThoseOfAQueueVoxelByVoxel) {
     differing += parts[0] != parts[1];
   }
   EXPECT_GT(compared, 1000000u);
-  EXPECT_GT(differing, 10u);  // 6 and 26 are not the same
+  EXPECT_GT(differing, 10u);  // 6- and 26-connectivity give different parts
 }
 
 }  // namespace

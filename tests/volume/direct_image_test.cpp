@@ -1,5 +1,5 @@
-// A scan drawn directly: against every sample of every ray in double precision, and against closed forms.
-#include "volume/direct_image.h"
+// Direct volume rendering: against every sample of every ray in double precision, and against closed forms.
+#include "volume/imaging/direct_image.h"
 
 #include <cmath>
 #include <glm/common.hpp>
@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "tests/whole.h"
-#include "volume/deterministic_math.h"
-#include "volume/operated_volume.h"
-#include "volume/removal.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/cuts/operated_volume.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::volume {
 namespace {
@@ -37,14 +37,15 @@ std::shared_ptr<const Volume> scan_of(const ivec3& size, const dmat3& axes, cons
   return std::make_shared<const Volume>(made_of(size, axes, value));
 }
 
-const Ramp k_bone{{150, {0.8, 0.3, 0.2}, 0}, {300, {0.9, 0.8, 0.6}, 0.3}, {1200, {1, 1, 0.95}, 0.9}};
+const TransferFunction k_bone{
+    {150, {0.8, 0.3, 0.2}, 0}, {300, {0.9, 0.8, 0.6}, 0.3}, {1200, {1, 1, 0.95}, 0.9}};
 
-/// Opacity of one ray, sample by sample, with nothing left out: its own interpolation, ramp and edges of
-/// cuts.
-struct Twin {
+/// Brute-force twin: opacity of one ray from all its samples, with its own interpolation, transfer function
+/// and cut edges.
+struct BruteForceRay {
   const Volume& scan;
   const Version& version;
-  const Ramp& ramp;
+  const TransferFunction& ramp;
   const RaycastRequest& request;
   double step;
 
@@ -67,7 +68,7 @@ struct Twin {
     const double air = air_of(scan);
     return air + std::clamp(0.5 + 0.5 * version.distance(p) / soft, 0.0, 1.0) * (sum - air);
   }
-  double passes(double v) const {  // of a millimetre
+  double passes(double v) const {  // transmittance per mm
     if (v < ramp[0].value) return 1;
     for (std::size_t i = 1; i < ramp.size(); ++i)
       if (v <= ramp[i].value)
@@ -76,7 +77,7 @@ struct Twin {
     return 1 - ramp.back().opacity;
   }
   double opacity(int i, int j) const {
-    const Eye::Ray ray = request.eye.ray(i, j);
+    const Camera::Ray ray = request.eye.ray(i, j);
     double through = 1;
     for (double k = 0; k * step < 900; ++k) {
       const dvec3 world = ray.from + k * step * ray.along, p = scan.frame.volume_from_world(world);
@@ -86,7 +87,7 @@ struct Twin {
       if (open.plane && glm::dot(world - open.plane->at, open.plane->normal) > 0) continue;
       bool is_in_tube = false;
       for (const auto& tube : open.tubes) {
-        double nearest = 1e9;  // by a thousand places along it
+        double nearest = 1e9;  // over a thousand points along the tube
         for (int s = 0; s <= 1000; ++s)
           nearest = std::min(nearest, glm::length(world - glm::mix(tube.from, tube.to, s / 1000.0)));
         is_in_tube |= nearest < tube.radius;
@@ -97,8 +98,8 @@ struct Twin {
   }
 };
 
-Eye eye_at(const dvec3& at, int pixels, double height) {
-  Eye eye;
+Camera eye_at(const dvec3& at, int pixels, double height) {
+  Camera eye;
   eye.at = at;
   eye.forward = glm::normalize(-at);
   const dvec3 up = std::abs(eye.forward.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
@@ -108,13 +109,13 @@ Eye eye_at(const dvec3& at, int pixels, double height) {
   return eye;
 }
 
-TEST(DirectImage, IsThatOfEverySampleOfEveryRay) {
+TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
   const dmat3 fine(1.0), thick(dvec3(0.7, 0, 0), dvec3(0, 0.7, 0), dvec3(0, 0, 4)),
       leaning(dvec3(0.8, 0, 0), dvec3(0.1, 0.9, 0), dvec3(0.3, 0.6, 2));
   double worst = 0;
   int rays = 0, planted = 0;
   for (const dmat3& axes : {fine, thick, leaning}) {
-    // Shells, noise, and matter at the border.
+    // Shells, noise, and solid voxels at the border.
     const auto scan = scan_of({44, 41, 30}, axes, [&](const dvec3& p) {
       const double r = glm::length(p);
       const double grain =
@@ -131,7 +132,7 @@ TEST(DirectImage, IsThatOfEverySampleOfEveryRay) {
     editor.freeze();
     const auto cut = editor.freeze();
     DirectImage image(scan, 2);
-    image.set_ramp(k_bone);
+    image.set_transfer_function(k_bone);
     for (const dvec3& at : {dvec3(0, -200, 0), dvec3(150, 80, 60), dvec3(-20, 5, 190), dvec3(8, -3, 1)})
       for (int opening = 0; opening < 3; ++opening) {
         RaycastRequest request;
@@ -146,19 +147,19 @@ TEST(DirectImage, IsThatOfEverySampleOfEveryRay) {
         EXPECT_GT(image.counters().leaps, 0u);
         image.draw(request, *cut, {}, 2, again);
         for (std::size_t n = 0; n < pixels; ++n) ASSERT_EQ(drawn[n].opacity, again[n].opacity) << "threads";
-        const Twin twin{*scan, *cut, k_bone, request, image.own_step()};
+        const BruteForceRay twin{*scan, *cut, k_bone, request, image.default_step_mm()};
         const int every = is_whole() ? 1 : 3;
         for (int j = 0; j < 24; j += every)
           for (int i = 0; i < 24; i += every, ++rays) {
             const double is = twin.opacity(i, j),
-                         told = static_cast<double>(drawn[static_cast<std::size_t>(i + 24 * j)].opacity);
-            // A ray ends where 0.5 % is left.
-            worst = std::max(worst, is > 0.995 && told > 0.995 ? 0.0 : std::abs(is - told));
+                         result = static_cast<double>(drawn[static_cast<std::size_t>(i + 24 * j)].opacity);
+            // A ray ends at a transmittance of 0.5 %.
+            worst = std::max(worst, is > 0.995 && result > 0.995 ? 0.0 : std::abs(is - result));
           }
-        // Planted: of the untouched scan.
+        // Planted fault: the twin reads the untouched scan.
         if (opening == 0) {
           const Version untouched(scan);
-          const Twin wrong{*scan, untouched, k_bone, request, image.own_step()};
+          const BruteForceRay wrong{*scan, untouched, k_bone, request, image.default_step_mm()};
           for (int j = 0; j < 24; j += 2)
             for (int i = 0; i < 24; i += 2)
               planted +=
@@ -172,14 +173,14 @@ TEST(DirectImage, IsThatOfEverySampleOfEveryRay) {
   EXPECT_GT(planted, 20);
 }
 
-TEST(DirectImage, OfABallComesToItsChordWithTheStep) {
-  // Soft by a voxel: a sharp ball would be its voxels.
+TEST(DirectImage, BallConvergesToItsChordWithTheStep) {
+  // Its edge is soft by a voxel: a sharp ball would show its voxels.
   const auto scan = scan_of({80, 80, 80}, dmat3(0.5), [](const dvec3& p) {
     return 1000 * std::clamp((14 - glm::length(p)) / 0.8 + 0.5, 0.0, 1.0);
   });
-  const Ramp ramp{{0, dvec3(1), 0}, {1000, dvec3(1), 0.05}};
+  const TransferFunction ramp{{0, dvec3(1), 0}, {1000, dvec3(1), 0.05}};
   DirectImage image(scan, 2);
-  image.set_ramp(ramp);
+  image.set_transfer_function(ramp);
   const Version untouched(scan);
   double before = 1;
   for (const double step : {2.0, 1.0, 0.5, 0.25}) {
@@ -191,9 +192,9 @@ TEST(DirectImage, OfABallComesToItsChordWithTheStep) {
     double square = 0;
     for (int j = 0; j < 40; ++j)
       for (int i = 0; i < 40; ++i) {
-        const Eye::Ray ray = request.eye.ray(i, j);
+        const Camera::Ray ray = request.eye.ray(i, j);
         const double b = glm::dot(ray.from, ray.along), root = b * b - glm::dot(ray.from, ray.from) + 14 * 14;
-        if (std::abs(14 - std::sqrt(14 * 14 - root)) < 1) continue;  // its rim is soft
+        if (std::abs(14 - std::sqrt(14 * 14 - root)) < 1) continue;  // the rim is soft
         const double is = root > 0 ? 1 - std::pow(0.95, 2 * std::sqrt(root)) : 0;
         square +=
             std::pow(is - static_cast<double>(drawn[static_cast<std::size_t>(i + 40 * j)].opacity), 2) / 1600;
@@ -206,22 +207,22 @@ TEST(DirectImage, OfABallComesToItsChordWithTheStep) {
   EXPECT_LT(before, 1e-3);
 }
 
-TEST(DirectImage, EndsOnWallsHidesLabelsAndTellsHowFar) {
+TEST(DirectImage, EndsOnWallsHidesLabelsAndReportsDepth) {
   const ivec3 size(40);
-  Volume made =
+  Volume output =
       made_of(size, dmat3(1.0), [](const dvec3& p) { return glm::length(p) < 14 ? 1500.0 : -1000.0; });
-  made.label_names = {"", "shell", "core"};
-  made.labels = Buffer<std::uint8_t>(made.voxels.size());
+  output.label_names = {"", "shell", "core"};
+  output.labels = Buffer<std::uint8_t>(output.voxels.size());
   for (int z = 0; z < 40; ++z)
     for (int y = 0; y < 40; ++y)
       for (int x = 0; x < 40; ++x) {
-        const double r = glm::length(made.frame.world_from_volume({x, y, z}));
-        made.labels[made.index(x, y, z)] = r < 8 ? 2 : r < 14 ? 1 : 0;
+        const double r = glm::length(output.frame.world_from_volume({x, y, z}));
+        output.labels[output.index(x, y, z)] = r < 8 ? 2 : r < 14 ? 1 : 0;
       }
-  const auto scan = std::make_shared<const Volume>(std::move(made));
+  const auto scan = std::make_shared<const Volume>(std::move(output));
   const Version untouched(scan);
   DirectImage image(scan, 1);
-  image.set_ramp({{500, {1, 0, 0}, 0}, {1000, {1, 0, 0}, 0.9}});
+  image.set_transfer_function({{500, {1, 0, 0}, 0}, {1000, {1, 0, 0}, 0.9}});
   RaycastRequest request;
   request.eye = eye_at({0, -100, 0}, 1, 1);
   DirectPixel pixel;
@@ -239,28 +240,29 @@ TEST(DirectImage, EndsOnWallsHidesLabelsAndTellsHowFar) {
   EXPECT_EQ(pixel.opacity, 0) << "something opaque lies before it";
 }
 
-TEST(DirectImage, RampsAndWindows) {
-  EXPECT_TRUE(check(Ramp{}).has_value());
-  EXPECT_TRUE(check(Ramp{{0, dvec3(1), 0}, {0, dvec3(1), 1}}).has_value());
-  EXPECT_TRUE(check(Ramp{{0, dvec3(1), 1.2}}).has_value());
-  EXPECT_TRUE(check(Ramp{{0, dvec3(2), 0.2}}).has_value());
-  EXPECT_TRUE(check(Ramp{{NAN, dvec3(1), 0.2}}).has_value());
+TEST(DirectImage, ChecksTransferFunctionsAndFindsTheirWindows) {
+  EXPECT_TRUE(check(TransferFunction{}).has_value());
+  EXPECT_TRUE(check(TransferFunction{{0, dvec3(1), 0}, {0, dvec3(1), 1}}).has_value());
+  EXPECT_TRUE(check(TransferFunction{{0, dvec3(1), 1.2}}).has_value());
+  EXPECT_TRUE(check(TransferFunction{{0, dvec3(2), 0.2}}).has_value());
+  EXPECT_TRUE(check(TransferFunction{{NAN, dvec3(1), 0.2}}).has_value());
   EXPECT_FALSE(check(k_bone).has_value());
   const auto bone = window_of_opacity(k_bone, 0.3);
   ASSERT_TRUE(bone.has_value());
   EXPECT_NEAR(*bone->low, 300, 1e-9);
   EXPECT_FALSE(bone->high.has_value());
-  const Ramp skin{{-400, dvec3(1), 0}, {-200, dvec3(1), 0.4}, {0, dvec3(1), 0.4}, {100, dvec3(1), 0}};
+  const TransferFunction skin{
+      {-400, dvec3(1), 0}, {-200, dvec3(1), 0.4}, {0, dvec3(1), 0.4}, {100, dvec3(1), 0}};
   const auto between = window_of_opacity(skin, 0.2);
   ASSERT_TRUE(between.has_value());
   EXPECT_NEAR(*between->low, -300, 1e-9);
   EXPECT_NEAR(*between->high, 50, 1e-9);
   EXPECT_FALSE(window_of_opacity(skin, 0.5).has_value());
-  // Two runs: the longer one.
-  const Ramp two{{0, dvec3(1), 0},   {10, dvec3(1), 1},  {20, dvec3(1), 0},
-                 {100, dvec3(1), 0}, {200, dvec3(1), 1}, {300, dvec3(1), 0}};
-  EXPECT_NEAR(*window_of_opacity(two, 0.5)->low, 150, 1e-9);
-  Eye eye;
+  // The window is the longer of two runs.
+  const TransferFunction two_runs{{0, dvec3(1), 0},   {10, dvec3(1), 1},  {20, dvec3(1), 0},
+                                  {100, dvec3(1), 0}, {200, dvec3(1), 1}, {300, dvec3(1), 0}};
+  EXPECT_NEAR(*window_of_opacity(two_runs, 0.5)->low, 150, 1e-9);
+  Camera eye;
   EXPECT_FALSE(check(eye).has_value());
   eye.up = {0, 1, 0};
   EXPECT_TRUE(check(eye).has_value());

@@ -1,4 +1,4 @@
-#include "volume/field.h"
+#include "volume/scan/field.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -7,9 +7,9 @@
 #include <limits>
 #include <random>
 
-#include "data-tools/phantoms.h"
-#include "volume/deterministic_math.h"
-#include "volume/gaussian.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/scan/gaussian.h"
 
 namespace trephine::volume {
 namespace {
@@ -48,8 +48,8 @@ TEST(Volume, RefusesImpossibleSizesBeforeAllocating) {
 }
 
 // A linear function is reproduced exactly; its gradient in the world is the constant it was made with.
-/// Scans in metres and micro-CT are frames like any other; what has no volume is none.
-TEST(Frame, OfMetresAndMicrometresIsAFrame) {
+// Scans in metres and micro-CT are valid frames; a frame without volume is invalid.
+TEST(Frame, AcceptsMetresAndMicrometres) {
   for (const double spacing : {1e-6, 5e-5, 5e-4, 0.005, 1.0, 1e4}) {
     const auto frame = Frame::from_spacing({1, 2, 3}, glm::dvec3(spacing, spacing, 6 * spacing));
     ASSERT_TRUE(frame) << spacing;
@@ -66,7 +66,7 @@ TEST(Frame, OfMetresAndMicrometresIsAFrame) {
 
 TEST(Field, LinearFunctionAndItsWorldGradientAreExact) {
   Volume v = make_volume({20, 18, 16}, sheared_frame()).value();
-  const glm::dvec3 gradient_volume(7, -4, 11);  // per voxel, whole so that int16 holds it
+  const glm::dvec3 gradient_volume(7, -4, 11);  // per voxel; integers, so that int16 represents them exactly
   for (int z = 0; z < 16; ++z)
     for (int y = 0; y < 18; ++y)
       for (int x = 0; x < 20; ++x)
@@ -91,7 +91,7 @@ TEST(Field, GradientIsTheDerivativeOfTheValue) {
   std::mt19937_64 random(4);
   for (auto& x : v.voxels.span()) x = static_cast<std::int16_t>(random() % 3000) - 1500;
   Shape shape;
-  shape.low = -200, shape.high = 900;  // both sides of a window
+  shape.low = -200, shape.high = 900;  // crosses both ends of the window
   const Field field(v, shape);
   std::uniform_real_distribution<double> u(-1.4, 9.4);
   for (int i = 0; i < 2000; ++i) {
@@ -100,7 +100,7 @@ TEST(Field, GradientIsTheDerivativeOfTheValue) {
     for (int a = 0; a < 3; ++a) {
       glm::dvec3 step(0);
       step[a] = h;
-      if (std::floor(p[a] - h) != std::floor(p[a] + h)) continue;  // across a cell's face
+      if (std::floor(p[a] - h) != std::floor(p[a] + h)) continue;  // crosses a cell face
       const double difference = (field.value(p + step) - field.value(p - step)) / (2 * h);
       ASSERT_NEAR(field.gradient(p)[a], difference, 1e-4 * (1 + std::abs(difference)));
     }
@@ -118,7 +118,7 @@ TEST(Field, SmoothGradientIsContinuousAcrossCells) {
   }
 }
 
-/// Where along -x the trilinear field of a solid that fills the grid reaches 0.
+/// Position along -x at which the trilinear field of a solid that fills the grid reaches 0.
 double border_of(const Volume& v, const Shape& shape) {
   const Field field(v, shape);
   double solid = 1, air = -1.5;
@@ -129,8 +129,8 @@ double border_of(const Volume& v, const Shape& shape) {
   return solid;
 }
 
-TEST(Field, ASolidEndsHalfAVoxelBeyondTheGridInEveryUnit) {
-  // Hounsfield units, a 12-bit scanner's own, an 8-bit mask, dense metal; windows that are open and not.
+TEST(Field, SolidsEndHalfAVoxelBeyondTheGridInEveryUnit) {
+  // Hounsfield units, raw 12-bit scanner values, an 8-bit mask, dense metal; open and closed windows.
   for (const auto& [intensity, low, high] : {std::tuple(1600.0, 300.0, 1e9),
                                              {301.0, 300.0, 1e9},
                                              {4000.0, 1324.0, 1e9},
@@ -156,7 +156,7 @@ TEST(Field, ASolidEndsHalfAVoxelBeyondTheGridInEveryUnit) {
   EXPECT_NEAR(border_of(labelled, label), -0.5, 1e-12);
 }
 
-TEST(Field, BeyondTheGridThereIsAirAlsoWhereTheFieldIsNoughtOrAir) {
+TEST(Field, IsAirBeyondTheGridAlsoWhereTheFieldIsZeroOrAir) {
   Volume v = make_volume({3, 3, 3}, Frame()).value();
   Shape shape;
   for (auto& x : v.voxels.span()) x = 300;
@@ -166,7 +166,7 @@ TEST(Field, BeyondTheGridThereIsAirAlsoWhereTheFieldIsNoughtOrAir) {
   EXPECT_EQ(Field(v, shape).at(-1, 0, 0), -1300);
 }
 
-TEST(Gaussian, ImpulseBecomesTheKernelAndMassStays) {
+TEST(Gaussian, SpreadsAnImpulseToTheKernelAndKeepsMass) {
   const glm::ivec3 size(33, 31, 35);
   std::vector<float> values(33 * 31 * 35, 0.0f);
   const auto at = [&](int x, int y, int z) {
@@ -177,14 +177,14 @@ TEST(Gaussian, ImpulseBecomesTheKernelAndMassStays) {
   double sum = 0;
   for (const float v : values) sum += v;
   EXPECT_NEAR(sum, 1000, 0.01);
-  EXPECT_EQ(at(16, 15, 16), 0.0f);  // not along z
+  EXPECT_EQ(at(16, 15, 16), 0.0f);  // no blur along z
   for (const int d : {1, 2, 3}) {
     EXPECT_NEAR(at(16 + d, 15, 17) / at(16, 15, 17), std::exp(-0.5 * d * d), 1e-5);
     EXPECT_NEAR(at(16, 15 + d, 17) / at(16, 15, 17), std::exp(-0.125 * d * d), 1e-5);
   }
 }
 
-TEST(Gaussian, AConstantStaysAndThreadsAgree) {
+TEST(Gaussian, KeepsAConstantAndIsIndependentOfThreads) {
   Volume v = make_volume({21, 22, 23}, Frame()).value();
   for (auto& x : v.voxels.span()) x = 321;
   const Volume blurred = gaussian_blurred(v, glm::dvec3(1.5)).value();

@@ -1,15 +1,15 @@
-// Sums along rays against exact arithmetic, voxel by voxel, and against closed forms.
-#include "volume/line_integrals.h"
+// Line integrals against exact arithmetic, voxel by voxel, and against closed forms.
+#include "volume/imaging/line_integrals.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "tests/checker/exact_traversal.h"
+#include "apps/verify/exact_traversal.h"
 #include "tests/whole.h"
-#include "volume/deterministic_math.h"
-#include "volume/parallel.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/base/parallel.h"
 
 namespace trephine::volume {
 namespace {
@@ -21,8 +21,8 @@ constexpr VoxelWeights k_weights{-990, -1000, 0, 2.1e-5f, 1.7e-5f};
 
 double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
-/// Noise with metal in it; half of its blocks are air.
-Volume made(const ivec3& size, std::uint64_t seed) {
+/// Noise with metal in it; half of the blocks are air.
+Volume result(const ivec3& size, std::uint64_t seed) {
   Volume v = make_volume(size, Frame()).value();
   for (int z = 0; z < size.z; ++z)
     for (int y = 0; y < size.y; ++y)
@@ -33,16 +33,16 @@ Volume made(const ivec3& size, std::uint64_t seed) {
         v.voxels[i] = static_cast<std::int16_t>(
             number(block + 1000 * seed) < 0.5 ? -1000 - (i % 3 == 0 ? 24 : 0) : -1000 + 3000 * u * u);
       }
-  v.voxels[v.voxels.size() - 1] = 2000;  // the last one is read like any other
+  v.voxels[v.voxels.size() - 1] = 2000;  // the last voxel is read as well
   return v;
 }
 
 /// The sum by the independent judge.
 double judged(const Volume& v, const Ray& ray) {
   const auto plain = [](const dvec3& p) { return std::array<double, 3>{p.x, p.y, p.z}; };
-  // A voxel more on each side, so that leaving the grid is a crossing too.
-  const auto visits = checker::exact_traversal(plain(ray.start), plain(ray.end), {-1, -1, -1},
-                                               {v.size.x, v.size.y, v.size.z});
+  // One voxel more on each side, so that leaving the grid is a crossing too.
+  const auto visits =
+      verify::exact_traversal(plain(ray.start), plain(ray.end), {-1, -1, -1}, {v.size.x, v.size.y, v.size.z});
   long double sum = 0;
   for (std::size_t i = 0; i < visits.size(); ++i) {
     const auto& at = visits[i].voxel;
@@ -58,13 +58,13 @@ double judged(const Volume& v, const Ray& ray) {
   return static_cast<double>(sum);
 }
 
-/// What the heaviest voxel counts: a ray may pass its edge by less than single digits say.
+/// Weight of the heaviest voxel: single precision may miss the edge by which a ray passes it.
 double heaviest(const Volume& v) {
   return k_weights.of(*std::max_element(v.voxels.span().begin(), v.voxels.span().end()));
 }
 
-/// A fan from one side of the volume to the other; by its number from within, along axes, through corners,
-/// at 45 degrees, past the border.
+/// A fan from one side of the volume to the other. n selects rays from within, along axes, through corners,
+/// at 45 degrees or past the border.
 RayFan fan_of(std::uint64_t n, const ivec3& size) {
   const auto at = [n](std::uint64_t k) { return number(101 * n + k); };
   const dvec3 s(size);
@@ -79,19 +79,19 @@ RayFan fan_of(std::uint64_t n, const ivec3& size) {
   switch (n / 3 % 6) {
     case 0:  // straight along an axis
       break;
-    case 1:  // anyhow
+    case 1:  // any direction
       along += dvec3(at(4) - 0.5, at(5) - 0.5, at(6) - 0.5) * 2.0;
       break;
     case 2:  // 45 degrees
       along[(d + 1) % 3] = 1;
       break;
-    case 3:  // the body's diagonal, a hand's breadth off
+    case 3:  // a space diagonal
       along = {1, -1, 1};
       break;
-    case 4:  // hardly off an axis
+    case 4:  // nearly along an axis
       along[(d + 1) % 3] = 1e-7 * (at(4) - 0.5);
       break;
-    default:  // from within to within
+    default:  // both ends inside
       fan.source = middle - 0.2 * s;
       fan.right = right * 1.3, fan.down = down * 2.1;
       fan.corner = middle - 9.0 * fan.right - 3.0 * fan.down + 0.3 * s * along;
@@ -108,11 +108,11 @@ RayFan fan_of(std::uint64_t n, const ivec3& size) {
   return fan;
 }
 
-TEST(LineIntegrals, AreThoseOfExactArithmeticOnEveryRay) {
+TEST(LineIntegrals, EqualExactArithmeticOnEveryRay) {
   long rays = 0, met = 0;
   double worst = 0;
   for (const ivec3& size : {ivec3(40, 33, 29), ivec3(70, 9, 5), ivec3(3, 2, 50), ivec3(1, 20, 20)}) {
-    const Volume v = made(size, static_cast<std::uint64_t>(size.x));
+    const Volume v = result(size, static_cast<std::uint64_t>(size.x));
     for (const LineKernels* kernels : {&k_line_kernels_any, &best_line_kernels()}) {
       const LineIntegrals lines(v, k_weights, 1, *kernels);
       for (std::uint64_t n = 0; n < (is_whole() ? 4000u : 200u); ++n) {
@@ -141,28 +141,28 @@ TEST(LineIntegrals, AreThoseOfExactArithmeticOnEveryRay) {
               rays, met, worst);
 }
 
-TEST(LineIntegrals, OfOneRayAreExactWhereTraversalsBreak) {
-  const Volume v = made({24, 20, 17}, 3);
+TEST(LineIntegrals, AreExactOnRaysWhereTraversalsBreak) {
+  const Volume v = result({24, 20, 17}, 3);
   const LineIntegrals lines(v, k_weights, 1);
   long met = 0;
   for (std::uint64_t n = 0; n < (is_whole() ? 400'000u : 20'000u); ++n) {
-    const checker::AdversarialRay r = checker::adversarial_ray(n, 7);
+    const verify::AdversarialRay r = verify::adversarial_ray(n, 7);
     Ray ray{{r.start[0], r.start[1], r.start[2]}, {r.end[0], r.end[1], r.end[2]}};
-    ray.start += 8.0, ray.end += 8.0;  // about the grid's middle
+    ray.start += 8.0, ray.end += 8.0;  // near the middle of the grid
     const double is = judged(v, ray);
     const double length = glm::length(ray.end - ray.start), sum = lines.integrate(ray);
     if (!(length > 0 && length < 1e6)) continue;
     met += is > 0;
     ASSERT_LE(std::abs(sum - is), 1e-6 * std::max(is, heaviest(v) / length))
-        << checker::ray_family_name(static_cast<int>(n % checker::k_ray_families)) << " " << n << ": " << sum
+        << verify::ray_family_name(static_cast<int>(n % verify::k_ray_families)) << " " << n << ": " << sum
         << " not " << is;
   }
   EXPECT_GT(met, 2000);
 }
 
-TEST(LineIntegrals, AreTheSameBitsWhateverTheCpuTheThreadsAndTheBox) {
+TEST(LineIntegrals, AreTheSameBitsForAnyCpuThreadCountAndBox) {
   const ivec3 size(75, 60, 50);
-  const Volume v = made(size, 5);
+  const Volume v = result(size, 5);
   const LineIntegrals any(v, k_weights, 1, k_line_kernels_any), wide(v, k_weights, 2);
   for (std::uint64_t n = 0; n < 60; ++n)
     for (const RaySum how : {RaySum::exact, RaySum::joseph}) {
@@ -184,10 +184,10 @@ TEST(LineIntegrals, AreTheSameBitsWhateverTheCpuTheThreadsAndTheBox) {
     }
 }
 
-TEST(LineIntegrals, SkipWhatIsEmptyAndNothingElse) {
-  const Volume v = made({64, 64, 64}, 9);
+TEST(LineIntegrals, SkipOnlyEmptyBlocks) {
+  const Volume v = result({64, 64, 64}, 9);
   const LineIntegrals lines(v, k_weights, 1);
-  // A volume that is the same but for what counts nothing: all of it filled with what counts next to nothing.
+  // A copy in which weightless voxels have almost no weight, so that no block is empty.
   const VoxelWeights all{-2000, -2000, -1000, 0, 0};
   int filled = 0;
   for (int z = 0; z < 8; ++z)
@@ -204,8 +204,8 @@ TEST(LineIntegrals, SkipWhatIsEmptyAndNothingElse) {
   EXPECT_TRUE(LineIntegrals(v, all, 1).is_filled({0, 0, 0}));
 }
 
-/// Smooth things between voxels' centres: Joseph's sums against the closed form.
-TEST(LineIntegrals, OfJosephFollowALinearRamp) {
+/// Smooth volumes between voxel centres: Joseph's sums against the closed form.
+TEST(LineIntegrals, JosephsSumsFollowALinearRamp) {
   Volume v = make_volume({40, 40, 40}, Frame()).value();
   for (int z = 0; z < 40; ++z)
     for (int y = 0; y < 40; ++y)
@@ -228,8 +228,8 @@ TEST(LineIntegrals, OfJosephFollowALinearRamp) {
     }
 }
 
-TEST(LineIntegrals, OfNoNumbersAreNothing) {
-  const Volume v = made({16, 16, 16}, 2);
+TEST(LineIntegrals, AreZeroForNonFiniteRays) {
+  const Volume v = result({16, 16, 16}, 2);
   const LineIntegrals lines(v, k_weights, 1);
   const double no = std::numeric_limits<double>::quiet_NaN(), far = 1e300;
   EXPECT_EQ(lines.integrate({{no, 0, 0}, {1, 1, 1}}), 0);

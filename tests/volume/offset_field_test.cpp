@@ -1,4 +1,4 @@
-#include "volume/offset_field.h"
+#include "volume/fields/offset_field.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,11 +8,11 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "data-tools/phantoms.h"
-#include "tests/checker/volume_samples.h"
-#include "volume/deterministic_math.h"
-#include "volume/offset_changes.h"
-#include "volume/removal.h"
+#include "apps/verify/volume_samples.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/cuts/removal.h"
+#include "volume/fields/offset_changes.h"
 
 namespace trephine::volume {
 namespace {
@@ -37,7 +37,7 @@ Made phantom(const std::string& name, int size, double shear = 0,
   return {base, Field(*base, Shape{}), Occupancy::build(*base, Shape{})};
 }
 
-/// Calls check(world point, u) for lattice points where u is not clamped.
+/// Calls check(world point, u) for lattice points at which u is not clamped.
 template <class Check>
 long for_band(const OffsetField& f, Check&& check) {
   long count = 0;
@@ -51,23 +51,24 @@ long for_band(const OffsetField& f, Check&& check) {
   return count;
 }
 
-TEST(OffsetField, IsTheDistanceToASphereLessTheRadius) {
+TEST(OffsetField, EqualsDistanceToASphereMinusTheRadius) {
   for (const double shear : {0.0, 18.0})
     for (const double radius : {1.0, 2.0, 6.0}) {
       const Made m = phantom("sphere", 96, shear, {{"radius", 25}});
       const auto f = OffsetField::build(m.field, m.bits, nullptr, radius).value();
-      // The blur draws the ball in a little; how much is taken from the field itself, the rest must be exact.
+      // The blur shrinks the ball slightly; the shift is measured in the field itself, the rest must be
+      // exact.
       double least = 1e9, most = -1e9;
       const long count = for_band(*f, [&](const dvec3& p, double u) {
         const double error = u - (radius - (glm::length(p) - 25));
         least = std::min(least, error), most = std::max(most, error);
       });
       EXPECT_GT(count, 1000);
-      // The samples of a blurred ball hold no more; between their bumps the second-nearest place may be
+      // Samples of a blurred ball carry no more detail; between their bumps the second-nearest point may be
       // found.
       EXPECT_LT(most - least, 0.075) << radius << " " << shear;
       EXPECT_LT(std::abs(0.5 * (least + most)), 0.15);
-      // Inside and outside.
+      // Points inside and outside.
       const dvec3 middle = f->frame().volume_from_world(dvec3(0));
       EXPECT_EQ(f->at(static_cast<int>(middle.x), static_cast<int>(middle.y), static_cast<int>(middle.z)),
                 f->far_mm());
@@ -82,8 +83,8 @@ struct Slices {
 };
 constexpr double k_pi = 3.14159265358979;
 
-/// A wall `thickness` mm thick through the world's origin, its faces planes to the last bit of an int16: the
-/// intensity falls linearly over two voxels on either side.
+/// A wall `thickness` mm thick through the world's origin. Its faces are planes to the last bit of an int16:
+/// the intensity falls linearly over two voxels on either side.
 Made wall(const Slices& s, const dvec3& normal, double thickness, double room) {
   glm::dmat3 axes(0.0);
   for (int a = 0; a < 3; ++a) axes[a][a] = s.spacing[a];
@@ -91,20 +92,20 @@ Made wall(const Slices& s, const dvec3& normal, double thickness, double room) {
   const dvec3 extent = glm::abs(normal) * (thickness + 2 * room) + 2 * room + 4.0 * s.spacing;
   const ivec3 size(glm::ceil(extent / s.spacing));
   const dvec3 corner = -0.5 * (axes * dvec3(size - 1));
-  auto made = std::make_shared<Volume>(make_volume(size, Frame::from_axes(corner, axes).value()).value());
+  auto result = std::make_shared<Volume>(make_volume(size, Frame::from_axes(corner, axes).value()).value());
   for (int z = 0; z < size.z; ++z)
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) {
         const double depth =
-            0.5 * thickness - std::abs(glm::dot(made->frame.world_from_volume({x, y, z}), normal));
-        made->voxels[made->index(x, y, z)] =
+            0.5 * thickness - std::abs(glm::dot(result->frame.world_from_volume({x, y, z}), normal));
+        result->voxels[result->index(x, y, z)] =
             static_cast<std::int16_t>(std::lround(300 + std::clamp(1000 * depth, -30000.0, 30000.0)));
       }
-  return {made, Field(*made, Shape{}), Occupancy::build(*made, Shape{})};
+  return {result, Field(*result, Shape{}), Occupancy::build(*result, Shape{})};
 }
 
-/// Thick slices, sheared ones: a flat wall in any direction, and nothing around it is taken for free.
-TEST(OffsetField, IsTheDistanceToAWallUnderThickSlices) {
+/// Thick and sheared slices: a flat wall in any direction; no matter near it is reported as free.
+TEST(OffsetField, EqualsDistanceToAWallUnderThickSlices) {
   for (const Slices& s : {Slices{{0.4, 0.4, 3}, 0},
                           {{0.4, 0.4, 5}, 0},
                           {{0.25, 0.25, 3}, 0},
@@ -114,7 +115,7 @@ TEST(OffsetField, IsTheDistanceToAWallUnderThickSlices) {
     for (const dvec3& direction : {dvec3(1, 0, 0), dvec3(1, 0.4, 0), dvec3(0, 0, 1), dvec3(0.6, -0.3, 1)})
       for (const double radius : {0.5, 1.0, 2.0}) {
         const dvec3 normal = glm::normalize(direction);
-        // Thick enough that its middle plane, where the field has an edge, touches no spline at its faces.
+        // Thick enough that no spline at its faces reaches its middle plane, where the field has an edge.
         const dvec3 reach = glm::abs(normal * s.spacing) +
                             glm::abs(dvec3(0, normal.y, 0)) * s.spacing.z * std::tan(s.shear * k_pi / 180);
         const double thickness = 1 + 4 * (reach.x + reach.y + reach.z);
@@ -144,11 +145,11 @@ TEST(OffsetField, IsTheDistanceToAWallUnderThickSlices) {
       }
 }
 
-/// In a labyrinth, against the nearest of many points of its surface.
-TEST(OffsetField, IsTheNearestDistanceInALabyrinth) {
+/// A labyrinth (gyroid): against the nearest of many points of its surface.
+TEST(OffsetField, EqualsNearestDistanceInAGyroid) {
   const Made m = phantom("gyroid", 64, 0, {{"period", 40}});
   const auto f = OffsetField::build(m.field, m.bits, nullptr, 3).value();
-  // Points of the smooth surface, found along all edges of half a voxel by bisection.
+  // Points of the smooth surface, found by bisection along all edges of half a voxel.
   std::vector<dvec3> surface;
   const auto value = [&](const dvec3& p) {
     QuadraticPatch patch;
@@ -179,23 +180,23 @@ TEST(OffsetField, IsTheNearestDistanceInALabyrinth) {
   long compared = 0;
   for_band(*f, [&](const dvec3& p, double u) {
     const dvec3 v = m.base->frame.volume_from_world(p);
-    if (u > 2) return;  // nearer than the points are to each other, or in the solid
+    if (u > 2) return;  // nearer than the spacing of the points, or in the solid
     if (std::min({v.x, v.y, v.z}) < 28 || std::max({v.x, v.y, v.z}) > 36) return;
     double nearest = 1e9;
     for (const dvec3& s : surface) nearest = std::min(nearest, glm::length(p - s));
-    // Where two sheets are equally near the sampled one may be the farther, by a share of a voxel (1.9 mm).
+    // At two equally near sheets the sampled one may be the farther, by a fraction of a voxel (1.9 mm).
     EXPECT_LT(3 - nearest, u + 0.1);
     worst = std::max(worst, u - (3 - nearest));
     ++compared;
   });
   EXPECT_GT(compared, 100);
-  EXPECT_LT(worst, 0.2);  // what the spacing of the points, 0.9 mm, hides from 1 mm away
+  EXPECT_LT(worst, 0.2);  // error of the points' spacing, 0.9 mm, at a distance of 1 mm
 }
 
-/// Distance (mm) from p to the nearest place of a solid within reach, by samples of it.
-double nearest_solid(const checker::SmoothSolid& solid, const Volume& base, const dvec3& p, double reach) {
+/// Distance (mm) from p to the nearest point of a solid within `reach` (mm), by sampling the solid.
+double nearest_solid(const verify::SmoothSolid& solid, const Volume& base, const dvec3& p, double reach) {
   double nearest = 1e9;
-  dvec3 place = p;
+  dvec3 nearest_point = p;
   const auto look = [&](const dvec3 middle, double wide, double step) {
     for (double z = -wide; z <= wide; z += step)
       for (double y = -wide; y <= wide; y += step)
@@ -203,11 +204,11 @@ double nearest_solid(const checker::SmoothSolid& solid, const Volume& base, cons
           const dvec3 q = middle + dvec3(x, y, z);
           if (const double d = glm::length(q - p);
               d < nearest && solid.is_solid(base.frame.volume_from_world(q)))
-            nearest = d, place = q;
+            nearest = d, nearest_point = q;
         }
   };
   look(p, reach, 0.15);
-  for (const double step : {0.05, 0.01}) look(place, 6 * step, step);
+  for (const double step : {0.05, 0.01}) look(nearest_point, 6 * step, step);
   return nearest;
 }
 
@@ -222,14 +223,14 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
   const auto updated = before->updated(m.field, m.bits, *version, report.box, 1, &part);
   const auto rebuilt = OffsetField::build(m.field, m.bits, version.get(), 2, 0, &whole).value();
   EXPECT_LT(part.cells, whole.cells / 2);
-  const checker::SmoothSolid solid = checker::smooth_solid(m.base, Shape{}, version);
+  const verify::SmoothSolid solid = verify::smooth_solid(m.base, Shape{}, version);
   long differ = 0, doubted = 0;
   double too_solid = 0, too_free = 0;
   for (int z = 0; z < before->size().z; ++z)
     for (int y = 0; y < before->size().y; ++y)
       for (int x = 0; x < before->size().x; ++x) {
-        // An update keeps what it had where there is still matter as near, to half a hundredth of a step; a
-        // new field may miss that on rims, and is exact within 2.2 steps alone.
+        // An update keeps a value if matter is still as near, to half a hundredth of a step; a new field may
+        // miss that on rims, and is exact only within 2.2 steps.
         const double more = updated->at(x, y, z) - rebuilt->at(x, y, z), allowed = 0.006 * updated->step_mm();
         if (more > allowed && std::abs(updated->at(x, y, z)) < 2.2 * updated->step_mm()) {
           const dvec3 at = updated->frame().world_from_volume(dvec3(x, y, z));
@@ -239,23 +240,23 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
         too_solid = std::max(too_solid, more);
         too_free = std::max(too_free, rebuilt->at(x, y, z) - updated->at(x, y, z));
         differ += updated->at(x, y, z) != before->at(x, y, z);
-        // What was cut sets the tool free, nowhere else.
+        // A cut frees the tool, and only near the cut.
         ASSERT_LE(updated->at(x, y, z), before->at(x, y, z));
       }
   EXPECT_LT(doubted, 50);
   EXPECT_LT(too_solid, 0.05);
-  EXPECT_LT(too_free, 0.05);  // what either may hide on the hole's rim
+  EXPECT_LT(too_free, 0.05);  // error of either field on the rim of the hole
   EXPECT_GT(differ, 100);
-  // In the hole there is room for the tool.
+  // The tool fits into the hole.
   const dvec3 in_hole = updated->frame().volume_from_world(dvec3(2, 1.5, -9));
   const ivec3 v(glm::round(in_hole));
   EXPECT_GT(before->at(v.x, v.y, v.z), 0);
   EXPECT_LT(updated->at(v.x, v.y, v.z), 0);
 }
 
-/// Bone that fills its grid: around each face of the border, thick slices and faces on the lattice's planes
-/// too.
-TEST(OffsetField, IsTheDistanceToTheBorder) {
+/// Bone that fills its grid, near each face of the border, with thick slices and with faces on the lattice's
+/// planes.
+TEST(OffsetField, EqualsDistanceToTheBorder) {
   for (const dvec3& spacing :
        {dvec3(0.5), dvec3(0.5, 0.5, 3), dvec3(0.5, 0.5, 4), dvec3(4, 0.5, 0.5), dvec3(0.5, 0.5, 5)}) {
     const ivec3 size(glm::ceil(dvec3(16) / spacing));
@@ -272,7 +273,7 @@ TEST(OffsetField, IsTheDistanceToTheBorder) {
           for (int x = 0; x < f->size().x; ++x) {
             const dvec3 v = f->frame().world_from_volume(dvec3(x, y, z)) / spacing,
                         off = glm::max(-0.5 - v, v - (dvec3(size) - 0.5)) * spacing;
-            // Over one face alone: the grid's edges are rounded.
+            // Points over exactly one face: the edges of the grid are rounded.
             int outside = 0, inner = 0;
             for (int a = 0; a < 3; ++a) outside += off[a] > 1e-9, inner += off[a] < -1.5 * spacing[a];
             if (outside != 1 || inner != 2) continue;
@@ -287,8 +288,8 @@ TEST(OffsetField, IsTheDistanceToTheBorder) {
   }
 }
 
-/// Update after update while a burr moves on, in thick and sheared slices too, each nowhere larger than the
-/// one before: errors must not add up.
+/// Update after update while a burr moves on, in thick and sheared slices too, each nowhere larger than its
+/// predecessor: errors must not add up.
 TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
   for (const Slices& s : {Slices{{0.5, 0.5, 0.5}, 0}, {{0.5, 0.5, 2.5}, 0}, {{0.5, 0.5, 1.5}, 25}})
     for (const double radius : {0.5, 1.0, 2.0}) {
@@ -302,7 +303,7 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
       dvec3 last(-1, 0, 4.5 + radius);
       std::size_t cells = 0;
       for (int k = 1; k <= 25; ++k) {
-        // Down by 2 mm, then on.
+        // Down by 2 mm, then sideways.
         const dvec3 to(-1 + std::max(0, k - 10) * 0.2, 0.3 * std::sin(0.5 * k),
                        4.5 + radius - 0.2 * std::min(k, 10));
         const RemovalReport report = editor.remove({last, to, radius, k > 1});
@@ -312,7 +313,7 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
         field = field->updated(m.field, m.bits, *version, report.box, 1, &work);
         cells = std::max(cells, work.cells);
       }
-      const checker::SmoothSolid solid = checker::smooth_solid(m.base, Shape{}, version);
+      const verify::SmoothSolid solid = verify::smooth_solid(m.base, Shape{}, version);
       double too_solid = 0, too_free = 0;
       int changed = 0, judged = 0;
       for (int z = 0; z < field->size().z; ++z)
@@ -324,7 +325,7 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
             if (++changed % (radius < 1 ? 2 : 5) != 0) continue;
             const double nearest =
                 nearest_solid(solid, *m.base, field->frame().world_from_volume(dvec3(x, y, z)), radius + 1);
-            if (nearest < 0.02) continue;  // in matter, where no sample tells how deep
+            if (nearest < 0.02) continue;  // in matter, where samples do not give the depth
             ++judged;
             too_solid = std::max(too_solid, u - (radius - nearest));
             too_free = std::max(too_free, radius - nearest - u);
@@ -336,21 +337,22 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
     }
 }
 
-/// By bytes alone, over updates and back to the first (an undo): every sample to the bit.
-TEST(OffsetField, AChainOfUpdatesIsToldInBytes) {
+/// From bytes alone, over updates and back to the first (an undo): every sample equal to the bit.
+TEST(OffsetField, AChainOfUpdatesRoundTripsThroughBytes) {
   const Made m = wall({{0.5, 0.5, 1.5}, 25}, dvec3(0, 0, 1), 9, 3);
   RemovalEditor editor(std::make_shared<Version>(m.base), {m.field});
   std::vector<std::shared_ptr<const OffsetField>> fields{
       OffsetField::build(m.field, m.bits, nullptr, 1).value()};
-  std::vector<std::string> told;
+  std::vector<std::string> changes;
   for (int k = 0; k < 8; ++k) {
     const RemovalReport report = editor.remove({dvec3(-2 + k, 0, 5), dvec3(-1 + k, 1, 4), 1.5, false});
     fields.push_back(k == 5 ? fields[2]
                             : fields.back()->updated(m.field, m.bits, *editor.publish(), report.box));
-    told.push_back(OffsetChanges::between(*fields[fields.size() - 2], *fields.back()));
+    changes.push_back(OffsetChanges::between(*fields[fields.size() - 2], *fields.back()));
   }
-  for (const std::size_t to : {std::size_t{1}, std::size_t{4}, std::size_t{6}, told.size()}) {
-    const std::vector<std::string_view> some(told.begin(), told.begin() + static_cast<std::ptrdiff_t>(to));
+  for (const std::size_t to : {std::size_t{1}, std::size_t{4}, std::size_t{6}, changes.size()}) {
+    const std::vector<std::string_view> some(changes.begin(),
+                                             changes.begin() + static_cast<std::ptrdiff_t>(to));
     const auto back = OffsetChanges::applied(*fields[0], some);
     ASSERT_TRUE(back.is_ok()) << back.error().message();
     std::size_t differ = 0;
@@ -363,24 +365,24 @@ TEST(OffsetField, AChainOfUpdatesIsToldInBytes) {
         }
     EXPECT_GT(differ, 100u);
   }
-  // Broken bytes are refused, or are a field.
+  // Corrupt bytes are refused or give a valid field.
   std::mt19937 random(5);
   for (int i = 0; i < 300; ++i) {
-    std::string wrong = told[i % 2 ? 1 : 5];
+    std::string wrong = changes[i % 2 ? 1 : 5];
     if (i % 3 == 0)
       wrong.resize(random() % wrong.size());
     else
       wrong[random() % wrong.size()] = static_cast<char>(random());
     const std::string_view one = wrong;
-    const auto made = OffsetChanges::applied(*fields[0], std::span(&one, 1));
-    if (!made) continue;
+    const auto result = OffsetChanges::applied(*fields[0], std::span(&one, 1));
+    if (!result) continue;
     for (int x = 0; x < fields[0]->size().x; ++x)
-      ASSERT_LE(std::abs(made.value()->at(x, 30, 30)), 2 * fields[0]->far_mm());
+      ASSERT_LE(std::abs(result.value()->at(x, 30, 30)), 2 * fields[0]->far_mm());
   }
 }
 
 /// The rims of crossing cuts, where no surface is smooth: by samples of the judge's own solid.
-TEST(OffsetField, IsTheDistanceToRimsOfCuts) {
+TEST(OffsetField, EqualsDistanceToRimsOfCuts) {
   for (const double slice : {1.25, 2.5}) {
     data_tools::PhantomOptions o;
     o.size = slice > 2 ? ivec3(96, 96, 48) : ivec3(96);
@@ -394,18 +396,18 @@ TEST(OffsetField, IsTheDistanceToRimsOfCuts) {
     editor.remove({{7, 1, 3}, {7, 1, -4}, 4});
     const auto version = editor.publish();
     const auto field = OffsetField::build(m.field, m.bits, version.get(), 2).value();
-    const checker::SmoothSolid solid = checker::smooth_solid(m.base, Shape{}, version);
+    const verify::SmoothSolid solid = verify::smooth_solid(m.base, Shape{}, version);
     double worst = 0;
     int count = 0;
     for_band(*field, [&](const dvec3& at, double u) {
-      // Some of those above the rims.
+      // A sample of the points above the rims.
       const double above = data_tools::phantom_distance("plane", {{"angle", 20}}, at);
       if (above < 0.5 || above > 2 || glm::length(at - dvec3(4, 1, at.z)) > 9 || count++ % 10 != 0) return;
       const double nearest = nearest_solid(solid, *m.base, at, 3.5);
       worst = std::max(worst, std::abs(2 - nearest - u));
     });
     EXPECT_GT(count, 100) << slice;
-    EXPECT_LT(worst, 0.06 * slice) << slice;  // the judge's own samples lie up to 0.05 slices apart
+    EXPECT_LT(worst, 0.06 * slice) << slice;  // the judge's samples are up to 0.05 slices apart
   }
 }
 

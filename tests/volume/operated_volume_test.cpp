@@ -1,9 +1,9 @@
-#include "volume/operated_volume.h"
+#include "volume/cuts/operated_volume.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::volume {
 namespace {
@@ -22,8 +22,8 @@ std::shared_ptr<const Volume> block(const glm::dvec3& spacing, bool is_hounsfiel
   return std::make_shared<Volume>(std::move(v));
 }
 
-/// Voxels move toward air by the share of them that a ball took, as many points of each say.
-TEST(OperatedVolume, IsTheScanWithWhatWasRemovedOnItsWayToAir) {
+/// Voxels move toward air by their removed fraction, estimated from as many points per voxel.
+TEST(OperatedVolume, MovesVoxelsTowardAirByTheirRemovedFraction) {
   for (const glm::dvec3& spacing : {glm::dvec3(0.5), glm::dvec3(0.5, 0.5, 2)})
     for (const bool is_hounsfield : {true, false}) {
       const auto base = block(spacing, is_hounsfield);

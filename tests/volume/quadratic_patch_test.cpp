@@ -1,12 +1,12 @@
-#include "volume/quadratic_patch.h"
+#include "volume/fields/quadratic_patch.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/phantoms.h"
-#include "tests/checker/smooth_judge.h"
-#include "volume/deterministic_math.h"
-#include "volume/removal.h"
+#include "apps/verify/smooth_judge.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::volume {
 namespace {
@@ -26,7 +26,7 @@ Volume noisy(const ivec3& size) {
 
 double random(std::uint64_t i) { return static_cast<double>(hash_bits(i) >> 11) * 0x1p-53; }
 
-TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
+TEST(QuadraticPatch, EqualsTheSumOfSplinesWithItsDerivativesAndBounds) {
   const auto base = std::make_shared<const Volume>(noisy({11, 9, 10}));
   RemovalEditor editor(std::make_shared<Version>(base), {Field(*base, Shape{})});
   editor.remove({{3, 4, 5}, {8, 4, 2}, 2.5});
@@ -35,10 +35,10 @@ TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
   window.low = -100, window.high = 900;
   label.label = 2;
   const Field fields[] = {Field(*base, Shape{}), Field(*base, window), Field(*base, label)};
-  std::vector<checker::Samples> samples;
+  std::vector<verify::Samples> samples;
   for (const Field& f : fields) samples.push_back([&f](int x, int y, int z) { return f.at(x, y, z); });
   samples.push_back([&](int x, int y, int z) { return version->distance_at(x, y, z); });
-  const checker::SmoothSolid judge({{samples[0]}, {samples[1]}, {samples[2]}, {samples[3]}});
+  const verify::SmoothSolid judge({{samples[0]}, {samples[1]}, {samples[2]}, {samples[3]}});
 
   std::uint64_t n = 0;
   for (int trial = 0; trial < 3000; ++trial) {
@@ -61,7 +61,8 @@ TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
       ASSERT_EQ(s.gradient, j.gradient);
       ASSERT_LE(s.value, patch.most() + scale);
       ASSERT_GE(s.value, patch.least() - scale);
-      // Derivatives against differences of the values, which are exact to rounding for polynomials this low.
+      // Derivatives against central differences of the values, which are exact to rounding for these
+      // low-degree polynomials.
       const double h = 1e-4;
       const dvec3 ahead = u + h * way, behind = u - h * way;
       const double slope =
@@ -78,7 +79,8 @@ TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
   }
 }
 
-/// Both branches on one machine: the same bits, so that a session recorded with one replays with the other.
+/// Both kernels on one machine give the same bits, so that a session recorded with one replays with the
+/// other.
 TEST(QuadraticPatch, WideAndNarrowKernelsGiveTheSameBits) {
   if (!k_has_wide_patches) GTEST_SKIP() << "no AVX2 here";
   std::uint64_t n = 0;

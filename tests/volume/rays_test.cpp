@@ -1,5 +1,5 @@
-// First hits of rays: the voxel that visiting every voxel in exact order finds.
-#include "volume/rays.h"
+// First hits of rays: against visiting every voxel in exact order.
+#include "volume/cuts/rays.h"
 
 #include <atomic>
 #include <cmath>
@@ -7,11 +7,11 @@
 #include <limits>
 #include <new>
 
-#include "data-tools/phantoms.h"
-#include "tests/checker/exact_traversal.h"
-#include "volume/deterministic_math.h"
-#include "volume/parallel.h"
-#include "volume/removal.h"
+#include "apps/verify/exact_traversal.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/base/parallel.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::volume {
 namespace {
@@ -37,7 +37,7 @@ TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
       };
       Ray ray{dvec3(number(0), number(1), number(2)) * 90.0 - 12.0,
               dvec3(number(3), number(4), number(5)) * 90.0 - 12.0};
-      // Through lattice points, along axes, on planes between voxels.
+      // Rays through lattice points, along axes, on planes between voxels.
       if (n % 5 == 1)
         for (dvec3* p : {&ray.start, &ray.end}) *p = glm::floor(*p) + 0.5;
       if (n % 5 == 2) ray.end = ray.start + 40.0 * dvec3(n % 2, n / 2 % 2, n / 4 % 2) + dvec3(0, 0, n % 3);
@@ -53,10 +53,10 @@ TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
         const Ray& r = rays[i];
         RayHit wanted;
         const auto exact =
-            checker::first_solid({r.start.x, r.start.y, r.start.z}, {r.end.x, r.end.y, r.end.z},
-                                 {base->size.x, base->size.y, base->size.z}, [&](int x, int y, int z) {
-                                   return bits.is_solid({x, y, z}) && (!seen || seen->is_kept({x, y, z}));
-                                 });
+            verify::first_solid({r.start.x, r.start.y, r.start.z}, {r.end.x, r.end.y, r.end.z},
+                                {base->size.x, base->size.y, base->size.z}, [&](int x, int y, int z) {
+                                  return bits.is_solid({x, y, z}) && (!seen || seen->is_kept({x, y, z}));
+                                });
         if (exact) wanted = {true, 0, {(*exact)[0], (*exact)[1], (*exact)[2]}, {}};
         const RayHit found = first_hit(bits, r, seen);
         ASSERT_EQ(found.is_hit, wanted.is_hit) << name << " " << i;
@@ -64,7 +64,7 @@ TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
         ASSERT_EQ(all[i].voxel, wanted.voxel);
         ASSERT_EQ(all[i].t, found.t);
         hits += found.is_hit;
-        // t and face: where that voxel is entered.
+        // t and face: the entry into that voxel.
         if (!found.is_hit || found.face.axis < 0) continue;
         const int a = found.face.axis;
         const double plane = found.voxel[a] - 0.5 * found.face.step;
@@ -75,7 +75,7 @@ TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
   }
 }
 
-TEST(Rays, WithoutEndOrNumberMeetNothing) {
+TEST(Rays, WithInfiniteOrNonFiniteEndsHitNothing) {
   const Volume base = data_tools::make_phantom("sphere", {}).value();
   const Shape bone;
   const Occupancy bits = Occupancy::build(base, bone);
@@ -99,7 +99,7 @@ TEST(Rays, StartJustBelowAPlaneInTheVoxelBelowIt) {
   const RayHit hit = first_hit(bits, {{0.49999999999999994, 5, 5}, {9, 5.1, 5.2}});
   EXPECT_TRUE(hit.is_hit);
   EXPECT_EQ(hit.voxel, ivec3(0, 5, 5));
-  // Along an axis too, where a sum with 0.5 rounds to the next row.
+  // Along an axis too, where adding 0.5 rounds to the next row.
   for (auto& v : base.voxels.span()) v = -1000;
   base.voxels[base.index(9, 0, 5)] = base.voxels[base.index(9, 1, 6)] = 1600;
   const Occupancy rows = Occupancy::build(base, Shape{});
@@ -108,7 +108,7 @@ TEST(Rays, StartJustBelowAPlaneInTheVoxelBelowIt) {
   EXPECT_FALSE(first_hit(rows, {{-3, 0.49999999999999994, 6}, {20, 0.49999999999999994, 6}}).is_hit);
 }
 
-TEST(Parallel, WhatABodyThrowsComesOutOfTheCall) {
+TEST(Parallel, RethrowsWhatABodyThrows) {
   for (const int threads : {1, 2, 5}) {
     std::atomic<int> done{0};
     EXPECT_THROW(parallel_for(1000, threads,

@@ -1,5 +1,5 @@
-// One file: one editor against one brute-force twin.
-#include "volume/removal.h"
+// Kept in one file: one editor against one brute-force twin.
+#include "volume/cuts/removal.h"
 
 #include <algorithm>
 #include <atomic>
@@ -13,9 +13,9 @@
 #include <random>
 #include <thread>
 
-#include "volume/channel.h"
-#include "volume/occupancy.h"
-#include "volume/surface_nets.h"
+#include "volume/base/channel.h"
+#include "volume/scan/occupancy.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::volume {
 namespace {
@@ -40,15 +40,15 @@ std::vector<Frame> frames() {
           Frame::from_axes({1, 2, 3}, sheared).value()};
 }
 
-/// What distances are taken less than to the ball, as the document of removal says: 3/16 h^2 / r, at most 2 %
-/// of r.
+/// Allowance by which distances may be below the distance to the ball, as the document of removal states:
+/// 3/16 h^2 / r, at most 2 % of r.
 double documented_allowance(double radius, const Frame& lattice) {
   const glm::dvec3& h = lattice.spacing();
   return std::min(3.0 / 16 * glm::dot(h, h) / 3 / radius, 0.02 * radius);
 }
 
-/// Where the points of a cell stand, as the document of masks says: each cell's shifted by a share of their
-/// step, by a table of whole numbers.
+/// Positions of the points of a cell, as the document of masks states: each cell's are shifted by a fraction
+/// of their step, from a table of integers.
 glm::dvec3 documented_offset(const glm::ivec3& sample, int point, int n) {
   const int table[9] = {237, 499, 327, 247, 59, 631, 709, 861, 993};
   const int in_cell[3] = {point % n, point / n % n, point / (n * n)};
@@ -68,11 +68,11 @@ struct BruteForceCase {
   double smallest_burr;  ///< mm; 0: cut on the voxels
 };
 
-// Distances, kept bits and masks against a brute force that walks every sample and point in double precision.
+// Distances, kept bits and masks against a brute force over every sample and point in double precision.
 void expect_brute_force(const BruteForceCase& c) {
   const Frame& frame = c.frame;
   const auto base = block(c.size, frame);
-  // Half of it is no bone, with a surface that crosses cells.
+  // Half of it is not bone; the surface crosses cells.
   for (int z = 0; z < c.size.z; ++z)
     for (int y = 0; y < c.size.y; ++y)
       for (int x = 0; x < c.size.x; ++x)
@@ -130,7 +130,8 @@ void expect_brute_force(const BruteForceCase& c) {
                                             1));
           if (is_removed != (e <= 0)) {
             ++disagreements;
-            ASSERT_LT(std::abs(e), 1e-4);  // single precision on the very surface, 30 mm from a sweep's start
+            // single precision on the surface itself, 30 mm from a sweep's start
+            ASSERT_LT(std::abs(e), 1e-4);
           }
           const glm::dvec3 in_volume = lattice.volume_from_lattice(in_lattice);
           if (is_removed && base->contains(lattice.voxel_of(sample)) && field.value(in_volume) >= 0)
@@ -142,7 +143,7 @@ void expect_brute_force(const BruteForceCase& c) {
   EXPECT_GT(units, 1000);
 }
 
-/// Along rows of the grid and across them, of the smallest burr that a lattice is made for and of a larger
+/// Along rows of the grid and across them, for the smallest burr that a lattice is made for and for a larger
 /// one.
 TEST(Removal, VolumesAreTheCapsulesInEveryDirection) {
   const auto base = block({64, 64, 64}, Frame());
@@ -166,7 +167,8 @@ TEST(Removal, VolumesAreTheCapsulesInEveryDirection) {
     }
 }
 
-/// In random places and directions, single balls too (docs/decisions/0012): a bias, a spread and a worst.
+/// Random positions and directions, single balls too (docs/decisions/0012-cut-lattice.md): bias, spread and
+/// worst error.
 TEST(Removal, VolumesOfRandomCapsulesSpreadLittle) {
   const auto base = block({40, 40, 40}, Frame());
   const Field field(*base, Shape{});
@@ -212,7 +214,7 @@ TEST(CutLattice, IsNearIsotropicAndHasASampleOnEveryVoxelCentre) {
       const CutLattice lattice = CutLattice::for_burr(*base, burr).value();
       for (int a = 0; a < 3; ++a) {
         EXPECT_EQ(lattice.per_voxel()[a] % 2, 1);
-        EXPECT_LE(lattice.frame().spacing()[a], 0.5 * burr / CutLattice::k_samples_a_radius * (1 + 1e-9));
+        EXPECT_LE(lattice.frame().spacing()[a], 0.5 * burr / CutLattice::k_samples_per_radius * (1 + 1e-9));
       }
       for (const glm::ivec3& v : {glm::ivec3(0), glm::ivec3(3, 10, 6), glm::ivec3(-1, 11, 2)}) {
         const glm::ivec3 s = lattice.centre_of(v);
@@ -243,7 +245,7 @@ TEST(CutLattice, RefusesABurrThatIsTooSmallAndNamesTheSmallestThatWorks) {
   EXPECT_FALSE(CutLattice::for_burr(*base, std::nan("")));
 }
 
-/// A cut is the same whatever came before it: a large ball over fine scratches is counted as over fresh bone.
+/// A cut does not depend on earlier cuts: a large ball over fine scratches is counted as over fresh bone.
 TEST(Removal, AnOrderOfSmallAndLargeBallsMakesNoDifference) {
   const auto base = block({40, 40, 40}, Frame::from_spacing({0, 0, 0}, glm::dvec3(0.25)).value());
   const Field field(*base, Shape{});
@@ -293,8 +295,8 @@ TEST(Removal, IsIdempotentAndOrderFree) {
   EXPECT_EQ(run(sweeps)->ledger().total(), first->ledger().total());
 }
 
-// A continued sweep skips what lies behind; it must equal the plain one (distances to single-precision
-// rounding).
+// A continued sweep skips its part behind the start; it must equal the plain one (distances to
+// single-precision rounding).
 TEST(Removal, ContinuingASweepChangesNothing) {
   for (const double step : {0.02, 0.3, 2.0}) {
     const auto base = block({48, 40, 40}, Frame());
@@ -350,8 +352,8 @@ TEST(Removal, EightLanesGiveTheBitsOfFour) {
     }
 }
 
-/// A frozen version is read whole on another thread while its stroke goes on; the stroke ends as if nobody
-/// had.
+/// A frozen version is read completely on another thread during its stroke; the stroke ends as without the
+/// reader.
 TEST(Removal, AFrozenVersionMayBeKeptInTheMiddleOfAStroke) {
   const auto base = block({40, 40, 40}, Frame());
   const auto drill = [&](bool is_frozen, std::vector<std::shared_ptr<const Version>>& kept) {
@@ -380,7 +382,7 @@ TEST(Removal, AFrozenVersionMayBeKeptInTheMiddleOfAStroke) {
   const auto with = drill(true, kept), without = drill(false, kept);
   EXPECT_EQ(with->content_hash(), without->content_hash());
   EXPECT_EQ(with->ledger().total(), without->ledger().total());
-  // Another editor that goes on from a frozen version leaves it as it is, and so does a copy of one.
+  // Another editor that continues from a frozen version, or from a copy of one, does not change it.
   RemovalEditor first(std::make_shared<Version>(base), {Field(*base, Shape{})});
   first.remove({{20, 20, 20}, {20, 20, 20}, 4});
   const auto seen = first.freeze();
@@ -391,7 +393,7 @@ TEST(Removal, AFrozenVersionMayBeKeptInTheMiddleOfAStroke) {
     editor->remove({{20.3, 20, 20.1}, {20.6, 20, 20.1}, 4});
     EXPECT_EQ(seen->content_hash(), hash);
   }
-  // What was kept holds the shares of its own moment: as much as its ledger says.
+  // A kept version has the fractions of its own moment: as much as its ledger reports.
   ASSERT_EQ(kept.size(), 3u);
   double last = 0;
   for (const auto& version : kept) {
@@ -418,7 +420,7 @@ TEST(Removal, OldVersionsStayAsTheyWere) {
     editor.end_stroke();
   }
   for (std::size_t i = 0; i < versions.size(); ++i) EXPECT_EQ(versions[i]->content_hash(), hashes[i]);
-  // Undo to the third and go another way; the old line is untouched, and redoing it gives the same bits.
+  // Undo to the third and cut elsewhere; the old branch is untouched, and redoing it gives the same bits.
   editor.reset(versions[2]);
   editor.remove({{30, 10, 10}, {30, 10, 10}, 4});
   EXPECT_NE(editor.publish()->content_hash(), hashes[2]);
@@ -448,9 +450,8 @@ TEST(Removal, MaskedRowsEqualKeptBits) {
   }
 }
 
-// Readers walk whatever version is newest while the writer makes more: every version they see is consistent
-// (its kept bits and its distances agree), and nothing is freed under them. Interleavings are forced by
-// yields.
+// Readers traverse the newest version while the writer makes more: every version they read is consistent (its
+// kept bits and its distances agree), and none is freed while read. Interleavings are forced by yields.
 TEST(Channel, ReadersSeeWholeVersionsWhileEditsGoOn) {
   const auto base = block({64, 64, 64}, Frame());
   const Field field(*base, Shape{});

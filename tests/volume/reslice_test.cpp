@@ -1,13 +1,13 @@
 // Slices against trilinear interpolation in double precision, pixel by pixel.
-#include "volume/reslice.h"
+#include "volume/imaging/reslice.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "volume/deterministic_math.h"
-#include "volume/removal.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::volume {
 namespace {
@@ -28,15 +28,15 @@ ImagePlane plane_of(std::uint64_t n, int pixels, double mm) {
   plane.columns = pixels, plane.rows = pixels - 13, plane.pixel = mm;
   const auto at = [n](std::uint64_t k) { return number(31 * n + k) - 0.5; };
   if (n % 4 < 3)
-    turn_plane(plane, k_planes[n % 4]);
+    orient_plane(plane, k_planes[n % 4]);
   else
-    turn_plane(plane, dvec3(at(0), at(1), at(2)));
+    orient_plane(plane, dvec3(at(0), at(1), at(2)));
   plane.middle_world = dvec3(at(3), at(4), at(5)) * 20.0;
   if (n % 8 < 4) plane.middle_world = dvec3(0.0);
   return plane;
 }
 
-/// By its definition.
+/// Grey value by definition.
 double judged(const Volume& v, const dvec3& world, bool& is_in) {
   const dvec3 p = v.frame.volume_from_world(world);
   is_in = true;
@@ -78,13 +78,13 @@ TEST(Reslice, IsTrilinearToOneGreyLevel) {
           for (int i = 0; i < plane.columns; ++i) {
             bool is_in = false;
             const double is = judged(v, plane.world(i, j), is_in);
-            const std::int16_t told = any[static_cast<std::size_t>(i + plane.columns * j)];
+            const std::int16_t result = any[static_cast<std::size_t>(i + plane.columns * j)];
             if (!is_in) {
-              ASSERT_EQ(told, -3000);
+              ASSERT_EQ(result, -3000);
               continue;
             }
-            ++pixels, off += std::lround(is) != told;
-            ASSERT_LE(std::abs(told - is), 1.0) << n << ": " << i << ", " << j;
+            ++pixels, off += std::lround(is) != result;
+            ASSERT_LE(std::abs(result - is), 1.0) << n << ": " << i << ", " << j;
           }
       }
     }
@@ -92,7 +92,7 @@ TEST(Reslice, IsTrilinearToOneGreyLevel) {
   EXPECT_LT(off, pixels / 50);
 }
 
-TEST(Reslice, SlabsAreTheirMeanAndTheirMost) {
+TEST(Reslice, SlabsAreTheirMeanAndTheirMaximum) {
   glm::dmat3 axes(1.0);
   axes[2].z = 2;
   Volume v = noise({40, 40, 20}, axes);
@@ -106,16 +106,16 @@ TEST(Reslice, SlabsAreTheirMeanAndTheirMost) {
   reslice(v, plane, {8, Slab::Kind::mean}, -3000, 2, mean);
   reslice(v, plane, {8, Slab::Kind::maximum}, -3000, 2, most);
   for (std::size_t i = 0; i < one.size(); ++i) {
-    EXPECT_NEAR(mean[i], one[i], 1);        // a ramp's mean is its middle
+    EXPECT_NEAR(mean[i], one[i], 1);        // the mean of a ramp is its middle
     EXPECT_NEAR(most[i], one[i] + 200, 1);  // 4 mm farther along z
   }
 }
 
 TEST(Reslice, ShowsWhatWasCut) {
   glm::dmat3 axes(1.0);
-  auto made = noise({50, 50, 30}, axes);
-  std::fill(made.voxels.span().begin(), made.voxels.span().end(), std::int16_t{800});
-  const auto base = std::make_shared<const Volume>(std::move(made));
+  auto output = noise({50, 50, 30}, axes);
+  std::fill(output.voxels.span().begin(), output.voxels.span().end(), std::int16_t{800});
+  const auto base = std::make_shared<const Volume>(std::move(output));
   RemovalEditor editor(std::make_shared<Version>(base, CutLattice::for_burr(*base, 4).value()),
                        {Field(*base, Shape{"bone", 300})});
   editor.remove({{-10, 0, 0}, {10, 0, 0}, 3});
@@ -131,11 +131,11 @@ TEST(Reslice, ShowsWhatWasCut) {
     for (int i = 0; i < plane.columns; ++i) {
       const glm::dvec2 mm = plane.of_pixel(i, j);
       const double along = std::max(0.0, std::abs(mm.x) - 10), d = std::hypot(along, mm.y) - 3;
-      const int told = cut[static_cast<std::size_t>(i + plane.columns * j)];
+      const int result = cut[static_cast<std::size_t>(i + plane.columns * j)];
       if (std::abs(d) > 0.7) {
-        EXPECT_EQ(told, d < 0 ? -1000 : 800);
+        EXPECT_EQ(result, d < 0 ? -1000 : 800);
       }
-      gone += (800 - told) / 1800.0 * 0.25;
+      gone += (800 - result) / 1800.0 * 0.25;
     }
   EXPECT_NEAR(gone, 6 * 20 + 3.14159265 * 9, 1.5);
 }

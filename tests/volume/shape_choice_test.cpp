@@ -1,11 +1,11 @@
-#include "volume/shape_choice.h"
+#include "volume/cuts/shape_choice.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <random>
 
-#include "volume/surface_nets.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::volume {
 namespace {
@@ -16,8 +16,8 @@ Volume cube(int side, std::int16_t value) {
   return v;
 }
 
-/// Two bells, and the threshold that a plain search over all thresholds finds.
-TEST(OtsuThreshold, IsTheBestOfAllThresholds) {
+/// Two normal distributions, and the threshold from an exhaustive search over all thresholds.
+TEST(OtsuThreshold, EqualsExhaustiveSearch) {
   Volume v = cube(32, 0);
   std::mt19937 random(3);
   std::normal_distribution<double> dark(100, 30), bright(400, 60);
@@ -43,7 +43,7 @@ TEST(OtsuThreshold, LiesInTheMiddleOfAGap) {
 }
 
 /// A ball, a table under it and a grain that touches the ball by a corner.
-TEST(LargestPart, StaysAsItWasAndTheOthersAreAir) {
+TEST(LargestPart, IsKeptUnchangedAndOthersBecomeAir) {
   auto scan = std::make_shared<Volume>(cube(40, -900));
   scan->is_hounsfield = true;
   for (int z = 0; z < 40; ++z)
@@ -59,26 +59,26 @@ TEST(LargestPart, StaysAsItWasAndTheOthersAreAir) {
   EXPECT_EQ(before.count, 2);
   EXPECT_EQ(before.largest, 4 * 40 * 40);
   EXPECT_EQ(before.second, before.others);
-  ShapeParts told;
-  const Volume kept = with_largest_part(scan, bone, told).value();
-  EXPECT_EQ(told.largest + told.others, before.largest + before.others);
+  ShapeParts result;
+  const Volume kept = keep_largest_part(scan, bone, result).value();
+  EXPECT_EQ(result.largest + result.others, before.largest + before.others);
   std::int64_t changed = 0;
   for (std::size_t i = 0; i < kept.voxels.size(); ++i)
     if (kept.shape_voxels[i] != scan->voxels[i]) {
       ++changed;
-      ASSERT_EQ(kept.shape_voxels[i], -900);  // as low as anything there, and not lower than air
+      ASSERT_EQ(kept.shape_voxels[i], -900);  // as low as any voxel there, and not below air
       ASSERT_GE(scan->voxels[i], 300);
     }
-  EXPECT_EQ(changed, told.others);
+  EXPECT_EQ(changed, result.others);
   EXPECT_TRUE(std::equal(kept.voxels.span().begin(), kept.voxels.span().end(), scan->voxels.span().begin()));
   const ShapeParts after =
-      parts_of(std::make_shared<const Volume>(with_largest_part(scan, bone, told).value()), bone);
+      parts_of(std::make_shared<const Volume>(keep_largest_part(scan, bone, result).value()), bone);
   EXPECT_EQ(after.count, 1);
-  EXPECT_FALSE(with_largest_part(std::make_shared<const Volume>(cube(4, 0)), bone, told).is_ok());
+  EXPECT_FALSE(keep_largest_part(std::make_shared<const Volume>(cube(4, 0)), bone, result).is_ok());
 }
 
-/// Two balls and a shadow of bone between: the one without a dense core goes.
-TEST(SeededParts, OnlyWhatHangsTogetherWithSomethingCertainStays) {
+/// Two balls and a bone-grey shadow between them: the ball without a dense core is dropped.
+TEST(SeededParts, KeepOnlyPartsConnectedToASeed) {
   auto scan = std::make_shared<Volume>(cube(40, -900));
   scan->is_hounsfield = true;
   const auto ball = [&](const glm::ivec3& at, int radius, std::int16_t value) {
@@ -92,10 +92,10 @@ TEST(SeededParts, OnlyWhatHangsTogetherWithSomethingCertainStays) {
   };
   ball({10, 10, 10}, 6, 350);
   ball({10, 10, 10}, 3, 900);
-  ball({29, 29, 29}, 7, 390);  // larger, and nowhere certain
+  ball({29, 29, 29}, 7, 390);  // larger, and without a dense core
   const Shape bone;
   ShapeParts gone;
-  const Volume kept = with_seeded_parts(scan, bone, 700, 0, gone).value();
+  const Volume kept = keep_seeded_parts(scan, bone, 700, 0, gone).value();
   EXPECT_EQ(gone.count, 1);
   std::int64_t changed = 0;
   for (int z = 0; z < 40; ++z)
@@ -107,16 +107,16 @@ TEST(SeededParts, OnlyWhatHangsTogetherWithSomethingCertainStays) {
         changed += is_second;
       }
   EXPECT_EQ(gone.others, changed);
-  EXPECT_FALSE(with_seeded_parts(scan, bone, 901, 0, gone).is_ok());
-  // The second is 1.6 times as large.
-  ASSERT_TRUE(with_seeded_parts(scan, bone, 301, 0.6, gone).is_ok());
+  EXPECT_FALSE(keep_seeded_parts(scan, bone, 901, 0, gone).is_ok());
+  // The second ball is 1.6 times as large.
+  ASSERT_TRUE(keep_seeded_parts(scan, bone, 301, 0.6, gone).is_ok());
   EXPECT_EQ(gone.count, 0);
-  ASSERT_TRUE(with_seeded_parts(scan, bone, 301, 0.7, gone).is_ok());
+  ASSERT_TRUE(keep_seeded_parts(scan, bone, 301, 0.7, gone).is_ok());
   EXPECT_EQ(gone.count, 1);
 }
 
-/// As its definition has it: a voxel is open when some ball without a solid voxel holds it, half a voxel
-/// below its surface or deeper.
+/// Counts voxels of `filled` that differ from the definition: a voxel is open when a ball without solid
+/// voxels contains it, half a voxel or more below the ball's surface.
 std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& filled, double from, double to,
                             double reach) {
   std::vector<glm::ivec3> ball, inner;
@@ -147,7 +147,7 @@ std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& f
           is_open = is_free;
         }
         const std::size_t i = v.index(x, y, z);
-        // Solid on both sides of it, along a row, a diagonal or a space diagonal.
+        // Solid on both sides along a row, a diagonal or a space diagonal.
         bool is_between = false;
         for (int dz = -1; dz <= 1; ++dz)
           for (int dy = -1; dy <= 1; ++dy)
@@ -162,8 +162,8 @@ std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& f
               }
               is_between = is_between || (sides[0] && sides[1]);
             }
-        // Darker by half the way from the shape to `from`, on both sides, nearer than solid: three lines do
-        // it.
+        // Darker by half the difference between the shape and `from`, on both sides, nearer than solid: on at
+        // least three lines.
         int lines = 0;
         const double dark = v.voxels[i] - (shape.low - from) / 2;
         for (int n = 14; n < 27; ++n) {
@@ -186,7 +186,7 @@ std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& f
   return errors;
 }
 
-TEST(ThinFill, IsTheClosingOfItsDefinitionOnAnyGrid) {
+TEST(ThinFill, EqualsTheClosingByDefinitionOnAnyGrid) {
   std::mt19937 random(5);
   const glm::dmat3 grids[] = {glm::dmat3(1.0), glm::dmat3(0.7, 0, 0, 0, 0.9, 0, 0, 0, 2.0),
                               glm::dmat3(0.8, 0, 0, 0, 0.8, 0, 0, 0.5, 1.1)};
@@ -200,16 +200,16 @@ TEST(ThinFill, IsTheClosingOfItsDefinitionOnAnyGrid) {
     }
     const Shape bone;
     std::int64_t count = 0, differing = 0;
-    const Volume filled = with_thin_filled(v, bone, 150, 350, 1.8, count).value();
+    const Volume filled = fill_thin_walls(v, bone, 150, 350, 1.8, count).value();
     for (std::size_t i = 0; i < v.voxels.size(); ++i) differing += filled.shape_voxels[i] != v.voxels[i];
     EXPECT_EQ(count, differing);
     EXPECT_GT(count, 100);
     EXPECT_EQ(closing_errors(v, bone, filled, 150, 350, 1.8), 0);
-    EXPECT_GT(closing_errors(v, bone, filled, 150, 350, 2.1), 0) << "the judge sees another reach";
+    EXPECT_GT(closing_errors(v, bone, filled, 150, 350, 2.1), 0) << "the judge detects another reach";
   }
 }
 
-/// A ball must be wide to be kept out of a hole in a sheet.
+/// A ball must be wide to stay out of a hole in a sheet.
 TEST(ThinFill, ClosesAHoleInAThinWall) {
   Volume v = cube(40, -50);
   for (int z = 0; z < 40; ++z)
@@ -219,12 +219,12 @@ TEST(ThinFill, ClosesAHoleInAThinWall) {
         v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(d <= 4 ? 180 : 500);
     }
   std::int64_t count = 0;
-  const Volume filled = with_thin_filled(v, Shape{}, 150, 350, 6, count).value();
+  const Volume filled = fill_thin_walls(v, Shape{}, 150, 350, 6, count).value();
   EXPECT_EQ(count, 2 * 13);
   EXPECT_EQ(filled.shape_voxels[v.index(20, 20, 20)], 350);
 }
 
-/// Between two bones a joint stays open, however much of them is in its voxels.
+/// A joint between two bones stays open, whatever the partial volume of bone in its voxels.
 TEST(ThinFill, LeavesJointsOpen) {
   Volume v = cube(40, 40);
   for (int z = 0; z < 40; ++z)
@@ -233,12 +233,12 @@ TEST(ThinFill, LeavesJointsOpen) {
         v.voxels[v.index(x, y, z)] =
             static_cast<std::int16_t>(x == 19 || x == 20 ? 200 + (7 * y + z) % 40 : 700);
   std::int64_t count = 0;
-  ASSERT_TRUE(with_thin_filled(v, Shape{}, 150, 225, 4, count).is_ok());
+  ASSERT_TRUE(fill_thin_walls(v, Shape{}, 150, 225, 4, count).is_ok());
   EXPECT_EQ(count, 0);
 }
 
-/// The outside of a wall that runs across the grid stays where it is, though its edge is soft.
-TEST(ThinFill, LeavesOuterSidesAlone) {
+/// The outer surface of a wall oblique to the grid is unchanged, although its edge is soft.
+TEST(ThinFill, LeavesOuterSurfacesUnchanged) {
   Volume v = cube(60, -50);
   for (int z = 0; z < 60; ++z)
     for (int y = 0; y < 60; ++y)
@@ -248,7 +248,7 @@ TEST(ThinFill, LeavesOuterSidesAlone) {
         v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(300 + 400 * std::clamp(20 - r, -0.9, 2.0));
       }
   std::int64_t count = 0;
-  ASSERT_TRUE(with_thin_filled(v, Shape{}, 0, 500, 4, count).is_ok());
+  ASSERT_TRUE(fill_thin_walls(v, Shape{}, 0, 500, 4, count).is_ok());
   EXPECT_EQ(count, 0);
 }
 

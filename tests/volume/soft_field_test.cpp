@@ -1,13 +1,13 @@
-// Binary shapes made smooth: the blur against its sum, signs kept, thin things kept, and how far the surface
-// is from the shape that was thresholded.
-#include "volume/soft_field.h"
+// Smoothed binary shapes: the blur against a direct sum, signs kept, thin parts kept, and the distance of the
+// surface from the shape that was thresholded.
+#include "volume/fields/soft_field.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/phantoms.h"
-#include "volume/deterministic_math.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::volume {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-/// A phantom, thresholded.
+/// A thresholded phantom.
 struct Binary {
   Volume volume;
   Shape shape;
@@ -33,7 +33,7 @@ struct Binary {
   bool is_solid(const ivec3& v) const { return volume.contains(v) && bits.is_solid(v); }
 };
 
-TEST(SoftField, IsTheBlurOfTheSolidWhereNothingIsThin) {
+TEST(SoftField, EqualsTheBlurOfTheSolidWhereNothingIsThin) {
   const Binary b("sphere", 48, {{"radius", 40}});
   const auto soft = SoftField::build(b.bits, 2);
   double sum = 0;
@@ -62,7 +62,7 @@ TEST(SoftField, IsTheBlurOfTheSolidWhereNothingIsThin) {
   EXPECT_GT(near, 300);
 }
 
-TEST(SoftField, KeepsPlatesAndRodsOfAVoxelAndEveryVoxelsSide) {
+TEST(SoftField, KeepsThinPlatesAndRodsAndTheSideOfEveryVoxel) {
   Volume v = Binary::make("sphere", 40, {{"radius", 1}});
   for (auto& x : v.voxels.span()) x = -1000;
   for (int a = 0; a < 40; ++a)
@@ -80,7 +80,7 @@ TEST(SoftField, KeepsPlatesAndRodsOfAVoxelAndEveryVoxelsSide) {
           ASSERT_EQ(soft->at(x, y, z), 0.5);
         }
       }
-  // And their smooth solids are what they were.
+  // Their smooth solids are unchanged.
   QuadraticPatch patch;
   for (const ivec3& at : {ivec3(20, 20, 12), ivec3(3, 33, 12)}) {
     soft->load(at, patch);
@@ -88,7 +88,7 @@ TEST(SoftField, KeepsPlatesAndRodsOfAVoxelAndEveryVoxelsSide) {
   }
 }
 
-TEST(SoftField, ItsSurfaceIsThatOfTheShapeThatWasThresholded) {
+TEST(SoftField, SurfaceIsNearTheThresholdedShape) {
   for (const auto& [name, parameters, most_rms] :
        {std::tuple("sphere", std::map<std::string, double>{{"radius", 45}}, 0.08),
         std::tuple("plane", std::map<std::string, double>{{"angle", 23.7}, {"offset", 3.3}}, 0.08)}) {
@@ -104,7 +104,7 @@ TEST(SoftField, ItsSurfaceIsThatOfTheShapeThatWasThresholded) {
       QuadraticPatch patches[2];
       soft->load(v, patches[0]);
       patches[1].load(field, v);
-      // Along z through the cube: where is the surface, and how far is that from the truth?
+      // Along z through the cube: position of the surface, and its distance from the true one.
       bool has_both = true;
       double off[2], angle[2];
       for (int k = 0; k < 2; ++k) {
@@ -145,7 +145,7 @@ TEST(SoftField, ItsSurfaceIsThatOfTheShapeThatWasThresholded) {
   }
 }
 
-TEST(SoftField, KnowsWhatIsTwoValuedAndGivesTheSameBitsForAnyThreads) {
+TEST(SoftField, DetectsTwoValuedScansAndGivesTheSameBitsForAnyThreads) {
   const Binary b("gyroid", 64, {});
   const Field field(b.volume, b.shape);
   EXPECT_TRUE(SoftField::is_two_valued(field, b.bits));
@@ -155,7 +155,7 @@ TEST(SoftField, KnowsWhatIsTwoValuedAndGivesTheSameBitsForAnyThreads) {
   const Field grey_field(grey, b.shape);
   EXPECT_FALSE(SoftField::is_two_valued(grey_field, Occupancy::build(grey, b.shape)));
   o.psf_sigma_voxels = 1.5;
-  o.parameters = {{"angle", 90}};  // grey along x alone
+  o.parameters = {{"angle", 90}};  // grey along x only
   const Volume wall = data_tools::make_phantom("plane", o).value();
   const Field wall_field(wall, b.shape);
   EXPECT_FALSE(SoftField::is_two_valued(wall_field, Occupancy::build(wall, b.shape)));
@@ -169,8 +169,8 @@ TEST(SoftField, KnowsWhatIsTwoValuedAndGivesTheSameBitsForAnyThreads) {
   EXPECT_TRUE(std::isfinite(patch.value_and_gradient(dvec3(0)).value));
 }
 
-/// Beside another shape it is the field of a shape that goes on into that one for four voxels.
-TEST(SoftField, GoesOnIntoShapesBesideIt) {
+/// Next to another shape it equals the field of a shape that continues into that one for four voxels.
+TEST(SoftField, ContinuesIntoNeighbouringShapes) {
   const ivec3 size(40, 33, 29);
   Volume volume = make_volume(size, Frame(), true).value();
   volume.label_names = {"", "floor", "wall", "wall that goes on"};

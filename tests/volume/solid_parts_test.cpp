@@ -1,4 +1,4 @@
-#include "volume/solid_parts.h"
+#include "volume/cuts/solid_parts.h"
 
 #include <algorithm>
 #include <array>
@@ -8,12 +8,12 @@
 #include <set>
 #include <vector>
 
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::volume {
 namespace {
 
-/// Sample after sample, from the definition: floods over the whole lattice.
+/// Parts by definition: floods over the whole lattice, sample by sample.
 struct Flooded {
   glm::ivec3 size;
   std::vector<int> state;  ///< 0 air, 1 kept, 2 removed
@@ -25,7 +25,7 @@ struct Flooded {
   Flooded(const Field& field, const Version& version) : size(version.lattice().size()) {
     look(field, version, {});
     if (version.lattice().is_of_voxels()) return;
-    // Of what came off so, the voxels that are not as all beside them, two around its box.
+    // For separated parts: the voxels that differ from a neighbour, within two voxels around the part's box.
     const Volume& volume = version.base();
     const int count = part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1;
     std::vector<std::int64_t> samples(static_cast<std::size_t>(count));
@@ -115,7 +115,7 @@ std::vector<Frame> frames() {
           Frame::from_axes({1, 2, 3}, sheared).value()};
 }
 
-TEST(SolidParts, AreThoseThatAFloodFinds) {
+TEST(SolidParts, EqualPartsOfAFlood) {
   int off = 0, more = 0;
   for (const Frame& frame : frames())
     for (unsigned seed = 1; seed <= 4; ++seed) {
@@ -123,16 +123,16 @@ TEST(SolidParts, AreThoseThatAFloodFinds) {
       const auto between = [&](double low, double high) {
         return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
       };
-      auto made = make_volume({19, 17, 12}, frame).value();
-      // Lumps of noise: a good half is solid.
+      auto result = make_volume({19, 17, 12}, frame).value();
+      // Lumps of noise: slightly more than half are solid.
       std::array<double, 343> coarse;
       for (double& value : coarse) value = between(-900, 1100);
       for (int z = 0; z < 12; ++z)
         for (int y = 0; y < 17; ++y)
           for (int x = 0; x < 19; ++x)
-            made.voxels[made.index(x, y, z)] = static_cast<std::int16_t>(
+            result.voxels[result.index(x, y, z)] = static_cast<std::int16_t>(
                 coarse[static_cast<std::size_t>(x / 3 + 7 * (y / 3) + 49 * (z / 3))] + between(-300, 300));
-      const auto volume = std::make_shared<Volume>(std::move(made));
+      const auto volume = std::make_shared<Volume>(std::move(result));
       const Shape shape{"", 0};
       const Field field(*volume, shape);
       const Occupancy bits = Occupancy::build(*volume, shape);
@@ -148,7 +148,7 @@ TEST(SolidParts, AreThoseThatAFloodFinds) {
       const SolidParts parts(field, bits, *version);
       const Flooded judge(field, *version);
 
-      // The same samples hang together, whatever the numbers; a part's is by its first sample.
+      // Both connect the same samples; a part is numbered by its first sample.
       std::map<int, int> part_of;
       std::vector<std::int64_t> samples(parts.parts().size());
       for (int z = 0; z < judge.size.z; ++z)
@@ -182,11 +182,11 @@ TEST(SolidParts, AreThoseThatAFloodFinds) {
       }
       more += static_cast<int>(samples.size()) - 1;
     }
-  EXPECT_GT(off, 10);    // the cuts did part something
-  EXPECT_GT(more, off);  // and other islands were there before
+  EXPECT_GT(off, 10);    // the cuts separated some parts
+  EXPECT_GT(more, off);  // and there were islands before
 }
 
-TEST(SolidParts, NothingIsOffWhereNothingWasCut) {
+TEST(SolidParts, NoPartIsSeparatedWithoutACut) {
   const auto volume = std::make_shared<Volume>(make_volume({9, 9, 9}, Frame()).value());
   for (auto& x : volume->voxels.span()) x = -1000;
   volume->voxels[volume->index(2, 2, 2)] = volume->voxels[volume->index(6, 6, 6)] = 1000;

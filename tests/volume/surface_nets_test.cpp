@@ -1,4 +1,4 @@
-#include "volume/surface_nets.h"
+#include "volume/surface/surface_nets.h"
 
 #include <array>
 #include <bit>
@@ -11,19 +11,19 @@
 #include <set>
 #include <tuple>
 
-#include "data-tools/phantoms.h"
-#include "tests/checker/mesh_judge.h"
-#include "volume/cell_mesh.h"
-#include "volume/local_net.h"
-#include "volume/marching_cubes.h"
-#include "volume/removal.h"
-#include "volume/surface_net_cases.h"
+#include "apps/verify/cell_mesh.h"
+#include "apps/verify/mesh_judge.h"
+#include "data-tools/phantoms/phantoms.h"
+#include "volume/cuts/removal.h"
+#include "volume/surface/local_net.h"
+#include "volume/surface/marching_cubes.h"
+#include "volume/surface/surface_net_cases.h"
 
 namespace trephine::volume {
 namespace {
 
-using checker::judge_mesh;
-using checker::MeshVerdict;
+using verify::judge_mesh;
+using verify::MeshVerdict;
 
 MeshVerdict judge(const Mesh& mesh) { return judge_mesh(mesh.vertices.span(), mesh.triangles.span()); }
 
@@ -44,7 +44,7 @@ Volume noise_volume(const glm::ivec3& size, unsigned seed, double share) {
 }
 
 TEST(SurfaceNets, OnlyFacesOfSingleAmbiguityPinch) {
-  // The rule that flips a face looks at its two cells alone; that is enough only if a pinching cell has one
+  // The rule that flips a face reads only its two cells; that suffices only if a pinching cell has one
   // ambiguous face.
   for (int config = 0; config < 256; ++config) {
     const NetCase& net = k_net_cases[0][static_cast<std::size_t>(config)];
@@ -95,7 +95,7 @@ TEST(SurfaceNets, WhiteNoiseIsAClosedManifold) {
   }
 }
 
-TEST(SurfaceNets, OpenBordersLeaveHolesAndNothingElse) {
+TEST(SurfaceNets, OpenBordersLeaveOnlyTheHolesOfTheBorder) {
   Volume v = binary_volume({12, 10, 9});
   for (int z = 0; z < 9; ++z)
     for (int y = 0; y < 10; ++y)
@@ -111,7 +111,7 @@ TEST(SurfaceNets, OpenBordersLeaveHolesAndNothingElse) {
   EXPECT_EQ(verdict.crowded_edges + verdict.twisted_edges, 0u);
 }
 
-TEST(SurfaceNets, SphereIsWhereItShouldBe) {
+TEST(SurfaceNets, VerticesLieOnASphere) {
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(96);
   options.psf_sigma_voxels = 1.5;
@@ -182,7 +182,7 @@ TEST(SurfaceNets, ChunksEqualTheWholeBitForBit) {
   expect_chunks_equal_whole(open);
 }
 
-// After every edit only the chunks that touch the changed box are remade; the result is that of a full
+// After every edit only the chunks that touch the changed box are remeshed; the result is that of a full
 // remesh.
 void expect_chunks_follow_edits(double smallest_burr) {
   auto base = std::make_shared<Volume>(noise_volume({80, 66, 70}, 9, 0.7));
@@ -224,8 +224,8 @@ void expect_chunks_follow_edits(double smallest_burr) {
 TEST(SurfaceNets, RemeshingTouchedChunksEqualsTheWholeAfterEdits) { expect_chunks_follow_edits(0); }
 TEST(SurfaceNets, RemeshingOnAFineLatticeEqualsTheWholeToo) { expect_chunks_follow_edits(6); }
 
-/// Cells of two sizes join without a gap, whatever the noise, the slices and where the grid ends.
-TEST(SurfaceNets, WhereTheLatticeIsFineTheNetIsAClosedManifoldToo) {
+/// Cells of two sizes join without a gap, for any noise, slice spacing and end of the grid.
+TEST(SurfaceNets, IsAClosedManifoldWhereTheLatticeIsFine) {
   const glm::ivec3 size(15, 14, 13);
   for (const glm::dvec3& spacing : {glm::dvec3(1), glm::dvec3(0.5, 0.5, 1.25), glm::dvec3(0.5, 0.5, 3)})
     for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -260,20 +260,20 @@ TEST(SurfaceNets, WhereTheLatticeIsFineTheNetIsAClosedManifoldToo) {
     }
 }
 
-/// Around a hole in a flat face: a vertex of each cell that both surfaces cross lies on both.
+/// Around a hole in a flat face: the vertex of each cell that both surfaces cross is on both.
 TEST(SurfaceNets, RimsLieOnBothSurfaces) {
   for (const double smallest_burr : {0.0, 3.0}) {
     const glm::dvec3 spacing(0.5, 0.5, smallest_burr > 0 ? 1.5 : 0.5);
     const glm::ivec3 size(glm::dvec3(20, 20, 12) / spacing);
-    auto made = make_volume(size, Frame::from_spacing({0, 0, 0}, spacing).value()).value();
+    auto result = make_volume(size, Frame::from_spacing({0, 0, 0}, spacing).value()).value();
     const glm::dvec3 normal = glm::normalize(glm::dvec3(0.2, -0.1, 1));
     const auto height = [&](const glm::dvec3& p) { return glm::dot(p - glm::dvec3(10, 10, 6), normal); };
     for (int z = 0; z < size.z; ++z)
       for (int y = 0; y < size.y; ++y)
         for (int x = 0; x < size.x; ++x)
-          made.voxels[made.index(x, y, z)] =
-              static_cast<std::int16_t>(300 - 1000 * height(made.frame.world_from_volume({x, y, z})));
-    const auto base = std::make_shared<const Volume>(std::move(made));
+          result.voxels[result.index(x, y, z)] =
+              static_cast<std::int16_t>(300 - 1000 * height(result.frame.world_from_volume({x, y, z})));
+    const auto base = std::make_shared<const Volume>(std::move(result));
     const Field field(*base, Shape{});
     const CutLattice lattice =
         smallest_burr > 0 ? CutLattice::for_burr(*base, smallest_burr).value() : CutLattice(*base);
@@ -294,9 +294,9 @@ TEST(SurfaceNets, RimsLieOnBothSurfaces) {
       worst_off = std::max(worst_off, std::min(off_plane, off_ball));
       rim += off_plane < 0.02 * h.x && off_ball < 0.08 * h.x;
     }
-    // Around 18 mm of rim, a cell or more a step.
+    // Around 18 mm of rim, at least one cell per step.
     EXPECT_GT(rim, static_cast<int>(18 / h.x)) << smallest_burr;
-    EXPECT_LT(worst_off, 0.1 * h.x) << smallest_burr;  // of all vertices, from one of the two surfaces
+    EXPECT_LT(worst_off, 0.1 * h.x) << smallest_burr;  // over all vertices, from one of the two surfaces
   }
 }
 
@@ -336,8 +336,8 @@ TEST(LocalNet, MakesTheTrianglesOfTheWholeSurfaceBitForBit) {
   }
 }
 
-/// On any noise: closed, facing out, no edge with four triangles, and between two neighbouring voxels exactly
-/// where one is solid.
+/// For any noise: closed, facing out, no edge with four triangles, and between two neighbouring voxels
+/// exactly where one is solid.
 TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
   for (const double share : {0.1, 0.5, 0.9})
     for (const bool is_cut : {false, true}) {
@@ -348,16 +348,16 @@ TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
       const Field field(*base, Shape{});
       const Occupancy bits = Occupancy::build(*base, Shape{});
       const LocalCubes cubes{VoxelSamples({&field, version.get(), &bits})};
-      const Mesh mesh = mesh_of_cells(cubes, base->size);
-      const Mesh passed = mesh_of_cells(cubes, base->size, true, &bits);
+      const Mesh mesh = verify::mesh_of_cells(cubes, base->size);
+      const Mesh passed = verify::mesh_of_cells(cubes, base->size, true, &bits);
       EXPECT_TRUE(std::equal(mesh.triangles.span().begin(), mesh.triangles.span().end(),
                              passed.triangles.span().begin(), passed.triangles.span().end()));
-      const checker::MeshVerdict verdict = judge(mesh);
+      const verify::MeshVerdict verdict = judge(mesh);
       EXPECT_EQ(verdict.boundary_edges, 0u);
       EXPECT_EQ(verdict.twisted_edges, 0u);
       EXPECT_EQ(verdict.crowded_edges, 0u);
       EXPECT_GT(verdict.signed_volume, 0);
-      const checker::MeshWall wall(mesh.vertices.span(), mesh.triangles.span());
+      const verify::MeshWall wall(mesh.vertices.span(), mesh.triangles.span());
       const auto solid = [&](const glm::ivec3& v) {
         return base->contains(v) && bits.is_solid(v) && version->is_kept(v);
       };
@@ -369,7 +369,7 @@ TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
               const glm::ivec3 v(x, y, z);
               glm::ivec3 next = v;
               ++next[axis];
-              // A hair aside, where no vertex lies on the way; the ends must not lie on the surface.
+              // Slightly shifted, so that the segment meets no vertex; its ends must not be on the surface.
               const glm::dvec3 aside(1.1e-5, 0.7e-5, 0.9e-5);
               const bool is_one = solid(v) != solid(next);
               ASSERT_EQ(wall.crossings(glm::dvec3(v) + aside, glm::dvec3(next) + aside) % 2, is_one ? 1 : 0)
@@ -380,8 +380,8 @@ TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
     }
 }
 
-/// The volume of a ball, and its vertices on the sphere as near as linear interpolation comes.
-TEST(MarchingCubes, IsOfTheSurface) {
+/// The volume of a ball; its vertices are on the sphere to the accuracy of linear interpolation.
+TEST(MarchingCubes, ApproximatesABall) {
   const data_tools::PhantomOptions options = [] {
     data_tools::PhantomOptions o;
     o.size = glm::ivec3(64);
@@ -393,7 +393,7 @@ TEST(MarchingCubes, IsOfTheSurface) {
   const Field field(*base, shape);
   const Occupancy bits = Occupancy::build(*base, shape);
   const Mesh mesh =
-      mesh_of_cells(LocalCubes{VoxelSamples({&field, nullptr, &bits})}, base->size, true, &bits);
+      verify::mesh_of_cells(LocalCubes{VoxelSamples({&field, nullptr, &bits})}, base->size, true, &bits);
   const MeshVerdict verdict = judge(mesh);
   EXPECT_TRUE(verdict.is_closed_manifold());
   const glm::dvec3& spacing = base->frame.spacing();

@@ -1,5 +1,5 @@
-// Bodies of revolution and what they sweep, against definitions that share nothing with them.
-#include "volume/tool_body.h"
+// Bodies of revolution and their sweeps, against definitions that share no code with them.
+#include "volume/cuts/tool_body.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::volume {
 namespace {
@@ -30,8 +30,8 @@ std::vector<NamedBody> bodies() {
           {"ball", ToolBody::ball(2)}};
 }
 
-/// How far off its axis a body reaches, by its definition: the hull of two balls, or an arc between two caps
-/// whose edges are rolled by a ball.
+/// Radius of a body at `along` (mm) on its axis, by definition: the hull of two balls, or an arc between two
+/// caps whose edges are rounded by a rolling ball. Negative: outside.
 double profile(const ToolBody& b, double along) {
   double off = -1;
   if (b.form == ToolBody::Form::cone) {
@@ -42,10 +42,10 @@ double profile(const ToolBody& b, double along) {
     }
     return off;
   }
-  // Every place of the rolling ball inside the sharp body: a union of balls.
+  // All positions of the rolling ball inside the sharp body: a union of balls.
   const double half = 0.5 * b.length, sagitta = b.radius - b.end_radius;
   const double arc = sagitta > 0 ? (half * half + sagitta * sagitta) / (2 * sagitta) : 0;
-  const auto room = [&](double s) {  // for the ball's middle
+  const auto room = [&](double s) {  // for the centre of the ball
     return sagitta > 0 ? std::sqrt((arc - b.edge) * (arc - b.edge) - s * s) - (arc - b.radius)
                        : b.radius - b.edge;
   };
@@ -58,7 +58,7 @@ double profile(const ToolBody& b, double along) {
   return off;
 }
 
-/// Of a solid of revolution.
+/// Volume of a solid of revolution, mm^3.
 double volume_of(const ToolBody& b) {
   double sum = 0;
   constexpr int k_slices = 1000;
@@ -70,7 +70,7 @@ double volume_of(const ToolBody& b) {
   return sum * (high - low) / k_slices;
 }
 
-TEST(ToolBody, DistanceIsThatToItsOutline) {
+TEST(ToolBody, DistanceEqualsThatToItsOutline) {
   for (const auto& [name, body] : bodies()) {
     ASSERT_FALSE(check(body).has_value()) << name;
     std::vector<glm::dvec2> outline;
@@ -92,11 +92,11 @@ TEST(ToolBody, DistanceIsThatToItsOutline) {
       const bool is_inside = along >= body.low() && along <= body.high() && off <= profile(body, along);
       worst = std::max(worst, std::abs(body.distance(along, off) - (is_inside ? -nearest : nearest)));
     }
-    EXPECT_LT(worst, 4e-3) << name;  // the outline's own points are that far apart
+    EXPECT_LT(worst, 4e-3) << name;  // spacing of the outline's points
   }
 }
 
-TEST(ToolBody, WhatIsNoBodyIsRefused) {
+TEST(ToolBody, RefusesInvalidBodies) {
   for (const ToolBody& bad :
        {ToolBody::ball(0), ToolBody::ball(NAN), ToolBody::cone(2, 0.5, 1), ToolBody::cylinder(1, 2, 1),
         ToolBody::cylinder(1, 4, 1.2), ToolBody::barrel(1, 1.2, 4, 0.1), ToolBody::barrel(4, 1, 4, 0.1),
@@ -104,15 +104,15 @@ TEST(ToolBody, WhatIsNoBodyIsRefused) {
     EXPECT_TRUE(check(bad).has_value());
 }
 
-TEST(ToolBody, GoesSteadilyFromPlaceToPlaceHoweverItTurns) {
+TEST(ToolBody, MovesSteadilyBetweenPosesHoweverItTurns) {
   for (const dvec3& to :
        {dvec3(1, 0, 0), dvec3(0, 0, -1), glm::normalize(dvec3(0.1, 0.2, -1)), dvec3(0, 0, 1)}) {
-    const ToolPlace a{{0, 0, 0}, {0, 0, 1}}, b{{3, 0, 1}, to};
+    const ToolPose a{{0, 0, 0}, {0, 0, 1}}, b{{3, 0, 1}, to};
     EXPECT_EQ(between(a, b, 0).axis_world, a.axis_world);
     EXPECT_LT(glm::length(between(a, b, 1).axis_world - to), 1e-12);
-    ToolPlace last = a;
+    ToolPose last = a;
     for (int i = 1; i <= 1000; ++i) {
-      const ToolPlace next = between(a, b, i / 1000.0);
+      const ToolPose next = between(a, b, i / 1000.0);
       EXPECT_NEAR(glm::length(next.axis_world), 1, 1e-12);
       EXPECT_LT(glm::length(next.axis_world - last.axis_world), 0.005);
       last = next;
@@ -124,7 +124,7 @@ struct Grid {
   const char* name;
   dvec3 spacing;
 };
-// Three isotropic ones and two clinical ones.
+// Three isotropic grids and two clinical ones.
 const Grid k_grids[] = {{"0.3", {0.3, 0.3, 0.3}},
                         {"0.45", {0.45, 0.45, 0.45}},
                         {"0.6", {0.6, 0.6, 0.6}},
@@ -150,7 +150,7 @@ dvec3 direction(std::mt19937_64& random) {
   return glm::normalize(dvec3(one(random), one(random), one(random)));
 }
 
-TEST(ToolSweep, AStampHasTheBodysVolumeAtAnyPlaceAndAngle) {
+TEST(ToolSweep, AStampHasTheBodysVolumeAtAnyPose) {
   double worst = 0;
   for (const Grid& grid : k_grids) {
     const auto base = block(grid.spacing, 14);
@@ -172,15 +172,15 @@ TEST(ToolSweep, AStampHasTheBodysVolumeAtAnyPlaceAndAngle) {
   RecordProperty("worst_percent", std::to_string(100 * worst));
 }
 
-TEST(ToolSweep, ACapsuleIsItsClosedFormAtAnyPlaceAngleAndRate) {
-  // Radius 2 and 4 of the lattice's largest steps; 4 mm at 20 mm/s, at 100 Hz to 10 kHz.
+TEST(ToolSweep, ACapsuleEqualsItsClosedFormAtAnyPoseAndRate) {
+  // Radius of 2 and 4 of the lattice's largest steps; 4 mm at 20 mm/s, at 100 Hz to 10 kHz.
   for (const Grid& grid : k_grids) {
     const auto base = block(grid.spacing, 16);
     std::mt19937_64 random(21);
     std::uniform_real_distribution<double> shift(-0.5, 0.5);
     for (const auto& [steps, most] : {std::pair(2.0, 0.01), std::pair(4.0, 0.001)})
       for (const int parts : {20, 200, 2000}) {
-        if (parts == 2000 && &grid != &k_grids[1]) continue;  // seconds
+        if (parts == 2000 && &grid != &k_grids[1]) continue;  // takes seconds
         const CutLattice lattice = CutLattice::for_burr(*base, 2).value();
         const dvec3& h = lattice.frame().spacing();
         const double r = steps * std::max({h.x, h.y, h.z}), way = 4;
@@ -197,8 +197,8 @@ TEST(ToolSweep, ACapsuleIsItsClosedFormAtAnyPlaceAngleAndRate) {
   }
 }
 
-TEST(ToolSweep, EachLabelHasItsShare) {
-  // Two labels that meet in a plane between voxels through the body's middle, and a third that it misses.
+TEST(ToolSweep, EachLabelGetsItsShare) {
+  // Two labels that meet in a plane between voxels through the body's centre, and a third that it misses.
   auto base = std::make_shared<Volume>(
       make_volume(glm::ivec3(40, 24, 24), Frame::from_spacing({-9.75, -5.75, -5.75}, dvec3(0.5)).value(),
                   true)
@@ -220,14 +220,14 @@ TEST(ToolSweep, EachLabelHasItsShare) {
     EXPECT_EQ(units[1] + units[2], report.removed_units) << name;
     EXPECT_EQ(units[0] + units[3], 0) << name;
     EXPECT_NEAR(editor.working().mm3_of(units[1]) / (0.5 * volume_of(body)), 1, 4e-3) << name;
-    // How dense it was: all of it 1000.
+    // Density statistics: every voxel is 1000.
     EXPECT_EQ(report.intensity_sum, 1e3 * static_cast<double>(report.removed_units));
     EXPECT_EQ(report.intensity_square_sum, 1e6 * static_cast<double>(report.removed_units));
   }
 }
 
-TEST(ToolSweep, SidewaysItIsTheBodyAndItsShadow) {
-  // Across its axis a convex body sweeps its own volume and its outline's area times the way.
+TEST(ToolSweep, SidewaysEqualsTheBodyAndItsShadow) {
+  // Across its axis a convex body sweeps its own volume plus the area of its outline times the path length.
   double worst = 0;
   for (const Grid& grid : k_grids) {
     const auto base = block(grid.spacing, 20);
@@ -260,13 +260,13 @@ TEST(ToolSweep, SidewaysItIsTheBodyAndItsShadow) {
   RecordProperty("worst_percent", std::to_string(100 * worst));
 }
 
-/// Of many points that a body passes well inside of it, how many are still there.
-int left_on_the_way(const Version& version, const ToolBody& body, const ToolPlace& a, const ToolPlace& b) {
+/// Number of points well inside the swept volume that are still solid.
+int left_on_the_way(const Version& version, const ToolBody& body, const ToolPose& a, const ToolPose& b) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> share(0, 1);
   int left = 0, asked = 0;
   for (int i = 0; i < 20000; ++i) {
-    const ToolPlace at = between(a, b, share(random));
+    const ToolPose at = between(a, b, share(random));
     const dvec3 side = glm::normalize(glm::cross(at.axis_world, direction(random)));
     const double along = body.low() + share(random) * (body.high() - body.low());
     const double off = share(random) * body.radius;
@@ -279,21 +279,21 @@ int left_on_the_way(const Version& version, const ToolBody& body, const ToolPlac
   return left;
 }
 
-TEST(ToolSweep, LeavesNoGapHoweverFastItTurnsAndGoes) {
+TEST(ToolSweep, LeavesNoGapHoweverFastItMovesAndTurns) {
   const auto base = block(dvec3(0.5, 0.5, 1.5), 30);
-  const ToolPlace a{{-4, -2, 1}, glm::normalize(dvec3(0.2, 0.1, 1))},
+  const ToolPose a{{-4, -2, 1}, glm::normalize(dvec3(0.2, 0.1, 1))},
       b{{3, 2, -1}, glm::normalize(dvec3(1, -0.3, -0.4))};
   for (const auto& [name, body] : bodies()) {
     RemovalEditor whole = editor_of(base, 1.6), ends = editor_of(base, 1.6);
     whole.remove(ToolSweep{body, a, b});
     EXPECT_EQ(left_on_the_way(whole.working(), body, a, b), 0) << name;
-    for (const ToolPlace& end : {a, b}) ends.remove(ToolSweep{body, end, end});
-    EXPECT_GT(left_on_the_way(ends.working(), body, a, b), 1000) << name;  // gaps are seen
+    for (const ToolPose& end : {a, b}) ends.remove(ToolSweep{body, end, end});
+    EXPECT_GT(left_on_the_way(ends.working(), body, a, b), 1000) << name;  // gaps are detected
   }
 }
 
-/// Nothing changes beyond the box that is told, and that is little larger than what the body passes: fields
-/// are made anew in all of it. Against every point of the grid, before and after.
+/// Nothing changes outside the reported box, which is little larger than the swept volume because fields are
+/// rebuilt in all of it. Every point of the grid is compared before and after.
 TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> one;
@@ -304,11 +304,11 @@ TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
         RemovalEditor editor = editor_of(base, 1.6);
         const dvec3 axis = direction(random),
                     to = glm::normalize(axis + 0.1 * dvec3(one(random), one(random), one(random)));
-        const ToolPlace a{-body.middle() * axis, axis}, b{a.at_world + 0.5 * direction(random), to};
+        const ToolPose a{-body.middle() * axis, axis}, b{a.at_world + 0.5 * direction(random), to};
         const std::shared_ptr<const Version> before = editor.freeze();
         const RemovalReport report = editor.remove(ToolSweep{body, a, b});
         const std::shared_ptr<const Version> after = editor.freeze();
-        // Farther from a cut than this distances are not told.
+        // Distances farther from a cut than this are not kept.
         const double far = after->lattice().frame().diagonal_mm();
         dvec3 low(1e9), high(-1e9);
         long changed = 0;
@@ -324,7 +324,7 @@ TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
         for (int k = 0; k < 3; ++k) {
           EXPECT_GE(low[k], report.box.low[k]) << grid.name;
           EXPECT_LE(high[k], report.box.high[k]) << grid.name;
-          // Samples on which nothing depends, a band of them, and what lies between two of a lattice.
+          // Samples without dependents, a band of them, and the gap between two samples of a lattice.
           const double band = 1.5 + 2.5 * editor.working().lattice().frame().diagonal_mm();
           EXPECT_GE(report.box.low[k], low[k] - band / grid.spacing[k] - 1) << grid.name;
           EXPECT_LE(report.box.high[k], high[k] + band / grid.spacing[k] + 1) << grid.name;
@@ -333,8 +333,8 @@ TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
   }
 }
 
-TEST(ToolSweep, SamplesAreTheLeastDistanceOfAllPlaces) {
-  // A brute-force twin in double precision over a way that turns, on a sheared grid.
+TEST(ToolSweep, SamplesEqualTheLeastDistanceOverAllPoses) {
+  // A brute-force twin in double precision over a path that turns, on a sheared grid.
   glm::dmat3 sheared(0.0);
   sheared[0][0] = 0.5, sheared[1][1] = 0.6, sheared[2][2] = 0.9, sheared[2][1] = 0.3;
   auto base = std::make_shared<Volume>(
@@ -344,7 +344,7 @@ TEST(ToolSweep, SamplesAreTheLeastDistanceOfAllPlaces) {
     if (body.is_ball()) continue;
     RemovalEditor editor = editor_of(base, 1.6);
     const dvec3 middle = base->frame.world_from_volume(dvec3(11.5));
-    const ToolPlace a{middle + dvec3(-1, -0.4, -2), glm::normalize(dvec3(0.2, 0.1, 1))},
+    const ToolPose a{middle + dvec3(-1, -0.4, -2), glm::normalize(dvec3(0.2, 0.1, 1))},
         b{middle + dvec3(1.2, 0.5, -1), glm::normalize(dvec3(0.6, -0.3, 0.8))};
     editor.remove(ToolSweep{body, a, b});
     const auto version = editor.publish();
@@ -356,7 +356,7 @@ TEST(ToolSweep, SamplesAreTheLeastDistanceOfAllPlaces) {
           const dvec3 p = lattice.frame().world_from_volume({x, y, z});
           double d = 1e9;
           for (int i = 0; i <= 160; ++i) {
-            const ToolPlace at = between(a, b, i / 160.0);
+            const ToolPose at = between(a, b, i / 160.0);
             const dvec3 w = p - at.at_world;
             const double along = glm::dot(w, at.axis_world);
             d = std::min(d, body.distance(along, glm::length(w - along * at.axis_world)));
@@ -367,7 +367,7 @@ TEST(ToolSweep, SamplesAreTheLeastDistanceOfAllPlaces) {
           deepest = std::min(deepest, found);
         }
     EXPECT_LT(deepest, -0.25) << name;
-    EXPECT_LT(worst, 0.02 * 1.6 / 2 / 3 + 0.006) << name;  // the allowance, and places between stamps
+    EXPECT_LT(worst, 0.02 * 1.6 / 2 / 3 + 0.006) << name;  // the allowance, and poses between stamps
   }
 }
 

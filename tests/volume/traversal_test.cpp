@@ -1,16 +1,16 @@
-#include "volume/traversal.h"
+#include "volume/scan/traversal.h"
 
 #include <gtest/gtest.h>
 #include <random>
 
-#include "tests/checker/traversal_audit.h"
-#include "volume/occupancy.h"
+#include "apps/verify/traversal_audit.h"
+#include "volume/scan/occupancy.h"
 
 namespace trephine::volume {
 namespace {
 
 TEST(Traversal, MillionAdversarialRaysEqualTheExactJudge) {
-  const checker::TraversalAudit audit = checker::audit_traversal(0, 1'000'000, 7);
+  const verify::TraversalAudit audit = verify::audit_traversal(0, 1'000'000, 7);
   EXPECT_EQ(audit.rays, 1'000'000u);
   EXPECT_GT(audit.voxels, 2'500'000u);
   EXPECT_EQ(audit.mismatches, 0u) << audit.first_mismatch;
@@ -37,7 +37,7 @@ TEST(Traversal, DiagonalThroughCornersIsSixConnected) {
   }
 }
 
-// Skipping empty boxes must not change which solid voxel is met first, nor where.
+// Skipping empty boxes must not change the first solid voxel or the hit point.
 TEST(Traversal, SkippingEmptySpaceReportsTheSameFirstSolidVoxel) {
   std::mt19937_64 random(5);
   Volume volume = make_volume({70, 45, 52}, Frame()).value();

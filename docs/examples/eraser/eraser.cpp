@@ -8,11 +8,11 @@ using sim::field;
 
 namespace {
 
-/// What the instrument remembers from tick to tick: saved, restored, hashed, like all state.
+/// State of the instrument between ticks; saved, restored and hashed like all state.
 struct EraserState {
   bool is_on = false;
-  glm::dvec3 last{0.0};  ///< mm, world: where it was
-  double amount = 0;     ///< mm3 of this stroke
+  glm::dvec3 last{0.0};  ///< mm, world: position in the last tick
+  double amount = 0;     ///< mm3, erased by this stroke
   static const sim::Schema& schema() {
     static constexpr sim::Field fields[] = {field<&EraserState::is_on>("is_on"),
                                             field<&EraserState::last>("last", {.unit = "mm"}),
@@ -22,22 +22,23 @@ struct EraserState {
   }
 };
 
-/// One tick, with the button and without.
+/// Executes one tick: erases while the button is pressed, and ends the stroke on release.
 void step(const Eraser& eraser, EraserState& state, const sim::InstrumentInput& input, sim::Work& work) {
   if (input.is_fresh) state = EraserState();
-  const glm::dvec3& now = input.tick.pose.position_world;
+  const glm::dvec3& position = input.tick.pose.position_world;
   if (input.tick.pose.is_pressed()) {
-    const auto removed = work.remove({state.is_on ? state.last : now, now, 0.5 * eraser.diameter, false});
+    const auto removed =
+        work.remove({state.is_on ? state.last : position, position, 0.5 * eraser.diameter, false});
     state.amount += work.left().mm3_of(removed.removed_units);
     state.is_on = true;
-    state.last = now;
+    state.last = position;
   } else if (state.is_on) {
     work.raise_event(Erased{state.amount}, state.last);
     state = EraserState();
   }
 }
 
-/// A session over that anatomy samples its cuts as finely as this needs.
+/// Returns how finely a session must sample cuts for this instrument.
 sim::ToolNeeds needs(const Eraser& eraser, const volume::Volume&) { return {eraser.diameter, 0}; }
 
 const sim::InstrumentType& type() { return sim::instrument_type<step, nullptr, nullptr, needs>(); }
@@ -86,13 +87,16 @@ std::span<const sim::ValueType* const> EraserModule::events() const {
   return all;
 }
 
-/// Asked before anything is done, about every command of whatever module.
-volume::Status EraserModule::allows(const sim::Command& command, const sim::OperationState& now) const {
+/// Called before each command of any module is executed.
+Status EraserModule::allows(const sim::Command& command, const sim::OperationState& now) const {
   if (!command.what.as<Eraser>()) return std::nullopt;
-  const double most = now.settings_of<EraserLimit>()->most, amount = now.world_of<EraserTotal>()->amount;
+  const double most = now.persistent_of<EraserLimit>()->most, amount = now.undoable_of<EraserTotal>()->amount;
   if (amount < most) return std::nullopt;
-  return volume::Error{"the eraser is used up", "eraser", std::to_string(amount) + " mm3",
-                       "less than " + std::to_string(most) + " mm3", "undo a stroke, or raise its limit"};
+  return Error{.what = "the eraser is used up",
+               .where = "eraser",
+               .found = std::to_string(amount) + " mm3",
+               .expected = "less than " + std::to_string(most) + " mm3",
+               .remedy = "undo a stroke, or raise its limit"};
 }
 
 void EraserModule::apply(const sim::Command& command, sim::ModuleWork& work) const {
@@ -108,9 +112,9 @@ void EraserModule::react(const sim::Event& event, sim::ModuleState& state) const
   total.at = event.place_world;
 }
 
-/// A flag where it was used last. Data alone: any view can draw it.
+/// Returns a flag at the end of the newest stroke, as data that any view can draw.
 sim::Overlays EraserModule::overlays(const sim::OperationState& now) const {
-  const auto& total = *now.world_of<EraserTotal>();
+  const auto& total = *now.undoable_of<EraserTotal>();
   if (total.amount == 0) return {};
   sim::Overlay flag;
   flag.place.position_world = total.at;
@@ -120,7 +124,7 @@ sim::Overlays EraserModule::overlays(const sim::OperationState& now) const {
 }
 
 std::vector<sim::Measure> EraserModule::measures(const sim::OperationState& now) const {
-  return {{"erased", now.world_of<EraserTotal>()->amount, "mm3"}};
+  return {{"erased", now.undoable_of<EraserTotal>()->amount, "mm3"}};
 }
 
 }  // namespace trephine::eraser

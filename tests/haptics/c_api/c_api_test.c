@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
   CHECK(trephine_scene_add_window(scene, "everything", -INFINITY, INFINITY, &error) == -1);
   const double two[4] = {1, 0, 1, 0};
   CHECK(trephine_scene_add_opacity_ramp(scene, "two", hu, two, 4, 0.5, &error) == -1);
-  CHECK(strstr(error.text, "stretch") != NULL);
+  CHECK(strstr(error.text, "interval") != NULL);
   trephine_material material = {1.0, 0.0, 0.0, 0.0};
   CHECK(trephine_scene_set_material(scene, soft, &material, &error) == TREPHINE_OK);
   material.stiffness = -1;
@@ -265,7 +265,7 @@ int main(int argc, char** argv) {
   CHECK(trephine_scene_set_tool_radius(labelled, 2, &error) == TREPHINE_OK);
   CHECK(trephine_hand_create(labelled, 1000, &error) == NULL);
   CHECK(trephine_scene_prepare(labelled, &error) == TREPHINE_OK);
-  CHECK(trephine_surface_get(labelled, 0, &error) == NULL && strstr(error.text, "point"));
+  CHECK(trephine_surface_get(labelled, 0, &error) == NULL && strstr(error.text, "without a radius"));
   trephine_hand* round_tip = trephine_hand_create(labelled, 1000, &error);
   CHECK(round_tip != NULL);
   for (int i = 0; i <= 1000; ++i) {

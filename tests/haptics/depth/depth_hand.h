@@ -1,15 +1,15 @@
-// A hand on a thing that is drawn anew around it.
+// Hand: a hand on an object that is drawn again every ten ticks.
 #pragma once
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/depth/depth_model.h"
 #include "haptics/depth/depth_rules.h"
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 #include "tests/haptics/depth/model_play.h"
-#include "tests/scenes/scenes.h"
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::haptics::depth {
 
@@ -22,7 +22,7 @@ inline std::shared_ptr<const DepthModel> at_rest(const Model& m) {
   return DepthModel::of(std::move(keys)).value();
 }
 
-/// A hand on a scene of one thing, which is drawn anew every ten ticks, as far behind as asked.
+/// A hand on a scene of one object, which is drawn again every ten ticks and used `lag` ticks later.
 struct Hand {
   TouchScene scene = scenes::phantom_scene("sphere", [] {
     data_tools::PhantomOptions o;
@@ -38,7 +38,7 @@ struct Hand {
   int lag = 0;  ///< ticks from a set's time to its use
   std::shared_ptr<const DepthSet> next;
   bool knows_motion = true;
-  double room = 1;  ///< of what the rule asks for
+  double room = 1;  ///< factor on the view's edge that the rule demands
   double pixel = 0.2;
 
   explicit Hand(std::shared_ptr<const DepthSource> source, double radius = 0, double rough = 0) {

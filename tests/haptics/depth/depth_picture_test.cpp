@@ -1,5 +1,4 @@
-// Pictures that come in, as a screen has them: what they show, what is felt while the view turns, and what
-// they hide.
+// Depth pictures of a screen: the surfaces they show, touch while the view turns, and hidden surfaces.
 #include "haptics/depth/depth_picture.h"
 
 #include <cmath>
@@ -7,9 +6,9 @@
 #include <glm/gtc/quaternion.hpp>
 #include <gtest/gtest.h>
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/depth/depth_rules.h"
-#include "haptics/proxy/methods.h"
-#include "tests/scenes/scenes.h"
+#include "haptics/methods/methods.h"
 
 namespace trephine::haptics::depth {
 namespace {
@@ -18,7 +17,7 @@ using glm::dvec3;
 
 constexpr double k_radius = 30, k_far = 500, k_pixel = 0.4;  // mm
 
-/// A ball at the origin from so many degrees about y, 0: from -z; a window of pixels around a place.
+/// A ball at the origin seen from an angle about y (degrees; 0: from -z); a window of pixels around `touch`.
 DepthPicture picture_of_ball(double degrees, const dvec3& touch) {
   DepthPicture picture;
   const glm::dquat turn = glm::angleAxis(degrees * 3.14159265358979 / 180, dvec3(0, 1, 0));
@@ -35,7 +34,7 @@ DepthPicture picture_of_ball(double degrees, const dvec3& touch) {
       const dvec3 way = picture.camera.place(i, j, 1);
       const double a = glm::dot(way, way), b = glm::dot(way, middle),
                    c = glm::dot(middle, middle) - k_radius * k_radius, root = b * b - a * c;
-      // As a depth buffer of 24 bits has it.
+      // Depth as stored in a 24-bit depth buffer.
       const double depth = root > 0 ? (b - std::sqrt(root)) / a : 0, near = 300, far = 800;
       if (depth <= 0) {
         depths.push_back(0);
@@ -72,7 +71,7 @@ struct ScreenHand {
     seen.depths.resize(1);
     EXPECT_FALSE(method->prepare(scene));
   }
-  /// As a window does it: what hides the hand is not taken.
+  /// Adopts a picture as a window does, unless it hides the hand.
   void look(double degrees) {
     const DepthPicture picture = picture_of_ball(degrees, proxy);
     const auto behind = picture.behind(proxy);
@@ -92,13 +91,13 @@ struct ScreenHand {
   ProxyStep step(const dvec3& hip) {
     ProxyInput input{hip};
     input.time = 0.001 * tick++;
-    const ProxyStep made = method->step(scene, seen, state, input);
-    proxy = made.proxy_world;
-    return made;
+    const ProxyStep result = method->step(scene, seen, state, input);
+    proxy = result.proxy_world;
+    return result;
   }
 };
 
-TEST(DepthPicture, WhatIsTouchedStaysWhileTheViewTurns) {
+TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
   for (const double radius : {0.0, 1.5}) {
     ScreenHand hand(radius);
     const dvec3 out = glm::normalize(dvec3(0.1, 0.2, -1));
@@ -109,7 +108,7 @@ TEST(DepthPicture, WhatIsTouchedStaysWhileTheViewTurns) {
     EXPECT_NEAR(glm::length(first), k_radius + radius, 0.02) << radius;
     dvec3 last = first;
     double worst = 0, leap = 0;
-    // A turn of 60 degrees in a second, 60 pictures a second.
+    // A turn of 60 degrees in a second, at 60 pictures per second.
     for (int i = 0; i < 1000; ++i) {
       if (i % 16 == 0) hand.look(0.06 * i);
       const ProxyStep step = hand.step((k_radius + radius - 2) * out);
@@ -118,11 +117,11 @@ TEST(DepthPicture, WhatIsTouchedStaysWhileTheViewTurns) {
       leap = std::max(leap, glm::length(hand.proxy - last));
       last = hand.proxy;
     }
-    EXPECT_LT(worst, 0.1) << radius;  // where the surface leans a pixel is 0.8 mm of it
+    EXPECT_LT(worst, 0.1) << radius;  // on slopes one pixel covers 0.8 mm of the surface
     EXPECT_LT(leap, 0.5) << radius;
     EXPECT_LT(glm::length(last - first), 0.5) << radius;
     EXPECT_EQ(hand.hidden, 0);
-    // From behind nothing is seen of what it touches: that stays as it was.
+    // From behind, the touched side is hidden: its last picture is kept.
     const auto before = hand.seen.depths[0];
     for (int i = 0; i < 100; ++i) {
       if (i % 16 == 0) hand.look(120 + 0.5 * i);
@@ -134,8 +133,8 @@ TEST(DepthPicture, WhatIsTouchedStaysWhileTheViewTurns) {
   }
 }
 
-/// To any place before the picture, at 1 m/s: never behind what it shows.
-TEST(DepthPicture, NothingIsPassedThrough) {
+/// To any point in front of the picture, at 1 m/s: the proxy never passes behind the surfaces shown.
+TEST(DepthPicture, NoSurfaceIsPassedThrough) {
   ScreenHand hand(0);
   hand.proxy = {0, 0, -k_radius - 4};
   hand.look(0);
@@ -152,11 +151,11 @@ TEST(DepthPicture, NothingIsPassedThrough) {
   EXPECT_LT(deepest, 0.05);
 }
 
-TEST(DepthPicture, KeepsDepthsAndSaysWhatIsWrong) {
+TEST(DepthPicture, KeepsDepthsAndRefusesInvalidPictures) {
   DepthPicture picture = picture_of_ball(0, {0, 0, -k_radius});
   EXPECT_FALSE(check(picture));
-  EXPECT_LT(picture.mm_a_step, 0.001);
-  // A step at the middle: equation 1 backward and forward, and 16 bits.
+  EXPECT_LT(picture.mm_per_step, 0.001);
+  // A round trip at the centre: equation 1 backward and forward, and 16 bits.
   EXPECT_NEAR(picture.depth(59, 59), k_far - k_radius, 0.003);
   EXPECT_NEAR(*picture.behind({0, 0, -k_radius + 2}), 2, 0.01);
   EXPECT_FALSE(picture.behind({0, 0, -k_far - 10}));
@@ -164,7 +163,7 @@ TEST(DepthPicture, KeepsDepthsAndSaysWhatIsWrong) {
   EXPECT_GT(picture.known_around({0, 0, -k_radius}), 20);
   EXPECT_EQ(picture.known_around({0, 0, -k_far - 10}), 0);
   EXPECT_EQ(picture.known_around({40, 0, -k_radius}), 0);
-  // All dark: nothing is known, nothing is felt, nothing goes wrong.
+  // An empty picture: nothing is known, nothing is touched, and nothing fails.
   DepthPicture dark = picture;
   dark.keep(std::vector<double>(120 * 120, 0));
   EXPECT_FALSE(check(dark));
@@ -178,7 +177,7 @@ TEST(DepthPicture, KeepsDepthsAndSaysWhatIsWrong) {
   EXPECT_TRUE(refused([](DepthPicture& p) { p.values.pop_back(); }));
   EXPECT_TRUE(refused([](DepthPicture& p) { p.camera.fx = 0; }));
   EXPECT_TRUE(refused([](DepthPicture& p) { p.camera.width = 1; }));
-  EXPECT_TRUE(refused([](DepthPicture& p) { p.mm_a_step = std::nan(""); }));
+  EXPECT_TRUE(refused([](DepthPicture& p) { p.mm_per_step = std::nan(""); }));
   EXPECT_TRUE(refused([](DepthPicture& p) { p.nearest = 0; }));
   EXPECT_FALSE(IncomingDepths().draw({}).is_ok());
 }

@@ -1,4 +1,4 @@
-// Sets of depth images around a hand: as good as images of all of it, also of what moves and bends.
+// Sets of depth images around a hand: they equal images of the whole object, also if it moves and bends.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -7,7 +7,7 @@
 #include "haptics/depth/depth_model.h"
 #include "haptics/depth/depth_stream.h"
 #include "tests/haptics/depth/depth_hand.h"
-#include "volume/local_net.h"
+#include "volume/surface/local_net.h"
 
 namespace trephine::haptics::depth {
 namespace {
@@ -28,7 +28,7 @@ DepthNet net_of(const Model& m, const DepthView& view) {
   return DepthNet(DepthCube::of_triangles(m.vertices, m.triangles, frame, size).value());
 }
 
-TEST(DepthSource, AClipVolumeSeesWhatAllImagesSee) {
+TEST(DepthSource, AClipVolumeEqualsFullImages) {
   const Model m = clutter();
   DepthView whole;
   whole.edge = 60;
@@ -61,12 +61,12 @@ TEST(DepthSource, AClipVolumeSeesWhatAllImagesSee) {
   }
   EXPECT_GT(matter, 50'000);
   EXPECT_GT(crossed, 10'000);
-  // A plane of pixels that lies in a face exactly.
+  // A plane of pixels exactly in a face.
   DepthView face;
   face.edge = 4;
   face.middle = {2, 2, 2};
   EXPECT_EQ(net_of(box({-3, -3, -3}, {2.8, 0.4, 1}), face).cube().open_rays(), 0u);
-  // A hole is told.
+  // A hole is reported.
   Model open = ball({0, 0, 0}, 12, 40);
   open.triangles.resize(open.triangles.size() - 60);
   DepthView at_hole;
@@ -74,7 +74,7 @@ TEST(DepthSource, AClipVolumeSeesWhatAllImagesSee) {
   EXPECT_GT(net_of(open, at_hole).cube().open_rays(), 0u);
 }
 
-TEST(DepthSource, TrianglesOfASetAreTheNetOfItsPixels) {
+TEST(DepthSource, TrianglesOfASetEqualTheNetOfItsPixels) {
   const auto model = at_rest(clutter());
   for (std::uint64_t n = 0; n < 4; ++n) {
     DepthView view;
@@ -82,7 +82,7 @@ TEST(DepthSource, TrianglesOfASetAreTheNetOfItsPixels) {
     view.edge = 8;
     const DepthSet set = model->draw(view).value();
     EXPECT_EQ(set.hash(), model->draw(view, 1).value().hash());
-    // Cell by cell, as steps make them.
+    // Cell by cell, as a step builds them.
     ivec3 size(0);
     const Model m = clutter();
     const DepthNet net = net_of(m, view);
@@ -91,10 +91,10 @@ TEST(DepthSource, TrianglesOfASetAreTheNetOfItsPixels) {
       const dvec3 middle = a + b + c, normal = glm::cross(b - a, c - a);
       return std::array<double, 6>{middle.x, middle.y, middle.z, normal.x, normal.y, normal.z};
     };
-    std::vector<std::array<double, 6>> made, wanted;
+    std::vector<std::array<double, 6>> result, wanted;
     for (std::uint32_t t = 0; t < set.tree->triangle_count(); ++t) {
       const auto [a, b, c] = set.tree->corners(t);
-      made.push_back(key(a, b, c));
+      result.push_back(key(a, b, c));
     }
     size = net.cube().size();
     for (int z = 0; z < size.z; ++z)
@@ -114,21 +114,21 @@ TEST(DepthSource, TrianglesOfASetAreTheNetOfItsPixels) {
                                    f.world_from_volume(dvec3(c))));
             });
           }
-    std::sort(made.begin(), made.end());
+    std::sort(result.begin(), result.end());
     std::sort(wanted.begin(), wanted.end());
-    EXPECT_GT(made.size(), 500u);
-    EXPECT_EQ(made, wanted) << n;
+    EXPECT_GT(result.size(), 500u);
+    EXPECT_EQ(result, wanted) << n;
   }
 }
 
-/// A turn about an axis, by its angle.
+/// p rotated about an axis by an angle (rad).
 dvec3 turned(const dvec3& p, const dvec3& axis, double angle) {
   const dvec3 n = glm::normalize(axis);
   return std::cos(angle) * p + std::sin(angle) * glm::cross(n, p) +
          (1 - std::cos(angle)) * glm::dot(n, p) * n;
 }
 
-TEST(DepthSource, GoesOnAsItMoves) {
+TEST(DepthSource, PredictsRigidMotion) {
   const Model m = ball({3, -2, 1}, 8, 40);
   ModelKeys keys;
   keys.triangles = m.triangles;
@@ -142,17 +142,17 @@ TEST(DepthSource, GoesOnAsItMoves) {
   const DepthSet set = model->draw(view).value();
   EXPECT_LT(set.slack, 1e-7);
   EXPECT_TRUE(set.goes_on);
-  const Placement then = set.place_at(0.01);
+  const Placement then = set.displacement_at(0.01);
   for (std::size_t i = 0; i < m.vertices.size(); i += 17)
     EXPECT_LT(glm::length(then.world_from_local(m.vertices[i]) - keys.keys[1][i]), 1e-7) << i;
-  EXPECT_LT(glm::length(set.place_at(0).world_from_local({1, 2, 3}) - dvec3(1, 2, 3)), 1e-12);
+  EXPECT_LT(glm::length(set.displacement_at(0).world_from_local({1, 2, 3}) - dvec3(1, 2, 3)), 1e-12);
   EXPECT_FALSE(model->draw({view.middle, view.touch, 20, 0.2, 0.01, 0.01}).value().goes_on);
-  // Of one that swells nothing rigid is right, and it says by how much.
+  // A swelling model does not move rigidly: the slack (mm) is reported.
   for (std::size_t i = 0; i < m.vertices.size(); ++i) keys.keys[1][i] = 1.1 * m.vertices[i];
   EXPECT_GT(DepthModel::of(keys).value()->draw(view).value().slack, 0.01);
 }
 
-TEST(DepthSource, SaysWhatItCannotDraw) {
+TEST(DepthSource, RefusesInvalidModelsAndViews) {
   const auto error_of = [](ModelKeys keys) {
     const auto model = DepthModel::of(std::move(keys));
     return model ? std::string() : model.error().message();
@@ -180,11 +180,11 @@ TEST(DepthSource, SaysWhatItCannotDraw) {
     EXPECT_FALSE(model->draw(view));
 }
 
-/// What a camera 200 mm before a ball sees of it, in pixels of so many.
+/// Depth images of a ball 200 mm in front of a camera, `side` pixels wide and high.
 DepthPictures pictures_of_ball(int side, const std::vector<dvec3>& middles, double radius, double beat) {
   DepthPictures all;
   all.camera = {side, side, 2.0 * side, 2.0 * side, 0.5 * (side - 1), 0.5 * (side - 1)};
-  all.mm_a_step = 0.01;
+  all.mm_per_step = 0.01;
   for (std::size_t k = 0; k < middles.size(); ++k) {
     auto& picture = all.pictures.emplace_back();
     all.times.push_back(beat * static_cast<double>(k));
@@ -194,13 +194,13 @@ DepthPictures pictures_of_ball(int side, const std::vector<dvec3>& middles, doub
         const double a = glm::dot(way, way), b = glm::dot(way, middles[k]),
                      c = glm::dot(middles[k], middles[k]) - radius * radius;
         const double root = b * b - a * c, depth = root > 0 ? (b - std::sqrt(root)) / a : 0;
-        picture.push_back(static_cast<std::uint16_t>(std::lround(depth / all.mm_a_step)));
+        picture.push_back(static_cast<std::uint16_t>(std::lround(depth / all.mm_per_step)));
       }
   }
   return all;
 }
 
-TEST(DepthStream, ABallInAVideoIsFeltAndPushes) {
+TEST(DepthStream, ABallInAVideoIsTouchedAndPushes) {
   // Toward the camera and back at 300 mm/s.
   std::vector<dvec3> middles;
   for (int k = 0; k < 12; ++k) middles.push_back({0, 0, 230 - 10.0 * (k % 6 < 3 ? k % 6 : 6 - k % 6)});
@@ -225,11 +225,11 @@ TEST(DepthStream, ABallInAVideoIsFeltAndPushes) {
       sum += off * off, ++count;
       worst = std::max(worst, std::abs(off));
     }
-    // A pixel is 0.4 mm there: half of it is what the published way is off.
+    // A pixel is 0.4 mm there: the published method is off by half a pixel.
     EXPECT_LT(std::sqrt(sum / count), 0.04) << radius;
     EXPECT_LT(worst, 0.2) << radius;
   }
-  // At rest, as it comes.
+  // A hand at rest, toward which the ball moves.
   Hand still(stream);
   double highest = 0;
   for (int i = 0; i < 330; ++i) {
@@ -239,10 +239,10 @@ TEST(DepthStream, ABallInAVideoIsFeltAndPushes) {
       EXPECT_GT(glm::length(p - middle_at(1e-3 * i)), 29.8) << i;
     }
   }
-  EXPECT_GT(highest, 14);  // to 180 mm before the camera
+  EXPECT_GT(highest, 14);  // up to 180 mm in front of the camera
 }
 
-/// One thing by three sources.
+/// One object from three sources.
 TEST(DepthStream, SourcesAgree) {
   const dvec3 middle(0, 0, 230);
   const auto stream = DepthStream::of(pictures_of_ball(400, {middle}, 30, 1)).value();
@@ -265,12 +265,12 @@ TEST(DepthStream, SourcesAgree) {
   }
 }
 
-TEST(DepthStream, SaysWhatIsWrong) {
+TEST(DepthStream, RefusesInvalidPictures) {
   const auto error_of = [](auto&& change) {
     DepthPictures all = pictures_of_ball(8, {{0, 0, 230}, {0, 0, 220}}, 30, 0.1);
     change(all);
-    const auto made = DepthStream::of(std::move(all));
-    return made ? std::string() : made.error().message();
+    const auto result = DepthStream::of(std::move(all));
+    return result ? std::string() : result.error().message();
   };
   EXPECT_EQ(error_of([](DepthPictures&) {}), "");
   EXPECT_NE(error_of([](DepthPictures& p) { p.camera.fx = 0; }).find("intrinsics"), std::string::npos);
@@ -279,9 +279,9 @@ TEST(DepthStream, SaysWhatIsWrong) {
   EXPECT_NE(error_of([](DepthPictures& p) { p.times[1] = 0; }).find("picture 2"), std::string::npos);
   EXPECT_NE(error_of([](DepthPictures& p) { p.times.pop_back(); }), "");
   EXPECT_NE(error_of([](DepthPictures& p) { p.camera.width = 1; }), "");
-  EXPECT_NE(error_of([](DepthPictures& p) { p.mm_a_step = 0; }), "");
+  EXPECT_NE(error_of([](DepthPictures& p) { p.mm_per_step = 0; }), "");
   EXPECT_NE(error_of([](DepthPictures& p) { p.is_repeating = true; }), "");
-  // Nothing was seen: nothing is felt, and nothing goes wrong.
+  // Empty images: nothing is touched, and nothing fails.
   DepthPictures dark = pictures_of_ball(8, {{0, 0, 230}}, 30, 1);
   for (auto& value : dark.pictures[0]) value = 0;
   const auto stream = DepthStream::of(std::move(dark)).value();

@@ -4,16 +4,16 @@
 #include <numbers>
 #include <tuple>
 
+#include "apps/verify/cell_mesh.h"
+#include "apps/verify/mesh_judge.h"
+#include "apps/verify/passage_judge.h"
 #include "haptics/depth/depth_items.h"
 #include "haptics/depth/depth_proxy.h"
 #include "haptics/depth/depth_rules.h"
-#include "tests/checker/mesh_judge.h"
-#include "tests/checker/passage_judge.h"
 #include "tests/haptics/depth/model_play.h"
 #include "tests/whole.h"
-#include "volume/cell_mesh.h"
-#include "volume/deterministic_math.h"
-#include "volume/surface_nets.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::haptics::depth {
 namespace {
@@ -36,7 +36,7 @@ TEST(DepthRules, GiveThePublishedExample) {
   // A workspace of 50 cm in 24 bits: 0.03 um. (The slides say 0.05.)
   EXPECT_NEAR(1000 * depth_resolution(500, 24), 0.0298, 0.0001);
   EXPECT_DOUBLE_EQ(linear_position(-10, 30, 0.25), 0);
-  // Equation 1 undoes what a perspective matrix does to depths.
+  // Equation 1 inverts the depths of a perspective matrix.
   const double near = 5, far = 400;
   for (const double z : {5.0, 7.0, 50.0, 399.0, 400.0}) {
     const double ndc = (far + near) / (far - near) - 2 * far * near / ((far - near) * z);
@@ -44,8 +44,8 @@ TEST(DepthRules, GiveThePublishedExample) {
   }
 }
 
-/// Boxes whose faces, edges and corners lie on rays, and beside them; within one another and across.
-TEST(DepthCube, KnowsMatterAsWindingNumbersDo) {
+/// Boxes whose faces, edges and corners are on rays and next to them, nested and crossing.
+TEST(DepthCube, AgreesWithWindingNumbers) {
   Model m = box({2, 3, 4}, {9, 8, 11});
   m.add(box({4, 4, 6}, {7.5, 7, 9}).inward());  // a cavity
   m.add(box({8, 5.25, 5}, {14, 13, 8}));        // across the first
@@ -72,8 +72,8 @@ TEST(DepthCube, KnowsMatterAsWindingNumbersDo) {
             if (to - from < 1e-3) continue;
             dvec3 p;
             p[axis] = from + (0.3 + 0.4 * number(static_cast<std::uint64_t>(asked))) * (to - from);
-            // A ray through an edge or along a face counts as if it lay a little farther, most along the
-            // first.
+            // A ray through an edge or along a face counts as if shifted by a little, more along the first
+            // axis.
             p[axis == 0 ? 1 : 0] = i + 3e-4, p[axis == 2 ? 1 : 2] = j + 3e-6;
             const double w = winding(m, frame.world_from_volume(p));
             ++asked, inside += k % 2;
@@ -84,13 +84,13 @@ TEST(DepthCube, KnowsMatterAsWindingNumbersDo) {
   EXPECT_EQ(open, 0);
   EXPECT_GT(asked, 2000);
   EXPECT_GT(inside, 600);
-  // A surface with a hole is told.
+  // A surface with a hole is reported.
   Model holed = box({2, 3, 4}, {9, 8, 11});
   holed.triangles.resize(holed.triangles.size() - 6);
   EXPECT_GT(cube_of(holed, plain, size).open_rays(), 20u);
 }
 
-TEST(DepthCube, IsAsNearAsItsPixelsAndTheSameForAnyThreads) {
+TEST(DepthCube, IsAccurateToItsPixelsAndTheSameForAnyThreads) {
   const Model m = ball({0, 0, 0}, 20, 600);
   ivec3 size(0);
   const auto frame = lattice_around(dvec3(-20), dvec3(20), 0.5, size).value();
@@ -108,10 +108,10 @@ TEST(DepthCube, IsAsNearAsItsPixelsAndTheSameForAnyThreads) {
           worst = std::max(worst, std::abs(glm::length(frame.world_from_volume(p)) - 20));
         }
       }
-  EXPECT_LT(worst, 1.5e-3);  // what facets of 0.2 mm lack of a ball
+  EXPECT_LT(worst, 1.5e-3);  // distance of facets of 0.2 mm from the ball
 }
 
-TEST(DepthCube, OfVoxelsIsTheirField) {
+TEST(DepthCube, OfAVolumeIsItsField) {
   const TouchScene scene = scenes::phantom_scene("shell", grid(64, 1.5, 15));
   const TouchItem& item = scene.items[0];
   const ivec3 rays(3, 1, 2);
@@ -129,13 +129,13 @@ TEST(DepthCube, OfVoxelsIsTheirField) {
           ASSERT_LT(std::abs(item.field.value(voxel)), 0.05);  // HU
         }
   EXPECT_GT(layers, 4000);
-  // What hides in it is felt by layers alone.
+  // The hidden interior is known only by layers.
   const dvec3 middle = 32.5 * dvec3(rays);
   EXPECT_TRUE(cube.is_inside(middle, Layers::outermost));
   EXPECT_FALSE(cube.is_inside(middle, Layers::all));
 }
 
-/// Every edge is gone along as often one way as the other. Corners in one place count as one.
+/// True if every edge is traversed equally often in both directions. Vertices at one position count as one.
 bool is_closed(const volume::Mesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> ways;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
@@ -146,17 +146,17 @@ bool is_closed(const volume::Mesh& mesh) {
   return !ways.empty() && std::all_of(ways.begin(), ways.end(), [](const auto& w) { return w.second == 0; });
 }
 
-/// The net of a volume's images is its surface net: the same cells, vertices to what single precision keeps.
-TEST(DepthNet, OfAVolumeIsItsSurfaceNet) {
+/// The net of a volume's depth images is its surface net: the same cells, vertices to single precision.
+TEST(DepthNet, OfAVolumeEqualsItsSurfaceNet) {
   for (const char* phantom : {"gyroid", "shell"}) {
     const TouchScene scene = scenes::phantom_scene(phantom, grid(48, 0.7, 12));
     const TouchItem& item = scene.items[0];
     const DepthNet net(DepthCube::of_voxels(item.field, *item.bits, ivec3(1)).value(), DepthNet::Thin::apart);
-    const volume::Mesh shown = volume::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size()),
+    const volume::Mesh shown = verify::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size()),
                        whole = volume::surface_net({&item.field, nullptr, item.bits.get(), false, true});
     EXPECT_TRUE(is_closed(shown)) << phantom;
     ASSERT_EQ(shown.triangles.size(), whole.triangles.size());
-    // Vertices in one place are one in the first.
+    // The first counts vertices at one position once.
     ASSERT_NEAR(static_cast<double>(shown.vertices.size()), static_cast<double>(whole.vertices.size()), 20);
     std::map<std::tuple<int, int, int>, std::vector<glm::vec3>> by_cell;
     const auto key = [](const glm::vec3& v) {
@@ -179,8 +179,8 @@ TEST(DepthNet, OfAVolumeIsItsSurfaceNet) {
   }
 }
 
-/// From outside, and from inside a calabash.
-TEST(DepthProxy, FeelsAModelWithinATenthOfHalfAPixelAndTheInsideOfACalabash) {
+/// Contact from outside, and from inside a calabash.
+TEST(DepthProxy, RestsWithinATenthOfHalfAPixelOutsideAndInsideACalabash) {
   Model calabash = ball(dvec3(0), 20, 900);
   calabash.add(ball(dvec3(0), 15, 900).inward());
   for (const bool is_within : {false, true}) {
@@ -205,7 +205,7 @@ TEST(DepthProxy, FeelsAModelWithinATenthOfHalfAPixelAndTheInsideOfACalabash) {
   }
 }
 
-/// Thin parts, a narrow tube, a hidden interior, models within one another: from any side, at any speed.
+/// Thin parts, a narrow tube, a hidden interior, nested models: from any side, at any speed.
 TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
   Model plate = box({-8, -8, -0.15}, {8, 8, 0.15});  // 1.5 pixels
   Model tube = box({-1.1, -1.1, 2}, {-0.6, 1.1, 14});
@@ -216,13 +216,13 @@ TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
   hollow.add(ball({0, 0, -8}, 4.4, 60).inward());
   const TouchScene scene = models({plate, tube, hollow});
   std::vector<DepthNet> nets;
-  std::vector<checker::MeshWall> walls;
+  std::vector<verify::MeshWall> walls;
   std::vector<DepthCube> cubes = cubes_of(scene, {DepthProxy::k_pixel, 1}).value();
   for (DepthCube& cube : cubes) {
     EXPECT_EQ(cube.open_rays(), 0u);
     nets.emplace_back(std::move(cube));
     const volume::Mesh mesh =
-        volume::mesh_of_cells(volume::LocalNet{DepthSamples(nets.back())}, nets.back().cube().size());
+        verify::mesh_of_cells(volume::LocalNet{DepthSamples(nets.back())}, nets.back().cube().size());
     EXPECT_TRUE(is_closed(mesh));
     walls.emplace_back(mesh.vertices.span(), mesh.triangles.span());
   }
@@ -234,14 +234,14 @@ TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
   const volume::Frame& base = play.scene.base->frame;
   dvec3 hip(0), way(0);
   for (long i = 0; i < steps; ++i) {
-    if (i % 200 == 0) {  // anew, a third of the time in the cavity, or in the tube
+    if (i % 200 == 0) {  // restart, a third of the time each in the cavity and in the tube
       play.state = {};
       const double where = random();
       hip = where < 0.33   ? dvec3(0, 0, -8)
             : where < 0.66 ? dvec3(0, 0, 8)
                            : dvec3(20 * random() - 10, 20 * random() - 10, 30 * random() - 14);
     }
-    // Slow and fast, to 1 m/s and ten times that.
+    // Slow and fast: up to 1 m/s, and ten times that.
     const double speed = i % 7 == 0 ? 10 : i % 3 == 0 ? 1 : 0.1;
     way = dvec3(random() - 0.5, random() - 0.5, random() - 0.5);
     hip = glm::clamp(hip + 2 * speed * way, dvec3(-10, -10, -15), dvec3(10, 10, 16));
@@ -266,13 +266,14 @@ TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
   EXPECT_GT(contacts, steps / 4);
   EXPECT_GT(hidden, steps / 10);
   EXPECT_GT(in_tube, steps / 200);
-  // The judge sees a proxy that goes straight: a planted fault.
+  // Planted fault: the judge detects a proxy that moves straight through.
   EXPECT_TRUE(walls[0].is_entered(nets[0].cube().frame().volume_from_world({0.03, 0.04, 1}),
                                   nets[0].cube().frame().volume_from_world({0.05, 0.02, -1})));
 }
 
-/// Plates thinner than a pixel, leaning in any way, hit from both sides: the rays meet both faces between two
-/// places. Without what holds them they would not be there, as the published method shows.
+/// Plates thinner than a pixel, tilted in any direction, hit from both sides: rays meet both faces between
+/// two lattice points. Without special care for thin parts they would be missed, as the published method
+/// shows.
 TEST(DepthProxy, PlatesThinnerThanAPixelHold) {
   const auto fallen = [](const char* method, double thick, std::uint64_t lean, long& contacts) {
     const glm::dquat turn = glm::normalize(glm::dquat(1, place(lean, 0.8)));
@@ -281,7 +282,7 @@ TEST(DepthProxy, PlatesThinnerThanAPixelHold) {
       return m;
     };
     const Model middle = turned(box({-5, -5, 0}, {5, 5, 0}));
-    const checker::MeshWall wall(middle.vertices, middle.triangles, 1.0);
+    const verify::MeshWall wall(middle.vertices, middle.triangles, 1.0);
     ModelPlay play(method, models({turned(box({-7, -7, -0.5 * thick}, {7, 7, 0.5 * thick}))}));
     const volume::Frame& base = play.scene.base->frame;
     long crossed = 0;
@@ -310,11 +311,11 @@ TEST(DepthProxy, PlatesThinnerThanAPixelHold) {
   EXPECT_GT(fallen("lomi", 0.02, 1, contacts), 20);
 }
 
-/// Closed shells thinner than a pixel whose walls lie along the lattice, where rays graze facets and corners:
-/// a ball in a ball, a box in a box, a prism in a prism. Judged by the triangles.
+/// Closed shells thinner than a pixel with walls along the lattice, where rays graze facets and corners: a
+/// ball in a ball, a box in a box, a prism in a prism. The triangles are the judge.
 TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
   constexpr double k_outer = 10;
-  const auto prism = [](double radius, double half) {  // an octagon's, its flat sides across the axes
+  const auto prism = [](double radius, double half) {  // an octagonal prism with flat sides across the axes
     Model m;
     for (const double z : {-half, half})
       for (int k = 0; k < 8; ++k) {
@@ -342,8 +343,8 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
         Model shell = solid(kind, k_outer);
         shell.add(solid(kind, k_outer - thick).inward());
         for (dvec3& p : shell.vertices) p += middle;
-        checker::PassageJudge judge(checker::MeshWall(shell.vertices, shell.triangles, 1.0),
-                                    DepthProxy::k_pixel);
+        verify::PassageJudge judge(verify::MeshWall(shell.vertices, shell.triangles, 1.0),
+                                   DepthProxy::k_pixel);
         ModelPlay play("depth", models({shell}));
         const volume::Frame& base = play.scene.base->frame;
         int passed = 0;
@@ -355,7 +356,7 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
                   poke == 0 ? dvec3(0) : 0.12 * (2.0 * dvec3(number(n), number(n + 1), number(n + 2)) - 1.0);
               n += 3;
               way[axis] = side;
-              // From outside in, and from the middle out.
+              // From outside in, and from the centre out.
               for (const bool is_out : {false, true}) {
                 play.state = {};
                 judge.restart();
@@ -371,7 +372,7 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
               }
             }
         EXPECT_EQ(passed, 0);
-        // A hand that nothing holds is seen by the judge: the planted fault.
+        // Planted fault: the judge detects a hand that nothing holds.
         judge.restart();
         bool is_seen = false;
         for (int i = 0; i < 40; ++i)
@@ -383,33 +384,33 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
   EXPECT_GT(contacts, 3 * 5 * 3 * 60 * 15);
 }
 
-/// What is held where it is thinner than a pixel does not round the edges of what is thicker.
-TEST(DepthNet, SharpEdgesStayAsTheyAre) {
+/// Care for parts thinner than a pixel does not round the edges of thicker parts.
+TEST(DepthNet, SharpEdgesStaySharp) {
   const glm::dquat turn = glm::normalize(glm::dquat(1, 0.15, -0.3, 0.2));
   Model m = box({-4, -3, -2}, {4, 3, 2});
   for (dvec3& p : m.vertices) p = turn * p;
   const TouchScene scene = models({m});
   const DepthNet net(std::move(cubes_of(scene, {0.2, 1}).value()[0]));
   EXPECT_EQ(net.thin_edges(), 0u);
-  const volume::Mesh shown = volume::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size());
+  const volume::Mesh shown = verify::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size());
   double worst = 0;
   for (const glm::vec3& v : shown.vertices.span()) {
     const dvec3 p = glm::conjugate(turn) * net.cube().frame().world_from_volume(dvec3(v));
     const dvec3 beyond = glm::abs(p) - dvec3(4, 3, 2);
     worst = std::max({worst, beyond.x, beyond.y, beyond.z});
   }
-  EXPECT_LT(worst, 0.01);  // nothing stands out
+  EXPECT_LT(worst, 0.01);  // no vertex protrudes
 }
 
-TEST(DepthProxy, SaysWhatItCannotTouch) {
+TEST(DepthProxy, RefusesInvalidModelsAndTools) {
   Model open = box({0, 0, 0}, {5, 5, 5});
   open.triangles.resize(open.triangles.size() - 3);
   for (const char* name : {"depth", "lomi"}) {
     const auto method = make_method(name).value();
-    const volume::Status sheet = method->prepare(models({open}));
+    const Status sheet = method->prepare(models({open}));
     ASSERT_TRUE(sheet) << name;
     EXPECT_NE(sheet->what.find("not closed"), std::string::npos);
-    const volume::Status large = method->prepare(models({box(dvec3(0), dvec3(900, 5, 5))}));
+    const Status large = method->prepare(models({box(dvec3(0), dvec3(900, 5, 5))}));
     ASSERT_TRUE(large) << name;
     EXPECT_NE(large->expected.find("2048"), std::string::npos);
     EXPECT_EQ(large->where, "model");

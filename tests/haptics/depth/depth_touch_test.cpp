@@ -1,4 +1,4 @@
-// What moves and bends, felt by sets of depth images: it pushes, and is never passed.
+// Touch of moving and bending objects by sets of depth images: they push the proxy, and are never passed.
 #include <cmath>
 
 #include "tests/haptics/depth/depth_hand.h"
@@ -7,7 +7,7 @@
 namespace trephine::haptics::depth {
 namespace {
 
-TEST(DepthTouch, FeelsABallAsNearAsATenthOfHalfAPixelWithAPointAndABall) {
+TEST(DepthTouch, ABallIsTouchedToATenthOfHalfAPixelByAPointAndABall) {
   const auto model = at_rest(ball({0, 0, 0}, 30, 400));
   for (const double radius : {0.0, 2.0}) {
     Hand hand(model, radius);
@@ -29,7 +29,7 @@ TEST(DepthTouch, FeelsABallAsNearAsATenthOfHalfAPixelWithAPointAndABall) {
   }
 }
 
-/// A plate, 1 mm thick, that goes to and fro at `speed` mm/s, leaning and bent by `bend` mm.
+/// A plate, 1 mm thick, that moves back and forth at `speed` mm/s, tilted and bent by `bend` mm.
 struct Plate {
   double speed, bend;
   double height(double time) const {
@@ -37,7 +37,7 @@ struct Plate {
     const double in = s - 2 * way * std::floor(s / (2 * way));
     return (in < way ? in : 2 * way - in) - 30;
   }
-  /// The plate's middle surface.
+  /// Height of the plate's middle surface, mm.
   double at(double x, double y, double time) const {
     return height(time) + 0.3 * x + bend * std::sin(time * 25) * (x * x + y * y) / 400;
   }
@@ -76,15 +76,16 @@ struct Plate {
 };
 
 struct Pushed {
-  int up = 0, passed = 0;  ///< ticks in which the hand was pushed from where it rests, and was behind
-  double deepest = 0;      ///< mm into the plate
+  /// ticks in which the plate pushed the hand from its rest, and in which the hand was behind the plate
+  int up = 0, passed = 0;
+  double deepest = 0;  ///< mm into the plate
 };
 Pushed push(const Plate& plate, double radius, int lag, int ticks, bool knows_motion = true) {
   Hand hand(plate.model(0.001 * ticks + 0.05), radius);
   hand.lag = lag;
   hand.knows_motion = knows_motion;
   Pushed result;
-  // Above it at first, nearly at rest, while it comes and goes.
+  // The hand starts above it and is nearly at rest, while the plate comes and goes.
   for (int i = 0; i < ticks; ++i) {
     const dvec3 p = hand.step({3 + 0.5 * std::sin(0.02 * i), -2, 4}).proxy_world;
     if (i < 15) continue;
@@ -96,7 +97,7 @@ Pushed push(const Plate& plate, double radius, int lag, int ticks, bool knows_mo
   return result;
 }
 
-TEST(DepthTouch, APlateThatMovesAndBendsPushesAndIsNeverPassedTo1MPerS) {
+TEST(DepthTouch, AMovingBendingPlatePushesAndIsNeverPassedUpTo1MPerS) {
   for (const double speed : {1000.0, 400.0, 100.0}) {
     for (const double bend : {0.0, 4.0})
       for (const double radius : {0.0, 1.5})
@@ -110,12 +111,12 @@ TEST(DepthTouch, APlateThatMovesAndBendsPushesAndIsNeverPassedTo1MPerS) {
         }
     if (!is_whole()) break;
   }
-  // Where nobody knows how it moves between two sets it goes through the hand, and that is seen.
+  // Planted fault: without its motion between two sets the plate passes through the hand, which is detected.
   EXPECT_GT(push({1000, 0}, 0, 4, 180, false).passed, 10);
 }
 
-/// A shell of 1 mm that flies about at 400 mm/s and swells, and hands of up to 1 m/s, one in it and one
-/// around it: where it is at a time has a closed form.
+/// A shell of 1 mm that moves at 400 mm/s and swells, and hands of up to 1 m/s, one inside and one outside.
+/// Its position at a time has a closed form.
 struct Shell {
   static constexpr double k_outer = 16, k_inner = 15, k_beat = 0.02;
   static dvec3 middle(double key) {
@@ -143,7 +144,7 @@ struct Kept {
 };
 Kept keep_in_or_out(bool is_in, long ticks, bool knows_motion) {
   Hand hand(Shell::model());
-  hand.room = 1.5;  // as operations have it: both move
+  hand.room = 1.5;  // as in operations: both move
   hand.pixel = 0.4;
   hand.knows_motion = knows_motion;
   Kept kept;
@@ -151,7 +152,7 @@ Kept keep_in_or_out(bool is_in, long ticks, bool knows_motion) {
   for (long i = 0; i < ticks; ++i) {
     for (std::uint64_t n = 3 * static_cast<std::uint64_t>(i); glm::length(goal - hip) < 1; ++n)
       goal = place(n, 24);
-    const double pace = 0.2 + 0.8 * number(static_cast<std::uint64_t>(i / 500));  // mm a tick
+    const double pace = 0.2 + 0.8 * number(static_cast<std::uint64_t>(i / 500));  // mm per tick
     hip += pace * glm::normalize(goal - hip);
     const ProxyStep step = hand.step(hip);
     const double key = 1e-3 * static_cast<double>(i) / Shell::k_beat, size = Shell::size(key);
@@ -160,14 +161,14 @@ Kept keep_in_or_out(bool is_in, long ticks, bool knows_motion) {
     kept.contacts += step.has_contact;
     kept.deepest = std::max(kept.deepest, deep);
     kept.passed += deep > 0.5;
-    if (deep > 0.5) return kept;  // it is on the other side from here on
+    if (deep > 0.5) return kept;  // from here on it is on the other side
   }
   return kept;
 }
 
-/// A thing whose surface comes to lie just where a hand rests, to the last bit: a way that ends on it and the
-/// next one, which begins there, both find it.
-TEST(DepthTouch, WhatComesToLieOnTheHandPushesIt) {
+/// A surface that stops exactly at a hand at rest, to the last bit: the path that ends on it and the next
+/// one, which starts there, both find it.
+TEST(DepthTouch, ASurfaceThatStopsExactlyAtTheHandPushesIt) {
   const Model plate = box({-20, -20, -2}, {20, 20, 2});
   for (const double begin : {-2.0, 0.4, 1.0, 1.2, 1.6}) {
     ModelKeys keys;
@@ -187,7 +188,7 @@ TEST(DepthTouch, WhatComesToLieOnTheHandPushesIt) {
   }
 }
 
-TEST(DepthTouch, NothingPassesAShellThatFliesAboutAndSwells) {
+TEST(DepthTouch, NothingPassesAMovingSwellingShell) {
   const long ticks = is_whole() ? 100'000 : 1'000;
   for (const bool is_in : {true, false}) {
     const Kept kept = keep_in_or_out(is_in, ticks, true);
@@ -195,12 +196,12 @@ TEST(DepthTouch, NothingPassesAShellThatFliesAboutAndSwells) {
     EXPECT_GT(kept.contacts, ticks / 20) << is_in;
     EXPECT_LT(kept.deepest, 0.5) << is_in;  // facets are 0.03 mm off
     RecordProperty(is_in ? "deepest_in" : "deepest_out", std::to_string(kept.deepest));
-    // Sets that stand still until the next one are passed through.
+    // Planted fault: sets that stand still until the next one are passed through.
     EXPECT_GT(keep_in_or_out(is_in, ticks, false).passed, 0) << is_in;
   }
 }
 
-/// A corner of voxels, a mesh and what is drawn: one proxy on all three.
+/// A corner of voxels, a mesh and a drawn model: one proxy on all three.
 TEST(DepthTouch, VoxelsMeshesAndDepthsInOneContact) {
   data_tools::PhantomOptions o;
   o.size = ivec3(48);
@@ -224,7 +225,7 @@ TEST(DepthTouch, VoxelsMeshesAndDepthsInOneContact) {
   for (int i = 0; i < 400; ++i)
     step = method->step(scene, seen, state, {dvec3(0.012 * i, 0.014 * i, 4 - 0.016 * i)});
   ASSERT_TRUE(step.has_contact);
-  // Where the plane of voxels lies there, by a hand that is pressed straight onto it.
+  // Position of the voxel plane there, from a hand pressed straight onto it.
   ProxyState other;
   ProxyStep on_plane;
   for (int i = 0; i < 100; ++i) on_plane = method->step(scene, seen, other, {dvec3(2.9, 2.9, 4 - 0.06 * i)});

@@ -1,4 +1,4 @@
-// The published method of touching depth images, as it is.
+// Lomi: the published method of touching depth images, unchanged.
 #include "haptics/depth/lomi.h"
 
 #include <cmath>
@@ -17,14 +17,14 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-TEST(Lomi, AsksNoVoxelTwiceAndStoresNone) {
+TEST(Lomi, QueriesNoVoxelTwiceAndStoresNone) {
   std::set<std::tuple<int, int, int>> asked;
   const LomiOptions options{0.2, 31, 0, false};
   const dvec3 middle(0);
   long walks = 0, longest = 0;
   for (std::uint64_t n = 0; n < 300; ++n) {
     asked.clear();
-    // A slope with a bend, under a hand deep in it.
+    // A bent slope, under a hand deep in it.
     const dvec3 slope = glm::normalize(dvec3(number(4 * n) - 0.5, number(4 * n + 1) - 0.5, 1.2));
     const auto inside = [&](const dvec3& p) {
       const auto voxel = [&](double x) { return static_cast<int>(std::lround(x / 0.2)); };
@@ -42,8 +42,8 @@ TEST(Lomi, AsksNoVoxelTwiceAndStoresNone) {
   EXPECT_GT(longest, 60);
 }
 
-/// On a ball, by both maps; each level comes three times as near, as far as the proxy's voxel reaches.
-TEST(Lomi, RestsOnABallAsNearAsItsVoxels) {
+/// On a ball, with both maps: each level is three times as accurate, within the voxel of the proxy.
+TEST(Lomi, RestsOnABallToTheAccuracyOfItsVoxels) {
   const auto inside = [](const dvec3& p) { return glm::length(p) < 20; };
   for (const bool is_physical : {false, true})
     for (const double resolution : {0.7, 0.4, 0.2}) {
@@ -70,7 +70,7 @@ TEST(Lomi, RestsOnABallAsNearAsItsVoxels) {
 }
 
 /// The three cases of the published method, on a plate of 1 mm.
-TEST(Lomi, HoldsInsideGivesBackOutsideAndHoldsBeyondThinMatter) {
+TEST(Lomi, HoldsInsideReleasesOutsideAndHoldsBeyondThinMatter) {
   const auto inside = [](const dvec3& p) { return std::abs(p.z) < 0.5; };
   const LomiOptions options;
   const dvec3 from(0, 0, 0.6);
@@ -86,7 +86,7 @@ TEST(Lomi, HoldsInsideGivesBackOutsideAndHoldsBeyondThinMatter) {
   EXPECT_GT(through.place.z, 0.4);  // the first collision counts
 }
 
-TEST(Lomi, IsAMethodThatKeepsFromAModelAndAScan) {
+TEST(Lomi, RunsAsAMethodOnAScan) {
   Play play("lomi", scenes::phantom_scene("sphere", grid(128, 1.5)));
   play.no_friction();
   double worst = 0;
@@ -100,7 +100,7 @@ TEST(Lomi, IsAMethodThatKeepsFromAModelAndAScan) {
     ++count;
   }
   EXPECT_GT(count, 1800);
-  EXPECT_LT(worst, 0.2);  // the desired resolution
+  EXPECT_LT(worst, 0.2);  // the requested resolution
 }
 
 TEST(Lomi, FarHandsAreHarmless) {
@@ -115,10 +115,10 @@ TEST(Lomi, FarHandsAreHarmless) {
   }
 }
 
-/// A hand that goes along a plate: the force of the published friction is the stretch from the true place
-/// back to the temporary one, so it grows with how far it slides in a tick, to the cone's edge, and lets a
-/// hand that rests alone.
-TEST(Lomi, FrictionIsTheWayFromTheTrueToTheTemporaryPlace) {
+/// A hand that slides along a plate. The published friction force is the stretch from the true position back
+/// to the temporary one: it grows with the path per tick up to the cone's edge, and vanishes for a hand at
+/// rest.
+TEST(Lomi, FrictionIsTheOffsetFromTheTrueToTheTemporaryPosition) {
   Model plate = box({-30, -30, -4}, {30, 30, 0});
   const auto slide = [&](double friction, double mm_a_tick, double& behind, double& at_rest) {
     TouchScene scene = models({plate});
@@ -144,7 +144,7 @@ TEST(Lomi, FrictionIsTheWayFromTheTrueToTheTemporaryPlace) {
   double behind = 0, at_rest = 0;
   slide(0, 0.3, behind, at_rest);
   EXPECT_NEAR(behind, 0, 0.02);
-  slide(0.4, 0.1, behind, at_rest);  // 100 mm/s: as far as a tick goes
+  slide(0.4, 0.1, behind, at_rest);  // 100 mm/s: the path of one tick
   EXPECT_NEAR(behind, 0.1, 0.05);
   EXPECT_NEAR(at_rest, 0, 0.02);
   slide(0.2, 0.4, behind, at_rest);  // 400 mm/s: the cone's edge at 1 mm
@@ -152,8 +152,7 @@ TEST(Lomi, FrictionIsTheWayFromTheTrueToTheTemporaryPlace) {
   EXPECT_NEAR(at_rest, 0, 0.02);
 }
 
-/// A face through whole places of the lattice: half a pixel below it nearest pixels change their mind, and
-/// rounding decides for whom.
+/// A face through lattice points: half a pixel below it the nearest pixel changes, and rounding decides.
 TEST(Lomi, AHandBetweenTwoPixelsIsHeld) {
   for (const double step : {0.02, 0.05, 0.1}) {
     ModelPlay play("lomi", models({box({-5, -5, -4}, {5, 5, 0})}));
@@ -164,20 +163,20 @@ TEST(Lomi, AHandBetweenTwoPixelsIsHeld) {
   }
 }
 
-/// Parts against all layers, place by place; the whole of a calabash hides its cavity.
-TEST(Lomi, PartsOfAConcaveThingHideNothing) {
+/// Parts against all layers, voxel by voxel; the outer images of a calabash miss its cavity.
+TEST(Lomi, PartsOfAConcaveObjectMissNothing) {
   Model calabash = ball(dvec3(0), 10, 90);
   calabash.add(ball(dvec3(0.3, -0.2, 0.1), 7, 90).inward());
-  // Open at its edges, and yet no camera sees its middle.
+  // Open at its edges, and yet no camera sees its interior.
   Model crate;
   for (const double at : {-6.0, 5.0}) {
     crate.add(box({at, -4, -4}, {at + 1, 4, 4}));
     crate.add(box({-4, at, -4}, {4, at + 1, 4}));
     crate.add(box({-4, -4, at}, {4, 4, at + 1}));
   }
-  const Model one = ball(dvec3(0), 10, 90);
+  const Model full = ball(dvec3(0), 10, 90);
   for (const auto& [model, hides] :
-       {std::pair(calabash, true), std::pair(crate, true), std::pair(one, false)}) {
+       {std::pair(calabash, true), std::pair(crate, true), std::pair(full, false)}) {
     const TouchScene scene = models({model});
     const DepthCube cube = std::move(cubes_of(scene, {0.2, 1}).value()[0]);
     const DepthParts parts(cube);
@@ -195,11 +194,11 @@ TEST(Lomi, PartsOfAConcaveThingHideNothing) {
         }
     EXPECT_GT(inside, 1000);
     EXPECT_EQ(differ, 0);
-    EXPECT_EQ(hidden > 0, hides);  // without parts it is seen that something hides
+    EXPECT_EQ(hidden > 0, hides);  // detected: without parts something is hidden
   }
 }
 
-TEST(Lomi, TheInsideOfACalabashIsFeltByItsPartsAlone) {
+TEST(Lomi, TheInsideOfACalabashIsTouchedOnlyByItsParts) {
   Model calabash = ball(dvec3(0), 20, 300);
   calabash.add(ball(dvec3(0), 15, 300).inward());
   for (const bool is_whole : {true, false}) {
@@ -215,7 +214,7 @@ TEST(Lomi, TheInsideOfACalabashIsFeltByItsPartsAlone) {
       if (i > 200) worst = std::max(worst, std::abs(glm::length(s.proxy_world) - 15));
     }
     if (is_whole) {
-      EXPECT_EQ(contacts, 0);  // six cameras around it see matter in there
+      EXPECT_EQ(contacts, 0);  // six cameras around it see it as solid
     } else {
       EXPECT_GT(contacts, 1800);
       EXPECT_LT(worst, 0.2);

@@ -1,22 +1,22 @@
-// A hand on closed models that are at rest, by any method.
+// ModelPlay: a hand on closed models at rest, by any method.
 #pragma once
 
 #include <initializer_list>
 #include <memory>
 
+#include "apps/bench/scenes/closed_models.h"
 #include "haptics/mesh/mesh_tree.h"
-#include "tests/haptics/depth/closed_models.h"
 #include "tests/haptics/proxy/method_play.h"
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::haptics::depth {
 
-inline double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+inline double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 inline dvec3 place(std::uint64_t n, double within) {
   return within * (2.0 * dvec3(number(3 * n), number(3 * n + 1), number(3 * n + 2)) - 1.0);
 }
 
-/// A scene of models alone, in a volume where nothing is solid.
+/// A scene of models only, in a volume without solid voxels.
 inline TouchScene models(std::initializer_list<Model> all) {
   TouchScene scene = scenes::phantom_scene("sphere", grid(16, 1));
   scene.items.clear();
@@ -26,7 +26,7 @@ inline TouchScene models(std::initializer_list<Model> all) {
   }
   return scene;
 }
-/// Plays it without the judge of volumes.
+/// Steps a method without the judge of volumes.
 struct ModelPlay {
   TouchScene scene;
   std::unique_ptr<ProxyMethod> method;
@@ -35,7 +35,7 @@ struct ModelPlay {
 
   ModelPlay(const std::string& name, TouchScene s)
       : scene(std::move(s)), method(make_method(name).value()), seen(untouched(scene)) {
-    const volume::Status error = method->prepare(scene);
+    const Status error = method->prepare(scene);
     EXPECT_FALSE(error) << error->what;
   }
   ProxyStep step(const dvec3& hip) { return method->step(scene, seen, state, {hip}); }

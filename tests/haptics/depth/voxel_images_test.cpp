@@ -1,13 +1,13 @@
-// The six images of voxels: against rows asked voxel by voxel, through cuts and what takes them back, and
-// against the images that know every layer.
+// The six images of voxels: against rows queried voxel by voxel, through cuts and their undo, and against the
+// images with every layer.
 #include "haptics/depth/voxel_images.h"
 
 #include <gtest/gtest.h>
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/depth/depth_cube.h"
-#include "tests/scenes/scenes.h"
-#include "volume/deterministic_math.h"
-#include "volume/removal.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::haptics::depth {
 namespace {
@@ -17,7 +17,7 @@ using glm::ivec3;
 
 data_tools::PhantomOptions odd_size() {
   data_tools::PhantomOptions o;
-  o.size = {70, 61, 37};  // words that are not full, slices of 2.5 voxels' height
+  o.size = {70, 61, 37};  // partly filled words; slices 2.5 voxels thick
   o.spacing_mm = {0.6, 0.6, 1.5};
   return o;
 }
@@ -53,7 +53,7 @@ long differences(const VoxelImages& images, const volume::SurfaceSource& source)
   return wrong;
 }
 
-TEST(VoxelImages, SeeTheFirstOfEachRowThroughCutsAndBack) {
+TEST(VoxelImages, ShowTheFirstVoxelOfEachRowThroughCutsAndUndo) {
   const TouchScene scene = scenes::phantom_scene("gyroid", odd_size());
   const TouchItem& shape = scene.items[0];
   auto version = std::make_shared<const volume::Version>(
@@ -69,7 +69,7 @@ TEST(VoxelImages, SeeTheFirstOfEachRowThroughCutsAndBack) {
   std::size_t most = 0;
   for (std::uint64_t n = 0; n < 12; ++n) {
     const auto number = [&](std::uint64_t k) {
-      return static_cast<double>(volume::hash_bits(8 * n + k) >> 11) * 0x1p-53;
+      return static_cast<double>(hash_bits(8 * n + k) >> 11) * 0x1p-53;
     };
     const dvec3 at =
         scene.base->frame.world_from_volume(dvec3(scene.base->size) * dvec3(number(0), number(1), number(2)));
@@ -85,13 +85,13 @@ TEST(VoxelImages, SeeTheFirstOfEachRowThroughCutsAndBack) {
   EXPECT_LT(most, static_cast<std::size_t>(scene.base->size.x) *
                       static_cast<std::size_t>(scene.base->size.y) *
                       static_cast<std::size_t>(scene.base->size.z) / 2);
-  // Back: matter grows.
+  // Undo: matter grows.
   for (std::size_t n = boxes.size(); n-- > 0;) {
     if (boxes[n].low.x > boxes[n].high.x) continue;
     images.update(source(*before[n]), boxes[n]);
     ASSERT_EQ(differences(images, source(*before[n])), 0) << n;
   }
-  // One that is not looked at anew is told by the judge.
+  // Planted fault: an image that is not updated is detected.
   const dvec3 middle = scene.base->frame.world_from_volume(0.5 * dvec3(scene.base->size));
   editor.remove({middle, middle + dvec3(30, 0, 0), 20});
   EXPECT_GT(differences(images, source(*editor.freeze())), 0);
@@ -107,7 +107,7 @@ TEST(VoxelImages, AgreeWithTheImagesOfEveryLayer) {
     const auto [u, v] = across(axis);
     for (int j = 0; j < images.size()[v]; ++j)
       for (int i = 0; i < images.size()[u]; ++i) {
-        const auto layers = cube.ray(axis, i + 1, j + 1);  // its lattice begins a voxel before
+        const auto layers = cube.ray(axis, i + 1, j + 1);  // its lattice begins one voxel earlier
         ASSERT_EQ(layers.empty(), images.first(axis, false, i, j) < 0);
         if (layers.empty()) continue;
         ++seen;

@@ -6,7 +6,7 @@
 namespace trephine::haptics {
 namespace {
 
-volume::Result<PosePath> read(const std::string& text) {
+Result<PosePath> read(const std::string& text) {
   std::istringstream in(text);
   return PosePath::read_csv(in, "path.csv");
 }
@@ -21,7 +21,7 @@ TEST(PosePath, ReadsColumnsInAnyOrderAndSamplesLinearly) {
   EXPECT_EQ(path.value().at(9).position_world.x, 5);
 }
 
-TEST(PosePath, WithoutAButtonItIsPressedThroughout) {
+TEST(PosePath, WithoutAButtonColumnTheButtonIsPressedThroughout) {
   EXPECT_TRUE(read("t,x,y,z\r\n0,1,2,3\r\n").value().at(0).is_pressed());
 }
 
@@ -65,7 +65,7 @@ TEST(PosePath, HasThirtyTwoButtonsAndFourAxes) {
     EXPECT_FALSE(read(broken).is_ok()) << broken;
 }
 
-TEST(PosePath, ServoTimesIncludeTheLastMomentOnce) {
+TEST(PosePath, ServoTimesIncludeTheLastTimeOnce) {
   const auto path = read("t,x,y,z\n0.5,0,0,0\n1.5,1,0,0\n").value();
   const auto times = servo_times(path, 1000);
   EXPECT_EQ(times.size(), 1001u);
@@ -76,7 +76,7 @@ TEST(PosePath, ServoTimesIncludeTheLastMomentOnce) {
   for (std::size_t i = 1; i < odd.size(); ++i) EXPECT_GT(odd[i], odd[i - 1]);
 }
 
-TEST(PosePath, EveryFaultIsNamedWithItsPlace) {
+TEST(PosePath, EveryFaultIsReportedWithItsLocation) {
   const std::pair<const char*, const char*> faults[] = {
       {"", "empty"},
       {"t,x,y\n0,1,2\n", "no column z"},
@@ -86,11 +86,11 @@ TEST(PosePath, EveryFaultIsNamedWithItsPlace) {
       {"t,x,y,z\n", "no samples"},
       {"t,x,y,z\n0,1,2\n", "line 2"},
       {"t,x,y,z\n0,1,2,nan\n", "column z"},
-      {"t,x,y,z\n0,1,2,3\n0,1,2,3\n", "goes back in time"},
+      {"t,x,y,z\n0,1,2,3\n0,1,2,3\n", "not increasing"},
       {"t,x,y,z\n0,1,2,3\n-1,1,2,3\n", "line 3"},
       {"t,x,y,z\n0,1,2,3e9\n", "below 1e6"},
       {"t,x,y,z,button\n0,1,2,3,2\n", "button"},
-      {"t,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,0,0\n", "rotation"},
+      {"t,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,0,0\n", "invalid orientation"},
       {"t,x,y,z\n0,1,2,3x\n", "3x"},
   };
   for (const auto& [text, word] : faults) {

@@ -1,4 +1,4 @@
-// Virtual couplings of 3 and 6 degrees of freedom, and what a device bears.
+// Virtual couplings of 3 and 6 degrees of freedom, and limits of devices.
 #include "haptics/force/coupling.h"
 
 #include <cmath>
@@ -14,15 +14,14 @@ constexpr double k_dt = 1e-3;
 
 void expect_near(const dvec3& a, const dvec3& b, double within) { EXPECT_LT(glm::length(a - b), within); }
 
-TEST(Coupling, IsTheStiffestThatTheDeviceBearsAndTheExampleOfItsSource) {
+TEST(Coupling, IsTheStiffestForTheDeviceAndMatchesThePublishedExample) {
   const Coupling c = critical_coupling(0.025, 0.008, 1000);
   EXPECT_NEAR(c.stiffness, 0.594, 0.001);  // 594 N/m
   EXPECT_NEAR(c.damping, 2 * std::sqrt(c.stiffness * 0.025 / 1000), 1e-12);
   EXPECT_NEAR(0.5e-3 * c.stiffness + c.damping, 0.008, 1e-12);
   EXPECT_DOUBLE_EQ(passive_stiffness(0.002, 0.001, 1000), 2);
   EXPECT_DOUBLE_EQ(passive_stiffness(0.002, 0.003, 1000), 0);
-  // Critically damped: after a jump of the hand the tool comes to it without passing it, within a few
-  // periods.
+  // Critically damped: after a jump of the hand the tool reaches it without overshoot, within a few periods.
   for (const double mass : {0.002, 0.025, 0.2}) {
     const Coupling k = critical_coupling(mass, 0.02, 1000);
     VirtualCoupling tool(k, mass, k_dt);
@@ -33,22 +32,22 @@ TEST(Coupling, IsTheStiffestThatTheDeviceBearsAndTheExampleOfItsSource) {
       at = tool.step({10, 0, 0}, {});
       if (i > 5) farthest = std::max(farthest, at.x);
     }
-    // The damper is tied to the hand's velocity: its jump throws the tool over once, by less than a fifth.
+    // The damper follows the hand's velocity: a jump makes the tool overshoot once, by less than a fifth.
     EXPECT_LT(farthest, 12) << mass;
     EXPECT_NEAR(at.x, 10, 1e-6);
-    // At rest the hand feels what the tool feels.
+    // At rest the hand receives the force on the tool.
     for (int i = 0; i < 3000; ++i) tool.step({10, 0, 0}, dvec3(0, 0, 1));
     expect_near(tool.on_hand().force_world, {0, 0, 1}, 1e-6);
     expect_near(tool.tool_world(), {10, 0, 1 / k.stiffness}, 1e-6);
   }
 }
 
-/// A rod of balls that a hand holds at its middle, over a floor at z = 0 of some stiffness: the wrench on it.
+/// Wrench on a rod of balls, held at its middle, above a floor at z = 0 of a stiffness (N/mm).
 Wrench floor_on_rod(const VirtualCoupling& tool, double stiffness) {
   Wrench sum;
   for (int k = -4; k <= 4; ++k) {
     const dvec3 arm = tool.tool_orientation() * dvec3(5 * k, 0, 0);
-    const double depth = 1 - (tool.tool_world() + arm).z;  // of a ball of 1 mm
+    const double depth = 1 - (tool.tool_world() + arm).z;  // for a ball of 1 mm
     if (depth <= 0) continue;
     const dvec3 force(0, 0, stiffness * depth);
     sum.force_world += force;
@@ -57,10 +56,10 @@ Wrench floor_on_rod(const VirtualCoupling& tool, double stiffness) {
   return sum;
 }
 
-// 6 degrees of freedom (a caller of the coupling): a rod is pressed down, flat and tilted, and turned.
-TEST(Coupling, ARodThatIsHeldIsPressedTurnedAndPassive) {
+// 6 degrees of freedom: a rod is pressed down, flat and tilted, and turned.
+TEST(Coupling, AHeldRodIsPressedTurnedAndPassive) {
   const Coupling along = critical_coupling(0.05, 0.02, 1000);
-  const Turning turning{30, 200, 5};  // a rod of 50 g and 40 mm has 6.7 kg mm2, and a handle
+  const Turning turning{30, 200, 5};  // a rod of 50 g and 40 mm has 6.7 kg mm2, plus a handle
   constexpr double k_floor = 0.5;
   for (const double tilt : {0.0, 0.1, -0.3}) {
     VirtualCoupling tool(along, 0.05, k_dt, turning);
@@ -71,7 +70,7 @@ TEST(Coupling, ARodThatIsHeldIsPressedTurnedAndPassive) {
       tool.step(hand, on_tool, held);
       on_tool = floor_on_rod(tool, k_floor);
     }
-    // At rest the hand feels what the rod feels, by the statics of a rigid body.
+    // At rest the hand receives the wrench on the rod, by the statics of a rigid body.
     EXPECT_GT(on_tool.force_world.z, 0.1) << tilt;
     expect_near(tool.on_hand().force_world, on_tool.force_world, 1e-6);
     expect_near(tool.on_hand().torque_world, on_tool.torque_world, 1e-5);
@@ -81,7 +80,7 @@ TEST(Coupling, ARodThatIsHeldIsPressedTurnedAndPassive) {
       EXPECT_LT(on_tool.torque_world.y * tilt, -0.1);  // it is turned flat
     }
   }
-  // Waved about by a path that ends where it began, it gives the hand no energy.
+  // Along a closed path it gives the hand no energy.
   VirtualCoupling tool(along, 0.05, k_dt, turning);
   Wrench on_tool;
   dvec3 last(0, 0, 3);

@@ -1,9 +1,9 @@
-// Effects, surfaces that give way or are switched off, and what is told about them.
+// Effects, surfaces that yield or are switched off, and their events.
 #include <cmath>
 
 #include "haptics/mesh/mesh_tree.h"
 #include "tests/haptics/servo/servo_bench.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::haptics {
 namespace {
@@ -23,7 +23,7 @@ struct Rack {
   }
 };
 
-TEST(Effects, EachIsItsFormulaAndNeverMoreThanItsBound) {
+TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
   expect_near(Rack("constant force=1,0,-0.5").step({3, 4, 5}).active_world, {1, 0, -0.5}, 1e-15);
   expect_near(Rack("constant force=0,0,9 most=2").step({}).active_world, {0, 0, 2}, 1e-12);
   expect_near(Rack("spring anchor=0,0,10 stiffness=0.2").step({5, 0, 10}).rendered_world, {-1, 0, 0}, 1e-15);
@@ -33,7 +33,7 @@ TEST(Effects, EachIsItsFormulaAndNeverMoreThanItsBound) {
   expect_near(plane.step({0, 0, 3}).rendered_world, dvec3(0), 1e-15);
   expect_near(plane.step({0, 0, 1}).rendered_world, {0, 0, 0.5}, 1e-15);
   expect_near(Rack("gravity mass=0.1").step({}).active_world, {0, 0, 0.980665}, 1e-12);
-  // A drill that stands upright and meets a wall on its left is carried ahead, and by nothing while it rests.
+  // An upright drill with a wall on its left is dragged forward, and not at all while it is off.
   ProxyStep left;
   left.set_contact(0, Side::front, {1, 0, 0});
   Rack drill("spin drag=0.3 chatter=0");
@@ -41,14 +41,14 @@ TEST(Effects, EachIsItsFormulaAndNeverMoreThanItsBound) {
   expect_near(drill.step({}, {}, {2, 0, 0}).active_world, dvec3(0), 1e-12);
   expect_near(Rack("spin drag=0.3 chatter=0").step({}, left, {2, 0, 0}, nullptr, false).active_world,
               dvec3(0), 1e-12);
-  Rack honey("viscous damping=0.01");
+  Rack viscous_rack("viscous damping=0.01");
   LawForces f;
-  for (int i = 0; i < 60; ++i) f = honey.step({0.02 * i, 0, 0});  // 20 mm/s
+  for (int i = 0; i < 60; ++i) f = viscous_rack.step({0.02 * i, 0, 0});  // 20 mm/s
   expect_near(f.rendered_world, {-0.2, 0, 0}, 1e-6);
-  Rack shaker("vibration direction=1,0,0 amplitude=0.5 frequency=50");
+  Rack vibration_rack("vibration direction=1,0,0 amplitude=0.5 frequency=50");
   double most = 0, mean = 0, crossings = 0, last = 0;
   for (int i = 0; i < 1000; ++i) {
-    const double x = shaker.step({}).active_world.x;
+    const double x = vibration_rack.step({}).active_world.x;
     most = std::max(most, std::abs(x));
     mean += x / 1000;
     crossings += x * last < 0;
@@ -69,17 +69,17 @@ TEST(Effects, EachIsItsFormulaAndNeverMoreThanItsBound) {
   }
 }
 
-TEST(Effects, ATrackResistsOnlyWhereItIsMadeLongerAndSaysWhereItsTissueEnds) {
+TEST(Effects, ATrackResistsOnlyAtItsEndAndReportsBreakthrough) {
   // Down into bone (z < 0), from 2 mm above it.
   Effect effect = parse_effect("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2").value();
   std::get<LineTrack>(effect.kind).shape = 0;
   Rack rack(effect);
   const auto at = [&](double x, double z) { return rack.step({x, 0, z}); };
   double z = 1.9;
-  for (; z > 0.1; z -= 0.01) EXPECT_LT(at(0, z).rendered_world.z, 1e-12);  // air: nothing
+  for (; z > 0.1; z -= 0.01) EXPECT_LT(at(0, z).rendered_world.z, 1e-12);  // air: no force
   for (; z > -6; z -= 0.01) at(0, z);
   EXPECT_NEAR(at(0, z).rendered_world.z, 2, 0.02);  // bone: its resistance
-  // Back and forth in the track costs nothing; sideways a spring holds.
+  // Back and forth in the track there is no resistance; sideways a spring holds.
   for (double back = z; back < -1; back += 0.01) {
     const LawForces f = at(0, back);
     if (back > z + 2.1) {
@@ -92,7 +92,7 @@ TEST(Effects, ATrackResistsOnlyWhereItIsMadeLongerAndSaysWhereItsTissueEnds) {
   bool has_lost = false;
   for (double up = -2; up < 1; up += 0.01) has_lost = at(0, up).has_lost_resistance || has_lost;
   EXPECT_TRUE(has_lost);
-  // A cycle in and out takes energy, and never gives any.
+  // A cycle in and out takes energy, and never returns any.
   rack.memory.reset();
   double given = 0, last_z = 1, least = 1e300;
   dvec3 held(0);
@@ -107,8 +107,8 @@ TEST(Effects, ATrackResistsOnlyWhereItIsMadeLongerAndSaysWhereItsTissueEnds) {
   EXPECT_LT(given, -1.9);  // one millimetre more of track, at 2 N
 }
 
-/// Where bone was cut a line meets no resistance, and says when it comes through.
-TEST(Effects, ALineFeelsNoBoneThatWasCut) {
+/// In removed bone a line meets no resistance, and it reports the breakthrough.
+TEST(Effects, ALineMeetsNoResistanceInRemovedBone) {
   Effect effect = parse_effect("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2").value();
   std::get<LineTrack>(effect.kind).shape = 0;
   for (const Slices& slices : k_slices)
@@ -158,27 +158,27 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
   for (double z = 2; z > -6; z -= 0.01) push_at(alone, z);
   EXPECT_NEAR(push_at(alone, -6), 2, 0.02);
   push_at(alone, -3);
-  EXPECT_NEAR(push_at(second, -3), 0, 1e-9);   // in the track that was made, beside another law
+  EXPECT_NEAR(push_at(second, -3), 0, 1e-9);   // in the existing track, next to another law
   EXPECT_NEAR(push_at(softer, -6), 1, 0.02);   // other parameters: the same track
-  EXPECT_NEAR(push_at(another, -9), 0, 0.02);  // another law: its track ends where it begins
+  EXPECT_NEAR(push_at(another, -9), 0, 0.02);  // another law: its track starts empty
   EXPECT_NEAR(push_at(another, -11), 2, 0.02);
-  EXPECT_NEAR(push_at(alone, -3), 0, 0.02);  // forgotten meanwhile: begins anew, here ...
+  EXPECT_NEAR(push_at(alone, -3), 0, 0.02);  // forgotten in between: starts again, here ...
   EXPECT_NEAR(push_at(alone, -6), 2, 0.02);  // ... and resists from there
-  // The same id for another track: what was made in the first is not made in this.
+  // The id is used again for another track: the first track's cut does not count.
   Effect beside = parse_effect("line start=0,0,1 ahead=0,0,-1 stiffness=1 resistance=2").value();
   const LawSet other = set_of({haptics::law_of(beside, 7).value()});
   EXPECT_NEAR(push_at(other, -1), 0, 0.02);
   EXPECT_NEAR(push_at(other, -4), 2, 0.02);
 }
 
-TEST(Effects, ActiveOnesGiveAMovingHandNoMoreThanTheirPower) {
+TEST(Effects, ActiveEffectsGiveAMovingHandAtMostTheirPower) {
   Rack push("constant force=20,0,0 most=20");
   LawForces f;
   for (int i = 0; i < 60; ++i) f = push.step({1.0 * i, 0, 0});  // 1 m/s along the push
   EXPECT_LE(glm::length(f.active_world) * 1000, LawMemory::k_power * 1.001);
 }
 
-TEST(Effects, BadWordsAreAnsweredWithGoodOnes) {
+TEST(Effects, ErrorsOfUnknownWordsListTheKnownOnes) {
   for (const char* words :
        {"", "hum", "spring anchor=1,2", "spring anchor=0,0,0 stiffness=-1", "viscous damping",
         "vibration amplitude=nan", "line ahead=0,0,0", "texture wavelength=0", "gravity mass=2",
@@ -197,7 +197,7 @@ TEST(Effects, BadWordsAreAnsweredWithGoodOnes) {
   EXPECT_TRUE(LawMemory().is_empty());
 }
 
-// A drill's guide: a torque toward the direction, against turning, bounded; a turn of it by closed form.
+// A drill guide: a bounded torque toward the direction, damped against turning; against a closed form.
 TEST(Effects, AlignTurnsTheStylusAlongADirection) {
   const ServoLaw law =
       law_of(parse_effect("align direction=0,0,-2 stiffness=80 damping=0 most=5").value(), 1).value();
@@ -210,7 +210,7 @@ TEST(Effects, AlignTurnsTheStylusAlongADirection) {
     const glm::dquat turned(std::cos(angle / 2), std::sin(angle / 2), 0, 0);
     const LawForces f = memory.step(
         set, {scene, nullptr, nothing, dvec3(0), dvec3(0, 0, 9), turned, dvec3(0), dvec3(0), k_dt, true});
-    // The stylus' -z lies `angle` about x off the direction: back about -x.
+    // The stylus' -z is at `angle` (rad) about x from the direction: the torque is about -x.
     const double expected = -std::min(80 * std::abs(std::sin(angle)), 50.0) * (std::sin(angle) < 0 ? -1 : 1);
     expect_near(f.torque_world, {expected, 0, 0}, 1e-9);
     EXPECT_EQ(f.rendered_world, dvec3(0));
@@ -220,7 +220,7 @@ TEST(Effects, AlignTurnsTheStylusAlongADirection) {
   EXPECT_FALSE(parse_effect("align stiffness=-1"));
 }
 
-TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
+TEST(Material, IsStifferInDenserBoneAndViscousAlongTheSurface) {
   TouchScene scene = scene_of_plane();
   ProxyStep touch;
   touch.has_contact = true;
@@ -228,7 +228,7 @@ TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
   touch.normal_world = {0, 0, 1};
   ForceOptions raw;
   raw.smoothing_alpha = 1;
-  // Where the ramp ends depends on the HU a voxel (2.5 mm) below the place.
+  // The end of the ramp depends on the HU one voxel (2.5 mm) below the contact.
   scene.items[0].ramp = StiffnessRamp{300, 1400, 2};
   double last = 0;
   for (double z = 4; z > -6; z -= 0.5) {
@@ -240,7 +240,7 @@ TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
   EXPECT_NEAR(last, 2, 0.01);
   touch.proxy_world = {0, 0, 8};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 7}, scene).z, 0.5, 1e-12);
-  // A ball's middle lies its radius above what it touches; from within, bone lies outward.
+  // A ball's centre is its radius above the contact; from inside, bone is outward.
   scene.tool_radius = 3;
   touch.proxy_world = {0, 0, 3 - 6};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, -4}, scene).z, 2, 0.01);
@@ -257,9 +257,9 @@ TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
   ForceModel model(raw, k_dt);
   touch.proxy_world = {0, 0, 0};
   model.step(touch, {0, 0, -1}, scene);
-  touch.proxy_world = {0.05, 0, 0};  // 50 mm/s along, no stretch along
+  touch.proxy_world = {0.05, 0, 0};  // 50 mm/s along the surface, no stretch along it
   expect_near(model.step(touch, {0.05, 0, -1}, scene), {-0.5, 0, 0.5}, 1e-12);
-  // The back has a material of its own.
+  // The back has its own material.
   scene.items[0].back_material = Material{1.5, 0, 0, 0};
   EXPECT_EQ(material_of(scene, 0, Side::front).stiffness, 0.5);
   EXPECT_EQ(material_of(scene, 0, Side::back).stiffness, 1.5);
@@ -270,7 +270,7 @@ INSTANTIATE_TEST_SUITE_P(All, Surfaces,
                          testing::Values("subvoxel", "implicit", "path", "explicit", "explicit-cubes", "mesh",
                                          "scene"));
 
-TEST_P(Surfaces, GiveWayWhenPressedHarderThanTheyBearAndHoldAgainSomeWayOff) {
+TEST_P(Surfaces, YieldWhenPressedTooHardAndHoldAgainFartherOff) {
   for (const Slices& slices : k_slices) {
     SCOPED_TRACE(slices.thick);
     TouchScene scene = scene_of_plane(slices);
@@ -288,7 +288,7 @@ TEST_P(Surfaces, GiveWayWhenPressedHarderThanTheyBearAndHoldAgainSomeWayOff) {
     EXPECT_LT(strongest, 2.1);
     EXPECT_GT(strongest, 1.9);
     EXPECT_FALSE(servo.step({0.2, 0.1, -12}).has_contact);
-    // Out again, and in: it holds anew.
+    // Out again, and in: the surface holds again.
     for (double z = -12; z < 5; z += 0.05) servo.step({0.2, 0.1, z});
     for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
     EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
@@ -296,7 +296,7 @@ TEST_P(Surfaces, GiveWayWhenPressedHarderThanTheyBearAndHoldAgainSomeWayOff) {
   }
 }
 
-TEST_P(Surfaces, AreSwitchedOffAndOnAndSayWhenTheyAreNotReady) {
+TEST_P(Surfaces, AreSwitchedOffAndOnAndReportWhenNotReady) {
   Servo servo(scene_of_plane(), GetParam());
   servo.step({0.2, 0.1, 5});
   servo.hand().set_touchable(0, false);
@@ -323,13 +323,13 @@ TEST_P(Surfaces, AreSwitchedOffAndOnAndSayWhenTheyAreNotReady) {
   EXPECT_STREQ(event_name(TouchEvent::lost_resistance), "lost resistance");
 }
 
-/// Bits that come from the top down: where they are the plane holds, where they are not an event says so, and
-/// never a hole without one.
-TEST_P(Surfaces, AreReadyWhereTheirBitsAreAndSayWhereTheyAreNot) {
+/// Bits are built from the top down: where they are ready the plane holds, elsewhere an event reports it;
+/// there is never a hole without an event.
+TEST_P(Surfaces, HoldWhereTheirBitsAreReadyAndReportWhereTheyAreNot) {
   Servo servo(scene_of_plane(), GetParam());
   const volume::Frame& frame = servo.scene.base->frame;
   const glm::ivec3 last = servo.scene.base->size - 1;
-  // The half with x > 0 is there.
+  // The half with x > 0 is ready.
   const int middle = volume::voxel_of(frame.volume_from_world({0, 0, 0})).x;
   servo.hand().set_ready(0, volume::VoxelBox{{middle, 0, 0}, last});
   const double voxel = frame.spacing().x;
@@ -337,7 +337,7 @@ TEST_P(Surfaces, AreReadyWhereTheirBitsAreAndSayWhereTheyAreNot) {
   for (double z = 5; z > -2; z -= 0.05) servo.step({8 * voxel, 0.1, z});
   EXPECT_TRUE(servo.step({8 * voxel, 0.1, -2}).has_contact);
   EXPECT_EQ(servo.count(TouchEvent::not_ready), 0);
-  // Slid toward the other half: let go before the border, and said.
+  // Sliding toward the other half: released before the border, with an event.
   bool was_held = true;
   for (double x = 8 * voxel; x > -8 * voxel; x -= 0.05) {
     was_held = servo.step({x, 0.1, -2}).has_contact;
@@ -345,12 +345,12 @@ TEST_P(Surfaces, AreReadyWhereTheirBitsAreAndSayWhereTheyAreNot) {
   }
   EXPECT_FALSE(was_held);
   for (double z = -2; z < 5; z += 0.05) servo.step({-8 * voxel, 0.1, z});
-  // The rest comes: it holds everywhere.
+  // The rest becomes ready: the plane holds everywhere.
   servo.hand().set_ready(0, volume::VoxelBox{{0, 0, 0}, last});
   for (double z = 5; z > -2; z -= 0.05) servo.step({-8 * voxel, 0.1, z});
   EXPECT_TRUE(servo.step({-8 * voxel, 0.1, -2}).has_contact);
   EXPECT_EQ(servo.count(TouchEvent::ready), 1);
-  // Nothing of it; and all of it, said in one word.
+  // No bits at all; then all of them, with the short form.
   servo.hand().set_ready(0, volume::VoxelBox{{0, 0, 0}, {-1, -1, -1}});
   EXPECT_FALSE(servo.step({-8 * voxel, 0.1, -2}).has_contact);
   EXPECT_EQ(servo.count(TouchEvent::not_ready), 2);

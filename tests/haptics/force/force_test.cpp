@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <limits>
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/device/device.h"
-#include "tests/scenes/scenes.h"
 
 namespace trephine::haptics {
 namespace {
@@ -80,7 +80,7 @@ TEST(ForceGuard, LimitsMagnitudeAndSlew) {
   EXPECT_EQ(guard.faults(), fault_magnitude);
 }
 
-TEST(ForceGuard, NotANumberGivesNoForceAndStaysLatched) {
+TEST(ForceGuard, NanGivesNoForceAndStaysLatched) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     ForceGuard guard({}, 1e-3);
     guard.step({0, 0, 1}, 0);
@@ -135,7 +135,8 @@ TEST(VirtualDevice, EncoderRoundsAndLossIsReported) {
   EXPECT_FALSE(device.read(0.5, pose));
 }
 
-// A torque is limited, slow, faded out after a fault and never no number; without one nothing is worked out.
+// A torque is limited in size and slew, faded out after a fault and always finite; without one there is no
+// work.
 TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   ForceOptions options;
   options.torque_limit = 100;

@@ -1,6 +1,5 @@
-// Nothing falls through, no energy comes from nowhere, and nothing that a device sends gets further than a
-// latched fault.
-#include "tests/bench/stability.h"
+// No proxy falls through, no energy is generated, and bad device input causes no more than a latched fault.
+#include "apps/bench/stability.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -8,21 +7,21 @@
 #include <map>
 #include <set>
 
+#include "apps/bench/attack.h"
+#include "apps/verify/force_judge.h"
 #include "haptics/force/passivity.h"
 #include "haptics/servo/servo_core.h"
-#include "tests/bench/attack.h"
-#include "tests/checker/force_judge.h"
 #include "tests/haptics/proxy/method_play.h"
 #include "tests/scenes/golden.h"
 #include "tests/whole.h"
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::haptics {
 namespace {
 
 using glm::dvec3;
 
-/// Fewer where each takes twenty times as long; TREPHINE_ATTACK_STEPS says another number.
+/// Fewer steps in slow builds, where each takes twenty times as long; TREPHINE_ATTACK_STEPS overrides it.
 long attack_steps() {
   if (const char* wanted = std::getenv("TREPHINE_ATTACK_STEPS")) return std::atol(wanted);
   return k_is_fast_build ? 300'000 : 60'000;
@@ -45,22 +44,22 @@ TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
     fastest = std::max(fastest, row.fastest_mm_s);
     steps += row.steps, contacts += row.contacts, buried += row.buried;
   }
-  EXPECT_GE(steps, options.steps * 7 / 10);  // few methods touch models, or small burrs
+  EXPECT_GE(steps, options.steps * 7 / 10);  // few methods touch models or small burrs
   EXPECT_GT(contacts, steps / 4);
   EXPECT_GT(by_shape, contacts / 2);
   EXPECT_GT(fastest, 9000);
   EXPECT_GT(undos, steps / 4000);
   if (steps > 200'000) {
-    EXPECT_GT(buried, 0);  // undo over the tool was met
+    EXPECT_GT(buried, 0);  // undo above the tool occurred
   }
 }
 
-/// The judges of every kind of solid can see, from within and with fine cuts too: a proxy that is moved to
-/// the HIP through what holds it.
+/// The judges of every kind of solid detect a proxy that is moved to the HIP through its walls, from inside
+/// and with fine cuts too.
 TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
   bench::AttackOptions options;
   options.steps = 36'000;
-  options.seed = 5;  // one that comes to touch in every scene
+  options.seed = 5;  // a seed that reaches contact in every scene
   long contacts = 0;
   options.spoil = [&](ProxyStep& step, const dvec3& hip_volume, const dvec3& hip_world) {
     if (!step.has_contact || ++contacts % 20 != 0) return;
@@ -86,7 +85,7 @@ TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
   EXPECT_GT(sunk, by_shape / 200);
 }
 
-/// The judge can see: a proxy that follows the HIP through everything is caught at once.
+/// Planted fault: a proxy that follows the HIP through everything is caught at once.
 TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
   bench::AttackOptions options;
   options.steps = 36'000;
@@ -97,14 +96,14 @@ TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
 }
 
 /// An hour of simulated contact, a few minutes in checked builds.
-TEST(Stability, AnHourOfContactDriftsNowhereAndGivesTheSameBitsOnEveryCompiler) {
+TEST(Stability, AnHourOfContactDoesNotDriftAndGivesTheSameBitsOnEveryCompiler) {
   const bool is_whole = k_is_fast_build;
   const bench::SoakRow soak = bench::run_contact_soak(is_whole ? 3'600'000 : bench::SoakRow::k_early);
   EXPECT_EQ(soak.not_finite, 0);
   EXPECT_GT(soak.contacts, soak.steps / 4);
   EXPECT_LT(soak.drift_mm, 1e-9);
   EXPECT_GT(soak.frictionless_contacts, soak.frictionless_steps / 4);
-  EXPECT_LT(soak.most_made, 0.02);  // a step's energy: 0.5 N/mm x 2 mm x 0.02 mm
+  EXPECT_LT(soak.most_generated, 0.02);  // the energy of one step: 0.5 N/mm x 2 mm x 0.02 mm
   EXPECT_EQ(soak.early_hash, scenes::golden("soak, its first minute"));
   if (is_whole) {
     EXPECT_EQ(soak.hash, scenes::golden("soak, its hour"));
@@ -120,20 +119,20 @@ TEST(Stability, StiffnessMapsAgreeWithTheory) {
     ++rows;
     const double of_encoder = row.encoder_mm > 0 ? 2 * row.coulomb_n / row.encoder_mm : 0;
     if (of_encoder > row.theory) {
-      // Friction helps damping, up to what the encoder's steps allow.
+      // Friction helps damping, up to the limit of the encoder's steps.
       EXPECT_GT(row.simulated, 0.98 * row.theory);
       EXPECT_LT(row.simulated, 1.02 * of_encoder);
       continue;
     }
     of_encoders += of_encoder > 0;
     EXPECT_NEAR(row.simulated / row.theory, 1, 0.05);
-    EXPECT_GT(row.simulated, 0.98 * row.rule);  // the rule of thumb errs to the safe side
+    EXPECT_GT(row.simulated, 0.98 * row.rule);  // the rule of thumb errs on the safe side
   }
   EXPECT_EQ(rows, 3 * 6 * 7);
   EXPECT_GE(of_encoders, 3 * 3);
 }
 
-TEST(Stability, EnergyIsNotMadeInsideTheBoundIsBeyondItAndIsHeldByTheController) {
+TEST(Stability, EnergyIsBoundedInsideTheBoundAndHeldByTheControllerBeyond) {
   double step_inside = 0;  // the worst energy of a step, just inside the bound
   for (const bench::EnergyRow& row : bench::run_energy_test()) {
     SCOPED_TRACE(row.surface + ", " + std::to_string(row.stiffness_over_bound) + " times the bound, delay " +
@@ -141,15 +140,15 @@ TEST(Stability, EnergyIsNotMadeInsideTheBoundIsBeyondItAndIsHeldByTheController)
     EXPECT_GT(row.contact_share, 0.05);  // beyond the bound it chatters
     if (row.delay_ticks == 0 && row.stiffness_over_bound < 1) {
       EXPECT_GE(row.balance_without, -1e-6);
-      EXPECT_LE(row.most_made, row.one_step_without);
+      EXPECT_LE(row.most_generated, row.one_step_without);
       step_inside = row.one_step_without;
     }
-    // The measure can see: beyond the bound, and late, energy is made without the controller.
+    // Planted fault: beyond the bound, and with delay, energy is generated without the controller.
     if (row.stiffness_over_bound > (row.delay_ticks > 0 ? 0.8 : 2)) {
-      EXPECT_GT(row.most_made, 10 * step_inside);
+      EXPECT_GT(row.most_generated, 10 * step_inside);
       EXPECT_LT(row.balance_without, -2);
     }
-    // With it a step's, which where forces are late may be known a little after it was made.
+    // With it, at most the energy of one step, which with delayed forces may be detected a little late.
     EXPECT_LT(row.most_made_with, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
     if (row.delay_ticks == 0) {
       EXPECT_LT(row.most_made_with, 1.5 * step_inside);
@@ -161,7 +160,7 @@ TEST(Stability, EnergyIsNotMadeInsideTheBoundIsBeyondItAndIsHeldByTheController)
   }
 }
 
-TEST(Passivity, ASpringThatGivesMoreThanItTookIsCut) {
+TEST(Passivity, ASpringThatReturnsMoreThanItTookIsLimited) {
   // In along x with 1 N/mm, out with 2 N/mm.
   PassivityController controller;
   double given = 0, last_force = 0, last_x = 0;
@@ -176,7 +175,7 @@ TEST(Passivity, ASpringThatGivesMoreThanItTookIsCut) {
   EXPECT_NEAR(given, controller.energy(), 1e-9);
   EXPECT_LT(given, 0.05);
   EXPECT_GT(controller.cuts(), 0);
-  // A proper spring makes K x dx of energy for being sampled; with an allowance of that it is left alone.
+  // A sampled spring generates K x dx of energy; with an allowance of that it is left unchanged.
   PassivityController quiet(0.021);
   for (int i = 0; i <= 400; ++i) {
     const double x = i <= 200 ? -0.01 * i : -0.01 * (400 - i);
@@ -184,20 +183,20 @@ TEST(Passivity, ASpringThatGivesMoreThanItTookIsCut) {
   }
 }
 
-/// In and out of a spring whose force is felt a tick late: each round makes energy, and it is made softer
-/// until it makes none; firm again out of contact. The judge knows how much, and sees a controller that does
-/// not.
-TEST(Passivity, WhatIsLateAndMakesEnergyIsMadeSofter) {
+/// In and out of a spring whose force is one tick late: each round generates energy, and the spring is
+/// softened until it generates none; it is firm again out of contact. The judge knows by how much, and
+/// detects a controller that does not soften.
+TEST(Passivity, ALateActiveSpringIsSoftened) {
   for (const bool is_wrong : {false, true}) {
     PassivityController controller(0, 1);
-    checker::ForceLaw law;
+    verify::ForceLaw law;
     law.alpha = 1, law.slew = 1e9, law.is_passive = true, law.delay_ticks = 1;
-    checker::ForceJudge judge(law);
+    verify::ForceJudge judge(law);
     double softest = 1, energy = 0;
     dvec3 last_x(0), last_force(0);
     for (int i = 0; i < 6000; ++i) {
-      if (i == 700) {  // ticks that were not played
-        controller.lose_sight();
+      if (i == 700) {  // lost ticks
+        controller.on_lost_ticks();
         judge.restart(false);
       }
       // In slowly, and out at once.
@@ -207,7 +206,7 @@ TEST(Passivity, WhatIsLateAndMakesEnergyIsMadeSofter) {
       softest = std::min(softest, controller.softness());
       if (is_wrong && controller.softness() > 0) force /= controller.softness();
       energy += i > 0 ? glm::dot(last_force, x - last_x) : 0;
-      checker::ForceTick tick;
+      verify::ForceTick tick;
       tick.position = x, tick.proxy = proxy, tick.normal = {0, 0, 1}, tick.force = force;
       tick.stiffness = k, tick.has_contact = z < 0, tick.contact_energy = energy;
       judge.judge_tick(tick);
@@ -220,8 +219,8 @@ TEST(Passivity, WhatIsLateAndMakesEnergyIsMadeSofter) {
   }
 }
 
-/// A slow hand on a soft wall that answers late makes no energy but by rounding: nothing becomes softer.
-TEST(Passivity, WhatIsLateAndHarmlessStaysFirm) {
+/// A slow hand on a soft wall with a late force generates energy only by rounding: nothing is softened.
+TEST(Passivity, ALatePassiveSpringStaysFirm) {
   for (const int delay : {1, 2, 4})
     for (const double hz : {0.5, 2.0}) {
       PassivityController controller(0, delay);
@@ -237,7 +236,7 @@ TEST(Passivity, WhatIsLateAndHarmlessStaysFirm) {
     }
 }
 
-TEST(Passivity, AResetForgetsTheStoreButNotForcesUnderWay) {
+TEST(Passivity, AResetClearsTheStoreButNotForcesInFlight) {
   PassivityController controller(0, 2);
   for (int i = 0; i < 10; ++i) controller.step({1, 0, 0}, {-0.01 * i, 0, 0}, dvec3(0));
   EXPECT_LT(controller.energy(), 0);
@@ -247,52 +246,53 @@ TEST(Passivity, AResetForgetsTheStoreButNotForcesUnderWay) {
   EXPECT_NEAR(controller.energy(), 0.09, 1e-12);
 }
 
-/// What friction took is heat. A surface that makes energy is cut the same after 150 mm of sliding as before.
-TEST(Passivity, WhatFrictionTookMayNotBeGivenBack) {
+/// Energy lost to friction is heat. A surface that generates energy is limited the same after 150 mm of
+/// sliding as before.
+TEST(Passivity, FrictionLossIsNotReturned) {
   double most[2] = {0, 0};
   for (const double slide : {0.0, 150.0}) {
     PassivityController controller;
-    double given = 0;  // by the normal force alone
+    double given = 0;  // by the normal force only
     dvec3 x(0, 0, -0.1), last_x = x, force(0);
     const auto tick = [&](const dvec3& to, double stiffness) {
       x = to;
       given += force.z * (x.z - last_x.z);
-      // The proxy lies on the plane z = 0 and trails the hand by its friction.
+      // The proxy is on the plane z = 0 and trails the hand by its friction.
       const dvec3 proxy(x.x - 0.3 * -x.z, 0, 0);
       force = controller.step(stiffness * (proxy - x), x, proxy);
       last_x = x;
     };
     for (int i = 0; i <= 1000; ++i) tick({slide * i / 1000, 0, -0.1}, 12);
-    // In with 6 N/mm, out with 12: each time 3 N mm from nowhere, if nobody looked.
+    // In with 6 N/mm, out with 12: each round generates 3 N mm without a controller.
     for (int push = 0; push < 5; ++push)
       for (int i = 0; i <= 200; ++i)
         tick({slide, 0, -0.1 - 0.01 * (i <= 100 ? i : 200 - i)}, i <= 100 ? 6 : 12);
     most[slide > 0] = given;
   }
   EXPECT_LT(most[0], 0.15);
-  EXPECT_LT(most[1], 0.15);  // a step's energy, 12 N/mm x 1 mm x 0.01 mm
+  EXPECT_LT(most[1], 0.15);  // the energy of one step, 12 N/mm x 1 mm x 0.01 mm
 }
 
-/// What the guard lets out later than it was asked for is given all the same.
-TEST(Passivity, SeesWhatWasRenderedInPlaceOfWhatItAskedFor) {
+/// Energy is counted from the force that the guard rendered, also where that differs from the request.
+TEST(Passivity, CountsTheRenderedForceInsteadOfTheRequested) {
   PassivityController controller;
   controller.step({1, 0, 0}, {0, 0, 0}, dvec3(0));
   controller.set_rendered({3, 0, 0});
   controller.step({0, 0, 0}, {0.5, 0, 0}, dvec3(0));
   EXPECT_NEAR(controller.energy(), 1.5, 1e-12);
-  // Out of sight the debt stays and a store does not.
-  controller.lose_sight();
+  // Over lost ticks a debt is kept and a store is not.
+  controller.on_lost_ticks();
   EXPECT_NEAR(controller.energy(), 1.5, 1e-12);
   controller.step({1, 0, 0}, {0, 0, 0}, dvec3(0));
   controller.set_rendered({1, 0, 0});
   controller.step({1, 0, 0}, {-5, 0, 0}, dvec3(0));
   EXPECT_NEAR(controller.energy(), -3.5, 1e-12);
-  controller.lose_sight();
+  controller.on_lost_ticks();
   EXPECT_EQ(controller.energy(), 0);
 }
 
-/// Whatever comes in: what goes out is a number below the limit, and a fault that stays is said.
-TEST(Poison, NoInputGetsANumberOutThatIsNone) {
+/// For any input the output is a number below the limit, and a lasting fault is reported.
+TEST(Poison, NoInputGivesANonFiniteOutput) {
   for (const MethodInfo& info : method_catalogue()) {
     const TouchScene scene = scenes::phantom_scene("gyroid", grid(48, 0.7));
     const auto method = make_method(info.name).value();
@@ -304,9 +304,7 @@ TEST(Poison, NoInputGetsANumberOutThatIsNone) {
     const double poison[] = {nan, inf, -inf, tiny, -tiny, 1e300, -1e300, 1e9, 1e-300, 0, -0.0};
     for (int i = 0; i < 6000; ++i) {
       ServoInput input;
-      const auto random = [&](int k) {
-        return volume::hash_normal(11, static_cast<std::uint64_t>(4 * i + k));
-      };
+      const auto random = [&](int k) { return hash_normal(11, static_cast<std::uint64_t>(4 * i + k)); };
       input.pose.position_world = 30.0 * dvec3(random(0), random(1), random(2));
       if (i % 7 == 3)
         input.pose.position_world[i % 3] = poison[static_cast<std::size_t>(i / 7) % std::size(poison)];
@@ -316,7 +314,7 @@ TEST(Poison, NoInputGetsANumberOutThatIsNone) {
       ASSERT_LE(force, 8 + 1e-9);
       ASSERT_TRUE(std::isfinite(record.proxy_world.x + record.proxy_world.y + record.proxy_world.z))
           << info.name;
-      // A fault stays until it is reset; afterwards the hand feels again.
+      // A fault stays until reset; afterwards forces are rendered again.
       if (record.faults & k_latched_faults) {
         EXPECT_EQ(record.force_world, dvec3(0));
         EXPECT_NE(core.step(seen, {}).faults & k_latched_faults, 0u);
@@ -344,20 +342,20 @@ TEST(Poison, OddScenesAreTouchedWithoutHarm) {
                      {"a window of no width", {24, 24, 24}, 1, 0, 2, 500, 500},
                      {"flat", {24, 1, 24}, 1, 0, 1, 300, 1e308}};
   for (const Odd& o : odd) {
-    volume::Volume made =
+    volume::Volume result =
         volume::make_volume(o.size, volume::Frame::from_spacing(dvec3(o.origin), dvec3(o.spacing)).value())
             .value();
     for (int z = 0; z < o.size.z; ++z)
       for (int y = 0; y < o.size.y; ++y)
         for (int x = 0; x < o.size.x; ++x) {
           const double r = glm::length(dvec3(x, y, z) - 11.5);
-          made.voxels[made.index(x, y, z)] =
+          result.voxels[result.index(x, y, z)] =
               static_cast<std::int16_t>(o.filling == 0   ? -1000
                                         : o.filling == 1 ? 1500
                                                          : std::clamp(500 - 400 * (r - 8), -1000.0, 1500.0));
         }
     TouchScene scene;
-    scene.base = std::make_shared<const volume::Volume>(std::move(made));
+    scene.base = std::make_shared<const volume::Volume>(std::move(result));
     volume::Shape shape;
     shape.low = o.low, shape.high = o.high;
     scene.items.push_back(
@@ -367,9 +365,7 @@ TEST(Poison, OddScenesAreTouchedWithoutHarm) {
     for (const MethodInfo& info : method_catalogue()) {
       Play play(info.name, scene);
       for (int i = 0; i < 600; ++i) {
-        const auto random = [&](int k) {
-          return volume::hash_normal(5, static_cast<std::uint64_t>(3 * i + k));
-        };
+        const auto random = [&](int k) { return hash_normal(5, static_cast<std::uint64_t>(3 * i + k)); };
         const dvec3 v = 0.5 * dvec3(o.size) + 0.6 * dvec3(o.size) * dvec3(random(0), random(1), random(2));
         const ProxyStep s = play.step(scene.base->frame.world_from_volume(v));
         ASSERT_TRUE(std::isfinite(s.proxy_world.x + s.proxy_world.y + s.proxy_world.z))

@@ -1,4 +1,4 @@
-// Lines along surfaces by search alone: the judge of surface_line().
+// Lines along surfaces by graph search: the judge of surface_line().
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -10,8 +10,8 @@
 
 namespace trephine::haptics {
 
-/// Dijkstra over several points of each edge, all of a triangle's joined: never shorter than the shortest,
-/// and near to it.
+/// Length by Dijkstra's search over several points of each edge, all of a triangle's joined: never shorter
+/// than the shortest line, and close to it.
 inline double searched(const Surface& surface, const Surface::Place& from, const Surface::Place& to) {
   constexpr int k_points = 7;
   const auto& triangles = surface.triangles();

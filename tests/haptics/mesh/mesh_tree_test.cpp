@@ -4,17 +4,17 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "volume/deterministic_math.h"
-#include "volume/frame.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/scan/frame.h"
 
 namespace trephine::haptics {
 namespace {
 
 using glm::dvec3;
 
-double random(std::uint64_t i) { return static_cast<double>(volume::hash_bits(i) >> 11) * 0x1p-53; }
+double random(std::uint64_t i) { return static_cast<double>(hash_bits(i) >> 11) * 0x1p-53; }
 
-/// A ball of n x 2n quads, radius r.
+/// A ball of n x 2n quads of radius r (mm).
 MeshTree ball(int n, double r, const dvec3& middle = dvec3(0)) {
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
@@ -33,7 +33,7 @@ MeshTree ball(int n, double r, const dvec3& middle = dvec3(0)) {
   return MeshTree(std::move(vertices), std::move(triangles));
 }
 
-TEST(MeshTree, FindsTheFirstTriangleThatAnyTriangleByTriangleSearchFinds) {
+TEST(MeshTree, FindsTheFirstTriangleOfABruteForceSearch) {
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
   for (std::uint32_t i = 0; i < 900; ++i) {
@@ -53,7 +53,7 @@ TEST(MeshTree, FindsTheFirstTriangleThatAnyTriangleByTriangleSearchFinds) {
     double nearest = 2;
     for (std::size_t i = 0; i < triangles.size(); i += 3) {
       double t = 0, facing = 0;
-      if (CrossingWay(a, b - a).crosses(vertices[i], vertices[i + 1], vertices[i + 2], t, facing) &&
+      if (TriangleCrossing(a, b - a).crosses(vertices[i], vertices[i + 1], vertices[i + 2], t, facing) &&
           (facing < 0 ? is_front : is_back))
         nearest = std::min(nearest, t);
     }
@@ -72,13 +72,13 @@ TEST(MeshTree, FindsTheFirstTriangleThatAnyTriangleByTriangleSearchFinds) {
   EXPECT_LT(looked_all / 4000, 300);
 }
 
-/// Through a closed ball no way in is missed: at vertices, along edges, in metres and with edges of 10 um.
+/// No path into a closed ball is missed: at vertices, along edges, in metres and with edges of 10 um.
 TEST(MeshTree, IsWatertightAtEdgesAndVerticesAtAnyScale) {
   for (const double scale : {1.0, 1e-3, 50.0}) {
     const MeshTree tree = ball(60, 10 * scale);
     int looked = 0;
     for (std::uint64_t n = 0; n < 20000; ++n) {
-      // Toward vertices and edge middles, half of them; else anywhere.
+      // Toward vertices and midpoints of edges for half of the rays, anywhere for the others.
       const double i = n % 2 ? 60 * random(3 * n) : std::floor(120 * random(3 * n)) / 2,
                    j = n % 2 ? 120 * random(3 * n + 1) : std::floor(240 * random(3 * n + 1)) / 2;
       const double a = 3.14159265358979323846 * i / 60, b = 3.14159265358979323846 * j / 60;
@@ -92,8 +92,8 @@ TEST(MeshTree, IsWatertightAtEdgesAndVerticesAtAnyScale) {
   }
 }
 
-TEST(MeshTree, NothingFallsIntoABallOfTenMicrometreEdgesOrOneThatMoved) {
-  // Edges of about 10 um at a radius of 0.4 mm, and the same in metres taken for mm.
+TEST(MeshTree, NothingFallsIntoABallWithTenMicrometreEdgesOrAMovedOne) {
+  // Edges of about 10 um at a radius of 0.4 mm, and the same with metres read as mm.
   for (const double r : {0.4, 0.0004}) {
     MeshTree tree = ball(120, r, dvec3(3, 0, 0));
     std::vector<dvec3> moved;
@@ -107,7 +107,7 @@ TEST(MeshTree, NothingFallsIntoABallOfTenMicrometreEdgesOrOneThatMoved) {
     dvec3 proxy(0, 0, 1.5 * r);
     long contacts = 0;
     for (std::uint64_t n = 0; n < 20000; ++n) {
-      // A hand that wanders through the ball.
+      // A hand that moves through the ball.
       const dvec3 hip =
           1.3 * r *
           dvec3(std::sin(0.011 * static_cast<double>(n)), std::sin(0.017 * static_cast<double>(n) + 1),
@@ -123,7 +123,7 @@ TEST(MeshTree, NothingFallsIntoABallOfTenMicrometreEdgesOrOneThatMoved) {
           facets, step);
       proxy = step.path_volume[static_cast<std::size_t>(step.waypoint_count - 1)];
       ASSERT_GT(glm::length(proxy), r * std::cos(3.15 / 120) - tree.gap())
-          << n;  // no deeper than a facet's middle
+          << n;  // no deeper than the middle of a facet
       contacts += step.has_contact;
     }
     EXPECT_GT(contacts, 1000);

@@ -7,10 +7,10 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "data-tools/phantoms.h"
+#include "data-tools/phantoms/phantoms.h"
 #include "tests/haptics/mesh/edge_search.h"
-#include "volume/deterministic_math.h"
-#include "volume/surface_nets.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::haptics {
 namespace {
@@ -18,9 +18,9 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
-/// The net of what a formula says is within, in voxels that may be thick.
+/// The net of an implicit solid, in voxels of `mm`, which may be anisotropic.
 Surface net_of(const ivec3& size, const dvec3& mm, const std::function<double(const dvec3&)>& inside) {
   volume::Volume v =
       volume::make_volume(size, volume::Frame::from_spacing(-0.5 * mm * (dvec3(size) - 1.0), mm).value())
@@ -42,7 +42,7 @@ Surface::Place on(const Surface& surface, const dvec3& p) {
   return place;
 }
 
-TEST(SurfaceLine, OfABallAndATubeIsTheGeodesic) {
+TEST(SurfaceLine, OnABallAndATubeIsTheGeodesic) {
   for (const dvec3& mm : {dvec3(1), dvec3(0.7, 0.7, 2)}) {
     const Surface ball =
         net_of(ivec3(dvec3(76) / mm), mm, [](const dvec3& p) { return 30 - glm::length(p); });
@@ -52,8 +52,8 @@ TEST(SurfaceLine, OfABallAndATubeIsTheGeodesic) {
       const dvec3 a = 30.0 * glm::normalize(dvec3(at(0), at(1), at(2))),
                   b = 30.0 * glm::normalize(dvec3(at(3), at(4), at(5)));
       const double is = 30 * std::acos(std::clamp(glm::dot(a, b) / 900, -1.0, 1.0));
-      const double told = length_of(surface_line(ball, on(ball, a), on(ball, b)));
-      worst = std::max(worst, std::abs(told - is) / is);
+      const double result = length_of(surface_line(ball, on(ball, a), on(ball, b)));
+      worst = std::max(worst, std::abs(result - is) / is);
     }
     EXPECT_LT(worst, 0.01) << mm.z;
     const Surface tube = net_of(ivec3(dvec3(60, 60, 80) / mm), mm, [](const dvec3& p) {
@@ -67,15 +67,15 @@ TEST(SurfaceLine, OfABallAndATubeIsTheGeodesic) {
       const auto at = [](double angle, double z) {
         return dvec3(20 * std::cos(angle), 20 * std::sin(angle), z);
       };
-      const double told =
+      const double result =
           length_of(surface_line(tube, on(tube, at(start, low)), on(tube, at(start + turn, high))));
-      worst = std::max(worst, std::abs(told - is) / is);
+      worst = std::max(worst, std::abs(result - is) / is);
     }
     EXPECT_LT(worst, 0.01) << mm.z;
   }
 }
 
-TEST(SurfaceLine, OnBumpsIsThatOfASearch) {
+TEST(SurfaceLine, OnBumpsEqualsASearch) {
   const Surface bumps = net_of({50, 50, 40}, dvec3(1), [](const dvec3& p) {
     return 16 + 1.5 * std::sin(0.5 * p.x) * std::cos(0.6 * p.y) - glm::length(p);
   });
@@ -84,28 +84,28 @@ TEST(SurfaceLine, OnBumpsIsThatOfASearch) {
     const auto at = [n](std::uint64_t k) { return number(80 * n + k) - 0.5; };
     const Surface::Place a = on(bumps, 16.0 * glm::normalize(dvec3(at(0), at(1), at(2)))),
                          b = on(bumps, 16.0 * glm::normalize(dvec3(at(3), at(4), at(5))));
-    const double told = length_of(surface_line(bumps, a, b)), is = searched(bumps, a, b);
-    worst = std::max(worst, told / is - 1);
-    EXPECT_GT(told, 0.99 * is);
+    const double result = length_of(surface_line(bumps, a, b)), is = searched(bumps, a, b);
+    worst = std::max(worst, result / is - 1);
+    EXPECT_GT(result, 0.99 * is);
   }
   EXPECT_LT(worst, 0.01);
 }
 
 TEST(SurfaceLine, TautBridgesAGroove) {
-  // A block with a groove of 8 mm across: the surface goes down and up again, a tape does not.
+  // A block with a groove of 8 mm across it: the surface line follows the groove, a tape bridges it.
   const auto depth = [](const dvec3& p) {
     const double block = std::min({25 - std::abs(p.x), 15 - std::abs(p.y), 10 - p.z});
     return std::min(block, std::max(std::abs(p.x) - 4, 4 - p.z));
   };
   const Surface block = net_of({70, 44, 50}, dvec3(0.8), depth);
   const auto line = surface_line(block, on(block, {-15, 0, 10}), on(block, {15, 0, 10}));
-  EXPECT_NEAR(length_of(line), 30 + 2 * 6, 1.6);  // corners of nets are round
+  EXPECT_NEAR(length_of(line), 30 + 2 * 6, 1.6);  // corners of nets are rounded
   const auto taut = taut_line(line, [&](const dvec3& p) {
     const double d = depth(p);
     return Inside{std::max(0.0, d), dvec3(0, 0, 1)};
   });
   EXPECT_NEAR(length_of(taut), 30, 0.3);
-  // Over a ball it is the geodesic: nothing is bridged.
+  // Over a ball the tape is the geodesic: nothing is bridged.
   const Surface ball = net_of(ivec3(52), dvec3(1), [](const dvec3& p) { return 20 - glm::length(p); });
   const auto over = surface_line(ball, on(ball, {20, 0, 0}), on(ball, {0, 20, 0}));
   const double tape = length_of(taut_line(over, [](const dvec3& p) {
@@ -114,12 +114,12 @@ TEST(SurfaceLine, TautBridgesAGroove) {
   EXPECT_NEAR(tape, 20 * 3.14159265 / 2, 0.3);
 }
 
-TEST(SurfaceLine, OfPartsThatAreNotJoinedIsNone) {
+TEST(SurfaceLine, BetweenDisconnectedPartsIsEmpty) {
   const Surface two = net_of({60, 30, 30}, dvec3(1), [](const dvec3& p) {
     return 8 - std::min(glm::length(p - dvec3(15, 0, 0)), glm::length(p + dvec3(15, 0, 0)));
   });
   EXPECT_TRUE(surface_line(two, on(two, {20, 0, 0}), on(two, {-20, 0, 0})).empty());
-  // Asked for together they lie on one of them.
+  // Queried together, both are on one part.
   const std::array<dvec3, 2> both{dvec3(20, 0, 0), dvec3(-2, 0, 0)};
   const auto places = two.nearest_on_one_part(both);
   ASSERT_EQ(places.size(), 2u);

@@ -31,7 +31,7 @@ TouchScene two_shapes() {
   return scene;
 }
 
-TEST(RaystepProxy, NamesShapeSideAndNormalInOnePass) {
+TEST(RaystepProxy, ReportsShapeSideAndNormalInOnePass) {
   const TouchScene scene = two_shapes();
   const volume::Version version(scene.base);
   RaystepProxy method;
@@ -44,21 +44,22 @@ TEST(RaystepProxy, NamesShapeSideAndNormalInOnePass) {
     EXPECT_EQ(s.shape, wanted);
     EXPECT_EQ(s.side, Side::front);
     EXPECT_NEAR(s.normal_world.z, 1, 1e-12);
-    EXPECT_NEAR(s.proxy_world.z, 29.5, 1.001 * RaystepProxy::k_step);  // half a voxel above the last centre
-    // A constant number of samples a millimetre, whatever the speed.
+    // half a voxel above the centre of the last voxel
+    EXPECT_NEAR(s.proxy_world.z, 29.5, 1.001 * RaystepProxy::k_step);
+    // A constant number of samples per millimetre, at any speed.
     EXPECT_NEAR(s.counters.voxels, 5.5 / RaystepProxy::k_step, 2);
   }
 }
 
-TEST(RaystepProxy, TurnsTheNormalRoundOnTheBackAndRestsAtOnceWithoutMotion) {
+TEST(RaystepProxy, FlipsTheNormalOnTheBackAndRestsAtOnceWithoutMotion) {
   const TouchScene scene = two_shapes();
   const volume::Version version(scene.base);
   RaystepProxy method;
   ProxyState state;
   method.step(scene, version, state, {{5, 20, 20}});
-  // Without motion and contact it answers before any look at a voxel.
+  // Without motion and contact it returns before it reads a voxel.
   EXPECT_EQ(method.step(scene, version, state, {{5, 20, 20}}).counters.voxels, 0);
-  // A window between air and bone is a shell; from within the ball its back is met.
+  // A window between air and bone is a shell; from inside the ball its back is met.
   TouchScene shell = scenes::phantom_scene("sphere", grid(96, 1.5));
   volume::Shape shape;
   shape.low = 0, shape.high = 600;
@@ -96,7 +97,7 @@ TEST(GradientProxy, PushesAlongTheGradientAndPopsThroughThinMatter) {
   EXPECT_TRUE(above.has_contact);
   EXPECT_GT(above.normal_world.z, 0.99);
   const ProxyStep below = method.step(scene, version, state, {{0, 0, -0.5}});
-  EXPECT_LT(below.normal_world.z, -0.99);  // its known fault: past the middle it pushes on
+  EXPECT_LT(below.normal_world.z, -0.99);  // its known fault: past the middle it pushes onward
 }
 
 }  // namespace

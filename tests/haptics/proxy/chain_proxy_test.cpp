@@ -1,4 +1,4 @@
-// A rigid tool of several balls, judged by shapes with a formula and by a search that shares nothing with it.
+// ChainProxy: a rigid tool of several balls, against shapes with a formula and an independent search.
 #include "haptics/proxy/chain_proxy.h"
 
 #include <algorithm>
@@ -8,10 +8,10 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 #include "haptics/servo/servo_core.h"
 #include "tests/haptics/servo/servo_fixture.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::haptics {
 namespace {
@@ -26,7 +26,7 @@ std::vector<dvec3> rod(double half, int balls) {
   for (int i = 0; i < balls; ++i) all.emplace_back(half * (2.0 * i / (balls - 1) - 1), 0, 0);
   return all;
 }
-/// A probe that is held at its end, with a bent tip.
+/// A probe held at its end, with a bent tip.
 std::vector<dvec3> hook() { return {{0, 0, 0}, {0, 0, -8}, {0, 0, -16}, {0, 0, -24}, {5, 0, -28}}; }
 
 struct Solid {
@@ -87,7 +87,7 @@ double least_distance(const Solid& solid, const TouchScene& scene, const Placeme
   return least;
 }
 
-// Nowhere near it is a free place with less in its springs: by trial, from where it rests.
+// A random search near the rest pose finds no free pose with less energy in the springs.
 TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
   std::mt19937 random(5);
   const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
@@ -99,7 +99,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
       const double voxel = scene.base->frame.spacing().x;
       for (int trial = 0; trial < 4; ++trial) {
         Play run(scene);
-        // From above onto it, up to 8 mm too deep, turned about meanwhile.
+        // From above onto it, up to 8 mm too deep, turning meanwhile.
         const double down = balls.size() == 7 ? k_radius : 28 + k_radius;
         const dvec3 to = solid.top + dvec3(between(-6, 6), between(-6, 6), down - between(1, 8));
         const dvec3 about(between(-0.4, 0.4), between(-0.4, 0.4), between(-0.6, 0.6));
@@ -116,7 +116,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
         if (!r.has_contact) continue;
         ++touching;
         EXPECT_GT(r.contacts.size(), 0u);
-        // From there down by chance, no ball deeper than the method's own is.
+        // Random descent from there, with no ball deeper than in the method's own pose.
         Placement best = run.tool(r);
         const double held = energy(scene, best, hand);
         const Placement rests = best;
@@ -126,7 +126,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
                    std::min(k_radius, solid.distance(rests.world_from_local(at)));
           });
         };
-        double least = held, reach = 0.1;  // not over ridges to other valleys
+        double least = held, reach = 0.1;  // not over ridges into other valleys
         for (int n = 0; n < 6000; ++n) {
           if (n % 500 == 499) reach *= 0.5;
           const double arm = std::sqrt(gyration_square(scene));
@@ -136,7 +136,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
           if (!is_free(next) || glm::length(next.position_world - r.proxy_world) > 1) continue;
           if (const double e = energy(scene, next, hand); e < least) least = e, best = next;
         }
-        // In mm of the spring.
+        // As a length of the spring, mm.
         worst = std::max(worst, (std::sqrt(2 * held) - std::sqrt(2 * least)) / voxel);
       }
     }
@@ -157,11 +157,11 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
     for (const double z : {1.5, 0.0, -4.0}) {
       Play run(scene);
       ProxyStep r;
-      const dvec3 about(0, -tilt, 0);  // its far end up for tilt > 0
+      const dvec3 about(0, -tilt, 0);  // its far end is raised for tilt > 0
       for (int i = 0; i < 1500; ++i)
         r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)}, turn(std::min(1.0, i / 300.0) * about)});
-      // z = radius + half * sin|a|, where both springs together are shortest; flat where that would be less
-      // than nothing.
+      // z = radius + half * sin|a|, at which both springs together are shortest; flat where that would be
+      // negative.
       double best = 0, least = 1e300;
       for (double a = 0; a <= std::abs(tilt); a += 1e-5) {
         const double height = std::max(z, k_radius + half * std::sin(a));
@@ -174,14 +174,14 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
       if (tilt != 0 && best + 0.01 < std::abs(tilt)) {
         EXPECT_GT(r.turn_world.y * tilt, 0);
       }
-      // What the contacts push is what the springs pull, and each is where a ball lies on the plane.
+      // The contacts push as much as the springs pull, and each contact is where a ball touches the plane.
       dvec3 push(0), moment(0);
       for (std::size_t i = 0; i < r.contacts.size(); ++i) {
-        const ToolContact& one = r.contacts[i];
-        EXPECT_NEAR(one.place_world.z, 0, 0.05);
-        EXPECT_NEAR(one.normal_world.z, 1, 1e-3);
-        push += one.push * one.normal_world;
-        moment += glm::cross(one.place_world - r.proxy_world, one.push * one.normal_world);
+        const ToolContact& contact = r.contacts[i];
+        EXPECT_NEAR(contact.place_world.z, 0, 0.05);
+        EXPECT_NEAR(contact.normal_world.z, 1, 1e-3);
+        push += contact.push * contact.normal_world;
+        moment += glm::cross(contact.place_world - r.proxy_world, contact.push * contact.normal_world);
       }
       ASSERT_GT(r.contacts.size(), 0u);
       EXPECT_GT(r.normal_world.z, 0.99);
@@ -190,7 +190,7 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
     }
 }
 
-TEST(ChainProxy, NothingIsEnteredOrPassedHoweverItIsMoved) {
+TEST(ChainProxy, NothingIsEnteredOrPassedUnderAnyMotion) {
   const Solid plate{"plate", {{"thickness", 3}, {"angle", 20}}, nullptr, {}};
   const dvec3 normal(std::sin(20 * 3.14159265358979 / 180), 0, std::cos(20 * 3.14159265358979 / 180));
   const TouchScene scene = scene_with(plate, rod(12, 7));
@@ -221,8 +221,8 @@ TEST(ChainProxy, NothingIsEnteredOrPassedHoweverItIsMoved) {
   }
 }
 
-// Round and round in a pit with the whole tick: what the hand gets back is no more than it gave.
-TEST(ChainProxy, GivesNoEnergyOnWaysThatEndWhereTheyBegan) {
+// Along closed paths in a pit with the whole tick: the hand receives no more energy than it gave.
+TEST(ChainProxy, GivesNoEnergyOnClosedPaths) {
   const Solid torus = solids()[2];
   TouchScene scene = scene_with(torus, hook());
   ChainProxy method;
@@ -247,7 +247,7 @@ TEST(ChainProxy, GivesNoEnergyOnWaysThatEndWhereTheyBegan) {
   EXPECT_LT(energy.contact + energy.turning, 0.5) << energy.contact << ' ' << energy.turning;
 }
 
-TEST(ChainProxy, MatterThatGrowsSetsItFreeAndItComesOutAgain) {
+TEST(ChainProxy, GrowingMatterReleasesItAndItCanLeave) {
   const Solid plane = solids()[0];
   const TouchScene scene = scene_with(plane, rod(12, 7));
   Play run(scene);
@@ -273,8 +273,8 @@ TEST(ChainProxy, MatterThatGrowsSetsItFreeAndItComesOutAgain) {
   EXPECT_NEAR(r.proxy_world.z, k_radius, 0.05);
 }
 
-// A hand that holds still feels what does not move: in a hole that the tool just fits, and on curved walls.
-TEST(ChainProxy, RestsWhereTheHandDoes) {
+// With a hand at rest the tool does not move: in a hole that it just fits, and on curved walls.
+TEST(ChainProxy, RestsWhileTheHandRests) {
   int rests = 0;
   for (const char* name : {"plane", "gyroid", "steps"}) {
     const bool is_plane = std::string(name) == "plane";
@@ -323,9 +323,9 @@ TEST(ChainProxy, RestsWhereTheHandDoes) {
   EXPECT_GT(rests, 8);
 }
 
-// A tool in place of another one lies where that one did not: what of it is in bone is free, or it would be
-// held there.
-TEST(ChainProxy, AnotherToolIsNotGluedIntoWhatItLiesIn) {
+// A tool that replaces another one may be inside bone where the other was not: these balls are free, since
+// otherwise the tool would be held there.
+TEST(ChainProxy, AReplacedToolIsNotHeldInsideBone) {
   const Solid plane = solids()[0];
   const TouchScene flat = scene_with(plane, {{0, 0, 0}, {0, 0, 8}}),
                    deep = scene_with(plane, {{0, 0, 0}, {0, 0, -3}});
@@ -353,7 +353,7 @@ TEST(ChainProxy, AnotherToolIsNotGluedIntoWhatItLiesIn) {
   EXPECT_NEAR(r.proxy_world.z, 3 + k_radius, 0.05);
 }
 
-/// A box as triangles that look outward.
+/// A box of triangles that face outward.
 std::shared_ptr<const MeshTree> box(const dvec3& half) {
   std::vector<dvec3> corners;
   for (int i = 0; i < 8; ++i) corners.push_back(half * dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
@@ -364,7 +364,7 @@ std::shared_ptr<const MeshTree> box(const dvec3& half) {
   face(0, 2, 3, 1), face(4, 5, 7, 6), face(0, 1, 5, 4), face(2, 6, 7, 3), face(0, 4, 6, 2), face(1, 3, 7, 5);
   return std::make_shared<const MeshTree>(corners, triangles);
 }
-/// mm to the same, by its formula; negative inside.
+/// Distance to the same box by its formula, mm; negative inside.
 double box_distance(const dvec3& p, const dvec3& half) {
   const dvec3 q = glm::abs(p) - half;
   return glm::length(glm::max(q, dvec3(0))) + std::min(0.0, std::max({q.x, q.y, q.z}));
@@ -372,10 +372,10 @@ double box_distance(const dvec3& p, const dvec3& half) {
 
 struct Led {
   long contacts = 0, buried = 0, aside = 0, checked = 0;
-  long in_box = 0, in_bone = 0;  ///< balls, where nobody said so
+  long in_box = 0, in_bone = 0;  ///< balls, where no step reported it
 };
-/// A box is led to and fro through the tool, and the tool through it. `late`: what the method is told of the
-/// box is a tick old.
+/// Moves a box back and forth through the tool, and the tool through it. `is_late`: the method receives the
+/// box's pose of the previous tick.
 Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
   const dvec3 half(9, 5, 3);
   const Solid plate{"plate", {{"thickness", 3}, {"angle", 0}}, nullptr, {}};
@@ -392,14 +392,14 @@ Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
   std::vector<bool> is_passed(scene.tool_balls.size(), false);
   Placement box_before;
   for (int i = 0; i < 8000; ++i) {
-    // To 1 m/s and 20 rad/s each.
+    // Up to 1 m/s and 20 rad/s each.
     at += 0.25 * dvec3(noise(random), noise(random), noise(random)) + 0.02 * (dvec3(0, 0, high) - at);
     about += 0.01 * dvec3(noise(random), noise(random), noise(random)) - 0.01 * about;
     const Placement mesh{
         {14 * std::sin(0.021 * i), 9 * std::sin(0.033 * i), high + 8 * std::sin(0.027 * i + 1)},
         turn({0.8 * std::sin(0.011 * i), 0.6 * std::sin(0.017 * i), std::sin(0.007 * i)})};
-    const Placement& told = is_late && i > 0 ? box_before : mesh;
-    const ProxyStep r = run.method.step(scene, run.seen, run.state, {at, std::span(&told, 1), turn(about)});
+    const Placement& result = is_late && i > 0 ? box_before : mesh;
+    const ProxyStep r = run.method.step(scene, run.seen, run.state, {at, std::span(&result, 1), turn(about)});
     const Placement tool = run.tool(r);
     led.contacts += r.has_contact;
     led.buried += r.is_buried;
@@ -421,9 +421,9 @@ Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
   return led;
 }
 
-// No ball comes into box or bone, or through the box, unless it was said that this passed over it; away from
-// the bone it never does. A method that hears of the box a tick late is found out.
-TEST(ChainProxy, AMeshThatMovesPushesItAndPassesOverItOnlyWhereItSaysSo) {
+// No ball enters box or bone, or passes through the box, unless the step reports that the box passes over it;
+// away from the bone it never does. Planted fault: a method that receives the box a tick late is detected.
+TEST(ChainProxy, AMovingMeshPushesItAndPassesOverItOnlyWhereReported) {
   for (const bool is_on_bone : {false, true})
     for (const bool is_hook : {false, true}) {
       SCOPED_TRACE(is_on_bone ? "on bone" : "away from it");
@@ -443,7 +443,7 @@ TEST(ChainProxy, AMeshThatMovesPushesItAndPassesOverItOnlyWhereItSaysSo) {
     }
 }
 
-TEST(ChainProxy, WhatCannotBeIsSaid) {
+TEST(ChainProxy, InvalidToolsAreRefused) {
   data_tools::PhantomOptions o = grid(32);
   TouchScene scene = scenes::phantom_scene("sphere", o);
   EXPECT_NE(set_tool(scene, 0, rod(5, 3))->what.find("radius"), std::string::npos);

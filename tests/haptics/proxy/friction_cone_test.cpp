@@ -1,13 +1,13 @@
-// Coulomb friction on curved walls and in grooves: the force stays within the cone at the walls where the
-// proxy is, judged by formulas, and no slip makes energy.
+// Coulomb friction on curved walls and in grooves: the force stays within the cone at the walls that the
+// proxy touches, judged by formulas, and slip generates no energy.
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
 #include "haptics/proxy/friction.h"
-#include "haptics/proxy/methods.h"
-#include "tests/scenes/scenes.h"
 
 namespace trephine::haptics {
 namespace {
@@ -16,7 +16,7 @@ using glm::dvec3;
 
 constexpr double k_static = 0.4, k_dynamic = 0.3;
 
-/// A grey volume whose surface is where `distance` is 0 (mm, negative in matter), in voxels of 0.5 mm.
+/// A grey volume whose surface is the zero set of `distance` (mm, negative in matter), in voxels of 0.5 mm.
 TouchScene scene_of(const std::function<double(const dvec3&)>& distance, double half_width = 14) {
   TouchScene scene = scenes::scene_of(
       scenes::sampled(dvec3(-half_width), dvec3(half_width), dvec3(0.5),
@@ -26,7 +26,7 @@ TouchScene scene_of(const std::function<double(const dvec3&)>& distance, double 
 }
 
 /// Drags the HIP along `place(t)`, t in [0, 1], after pressing at place(0) from `above`. Calls see(step, hip)
-/// for the second half of the way.
+/// for the second half of the path.
 void drag(const TouchScene& scene, const std::string& name, const dvec3& above,
           const std::function<dvec3(double)>& place,
           const std::function<void(const ProxyStep&, const dvec3&)>& see) {
@@ -44,14 +44,14 @@ void drag(const TouchScene& scene, const std::string& name, const dvec3& above,
   }
 }
 
-/// The tangential over the normal part of the force, by the surface's own normal at the proxy.
+/// Ratio of the tangential to the normal force, by the surface's own normal at the proxy.
 double ratio_at(const ProxyStep& step, const dvec3& hip, const dvec3& normal) {
   const dvec3 force = step.proxy_world - hip;
   const double press = glm::dot(force, normal);
   return glm::length(force - press * normal) / press;
 }
 
-/// Rotates about z.
+/// Point on a circle about z, angle in rad.
 dvec3 on_circle(double radius, double angle) {
   return radius * dvec3(std::cos(angle), std::sin(angle), 0.02);
 }
@@ -68,7 +68,7 @@ TEST(FrictionCone, HoldsOnConvexAndConcaveBone) {
     const TouchScene scene = scene_of([&](const dvec3& p) { return sign * (glm::length(p) - c.radius); });
     for (const char* name : {"subvoxel", "scene", "explicit", "mesh"})
       for (const double press : {0.5, 1.5, 3.0}) {
-        // Near the middle of a ball no pull leaves the cone.
+        // Near the centre of a ball no pull leaves the cone.
         if (!c.is_cavity && press > 0.5 * c.radius) continue;
         double least = 1e9, most = 0;
         long count = 0;
@@ -81,7 +81,7 @@ TEST(FrictionCone, HoldsOnConvexAndConcaveBone) {
               least = std::min(least, ratio), most = std::max(most, ratio), ++count;
             });
         EXPECT_GT(count, 900);
-        // Facets have normals of their own, some degrees off the ball's, within whose cones the pull stays.
+        // Facets have their own normals, some degrees off the ball's; the pull stays within their cones.
         const bool is_of_facets = std::string(name) == "explicit" || std::string(name) == "mesh";
         const double off = is_of_facets ? 0.13 + 0.3 / c.radius : 0.012 + 0.01;
         EXPECT_NEAR(least, k_dynamic, off) << c.name << c.radius << name << press;
@@ -90,7 +90,7 @@ TEST(FrictionCone, HoldsOnConvexAndConcaveBone) {
   }
 }
 
-TEST(FrictionCone, StaticFrictionHoldsUpToItsConeAndNoFarther) {
+TEST(FrictionCone, StaticFrictionHoldsUpToItsCone) {
   const TouchScene scene = scene_of([](const dvec3& p) { return glm::length(p) - 10; });
   for (const char* name : {"subvoxel", "scene", "explicit", "mesh"}) {
     const auto method = make_method(name).value();
@@ -113,7 +113,7 @@ TEST(FrictionCone, StaticFrictionHoldsUpToItsConeAndNoFarther) {
 TEST(FrictionCone, BothWallsOfAGrooveCount) {
   for (const double degrees : {90.0, 60.0, 30.0}) {
     const double half = 0.5 * degrees * 3.14159265358979 / 180;
-    // A V along z that opens toward +y; matter is outside of it.
+    // A V along z that opens toward +y; matter is outside it.
     const dvec3 left(-std::cos(half), -std::sin(half), 0), right(std::cos(half), -std::sin(half), 0);
     const TouchScene scene =
         scene_of([&](const dvec3& p) { return -std::max(glm::dot(p, left), glm::dot(p, right)) - 0.0; });
@@ -133,7 +133,7 @@ TEST(FrictionCone, BothWallsOfAGrooveCount) {
   }
 }
 
-/// Work on the hand over held forces, and what the spring holds, above their least so far.
+/// Work on the hand over held forces plus the energy of the spring, above their minimum so far.
 TEST(FrictionCone, SlipsMakeNoEnergy) {
   for (const bool is_cavity : {false, true}) {
     const double radius = is_cavity ? 3 : 8, sign = is_cavity ? -1 : 1;
@@ -151,7 +151,8 @@ TEST(FrictionCone, SlipsMakeNoEnergy) {
         const double press = 1.5 + 1.2 * std::sin(0.013 * i), angle = 1.5 * std::sin(0.004 * i);
         const dvec3 hip = on_circle(radius - sign * std::min(press, 0.01 * i - 1), angle);
         const ProxyStep step = method->step(scene, *seen, state, {hip});
-        // With the HIP where it is now, the old proxy stretched the spring so far: sliding only lowers that.
+        // With the HIP at its new position, the old proxy stretches the spring this far: sliding only lowers
+        // that.
         const double now = 0.5 * stiffness * glm::dot(step.proxy_world - hip, step.proxy_world - hip);
         if (had_contact && step.has_contact) {
           stored = 0.5 * stiffness * glm::dot(last_proxy - hip, last_proxy - hip);
@@ -177,7 +178,7 @@ TEST(FrictionCone, LoadsAreSplitAmongWalls) {
   const FrictionLoad both = friction_load(groove, {0, 1, -2});
   EXPECT_NEAR(both.along, 1, 1e-12);
   EXPECT_NEAR(both.limit, 0.4 * std::sqrt(2.0), 1e-12);
-  // Pulled off the second wall, the first alone bears it.
+  // Pulled off the second wall, the first wall bears all of it.
   const FrictionLoad left = friction_load(groove, {3, 0, -2});
   EXPECT_NEAR(left.limit, 0.3 * 5 * c, 1e-12);
   HoldingWalls corner = groove;

@@ -1,14 +1,14 @@
-// A proxy method at play, each step judged by what the method promises not to enter.
+// Play: steps a proxy method and judges each step by the method's promise.
 #pragma once
 
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "haptics/proxy/methods.h"
-#include "tests/scenes/promise.h"
-#include "tests/scenes/scenes.h"
-#include "volume/removal.h"
+#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::haptics {
 
@@ -22,7 +22,7 @@ inline data_tools::PhantomOptions grid(int size, double psf, double shear = 0,
   return o;
 }
 
-/// For suites over methods: "explicit_cubes".
+/// Names of suites over methods, such as "explicit_cubes".
 inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
   std::string name = info.param;
   std::replace(name.begin(), name.end(), '-', '_');
@@ -32,10 +32,10 @@ inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
 struct Play {
   TouchScene scene;
   std::shared_ptr<const volume::Version> version;
-  std::shared_ptr<const TouchState> seen;  ///< the same, with the fields of a round tool
+  std::shared_ptr<const TouchState> seen;  ///< the version with the fields of a round tool
   std::unique_ptr<ProxyMethod> method;
   ProxyState state;
-  checker::FallThroughJudge judge;
+  verify::FallThroughJudge judge;
   long contacts = 0;
 
   Play(const std::string& name, TouchScene s)
@@ -49,7 +49,7 @@ struct Play {
   void no_friction() {
     for (TouchItem& shape : scene.items) shape.material.static_friction = shape.material.dynamic_friction = 0;
   }
-  /// Goes on with another version, as a servo does between two steps.
+  /// Continues with another version, as a servo does between two steps.
   void set_version(std::shared_ptr<const volume::Version> next, TouchState::OffsetFields offsets = {}) {
     version = std::move(next);
     seen = std::make_shared<TouchState>(version, std::move(offsets));

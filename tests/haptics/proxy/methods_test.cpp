@@ -1,5 +1,5 @@
-// What every method that promises a solid must keep, whichever solid that is.
-#include "haptics/proxy/methods.h"
+// Requirements for every method that promises a solid, for each kind of solid.
+#include "haptics/methods/methods.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 #include "tests/haptics/proxy/method_play.h"
 #include "tests/scenes/golden.h"
-#include "volume/deterministic_math.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::haptics {
 namespace {
@@ -22,7 +22,7 @@ INSTANTIATE_TEST_SUITE_P(All, Methods,
                                          "depth", "scene", "scene-sequential"),
                          suite_name);
 
-/// Those that feel cuts, and whose work is by the voxel: a whole net is a model of what is untouched.
+/// Methods that touch cuts, with work per voxel: a whole net is a model of the untouched volume.
 class VoxelMethods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, VoxelMethods,
                          testing::Values("implicit", "path", "explicit", "explicit-cubes", "subvoxel",
@@ -57,7 +57,7 @@ TEST_P(Methods, StaysNearASphereAndFacesOut) {
     }
     EXPECT_GT(count, 1800);
     EXPECT_EQ(play.judge.fall_throughs(), 0);
-    // Voxels of 0.94 mm: of cubes the corners are felt, of the others what the blur does to a ball.
+    // Voxels of 0.94 mm: on cubes the corners are touched, on other solids the blur shifts the ball.
     const bool is_of_cubes = find_method(GetParam())->solid == MethodInfo::Solid::cubes;
     EXPECT_LT(worst, is_of_cubes ? 0.82 : 0.058);
     EXPECT_LT(worst_angle, is_of_cubes                                                   ? 0.07
@@ -66,8 +66,8 @@ TEST_P(Methods, StaysNearASphereAndFacesOut) {
   }
 }
 
-/// What each kind of method keeps of the sphere (mm): what lies between two slices, more on masks, which have
-/// no soft edge. Cubes and their corners are felt as they are.
+/// Tolerance of each kind of method on the sphere (mm): the sag between two slices, more on masks, which have
+/// no soft edge. Cubes and their corners are touched exactly.
 double most_off(const std::string& method, const scenes::Scan& scan) {
   const double slice = 1.5 * scan.slice;
   using Solid = MethodInfo::Solid;
@@ -77,8 +77,7 @@ double most_off(const std::string& method, const scenes::Scan& scan) {
   return scan.is_mask ? 0.8 * slice + 0.1 : 0.055 * slice + 0.01;
 }
 
-/// The same bone beyond every border: it ends half a voxel outside of its last samples, in every unit and
-/// frame.
+/// Uniform bone beyond every border: it ends half a voxel outside its last samples, in every unit and frame.
 TEST_P(Methods, ASolidEndsHalfAVoxelBeyondTheBorder) {
   for (const scenes::Scan& scan : scenes::k_scans) {
     SCOPED_TRACE(scan.name());
@@ -125,7 +124,7 @@ TEST_P(Methods, HoldsInEveryFrameUnitAndMask) {
 
 TEST_P(Methods, NeverFallsThroughThinPlatesAtAnySpeed) {
   for (const double thickness : {0.94, 1.41, 1.88})              // 1, 1.5 and 2 voxels
-    for (const double speed : {0.05, 2.0, 10.0, 60.0, 400.0}) {  // mm a step
+    for (const double speed : {0.05, 2.0, 10.0, 60.0, 400.0}) {  // mm per step
       Play play(GetParam(),
                 scenes::phantom_scene("plate", grid(128, 0, 0, {{"thickness", thickness}, {"angle", 37}})));
       dvec3 hip(0, 0, 50);
@@ -136,7 +135,7 @@ TEST_P(Methods, NeverFallsThroughThinPlatesAtAnySpeed) {
         play.step(hip);
       }
       EXPECT_EQ(play.judge.fall_throughs(), 0) << thickness << " " << speed;
-      // A plate of a voxel has holes where no centre lies in it; a thicker one has none.
+      // A plate of one voxel has holes where it contains no voxel centre; a thicker one has none.
       if (thickness > 1.8) {
         EXPECT_GT(play.contacts, 0) << thickness << " " << speed;
       }
@@ -176,7 +175,7 @@ TEST_P(Methods, HoldsWhileItIsDrilledAndUndoneUnderTheTool) {
       history.push_back(play.version);
     }
     if (i % 700 == 0) {  // back to an earlier state: matter grows, perhaps over the tool
-      const std::size_t k = volume::hash_bits(static_cast<std::uint64_t>(i)) % history.size();
+      const std::size_t k = hash_bits(static_cast<std::uint64_t>(i)) % history.size();
       editor.reset(history[k]);
       history.resize(k + 1);
       play.set_version(editor.publish());
@@ -212,7 +211,7 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   scene.items[0].sides = Side::both;
   Play play(GetParam(), scene);
   play.step(dvec3(0));
-  if (std::string(GetParam()) != "mesh") {  // which looks at triangles alone
+  if (std::string(GetParam()) != "mesh") {  // which uses only triangles
     EXPECT_TRUE(play.state.inside.contains(0));
   }
   ProxyStep s;
@@ -222,9 +221,9 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   EXPECT_LT(glm::length(s.proxy_world), 46.5);
   EXPECT_LT(glm::dot(s.normal_world, glm::normalize(s.proxy_world)),
             -0.95);  // into the solid, where the proxy is
-  // With the front alone held, the same motion leaves the solid, and cannot come back in.
+  // With only the front touchable, the same motion leaves the solid and cannot re-enter.
   play.scene.items[0].sides = Side::front;
-  if (std::string(GetParam()) == "scene-sequential") {  // which keeps a scene of its own for each volume
+  if (std::string(GetParam()) == "scene-sequential") {  // which has its own scene for each volume
     EXPECT_FALSE(play.method->prepare(play.scene).has_value());
   }
   for (int i = 0; i < 600; ++i) s = play.step(dvec3(0.1 * i, 0.02 * i, 0));
@@ -234,7 +233,7 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   EXPECT_EQ(s.side, Side::front);
 }
 
-TEST_P(VoxelMethods, GrowthOverTheProxyIsSaidAndGivesNoForce) {
+TEST_P(VoxelMethods, GrowthOverTheProxyIsReportedAndGivesNoForce) {
   Play play(GetParam(), scenes::phantom_scene("plane", grid(64, 1, 0, {{"angle", 0}})));
   const auto untouched = play.version;
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
@@ -265,8 +264,8 @@ TEST_P(Methods, FrictionHoldsStillAndTrailsByTheCone) {
   EXPECT_EQ(play.judge.fall_throughs(), 0);
 }
 
-/// Two shapes over one another: the nearer one holds, in whichever order they are listed; and a proxy that
-/// began in the upper one is held by the lower one when it is pressed on.
+/// Two overlapping shapes: the nearer one holds, in any order of the list; a proxy that starts in the upper
+/// one is held by the lower one when pressed further.
 TEST_P(Methods, TheNearerOfTwoShapesHolds) {
   for (const bool is_bone_first : {false, true}) {
     TouchScene scene = scenes::phantom_scene("plane", grid(64, 2, 0, {{"angle", 0}}));
@@ -287,7 +286,7 @@ TEST_P(Methods, TheNearerOfTwoShapesHolds) {
     EXPECT_TRUE(s.has_contact) << is_bone_first;
     EXPECT_EQ(s.shape, is_bone_first ? 1 : 0);
     EXPECT_GT(s.proxy_world.z, 0.3);  // on the skin, above the middle of the edge
-    // From within the skin: down to the bone, pressed on for some steps.
+    // From inside the skin: down to the bone, pressed further for some steps.
     state = {};
     method->step(scene, version, state, {{1, 1, 0.2}});
     for (int i = 0; i < 60; ++i) s = method->step(scene, version, state, {{1 + 0.01 * i, 1, 0.2 - 0.1 * i}});
@@ -301,7 +300,7 @@ TEST_P(Methods, TheNearerOfTwoShapesHolds) {
 TEST_P(Methods, FarAwayAndHugeStepsAreHarmless) {
   Play play(GetParam(), scenes::phantom_scene("sphere", grid(48, 1)));
   for (int i = 0; i < 400; ++i) {
-    const auto at = [i](int k) { return volume::hash_normal(3, static_cast<std::uint64_t>(3 * i + k)); };
+    const auto at = [i](int k) { return hash_normal(3, static_cast<std::uint64_t>(3 * i + k)); };
     const double reach = i % 3 == 0 ? 4e3 : i % 3 == 1 ? 60 : 1e-9;
     const ProxyStep s = play.step(reach * dvec3(at(0), at(1), at(2)));
     ASSERT_TRUE(std::isfinite(s.proxy_world.x + s.proxy_world.y + s.proxy_world.z));
@@ -311,7 +310,7 @@ TEST_P(Methods, FarAwayAndHugeStepsAreHarmless) {
 }
 
 TEST_P(VoxelMethods, WorkDoesNotGrowWithTheVolume) {
-  // The same voxel density, volumes of 50^3 and 200^3: identical steps, identical work.
+  // Equal voxel density, volumes of 50^3 and 200^3: identical steps, identical work.
   long work[2] = {0, 0};
   for (const int i : {0, 1}) {
     data_tools::PhantomOptions o = grid(i == 0 ? 50 : 200, 0, 0, {{"radius", 10}});
@@ -327,13 +326,14 @@ TEST_P(VoxelMethods, WorkDoesNotGrowWithTheVolume) {
       work[i] += s.counters.voxels + s.counters.cells + s.counters.triangles + s.counters.iterations;
     }
   }
-  // How blocks of empty space lie around the sphere differs, nothing else.
+  // Only the blocks of empty space around the sphere differ.
   EXPECT_NEAR(static_cast<double>(work[0]), static_cast<double>(work[1]),
               0.01 * static_cast<double>(work[0]));
   EXPECT_GT(work[0], 1000);
 }
 
-/// The same bits from every compiler, debug and release: a walk with friction, cut and undone under the tool.
+/// Every compiler, debug and release, gives identical bits: a walk with friction, cut and undone under the
+/// tool.
 TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
   for (const MethodInfo& info : method_catalogue()) {
     const TouchScene scene = scenes::phantom_scene("gyroid", grid(56, 0.7, 9));
@@ -362,16 +362,16 @@ TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
     EXPECT_EQ(hash, scenes::golden(info.name)) << info.name << " 0x" << std::hex << hash;
     EXPECT_GT(contacts, 500) << info.name;
     if (info.solid != MethodInfo::Solid::nothing) {
-      EXPECT_LT(most_lag, 1e-9) << info.name;  // without contact no proxy stays behind its HIP
+      EXPECT_LT(most_lag, 1e-9) << info.name;  // without contact no proxy lags behind its HIP
     }
   }
 }
 
-TEST(MethodNames, AnUnknownNameIsAnsweredWithTheKnownOnes) {
-  const auto made = make_method("subvoxels");
-  ASSERT_FALSE(made);
+TEST(MethodNames, TheErrorOfAnUnknownNameListsTheKnownOnes) {
+  const auto result = make_method("subvoxels");
+  ASSERT_FALSE(result);
   for (const MethodInfo& info : method_catalogue())
-    EXPECT_NE(made.error().message().find(info.name), std::string::npos) << info.name;
+    EXPECT_NE(result.error().message().find(info.name), std::string::npos) << info.name;
   EXPECT_EQ(std::string(method_catalogue()[0].name), k_default_method);
 }
 

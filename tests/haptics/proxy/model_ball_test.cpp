@@ -1,11 +1,11 @@
 // Points and balls on polygonal models with edges of every kind: they roll over convex edges, rest in concave
-// ones, and hang nowhere.
+// ones, and never stick.
 #include <cmath>
 #include <random>
 
+#include "apps/verify/friction_judge.h"
+#include "apps/verify/mesh_judge.h"
 #include "haptics/proxy/scene_proxy.h"
-#include "tests/checker/friction_judge.h"
-#include "tests/checker/mesh_judge.h"
 #include "tests/haptics/proxy/method_play.h"
 
 namespace trephine::haptics {
@@ -18,8 +18,8 @@ struct Model {
   std::vector<std::uint32_t> triangles;
 };
 
-/// A sphere of rings and segments. `bumps`: mm by which its corners are moved in or out at random, which
-/// makes concave edges; `seed` of these.
+/// A sphere of rings and segments. `bumps`: mm by which its vertices are moved in or out at random, which
+/// makes concave edges; `seed`: of these random numbers.
 Model sphere(double radius, int rings, double bumps, unsigned seed) {
   std::mt19937 random(seed);
   Model model;
@@ -47,7 +47,7 @@ Model sphere(double radius, int rings, double bumps, unsigned seed) {
   return model;
 }
 
-/// Where a hand that goes over the model is in a tick: round it, up and down, `deep` mm inside.
+/// Position of a hand that moves over the model in a tick: around it, up and down, `deep` mm inside.
 dvec3 hand_at(int tick, double surface, double deep) {
   const double t = 1e-3 * tick, in = std::min(1.0, t / 0.2) * (deep + 2) - 2;
   const double turn = 0.7 * t, tilt = 0.3 + 0.35 * std::sin(1.9 * t);
@@ -55,8 +55,8 @@ dvec3 hand_at(int tick, double surface, double deep) {
          dvec3(std::cos(turn) * std::cos(tilt), std::sin(turn) * std::cos(tilt), std::sin(tilt));
 }
 
-/// The largest share of the hand's pull that the walls at the proxy do not explain, and how often it is above
-/// a twentieth. `shift(tick)`: a planted fault, mm.
+/// Largest fraction of the hand's pull that the walls at the proxy do not explain, and the number of ticks
+/// above a twentieth. `shift(tick)`: a planted fault, mm.
 struct Judged {
   double worst = 0;
   long outside = 0, contacts = 0;
@@ -71,7 +71,7 @@ Judged play(const Model& model, double radius, double friction, const Shift& shi
   const auto method = make_method("scene").value();
   EXPECT_FALSE(method->prepare(scene).has_value());
   const volume::Version version(scene.base);
-  const checker::MeshWall wall(model.vertices, model.triangles, 2.0);
+  const verify::MeshWall wall(model.vertices, model.triangles, 2.0);
   ProxyState state;
   Judged judged;
   for (int i = 0; i < 4000; ++i) {
@@ -79,11 +79,11 @@ Judged play(const Model& model, double radius, double friction, const Shift& shi
     const ProxyStep step = method->step(scene, version, state, {hip, {}});
     const dvec3 proxy = step.proxy_world + shift(i), pull = hip - proxy;
     EXPECT_GT(wall.distance(proxy, radius + 1), radius - 1e-6) << i;
-    // A proxy on its way for more legs than a tick has is not judged.
+    // A proxy on a path with more segments than a tick allows is not judged.
     if (!step.has_contact || glm::length(pull) < 0.3 || i < 300) continue;
     ++judged.contacts;
     const double share =
-        checker::beyond_cone(pull, wall.pushes_near(proxy, 0.01, radius + 1), friction) / glm::length(pull);
+        verify::beyond_cone(pull, wall.pushes_near(proxy, 0.01, radius + 1), friction) / glm::length(pull);
     judged.worst = std::max(judged.worst, share);
     judged.outside += share > 0.05;
   }
@@ -92,21 +92,21 @@ Judged play(const Model& model, double radius, double friction, const Shift& shi
 
 const auto k_no_fault = [](int) { return dvec3(0); };
 
-TEST(ModelBall, RollsOverEdgesAndHangsNowhere) {
+TEST(ModelBall, RollsOverEdgesWithoutSticking) {
   for (const auto& [bumps, seed] : {std::pair(0.0, 1u), std::pair(0.15, 2u), std::pair(0.4, 3u)}) {
     const Model model = sphere(20, 24, bumps, seed);
     for (const double radius : {0.0, 0.5, 1.0, 3.0})
       for (const double friction : {0.0, 0.3}) {
         const Judged judged = play(model, radius, friction, k_no_fault);
         EXPECT_GT(judged.contacts, 3000);
-        // In a tick in which it comes over an edge it may stop on it.
+        // In a tick in which it reaches an edge it may stop on it.
         EXPECT_LE(judged.outside, judged.contacts / 250) << "bumps of " << bumps << " mm, radius " << radius
                                                          << ", friction " << friction << ": " << judged.worst;
       }
   }
 }
 
-TEST(ModelBall, AProxyThatHangsIsSeen) {
+TEST(ModelBall, AStuckProxyIsDetected) {
   const Model model = sphere(20, 24, 0, 1);
   const Judged judged = play(model, 1, 0, [](int i) { return i == 2000 ? dvec3(0.3, 0, 0.9) : dvec3(0); });
   EXPECT_EQ(judged.outside, 1);

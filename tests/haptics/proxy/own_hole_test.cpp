@@ -1,5 +1,4 @@
-// One definition of a cut: a hole is as wide as the burr that made it, for the hand as for the ledger,
-// whatever the voxels.
+// A hole is as wide as the burr that made it, for the hand as for the ledger, for any voxel spacing.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -42,20 +41,20 @@ struct OwnHoleCase {
   const char* name;
   dvec3 spacing;
   double shear;
-  double burr;  ///< mm
+  double burr;  ///< diameter, mm
 };
 
 class OwnHole : public testing::TestWithParam<OwnHoleCase> {};
 
 struct HoleReport {
-  long held_inside = 0, free_outside = 0;   ///< points that feel wrong by more than a tenth of a mm
-  double ledger_error = 0, felt_error = 0;  ///< shares: of the swept volume, and of the ledger
+  long held_inside = 0, free_outside = 0;      ///< points whose state is wrong by more than a tenth of a mm
+  double ledger_error = 0, touched_error = 0;  ///< relative errors: of the swept volume, and of the ledger
 };
 
-/// Cuts a hole three burrs long through the middle of the scene, in a direction and with an offset that
-/// `seed` says, and feels it point by point.
-HoleReport feel_a_hole(const TouchScene& scene, const volume::CutLattice& lattice, double burr,
-                       std::uint64_t seed) {
+/// Cuts a hole three burrs long through the middle of the scene, with a direction and an offset from `seed`,
+/// and probes it point by point.
+HoleReport probe_hole(const TouchScene& scene, const volume::CutLattice& lattice, double burr,
+                      std::uint64_t seed) {
   const double r = 0.5 * burr;
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> part(-1, 1);
@@ -69,7 +68,7 @@ HoleReport feel_a_hole(const TouchScene& scene, const volume::CutLattice& lattic
   const Hole hole{middle - 1.5 * burr * direction, middle + 1.5 * burr * direction, r};
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base, lattice),
                                {scene.items[0].field});
-  // In steps of a tick, as a drill goes.
+  // In steps of one tick, as a drill moves.
   constexpr int k_ticks = 15;
   const dvec3 bite = (hole.end - hole.start) / double(k_ticks);
   for (int i = 0; i < k_ticks; ++i)
@@ -82,7 +81,7 @@ HoleReport feel_a_hole(const TouchScene& scene, const volume::CutLattice& lattic
   HoleReport report;
   const double step = r / 12, slack = std::min(0.1, 0.3 * r);
   const int reach = static_cast<int>((1.5 * burr + 1.4 * r) / step);
-  long felt = 0;
+  long touched = 0;
   for (int z = -reach; z <= reach; ++z)
     for (int y = -reach; y <= reach; ++y)
       for (int x = -reach; x <= reach; ++x) {
@@ -90,7 +89,7 @@ HoleReport feel_a_hole(const TouchScene& scene, const volume::CutLattice& lattic
         const double from_wall = r - hole.from_axis(p);
         if (from_wall < -0.4 * r) continue;
         const bool is_solid = walls.is_solid(0, frame.volume_from_world(p));
-        felt += !is_solid;
+        touched += !is_solid;
         report.held_inside += is_solid && from_wall > slack;
         report.free_outside += !is_solid && from_wall < -slack;
       }
@@ -98,7 +97,7 @@ HoleReport feel_a_hole(const TouchScene& scene, const volume::CutLattice& lattic
   const double swept = k_pi * r * r * (3 * burr) + 4.0 / 3 * k_pi * r * r * r;
   const double ledger = version->mm3_of(version->ledger().total());
   report.ledger_error = std::abs(ledger / swept - 1);
-  report.felt_error = std::abs(static_cast<double>(felt) * step * step * step / ledger - 1);
+  report.touched_error = std::abs(static_cast<double>(touched) * step * step * step / ledger - 1);
   return report;
 }
 
@@ -108,32 +107,32 @@ TouchScene block_for(const OwnHoleCase& c) {
 }
 
 /// In its own hole a burr's tip is free up to a tenth of a millimetre from the wall and held a tenth beyond
-/// it; what the hand feels as gone, the ledger and the sweep are the same volume.
-TEST_P(OwnHole, IsFreeAndAsLargeAsTheLedgerSays) {
+/// it; the volume that the hand finds free equals the ledger and the sweep.
+TEST_P(OwnHole, IsFreeAndAsLargeAsTheLedgerReports) {
   const OwnHoleCase& c = GetParam();
   const TouchScene scene = block_for(c);
   const volume::CutLattice lattice = volume::CutLattice::for_burr(*scene.base, c.burr).value();
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    const HoleReport report = feel_a_hole(scene, lattice, c.burr, seed);
+    const HoleReport report = probe_hole(scene, lattice, c.burr, seed);
     EXPECT_EQ(report.held_inside, 0);
     EXPECT_EQ(report.free_outside, 0);
     EXPECT_LT(report.ledger_error, 0.001);
-    EXPECT_LT(report.felt_error, 0.01);
+    EXPECT_LT(report.touched_error, 0.01);
   }
 }
 
-/// The measure can fail: cut on the voxels of the scan alone, a small burr does not fit into its own hole.
-TEST(OwnHole, OnTheVoxelsAloneASmallBurrIsHeldInItsHole) {
+/// Planted fault: cut on the voxels of the scan, a small burr does not fit into its own hole.
+TEST(OwnHole, CutOnTheVoxelsASmallBurrIsHeldInItsHole) {
   const OwnHoleCase clinical{"clinical", {0.5, 0.5, 1.25}, 0, 1};
   const TouchScene scene = block_for(clinical);
-  const HoleReport report = feel_a_hole(scene, volume::CutLattice(*scene.base), clinical.burr, 1);
+  const HoleReport report = probe_hole(scene, volume::CutLattice(*scene.base), clinical.burr, 1);
   EXPECT_GT(report.held_inside, 100);
-  EXPECT_GT(report.felt_error, 0.1);
+  EXPECT_GT(report.touched_error, 0.1);
 }
 
-/// A point that goes down a burr's hole, 0.15 mm from its wall, by each method that feels cuts as they are;
-/// those on triangles refuse burrs that their voxels are too long for.
-TEST(OwnHole, EveryMethodGoesDownIt) {
+/// A point that moves down a burr's hole, 0.15 mm from its wall, by each method that touches cuts exactly;
+/// methods on triangles refuse burrs too small for their voxels.
+TEST(OwnHole, EveryMethodReachesItsEnd) {
   struct Case {
     dvec3 spacing;
     double burr;
@@ -154,7 +153,7 @@ TEST(OwnHole, EveryMethodGoesDownIt) {
       const bool is_net = name.starts_with("explicit"), is_mesh = info.is_of_untouched;
       const bool is_cubes =
           name == "implicit" || name == "path" || name == "scene-sequential" || name == "raystep";
-      const volume::Status refused = method->prepare(scene);
+      const Status refused = method->prepare(scene);
       ASSERT_EQ(bool(refused), is_mesh || (is_net && !c.has_triangles) || (is_cubes && !c.has_voxels));
       if (refused) {
         EXPECT_NE(refused->remedy.find("subvoxel"), std::string::npos);
@@ -197,8 +196,8 @@ INSTANTIATE_TEST_SUITE_P(All, OwnHole,
                                          OwnHoleCase{"micrometres", {0.02, 0.02, 0.1}, 0, 0.1}),
                          [](const auto& info) { return std::string(info.param.name); });
 
-/// The tip goes down its own hole to the bottom and is held there, with every smooth method.
-TEST(OwnHole, TheTipFollowsTheHandDownToTheBottom) {
+/// The tip moves down its own hole to the bottom and is held there, with every smooth method.
+TEST(OwnHole, TheTipFollowsTheHandToTheBottom) {
   for (const double burr : {0.5, 1.0, 2.0}) {
     for (const char* name : {"subvoxel", "scene"}) {
       const dvec3 spacing(0.5, 0.5, burr == 0.5 ? 5 : 2);
@@ -233,9 +232,9 @@ TEST(OwnHole, TheTipFollowsTheHandDownToTheBottom) {
   }
 }
 
-/// A hand that pushes about in a tangle of grooves of a small burr, under thick slices, is held by every wall
-/// and by nothing else.
-TEST(OwnHole, NothingIsPassedInATangleOfGroovesUnderThickSlices) {
+/// A hand that moves in crossing grooves of a small burr, under thick slices, is held by every wall and by
+/// nothing else.
+TEST(OwnHole, NothingIsPassedInCrossingGroovesUnderThickSlices) {
   for (const char* name : {"subvoxel", "scene"}) {
     Play play(name, bone_block(sheared({0.5, 0.5, 3}, 20), dvec3(14, 14, 18)));
     play.no_friction();

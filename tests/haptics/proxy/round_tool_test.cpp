@@ -1,19 +1,19 @@
-// A tool with a radius: its middle keeps a radius away from the solid, whatever the size of the voxels.
+// A tool with a radius: its centre stays a radius away from the solid, for any voxel size.
 #include <cmath>
 #include <random>
 #include <set>
 
-#include "tests/checker/ball_judge.h"
-#include "tests/checker/volume_samples.h"
+#include "apps/verify/ball_judge.h"
+#include "apps/verify/volume_samples.h"
 #include "tests/haptics/proxy/method_play.h"
-#include "volume/offset_field.h"
+#include "volume/fields/offset_field.h"
 
 namespace trephine::haptics {
 namespace {
 
 using glm::dvec3;
 
-/// A round tool at play, judged by what its method promises of the offset field in use.
+/// The scene with a tool of a radius (mm).
 TouchScene with_radius(TouchScene s, double radius) {
   EXPECT_FALSE(set_tool_radius(s, radius).has_value());
   return s;
@@ -31,7 +31,7 @@ constexpr const char* k_round_methods[] = {"subvoxel", "scene",    "scene-sequen
 class RoundMethods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, RoundMethods, testing::ValuesIn(k_round_methods), suite_name);
 
-/// Fields are made once for all methods.
+/// Fields are built once for all methods.
 TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
   for (const double radius : {0.5, 2.0, 6.0}) {
     const TouchScene scene = with_radius(scenes::phantom_scene("sphere", grid(128, 1.5)), radius);
@@ -52,7 +52,7 @@ TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
       }
       EXPECT_GT(play.contacts, 1800);
       EXPECT_EQ(play.judge.fall_throughs(), 0);
-      // The blur's own is sigma^2 / R = 0.05 mm; on cubes a lattice step more.
+      // The blur's error is sigma^2 / R = 0.05 mm; on cubes one lattice step more.
       EXPECT_LT(worst, solid == Solid::cubes ? 1.6 * step : 0.09 + 0.05 * step);
       if (solid == Solid::smooth) {
         EXPECT_LT(tangential, 0.03);
@@ -61,8 +61,8 @@ TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
   }
 }
 
-TEST(RoundTool, StaysOutOfWhatIsNarrowerAndNeverFallsThrough) {
-  // A slot of 8 mm takes a tool of 3 mm radius, not one of 5.
+TEST(RoundTool, StaysOutOfNarrowerGapsAndNeverFallsThrough) {
+  // A slot of 8 mm admits a tool of 3 mm radius, but not one of 5.
   for (const double radius : {3.0, 5.0}) {
     const TouchScene scene = with_radius(scenes::phantom_scene("slot", grid(96, 1)), radius);
     for (const char* method : k_round_methods) {
@@ -92,7 +92,7 @@ TEST(RoundTool, StaysOutOfWhatIsNarrowerAndNeverFallsThrough) {
       }
       EXPECT_EQ(play.judge.fall_throughs(), 0);
       EXPECT_GT(play.contacts, 300);
-      if (std::string(name) != "gyroid") {  // whose distance is of first order only
+      if (std::string(name) != "gyroid") {  // whose distance is only first order
         const bool is_of_cubes = find_method(method)->solid == MethodInfo::Solid::cubes;
         EXPECT_GT(least, 2.5 - (is_of_cubes ? 1.9 : 0.9));  // a voxel is 1.9 mm, the blur 1.3
       }
@@ -104,7 +104,7 @@ TEST(RoundTool, StaysOutOfWhatIsNarrowerAndNeverFallsThrough) {
 TEST(RoundTool, AThinSheetHoldsItFromBothSides) {
   for (const double angle : {0.0, 23.0, 37.0})
     for (const double side : {1.0, -1.0}) {
-      // A voxel is 1.25 mm; the sheet lies through voxel centres.
+      // A voxel is 1.25 mm; the sheet passes through voxel centres.
       RoundPlay play(scenes::phantom_scene("plate", grid(95, 0, 0, {{"thickness", 1.35}, {"angle", angle}})),
                      3);
       const double a = angle / 57.29577951308232;
@@ -120,9 +120,9 @@ TEST(RoundTool, AThinSheetHoldsItFromBothSides) {
     }
 }
 
-TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsThereAndNeverTrustsOneFromBeforeGrowth) {
+TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsReadyAndIgnoresFieldsFromBeforeGrowth) {
   RoundPlay play(scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})), 2, GetParam());
-  // On cubes the surface is only as near as their faces.
+  // On cubes the surface is only as accurate as their faces.
   const double slack =
       find_method(GetParam())->solid == MethodInfo::Solid::cubes ? play.scene.items[0].offset->step_mm() : 0;
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
@@ -130,11 +130,11 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsThereAndNeverTrustsOneFr
   play.step({0, 0, 8});
   for (int i = 0; i < 60; ++i) play.step({0, 0, -8});
   EXPECT_NEAR(play.step({0, 0, -8}).proxy_world.z, 2, 0.1 + slack);
-  // Cut: the stale field holds the tool above the hole; bounded by the depth of the cut.
+  // Cut: the stale field holds the tool above the hole, bounded by the depth of the cut.
   const volume::RemovalReport report = editor.remove({{0, 0, 3}, {0, 0, -6}, 5});
   play.set_version(editor.publish());
   EXPECT_NEAR(play.step({0, 0, -8}).proxy_world.z, 2, 0.1 + slack);
-  // The field's update comes with a later version: down to a radius above the floor at -11.
+  // The field's update arrives with a later version: down to a radius above the floor at -11.
   const auto cut = editor.publish();
   play.set_version(cut, {play.scene.items[0].offset->updated(play.scene.items[0].field,
                                                              *play.scene.items[0].bits, *cut, report.box)});
@@ -142,25 +142,25 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsThereAndNeverTrustsOneFr
   for (int i = 0; i < 40; ++i) s = play.step({0, 0, -14});
   EXPECT_NEAR(s.proxy_world.z, -9, 0.3 + slack);
   EXPECT_EQ(play.judge.fall_throughs(), 0);
-  // Walls too.
+  // The walls hold too.
   for (int i = 0; i < 400; ++i) s = play.step({9 * std::cos(0.02 * i), 9 * std::sin(0.02 * i), -7});
   EXPECT_NEAR(std::sqrt(s.proxy_world.x * s.proxy_world.x + s.proxy_world.y * s.proxy_world.y), 3,
               0.35 + slack);
   EXPECT_EQ(play.judge.fall_throughs(), 0);
-  // Undo: the older version brings its own field, and the tool is buried, not inside.
+  // Undo: the older version has its own field, and the tool is buried, not inside.
   editor.reset(untouched);
   play.set_version(editor.publish());
   EXPECT_TRUE(play.step({0, 0, -7}).is_buried);
 }
 
-TEST(RoundTool, OtherMethodsAndBadRadiiAreRefusedInWords) {
+TEST(RoundTool, OtherMethodsAndBadRadiiAreRefused) {
   TouchScene scene = scenes::phantom_scene("sphere", grid(32, 1));
   for (const double radius : {-1.0, 6.5, std::nan("")})
     EXPECT_TRUE(set_tool_radius(scene, radius).has_value()) << radius;
   EXPECT_FALSE(set_tool_radius(scene, 4).has_value());
   for (const MethodInfo& info : method_catalogue()) {
     const auto method = make_method(info.name).value();
-    const volume::Status refused = method->prepare(scene);
+    const Status refused = method->prepare(scene);
     const bool has_radius = std::set<std::string>{"subvoxel", "mesh", "scene",    "scene-sequential",
                                                   "implicit", "path", "explicit", "explicit-cubes"}
                                 .contains(info.name);
@@ -191,7 +191,7 @@ TouchScene thick_slices(const dvec3& spacing, const dvec3& extent, double half_t
   return scenes::scene_of(std::move(v));
 }
 
-/// A wall of 1 mm between slices of 3 and 5 mm is not passed, and a ball's middle stays its radius away.
+/// A wall of 1 mm between slices of 3 and 5 mm is not passed, and a ball's centre stays its radius away.
 TEST(RoundTool, AThinWallUnderThickSlicesIsNotPassed) {
   for (const double slice : {3.0, 5.0})
     for (const double radius : {0.5, 1.0, 2.0}) {
@@ -217,9 +217,9 @@ TEST(RoundTool, AThinWallUnderThickSlicesIsNotPassed) {
     }
 }
 
-/// A round burr has room in its own hole under thick slices.
-TEST(RoundTool, GoesDownItsOwnHoleUnderThickSlices) {
-  constexpr double k_radius = 3, k_touch = 2.5;  // what it cuts, and what it touches with
+/// A round burr fits into its own hole under thick slices.
+TEST(RoundTool, ReachesTheEndOfItsOwnHoleUnderThickSlices) {
+  constexpr double k_radius = 3, k_touch = 2.5;  // radius of the cut, and of touch
   TouchScene scene = thick_slices({0.5, 0.5, 3}, {30, 30, 48}, 12);
   const volume::CutLattice lattice = volume::CutLattice::for_burr(*scene.base, 2 * k_radius).value();
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base, lattice),
@@ -240,8 +240,8 @@ TEST(RoundTool, GoesDownItsOwnHoleUnderThickSlices) {
     worst = std::max(worst, glm::length(last.proxy_world - hip));
   }
   EXPECT_LT(worst, 1e-6);
-  // At its end, and at its side, there is the room between the two balls, as far as a lattice of that step
-  // shows it.
+  // At its end and at its side the clearance between the two balls is free, to the accuracy of a lattice of
+  // that step.
   for (const dvec3& way :
        {glm::normalize(end - start), glm::normalize(glm::cross(end - start, dvec3(0, 0, 1)))}) {
     for (int i = 1; i <= 60; ++i) last = play.step(end + (i / 20.0) * way);
@@ -268,24 +268,24 @@ TEST(RoundTool, StaysOutOfCoarseVoxelsAndMasksAtTheirOwnValues) {
     o.size = glm::ivec3(glm::ceil(dvec3(48) / *o.spacing_mm));
     o.psf_sigma_voxels = c.is_mask ? 0 : 0.8;
     o.parameters = {{"radius", 16}};
-    volume::Volume made = data_tools::make_phantom("sphere", o).value();
+    volume::Volume result = data_tools::make_phantom("sphere", o).value();
     volume::Shape shape;
     if (c.is_mask) {
-      for (auto& v : made.voxels.span()) v = v >= 300 ? 1 : 0;
+      for (auto& v : result.voxels.span()) v = v >= 300 ? 1 : 0;
       shape.low = 1;
     }
-    TouchScene scene = scenes::scene_of(std::move(made), {0.5, 0, 0, 0}, shape);
+    TouchScene scene = scenes::scene_of(std::move(result), {0.5, 0, 0, 0}, shape);
     soften(scene);
     ASSERT_FALSE(set_tool_radius(scene, c.radius).has_value());
     Play play("subvoxel", std::move(scene));
-    const checker::SmoothSolid solid =
-        checker::smooth_solid(play.scene.base, shape, nullptr, play.scene.items[0].soft);
-    const checker::BallJudge judge(c.radius, 300);
+    const verify::SmoothSolid solid =
+        verify::smooth_solid(play.scene.base, shape, nullptr, play.scene.items[0].soft);
+    const verify::BallJudge judge(c.radius, 300);
     double deepest = 0;
     const PosePath path = scenes::sphere_slide(16, 4, 60, 0.5);
     for (const auto& sample : path.samples()) {
       const ProxyStep step = play.step((1 + c.radius / 16) * sample.pose.position_world);
-      deepest = std::max(deepest, judge.sunk_mm(step.proxy_world, [&](const dvec3& p) {
+      deepest = std::max(deepest, judge.penetration_mm(step.proxy_world, [&](const dvec3& p) {
         return solid.is_solid(play.scene.base->frame.volume_from_world(p));
       }));
     }

@@ -1,6 +1,6 @@
 // Volumes and polygonal models in one solve: outside both, at any angle, for points and balls, still and
 // moving.
-// One file: one proxy among volumes and models, with the scenes that they share.
+// Kept in one file: one proxy among volumes and models, with shared scenes.
 #include "haptics/proxy/scene_proxy.h"
 
 #include <cmath>
@@ -34,7 +34,7 @@ bool is_in_box(const dvec3& p, const dvec3& low, const dvec3& high) {
 
 const Material k_smooth{0.5, 0.001, 0, 0};
 
-/// An empty volume, where a scene needs a base and all is meshes.
+/// A scene of meshes in an empty volume, since a scene needs a base.
 TouchScene of_meshes(std::vector<TouchItem> meshes) {
   TouchScene scene = scenes::phantom_scene("sphere", grid(16, 0, 0, {{"radius", 1}}));
   scene.items = std::move(meshes);
@@ -48,7 +48,7 @@ struct Player {
   ProxyState state;
   explicit Player(TouchScene s, const char* name = "scene")
       : scene(std::move(s)), version(scene.base), method(make_method(name).value()) {
-    const volume::Status error = method->prepare(scene);
+    const Status error = method->prepare(scene);
     EXPECT_FALSE(error.has_value()) << (error ? error->what : "");
   }
   ProxyStep step(const dvec3& hip, std::span<const Placement> movers = {}) {
@@ -56,7 +56,7 @@ struct Player {
   }
 };
 
-TEST(SceneProxy, OnOneVolumeItIsTheSubvoxelProxy) {
+TEST(SceneProxy, EqualsTheSubvoxelProxyOnOneVolume) {
   for (const double shear : {0.0, 15.0}) {
     TouchScene scene = scenes::phantom_scene("gyroid", grid(64, 1, shear));
     scene.items[0].material = k_smooth;
@@ -69,7 +69,7 @@ TEST(SceneProxy, OnOneVolumeItIsTheSubvoxelProxy) {
       const ProxyStep a = one.step(sample.pose.position_world), b = all.step(sample.pose.position_world);
       ASSERT_EQ(a.is_buried, b.is_buried);
       contacts += b.has_contact;
-      // Rounding may choose another of two ways at a saddle; then both begin anew from one place.
+      // At a saddle, rounding may choose the other branch; then both restart from one position.
       const double off = glm::length(a.proxy_world - b.proxy_world) / voxel;
       if (off > 1e-3) {
         ++apart;
@@ -89,7 +89,7 @@ class SceneOfScale : public testing::TestWithParam<double> {};
 /// Edges of hundredths of a millimetre, millimetres and metres.
 INSTANTIATE_TEST_SUITE_P(All, SceneOfScale, testing::Values(1e-3, 1.0, 1e3));
 
-TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPlaceOfItsSurface) {
+TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPointOfItsSurface) {
   const double scale = GetParam(), close = 1e-5 * scale + 1e-7;
   const dvec3 low = scale * dvec3(-10, -8, -6), high = scale * dvec3(10, 8, 6);
   Player player(of_meshes({mesh_item("box", box(low, high), k_smooth)}));
@@ -102,11 +102,11 @@ TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPlaceOfItsSurface) {
     ASSERT_FALSE(s.is_buried);
     ASSERT_FALSE(is_in_box(s.proxy_world, low, high));
     contacts += s.has_contact;
-    // Held fast it goes to where no face pulls it on: the nearest place of the face it is on.
+    // With the HIP fixed it converges to the nearest point of the face it is on.
     if (!s.has_contact) continue;
     for (int k = 0; k < 4; ++k) player.step(hip);
     ProxyStep rest = player.step(hip);
-    // A step goes along facets for some voxels at most: over metres it takes more of them.
+    // A step passes some voxels of facets at most: over metres it needs more steps.
     for (int k = 0; k < 40000 && scale > 1; ++k) {
       const ProxyStep next = player.step(hip);
       if (glm::length(next.proxy_world - rest.proxy_world) < close) break;
@@ -123,7 +123,7 @@ TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPlaceOfItsSurface) {
   EXPECT_GT(rests, 2000);
 }
 
-TEST(SceneProxy, ABallRollsRoundFacesEdgesAndCornersAtItsRadius) {
+TEST(SceneProxy, ABallRollsAroundFacesEdgesAndCornersAtItsRadius) {
   const dvec3 low(-10, -8, -6), high(10, 8, 6);
   for (const char* name : {"scene", "mesh"})
     for (const double radius : {0.5, 2.0, 6.0}) {
@@ -134,7 +134,7 @@ TEST(SceneProxy, ABallRollsRoundFacesEdgesAndCornersAtItsRadius) {
       long contacts = 0;
       double least = 1e300, farthest = 0;
       for (int i = 0; i < 20000; ++i) {
-        // Around the box, the hand a little within where the ball can be.
+        // Around the box, the hand slightly inside the ball's reach.
         const double a = 1e-3 * i, b = 0.37 * a;
         const dvec3 out(std::cos(a) * std::cos(b), std::sin(a) * std::cos(b), std::sin(b));
         dvec3 hip = glm::clamp(30.0 * out, low, high);
@@ -145,7 +145,7 @@ TEST(SceneProxy, ABallRollsRoundFacesEdgesAndCornersAtItsRadius) {
         least = std::min(least, distance);
         contacts += s.has_contact;
         if (s.has_contact) farthest = std::max(farthest, distance);
-        // A wall's normal is where the ball touches it.
+        // A wall's normal is that at the ball's contact.
         if (s.has_contact && name[0] == 's' && glm::length(outside_box(hip, low, high)) < 0.99 * radius) {
           const dvec3 ideal =
               hip + outside_box(hip, low, high) * (radius / glm::length(outside_box(hip, low, high)) - 1);
@@ -159,8 +159,8 @@ TEST(SceneProxy, ABallRollsRoundFacesEdgesAndCornersAtItsRadius) {
 }
 
 struct Wedge {
-  double deepest = -1e300;  ///< mm that the proxy ever lay in either
-  double off = 0;           ///< mm between where it came to rest and the nearest place outside both
+  double deepest = -1e300;  ///< largest depth of the proxy in either, mm
+  double off = 0;           ///< distance of the rest position from the nearest point outside both, mm
 };
 
 /// A plate through a plane of bone at an angle (figure 23 of the thesis), and a hand pressed into the wedge
@@ -198,18 +198,18 @@ Wedge press_into_wedge(const char* name, double degrees, double radius = 0) {
     EXPECT_TRUE(t < 0.5 || s.has_contact);
   }
   for (int i = 0; i < 200; ++i) player.step(hip);
-  // The nearest place on both planes.
+  // The nearest point on both planes.
   const dvec3 m = plate.placement.rotation * dvec3(1, 0, 0), n(0, 0, 1);
   const double over = glm::dot(m, plate.placement.position_world) + 2 + radius - glm::dot(m, hip),
                up = radius - hip.z, c = glm::dot(m, n), s = 1 - c * c;
   dvec3 ideal = hip + (over - c * up) / s * m + (up - c * over) / s * n;
-  if (up - c * over < 0) ideal = hip + over * m;  // the plate alone keeps it off the bone
+  if (up - c * over < 0) ideal = hip + over * m;  // the plate by itself keeps it off the bone
   if (over - c * up < 0) ideal = hip + up * n;
   wedge.off = glm::length(player.scene.base->frame.world_from_volume(player.state.proxy_volume) - ideal);
   return wedge;
 }
 
-TEST(SceneProxy, WithAMeshThroughAVolumeAtAnyAngleItStaysOutsideBoth) {
+TEST(SceneProxy, StaysOutsideAMeshThroughAVolumeAtAnyAngle) {
   const double voxel = 120.0 / 96;
   for (const double degrees : {-60.0, -30.0, -5.0, 0.0, 17.0, 45.0, 70.0})
     for (const double radius : {0.0, 2.0}) {
@@ -217,11 +217,11 @@ TEST(SceneProxy, WithAMeshThroughAVolumeAtAnyAngleItStaysOutsideBoth) {
       EXPECT_LT(wedge.deepest, 0.02 * voxel) << degrees << " " << radius;
       EXPECT_LT(wedge.off, 0.05 * voxel) << degrees << " " << radius;
     }
-  // The pipeline that it replaces pushes the proxy into the model.
+  // Planted fault: the pipeline that it replaces pushes the proxy into the model.
   EXPECT_GT(press_into_wedge("scene-sequential", 45).deepest, 0.5 * voxel);
 }
 
-TEST(SceneProxy, AMeshThatMovesTakesTheProxyAlongAndNeverPassesOverIt) {
+TEST(SceneProxy, AMovingMeshCarriesTheProxyAndNeverPassesOverIt) {
   const dvec3 low(-10, -8, -6), high(10, 8, 6);
   for (const double radius : {0.0, 1.5})
     for (const double speed : {20.0, 400.0, 5000.0}) {
@@ -273,21 +273,21 @@ TEST(SceneProxy, BetweenAMovingMeshAndBoneTheMeshPassesAndTheBoneHolds) {
   EXPECT_GE(buried, 1);
 }
 
-// What pushes along a slope pushes the tool up the slope; into a corner of two walls, up the corner.
-TEST(SceneProxy, AMeshPushesTheToolAlongWallsThatAreInItsWay) {
+// A mesh that pushes along a slope pushes the tool up the slope; into a corner of two walls, up the corner.
+TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
   for (const double radius : {0.0, 1.0})
     for (const double angle : {10.0, 40.0})
       for (const bool has_rail : {false, true}) {
         SCOPED_TRACE(angle);
         TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", angle}}));
         scene.items[0].material = k_smooth;
-        // The plane rises toward -x or +x, whichever: the box comes from the other side.
+        // The plane rises toward -x or +x: the box comes from the other side.
         const double slope = std::tan(angle * 3.14159265358979 / 180);
         TouchItem mesh = mesh_item("pusher", box({0, -9, -12}, {5, 9, 12}), k_smooth);
         mesh.mover = 0;
         scene.items.push_back(mesh);
         if (has_rail) {
-          // A rail that is not straight ahead: pushed against it the tool goes along both.
+          // A rail at an angle: pushed against it the tool moves along both.
           TouchItem rail = mesh_item("rail", box({-40, 0, -30}, {40, 5, 30}), k_smooth);
           const double turn = 0.15;
           rail.placement = {{0, radius + 0.5, 0}, {std::cos(turn), 0, 0, std::sin(turn)}};
@@ -295,34 +295,34 @@ TEST(SceneProxy, AMeshPushesTheToolAlongWallsThatAreInItsWay) {
         }
         ASSERT_FALSE(set_tool_radius(scene, radius));
         Player player(std::move(scene));
-        // Rests beside the plane, found from above.
+        // Rests on the plane, found from above.
         Placement at{{0, 100, 0}, {1, 0, 0, 0}};
         ProxyStep s;
         for (int i = 0; i <= 200; ++i) s = player.step({0, 0, 12 - 0.06 * i - 0.3}, std::span(&at, 1));
         ASSERT_TRUE(s.has_contact);
-        const double way = s.normal_world.x < 0 ? 1 : -1;  // uphill
+        const double direction = s.normal_world.x < 0 ? 1 : -1;  // uphill
         const dvec3 hip(0, 0, s.proxy_world.z - 0.3);
         for (const double y : {100.0, 0.0}) {
-          at.position_world = {-30 * way, y, 0};
+          at.position_world = {-30 * direction, y, 0};
           player.step(hip, std::span(&at, 1));
         }
         double pushed = 0;
         for (int i = 0; i < 900; ++i) {
-          // From downhill, 6 mm past where the tool was.
-          const double face = way * (-8 - radius + 0.015 * i);
-          at.position_world = {way > 0 ? face - 5 : face, 0, 0};
+          // From downhill, 6 mm past the tool's old position.
+          const double face = direction * (-8 - radius + 0.015 * i);
+          at.position_world = {direction > 0 ? face - 5 : face, 0, 0};
           s = player.step(hip, std::span(&at, 1));
           ASSERT_FALSE(s.is_buried) << i;
-          ASSERT_GE(way * (s.proxy_world.x - face), radius - 1e-3) << i;
-          pushed = way * s.proxy_world.x;
+          ASSERT_GE(direction * (s.proxy_world.x - face), radius - 1e-3) << i;
+          pushed = direction * s.proxy_world.x;
         }
         EXPECT_GT(pushed, 5 - 1e-3);
         EXPECT_GT(s.proxy_world.z, hip.z + 0.5 * slope * pushed);
       }
 }
 
-TEST(SceneProxy, TwoVolumesInFramesOfTheirOwnAreHeldTogether) {
-  // A plane of bone, and a finer sphere standing in it.
+TEST(SceneProxy, TwoVolumesWithTheirOwnFramesAreHeldTogether) {
+  // A plane of bone, with a finer sphere standing in it.
   TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
   data_tools::PhantomOptions o = grid(80, 1.5, 10, {{"radius", 10}});
   o.spacing_mm = dvec3(0.4);
@@ -333,9 +333,8 @@ TEST(SceneProxy, TwoVolumesInFramesOfTheirOwnAreHeldTogether) {
   for (TouchItem& item : scene.items) item.material = k_smooth;
   Player player(scene);
   player.step({20, 3, 12});
-  const checker::SmoothSolid plane = checker::smooth_solid(scene.base, scene.items[0].field.shape(), nullptr);
-  const checker::SmoothSolid sphere =
-      checker::smooth_solid(other.base, other.items[0].field.shape(), nullptr);
+  const verify::SmoothSolid plane = verify::smooth_solid(scene.base, scene.items[0].field.shape(), nullptr);
+  const verify::SmoothSolid sphere = verify::smooth_solid(other.base, other.items[0].field.shape(), nullptr);
   long plane_touched = 0, sphere_touched = 0;
   for (int i = 0; i < 6000; ++i) {
     const double a = 1e-3 * i, reach = 11 + 5 * std::cos(2.2 * a);
@@ -343,7 +342,7 @@ TEST(SceneProxy, TwoVolumesInFramesOfTheirOwnAreHeldTogether) {
     const dvec3 before = player.state.proxy_volume;
     const ProxyStep s = player.step(hip);
     ASSERT_FALSE(s.is_buried);
-    // Each leg, judged in either volume.
+    // Each segment, judged in either volume.
     dvec3 a_world = scene.base->frame.world_from_volume(before);
     for (int k = 1; k < s.waypoint_count; ++k) {
       const dvec3 b_world = scene.base->frame.world_from_volume(s.path_volume[static_cast<std::size_t>(k)]);
@@ -360,15 +359,15 @@ TEST(SceneProxy, TwoVolumesInFramesOfTheirOwnAreHeldTogether) {
   }
   EXPECT_GT(plane_touched, 500);
   EXPECT_GT(sphere_touched, 500);
-  // One volume alone is what the other methods say they touch.
+  // Other methods report that they touch one volume only.
   const auto error = make_method("subvoxel").value()->prepare(scene);
   ASSERT_TRUE(error.has_value());
   EXPECT_NE(error->remedy.find("scene"), std::string::npos);
 }
 
-/// Flat bone in voxels of 0.5 and, beside it, of 0.05 mm: a hand that slides over the seam is followed on
+/// Flat bone in voxels of 0.5 mm and, next to it, of 0.05 mm: a hand that slides over the seam is followed on
 /// both sides.
-TEST(SceneProxy, DoesNotStickWhereVolumesOfUnlikeVoxelsMeet) {
+TEST(SceneProxy, DoesNotStickWhereVolumesOfDifferentVoxelsMeet) {
   const auto slab = [](const dvec3& low, const dvec3& extent, double spacing) {
     const glm::ivec3 size(extent / spacing);
     volume::Volume v =
@@ -385,7 +384,7 @@ TEST(SceneProxy, DoesNotStickWhereVolumesOfUnlikeVoxelsMeet) {
   };
   TouchScene scene = slab({-12, -3, -6}, {12, 6, 10}, 0.5);
   const TouchScene fine =
-      slab({-2, -3, -2}, {6, 6, 4}, 0.05);  // over the coarse one's border, whose edge is round
+      slab({-2, -3, -2}, {6, 6, 4}, 0.05);  // over the coarse one's border, whose edge is rounded
   scene.others = {fine.base};
   scene.items.push_back(fine.items[0]);
   for (TouchItem& shape : scene.items) shape.material = k_smooth;
@@ -406,7 +405,7 @@ TEST(SceneProxy, DoesNotStickWhereVolumesOfUnlikeVoxelsMeet) {
   EXPECT_EQ(stuck, 0);
 }
 
-TEST(SceneProxy, AHundredShapesOutOfReachAreNotLookedAt) {
+TEST(SceneProxy, AHundredShapesOutOfReachAreNotSearched) {
   TouchScene one = scenes::phantom_scene("sphere", grid(96, 1.5));
   one.items[0].material = k_smooth;
   TouchScene many = one;
@@ -450,7 +449,7 @@ TEST(SceneProxy, ATinyModelDoesNotSlowTheSlideOnBone) {
   EXPECT_LT(worst, 0.2);
 }
 
-TEST(SceneProxy, TheSequentialGodObjectStartsWhereTheProxyWasSet) {
+TEST(SceneProxy, TheSequentialGodObjectStartsAtTheSetProxy) {
   // A plate between the origin and the hand.
   TouchScene scene = of_meshes({mesh_item("plate", box({-30, -30, 9}, {30, 30, 11}), k_smooth)});
   Player player(scene, "scene-sequential");
@@ -461,7 +460,7 @@ TEST(SceneProxy, TheSequentialGodObjectStartsWhereTheProxyWasSet) {
   EXPECT_NEAR(s.proxy_world.z, 19, 1e-9);
 }
 
-TEST(SceneProxy, AMeshThatHoldsFromItsBackIsARoom) {
+TEST(SceneProxy, AMeshTouchedFromItsBackIsARoom) {
   const dvec3 low(-10, -8, -6), high(10, 8, 6);
   TouchItem room = mesh_item("room", box(low, high), k_smooth);
   room.sides = Side::back;
@@ -480,7 +479,7 @@ TEST(SceneProxy, AMeshThatHoldsFromItsBackIsARoom) {
   EXPECT_GT(contacts, 1000);
 }
 
-TEST(SceneProxy, ARefusedSceneSaysWhatIsWrong) {
+TEST(SceneProxy, InvalidScenesAreRefused) {
   TouchScene scene = of_meshes({mesh_item("a", box(dvec3(-1), dvec3(1)), k_smooth), mesh_item("b", nullptr)});
   EXPECT_TRUE(make_method("scene").value()->prepare(scene).has_value());
   scene.items[1].tree = scene.items[0].tree;

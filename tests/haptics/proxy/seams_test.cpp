@@ -1,15 +1,14 @@
-// A ball whose matter is divided among labels, windows, models and volumes is as closed as a ball of one
-// shape.
+// A ball divided among labels, windows, models and volumes is as closed as a ball of one shape.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <gtest/gtest.h>
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/mesh/mesh_tree.h"
-#include "haptics/proxy/methods.h"
-#include "tests/scenes/scenes.h"
-#include "volume/removal.h"
-#include "volume/surface_nets.h"
+#include "haptics/methods/methods.h"
+#include "volume/cuts/removal.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::haptics {
 namespace {
@@ -19,7 +18,7 @@ using glm::ivec3;
 
 constexpr double k_radius = 16;  // mm
 
-/// Voxels of 0.5 x 0.5 x 0.8 mm, turned; the ball's centre lies in the origin.
+/// Voxels of 0.5 x 0.5 x 0.8 mm, rotated; the ball's centre is the origin.
 volume::Frame oblique_frame(const ivec3& size) {
   const double a = 25 * 3.14159265358979 / 180, c = std::cos(a), s = std::sin(a);
   const dvec3 spacing(0.5, 0.5, 0.8);
@@ -28,7 +27,7 @@ volume::Frame oblique_frame(const ivec3& size) {
   return volume::Frame::from_axes(-axes * (0.5 * dvec3(size - 1)), axes).value();
 }
 
-/// Labels 1 to 3 by the angle about z; intensities rise from -1000 to 1000 over `ramp` mm, 0: at once.
+/// Labels 1 to 3 by the angle about z; intensities rise from -1000 to 1000 over `ramp` mm (0: a step).
 std::shared_ptr<const volume::Volume> divided_ball(double ramp) {
   const ivec3 size(90, 90, 70);
   volume::Volume v = volume::make_volume(size, oblique_frame(size), true).value();
@@ -66,7 +65,7 @@ volume::Shape window_from(double low) {
   return shape;
 }
 
-/// A metal ball of 8 mm that stands out of the surface by 2 mm.
+/// A metal ball of 8 mm that protrudes from the surface by 2 mm.
 TouchItem metal_ball() {
   const haptics::TouchScene sphere = scenes::phantom_scene("sphere", [] {
     data_tools::PhantomOptions o;
@@ -119,8 +118,8 @@ std::vector<Division> divisions() {
   return all;
 }
 
-/// Goes round the ball, 1.2 to 1.8 mm inside it at 60 mm/s, across every seam at several latitudes. Counts
-/// the ticks in which nothing holds the tool, or holds it too deep. `is_lost(i)`: a planted fault in tick i.
+/// Circles the ball, 1.2 to 1.8 mm inside it at 60 mm/s, across every seam at several latitudes. Counts the
+/// ticks in which nothing holds the tool, or holds it too deep. `is_lost(i)`: a planted fault in tick i.
 template <class IsLost>
 long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate, IsLost&& is_lost) {
   const auto seen = std::make_shared<const TouchState>(untouched(scene));
@@ -133,9 +132,9 @@ long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate,
     const double in = std::min(1.0, t / 0.3) * (4.2 + 0.6 * std::sin(15 * t)) - 3 - scene.tool_radius;
     ProxyStep step = method.step(scene, *seen, state, {(k_radius - in) * u});
     if (is_lost(i)) step.has_contact = false;
-    // What stands out of the ball holds the tool farther out.
+    // Protruding parts hold the tool farther out.
     const double depth = k_radius - glm::length(step.proxy_world);
-    constexpr double k_deep = 0.9;  // mm, of the proxy: of labels and thick slices
+    constexpr double k_deep = 0.9;  // mm, of the proxy: for labels and thick slices
     lost += (in > 0.6 && !step.has_contact) || (step.has_contact && depth + scene.tool_radius > k_deep);
   }
   return lost;
@@ -159,20 +158,20 @@ TEST(Seams, NothingFallsThroughWhereShapesMeet) {
     }
 }
 
-/// A trough cut across the seam of a label and a window beside it: where the field of one goes on into the
-/// other and ends there, a frictionless tool on its ground meets nothing.
-TEST(Seams, ATroughAcrossThemIsOneTrough) {
-  volume::Volume made =
+/// A trough cut across the seam of a label and the window next to it: where one field continues into the
+/// other and ends there, a frictionless tool on its floor meets no obstacle.
+TEST(Seams, ATroughAcrossASeamIsSmooth) {
+  volume::Volume result =
       volume::make_volume(ivec3(40), volume::Frame::from_axes(dvec3(0), glm::dmat3(1)).value(), true).value();
-  made.label_names = {"background", "part1"};
+  result.label_names = {"background", "part1"};
   for (int z = 0; z < 40; ++z)
     for (int y = 0; y < 40; ++y)
       for (int x = 0; x < 40; ++x) {
-        const std::size_t i = made.index(x, y, z);
-        made.voxels[i] = z >= 20 ? -1000 : x < 20 ? 100 : 1000;
-        made.labels[i] = z < 20 && x < 20;
+        const std::size_t i = result.index(x, y, z);
+        result.voxels[i] = z >= 20 ? -1000 : x < 20 ? 100 : 1000;
+        result.labels[i] = z < 20 && x < 20;
       }
-  const auto base = std::make_shared<const volume::Volume>(std::move(made));
+  const auto base = std::make_shared<const volume::Volume>(std::move(result));
   for (const double low : {300.0, 990.0})
     for (const bool is_label_first : {true, false}) {
       TouchScene scene;

@@ -26,7 +26,7 @@ TEST(SubvoxelProxy, IsWithinAFiftiethOfAVoxelOfASphereAndFollowsTheHip) {
       const ProxyStep s = play.step(sample.pose.position_world);
       if (!s.has_contact || sample.t < 0.1) continue;
       const dvec3 hip = sample.pose.position_world;
-      // What the blur itself does to a sphere: its surface comes in by about sigma^2 / R.
+      // The blur itself shrinks a sphere by about sigma^2 / R.
       const double floor = (1.5 * 1.5 + 0.25) * voxel * voxel / 45;
       const double error = glm::length(s.proxy_world) - (45 - floor);
       sum += error * error;
@@ -44,8 +44,8 @@ TEST(SubvoxelProxy, IsWithinAFiftiethOfAVoxelOfASphereAndFollowsTheHip) {
   }
 }
 
-/// Sphere and torus from outside and within, gyroid, groove and corner, sharp and blurred: after each step
-/// the proxy is where an independent, slow descent ends.
+/// Sphere and torus from outside and inside, gyroid, groove and corner, sharp and blurred: after each step
+/// the proxy is at the end of an independent, slow descent.
 TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
   const struct {
     const char* name;
@@ -59,8 +59,7 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
   for (const auto& c : cases) {
     SubvoxelPlay play(scenes::phantom_scene(c.name, grid(96, c.psf)));
     play.no_friction();
-    const auto solid =
-        checker::smooth_solid(play.scene.base, play.scene.items[0].field.shape(), play.version);
+    const auto solid = verify::smooth_solid(play.scene.base, play.scene.items[0].field.shape(), play.version);
     const volume::Frame& frame = play.scene.base->frame;
     constexpr int k_steps = 240;
     dvec3 last = c.begin;
@@ -71,7 +70,7 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
       const dvec3 before = play.state.proxy_volume;
       const ProxyStep s = play.step(hip);
       if (i > 0 && i % 24 == 0 && s.has_contact) {
-        const dvec3 ideal = checker::sweep_ideal_proxy(
+        const dvec3 ideal = verify::sweep_ideal_proxy(
             solid, frame.axes(), before, frame.volume_from_world(last), frame.volume_from_world(hip), 4);
         const double off = glm::length(ideal - play.state.proxy_volume);
         const auto e = [&](const dvec3& p) { return glm::length(frame.world_from_volume(p) - hip); };
@@ -100,14 +99,14 @@ TEST(SubvoxelProxy, HoldsInADrilledCavityAndNeverSticksThere) {
   play.set_version(editor.publish());
   for (int i = 0; i < 20; ++i) play.step({0, 0, -6});
   EXPECT_FALSE(play.step({0, 0, -6}).has_contact);
-  // Push against floor and wall of the hole from inside: a ball's cavity, known exactly.
+  // Push against floor and wall of the hole from inside: a spherical cavity, known exactly.
   double worst = 0;
   for (int i = 0; i < 4000; ++i) {
     const double a = i * 0.01;
     const dvec3 hip(8 * std::cos(a), 8 * std::sin(a), -9 - 5 * std::sin(0.37 * a));
     const ProxyStep s = play.step(hip);
     if (i < 2 || hip.z > -8) continue;
-    // The spline draws a ball of R voxels in by 1 / (4 R).
+    // The spline shrinks a ball of R voxels by 1 / (4 R).
     const double voxel = 120.0 / 96, radius = 4 - 0.25 * voxel * voxel / 4;
     const dvec3 middle(0, 0, -8), ideal = middle + radius * glm::normalize(hip - middle);
     worst = std::max(worst, glm::length(s.proxy_world - ideal));
@@ -170,7 +169,7 @@ TEST(SubvoxelProxy, TwoShapesHoldTogether) {
   }
 }
 
-/// Labels 1 and 2 as shapes; how the first is touched.
+/// Labels 1 and 2 as shapes; `sides_of_first`: touchable sides of the first.
 TouchScene scene_of_two_labels(std::shared_ptr<const volume::Volume> base, Side sides_of_first) {
   TouchScene scene;
   scene.base = std::move(base);
@@ -212,7 +211,8 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
       const ProxyStep s = method.step(scene, version, state, {hip});
       contacts += s.has_contact;
       behind +=
-          std::abs(s.proxy_world.y - hip.y) > 5;  // the exact edge: 0.7, and what bumps of a voxel hold back
+          // the exact edge: 0.7, plus the resistance of bumps of a voxel
+          std::abs(s.proxy_world.y - hip.y) > 5;
     }
     EXPECT_GT(contacts, 1800);
     if (is_soft)
@@ -222,8 +222,8 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
   }
 }
 
-/// A tool that is held within one label is as free up to the next one as if that went on nowhere.
-TEST(SubvoxelProxy, WhatHoldsFromWithinIsSoftenedForItself) {
+/// A tool held inside one label is free up to the next one, as if the first did not continue.
+TEST(SubvoxelProxy, AShapeHeldFromInsideIsSoftenedByItself) {
   volume::Volume base = volume::make_volume(glm::ivec3(30), volume::Frame(), true).value();
   base.label_names = {"", "room", "wall"};
   for (int z = 0; z < 30; ++z)
@@ -240,9 +240,9 @@ TEST(SubvoxelProxy, WhatHoldsFromWithinIsSoftenedForItself) {
   EXPECT_GT(scene.items[1].soft->at(13, 14, 14), 0);
 }
 
-/// A shape that holds from within is entered through the border's face, which is a cube's end too: rounding
+/// A shape held from inside is entered through the border's face, which is also the end of a cube: rounding
 /// must not hold the tip on it.
-TEST(SubvoxelProxy, EntersAShapeHeldFromWithinThroughTheBorder) {
+TEST(SubvoxelProxy, EntersAShapeHeldFromInsideThroughTheBorder) {
   glm::dmat3 axes(1.875);
   axes[2][1] = 0.23;
   volume::Volume block =

@@ -1,4 +1,5 @@
-// What one hand holds goes with it, and the other hand feels it; what is new is felt from its front.
+// An object held by one hand moves with it and is touched by the other hand; a new object is touched from its
+// front.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -13,7 +14,7 @@ namespace {
 
 using glm::dvec3;
 
-/// A cube of 20 mm around its own middle, faces outward.
+/// A cube of 20 mm about its own centre, faces outward.
 std::shared_ptr<const MeshTree> cube() {
   std::vector<dvec3> corners;
   for (int i = 0; i < 8; ++i) corners.emplace_back(i & 1 ? 10 : -10, i & 2 ? 10 : -10, i & 4 ? 10 : -10);
@@ -34,7 +35,7 @@ struct Held {
   SceneProxy method;
   Placement rest{{0, 0, 100}, {1, 0, 0, 0}};
   Held() { EXPECT_FALSE(method.prepare(scene)); }
-  /// The second hand holds it, or nobody.
+  /// Scene in which the second hand holds the cube; grip null: no hand holds it.
   ServoScene seen(std::uint64_t serial, const Placement* grip) const {
     ServoHand hand(borrowed(scene), borrowed(method),
                    TouchState(std::shared_ptr<const volume::Version>(untouched(scene))));
@@ -46,7 +47,7 @@ struct Held {
   }
 };
 
-TEST(Held, AThingGoesWithItsHandAsItWasInTheTickBefore) {
+TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
   const Held bench;
   Pose second{{30, 0, 100}};
   const Placement grip = place_of(second).inverse() * bench.rest;
@@ -57,22 +58,23 @@ TEST(Held, AThingGoesWithItsHandAsItWasInTheTickBefore) {
   int pressed = 0;
   for (int i = 0; i < 3000; ++i) {
     const ServoScene& seen = i < 200 ? lies : held;
-    // The first comes down on it and stays; the second turns it about itself, up and down.
+    // The first hand presses down on it and stays; the second turns it about itself, up and down.
     const Pose first{{0, 0, std::max(106.0, 120 - 0.1 * i)}};
     const double t = i < 300 ? 0 : 1e-3 * (i - 300);
     Pose next = second;
     next.position_world += dvec3(3 * std::sin(2 * t), 0, 4 * std::sin(3 * t));
     const double half = 0.1 * std::sin(2.5 * t),
-                 length = 1 + 0.3 * std::sin(t);  // a device may not say units
+                 length = 1 + 0.3 * std::sin(t);  // a device may report non-unit quaternions
     next.orientation = {length * std::cos(half), 0, length * std::sin(half), 0};
-    const HandPlaces places = seen.has_held ? places_before(cores, cores[0].next_tick()) : HandPlaces{};
+    const HandPlacements places =
+        seen.has_held ? placements_before(cores, cores[0].next_tick()) : HandPlacements{};
     EXPECT_EQ(places[1].has_value(), i > 200);
     if (places[1]) before = *places[1] * grip;
     const ServoRecord rests = cores[0].step(seen, {.pose = first, .places = &places});
     const ServoRecord holds = cores[1].step(seen, {.pose = next, .places = &places});
     EXPECT_FALSE(holds.has_contact);
     EXPECT_NEAR(glm::length(before.rotation), 1, 1e-12);
-    // What it rests on is where the other hand was; it never sinks in.
+    // It rests on the surface of the previous tick; it never penetrates.
     ASSERT_GT(top(rests.proxy_world), -1e-6) << i;
     if (i > 200 && rests.has_contact) {
       EXPECT_EQ(rests.shape, 1);
@@ -81,13 +83,13 @@ TEST(Held, AThingGoesWithItsHandAsItWasInTheTickBefore) {
     }
   }
   EXPECT_GT(pressed, 1900);
-  // Nobody holds anything: nobody notes where they are.
-  const HandPlaces none;
+  // No object is held: poses are not recorded.
+  const HandPlacements none;
   for (ServoCore& core : cores) core.step(lies, {.pose = second, .places = &none});
   EXPECT_FALSE(cores[0].place_before(1 << 20) || cores[1].place_before(1 << 20));
 }
 
-TEST(Held, AFaultOfTheHolderLeavesTheThingWhereItWas) {
+TEST(Held, AFaultOfTheHolderLeavesTheObjectInPlace) {
   const Held bench;
   const Pose second{{30, 0, 100}};
   const Placement grip = place_of(second).inverse() * bench.rest;
@@ -101,9 +103,9 @@ TEST(Held, AFaultOfTheHolderLeavesTheThingWhereItWas) {
   }
 }
 
-// A model appears, and its face is a little before where the proxy rests on something else.
-TEST(Held, AModelThatIsNewIsFeltFromItsFrontWhereItsFaceLiesOverTheProxy) {
-  for (const double over : {1e-6, 0.05, 0.4}) {  // of a voxel
+// A model appears, with its face slightly in front of a proxy that rests on something else.
+TEST(Held, ANewModelOverTheProxyIsTouchedFromItsFront) {
+  for (const double over : {1e-6, 0.05, 0.4}) {  // voxels
     Held bench;
     TouchScene without = scenes::phantom_scene("sphere", grid(32));
     SceneProxy before;
@@ -120,7 +122,7 @@ TEST(Held, AModelThatIsNewIsFeltFromItsFrontWhereItsFaceLiesOverTheProxy) {
     while (!r.has_contact);
     for (int i = 0; i < 100; ++i) r = core.step(first, at(z - 1));
     ASSERT_TRUE(r.has_contact);
-    // The sphere's top is the cube's too, and a little more.
+    // The cube's top is slightly above the sphere's.
     const double top = r.proxy_world.z + over * spacing;
     bench.scene.items.back().since = hand.layout + 1;
     hand.set_scene(borrowed(bench.scene), borrowed(bench.method));
@@ -134,8 +136,8 @@ TEST(Held, AModelThatIsNewIsFeltFromItsFrontWhereItsFaceLiesOverTheProxy) {
   }
 }
 
-// Nobody is set before what is not new, holds from both sides, or has a wall before it.
-TEST(Held, AProxyIsNotThrownThroughWhatWasThere) {
+// A proxy is not moved in front of a model that is old, touchable from both sides, or behind a wall.
+TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
   Held bench;
   const auto version = std::shared_ptr<const volume::Version>(untouched(bench.scene));
   const double spacing = bench.scene.base->frame.spacing().x;
@@ -171,7 +173,7 @@ TEST(Held, AProxyIsNotThrownThroughWhatWasThere) {
   const double surface = r.proxy_world.z;
   sunk.scene.items.back().since = hand.layout + 1;
   hand.set_scene(borrowed(sunk.scene), borrowed(sunk.method));
-  // Upside down: its top looks down, a little under the surface.
+  // Upside down: its top faces down, a little under the surface.
   hand.set_placement(2, {{0, 0, surface - 0.3 * spacing + 10}, {0, 1, 0, 0}});
   const ServoScene second{2, {hand}};
   for (int i = 0; i < 100; ++i) {

@@ -1,15 +1,15 @@
-// What a servo core does when the next scene is another one, and with forces beside the surfaces'.
+// Scene changes of a servo core, and forces in addition to those of surfaces.
 #include <cmath>
 
 #include "haptics/mesh/mesh_tree.h"
 #include "tests/haptics/servo/servo_bench.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::haptics {
 namespace {
 
-/// Matter grows over a tool that is on its way out of other matter, and no way out of this is known.
-TEST(ServoCore, GrowthWithoutAWayOutSetsTheToolFree) {
+/// Matter grows over a tool that is leaving other matter, and no escape path out of the new matter is known.
+TEST(ServoCore, GrowthWithoutAnEscapePathFreesTheTool) {
   Servo servo(scene_of_plane());
   const volume::Frame& frame = servo.scene.base->frame;
   volume::RemovalEditor editor(std::make_shared<volume::Version>(servo.scene.base),
@@ -20,49 +20,49 @@ TEST(ServoCore, GrowthWithoutAWayOutSetsTheToolFree) {
   servo.step({0, 0, 5});
   for (double z = 5; z > -5; z -= 0.05) servo.step({0, 0, z});
   const auto grow = [&](std::uint64_t serial, std::uint32_t places) {
-    WayOut way;
+    EscapePath way;
     way.serial = servo.seen.serial = serial;
     way.count = places;
     way.places_volume[0] = frame.volume_from_world({0, 0, 20});
     servo.hand().state = TouchState(solid);
-    servo.hand().way = std::make_shared<WayOut>(way);
+    servo.hand().way = std::make_shared<EscapePath>(way);
   };
   grow(1000, 1);
   ServoRecord r = servo.step({0, 0, -5});
-  ASSERT_TRUE(r.is_led);
+  ASSERT_TRUE(r.is_escaping);
   for (int i = 0; i < 20; ++i) r = servo.step({0, 0, -5});
-  ASSERT_TRUE(r.is_led);
+  ASSERT_TRUE(r.is_escaping);
   ASSERT_GT(glm::length(r.force_world), 0.1);
   grow(1001, 0);
   for (int i = 0; i < 50; ++i) {
     r = servo.step({0, 0, -5});
-    ASSERT_FALSE(r.is_led);
+    ASSERT_FALSE(r.is_escaping);
     ASSERT_FALSE(r.has_contact);
   }
   EXPECT_LT(glm::length(r.force_world), 1e-6);
-  // And one that was never led.
+  // A tool without an escape path before.
   Servo other(scene_of_plane());
   other.hand().way = servo.hand().way;  // grew before its first tick
-  EXPECT_FALSE(other.step({0, 0, -5}).is_led);
+  EXPECT_FALSE(other.step({0, 0, -5}).is_escaping);
 }
 
-TEST(ServoCore, AHandThatTheSceneDoesNotKnowFeelsNothingAndFaults) {
+TEST(ServoCore, AHandMissingInTheSceneHasNoForceAndFaults) {
   Servo servo(scene_of_plane());
   servo.step({0, 0, 5});
   for (double z = 5; z > -2; z -= 0.05) servo.step({0, 0, z});
-  ServoScene nobody{7, {}};
+  ServoScene without_hands{7, {}};
   ServoInput input;
   input.pose.position_world = {0, 0, -2};
   ServoRecord r;
-  for (int i = 0; i < 200; ++i) r = servo.core.step(nobody, input);
+  for (int i = 0; i < 200; ++i) r = servo.core.step(without_hands, input);
   EXPECT_TRUE(r.faults & fault_stale_scene);
   EXPECT_EQ(r.force_world, dvec3(0));
   EXPECT_EQ(r.pose.buttons, 0u);
   EXPECT_EQ(r.version, 7u);
 }
 
-/// A wall that was pressed through, touched and not wholly ready is gone in the next scene.
-TEST(ServoCore, WhatIsGoneIsForgotten) {
+/// A wall that was pressed through, touched and only partly ready is absent in the next scene.
+TEST(ServoCore, RemovedItemsAreForgotten) {
   Servo servo(scene_of_plane(), "scene");
   const TouchScene narrow = servo.scene;
   const std::shared_ptr<ProxyMethod> method_of_narrow = make_method("scene").value();
@@ -90,13 +90,13 @@ TEST(ServoCore, WhatIsGoneIsForgotten) {
   EXPECT_EQ(r.shape, 0);
 }
 
-/// The next scene may have another item, another place of a model, another tool: what is under way goes on.
-TEST(ServoCore, TakesWhatTheNextSceneSays) {
+/// The next scene may have another item, another pose of a model, another tool: the contact continues.
+TEST(ServoCore, AdoptsChangesOfTheNextScene) {
   Servo servo(scene_of_plane(), "scene");
   servo.step({0.2, 0.1, 5});
   for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
   ASSERT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
-  // A model comes in beside the hand, and the hand goes on being held by both.
+  // A model appears next to the hand, and both hold the hand.
   auto wider = std::make_shared<TouchScene>(servo.scene);
   const std::vector<dvec3> corners{{4, -9, -9}, {4, 9, -9}, {4, 9, 9}, {4, -9, 9}};
   wider->items.push_back(
@@ -113,7 +113,7 @@ TEST(ServoCore, TakesWhatTheNextSceneSays) {
     ASSERT_GT(r.proxy_world.z, -0.1);
   }
   EXPECT_NEAR(r.proxy_world.x, 4, 0.01);
-  // It is put elsewhere, and switched off.
+  // It is moved, and switched off.
   servo.hand().set_placement(0, {{1, 0, 0}, {1, 0, 0, 0}});
   r = servo.step({6, 0.1, -2});
   EXPECT_NEAR(r.proxy_world.x, 5, 0.01);
@@ -123,8 +123,8 @@ TEST(ServoCore, TakesWhatTheNextSceneSays) {
   EXPECT_EQ(r.shape, 0);
 }
 
-/// A plate that moves sideways under a hand at rest drags it; under a hand that goes along it does not.
-TEST(ServoCore, FrictionAndViscosityAreThoseOfMotionOverWhatIsTouched) {
+/// A plate that moves sideways under a hand at rest drags it; a hand that moves along with it is not dragged.
+TEST(ServoCore, FrictionAndViscosityFollowTheRelativeMotion) {
   constexpr double k_speed = 20, k_depth = 1;  // mm/s, mm
   struct Case {
     Material material;
@@ -157,7 +157,7 @@ TEST(ServoCore, FrictionAndViscosityAreThoseOfMotionOverWhatIsTouched) {
     }
 }
 
-TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
+TEST(ServoCore, TheLedgerDistinguishesFrictionAndActiveForces) {
   TouchScene scene = scene_of_plane();
   scene.items[0].material = {0.5, 0, 0.3, 0.3};
   Servo servo(scene);
@@ -171,7 +171,7 @@ TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
   servo.set_laws({"constant force=0.5,0,0"});
   for (double x = 20; x < 24; x += 0.02) servo.step({x, 0, 5});
   EXPECT_NEAR(servo.core.energy().active, 2, 0.05);
-  // What the guard takes away was not given.
+  // Energy removed by the guard is not counted as given.
   const EnergyLedger before = servo.core.energy();
   ServoInput lost;
   lost.faults = fault_lost_device;
@@ -186,7 +186,7 @@ TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
 }
 
 TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNothing) {
-  // A surface whose damper makes energy at this rate, under a trembling hand.
+  // A surface whose damper generates energy at this rate, under a trembling hand.
   TouchScene scene = scene_of_plane();
   scene.items[0].material = {4, 0, 0, 0};
   ForceOptions raw;
@@ -202,8 +202,8 @@ TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNo
       most[is_passive] = std::max(most[is_passive], r.energy.contact);
     }
   }
-  EXPECT_GT(most[0], 5);    // smoothing lags: energy from nowhere
-  EXPECT_LT(most[1], 0.3);  // at most a step's
+  EXPECT_GT(most[0], 5);    // smoothing lags and generates energy
+  EXPECT_LT(most[1], 0.3);  // at most the energy of one step
   Servo plain(scene_of_plane()), other(scene_of_plane());
   other.set_laws({});
   for (int i = 0; i < 500; ++i) {
@@ -212,7 +212,7 @@ TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNo
   }
 }
 
-TEST(ServoCore, BadPlacesAndPosesWithEffectsGiveNoBadForce) {
+TEST(ServoCore, BadPosesWithEffectsGiveNoBadForce) {
   Servo servo(scene_of_plane());
   servo.set_laws({"constant force=1,1,1", "viscous damping=0.02", "spring stiffness=2", "line", "plane",
                   "vibration", "texture", "spin chatter=0.5"});

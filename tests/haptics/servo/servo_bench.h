@@ -1,13 +1,13 @@
-// A hand over a plane of bone, stepped by its servo core alone.
+// Servo: a hand over a plane of bone, stepped by its servo core only.
 #pragma once
 
 #include <gtest/gtest.h>
 #include <limits>
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/force/effects.h"
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 #include "haptics/servo/servo_core.h"
-#include "tests/scenes/scenes.h"
 
 namespace trephine::haptics {
 
@@ -15,7 +15,7 @@ using glm::dvec3;
 
 constexpr double k_dt = 1e-3;
 
-/// Of voxels of 2.5 mm, or as scanners slice.
+/// Voxel spacing: isotropic 2.5 mm, or that of a slice stack.
 struct Slices {
   double across = 2.5, thick = 2.5, shear = 0;  ///< mm, mm, degrees
 };

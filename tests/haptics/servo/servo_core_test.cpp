@@ -30,7 +30,7 @@ TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
   }
 }
 
-TEST(ServoCore, AnOrientationOrAnAxisThatIsNoNumberIsAFaultAndGoesNoFarther) {
+TEST(ServoCore, ANonFiniteOrientationOrAxisIsAFaultAndGoesNoFarther) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -49,7 +49,7 @@ TEST(ServoCore, AnOrientationOrAnAxisThatIsNoNumberIsAFaultAndGoesNoFarther) {
   }
 }
 
-TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
+TEST(ServoCore, NothingIsCutDuringAFault) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());

@@ -1,8 +1,8 @@
-// Small scenes for servos.
+// Small scenes for servo tests.
 #pragma once
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/servo/servo_scene.h"
-#include "tests/scenes/scenes.h"
 
 namespace trephine::haptics {
 

@@ -13,14 +13,14 @@
 namespace trephine::haptics {
 namespace {
 
-/// Ten seconds at most, however busy the machine is.
+/// Waits ten seconds at most, however busy the machine is.
 void wait_for_ticks(const ServoLoop& loop, std::uint64_t ticks) {
   for (int i = 0; i < 2000 && loop.report().ticks < ticks; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   ASSERT_GE(loop.report().ticks, ticks);
 }
 
-TEST(Ring, KeepsOrderAndSaysWhenItIsFull) {
+TEST(Ring, KeepsOrderAndReportsWhenItIsFull) {
   Ring<int> ring(4);
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(ring.push(i));
   EXPECT_FALSE(ring.push(4));
@@ -61,9 +61,9 @@ TEST(Histogram, PercentilesAreWithinABucket) {
   EXPECT_EQ(h.count(), 100000u);
 }
 
-/// By one hand, untouched.
+/// One hand, without cuts.
 
-TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
+TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndTouchesTheSurface) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
   ImplicitProxy method;
   ServoChannel channel(seen_by(scene, method));
@@ -127,7 +127,7 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
   }
 }
 
-/// At every rate edits that are late by 0.7 s make the scene stale, and lose no tick.
+/// Edits that are 0.7 s late make the scene stale at every rate, and lose no tick.
 TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
@@ -138,13 +138,13 @@ TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
     VirtualDevice device(request, {});
     ServoOptions options;
     options.rate_hz = rate;
-    options.watchdog_seconds = 10;  // of this machine's own delays nothing is asked here
+    options.watchdog_seconds = 10;  // delays of this machine do not count here
     ServoLoop loop(device, channel, options);
     ASSERT_FALSE(loop.start().has_value());
-    // Asked to start once more it says so, and goes on.
-    const volume::Status again = loop.start();
+    // A second start is refused, and the loop continues.
+    const Status again = loop.start();
     ASSERT_TRUE(again.has_value());
-    EXPECT_NE(again->message().find("runs already"), std::string::npos);
+    EXPECT_NE(again->message().find("already running"), std::string::npos);
     for (int i = 0; i < 5000 && static_cast<double>(loop.report().ticks) < 0.7 * rate; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     loop.stop();
@@ -166,7 +166,7 @@ TEST(ServoLoop, RefusesMoreDevicesThanTheSceneHasHands) {
   VirtualDevice left(scenes::sphere_slide(45, 1, 100, 1), {}), right(scenes::sphere_slide(45, 1, 100, 1), {});
   Device* devices[] = {&left, &right};
   ServoLoop loop(devices, channel, {});
-  const volume::Status error = loop.start();
+  const Status error = loop.start();
   ASSERT_TRUE(error.has_value());
   EXPECT_NE(error->message().find("hands"), std::string::npos) << error->message();
 }
@@ -196,10 +196,10 @@ TEST(ServoLoop, AFaultIsClearedOnRequest) {
   loop.stop();
 }
 
-/// Holds the servo up once, as a machine does that was busy elsewhere.
+/// Delays the servo once, as a busy machine does.
 class HoldingDevice final : public Device {
  public:
-  volume::Status open() override { return std::nullopt; }
+  Status open() override { return std::nullopt; }
   void close() noexcept override {}
   DeviceCapabilities capabilities() const override { return {}; }
   bool read(double t, Pose& pose) noexcept override {
@@ -238,7 +238,7 @@ TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
 TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
   class WeakDevice final : public Device {
    public:
-    volume::Status open() override { return std::nullopt; }
+    Status open() override { return std::nullopt; }
     void close() noexcept override {}
     DeviceCapabilities capabilities() const override { return {"weak", 3, 3.3, 0.6, 80, 0, 0.05, 0.002}; }
     bool read(double, Pose&) noexcept override { return true; }
@@ -251,7 +251,7 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
   WeakDevice device;
   ServoOptions options;
   ServoLoop strong(device, channel, options);
-  const volume::Status refused = strong.start();
+  const Status refused = strong.start();
   ASSERT_TRUE(refused.has_value());
   EXPECT_NE(refused->message().find("weak"), std::string::npos);
   options.force = within_limits(options.force, device.capabilities());

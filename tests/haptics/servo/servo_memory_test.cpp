@@ -1,4 +1,4 @@
-// What a core remembers, saved and loaded in the middle: it goes on as if nothing had happened.
+// Memory of a servo core: saved and loaded in the middle, it continues with identical bits.
 #include "haptics/servo/servo_memory.h"
 
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <random>
 
 #include "haptics/force/effects.h"
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 #include "tests/haptics/servo/servo_fixture.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
 
 namespace trephine::haptics {
 namespace {
@@ -45,22 +45,22 @@ std::shared_ptr<ServoScene> with(const ServoScene& before, std::shared_ptr<const
   next->hands[0].state = TouchState(std::move(version));
   return next;
 }
-/// Matter that grows over the proxy, with a way out of it.
+/// Matter that grows over the proxy, with an escape path.
 std::shared_ptr<ServoScene> grown(const ServoScene& before, std::shared_ptr<const volume::Version> version,
                                   const glm::dvec3& proxy) {
   auto next = with(before, std::move(version));
-  WayOut way;
+  EscapePath way;
   way.serial = next->serial;
   way.count = 5;
   for (std::uint32_t k = 0; k < way.count; ++k)
     way.places_volume[k] = next->hands[0].scene->base->frame.volume_from_world(proxy * (1 + 0.1 * k));
-  next->hands[0].way = std::make_shared<const WayOut>(way);
+  next->hands[0].way = std::make_shared<const EscapePath>(way);
   return next;
 }
 
 class ServoMemories : public testing::TestWithParam<const char*> {};
 
-TEST_P(ServoMemories, GoOnFromAnyTickAsIfNothingHadHappened) {
+TEST_P(ServoMemories, ContinueFromAnyTickWithIdenticalBits) {
   TouchScene scene = scenes::phantom_scene("sphere", grid(48));
   scene.items[0].material.static_friction = 0.5;
   scene.items[0].material.dynamic_friction = 0.3;
@@ -94,7 +94,7 @@ TEST_P(ServoMemories, GoOnFromAnyTickAsIfNothingHadHappened) {
       if (i % 500 == 400) seen = grown(*seen, whole, core.last_step().proxy_world);
       const ServoRecord record = core.step(*seen, input);
       contacts += record.has_contact;
-      led += record.is_led;
+      led += record.is_escaping;
       if (loaded) {
         const ServoRecord again = loaded->step(*seen, input);
         std::string a, b;
@@ -110,9 +110,9 @@ TEST_P(ServoMemories, GoOnFromAnyTickAsIfNothingHadHappened) {
         ++loads;
         std::string_view in = bytes;
         ServoRecord back;
-        std::string told;
-        put_record(told, record);
-        in = told;
+        std::string result;
+        put_record(result, record);
+        in = result;
         ASSERT_TRUE(get_record(in, back) && in.empty());
       }
     }
@@ -150,7 +150,7 @@ TEST_P(ServoMemories, BrokenBytesAreRefusedOrHarmless) {
       ASSERT_LE(glm::length(r.force_world), 8.001);
     }
   }
-  EXPECT_GT(refused, 400);  // all that are cut short, and more
+  EXPECT_GT(refused, 400);  // all truncated ones, and more
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ServoMemories, testing::Values("implicit", "subvoxel", "explicit", "scene"));

@@ -1,5 +1,5 @@
-// A servo step must not allocate, lock or wait: this program replaces malloc and the pthread locks and
-// counts.
+// A servo step must not allocate, lock or wait: this program replaces malloc and the pthread locks with
+// counting ones.
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -9,13 +9,13 @@
 #include <pthread.h>
 #include <thread>
 
+#include "apps/bench/scenes/scenes.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 #include "haptics/servo/servo_loop.h"
-#include "tests/scenes/scenes.h"
-#include "volume/offset_field.h"
-#include "volume/removal.h"
+#include "volume/cuts/removal.h"
+#include "volume/fields/offset_field.h"
 
 namespace {
 thread_local bool is_watched = false;
@@ -83,7 +83,7 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
   long contacts = 0;
   Pose pose;
   for (int i = 0; i < 100000; ++i) {
-    if (i % 5000 == 0) {  // the edit thread's work, not watched
+    if (i % 5000 == 0) {  // work of the edit thread, not watched
       editor.remove({pose.position_world, pose.position_world, 4});
       const TouchState now(editor.publish());
       for (ServoHand& hand : next.hands) hand.state = now;
@@ -104,9 +104,9 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
   EXPECT_EQ(allocations.load(), 0);
   EXPECT_EQ(locks.load(), 0);
   EXPECT_GT(contacts, 5000);
-  // The counters can count.
+  // Planted fault: the counters count.
   is_watched = true;
-  void* volatile seen = std::malloc(10);  // volatile: compilers know that a freed malloc is nothing
+  void* volatile seen = std::malloc(10);  // volatile, since compilers may drop a malloc that is freed
   std::free(seen);
   pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
   pthread_mutex_lock(&mutex);
@@ -116,10 +116,9 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
   EXPECT_EQ(locks.load(), 1);
 }
 
-/// Whatever a scene can hold at once: a round tool whose fields follow the cuts, a model, friction and
-/// viscosity, effects, the passivity controller, matter that grows over the tool and leads it out, lost
-/// ticks, resets.
-TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
+/// All features of a scene at once: a round tool whose fields follow the cuts, a model, friction and
+/// viscosity, effects, the passivity controller, growing matter and the escape path, lost ticks, resets.
+TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndEscapePaths) {
   allocations = locks = 0;
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(96);
@@ -159,7 +158,7 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
   long contacts = 0, led = 0, mesh_contacts = 0;
   int cut_at = -1, cuts = 0;
   for (int i = 0; i < 40000; ++i) {
-    // Cut where it touches; sixty ticks later all is back.
+    // Cut at the contact; undone sixty ticks later.
     const bool is_cut = cut_at < 0 && cuts < 6 && i > 100 && core.last_step().has_contact,
                is_back = cut_at >= 0 && i == cut_at + 60;
     if (is_back || is_cut) {
@@ -177,12 +176,12 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
       }
       next.hands[0].state = TouchState(editor.publish(), std::move(offsets));
       next.serial = next.hands[0].state.version->serial();
-      WayOut way;
+      EscapePath way;
       way.serial = next.serial;
       way.count = 2;
       way.places_volume[0] = free;
       way.places_volume[1] = scene.base->frame.volume_from_world(glm::dvec3(0, 0, 58));
-      next.hands[0].way = std::make_shared<WayOut>(way);
+      next.hands[0].way = std::make_shared<EscapePath>(way);
     }
     if (i % 20 == 0) next.hands[0].set_placement(0, {glm::dvec3(0, 0, 1e-3 * i), {1, 0, 0, 0}});
     if (i % 1000 == 999) next.hands[0].laws = next.hands[0].laws ? nullptr : laws;
@@ -195,7 +194,7 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
     const ServoRecord record = core.step(*seen, input);
     if (i % 7000 == 6999) core.skip(0, 5);
     device.write(record.force_world);
-    contacts += record.has_contact, led += record.is_led,
+    contacts += record.has_contact, led += record.is_escaping,
         mesh_contacts += record.has_contact && record.shape == 1;
     is_watched = false;
   }
@@ -206,16 +205,16 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
   EXPECT_GT(led, 0);
 }
 
-/// Watches the thread that reads it.
+/// Counts allocations and locks of the thread that reads it.
 class WatchingDevice final : public Device {
  public:
   explicit WatchingDevice(Device& device, long ticks) : device_(&device), ticks_(ticks) {}
-  volume::Status open() override { return device_->open(); }
+  Status open() override { return device_->open(); }
   void close() noexcept override { device_->close(); }
   DeviceCapabilities capabilities() const override { return device_->capabilities(); }
   bool read(double t, Pose& pose) noexcept override {
     const long n = count_.fetch_add(1);
-    is_watched = n < ticks_;  // the end of a thread is its own affair
+    is_watched = n < ticks_;  // the end of the thread is not watched
     return device_->read(t, pose);
   }
   void write(const Wrench& wrench) noexcept override { device_->write(wrench); }
@@ -279,7 +278,7 @@ TEST(ServoQuiet, NorDoesTheWholeLoop) {
   ServoRecord record;
   long records = 0;
   for (int i = 0; i < 4000 && device.count() < k_ticks;
-       ++i) {  // the edit thread's part; at most twenty seconds
+       ++i) {  // work of the edit thread; at most twenty seconds
     while (loop.records().pop(record)) ++records;
     if (i % 20 == 5) {
       editor.remove({record.proxy_world, record.proxy_world, 3});

@@ -1,19 +1,19 @@
 // Touches a ball of bone from outside the toolkit's own tree.
 #include <cstdio>
 
-#include "haptics/proxy/methods.h"
+#include "haptics/methods/methods.h"
 
 int main() {
   using namespace trephine;
-  auto made = volume::make_volume(glm::ivec3(32), volume::Frame());
-  if (!made) return 2;
+  auto result = volume::make_volume(glm::ivec3(32), volume::Frame());
+  if (!result) return 2;
   for (int z = 0; z < 32; ++z)
     for (int y = 0; y < 32; ++y)
       for (int x = 0; x < 32; ++x) {
         const int d = (x - 16) * (x - 16) + (y - 16) * (y - 16) + (z - 16) * (z - 16);
-        made.value().voxels[made.value().index(x, y, z)] = d <= 100 ? 1600 : -1000;
+        result.value().voxels[result.value().index(x, y, z)] = d <= 100 ? 1600 : -1000;
       }
-  const auto base = std::make_shared<const volume::Volume>(std::move(made).value());
+  const auto base = std::make_shared<const volume::Volume>(std::move(result).value());
   haptics::TouchScene scene;
   scene.base = base;
   const volume::Shape bone;

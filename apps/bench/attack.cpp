@@ -1,0 +1,406 @@
+#include "apps/bench/attack.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <memory>
+
+#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/scenes.h"
+#include "apps/verify/mesh_judge.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/methods/methods.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/base/mix_hash.h"
+#include "volume/cuts/removal.h"
+#include "volume/surface/surface_nets.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+using haptics::MethodInfo;
+
+namespace {
+
+double uniform(std::uint64_t seed, std::uint64_t i) {
+  return static_cast<double>(hash_bits(hash_bits(seed) ^ i) >> 11) * 0x1p-53;
+}
+
+/// True if the tool must stay inside matter. Such scenes stay uncut: the judge of the inside knows one field
+/// only.
+bool is_held_from_within(const haptics::TouchScene& scene) {
+  return scene.items[0].sides == haptics::Side::back;
+}
+
+/// The judge of one method on one scene, rebuilt when the version changes.
+class Judge {
+ public:
+  Judge(const haptics::TouchScene& scene, const MethodInfo& method)
+      : scene_(scene),
+        method_(method),
+        judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {
+    // Vertices in the volume frame; the judged scenes use values that floats represent exactly.
+    for (const haptics::TouchItem& mesh : scene.items) {
+      if (!mesh.is_mesh()) continue;
+      std::vector<glm::vec3> vertices;
+      std::vector<std::uint32_t> triangles;
+      for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
+        for (const dvec3& corner : mesh.tree->corners(t)) {
+          triangles.push_back(static_cast<std::uint32_t>(vertices.size()));
+          vertices.push_back(
+              glm::vec3(scene.base->frame.volume_from_world(mesh.placement.world_from_local(corner))));
+        }
+      meshes_.push_back(std::make_unique<verify::MeshWall>(vertices, triangles));
+    }
+  }
+  void set_seen(std::shared_ptr<const haptics::TouchState> seen) {
+    if (is_held_from_within(scene_)) {
+      outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
+    } else {
+      promises_.clear();
+      for (std::size_t i = 0; i < base_shapes(scene_).size(); ++i)
+        promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, seen, i));
+    }
+    judge.solid_changed();
+  }
+
+ private:
+  bool meets(const dvec3& a, const dvec3& b) const {
+    for (const auto& mesh : meshes_)
+      if (a == b ? mesh->is_inside(a) : mesh->is_entered(a, b)) return true;
+    if (outside_) return !outside_->is_free(a, b);
+    return std::any_of(promises_.begin(), promises_.end(),
+                       [&](const auto& promise) { return promise->meets(a, b); });
+  }
+  const haptics::TouchScene& scene_;
+  const MethodInfo& method_;
+  std::vector<std::unique_ptr<scenes::Promise>> promises_;  ///< one per shape
+  std::optional<verify::SmoothSolid> outside_;              ///< for a tool that must stay inside
+  std::vector<std::unique_ptr<verify::MeshWall>> meshes_;
+
+ public:
+  verify::FallThroughJudge judge;
+};
+
+/// An attacked scene, with the signed distance to its matter in closed form (mm, negative inside; empty for
+/// scans).
+struct Target {
+  std::string name;
+  haptics::TouchScene scene;
+  std::function<double(const dvec3&)> distance = {};
+};
+
+Target with_radius(Target target, double radius) {
+  if (haptics::set_tool_radius(target.scene, radius)) target.scene.items.clear();
+  return target;
+}
+
+/// The target with a lattice fine enough for the smallest balls of the attack.
+Target with_fine_lattice(Target target) {
+  const dvec3& spacing = target.scene.base->frame.spacing();
+  if (haptics::set_smallest_burr(target.scene, 2 * std::min({spacing.x, spacing.y, spacing.z})))
+    target.scene.items.clear();
+  return target;
+}
+
+/// The analytic shape minus the swept balls of the cuts.
+class CutShape {
+ public:
+  CutShape(const Target& target) : target_(target) {}
+  void cut(const dvec3& a, const dvec3& b, double radius) { sweeps_.push_back({a, b, radius}); }
+  void undo_all() { sweeps_.clear(); }
+  /// True if p, or any point of the ball at p, is deeper than `slack` (mm) in the remaining matter.
+  bool holds(const dvec3& p, double slack) const {
+    if (is_in(p, slack)) return true;
+    const double r = target_.scene.tool_radius;
+    for (int n = 0; n < 27 && r > 0; ++n)
+      if (const dvec3 way(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+          n != 13 && is_in(p + r * glm::normalize(way), slack))
+        return true;
+    return false;
+  }
+
+ private:
+  struct Sweep {
+    dvec3 a, b;
+    double radius;
+  };
+  bool is_in(const dvec3& p, double slack) const {
+    // Matter ends at the border of the grid.
+    const dvec3 v = target_.scene.base->frame.volume_from_world(p);
+    for (int a = 0; a < 3; ++a)
+      if (v[a] < 1 || v[a] > target_.scene.base->size[a] - 2) return false;
+    return target_.distance(p) < -slack && std::none_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& s) {
+             const dvec3 way = s.b - s.a;
+             const double t = std::clamp(glm::dot(p - s.a, way) / glm::dot(way, way), 0.0, 1.0);
+             return glm::length(p - s.a - t * way) < s.radius + slack;
+           });
+  }
+  const Target& target_;
+  std::vector<Sweep> sweeps_;
+};
+
+/// Random motion in the scene's box at all speeds up to 10 m/s, with jumps to new starts, cuts and undos.
+AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::uint64_t seed,
+                 const AttackOptions& options) {
+  const haptics::TouchScene& scene = target.scene;
+  AttackRow row;
+  row.method = info.name, row.scene = target.name;
+  const auto method = haptics::make_method(info.name).value();
+  if (method->prepare(scene)) return row;  // not a scene for this method
+  if (is_held_from_within(scene) && info.solid != MethodInfo::Solid::smooth) return row;  // nor for its judge
+  const volume::Frame& frame = scene.base->frame;
+  const dvec3 size(scene.base->size);
+  Judge judge(scene, info);
+  const std::shared_ptr<const volume::Version> untouched = haptics::untouched(scene);
+  auto seen = std::make_shared<const haptics::TouchState>(untouched);
+  std::vector<volume::Field> solids;
+  for (const haptics::TouchItem& shape : base_shapes(scene)) solids.push_back(shape.field);
+  volume::RemovalEditor editor(untouched, solids);
+  CutShape shape(target);
+  // A round tool touches a cut once its fields are updated, here immediately.
+  const auto publish = [&](const volume::VoxelBox* changed) {
+    const auto version = editor.publish();
+    haptics::TouchState::OffsetFields offsets;
+    for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < base_shapes(scene).size(); ++s)
+      offsets.push_back(seen->offset(scene, s).updated(scene.items[s].field, *scene.items[s].bits, *version,
+                                                       *changed, 1, nullptr, scene.items[s].soft.get()));
+    return std::make_shared<const haptics::TouchState>(version, std::move(offsets));
+  };
+  judge.set_seen(seen);
+  haptics::ProxyState state;
+  const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
+  const double slack = 1.5 * std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
+  dvec3 hip = frame.world_from_volume(0.5 * size), velocity(0);
+  std::uint64_t n = 0;
+  const auto random = [&] { return uniform(seed, n++); };
+  // A fixed order of evaluation for every compiler.
+  const auto random_point = [&] {
+    const double x = random(), y = random(), z = random();
+    return dvec3(x, y, z);
+  };
+  // An explicit surface is judged by a whole mesh, rebuilt at each cut: rarely.
+  const bool is_of_triangles = info.solid == MethodInfo::Solid::net ||
+                               info.solid == MethodInfo::Solid::images ||
+                               info.solid == MethodInfo::Solid::marching_cubes;
+  const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
+  // Short runs are cut and undone too.
+  const long cut_every = std::clamp(steps / 2, 200L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);
+  double speed = 1;
+  bool was_free = false;
+  for (long i = 0; i < steps; ++i) {
+    if (i % 2000 == 0) {  // a new start anywhere, with a cleared state
+      hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
+      state = {};
+      judge.judge.restart();
+      was_free = false;
+    }
+    if (i % 50 == 0) {
+      // Speeds from a hundredth of a mm to 10 mm per step, uniform over the decades.
+      speed = std::pow(10.0, -2 + 3 * random());
+      velocity = glm::normalize((random_point() - 0.5)) * speed;
+    }
+    if (i % cut_every == cut_every / 2 && is_cut) {
+      const dvec3 to = hip + 3 * voxel * (random_point() - 0.5);
+      const double radius = (1 + 3 * random()) * voxel;
+      const volume::RemovalReport report = editor.remove({hip, to, radius});
+      shape.cut(hip, to, radius);
+      seen = publish(&report.box);
+      judge.set_seen(seen);
+    }
+    if (i % (2 * cut_every) == 2 * cut_every - cut_every / 4 && is_cut) {
+      ++row.undos;
+      editor.reset(untouched);
+      shape.undo_all();
+      seen = publish(nullptr);
+      judge.set_seen(seen);
+    }
+    const dvec3 before = hip;
+    hip += velocity + 0.3 * speed * (random_point() - 0.5);
+    dvec3 v = frame.volume_from_world(hip);
+    for (int a = 0; a < 3; ++a)
+      if (v[a] < -4 || v[a] > size[a] + 3) {
+        v[a] = std::clamp(v[a], -4.0, size[a] + 3);
+        velocity = -velocity;
+      }
+    hip = frame.world_from_volume(v);
+    row.fastest_mm_s = std::max(row.fastest_mm_s, 1000 * glm::length(hip - before));
+    haptics::ProxyStep step = method->step(scene, *seen, state, {hip});
+    if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
+    // A start may be in matter, or have matter in the ball: contact is judged once the tool was free.
+    was_free = was_free || (target.distance && !shape.holds(step.proxy_world, 0));
+    if (was_free && step.has_contact) {
+      ++row.judged_by_shape;
+      row.sunk += shape.holds(step.proxy_world, slack);
+    }
+    judge.judge.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+                            frame.volume_from_world(hip), step.has_contact, step.is_buried});
+    row.contacts += step.has_contact;
+    row.not_finite += !std::isfinite(step.proxy_world.x + step.proxy_world.y + step.proxy_world.z +
+                                     step.normal_world.x + step.normal_world.y + step.normal_world.z);
+    ++row.steps;
+  }
+  row.fall_throughs = judge.judge.fall_throughs();
+  row.buried = judge.judge.buried_starts();
+  return row;
+}
+
+}  // namespace
+
+haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is_binary, bool is_noisy,
+                                 std::map<std::string, double> parameters, double slice) {
+  data_tools::PhantomOptions o;
+  if (slice == 1)
+    o.size = glm::ivec3(64);
+  else
+    o.spacing_mm = 120.0 / 64 * dvec3(0.7, 0.7, 0.7 * slice);
+  o.psf_sigma_voxels = psf;
+  o.shear_degrees = 7;
+  o.parameters = std::move(parameters);
+  volume::Volume result = data_tools::make_phantom(phantom, o).value();
+  for (std::size_t i = 0; i < result.voxels.size(); ++i) {
+    auto& v = result.voxels[i];
+    if (is_binary) v = v >= 300 ? 1600 : -1000;
+    if (is_noisy) v = static_cast<std::int16_t>(std::clamp(v + 200 * hash_normal(3, i), -1024.0, 3071.0));
+  }
+  haptics::TouchScene scene = scenes::scene_of(std::move(result));
+  haptics::soften(scene);
+  return scene;
+}
+
+namespace {
+
+/// Bone, and the softer rim of its blurred edge as a second shape.
+haptics::TouchScene two_shapes_scene() {
+  haptics::TouchScene scene = attack_scene("gyroid", 1.5, false, false);
+  volume::Shape rind;
+  rind.name = "rind", rind.low = -400, rind.high = 300;
+  haptics::TouchItem second = scene.items[0];
+  second.field = volume::Field(*scene.base, rind);
+  second.bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, rind));
+  second.soft = nullptr;
+  scene.items.push_back(std::move(second));
+  return scene;
+}
+
+/// A ball in sheared voxels, divided among three labels by the angle about z.
+haptics::TouchScene three_labels_scene() {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(64);
+  o.psf_sigma_voxels = 0;
+  o.shear_degrees = 7;
+  volume::Volume result = data_tools::make_phantom("sphere", o).value();
+  result.label_names = {"background", "part1", "part2", "part3"};
+  result.labels = Buffer<std::uint8_t>(result.voxels.size());
+  for (int z = 0; z < result.size.z; ++z)
+    for (int y = 0; y < result.size.y; ++y)
+      for (int x = 0; x < result.size.x; ++x) {
+        const std::size_t i = result.index(x, y, z);
+        const dvec3 p = result.frame.world_from_volume({x, y, z});
+        const bool is_ahead = p.y > 0.3 * p.x, is_left = p.x > 0.2 * p.y + 0.1 * p.z;
+        result.labels[i] = static_cast<std::uint8_t>(result.voxels[i] < 300 ? 0
+                                                     : is_ahead             ? 1
+                                                     : is_left              ? 2
+                                                                            : 3);
+      }
+  haptics::TouchScene scene;
+  scene.base = std::make_shared<const volume::Volume>(std::move(result));
+  for (int label = 1; label <= 3; ++label) {
+    volume::Shape shape;
+    shape.name = scene.base->label_names[static_cast<std::size_t>(label)];
+    shape.label = label;
+    scene.items.push_back(
+        {volume::Field(*scene.base, shape),
+         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+         haptics::Material{}, haptics::Side::front});
+  }
+  haptics::soften(scene);
+  return scene;
+}
+
+haptics::TouchScene held_from_within_scene() {
+  haptics::TouchScene scene = attack_scene("gyroid", 1, false, false);
+  scene.items[0].sides = haptics::Side::back;
+  return scene;
+}
+
+/// The surface of a torus as a polygonal model, through a gyroid of bone.
+haptics::TouchScene pierced_scene() {
+  haptics::TouchScene scene = attack_scene("gyroid", 0.7, false, false);
+  const haptics::TouchScene torus = attack_scene("torus", 0.7, false, false);
+  const volume::Mesh net = volume::surface_net({&torus.items[0].field, nullptr, torus.items[0].bits.get()});
+  const volume::Frame& frame = scene.base->frame;
+  std::vector<dvec3> vertices;
+  for (const glm::vec3& v : net.vertices.span()) vertices.push_back(frame.world_from_volume(dvec3(v)));
+  scene.items.push_back(haptics::mesh_item(
+      "torus",
+      std::make_shared<haptics::MeshTree>(
+          std::move(vertices),
+          std::vector<std::uint32_t>(net.triangles.data(), net.triangles.data() + net.triangles.size()))));
+  return scene;
+}
+
+}  // namespace
+
+std::vector<AttackRow> run_attack(const AttackOptions& options) {
+  using Parameters = std::map<std::string, double>;
+  const auto target = [](const char* name, const std::string& phantom, double psf, bool is_binary = false,
+                         bool is_noisy = false, const Parameters& parameters = {}, double slice = 1) {
+    return Target{name, attack_scene(phantom, psf, is_binary, is_noisy, parameters, slice),
+                  [phantom, parameters](const dvec3& p) {
+                    return data_tools::phantom_distance(phantom, parameters, p);
+                  }};
+  };
+  const Parameters tilted{{"thickness", 1.9}, {"angle", 37}};
+  std::vector<Target> targets{
+      target("corner", "corner", 0.7),
+      target("corner, binary", "corner", 0, true),
+      target("groove 30", "groove", 0.7, false, false, {{"angle", 30}}),
+      target("gyroid, noisy", "gyroid", 0.5, false, true),
+      target("plate of a voxel", "plate", 0, false, false, tilted),
+      target("shell", "shell", 0),
+      target("gyroid, slices 1:3", "gyroid", 0.7, false, false, {}, 3),
+      target("corner, binary, slices 1:8", "corner", 0, true, false, {}, 8),
+      // Cut on a lattice finer than the voxels, as in sessions.
+      with_fine_lattice(target("gyroid, fine cuts", "gyroid", 0.7)),
+      with_fine_lattice(
+          target("groove 60, slices 1:3, fine cuts", "groove", 0.7, false, false, {{"angle", 60}}, 3)),
+      with_fine_lattice(target("corner, slices 1:8, fine cuts", "corner", 0.7, false, false, {}, 8)),
+      {"gyroid, two shapes", two_shapes_scene()},
+      {"gyroid, from within", held_from_within_scene()},
+      with_radius(target("gyroid, ball of 3 mm", "gyroid", 0.7), 3),
+      with_radius(with_fine_lattice(target("groove, slices 1:3, fine cuts, ball of 2.5 mm", "groove", 0.7,
+                                           false, false, {{"angle", 60}}, 3)),
+                  2.5),
+      {"gyroid pierced by a mesh", pierced_scene()},
+      with_fine_lattice({"ball of three labels, fine cuts", three_labels_scene(),
+                         [](const dvec3& p) { return data_tools::phantom_distance("sphere", {}, p); }}),
+      with_radius({"ball of three labels, ball of 2.5 mm", three_labels_scene(),
+                   [](const dvec3& p) { return data_tools::phantom_distance("sphere", {}, p); }},
+                  2.5)};
+  for (const auto& [name, scene] : options.more) targets.push_back({name, scene});
+  std::vector<const MethodInfo*> methods;
+  for (const MethodInfo& info : haptics::method_catalogue()) {
+    const bool is_named =
+        std::find(options.methods.begin(), options.methods.end(), info.name) != options.methods.end();
+    if (options.methods.empty() ? info.solid != MethodInfo::Solid::nothing : is_named)
+      methods.push_back(&info);
+  }
+  std::vector<AttackRow> rows;
+  std::size_t done = 0;
+  const std::size_t runs = targets.size() * methods.size();
+  const long steps = std::max(250L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
+  for (const Target& target : targets)
+    for (const MethodInfo* info : methods) {
+      if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(runs)))
+        return rows;
+      ++done;
+      // The sequential pipeline promises nothing for models.
+      if (target.scene.items.back().is_mesh() && std::string(info->name) == "scene-sequential") continue;
+      AttackRow row = attack(target, *info, steps, options.seed + done, options);
+      if (row.steps > 0) rows.push_back(std::move(row));
+    }
+  return rows;
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,243 @@
+#include "apps/bench/benchmarks.h"
+
+#include <glm/geometric.hpp>
+#include <memory>
+#include <utility>
+
+#include "apps/bench/peer_flying_edges.h"
+#include "apps/bench/peers.h"
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/proxy/implicit_proxy.h"
+#include "sim/engine/engine.h"
+#include "volume/base/channel.h"
+#include "volume/cuts/removal.h"
+#include "volume/surface/surface_nets.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+
+namespace {
+
+data_tools::PhantomOptions grid(int size, double psf) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(size);
+  o.psf_sigma_voxels = psf;
+  return o;
+}
+
+/// Plays a path several times; returns per-step minima over contact steps.
+StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& path, double& voxels,
+                     double& cells) {
+  haptics::ImplicitProxy method;
+  if (method.prepare(scene)) return {};
+  const volume::Version version(scene.base);
+  MinimumOfRuns minima;
+  long voxel_count = 0, cell_count = 0;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    haptics::ProxyState state;
+    for (std::size_t i = 0; i < path.samples().size(); ++i) {
+      const auto start = Clock::now();
+      const haptics::ProxyStep step =
+          method.step(scene, version, state, {path.samples()[i].pose.position_world});
+      const double us = 1e6 * seconds_since(start);
+      if (step.has_contact) minima.add(i, us);
+      voxel_count += step.counters.voxels;
+      cell_count += step.counters.cells;
+    }
+  }
+  const double steps = static_cast<double>(path.samples().size()) * MinimumOfRuns::k_runs;
+  voxels = static_cast<double>(voxel_count) / steps;
+  cells = static_cast<double>(cell_count) / steps;
+  return minima.result();
+}
+
+}  // namespace
+
+SurfaceResult run_surface_benchmark(int size) {
+  SurfaceResult result;
+  for (const char* name : {"shell", "gyroid"}) {
+    const volume::Volume volume =
+        data_tools::make_phantom(name, grid(size, name[0] == 'g' ? 1.5 : 0)).value();
+    const volume::Field field(volume, volume::Shape{});
+    for (const int threads : {1, 2}) {
+      SurfaceRow row{name, size, threads, 1e300, 1e300, 0, 0};
+      for (int run = 0; run < 3; ++run) {
+        const auto start = Clock::now();
+        const volume::Mesh mesh = volume::surface_net({&field}, threads);
+        row.our_ms = std::min(row.our_ms, 1e3 * seconds_since(start));
+        row.our_triangles = mesh.triangle_count();
+        const int dimensions[3] = {size, size, size};
+        const PeerSurface peer = flying_edges(volume.voxels.data(), dimensions, 300, threads);
+        row.peer_ms = std::min(row.peer_ms, 1e3 * peer.seconds);
+        row.peer_triangles = peer.triangles;
+      }
+      result.rows.push_back(row);
+    }
+  }
+
+  // A burr moves through the shell's bone; after each tick its chunk is remeshed.
+  const haptics::TouchScene scene = scenes::phantom_scene("shell", grid(size, 0));
+  const double spacing = scene.base->frame.spacing().x;
+  volume::NetScratch scratch;
+  MinimumOfRuns minima;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.items[0].field});
+    dvec3 at(-20, 20, 0);
+    at.z = std::sqrt(48.0 * 48.0 - 800.0);
+    for (std::size_t i = 0; i < 500; ++i) {
+      const dvec3 to = at + dvec3(0.08, 0.02, -0.01);
+      editor.remove({at, to, 8 * spacing, i > 0});
+      const auto version = editor.publish();
+      at = to;
+      const glm::ivec3 voxel(scene.base->frame.volume_from_world(at));
+      const glm::ivec3 chunk = (voxel + 1) / volume::k_chunk;
+      const auto start = Clock::now();
+      const volume::Mesh mesh = volume::surface_net_chunk(
+          {&scene.items[0].field, version.get(), scene.items[0].bits.get()}, chunk, &scratch);
+      minima.add(i, 1e6 * seconds_since(start));
+      result.drilled_chunk_vertices = std::max(result.drilled_chunk_vertices, mesh.vertices.size());
+    }
+  }
+  result.drilled_chunk = minima.result();
+
+  // Chunks with surface, all over the shell.
+  MinimumOfRuns everywhere;
+  const volume::SurfaceSource whole{&scene.items[0].field, nullptr, scene.items[0].bits.get()};
+  const glm::ivec3 chunks = volume::chunk_grid(scene.base->size);
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    std::size_t step = 0;
+    for (int z = 0; z < chunks.z; ++z)
+      for (int y = 0; y < chunks.y; ++y)
+        for (int x = 0; x < chunks.x; ++x) {
+          const auto start = Clock::now();
+          const volume::Mesh mesh = volume::surface_net_chunk(whole, {x, y, z}, &scratch);
+          const double us = 1e6 * seconds_since(start);
+          if (mesh.triangle_count() > 0) everywhere.add(step++, us);
+        }
+  }
+  result.surface_chunk = everywhere.result();
+  return result;
+}
+
+namespace {
+
+/// A ball of 12 voxels driven into solid bone at 50 mm/s, with a version published each tick; in fresh bone,
+/// or in bone covered with scratches of a ball of one voxel.
+StepTimes time_removal(const haptics::TouchScene& bone, bool has_scratches) {
+  MinimumOfRuns minima;
+  const dvec3 direction = glm::normalize(dvec3(1, 0.3, -0.2));
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {bone.items[0].field});
+    Channel<volume::Version> channel(editor.publish());
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      // Four strokes of 20 mm, each in its own lane.
+      const dvec3 start(-20, -10 + 6.5 * static_cast<double>(lane), -5);
+      if (has_scratches)
+        for (int i = 0; i < 16; ++i) {
+          const dvec3 aside(0, 0.4 * (i % 4 - 1.5) * 3, 0.4 * (i / 4 - 1.5) * 3);
+          editor.remove({start + aside - 2.0 * direction, start + aside + 22.0 * direction, 0.25, false});
+        }
+      editor.end_stroke();
+      for (std::size_t k = 0; k < 400; ++k) {
+        const dvec3 from = start + 0.05 * static_cast<double>(k) * direction, to = from + 0.05 * direction;
+        const auto begin = Clock::now();
+        editor.remove({from, to, 3, k > 0});
+        channel.publish(editor.publish());
+        const double us = 1e6 * seconds_since(begin);
+        if (k >= 20) minima.add(400 * lane + k, us);  // the plunge of a whole ball is not a typical tick
+      }
+    }
+  }
+  return minima.result();
+}
+
+/// Ticks of a burr as in a live session, on a simulated clock: cuts made during a field's update are in the
+/// next update.
+void time_hover(StepResult& result) {
+  data_tools::PhantomOptions o = grid(128, 1.5);
+  o.spacing_mm = dvec3(0.5);
+  haptics::TouchScene bone = scenes::phantom_scene("plane", o);
+  const haptics::TouchItem& shape = bone.items[0];
+  std::shared_ptr<const volume::OffsetField> field =
+      volume::OffsetField::build(shape.field, *shape.bits, nullptr, 2).value();
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {shape.field});
+  std::vector<double> updates, hovers;
+  const auto at = [](double t_ms) {
+    // Down by 3 mm, then along a wave, 10 mm/s.
+    const double path = 0.01 * t_ms;
+    return dvec3(-20 + std::max(0.0, path - 5), 3 * std::sin(0.3 * path), std::max(-3.0, 2 - path));
+  };
+  std::vector<double> waiting;  // times (ms) of cuts that no field contains yet
+  volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};
+  double busy_until = 0;
+  std::vector<double> in_work;
+  for (int tick = 0; tick < 4000; ++tick) {
+    const volume::RemovalReport report = editor.remove({at(tick), at(tick + 1), 2, true});
+    if (report.bricks_changed > 0) {
+      waiting.push_back(tick);
+      box = sim::united(box, report.box);
+    }
+    if (tick < busy_until || waiting.empty()) continue;
+    for (const double cut : in_work) hovers.push_back(busy_until - cut);
+    in_work = std::exchange(waiting, {});
+    const auto version = editor.publish();
+    const auto begin = Clock::now();
+    field = field->updated(shape.field, *shape.bits, *version,
+                           std::exchange(box, {glm::ivec3(0), glm::ivec3(-1)}));
+    updates.push_back(1e3 * seconds_since(begin));
+    busy_until = tick + updates.back();
+  }
+  result.field_update_ms = times_of(std::move(updates));
+  result.hover_ms = times_of(std::move(hovers));
+}
+
+}  // namespace
+
+StepResult run_step_benchmark(int size) {
+  StepResult result;
+  double cells = 0;
+  {
+    const haptics::TouchScene scene = scenes::phantom_scene("sphere", grid(size, 1.5));
+    result.implicit = time_steps(scene, scenes::sphere_slide(45, 1, 100, 3), result.voxels_per_step, cells);
+  }
+  // A small sphere in ever larger volumes of equal voxels.
+  for (const int n : {50, 100, 200, 400, 800}) {
+    if (n > 400 && n > size) continue;
+    if (static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * 8 >
+        volume::available_memory_bytes())
+      continue;
+    data_tools::PhantomOptions o = grid(n, 1.5);
+    o.spacing_mm = dvec3(120.0 / 512);
+    o.parameters = {{"radius", 4.5}};
+    ScalingRow row;
+    row.size = n;
+    row.step = time_steps(scenes::phantom_scene("sphere", o), scenes::sphere_slide(4.5, 0.5, 50, 3),
+                          row.voxels_per_step, row.cells_per_step);
+    result.fixed_density.push_back(row);
+  }
+
+  data_tools::PhantomOptions o = grid(256, 1);
+  o.spacing_mm = dvec3(0.25);
+  const haptics::TouchScene bone = scenes::phantom_scene("plane", o);
+  result.removal_tick = time_removal(bone, false);
+  result.removal_tick_over_scratches = time_removal(bone, true);
+  time_hover(result);
+  if (peers().csg_ticks != nullptr) {
+    const dvec3 way = 0.05 * glm::normalize(dvec3(1, 0.3, -0.2));
+    MinimumOfRuns difference, with_capsule;
+    for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+      const CsgTicks ticks = peers().csg_ticks(0.25, 3, &way.x, 4, 400);
+      for (std::size_t i = 0; i < ticks.difference_us.size(); ++i) {
+        if (i % 400 < 20) continue;
+        difference.add(i, ticks.difference_us[i]);
+        with_capsule.add(i, ticks.with_capsule_us[i]);
+      }
+    }
+    result.csg_tick = difference.result();
+    result.csg_tick_with_capsule = with_capsule.result();
+  }
+  return result;
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,33 @@
+// Commands of trephine-bench, and benchmarks with their own files.
+#pragma once
+
+#include "apps/cli/commands.h"
+
+namespace trephine::bench {
+
+using namespace cli;
+
+struct BenchArguments {
+  std::string source, case_source, output, only, export_folder, score, hand;
+  int size = 512;
+  std::int64_t steps = 1'000'000;
+  bool is_quick = false;
+};
+
+extern const cli::Command k_surface, k_flood, k_separation, k_step, k_rays, k_xray, k_reslice, k_render,
+    k_drill, k_load, k_dicom, k_open, k_depth, k_feel, k_stability, k_soak;
+
+Status bench_feel(const BenchArguments& arguments, Outcome& outcome);
+/// Random attacks, stiffness maps and energies; on a scan too if one is given.
+Status bench_stability(const BenchArguments& arguments, Outcome& outcome);
+
+/// Touch by depth images.
+Status bench_depth(const BenchArguments& arguments, Outcome& outcome);
+
+/// Finding and reading DICOM series, on files written by the benchmark.
+Status bench_dicom(const BenchArguments& arguments, Outcome& outcome);
+
+/// Opening a session at random ticks, and its size.
+Status bench_open(const BenchArguments& arguments, Outcome& outcome);
+
+}  // namespace trephine::bench

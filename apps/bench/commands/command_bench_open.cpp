@@ -1,0 +1,165 @@
+// bench open: duration of opening a recorded session at any tick, and bytes per tick in its file.
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+
+#include "apps/bench/commands/bench_commands.h"
+#include "modules/drilling/burr.h"
+#include "sim/drivers/lockstep.h"
+
+namespace trephine::bench {
+
+using namespace cli;
+
+namespace {
+double part_of(const std::vector<double>& sorted, double share) {
+  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+/// Ten minutes over the crown of the built-in head: down next to the last position, back and forth, up again;
+/// the burr is on in two of five strokes.
+haptics::PosePath long_hand() {
+  std::mt19937 random(3);
+  const auto between = [&random](double low, double high) {
+    return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+  };
+  std::vector<haptics::PosePath::Sample> samples;
+  double t = 0;
+  const auto go = [&](const glm::dvec3& place, bool is_on, double seconds) {
+    samples.push_back({t, {place, {1, 0, 0, 0}, is_on ? 1u : 0u}});
+    t += seconds;
+  };
+  go({0, 0, 110}, false, 1);
+  while (t < 600) {
+    glm::dvec3 at(between(-15, 15), between(-20, 10), 100);
+    go(at, false, 0.5);
+    const double depth = between(56, 68);
+    const bool is_on = between(0, 1) < 0.4;
+    for (int i = static_cast<int>(between(20, 50)); i > 0; --i) {
+      at = {at.x + between(-0.6, 0.6), at.y + between(-0.6, 0.6), depth + between(-1, 1)};
+      go(at, is_on, 0.1);
+    }
+    go({at.x, at.y, 100}, false, 0.4);
+  }
+  return haptics::PosePath::from_samples(std::move(samples), "bench open").value();
+}
+
+/// Records that hand; returns the removed volume, mm3.
+Result<double> record_long_hand(const std::string& file, double burr_diameter) {
+  drilling::Burr burr;
+  burr.diameter = burr_diameter;
+  workbench::OperationChoice choice;
+  choice.hands[0] = sim::HandSpec(drilling::burr(burr));
+  auto opened = workbench::open_operation("head", choice, terminal_listener());
+  if (!opened) return opened.error();
+  const workbench::Operation& operation = opened.value();
+  auto recorder = workbench::start_recording({file, false, false, program_name()}, operation);
+  if (!recorder) return recorder.error();
+  const haptics::ServoOptions servo = operation.servo();
+  sim::Lockstep run(operation.engine(), servo.force, servo.rate_hz, recorder.value().get());
+  const haptics::PosePath hand = long_hand();
+  ProgressLine progress("recording ten minutes");
+  const std::vector<double> times = haptics::servo_times(hand, servo.rate_hz);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size())))
+      return interrupted("recording");
+    run.step(hand.at(times[i]));
+  }
+  if (Status error = recorder.value()->finish(run.engine())) return *error;
+  return run.engine().removed_mm3();
+}
+
+/// A temporary folder, deleted afterwards.
+struct TemporaryFolder {
+  std::filesystem::path path;
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "trephine-bench-XXXXXX").string();
+    if (mkdtemp(name.data())) path = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path.empty()) std::filesystem::remove_all(path, ignored);
+  }
+};
+}  // namespace
+
+Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
+  std::string session_file = arguments.source;
+  const TemporaryFolder folder;
+  if (session_file.empty()) {
+    if (folder.path.empty())
+      return Error{.what = "the recording cannot be created",
+                   .where = "bench open",
+                   .found = "no temporary folder",
+                   .expected = "a folder that can be written",
+                   .remedy = "set TMPDIR, or pass a session"};
+    session_file = (folder.path / "long.session").string();
+    constexpr double k_burr = 4;  // mm
+    const auto removed = record_long_hand(session_file, k_burr);
+    if (!removed) return removed.error();
+    outcome.json["removed_mm3_total"] = removed.value();
+    outcome.text = format_text("ten minutes over the built-in head, a burr of %.0f mm, %.0f mm3 removed\n",
+                               k_burr, removed.value());
+  }
+  auto opened = workbench::open_session(session_file, arguments.case_source, terminal_listener());
+  if (!opened) return opened.error();
+  workbench::OpenedSession& session = *opened.value();
+  sim::Replay& replay = *session.replay;
+  const sim::SessionReader& reader = *session.reader;
+  const std::uint64_t ticks = reader.tick_count();
+  if (ticks == 0)
+    return Error{.what = "the session is empty",
+                 .where = "bench open",
+                 .found = "no tick",
+                 .expected = "at least one tick"};
+
+  std::mt19937_64 random(1);
+  std::vector<double> milliseconds;
+  std::uint64_t most_played = 0;
+  struct {
+    double milliseconds = 0;
+    std::uint64_t tick = 0, played = 0;
+  } slowest;
+  constexpr int k_places = 200;
+  for (int i = 0; i < k_places; ++i) {
+    const std::uint64_t before = replay.counts().ticks, tick = random() % ticks;
+    const auto start = Clock::now();
+    if (Status error = replay.seek(tick)) return error;
+    milliseconds.push_back(1e3 * seconds_since(start));
+    const std::uint64_t played = replay.counts().ticks - before;
+    most_played = std::max(most_played, played);
+    if (milliseconds.back() > slowest.milliseconds) slowest = {milliseconds.back(), tick, played};
+  }
+  std::sort(milliseconds.begin(), milliseconds.end());
+
+  std::uint64_t of_checkpoints = 0;
+  for (const sim::CheckpointIndex& one : reader.checkpoints()) {
+    for (const sim::CheckpointIndex::Link& link : one.links) of_checkpoints += link.bytes.length;
+    of_checkpoints += one.events.length + one.trails.length + one.history.length + one.rest.length;
+  }
+  const double per_tick = static_cast<double>(ticks) * static_cast<double>(replay.engine().hand_count()),
+               checkpoint_bytes = static_cast<double>(of_checkpoints) / per_tick,
+               log_bytes = static_cast<double>(reader.log_bytes()) / per_tick;
+  outcome.json["ticks"] = ticks;
+  outcome.json["checkpoints"] = reader.checkpoints().size();
+  outcome.json["opened_by_checkpoint"] = replay.counts().opened;
+  outcome.json["most_ticks_played"] = most_played;
+  outcome.json["open_ms"] = {{"count", k_places},
+                             {"p50", part_of(milliseconds, 0.5)},
+                             {"p99", part_of(milliseconds, 0.99)},
+                             {"max", milliseconds.back()}};
+  outcome.json["slowest"] = {
+      {"ms", slowest.milliseconds}, {"tick", slowest.tick}, {"ticks_played", slowest.played}};
+  outcome.json["bytes_a_tick"] = {{"log", log_bytes}, {"checkpoints", checkpoint_bytes}};
+  outcome.text += format_text(
+      "%llu ticks, %zu checkpoints: opened at %d random ticks in p50 %.1f ms, p99 %.1f ms, at most %.1f ms; "
+      "at "
+      "most %llu ticks played\n"
+      "%.1f bytes per tick and hand, and %.1f of checkpoints\n",
+      static_cast<unsigned long long>(ticks), reader.checkpoints().size(), k_places,
+      part_of(milliseconds, 0.5), part_of(milliseconds, 0.99), milliseconds.back(),
+      static_cast<unsigned long long>(most_played), log_bytes, checkpoint_bytes);
+  return std::nullopt;
+}
+
+}  // namespace trephine::bench

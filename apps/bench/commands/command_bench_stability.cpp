@@ -1,0 +1,210 @@
+// bench stability: random attacks, stiffness maps and energies.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "apps/bench/attack.h"
+#include "apps/bench/commands/bench_commands.h"
+#include "apps/bench/stability.h"
+#include "apps/view/chart.h"
+#include "data-tools/files/atomic_file.h"
+#include "haptics/methods/methods.h"
+
+namespace trephine::bench {
+
+using namespace cli;
+
+namespace {
+
+/// One map: stiffness of the simulated device as dots, theory as lines.
+view::Chart stiffness_chart(const std::vector<bench::StiffnessRow>& rows, const std::string& what,
+                            const char* title) {
+  view::Chart chart{title, "servo rate (Hz)", "stiffness (N/mm)", true, true, {}};
+  std::size_t color = 0;
+  struct Loop {
+    double alpha;
+    int delay;
+    bool has_encoder;
+    const char* name;
+  };
+  for (const auto& [alpha, delay, has_encoder, name] :
+       {Loop{1, 0, false, "raw"}, Loop{0.3, 0, false, "smoothed, alpha 0.3 at 1 kHz"},
+        Loop{1, 2, false, "two ticks late"}, Loop{1, 0, true, "encoder 0.02 mm, friction 0.02 N"}}) {
+    view::ChartSeries dots{"", {}, {}, false, view::chart_color(color), 9};
+    view::ChartSeries theory{name, {}, {}, true, view::chart_color(color), 2},
+        rule{std::string(name) + ", rule of thumb", {}, {}, true, view::chart_color(color), 1.2f, true};
+    ++color;
+    for (const bench::StiffnessRow& row : rows) {
+      if (row.what != what || row.alpha != alpha || std::lround(row.delay_s * row.rate_hz) != delay ||
+          (row.encoder_mm > 0) != has_encoder)
+        continue;
+      dots.x.push_back(row.rate_hz), dots.y.push_back(row.simulated);
+      if (row.surface != "wall") continue;
+      theory.x.push_back(row.rate_hz), theory.y.push_back(row.theory);
+      rule.x.push_back(row.rate_hz), rule.y.push_back(row.rule);
+    }
+    if (dots.x.empty()) continue;
+    if (color == 1) dots.name = "simulated: wall, sphere, 3 mm burr";
+    chart.series.push_back(theory);
+    if (what != "passive for any hand") chart.series.push_back(rule);
+    chart.series.push_back(dots);
+  }
+  return chart;
+}
+
+}  // namespace
+
+Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
+  if (arguments.steps < 1000 || arguments.steps > 10'000'000'000)
+    return Error{.what = "the number of steps is out of range",
+                 .where = "--steps",
+                 .found = std::to_string(arguments.steps),
+                 .expected = "1000 to 10000000000"};
+  bench::AttackOptions options;
+  options.steps = arguments.steps;
+  if (!arguments.source.empty()) {
+    auto opened = workbench::open_touch(arguments.source, {}, terminal_listener());
+    if (!opened) return opened.error();
+    options.more.emplace_back(opened.value().source.written_name(), opened.value().scene);
+  }
+  if (!arguments.output.empty())
+    if (Status error = data_tools::make_folder(arguments.output)) return error;
+  if (!arguments.only.empty()) {
+    for (const haptics::MethodInfo& info : haptics::method_catalogue())
+      if (std::string(info.name).find(arguments.only) != std::string::npos)
+        options.methods.emplace_back(info.name);
+    if (options.methods.empty())
+      return Error{.what = "unknown method",
+                   .where = "--only",
+                   .found = arguments.only,
+                   .expected = "part of one of " + haptics::method_names()};
+  }
+  ProgressLine progress("attacking");
+  bool is_stopped = false;
+  options.progress = [&](double share) { return !(is_stopped = !progress(share)); };
+  const std::vector<bench::AttackRow> attacks = bench::run_attack(options);
+  if (is_stopped) return interrupted("the attack");
+  const std::vector<bench::StiffnessRow> maps = bench::run_stiffness_maps(options.progress);
+  if (is_stopped) return interrupted("the maps");
+  const std::vector<bench::EnergyRow> energies = bench::run_energy_test();
+  // An hour of contact, or a minute for few steps.
+  const bench::SoakRow soak = bench::run_contact_soak(
+      options.steps >= 1'000'000 ? 3'600'000 : bench::SoakRow::k_early, options.progress);
+  if (is_stopped) return interrupted("the soak");
+
+  long falls = 0, steps = 0;
+  outcome.text += format_text("%-16s %-46s %10s %10s %6s %6s %6s\n", "method", "scene", "steps", "contacts",
+                              "fell", "sunk", "buried");
+  std::string csv =
+      "method,scene,steps,contacts,fall_throughs,judged_by_shape,sunk,buried,not_finite,fastest_mm_s\n";
+  for (const bench::AttackRow& row : attacks) {
+    falls += row.fall_throughs + row.sunk + row.not_finite, steps += row.steps;
+    // A scene without contact was not tested.
+    outcome.text += format_text("%-16s %-46s %10ld %10ld ", row.method.c_str(), row.scene.c_str(), row.steps,
+                                row.contacts);
+    outcome.text += row.contacts > 0
+                        ? format_text("%6ld %6ld %6ld\n", row.fall_throughs, row.sunk, row.buried)
+                        : format_text("%6s %6s %6s\n", "-", "-", "-");
+    std::string scene = row.scene;
+    std::replace(scene.begin(), scene.end(), ',', ';');
+    csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(),
+                       row.steps, row.contacts, row.fall_throughs, row.judged_by_shape, row.sunk, row.buried,
+                       row.not_finite, row.fastest_mm_s);
+    outcome.json["attacks"].push_back({{"method", row.method},
+                                       {"scene", row.scene},
+                                       {"steps", row.steps},
+                                       {"contacts", row.contacts},
+                                       {"fall_throughs", row.fall_throughs},
+                                       {"judged_by_shape", row.judged_by_shape},
+                                       {"sunk", row.sunk},
+                                       {"buried", row.buried},
+                                       {"not_finite", row.not_finite},
+                                       {"fastest_mm_s", row.fastest_mm_s}});
+  }
+  outcome.text += format_text(
+      "%ld steps at up to 10 m/s, cut and undone under the tool: fell through %ld times\n", steps, falls);
+  outcome.text += format_text(
+      "%.1f minutes of simulated contact: proxy drift %.1e mm, hash %016llx; without friction (%.1f minutes, "
+      "%.0f %% in "
+      "contact) energy made %.4f N mm at most\n",
+      static_cast<double>(soak.steps) / 60e3, soak.drift_mm, static_cast<unsigned long long>(soak.hash),
+      static_cast<double>(soak.frictionless_steps) / 60e3,
+      100.0 * static_cast<double>(soak.frictionless_contacts) /
+          static_cast<double>(std::max(1L, soak.frictionless_steps)),
+      soak.most_generated);
+  outcome.json["soak"] = {{"steps", soak.steps},
+                          {"contacts", soak.contacts},
+                          {"not_finite", soak.not_finite},
+                          {"drift_mm", soak.drift_mm},
+                          {"most_made_nmm", soak.most_generated},
+                          {"frictionless_steps", soak.frictionless_steps},
+                          {"frictionless_contacts", soak.frictionless_contacts},
+                          {"hash", format_text("%016llx", static_cast<unsigned long long>(soak.hash))}};
+  std::string map_csv = "surface,what,rate_hz,alpha,delay_s,coulomb_n,encoder_mm,simulated,theory,rule\n";
+  double worst = 0, least = 1e300;
+  for (const bench::StiffnessRow& row : maps) {
+    // With an encoder the theory is a sufficient bound.
+    const double off = std::abs(row.simulated / row.theory - 1);
+    if (row.encoder_mm == 0 && !(off <= worst)) worst = off;
+    if (row.encoder_mm > 0) least = std::min(least, row.simulated / row.theory);
+    map_csv += format_text("%s,%s,%g,%g,%g,%g,%g,%.4f,%.4f,%.4f\n", row.surface.c_str(), row.what.c_str(),
+                           row.rate_hz, row.alpha, row.delay_s, row.coulomb_n, row.encoder_mm, row.simulated,
+                           row.theory, row.rule);
+    outcome.json["stiffness"].push_back({{"surface", row.surface},
+                                         {"what", row.what},
+                                         {"rate_hz", row.rate_hz},
+                                         {"alpha", row.alpha},
+                                         {"delay_s", row.delay_s},
+                                         {"coulomb_n", row.coulomb_n},
+                                         {"encoder_mm", row.encoder_mm},
+                                         {"simulated", row.simulated},
+                                         {"theory", row.theory},
+                                         {"rule", row.rule}});
+  }
+  outcome.text += format_text(
+      "largest stiffness, 250 Hz to 10 kHz: within %.1f %% of theory; with an encoder and friction at least "
+      "%.3f of the stiffness that suffices by theory\n",
+      100 * worst, least);
+  outcome.text += format_text("energy made, N mm:\n  %-7s %8s %6s %10s %12s %8s\n", "surface", "K/bound",
+                              "delay", "without", "controlled", "one step");
+  for (const bench::EnergyRow& row : energies) {
+    outcome.text +=
+        format_text("  %-7s %8.1f %6d %10.3f %12.3f %8.3f\n", row.surface.c_str(), row.stiffness_over_bound,
+                    row.delay_ticks, row.most_generated, row.most_made_with, row.one_step_without);
+    outcome.json["energy"].push_back({{"surface", row.surface},
+                                      {"contact_share", row.contact_share},
+                                      {"contact_share_with", row.contact_share_with},
+                                      {"most_made", row.most_generated},
+                                      {"most_made_with", row.most_made_with},
+                                      {"stiffness_over_bound", row.stiffness_over_bound},
+                                      {"delay_ticks", row.delay_ticks},
+                                      {"balance_without", row.balance_without},
+                                      {"balance_with", row.balance_with},
+                                      {"one_step", row.one_step},
+                                      {"share_cut", row.share_cut},
+                                      {"softness", row.softness}});
+  }
+  outcome.exit_code = falls > 0 ? exit_check_failed : exit_done;
+  if (arguments.output.empty()) return std::nullopt;
+  const auto path = [&](const char* name) {
+    return (std::filesystem::path(arguments.output) / name).string();
+  };
+  if (Status error = data_tools::write_file_atomically(path("attacks.csv"), csv)) return error;
+  if (Status error = data_tools::write_file_atomically(path("stiffness.csv"), map_csv)) return error;
+  if (Status error =
+          data_tools::write_file_atomically(path("stability.json"), text_of_json(outcome.json, 1) + "\n"))
+    return error;
+  if (Status error = view::write_chart(
+          stiffness_chart(maps, "stable without a hand", "Stiffness that stays stable without a hand"),
+          path("stable-stiffness.png")))
+    return error;
+  if (Status error = view::write_chart(
+          stiffness_chart(maps, "passive for any hand", "Stiffness that is passive for any hand"),
+          path("passive-stiffness.png")))
+    return error;
+  outcome.text += "tables and maps: " + arguments.output + "\n";
+  return std::nullopt;
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,25 @@
+// Report of `trephine-bench feel` in a folder: tables, charts and a page.
+#pragma once
+
+#include <string>
+
+#include "apps/bench/feel.h"
+#include "apps/cli/report.h"
+
+namespace trephine::bench {
+
+using namespace cli;
+
+/// Writes feel.csv, feel.json, PNG pictures and index.html. `is_quick` is noted on the page.
+Status write_feel_report(const bench::FeelReport& report, const std::string& folder, bool is_quick,
+                         const Json& machine);
+
+/// Peers that were played, with their versions; and the parts of an explicit step's time.
+Json feel_peers(const bench::FeelReport& report);
+Json feel_split(const bench::FeelReport& report);
+/// The rows as JSON, as in feel.json.
+Json feel_rows(const bench::FeelReport& report);
+/// A few lines for the terminal: one per method, over the smooth scenes.
+std::string feel_summary(const bench::FeelReport& report);
+
+}  // namespace trephine::bench

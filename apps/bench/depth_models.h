@@ -1,0 +1,29 @@
+// Models for benchmarks: balls with an exact number of triangles, and real models that are closed.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace trephine::bench {
+
+inline constexpr double k_ball_radius = 40;  // mm
+
+struct BenchModel {
+  std::string name;
+  std::vector<glm::dvec3> vertices;
+  std::vector<std::uint32_t> triangles;
+};
+/// A ball of rings and poles, with some triangles split in three, and for odd numbers, as in published
+/// models, one more of zero area: a closed surface has an even number.
+BenchModel ball_of(int triangles);
+/// Fills each loop of open edges with a fan around its centre, and makes the model face outward; returns the
+/// number of loops.
+int close_holes(BenchModel& model);
+/// Centres the model and scales its longest dimension to `longest_mm`.
+void fit(BenchModel& model, double longest_mm);
+/// Unit vectors to positions all over a ball, by number.
+glm::dvec3 direction(int n);
+
+}  // namespace trephine::bench

@@ -1,0 +1,138 @@
+// Contact methods on one chart of run time against error: rows of `trephine-bench feel`.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/bench/measure.h"
+#include "haptics/device/pose_path.h"
+#include "haptics/scene/touch_state.h"
+
+namespace trephine::bench {
+
+/// A scene with a motion of the HIP over it. Missing numbers are absent.
+struct FeelScene {
+  std::string name;      ///< "sphere"
+  std::string variant;   ///< "psf 1.5", "noise 20 HU", ...
+  std::string motion;    ///< "slide 100 mm/s"
+  double radius_mm = 0;  ///< of the tool
+  std::string group;     ///< "smooth", "sharp", "rough" or "real": selects the requirements
+  haptics::TouchScene scene;
+  haptics::PosePath path;
+  double field_s = 0;         ///< to build the tool's offset field, before the first step
+  double field_update_s = 0;  ///< to update it after the hole, off the servo
+  std::shared_ptr<const haptics::TouchState> drilled = nullptr;  ///< null: untouched
+  haptics::TouchState seen() const {
+    return drilled ? *drilled : haptics::TouchState(std::make_shared<volume::Version>(scene.base));
+  }
+
+  /// Signed distance (mm, negative inside) to the region forbidden to the tool's centre; empty for scans.
+  std::function<double(const glm::dvec3&)> distance;
+  double plate_mm = 0;          ///< thickness, if the shape is a plate
+  bool has_outer_edge = false;  ///< Blurred samples blunt the edge by up to a voxel.
+};
+
+/// One method on one scene. Errors in voxels (the shortest step of the grid) or as named; absent if the scene
+/// or the method has none.
+struct FeelRow {
+  std::string scene, variant, motion, group, method;
+  int size = 0;
+  double radius_mm = 0;
+  long steps = 0, contacts = 0;
+  std::optional<double>
+      method_error_voxels;  ///< largest distance, over all steps, from an exact hand on the same solid
+  std::optional<double> total_rms_voxels;   ///< distance from the analytic surface
+  std::optional<double> floor_rms_voxels;   ///< that of an exact hand on the smooth solid of the samples
+  std::optional<double> deepest_voxels;     ///< in the analytic shape
+  std::optional<double> most_off_mm;        ///< largest distance from an exact hand on the analytic shape
+  std::optional<double> direction_rms_deg;  ///< of the raw force
+  std::optional<double> tangential_p50_mm, tangential_p99_mm;
+  std::optional<double> force_rms_n;  ///< stiffness times the distance from the exact hand's proxy
+  std::optional<double>
+      rendered_rms_n;           ///< force with damping and smoothing, minus stiffness times exact offset
+  double rough_n = 0;           ///< RMS of the raw force above 20 Hz
+  double rough_smoothed_n = 0;  ///< the same at the default smoothing
+  double jump_n = 0;            ///< mean change of the raw force when the proxy enters another voxel
+  double most_change_n = 0;     ///< largest change of the raw force between two ticks in contact
+  long fall_throughs = 0, stuck = 0;
+  long parted = 0;  ///< number of times that the proxy came to rest at another position than the exact hand's
+  long ghosts =
+      0;  ///< steps in contact while the exact hand is free and the proxy more than a voxel from the HIP
+  long missed = 0;  ///< steps without contact while the exact hand presses by more than a voxel
+  long buried = 0;  ///< steps that reported growth; nothing grows in these scenes
+  StepTimes time_us;
+  std::optional<double> instructions;  ///< per step in contact, counted one by one; on one scene
+  double voxels = 0, cells = 0, triangles = 0, queries = 0;  ///< per step
+  double field_s = 0, field_update_s = 0;                    ///< of the offset field, as in the scene
+  std::size_t bytes = 0;                                     ///< memory in addition to the voxels
+};
+
+struct FeelScaling {
+  std::string method;
+  bool is_rising = false;  ///< one box in ever smaller voxels; otherwise equal voxels in ever larger boxes
+  int size = 0;
+  StepTimes time_us;
+};
+
+/// |force| along a slide, or while the hand presses on a target that is updated less often than the servo
+/// runs.
+struct FeelTrace {
+  std::string method;
+  bool is_pressing = false;
+  std::vector<double> t, raw_n, smoothed_n;
+};
+
+/// Answers of another program to exported scenes: a proxy per step, in the order of hip.csv.
+struct FeelAnswers {
+  std::string program;                                           ///< its name on the chart
+  std::map<std::string, std::vector<glm::dvec3>> proxies_world;  ///< by the scene's id
+  std::map<std::string, std::vector<double>> us;                 ///< per step, if given
+};
+
+/// "sphere-psf-1.5-slide-100-mm-s": a scene's name in files.
+std::string feel_id(const std::string& name, const std::string& variant, const std::string& motion);
+inline std::string feel_id(const FeelScene& s) { return feel_id(s.name, s.variant, s.motion); }
+
+struct FeelOptions {
+  bool is_quick = false;
+  /// Called with a method's answers to a scene, a proxy per step.
+  std::function<void(const FeelScene&, const std::string& method, const std::vector<glm::dvec3>& proxies)>
+      answered;
+  std::string only;  ///< play scenes whose id contains this; empty: all
+  std::optional<FeelAnswers> answers;
+  /// Called with each scene before it is played, for example to export it. A failure ends the run.
+  std::function<Status(const FeelScene&)> look;
+  std::vector<FeelScene> more;           ///< played after the built-in scenes, for example scans
+  std::function<bool(double)> progress;  ///< fraction done; returning false stops
+};
+
+/// Parts of the time of a step that builds its surface on the fly (table V of the thesis of the volume
+/// haptics toolkit): medians over contact steps, us.
+struct FeelSplit {
+  std::string method;
+  double traversal_us = 0, net_us = 0, rest_us = 0;
+};
+
+struct FeelReport {
+  std::vector<FeelSplit> split;
+  std::vector<FeelRow> rows;
+  std::vector<FeelScaling> scaling;
+  std::vector<FeelTrace> traces;
+  std::vector<std::pair<std::string, std::string>> peers;  ///< name and version of the peers built in
+  bool is_stopped = false;
+  Status failure;
+};
+
+/// Calls use(scene) for the built-in scenes whose id contains `only`, built one at a time, until it returns
+/// false. Quick ones are smaller and fewer.
+void for_feel_scenes(bool is_quick, const std::string& only, const std::function<bool(FeelScene&&)>& use);
+std::vector<std::string> feel_scene_ids(bool is_quick);
+FeelReport run_feel(const FeelOptions& options);
+
+/// HIP positions over a scan's surface from above, for `more`: down along -z and over it.
+haptics::PosePath slide_over(const haptics::TouchScene& scene, double speed, double depth, int samples);
+
+}  // namespace trephine::bench

@@ -1,0 +1,69 @@
+// Public libraries as peers on the chart of bench feel, if they were found at build time.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/bench/peer_nanovdb.h"
+#include "haptics/methods/methods.h"
+
+namespace trephine::bench {
+
+/// A proxy method built on another library's queries.
+struct Peer {
+  haptics::MethodInfo info;
+  std::string version;
+  bool needs_radius = false;  ///< only for a ball of 2 mm: its steps take too long for others
+  std::unique_ptr<haptics::ProxyMethod> (*make)();
+};
+
+/// Times of a ball moved through a half space of level sets, tick by tick: csgDifference only, and with the
+/// swept ball's level set.
+struct CsgTicks {
+  std::vector<double> difference_us, with_capsule_us;
+};
+/// `way`: mm per tick.
+CsgTicks csg_ticks(double spacing, double radius, const double* way, int lanes, int ticks);
+
+double gdcm_scan(const char* folder, int& series);
+double itk_read(const char* folder, long long& sum);
+
+/// On a cube of `size` voxels along its edges, voxels at `low` and above: seconds to flood from a seed (26
+/// neighbours), and to find all components. `count`: voxels of the flood, or number of components.
+double itk_flood(const short* voxels, int size, short low, const int* seed, long long& count);
+double itk_components(const short* voxels, int size, short low, bool has_corners, int threads,
+                      long long& count);
+
+/// Duration, ms, of Embree's build of a tree of triangles; and of six orthographic images of a cube around a
+/// position, first hits: `depths` as in SixImages, the duration in `images_ms`. Least of three.
+double embree_tree(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count);
+double embree_images(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count,
+                     const double* middle, double edge, int pixels, double& images_ms, float* depths);
+
+/// All peers: a separate library, loaded on demand, so that no other program links them.
+struct PeerSet {
+  std::vector<Peer> methods;
+  std::string nanovdb_version;  ///< empty: not built in
+  NanoGrid* (*make_nano_grid)(const unsigned long long*, int, const int[3]) = nullptr;
+  void (*free_nano_grid)(NanoGrid*) = nullptr;
+  double (*run_nano_rays)(const NanoGrid&, const double*, int, int*, float) = nullptr;
+  CsgTicks (*csg_ticks)(double, double, const double*, int, int) = nullptr;
+  /// Seconds to find the series of a folder, and to read one; the sum of voxels times (index % 251).
+  double (*gdcm_scan)(const char* folder, int& series) = nullptr;
+  double (*itk_read)(const char* folder, long long& sum) = nullptr;
+  double (*itk_flood)(const short*, int, short, const int*, long long&) = nullptr;
+  double (*itk_components)(const short*, int, short, bool, int, long long&) = nullptr;
+  double (*embree_tree)(const float*, long, const unsigned*, long) = nullptr;
+  double (*embree_images)(const float*, long, const unsigned*, long, const double*, double, int, double&,
+                          float*) = nullptr;
+};
+/// The peers next to this program; empty if their library is missing.
+const PeerSet& peers();
+
+/// The peer of each file, if built in.
+Peer embree_peer();
+Peer openvdb_peer();
+Peer fcl_peer();
+
+}  // namespace trephine::bench

@@ -1,0 +1,45 @@
+// Promise: the region that a method promises not to enter (haptics/methods/methods.h), built by the judges
+// from a scene's samples.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "apps/verify/mesh_judge.h"
+#include "apps/verify/volume_samples.h"
+#include "haptics/methods/methods.h"
+
+namespace trephine::scenes {
+
+/// The solid of one of a scene's shapes in one version, or, for a round tool, the region forbidden to its
+/// centre. The smooth solid and the cubes are read sample by sample with the judges' code; of triangles every
+/// one is tested, in extended precision.
+class Promise {
+ public:
+  /// `seen` null: untouched. Copies the needed parts of the scene, and keeps no reference to it.
+  Promise(const haptics::MethodInfo& method, const haptics::TouchScene& scene,
+          std::shared_ptr<const haptics::TouchState> seen = nullptr, std::size_t shape = 0);
+
+  /// True if the segment from a to b (volume frame), or the point if both are equal, meets the solid.
+  bool meets(const glm::dvec3& a, const glm::dvec3& b) const;
+
+ private:
+  std::shared_ptr<const volume::Volume> base_;
+  std::shared_ptr<const volume::OffsetField> offset_;  ///< null for a point
+  std::optional<volume::Frame> lattice_;               ///< of depth images
+  std::unique_ptr<verify::SmoothSolid> smooth_;
+  std::unique_ptr<verify::FallThroughJudge> cubes_;
+  std::unique_ptr<verify::MeshWall> triangles_;
+};
+
+/// The offset field in which a shape is touched; null for a point.
+std::shared_ptr<const volume::OffsetField> touch_offset_field(const haptics::TouchScene& scene,
+                                                              const haptics::TouchState* seen,
+                                                              std::size_t shape = 0);
+/// The smooth solid of a shape, in the frame of touch_offset_field() if there is one.
+verify::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
+                                         std::shared_ptr<const haptics::TouchState> seen,
+                                         std::size_t shape = 0);
+
+}  // namespace trephine::scenes

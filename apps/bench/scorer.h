@@ -1,0 +1,127 @@
+// Scorer: judges a proxy's path over a scene, for our methods and other programs alike.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "apps/bench/feel.h"
+#include "apps/verify/ideal_hand.h"
+#include "haptics/force/force.h"
+#include "haptics/scene/touch_scene.h"
+
+namespace trephine::bench {
+
+/// Path of an exact hand on one solid, from the start of a motion.
+struct ExactHand {
+  using Go = std::function<glm::dvec3(const glm::dvec3& proxy, const glm::dvec3& hip_from,
+                                      const glm::dvec3& hip_to)>;
+  Go go;                            ///< one step of such a hand
+  std::vector<glm::dvec3> proxies;  ///< one per step of the motion
+};
+
+/// Exact hands over a scene, built once for all methods.
+class Ideal {
+ public:
+  explicit Ideal(const FeelScene& scene);
+
+  const ExactHand& on_shape() const { return on_shape_; }  ///< the analytic one; empty on scans
+  const ExactHand& on_smooth_solid() const;                ///< of the samples; built at the first call
+  const ExactHand& on_cubes() const;                       ///< of the voxels; built at the first call
+  /// The hand that decides whether a proxy is stuck: samples of a sharp shape describe a blunt one, on which
+  /// a point rests.
+  const ExactHand& judge() const;
+  /// True if a proxy is deeper in the analytic shape than any tolerance: more than a voxel; for a ball, a
+  /// tenth of one (a whole one near an outer edge) plus 2 % of its radius.
+  bool is_fallen(const glm::dvec3& p) const;
+  /// True if p is in the solid of the judge's hand.
+  bool is_in_matter(const glm::dvec3& p) const {
+    return (scene_.distance ? scene_.distance(p) : of_smooth_(p)) < 0;
+  }
+  double voxel() const { return voxel_; }
+
+ private:
+  ExactHand follow_path(ExactHand::Go go) const;
+
+  const FeelScene& scene_;
+  double voxel_;
+  verify::Clearance of_smooth_;
+  ExactHand on_shape_;
+  mutable ExactHand on_smooth_, on_cubes_;
+};
+
+/// Compares a proxy with an exact hand. If the proxy rests at another local minimum, it gets its own exact
+/// hand from there.
+class ExactHandTracker {
+ public:
+  ExactHandTracker(const ExactHand& hand, const FeelScene& scene, double voxel)
+      : hand_(hand), scene_(scene), voxel_(voxel) {}
+
+  enum class Verdict {
+    following,
+    away,   ///< for fewer than ten steps
+    stuck,  ///< for ten steps, and not held by a wall
+    parted
+  };
+  /// The exact hand's proxy at this step.
+  const glm::dvec3& at(std::size_t i);
+  /// `is_away`: more than a voxel off. Call after at().
+  Verdict judge(std::size_t i, const glm::dvec3& proxy, bool is_away);
+  /// Continues from here.
+  void part(const glm::dvec3& proxy) { own_ = proxy; }
+
+ private:
+  const glm::dvec3& hip(std::size_t i) const { return scene_.path.samples()[i].pose.position_world; }
+
+  const ExactHand& hand_;
+  const FeelScene& scene_;
+  double voxel_;
+  std::optional<glm::dvec3> own_;
+  long away_ = 0;
+};
+
+/// Scores the steps of a path, in order.
+class Scorer {
+ public:
+  /// `same_solid`: hand on the solid that the method promises, or null.
+  Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same_solid = nullptr);
+  void judge_step(std::size_t i, const haptics::ProxyStep& step);
+  /// Writes errors, forces and counts. The number of falls is raised to the number counted here.
+  void finish(FeelRow& row);
+
+ private:
+  /// Contribution of a step to the errors, added once the proxy is known not to have parted from the exact
+  /// hand.
+  struct Errors {
+    double distance = 0, off = 0, aside = 0, unrendered = 0;
+    std::optional<double> degrees;
+    bool is_pressed = false;
+  };
+  void add_errors();
+  void add_from_same();
+  void find_falls(const glm::dvec3& proxy);
+
+  const FeelScene& scene_;
+  const Ideal& ideal_;
+  haptics::ForceModel raw_, smoothed_;
+  ExactHandTracker on_shape_, judged_;
+  std::optional<ExactHandTracker> on_same_;
+  std::vector<Errors> pending_;
+  std::vector<double> pending_same_;
+  glm::dvec3 last_force_{0.0};
+  glm::ivec3 last_voxel_{-100};
+  std::vector<double> raw_n_, smoothed_n_, tangential_;
+  std::vector<bool> contact_;
+  double distance_square_ = 0, angle_square_ = 0, off_square_ = 0, rendered_square_ = 0, jump_ = 0;
+  double most_change_ = 0, most_off_ = 0, deepest_ = 0, most_from_same_ = 0;
+  long contacts_ = 0, distance_count_ = 0, angle_count_ = 0, jumps_ = 0, missed_ = 0, ghosts_ = 0;
+  long stuck_ = 0, parted_ = 0, entered_ = 0;
+  bool was_inside_ = false;
+  std::optional<glm::dvec3> last_proxy_;
+};
+
+/// The step of a program that gives only its proxies: contact if the proxy differs from the HIP by more than
+/// a thousandth of a voxel.
+haptics::ProxyStep step_of_answer(const glm::dvec3& proxy, const glm::dvec3& hip);
+
+}  // namespace trephine::bench

@@ -1,0 +1,657 @@
+// audit: judges every tick and voxel of a session with independent code. One file, because all judges observe
+// the same replay and contribute to one report.
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "apps/bench/scenes/promise.h"
+#include "apps/cli/audit/drawn_judge.h"
+#include "apps/cli/audit/friction_audit.h"
+#include "apps/cli/commands.h"
+#include "apps/verify/ball_judge.h"
+#include "apps/verify/force_judge.h"
+#include "apps/verify/mesh_judge.h"
+#include "apps/verify/traversal_audit.h"
+#include "data-tools/files/atomic_file.h"
+#include "haptics/force/effects.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/methods/methods.h"
+
+namespace trephine::cli {
+
+namespace {
+
+struct AuditArguments {
+  std::string session, case_source;  ///< a session to certify; empty: audit of rays
+  std::uint64_t rays = 1'000'000, seed = 7;
+  std::string plant;  ///< fault that is planted in one tick before it is judged: see the option
+};
+
+const haptics::Material& touched_material(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
+  const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
+  return r.side == haptics::Side::back && shape.back_material ? *shape.back_material : shape.material;
+}
+
+/// Stiffness (N/mm) at the proxy by the documented ramp: from the intensity one voxel below the surface.
+double stiffness_at(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
+  const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
+  const double soft = touched_material(scene, r).stiffness;
+  if (!shape.ramp || shape.is_mesh()) return soft;
+  const volume::Volume& volume = shape.field.volume();
+  const glm::dvec3& spacing = volume.frame.spacing();
+  const double voxel = std::min({spacing.x, spacing.y, spacing.z});
+  const double offset = r.side == haptics::Side::back ? voxel : -(scene.tool_radius + voxel);
+  const auto intensity =
+      verify::intensity_at(volume, volume.frame.volume_from_world(r.proxy_world + offset * r.normal_world));
+  if (!intensity) return soft;
+  const haptics::StiffnessRamp& ramp = *shape.ramp;
+  if (*intensity <= ramp.intensity) return soft;
+  if (*intensity >= ramp.dense_intensity) return ramp.dense_stiffness;
+  return soft + (ramp.dense_stiffness - soft) * (*intensity - ramp.intensity) /
+                    (ramp.dense_intensity - ramp.intensity);
+}
+
+/// Returns the judge's law of an effect that a session header lists.
+verify::EffectLaw law_of(const std::string& words) {
+  using Kind = verify::EffectLaw::Kind;
+  const haptics::Effect effect = haptics::parse_effect(words).value();  // checked when the header was read
+  verify::EffectLaw law;
+  law.most = effect.most;
+  if (const auto* e = std::get_if<haptics::ConstantForce>(&effect.kind))
+    law.place = e->force_world;
+  else if (const auto* e = std::get_if<haptics::Viscosity>(&effect.kind))
+    law.kind = Kind::viscous, law.strength = e->damping;
+  else if (const auto* e = std::get_if<haptics::Spring>(&effect.kind))
+    law.kind = Kind::spring, law.place = e->anchor_world, law.strength = e->stiffness;
+  else if (const auto* e = std::get_if<haptics::LineTrack>(&effect.kind))
+    law.kind = Kind::line, law.place = e->start_world, law.direction = e->ahead_world,
+    law.strength = e->stiffness, law.other = e->resistance;
+  else if (const auto* e = std::get_if<haptics::PlaneStop>(&effect.kind))
+    law.kind = Kind::plane, law.place = e->point_world, law.direction = e->normal_world,
+    law.strength = e->stiffness;
+  else if (const auto* e = std::get_if<haptics::Vibration>(&effect.kind))
+    law.kind = Kind::vibration, law.direction = e->direction_world, law.strength = e->amplitude,
+    law.other = e->frequency_hz;
+  else if (const auto* e = std::get_if<haptics::GravityCompensation>(&effect.kind))
+    law.kind = Kind::gravity, law.direction = e->up_world, law.strength = e->mass;
+  else if (const auto* e = std::get_if<haptics::Texture>(&effect.kind))
+    law.kind = Kind::texture, law.direction = e->direction_world, law.strength = e->height,
+    law.other = e->wavelength;
+  else if (const auto* e = std::get_if<haptics::Spin>(&effect.kind))
+    law.kind = Kind::spin, law.strength = e->drag, law.other = e->frequency_hz, law.third = e->chatter;
+  else if (const auto* e = std::get_if<haptics::Align>(&effect.kind))
+    law.kind = Kind::align, law.direction = e->direction_world, law.strength = e->stiffness,
+    law.other = e->damping;
+  if (law.direction != glm::dvec3(0)) law.direction = glm::normalize(law.direction);
+  return law;
+}
+
+/// Judges the position of a round tip by the scan's own samples and cuts.
+class Ball {
+ public:
+  explicit Ball(const haptics::TouchScene& scene)
+      : scene_(scene), judge_(scene.tool_radius), least_move_(0.01 * scene.tool_radius) {
+    const glm::dvec3& spacing = scene.base->frame.spacing();
+    allowed_ = std::min(0.1, 0.2 * std::max({spacing.x, spacing.y, spacing.z})) + 0.02 * scene.tool_radius;
+  }
+  void set_version(const std::shared_ptr<const volume::Version>& version) {
+    solids_.clear();
+    for (const haptics::TouchItem& shape : base_shapes(scene_))
+      solids_.push_back(verify::smooth_solid(scene_.base, shape.field.shape(), version, shape.soft));
+    is_new_ = true;
+  }
+  /// Judges the tip's centre if the tip has moved or a cut was made. `popped`: the shape that the proxy
+  /// passes through after pop-through; -1 if no shape.
+  void judge_centre(const glm::dvec3& centre_world, int popped) {
+    if (!is_new_ && glm::length(centre_world - last_) < least_move_) return;
+    is_new_ = false, last_ = centre_world;
+    const double penetration_mm = judge_.penetration_mm(centre_world, [&](const glm::dvec3& at) {
+      const glm::dvec3 p = scene_.base->frame.volume_from_world(at);
+      for (std::size_t s = 0; s < solids_.size(); ++s)
+        if (static_cast<int>(s) != popped && haptics::holds(scene_.items[s].sides, haptics::Side::front) &&
+            solids_[s].is_solid(p))
+          return true;
+      return false;
+    });
+    ++judged_;
+    sunk_ += penetration_mm > allowed_;
+    deepest_ = std::max(deepest_, penetration_mm);
+  }
+  long judged() const { return judged_; }
+  long sunk() const { return sunk_; }
+  double deepest_mm() const { return deepest_; }
+  double allowed_mm() const { return allowed_; }
+
+ private:
+  const haptics::TouchScene& scene_;
+  verify::BallJudge judge_;
+  double least_move_, allowed_;
+  std::vector<verify::SmoothSolid> solids_;
+  bool is_new_ = true;
+  glm::dvec3 last_{0.0};
+  long judged_ = 0, sunk_ = 0;
+  double deepest_ = 0;
+};
+
+/// Touchable solids of one hand, read from samples and triangles with the judges' own code: shapes of the
+/// anatomy at the current tick, shapes of other scans, and models at their placements.
+class TouchableSolids {
+ public:
+  /// Adopts the state of a tick. Returns true if the solid differs from the previous one.
+  bool update(const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
+    const bool is_other_scene = !servo_hand_ || servo_hand_->scene != servo_hand->scene;
+    const bool is_cut = is_other_scene || servo_hand_->state.version != servo_hand->state.version ||
+                        servo_hand_->state.offsets != servo_hand->state.offsets;
+    const bool has_moved = is_other_scene || servo_hand_->placement_count != servo_hand->placement_count ||
+                           servo_hand_->placements != servo_hand->placements;
+    const bool is_switched = is_other_scene || !(servo_hand_->untouchable == servo_hand->untouchable);
+    servo_hand_ = servo_hand;
+    const haptics::TouchScene& scene = *servo_hand->scene;
+    if (is_other_scene) update_scene(scene);
+    if (is_cut) {
+      cut_.clear();
+      const auto state = std::shared_ptr<const haptics::TouchState>(servo_hand, &servo_hand->state);
+      for (std::size_t s = 0; s < base_shapes(scene).size(); ++s)
+        cut_.emplace_back(method(), scene, state, s);
+    }
+    return is_cut || has_moved || is_switched;
+  }
+  const haptics::MethodInfo& method() const { return *haptics::find_method(servo_hand_->method->name()); }
+  /// True if the segment from a to b (volume frame of the anatomy) meets a solid that holds this hand from
+  /// its front. `popped`: an item that the proxy passes through. `is_still`: ignore models that move.
+  bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool is_still = false) const {
+    const haptics::TouchScene& scene = *servo_hand_->scene;
+    const auto holds = [&](std::size_t item) {
+      return haptics::holds(scene.items[item].sides, haptics::Side::front) &&
+             !servo_hand_->untouchable.contains(static_cast<int>(item)) && popped != static_cast<int>(item);
+    };
+    for (std::size_t s = 0; s < cut_.size(); ++s)
+      if (holds(s) && cut_[s].meets(a, b)) return true;
+    const glm::dvec3 from = scene.base->frame.world_from_volume(a),
+                     to = scene.base->frame.world_from_volume(b);
+    for (const Uncut& uncut : uncut_) {
+      const volume::Frame& frame = uncut.volume->frame;
+      if (holds(uncut.item) && uncut.solid.meets(frame.volume_from_world(from), frame.volume_from_world(to)))
+        return true;
+    }
+    for (const Model& model : models_) {
+      const haptics::TouchItem& item = scene.items[model.item];
+      if (!holds(model.item) || (is_still && item.mover >= 0)) continue;
+      const haptics::Placement model_placement = placement(item);
+      const glm::dvec3 p = model_placement.local_from_world(from), q = model_placement.local_from_world(to);
+      if (a == b ? is_in(model, p, scene.tool_radius) : model.wall.is_entered(p, q)) return true;
+    }
+    return false;
+  }
+  bool has_movers() const {
+    for (const haptics::TouchItem& item : servo_hand_->scene->items)
+      if (item.depth) return true;
+    return std::any_of(models_.begin(), models_.end(),
+                       [&](const Model& m) { return servo_hand_->scene->items[m.item].mover >= 0; });
+  }
+  haptics::Placement placement(const haptics::TouchItem& item) const {
+    const auto mover = static_cast<std::size_t>(item.mover);
+    return item.mover >= 0 && mover < servo_hand_->placement_count ? servo_hand_->placements[mover]
+                                                                   : item.placement;
+  }
+
+ private:
+  struct Uncut {
+    std::size_t item;
+    std::shared_ptr<const volume::Volume> volume;
+    scenes::Promise solid;
+  };
+  struct Model {
+    std::size_t item;
+    verify::MeshWall wall;
+    glm::dvec3 low, high;
+  };
+  /// True if the model contains the tool's centre, or a point just inside the surface of a ball.
+  static bool is_in(const Model& model, const glm::dvec3& p, double radius) {
+    for (int a = 0; a < 3; ++a)
+      if (p[a] < model.low[a] - radius || p[a] > model.high[a] + radius) return false;
+    if (model.wall.is_inside(p)) return true;
+    constexpr int k_points = 300;
+    for (int i = 0; radius > 0 && i < k_points; ++i) {  // evenly spread, on a spiral
+      const double z = 1 - (2 * i + 1.0) / k_points, turn = 2.399963229728653 * i,
+                   flat = std::sqrt(1 - z * z);
+      if (model.wall.is_inside(p +
+                               0.999 * radius * glm::dvec3(flat * std::cos(turn), flat * std::sin(turn), z)))
+        return true;
+    }
+    return false;
+  }
+  void update_scene(const haptics::TouchScene& scene) {
+    uncut_.clear();
+    models_.clear();
+    for (std::size_t i = base_shapes(scene).size(); i < scene.items.size(); ++i) {
+      const haptics::TouchItem& item = scene.items[i];
+      if (!item.is_mesh()) {
+        haptics::TouchScene item_scene;
+        for (const auto& other : scene.others)
+          if (other.get() == &item.field.volume()) item_scene.base = other;
+        item_scene.items = {item};
+        item_scene.tool_radius = scene.tool_radius;
+        uncut_.push_back({i, item_scene.base, scenes::Promise(method(), item_scene)});
+        continue;
+      }
+      if (item.depth) continue;  // its triangles change over time; DrawnJudge judges it
+      const glm::dvec3 size = item.tree->high() - item.tree->low();
+      models_.push_back({i,
+                         verify::MeshWall(item.tree->vertices(), item.tree->triangles(),
+                                          std::max({size.x, size.y, size.z, 1e-3}) / 32),
+                         item.tree->low(), item.tree->high()});
+    }
+  }
+
+  std::shared_ptr<const haptics::ServoHand> servo_hand_;
+  std::vector<scenes::Promise> cut_;  ///< of the anatomy's shapes
+  std::vector<Uncut> uncut_;
+  std::vector<Model> models_;
+};
+
+/// Judges of one hand, and the surface that it popped through.
+struct Hand {
+  explicit Hand(const verify::ForceLaw& law)
+      : falls([this](const glm::dvec3& a, const glm::dvec3& b) { return solids.meets(a, b, popped_shape); }),
+        force(law) {}
+  Hand(const Hand&) = delete;
+  Hand& operator=(const Hand&) = delete;
+
+  TouchableSolids solids;
+  verify::FallThroughJudge falls;
+  verify::ForceJudge force;
+  DrawnJudge drawn;
+  FrictionAudit friction;
+  std::optional<Ball> ball;  ///< for round tools, by a method that touches the smooth solid
+  std::shared_ptr<const haptics::TouchScene> scene;
+  std::shared_ptr<const haptics::LawSet> laws;
+  int popped_shape = -1;
+  double rearm = 0;
+  glm::dvec3 popped_at{0.0};
+
+  /// Updates pop-through: a surface pressed harder than its pop force lets the next ticks through, until the
+  /// hand has left the location.
+  void pop(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
+    const glm::dvec3& at = r.pose.position_world;
+    if (popped_shape >= 0) {
+      if (glm::length(at - popped_at) < rearm) return;
+      popped_shape = -1;
+      falls.restart();  // the proxy may be inside
+      return;
+    }
+    if (!r.has_contact || r.is_escaping) return;
+    const haptics::Material& material = touched_material(scene, r);
+    const double pressed = stiffness_at(scene, r) * glm::dot(r.proxy_world - at, r.normal_world);
+    if (!(material.pop_force > 0) || !(pressed > material.pop_force)) return;
+    popped_shape = r.shape;
+    rearm = material.pop_rearm;
+    popped_at = at;
+  }
+};
+
+/// Replays a session and judges every tick: the path met no solid, the force obeys its law, the energy ledger
+/// is consistent.
+Result<Outcome> audit_session(const AuditArguments& arguments) {
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
+  if (!opened) return opened.error();
+  workbench::OpenedSession& session = *opened.value();
+  sim::Replay& replay = *session.replay;
+  if (Status why = replay.why_not_verifiable()) {
+    why->where = data_tools::file_name(arguments.session);
+    return *why;
+  }
+  const sim::SessionHeader& header = session.reader->header();
+  using Solid = haptics::MethodInfo::Solid;
+  for (const sim::HandSpec& hand : header.hands)
+    if (const Solid promised = haptics::find_method(hand.method)->solid;
+        promised != Solid::smooth && promised != Solid::cubes)
+      return Error{.what = "the audit does not support the session's contact method",
+                   .where = data_tools::file_name(arguments.session),
+                   .found = hand.method,
+                   .expected = "a method that touches the smooth solid or voxels",
+                   .remedy = "trephine replay --verify compares its bits"};
+
+  verify::ForceLaw law;
+  law.dt = 1 / header.rate_hz;
+  law.alpha = header.force.smoothing_alpha, law.limit = header.force.force_limit;
+  law.slew = header.force.slew_limit, law.fade_seconds = header.force.fade_seconds;
+  law.is_passive = header.force.is_passive, law.delay_ticks = header.force.delay_ticks;
+  law.device_damping = header.force.device_damping;
+  law.torque_limit = header.force.torque_limit, law.torque_slew = header.force.torque_slew_limit;
+  std::deque<Hand> judges;
+  for (std::size_t h = 0; h < header.hands.size(); ++h) judges.emplace_back(law);
+  long balls = 0, sunk = 0;
+  double deepest = 0, allowed = 0;
+  const auto add_ball_results = [&](Hand& hand) {
+    if (!hand.ball) return;
+    balls += hand.ball->judged(), sunk += hand.ball->sunk();
+    deepest = std::max(deepest, hand.ball->deepest_mm());
+    allowed = std::max(allowed, hand.ball->allowed_mm());
+    hand.ball.reset();
+  };
+  const auto update_hand = [&](Hand& hand, const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
+    if (hand.scene != servo_hand->scene) {
+      add_ball_results(hand);
+      hand.scene = servo_hand->scene;
+      // Methods on cubes guarantee the cubes only, and a ball of a voxel's size may be in the corner of one.
+      if (hand.scene->tool_radius > 0 &&
+          haptics::find_method(servo_hand->method->name())->solid == Solid::smooth)
+        hand.ball.emplace(*hand.scene);
+    }
+    if (hand.laws != servo_hand->laws) {
+      hand.laws = servo_hand->laws;
+      std::vector<verify::EffectLaw> laws;
+      if (hand.laws)
+        for (const haptics::ServoLaw& servo_law : hand.laws->laws()) {
+          laws.push_back(law_of(servo_law.words));
+          laws.back().id = servo_law.id;
+        }
+      hand.force.set_effects(std::move(laws));
+    }
+    if (!hand.solids.update(servo_hand)) return;
+    hand.falls.solid_changed();
+    hand.friction.set_solid(servo_hand);
+    if (hand.ball) hand.ball->set_version(servo_hand->state.version);
+  };
+
+  ProgressLine progress("auditing");
+  const std::uint64_t tick_count = std::max<std::uint64_t>(1, session.reader->tick_count());
+  std::uint64_t dropped = 0, resumes = 0;
+  long escaping_ticks = 0;
+  std::optional<std::string> to_plant;
+  if (!arguments.plant.empty()) to_plant = arguments.plant;
+  if (to_plant == "ball" &&
+      std::none_of(header.hands.begin(), header.hands.end(), [](const sim::HandSpec& hand) {
+        return hand.tool_radius > 0 && haptics::find_method(hand.method)->solid == Solid::smooth;
+      }))
+    return Error{.what = "this fault needs a round tip",
+                 .where = "--plant",
+                 .found = *to_plant,
+                 .expected = "a session of --round or --radius by a method that touches the smooth solid",
+                 .remedy = "plant another"};
+  for (std::uint64_t n = 0;; ++n) {
+    if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(tick_count)))
+      return interrupted("the audit");
+    const Result<bool> stepped = replay.step();
+    if (!stepped) return stepped.error();
+    if (!stepped.value()) break;
+    const haptics::ServoRecord& r = replay.record();
+    Hand& hand = judges[r.hand];
+    update_hand(hand, replay.servo_hand());
+    const haptics::TouchScene& scene = *hand.scene;
+    if (!scene.tool_balls.empty())
+      return Error{.what = "the audit does not support tools of several balls",
+                   .where = data_tools::file_name(arguments.session),
+                   .found = "such a hand at tick " + std::to_string(r.tick),
+                   .expected = "points and single balls",
+                   .remedy = "trephine replay --verify compares its bits"};
+    const bool is_fresh = replay.counts().resumes != resumes;
+    if (is_fresh || replay.counts().dropped != dropped)
+      for (Hand& each : judges) {
+        each.force.restart(is_fresh);
+        each.falls.restart();
+        each.drawn.restart();
+        if (is_fresh) each.popped_shape = -1;
+      }
+    resumes = replay.counts().resumes, dropped = replay.counts().dropped;
+
+    const haptics::ProxyStep& step = replay.proxy_step();
+    const bool is_lost = (r.raised & haptics::fault_not_finite) != 0;
+    verify::ForceTick tick;
+    tick.position = r.pose.position_world, tick.proxy = r.proxy_world, tick.force = r.force_world;
+    tick.normal = r.normal_world;
+    if (r.has_contact) {
+      const haptics::Material& material = touched_material(scene, r);
+      tick.stiffness = stiffness_at(scene, r);
+      tick.damping = material.damping, tick.viscosity = material.viscosity;
+    }
+    tick.is_working = r.pose.is_pressed();
+    tick.has_contact = r.has_contact, tick.is_buried = r.is_buried, tick.is_escaping = r.is_escaping;
+    tick.is_reset = r.is_reset, tick.is_restarted = r.is_restarted;
+    tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
+    tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
+    tick.friction_energy = r.energy.friction, tick.active_energy = r.energy.active;
+    tick.carried = step.carried_world;
+    tick.torque = r.torque_world, tick.turning_energy = r.energy.turning;
+    const glm::dmat3 axes = glm::mat3_cast(glm::normalize(r.pose.orientation));
+    for (int a = 0; a < 3; ++a) tick.axes[a] = axes[a];
+    std::array<glm::dvec3, haptics::k_max_waypoints> path = step.path_volume;
+    int waypoints = step.waypoint_count;
+    const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
+    glm::dvec3 centre = r.proxy_world;
+    const bool is_judged_as_ball = hand.ball && r.shape < static_cast<int>(base_shapes(scene).size());
+    glm::dvec3 drawn_at = r.proxy_world;
+    const haptics::TouchItem* on =
+        r.has_contact && r.shape >= 0 && r.shape < static_cast<int>(scene.items.size())
+            ? &scene.items[static_cast<std::size_t>(r.shape)]
+            : nullptr;
+    // Plant each fault where its judge can detect it.
+    const bool is_drawn = on && on->depth;
+    const bool is_judged_drawn =
+        is_drawn && !on->depth->is_streamed() && hand.drawn.is_free() && r.tick % DrawnJudge::k_every == 0;
+    if (to_plant && (*to_plant != "drawn" || is_judged_drawn) && (*to_plant != "fall" || !is_drawn) &&
+        (*to_plant != "ball" || is_judged_as_ball) && *to_plant != "friction" && r.has_contact &&
+        !r.is_escaping && 2 * replay.counts().ticks > tick_count &&
+        glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
+      if (*to_plant == "force") tick.force.x += 0.01;
+      if (*to_plant == "torque") tick.torque.y += 0.01;
+      if (*to_plant == "energy") tick.contact_energy += 0.01;
+      if (*to_plant == "fall") path[0] = hip, waypoints = 1;
+      if (*to_plant == "drawn") drawn_at -= 1.5 * r.normal_world;
+      if (*to_plant == "ball") centre -= 3 * hand.ball->allowed_mm() * r.normal_world;
+      to_plant.reset();
+    }
+    hand.force.judge_tick(tick);
+    // A proxy that is led out of matter that grew over it is not free; a lost pose does not move a proxy.
+    if (r.is_escaping || r.is_reset || r.is_restarted) hand.falls.restart(), hand.drawn.restart();
+    if (r.is_reset) hand.popped_shape = -1;
+    if (r.is_escaping) ++escaping_ticks;
+    if (!r.is_escaping && !is_lost) {
+      const long before = hand.falls.judged();
+      // A moving object may have carried the proxy along before its path began, but not through another one.
+      if (const glm::dvec3* last = hand.falls.free_proxy();
+          last && hand.solids.has_movers() && !step.is_buried && waypoints > 0 && path[0] != *last)
+        hand.falls.set_carried_proxy(path[0], hand.solids.meets(*last, path[0], hand.popped_shape, true));
+      hand.falls.judge_step({std::span(path.data(), static_cast<std::size_t>(waypoints)), hip,
+                             step.has_contact, step.is_buried});
+      if (hand.ball && hand.falls.judged() > before && !step.is_buried)
+        hand.ball->judge_centre(centre, hand.popped_shape);
+    }
+    if (on && !r.is_escaping && !is_lost && !step.is_buried && hand.popped_shape < 0) {
+      // Between walls on all sides friction holds any pull: plant the fault until one is found outside.
+      const haptics::Material& material = touched_material(scene, r);
+      const glm::dvec3 pull = r.pose.position_world - r.proxy_world;
+      const bool plants = to_plant == "friction" && 2 * replay.counts().ticks > tick_count;
+      const long before = hand.friction.found().outside;
+      hand.friction.judge(
+          r, material,
+          plants ? pull + FrictionAudit::planted(pull, r.normal_world, material.static_friction) : pull);
+      if (plants && hand.friction.found().outside > before) to_plant.reset();
+    }
+    if (!r.is_escaping && !is_lost && r.tick % DrawnJudge::k_every == 0 &&
+        !replay.servo_hand()->state.depths.empty())
+      hand.drawn.judge(*replay.servo_hand(), drawn_at, r.t, hand.popped_shape);
+    if (!is_lost) hand.pop(scene, r);
+  }
+  if (to_plant)
+    return Error{.what = "no tick to plant a fault in",
+                 .where = data_tools::file_name(arguments.session),
+                 .expected = "0.1 mm deep in contact in its second half",
+                 .remedy = "audit it without --plant"};
+  if (arguments.plant == "drawn" &&
+      std::none_of(judges.begin(), judges.end(), [](const Hand& hand) { return hand.drawn.sunk > 0; }))
+    return Error{.what = "the planted fault has no effect at this tick",
+                 .where = data_tools::file_name(arguments.session),
+                 .found = "a proxy 1.5 mm behind a surface, where the object is thinner than that",
+                 .expected = "deeper in the object than its images allow",
+                 .remedy = "audit it without --plant"};
+  long fell = 0, wrong = 0, judged = 0;
+  double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_drawn = 0, allowed_drawn = 0;
+  long drawn = 0, drawn_sunk = 0, passable = 0;
+  FrictionAudit::Found friction;
+  for (Hand& hand : judges) {
+    drawn += hand.drawn.judged, drawn_sunk += hand.drawn.sunk;
+    passable += hand.drawn.passable;
+    deepest_drawn = std::max(deepest_drawn, hand.drawn.deepest);
+    allowed_drawn = std::max(allowed_drawn, hand.drawn.allowed);
+    add_ball_results(hand);
+    friction += hand.friction.found();
+    fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
+    judged += hand.falls.judged();
+    worst_force = std::max(worst_force, hand.force.worst_force_n());
+    worst_torque = std::max(worst_torque, hand.force.worst_torque_nmm());
+    worst_energy = std::max(worst_energy, hand.force.worst_energy_nmm());
+  }
+  const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
+  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 && sunk == 0 &&
+                            drawn_sunk == 0 && passable == 0 && friction.outside == 0 &&
+                            (allowed == 0 || balls > 0);
+  Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
+  outcome.json["method"] = header.hands[0].method;
+  outcome.json["ticks"] = replay.counts().ticks;
+  outcome.json["ticks_judged"] = judged;
+  outcome.json["ticks_led"] = escaping_ticks;
+  outcome.json["dropped"] = replay.counts().dropped;
+  outcome.json["fall_throughs"] = fell;
+  outcome.json["wrong_forces"] = wrong;
+  outcome.json["worst_force_n"] = worst_force;
+  outcome.json["worst_torque_nmm"] = worst_torque;
+  outcome.json["worst_energy_nmm"] = worst_energy;
+  if (friction.judged > 0) {
+    outcome.json["friction_judged"] = friction.judged;
+    outcome.json["friction_slid"] = friction.slid;
+    outcome.json["friction_slid_with_less"] = friction.slid_with_less;
+    outcome.json["friction_outside_cone"] = friction.outside;
+    outcome.json["worst_friction_share"] = friction.worst;
+  }
+  if (drawn > 0 || passable > 0) {
+    outcome.json["drawn_let_through"] = passable;
+    outcome.json["drawn_judged"] = drawn;
+    outcome.json["drawn_sunk"] = drawn_sunk;
+    outcome.json["deepest_drawn_mm"] = deepest_drawn;
+    outcome.json["allowed_drawn_mm"] = allowed_drawn;
+  }
+  if (allowed > 0) {
+    outcome.json["balls_judged"] = balls;
+    outcome.json["balls_sunk"] = sunk;
+    outcome.json["deepest_ball_mm"] = deepest;
+    outcome.json["allowed_ball_mm"] = allowed;
+  }
+  outcome.json["is_same_as_recorded"] = is_same;
+  outcome.json["is_certified"] = is_certified;
+  outcome.text = format_text(
+      "%llu ticks with %s, %ld of them judged: fell through %ld times; %ld forces off their law (worst %.1e "
+      "N); ledger within %.1e N mm; %s as recorded\n",
+      static_cast<unsigned long long>(replay.counts().ticks), header.hands[0].method.c_str(), judged, fell,
+      wrong, worst_force, worst_energy, is_same ? "the same bits" : "not the same");
+  if (friction.judged > 0)
+    outcome.text += format_text(
+        "friction in %ld ticks, sliding in %ld: %ld times outside Coulomb's cone, by %.1f %% of the pull at "
+        "most\n",
+        friction.judged, friction.slid, friction.outside, 100 * friction.worst);
+  if (allowed > 0)
+    outcome.text +=
+        format_text("the ball at %ld places: %ld times deeper in matter than %.2f mm, %.3f mm at most\n",
+                    balls, sunk, allowed, deepest);
+  if (drawn > 0)
+    outcome.text += format_text(
+        "objects touched by depth images, judged without images in %ld ticks: %ld times deeper in them than "
+        "%.2f "
+        "mm, "
+        "at most %.3f mm\n",
+        drawn, drawn_sunk, allowed_drawn, std::max(0.0, deepest_drawn));
+  if (passable > 0)
+    outcome.text += format_text(
+        "in %ld more ticks the hand was in them where no images held it: too fast or too deep for them, or "
+        "the "
+        "images came too late\n",
+        passable);
+  const bool is_on_screen = std::any_of(header.structures.begin(), header.structures.end(),
+                                        [](const sim::StructureSpec& s) { return s.is_streamed; });
+  outcome.json["is_screen_judged"] = !is_on_screen;
+  if (is_on_screen)
+    outcome.text += "touch by images of the screen is not judged: the session does not contain the images\n";
+  if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter\n";
+  outcome.text += is_certified ? "certified\n" : "NOT certified\n";
+  return outcome;
+}
+
+Result<Outcome> run_audit(const AuditArguments& arguments) {
+  if (!arguments.plant.empty() && arguments.session.empty())
+    return Error{.what = "a fault can be planted in a session only",
+                 .where = "--plant",
+                 .found = arguments.plant,
+                 .expected = "SESSION too"};
+  if (!arguments.session.empty()) return audit_session(arguments);
+  if (!arguments.case_source.empty())
+    return Error{.what = "no session to audit",
+                 .where = "--scan",
+                 .found = arguments.case_source,
+                 .expected = "SESSION too"};
+  if (arguments.rays < 1 || arguments.rays > 1'000'000'000'000)
+    return Error{.what = "the number of rays is out of range",
+                 .where = "--count",
+                 .found = std::to_string(arguments.rays),
+                 .expected = "1 to 1000000000000"};
+  verify::TraversalAudit total;
+  ProgressLine progress("auditing");
+  constexpr std::uint64_t k_part = 1'000'000;
+  for (std::uint64_t done = 0; done < arguments.rays; done += k_part) {
+    const verify::TraversalAudit part =
+        verify::audit_traversal(done, std::min(k_part, arguments.rays - done), arguments.seed);
+    total.rays += part.rays, total.voxels += part.voxels, total.mismatches += part.mismatches,
+        total.reverse_mismatches += part.reverse_mismatches;
+    total.worst_t_ulp = std::max(total.worst_t_ulp, part.worst_t_ulp);
+    if (total.first_mismatch.empty()) total.first_mismatch = part.first_mismatch;
+    if (!progress(static_cast<double>(done + k_part) / static_cast<double>(arguments.rays)))
+      return interrupted("the audit");
+  }
+  const bool is_clean = total.mismatches + total.reverse_mismatches == 0;
+  Outcome outcome{new_report("audit"), "", is_clean ? exit_done : exit_check_failed};
+  outcome.json["rays"] = total.rays;
+  outcome.json["voxels"] = total.voxels;
+  outcome.json["mismatches"] = total.mismatches;
+  outcome.json["reverse_mismatches"] = total.reverse_mismatches;
+  outcome.json["worst_t_ulp"] = total.worst_t_ulp;
+  outcome.json["first_mismatch"] = total.first_mismatch;
+  outcome.text = format_text(
+      "%llu adversarial rays, %llu voxels: %llu mismatches, %llu in reverse, entry parameters within %.2f "
+      "ulp\n",
+      static_cast<unsigned long long>(total.rays), static_cast<unsigned long long>(total.voxels),
+      static_cast<unsigned long long>(total.mismatches),
+      static_cast<unsigned long long>(total.reverse_mismatches), total.worst_t_ulp);
+  if (!total.first_mismatch.empty()) outcome.text += total.first_mismatch + "\n";
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<AuditArguments>();
+  options.add("SESSION", a->session,
+              "Session of touch, drill or view by a method on voxels or the smooth solid; without it, voxel "
+              "traversal is judged");
+  options.add("--scan", a->case_source, "Scan that was operated on, if the session does not contain it")
+      .type("SRC");
+  options.add("--count", a->rays, "Number of rays").shows_default();
+  options.add("--seed", a->seed, "Seed of the rays").shows_default();
+  options
+      .add("--plant", a->plant,
+           "Show that the audit detects a fault, planted in one tick before it is judged: a fall through a "
+           "surface, a "
+           "force or a torque off its law, an energy off its ledger, a pull outside the cone of friction, a "
+           "round tip "
+           "in matter, or a proxy inside what depth images show")
+      .type("FAULT")
+      .one_of({"fall", "force", "torque", "energy", "friction", "ball", "drawn"});
+  return run_with(a, run_audit);
+}
+
+}  // namespace
+
+const Command k_audit{"audit", "Judge every tick of a session, or voxel traversal, with independent code",
+                      "  trephine audit drill.session --scan head-case\n  trephine audit --count 100000000",
+                      build};
+
+}  // namespace trephine::cli

@@ -1,0 +1,64 @@
+// TouchJudge: judges every tick of a touch with independent code: the tool passed through no surface, and
+// rests where a frictionless one would.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "apps/bench/scenes/promise.h"
+#include "apps/cli/audit/drawn_judge.h"
+#include "apps/verify/passage_judge.h"
+#include "apps/workbench/touch_run.h"
+
+namespace trephine::cli {
+
+class TouchJudge {
+ public:
+  /// Borrows the operation. Judges all shapes of its scan that hold from the front, and models.
+  explicit TouchJudge(const workbench::Operation& operation);
+  void observe(const workbench::TouchTick& tick);
+
+  long fall_throughs() const { return falls_.fall_throughs() + passed_; }
+  long stuck() const { return stuck_; }
+  /// Number of judged ticks inside an object touched by depth images, deeper than the images allow.
+  long in_drawn() const { return drawn_.sunk + drawn_.passable; }
+  bool has_drawn() const { return has_drawn_; }
+  /// True if the method guarantees not to enter a solid.
+  bool is_promised() const { return info_.solid != haptics::MethodInfo::Solid::nothing; }
+
+ private:
+  bool meets(const glm::dvec3& a, const glm::dvec3& b) const;
+  glm::dvec3 judged(const glm::dvec3& p_volume) const;
+  bool is_stuck(const workbench::TouchTick& tick, const glm::dvec3& hip) const;
+
+  const haptics::TouchScene& scene_;
+  const volume::Volume& base_;
+  const haptics::MethodInfo& info_;
+  bool is_smooth_;
+  verify::SolidVoxels solid_;
+  scenes::Promise promise_;                               ///< of the first shape
+  std::vector<std::unique_ptr<scenes::Promise>> others_;  ///< of the other shapes
+  /// Offset field of a round tool; its samples judge the tool's centre, in the frame of the field.
+  std::shared_ptr<const volume::OffsetField> offset_;
+  verify::SmoothSolid smooth_;
+  std::vector<std::unique_ptr<verify::MeshWall>> models_;
+  /// A model that a method touches by images; judged by its triangles in its own frame.
+  struct ImagedModel {
+    std::size_t item;
+    verify::PassageJudge judge;
+    glm::dvec3 last;  ///< the proxy in the previous tick
+    bool has_last = false;
+  };
+  void judge_passages(const workbench::TouchTick& tick);
+  std::vector<ImagedModel> imaged_;
+  long passed_ = 0;
+  DrawnJudge drawn_;
+  std::uint64_t drawn_interval_ = DrawnJudge::k_every;  ///< ticks between judgements; longer for large models
+  int popped_ = -1;
+  bool has_drawn_ = false;  ///< an object, which may move by itself, is touched by depth images
+  verify::FallThroughJudge falls_;
+  long stuck_ = 0, resting_ = 0;
+  glm::dvec3 last_hip_{1e300};
+};
+
+}  // namespace trephine::cli

@@ -1,0 +1,243 @@
+// doctor: checks this machine for what the programs need, and suggests remedies.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <thread>
+#include <time.h>
+
+#include "apps/cli/commands.h"
+#include "apps/view/render_window.h"
+#include "data-tools/files/atomic_file.h"
+#include "haptics/servo/servo_loop.h"
+#include "volume/base/percentile.h"
+
+namespace trephine::cli {
+
+namespace {
+
+struct DoctorArguments {
+  std::string output;
+  double seconds = 3;
+};
+
+struct Finding {
+  std::string name, found, remedy;
+  bool is_fault = false;
+};
+
+/// Measures the lateness (us, sorted) of a 1 kHz timer in a thread of the servo's priority.
+std::vector<double> watch_timer(double seconds, bool& is_realtime) {
+  std::vector<double> lateness_us;
+  std::thread watcher([&] {
+    is_realtime = haptics::request_realtime(80);
+    timespec due{};
+    clock_gettime(CLOCK_MONOTONIC, &due);
+    const auto count = static_cast<std::size_t>(seconds * 1000);
+    lateness_us.reserve(count);
+    for (std::size_t i = 0; i < count && !is_interrupted(); ++i) {
+      due.tv_nsec += 1'000'000;
+      if (due.tv_nsec >= 1'000'000'000) due.tv_nsec -= 1'000'000'000, ++due.tv_sec;
+      while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) != 0 && !is_interrupted()) {}
+      timespec now{};
+      clock_gettime(CLOCK_MONOTONIC, &now);
+      lateness_us.push_back(1e6 * static_cast<double>(now.tv_sec - due.tv_sec) +
+                            1e-3 * static_cast<double>(now.tv_nsec - due.tv_nsec));
+    }
+  });
+  watcher.join();
+  std::sort(lateness_us.begin(), lateness_us.end());
+  return lateness_us;
+}
+
+/// Draws a histogram of lateness as SVG: logarithmic scale, three bars per octave, percentiles marked.
+std::string timer_picture(const std::vector<double>& lateness_us) {
+  constexpr int k_bars = 42;
+  constexpr double k_first = 1, k_width = 860, k_height = 326, k_left = 70, k_top = 104;
+  std::vector<int> bars(k_bars, 0);
+  for (const double us : lateness_us)
+    ++bars[static_cast<std::size_t>(
+        std::clamp(static_cast<int>(3 * std::log2(std::max(us, k_first) / k_first)), 0, k_bars - 1))];
+  const int tallest = std::max(1, *std::max_element(bars.begin(), bars.end()));
+  const auto x_of = [&](double us) {
+    return k_left + k_width * std::clamp(3 * std::log2(std::max(us, k_first) / k_first) / k_bars, 0.0, 1.0);
+  };
+  const auto height_of = [&](int n) { return n == 0 ? 0 : k_height * std::log1p(n) / std::log1p(tallest); };
+  std::string svg =
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1000 520\" font-family=\"sans-serif\" "
+      "font-size=\"16\">\n"
+      "<rect width=\"1000\" height=\"520\" fill=\"#fbfaf7\"/>\n"
+      "<text x=\"70\" y=\"36\" font-size=\"21\" fill=\"#222\">How late a 1 kHz timer wakes on this "
+      "machine</text>\n";
+  for (int b = 0; b < k_bars; ++b) {
+    const double h = height_of(bars[static_cast<std::size_t>(b)]), w = k_width / k_bars;
+    if (h > 0)
+      svg += format_text("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"#3b6ea5\"/>\n",
+                         k_left + b * w + 1, k_top + k_height - h, w - 2, h);
+  }
+  for (double us = 1; us < 16384; us *= 10)
+    svg += format_text("<text x=\"%.1f\" y=\"455\" text-anchor=\"middle\" fill=\"#444\">%.0f</text>\n",
+                       x_of(us), us);
+  svg += "<text x=\"500\" y=\"485\" text-anchor=\"middle\" fill=\"#444\">late by, \xc2\xb5s</text>\n";
+  for (int n = 1; n <= tallest; n *= 10)
+    svg += format_text("<text x=\"62\" y=\"%.1f\" text-anchor=\"end\" fill=\"#444\">%d</text>\n",
+                       k_top + k_height - height_of(n) + 5, n);
+  const struct {
+    double p;
+    const char *name, *color;
+    double y;
+  } marks[] = {{50, "half", "#14694b", 62}, {99, "99 %", "#b5651d", 80}, {100, "latest", "#a02c2c", 98}};
+  for (const auto& m : marks) {
+    const double us = percentile(lateness_us, m.p), x = x_of(us);
+    svg += format_text(
+        "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.0f\" y2=\"430\" stroke=\"%s\" stroke-width=\"2\" "
+        "stroke-dasharray=\"6 4\"/>\n",
+        x, x, m.y - 12, m.color);
+    svg +=
+        format_text("<text x=\"%.1f\" y=\"%.0f\" fill=\"%s\" text-anchor=\"%s\">%s %.0f \xc2\xb5s</text>\n",
+                    x + (x > 800 ? -6 : 6), m.y, m.color, x > 800 ? "end" : "start", m.name, us);
+  }
+  return svg + "</svg>\n";
+}
+
+/// Finds haptic and input devices on the USB bus by vendor and product, with how far they are supported.
+std::vector<Finding> find_devices() {
+  const struct {
+    const char *vendor, *product, *name;
+  } known[] = {{"0403", "cb48", "Novint Falcon"},
+               {"1451", "0402", "Force Dimension device"},
+               {"2988", "0302", "3D Systems Touch"},
+               {"046d", nullptr, "3Dconnexion or Logitech device"},
+               {"256f", nullptr, "3Dconnexion SpaceMouse"}};
+  std::vector<Finding> found;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it("/sys/bus/usb/devices", error), end; !error && it != end;
+       it.increment(error)) {
+    std::string vendor, product;
+    std::ifstream(it->path() / "idVendor") >> vendor;
+    std::ifstream(it->path() / "idProduct") >> product;
+    for (const auto& k : known)
+      if (vendor == k.vendor && (k.product == nullptr || product == k.product))
+        found.push_back({"device", std::string(k.name) + " (" + vendor + ":" + product + ") is plugged in",
+                         "this version does not drive it yet; use the mouse or a path", false});
+  }
+  found.push_back({"devices", "mouse (in the window), paths and the simulated hand", "", false});
+  return found;
+}
+
+Result<Outcome> run_doctor(const DoctorArguments& arguments) {
+  if (!(arguments.seconds >= 0.1 && arguments.seconds <= 3600))
+    return Error{.what = "the time is out of range",
+                 .where = "--seconds",
+                 .found = std::to_string(arguments.seconds),
+                 .expected = "0.1 to 3600 s"};
+  std::vector<Finding> findings;
+
+  findings.push_back(view::has_display()
+                         ? Finding{"display", "available", "", false}
+                         : Finding{"display", "none",
+                                   "pictures work without (--screenshot); for a window log in at a "
+                                   "desktop, or use ssh -X",
+                                   true});
+  const Result<std::string> gl = view::describe_gl();
+  if (gl) {
+    const bool is_software = gl.value().find("llvmpipe") != std::string::npos;
+    findings.push_back({"OpenGL", gl.value(),
+                        is_software
+                            ? "drawn by the processor: smooth to about a million triangles; a graphics "
+                              "card's driver makes it faster"
+                            : "",
+                        false});
+  } else {
+    findings.push_back({"OpenGL", gl.error().found, gl.error().remedy, true});
+  }
+
+  bool is_realtime = false;
+  notice("watching the timer for " + format_text("%.1f", arguments.seconds) + " s ...");
+  const std::vector<double> lateness_us = watch_timer(arguments.seconds, is_realtime);
+  if (is_interrupted()) return interrupted("the doctor");
+  findings.push_back(
+      is_realtime ? Finding{"scheduling", "real-time priority is allowed", "", false}
+                  : Finding{"scheduling", "real-time priority is refused",
+                            "allow it: a line '@audio - rtprio 90' in /etc/security/limits.d/trephine.conf, "
+                            "then log in again as a member of audio",
+                            true});
+  rlimit lock{};
+  getrlimit(RLIMIT_MEMLOCK, &lock);
+  const bool can_lock = lock.rlim_cur == RLIM_INFINITY || lock.rlim_cur >= (1u << 29) || geteuid() == 0;
+  findings.push_back(
+      {"locked memory",
+       lock.rlim_cur == RLIM_INFINITY
+           ? std::string("no limit")
+           : format_text("at most %.0f MB", static_cast<double>(lock.rlim_cur) / 1e6),
+       can_lock ? ""
+                : "allow it: a line '@audio - memlock unlimited' in /etc/security/limits.d/trephine.conf",
+       !can_lock});
+  const double p50 = percentile(lateness_us, 50), p99 = percentile(lateness_us, 99);
+  const bool is_late = p99 > 500;
+  findings.push_back({"timer",
+                      format_text("1 kHz, late by %.0f us at the middle, %.0f us at 99 %%, at most %.0f us",
+                                  p50, p99, lateness_us.back()),
+                      is_late ? "close other programs; set the processor's governor to performance" : "",
+                      is_late});
+  Status unwritten;
+  if (!arguments.output.empty())
+    unwritten = data_tools::write_file_atomically(arguments.output, timer_picture(lateness_us));
+  if (unwritten) findings.push_back({"picture", unwritten->what, unwritten->remedy, true});
+
+  const double free_gb = static_cast<double>(volume::available_memory_bytes()) / 1e9;
+  findings.push_back({"memory", format_text("%.1f GB could be used", free_gb),
+                      free_gb < 2 ? "close other programs: a large scan needs 1 GB and more" : "",
+                      free_gb < 2});
+  const std::string session_folder = workbench::autosave_folder();
+  std::error_code error;
+  const auto space = std::filesystem::space(session_folder, error);
+  if (session_folder.empty() || error)
+    findings.push_back({"sessions", "there is no folder to keep them in",
+                        "set HOME or XDG_STATE_HOME to a folder of yours", true});
+  else
+    findings.push_back(
+        {"sessions",
+         format_text("%.1f GB free where they are kept", static_cast<double>(space.available) / 1e9),
+         space.available < (1u << 30) ? "free some space: an hour needs up to 0.2 GB" : "",
+         space.available < (1u << 30)});
+  for (Finding& f : find_devices()) findings.push_back(std::move(f));
+
+  Outcome outcome{new_report("doctor"), "", exit_done};
+  Json list = Json::array();
+  int faults = 0;
+  for (const Finding& f : findings) {
+    list.push_back({{"name", f.name}, {"found", f.found}, {"is_fault", f.is_fault}, {"remedy", f.remedy}});
+    outcome.text +=
+        format_text("%s %-14s %s\n", f.is_fault ? "FAULT" : "   ok", f.name.c_str(), f.found.c_str());
+    if (!f.remedy.empty())
+      outcome.text += std::string(21, ' ') + (f.is_fault ? "-> " : "   ") + f.remedy + "\n";
+    faults += f.is_fault;
+  }
+  outcome.json["findings"] = list;
+  outcome.json["faults"] = faults;
+  outcome.json["timer_late_us"] = percentiles(lateness_us);
+  if (!arguments.output.empty()) outcome.text += "picture of the timer: " + arguments.output + "\n";
+  outcome.text +=
+      faults == 0 ? "no faults\n" : std::to_string(faults) + (faults == 1 ? " fault\n" : " faults\n");
+  if (faults > 0) outcome.exit_code = exit_missing_here;
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<DoctorArguments>();
+  options.add("-o,--output", a->output, "Picture of the timer's lateness as a chart").type("OUT.svg");
+  options.add("--seconds", a->seconds, "Duration of the measurement of the timer").shows_default();
+  return run_with(a, run_doctor);
+}
+
+}  // namespace
+
+const Command k_doctor{"doctor", "Check this machine: what is missing, and what to do about it",
+                       "  trephine doctor\n  trephine doctor --json", build};
+
+}  // namespace trephine::cli

@@ -1,0 +1,236 @@
+// drill: plays a path of a burr and writes the remaining volume.
+#include "apps/cli/commands.h"
+#include "apps/cli/options/burr_options.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/files/output_set.h"
+#include "data-tools/formats/open_volume.h"
+#include "sim/drivers/lockstep.h"
+#include "volume/base/text.h"
+
+namespace trephine::cli {
+
+namespace {
+
+struct DrillArguments {
+  workbench::SourceChoice source;
+  std::string path, output;
+  workbench::ShapeChoice shape;
+  drilling::Burr burr;
+  double rate = 1000;
+  std::optional<double> smallest_burr;  ///< mm
+  std::string method = haptics::k_default_method;
+  workbench::RecordChoice record;
+};
+
+/// Reports the distance of the tool to forbidden structures and each visit inside; a visit fails the check.
+void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
+  if (engine.forbidden().empty()) return;
+  Json list = Json::array();
+  for (std::size_t s = 0; s < engine.forbidden().size(); ++s) {
+    const sim::ForbiddenWatch& watch = engine.watch(0, s);
+    const std::string& name = engine.forbidden()[s]->name();
+    Json visits = Json::array();
+    const sim::Chronicle& chronicle = engine.now().chronicle;
+    for (std::size_t i = 0; i < chronicle.size(); ++i) {
+      const auto* entered = chronicle[i].what.as<sim::ForbiddenEntered>();
+      const auto* left = chronicle[i].what.as<sim::ForbiddenLeft>();
+      const glm::dvec3& position = chronicle[i].place_world;
+      if (entered && entered->structure == name)
+        visits.push_back({{"at_seconds", static_cast<double>(chronicle[i].tick) * dt},
+                          {"place_world_mm", {position.x, position.y, position.z}},
+                          {"is_working", entered->is_working},
+                          {"deepest_mm", watch.deepest_now},
+                          {"is_left", false}});
+      if (left && left->structure == name) {
+        visits.back()["deepest_mm"] = left->deepest;
+        visits.back()["seconds"] = left->seconds;
+        visits.back()["is_left"] = true;
+      }
+    }
+    list.push_back({{"structure", name},
+                    {"nearest_mm", watch.nearest},
+                    {"seconds_inside", static_cast<double>(watch.ticks_inside) * dt},
+                    {"visits", visits}});
+    if (watch.entries == 0) {
+      outcome.text += watch.nearest < sim::Forbidden::k_reach
+                          ? format_text("%s: never nearer than %.1f mm\n", name.c_str(), watch.nearest)
+                          : format_text("%s: never within %.0f mm\n", name.c_str(), sim::Forbidden::k_reach);
+      continue;
+    }
+    outcome.text +=
+        format_text("%s was entered %lld time%s, %.2f mm deep at most, for %.2f s\n", name.c_str(),
+                    static_cast<long long>(watch.entries), watch.entries == 1 ? "" : "s", -watch.nearest,
+                    static_cast<double>(watch.ticks_inside) * dt);
+    outcome.exit_code = exit_check_failed;
+  }
+  outcome.json["forbidden"] = list;
+}
+
+/// Reports the measures of modules, and the positions of breakthroughs.
+void report_measures(const sim::Engine& engine, Outcome& outcome) {
+  Json measures = Json::array(), breakthroughs = Json::array();
+  for (const sim::Measure& measure : engine.measures()) {
+    measures.push_back({{"name", measure.name}, {"value", measure.value}, {"unit", measure.unit}});
+    if (measure.unit == "K" || measure.name == "deepest plunge")
+      outcome.text += format_text("%s: %.1f %s\n", measure.name.c_str(), measure.value, measure.unit.c_str());
+  }
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i)
+    if (const auto* breakthrough = chronicle[i].what.as<drilling::Breakthrough>()) {
+      const glm::dvec3& position = chronicle[i].place_world;
+      breakthroughs.push_back({{"place_world_mm", {position.x, position.y, position.z}},
+                               {"thrust_n", breakthrough->thrust},
+                               {"plunge_mm", breakthrough->plunge},
+                               {"seconds", breakthrough->seconds}});
+      outcome.text +=
+          format_text("broke through at %.1f, %.1f, %.1f under %.1f N and plunged %.1f mm\n", position.x,
+                      position.y, position.z, breakthrough->thrust, breakthrough->plunge);
+    }
+  outcome.json["measures"] = measures;
+  outcome.json["breakthroughs"] = breakthroughs;
+}
+
+Result<Outcome> run_drill(const DrillArguments& arguments) {
+  const drilling::Burr& burr = arguments.burr;
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {arguments.source.path, arguments.path, arguments.record.file})
+    outputs.reads(input);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  if (Status error = outputs.check()) return *error;
+  if (Status error = check(arguments.record)) return *error;
+  if (burr.is_round && burr.is_kinematic)
+    return Error{.what = "round touch requires that bone stops the burr",
+                 .where = "--round",
+                 .found = "--kinematic",
+                 .expected = "one of the two"};
+  if (burr.is_round && burr.diameter > 12)
+    return Error{.what = "the burr is too large for a round touch",
+                 .where = "burr diameter",
+                 .found = text_of(burr.diameter),
+                 .expected = "at most 12 mm",
+                 .remedy = "omit --round"};
+  auto path = workbench::open_path(arguments.path);
+  if (!path) return path.error();
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.hands[0] = sim::HandSpec(drilling::burr(burr));
+  choice.hands[0].method = arguments.method;
+  choice.rate_hz = arguments.rate;
+  choice.smallest_burr = arguments.smallest_burr;
+  auto opened = workbench::open_operation(arguments.source, choice, terminal_listener());
+  if (!opened) return opened.error();
+  const workbench::Operation& operation = opened.value();
+  const workbench::Source& source = operation.source;
+  const haptics::TouchScene& scene = *operation.scene();
+  auto recorder = workbench::start_recording(arguments.record, operation);
+  if (!recorder) return recorder.error();
+  sim::Lockstep run(operation.engine(), operation.spec.force, arguments.rate, recorder.value().get());
+
+  const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
+  std::vector<double> tick_us;
+  bool has_touched = false;
+  long hovering = 0;  // ticks in which a round burr may touch removed bone
+  ProgressLine progress("drilling");
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
+      return interrupted("drilling", recorder.value() && !recorder.value()->finish(run.engine()));
+    }
+    const auto begin = Clock::now();
+    run.step(path.value().at(times[i]));
+    has_touched = has_touched || run.last_record().has_contact;
+    hovering += run.engine().has_stale_fields() && run.last_record().has_contact;
+    if (run.last_outcome().is_changed)
+      tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+  }
+  const volume::Version& version = *run.engine().current();
+  // A failed recording does not prevent the other outputs.
+  const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
+  notify_resampled(*source.volume, arguments.output);
+  outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, version); });
+  outputs.recorded(not_recorded);
+  if (Status error = outputs.result()) return *error;
+
+  Outcome outcome{new_report("drill"), "", exit_done};
+  Json& json = outcome.json;
+  json["source"] = name_in_report(source);
+  json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
+  json["burr"] = sim::Value(burr).words();
+  json["burr_diameter_mm"] = burr.diameter;
+  json["is_kinematic"] = burr.is_kinematic;
+  json["is_round"] = burr.is_round;
+  if (burr.is_round) {
+    json["touch_radius_mm"] = scene.tool_radius;
+    json["ticks_hovering"] = hovering;
+  }
+  json["method"] = operation.method().name();
+  json["steps"] = times.size();
+  json["removed_mm3_total"] = run.engine().removed_mm3();
+  Json by_label = Json::object();
+  const std::vector<double> removed = run.engine().removed_mm3_by_label();
+  for (std::size_t i = 0; i < removed.size(); ++i)
+    if (removed[i] > 0)
+      by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
+  json["removed_mm3"] = by_label;
+  json["tick_us"] = percentiles(tick_us);
+  json["content_hash"] = hash_text(version.content_hash());
+  json["memory"] = memory_report(scene, version);
+  json["written"] = outputs.written();
+  outcome.text = format_text("removed %.2f mm3 in %zu steps\n", run.engine().removed_mm3(), times.size());
+  for (const auto& [name, mm3] : by_label.items())
+    outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
+  report_measures(run.engine(), outcome);
+  outcome.text += "written to " + arguments.output + "\n";
+  report_forbidden(run.engine(), 1 / arguments.rate, outcome);
+  if (const haptics::ServoRecord& last = run.last_record(); last.has_contact) {
+    const double distance = glm::length(last.proxy_world - last.pose.position_world);
+    const glm::ivec3 hand =
+        volume::voxel_of(source.volume->frame.volume_from_world(last.pose.position_world));
+    const bool is_inside =
+        source.volume->contains(hand) && version.is_kept(hand) && scene.items[0].bits->is_solid(hand);
+    if (distance > 3)
+      notice(format_text(
+          is_inside ? "note: at its end the path is %.0f mm inside the bone, and the burr is held; lift "
+                      "it before it moves aside"
+                    : "note: at its end the hand is %.0f mm from the burr, which is caught under bone; "
+                      "lift it the way it came",
+          distance));
+  }
+  if (run.engine().removed_mm3() == 0 && has_touched)
+    notice("note: the burr touched the shape and removed nothing: the path did not press, or not for long");
+  else if (run.engine().removed_mm3() == 0)
+    print_shape_location(scene, path.value());
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<DrillArguments>();
+  add_source(options, a->source).required();
+  add_shape(options, a->shape);
+  add_burr(options, a->burr).required();
+  options
+      .add("--smallest-burr", a->smallest_burr,
+           "Smallest burr that will cut in this session, mm: the smaller, the finer cuts are sampled "
+           "(default: the burr)")
+      .type("MM");
+  add_path(options, a->path).required();
+  add_rate(options, a->rate);
+  options.add("--kinematic", a->burr.is_kinematic,
+              "The path moves the burr itself, which removes everything it sweeps; by default the path moves "
+              "the burr's lowest point, and bone is removed where it presses");
+  options.add("-o,--output", a->output, data_tools::extensions_of(data_tools::OutputKind::volume)).required();
+  add_method(options, a->method);
+  add_record(options, a->record);
+  return run_with(a, run_drill);
+}
+
+}  // namespace
+
+const Command k_drill{
+    "drill", "Play a path of a burr and write the remaining volume",
+    "  trephine drill SCANS/HEAD --burr-diameter 4 --path path.csv -o drilled.mha\n"
+    "  trephine drill head --burr-diameter 6 --kinematic --path path.csv -o drilled.nii.gz --json\n"
+    "  trephine drill head --burr-diameter 3 --burr-shape match-head --grade diamond --round --path path.csv "
+    "-o drilled.mha",
+    build};
+
+}  // namespace trephine::cli

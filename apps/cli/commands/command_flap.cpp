@@ -1,0 +1,425 @@
+// flap: cuts a bone flap along an outline of anchors, removes, lifts and judges it.
+#include <algorithm>
+#include <charconv>
+#include <glm/geometric.hpp>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/options/field_option.h"
+#include "apps/view/render_window.h"
+#include "apps/view/viewport.h"
+#include "data-tools/cases/plan_file.h"
+#include "data-tools/files/output_set.h"
+#include "data-tools/formats/open_volume.h"
+#include "data-tools/meshes/mesh_files.h"
+#include "modules/bone_flap/evaluation.h"
+#include "modules/bone_flap/outline.h"
+#include "modules/catalogue.h"
+#include "sim/drivers/lockstep.h"
+#include "volume/base/text.h"
+
+namespace trephine::cli {
+
+using bone_flap::CutFlap;
+using bone_flap::FlapPiece;
+using glm::dvec3;
+
+namespace {
+
+struct FlapArguments {
+  workbench::SourceChoice source;
+  workbench::ShapeChoice shape;
+  std::string anchors, landmarks, planned;  ///< file; prefix of the case's landmarks; file
+  std::string at, seed;                     ///< x,y,z, mm
+  double diameter = 60;
+  int corners = 8;
+  std::vector<std::string> leave;
+  CutFlap request;
+  std::string target;
+  std::optional<double> smallest_burr;
+  double lift = 0;
+  std::string output, flap, screenshot;
+  workbench::RecordChoice record;
+};
+
+using Points = std::vector<dvec3>;
+
+Result<Points> anchors_of(const FlapArguments& a, const workbench::Operation& operation) {
+  const volume::Field& bone = operation.scene()->items[0].field;
+  const auto case_landmarks = [&](const std::string& start, const char* option) -> Result<Points> {
+    Points points;
+    if (operation.source.plan)
+      for (const data_tools::CaseLandmark& landmark : operation.source.plan->landmarks)
+        if (landmark.name.starts_with(start)) points.push_back(landmark.place_world);
+    if (points.empty())
+      return Error{.what = "the case has no landmarks with this prefix",
+                   .where = option,
+                   .found = start,
+                   .expected = "a prefix of the names of its landmarks"};
+    return points;
+  };
+  if (!a.landmarks.empty()) return case_landmarks(a.landmarks, "landmarks");
+  if (!a.anchors.empty()) {
+    auto plan = data_tools::read_plan(a.anchors);
+    if (!plan) return plan.error();
+    for (const std::string& text : plan.value().notices) notice(text);
+    Points points;
+    for (const data_tools::CaseLandmark& landmark : plan.value().landmarks)
+      points.push_back(landmark.place_world);
+    if (points.empty())
+      return Error{.what = "the file has no points",
+                   .where = "anchors",
+                   .expected = "points around the flap, in their order"};
+    return points;
+  }
+  const auto at = parse_point(a.at, "--at");
+  if (!at) return at.error();
+  const Points ring = bone_flap::ring_of(bone, at.value(), a.diameter, a.corners);
+  if (ring.empty())
+    return Error{.what = "no bone near this position",
+                 .where = "at",
+                 .found = a.at,
+                 .expected = "a position within 30 mm of the skull",
+                 .remedy = "trephine info prints its extent"};
+  return ring;
+}
+
+/// Returns the burr (mm) for which the spacing of cut samples is at most half of the saw's width.
+double burr_for(const CutFlap& request) { return 4 * bone_flap::width_of(request.saw); }
+
+/// Returns the target's label; -1 for an unknown name.
+int label_of(const FlapArguments& a, const workbench::Operation& operation) {
+  const auto& names = operation.source.volume->label_names;
+  const auto label = std::find(names.begin(), names.end(), a.target);
+  return label == names.end() ? -1 : static_cast<int>(label - names.begin());
+}
+
+/// Returns the last event of a type, and its position (mm, world); null if there is no such event.
+template <class T>
+const T* last_event(const sim::Engine& engine, dvec3* at = nullptr) {
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = chronicle.size(); i-- > 0;)
+    if (const T* event = chronicle[i].what.as<T>()) {
+      if (at) *at = chronicle[i].place_world;
+      return event;
+    }
+  return nullptr;
+}
+
+/// Draws the flap from above its centre along its normal; if the normal is 0, from outside the head. A lifted
+/// flap is drawn from the side, so that it does not cover its opening.
+Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dvec3& middle,
+            const dvec3& normal, double lift, const std::string& path) {
+  auto surface = view::make_offscreen(1200, 900);
+  if (!surface) return surface.error();
+  view::Viewport picture(*operation.scene(), surface.value()->window(), false);
+  run.engine().freeze();
+  const volume::Volume& scan = *operation.scene()->base;
+  const dvec3 outward = middle - scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
+  const dvec3 view_normal = glm::normalize(normal != dvec3(0) ? normal : outward);
+  dvec3 from = view::Viewport::obliquely(view_normal);
+  if (const dvec3 sideways = from - glm::dot(from, view_normal) * view_normal;
+      lift > 0 && glm::length(sideways) > 1e-6)
+    from = glm::normalize(view_normal + 1.2 * glm::normalize(sideways));
+  picture.show_still(run.engine().current(), run.engine().overlays(), middle, from, 0.5, 0.8);
+  return view::write_png(surface.value()->window(), path);
+}
+
+/// Joins the pieces, at their original positions, into one mesh.
+volume::Mesh mesh_of(const std::vector<sim::Body>& bodies) {
+  std::size_t vertices = 0, corners = 0;
+  for (const sim::Body& body : bodies)
+    vertices += body.piece->tree->vertices().size(), corners += body.piece->tree->triangles().size();
+  volume::Mesh mesh{Buffer<glm::vec3>(vertices), Buffer<std::uint32_t>(corners)};
+  std::size_t v = 0, c = 0;
+  for (const sim::Body& body : bodies) {
+    const auto first = static_cast<std::uint32_t>(v);
+    for (const dvec3& p : body.piece->tree->vertices()) mesh.vertices[v++] = glm::vec3(p);
+    for (const std::uint32_t corner : body.piece->tree->triangles()) mesh.triangles[c++] = first + corner;
+  }
+  return mesh;
+}
+
+/// Adds the report of the flap, as text and JSON, to the outcome. Error: the target's label has no voxels.
+Status report_flap(const FlapArguments& a, const workbench::Operation& operation, const sim::Engine& engine,
+                   const Points& planned, Outcome& outcome) {
+  Json& json = outcome.json;
+  const auto* cut = last_event<bone_flap::FlapCut>(engine);
+  const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
+  json["area_mm2"] = cut->area;
+  json["kerf_mm3"] = cut->kerf_size;
+  json["rim_mm3"] = cut->rim_size;
+  json["walls_mm2"] = cut->wall;
+  json["flap_mm3"] = cut->flap_size;
+  json["holes"] = cut->holes;
+  json["middle_world_mm"] = json_of(flap.centre);
+  json["apex_world_mm"] = json_of(flap.apex);
+  outcome.text +=
+      format_text("flap of %.1f cm2, %.0f mm3; the saw removed %.0f mm3 along %.0f mm2 of walls\n",
+                  cut->area / 100, cut->flap_size, cut->kerf_size, cut->wall);
+  Json pieces = Json::array();
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i) {
+    const auto* piece = chronicle[i].what.as<FlapPiece>();
+    if (piece == nullptr) continue;
+    pieces.push_back({{"number", piece->number},
+                      {"mm3", piece->size},
+                      {"place_world_mm", json_of(chronicle[i].place_world)},
+                      {"is_seed", piece->is_seed},
+                      {"is_taken", piece->is_taken},
+                      {"is_at_border", piece->is_at_border}});
+    if (cut->pieces > 1 || piece->is_at_border)
+      outcome.text += format_text("  piece %lld: %.0f mm3, %s%s\n", static_cast<long long>(piece->number),
+                                  piece->size, piece->is_taken ? "removed" : "left",
+                                  piece->is_at_border ? ", cut by the scan's border" : "");
+  }
+  json["pieces"] = pieces;
+  const bone_flap::OutlineShape shape = bone_flap::shape_of(flap);
+  json["outline"] = {{"perimeter_mm", shape.perimeter},
+                     {"length_mm", shape.length},
+                     {"width_mm", shape.width},
+                     {"roundness", shape.roundness}};
+  outcome.text += format_text("outline: %.0f mm around, %.0f by %.0f mm, roundness %.2f\n", shape.perimeter,
+                              shape.length, shape.width, shape.roundness);
+  // Distance of the saw to forbidden structures, along its lines down to below the inner table.
+  Json distances = Json::array();
+  for (const bone_flap::Near& near : bone_flap::nearness_of(flap, engine.forbidden())) {
+    distances.push_back(
+        {{"structure", near.structure}, {"nearest_mm", near.mm}, {"is_stripped", near.is_stripped()}});
+    const char* name = near.structure.c_str();
+    if (near.is_stripped())
+      outcome.text += format_text("the saw's foot strips %s off the bone\n", name);
+    else if (near.mm < 0)
+      outcome.text += format_text("the saw goes %.1f mm into %s\n", -near.mm, name);
+    else if (near.mm < sim::Forbidden::k_reach)
+      outcome.text += format_text("the saw stays %.1f mm from %s\n", near.mm, name);
+  }
+  if (engine.forbidden().empty()) outcome.text += "the plan has no forbidden structures: none was checked\n";
+  json["forbidden"] = distances;
+  if (!a.target.empty()) {
+    const bone_flap::Cover cover =
+        bone_flap::cover_of(flap, *operation.source.volume, label_of(a, operation));
+    if (!cover.is_any)
+      return Error{.what = "the label has no voxels",
+                   .where = "target",
+                   .found = a.target,
+                   .expected = "a label that is in the scan"};
+    json["target"] = {{"name", a.target},
+                      {"covered_share", cover.share},
+                      {"margin_mm", cover.margin},
+                      {"depth_mm", cover.depth}};
+    outcome.text += format_text("%s: %.1f %% of its shadow under the opening, margin %.1f mm, %.0f mm deep\n",
+                                a.target.c_str(), 100 * cover.share, cover.margin, cover.depth);
+  }
+  if (!planned.empty()) {
+    const bone_flap::OutlineDistance distance = bone_flap::distance_from_plan(flap, planned);
+    json["planned"] = {{"mean_mm", distance.mean}, {"worst_mm", distance.worst}};
+    outcome.text += format_text("from the planned outline: %.1f mm in the mean, %.1f at the worst\n",
+                                distance.mean, distance.worst);
+  }
+  return std::nullopt;
+}
+
+Status check(const FlapArguments& a) {
+  const int outline_count = !a.anchors.empty() + !a.landmarks.empty() + !a.at.empty();
+  if (outline_count != 1)
+    return Error{.what = outline_count == 0 ? "no outline given" : "more than one outline given",
+                 .expected = "one of --anchors, --landmarks, --at"};
+  if (!(a.diameter >= 10 && a.diameter <= 200))
+    return Error{.what = "the diameter of the flap is out of range",
+                 .where = "diameter",
+                 .found = text_of(a.diameter),
+                 .expected = "10 to 200 mm"};
+  if (a.corners < 3 || a.corners > 100)
+    return Error{.what = "the number of corners is out of range",
+                 .where = "corners",
+                 .found = std::to_string(a.corners),
+                 .expected = "3 to 100"};
+  if (!(a.lift >= 0 && a.lift <= 500))
+    return Error{.what = "the lift is out of range",
+                 .where = "lift",
+                 .found = text_of(a.lift),
+                 .expected = "0 to 500 mm"};
+  return std::nullopt;
+}
+
+Result<Outcome> run_flap(const FlapArguments& arguments) {
+  if (Status error = check(arguments)) return *error;
+  data_tools::OutputSet outputs;
+  for (const std::string& input :
+       {arguments.source.path, arguments.anchors, arguments.planned, arguments.record.file})
+    outputs.reads(input);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.writes("flap", arguments.flap, data_tools::OutputKind::mesh);
+  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  if (Status error = check(arguments.record)) return *error;
+  CutFlap request = arguments.request;
+  for (const std::string& number : arguments.leave) {
+    std::uint32_t n = 0;
+    const char* end = number.data() + number.size();
+    if (std::from_chars(number.data(), end, n).ptr != end || n < 1 || n > 1000)
+      return Error{.what = "invalid number of a piece",
+                   .where = "leave",
+                   .found = number,
+                   .expected = "1 for the largest, 2, ..."};
+    request.leave.push_back({n});
+  }
+  if (!arguments.seed.empty()) {
+    const auto seed = parse_point(arguments.seed, "--inside");
+    if (!seed) return seed.error();
+    request.seed.push_back(seed.value());
+  }
+  if (Status error = sim::Value(request).check()) return *error;
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.cuts_by_command = true;
+
+  choice.smallest_burr = arguments.smallest_burr.value_or(burr_for(request));
+  auto opened = workbench::open_operation(arguments.source, choice, terminal_listener());
+  if (!opened) return opened.error();
+  if (is_interrupted()) return interrupted("the flap");
+  const workbench::Operation& operation = opened.value();
+  if (!arguments.target.empty() && label_of(arguments, operation) < 0)
+    return Error{.what = "unknown label",
+                 .where = "target",
+                 .found = arguments.target,
+                 .expected = "a label of the scan"};
+  auto anchors = anchors_of(arguments, operation);
+  if (!anchors) return anchors.error();
+  request.anchors = std::move(anchors).value();
+  Points planned;
+  if (!arguments.planned.empty()) {
+    FlapArguments plan_arguments;
+    plan_arguments.anchors = arguments.planned;
+    auto read = anchors_of(plan_arguments, operation);
+    if (!read) return read.error();
+    planned = std::move(read).value();
+  }
+  auto recorder = workbench::start_recording(arguments.record, operation);
+  if (!recorder) return recorder.error();
+  sim::Lockstep run(operation.engine(), operation.spec.force, operation.spec.rate_hz, recorder.value().get());
+
+  const auto begin = Clock::now();
+  {
+    ProgressLine progress("sawing");
+    progress(0);
+    const sim::Outcome result = run.apply_whole({request, 0});
+    if (result.refused) return *result.refused;
+  }
+  if (is_interrupted())
+    return interrupted("the flap", recorder.value() && !recorder.value()->finish(run.engine()));
+  const double seconds = seconds_since(begin);
+  if (arguments.lift > 0 && !run.engine().now().world.bodies.empty()) {
+    const dvec3 up = arguments.lift * run.engine().now().undoable_of<bone_flap::FlapState>()->normal;
+    const std::vector<sim::Body> bodies = run.engine().now().world.bodies;
+    for (const sim::Body& body : bodies) run.apply({sim::PlaceBody{body.id, up}, 0});
+  }
+  const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
+  Outcome outcome{new_report("flap"), "", exit_done};
+  Json& json = outcome.json;
+  json["source"] = name_in_report(operation.source);
+  json["shape"] =
+      volume::describe(operation.scene()->items[0].field.shape(), operation.source.volume->is_hounsfield);
+  json["saw_mm"] = bone_flap::width_of(request.saw);
+  json["anchors_world_mm"] = Json::array();
+  for (const dvec3& p : request.anchors) json["anchors_world_mm"].push_back(json_of(p));
+  const sim::Engine& engine = run.engine();
+  const std::vector<sim::Body> pieces = engine.now().world.bodies;
+  dvec3 middle(0), normal(0);
+  if (dvec3 at; const auto* no_flap = last_event<bone_flap::FlapFailed>(engine, &at)) {
+    json["refused"] = {{"why", no_flap->why}, {"place_world_mm", json_of(at)}, {"holes", no_flap->holes}};
+    outcome.text = format_text("no flap: %s, at %.1f, %.1f, %.1f; nothing was cut\n", no_flap->why.c_str(),
+                               at.x, at.y, at.z);
+    outcome.exit_code = exit_check_failed;
+    for (const dvec3& p : request.anchors) middle += p / static_cast<double>(request.anchors.size());
+  } else if (pieces.empty()) {
+    const auto* discarded = last_event<sim::JobDiscarded>(engine);
+    return Error{.what = "the flap cannot be detached", .found = discarded ? discarded->why : ""};
+  } else {
+    const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
+    middle = flap.centre, normal = flap.normal;
+    if (Status error = report_flap(arguments, operation, engine, planned, outcome)) return *error;
+  }
+  json["seconds"] = seconds;
+  json["content_hash"] = hash_text(engine.current()->content_hash());
+  json["memory"] = memory_report(*operation.scene(), *engine.current());
+
+  if (outcome.exit_code == exit_done) {
+    notify_resampled(*operation.source.volume, arguments.output);
+    outputs.write(arguments.output,
+                  [&] { return data_tools::write_operated(arguments.output, *engine.current()); });
+    outputs.write(arguments.flap,
+                  [&] { return data_tools::write_mesh(arguments.flap, mesh_of(pieces), volume::Frame()); });
+  }
+  outputs.write(arguments.screenshot,
+                [&] { return draw(run, operation, middle, normal, arguments.lift, arguments.screenshot); });
+  outputs.recorded(not_recorded);
+  if (Status error = outputs.result()) return *error;
+  json["written"] = outputs.written();
+  if (!outputs.written().empty()) {
+    outcome.text += "written:";
+    for (const std::string& name : outputs.written()) outcome.text += " " + name;
+    outcome.text += "\n";
+  }
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<FlapArguments>();
+  const auto add = [&](std::string_view field, const char* names) {
+    return add_field(options, CutFlap::schema(), &a->request, field, names);
+  };
+  add_source(options, a->source).required();
+  add_shape(options, a->shape);
+  options
+      .add("--anchors", a->anchors,
+           "Points around the flap on the skull, in their order: .mrk.json, .fcsv, or .csv with name,x,y,z")
+      .type("FILE");
+  options.add("--landmarks", a->landmarks, "Prefix of the case's landmarks to use as points").type("NAME");
+  options.add("--at", a->at, "A position on the skull, mm (LPS): the outline is a ring around it")
+      .type("X,Y,Z");
+  options.add("--diameter", a->diameter, "Diameter of the ring (10 to 200 mm)").type("MM").shows_default();
+  options.add("--corners", a->corners, "Corners of the ring (3 to 100)").shows_default();
+  add("saw", "--saw");
+  add("distance", "--distance").type("MM").shows_default().means("cut-flap distance");
+  add("way", "--way");
+  options.add("--inside", a->seed, "A position on the flap, if the outline's centre is not on it")
+      .type("X,Y,Z");
+  options.add("--leave", a->leave, "Pieces that stay, by their numbers: 1 is the largest").type("N");
+  add("smoothing", "--smoothing").type("MM");
+  add("smallest", "--smallest").type("MM3").shows_default();
+  add("hole", "--hole").type("MM").shows_default();
+  add("space", "--space").type("MM").shows_default();
+  add("thickest", "--thickest").type("MM").shows_default();
+  options.add("--target", a->target, "A label that the flap should uncover: reports share, margin and depth")
+      .type("LABEL");
+  options.add("--planned", a->planned, "A planned outline, as --anchors: reports the flap's distance from it")
+      .type("FILE");
+  options
+      .add("--smallest-burr", a->smallest_burr,
+           "Smallest burr that will cut in this session, mm: the smaller, the finer cuts are sampled "
+           "(default: by the saw)")
+      .type("MM");
+  options.add("--lift", a->lift, "Lift the pieces by this distance, mm, for the picture and the session")
+      .type("MM");
+  options.add(
+      "-o,--output", a->output,
+      "Write the scan without the flap: " + data_tools::extensions_of(data_tools::OutputKind::volume));
+  options.add("--flap", a->flap, "The pieces: " + data_tools::extensions_of(data_tools::OutputKind::mesh))
+      .type("MESH");
+  options.add("--screenshot", a->screenshot, "A picture of the flap, or of the problem if there is no flap")
+      .type("PNG");
+  add_record(options, a->record);
+  return run_with(a, run_flap);
+}
+
+}  // namespace
+
+const Command k_flap{
+    "flap", "Cut a bone flap along an outline, and judge it",
+    "  trephine flap head --at 0,-60,60 --diameter 40 --lift 30 --screenshot flap.png\n"
+    "  trephine flap SCANS/HEAD --anchors outline.mrk.json -o open.mha --flap flap.stl --json\n"
+    "  trephine flap head-case --landmarks flap --saw 2.0 --target tumour --record flap.session",
+    build};
+
+}  // namespace trephine::cli

@@ -1,0 +1,339 @@
+// info: lists the contents of a scan, a case or a session.
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <sstream>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/commands/frame_json.h"
+#include "apps/cli/commands/quality_report.h"
+#include "apps/workbench/event_text.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/files/output_set.h"
+#include "modules/catalogue.h"
+#include "volume/cuts/shape_choice.h"
+
+namespace trephine::cli {
+
+namespace {
+
+struct InfoArguments {
+  workbench::SourceChoice source;
+  bool is_listing = false, has_quality = false;
+  std::string chart;
+};
+
+/// Returns the lines of the header with persistent settings: from the force onwards.
+std::vector<std::string> persistent_of(const sim::SessionHeader& header) {
+  std::istringstream lines(sim::encode(header));
+  std::vector<std::string> settings;
+  bool is_setting = false;
+  for (std::string line; std::getline(lines, line);) {
+    is_setting = is_setting || line.starts_with("smoothing_alpha=");
+    if (is_setting && !line.starts_with("type=") && !line.starts_with("module=")) settings.push_back(line);
+  }
+  return settings;
+}
+Result<Outcome> describe_session(const std::string& path) {
+  Result<sim::SessionReader> opened = sim::SessionReader::open(path, modules::catalogue());
+  if (!opened) return opened.error();
+  sim::SessionReader& session = opened.value();
+  const sim::SessionHeader& h = session.header();
+  std::uint64_t ticks = 0, contact = 0, undos = 0, redos = 0, dropped = 0, versions = 0, last = 0;
+  std::uint32_t faults = 0;
+  Json events = Json::array();
+  double strongest = 0;
+  std::int64_t units = 0;
+  bool has_last = false;
+  const auto print_line = [&](std::uint64_t tick, int hand, const std::string& text) {
+    events.push_back(
+        {{"after_seconds", static_cast<double>(tick) / h.rate_hz}, {"hand", hand}, {"text", text}});
+  };
+  for (sim::LogItem item;;) {
+    const Result<bool> read = session.next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+    if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
+      const haptics::ServoRecord& r = tick->record;
+      if (r.hand == 0) {
+        if (has_last && r.tick > last) dropped += r.tick - last - 1;
+        last = std::max(last, r.tick);
+        has_last = true;
+        ++ticks;
+      }
+      contact += r.has_contact;
+      faults |= r.raised;
+      strongest = std::max(strongest, glm::length(r.force_world));
+    } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
+      const sim::Value& what = command->command.what;
+      undos += what.as<sim::Undo>() != nullptr;
+      redos += what.as<sim::Redo>() != nullptr;
+      if (const auto* remark = what.as<sim::Note>()) print_line(last, command->command.hand, remark->text);
+    } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
+      print_line(event->event.tick, event->event.hand, workbench::describe_event(event->event).text);
+    } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
+      ++versions;
+      units = version->removed_units;
+    }
+  }
+  const double seconds = static_cast<double>(session.tick_count()) / h.rate_hz;
+  Outcome outcome{new_report("info"), "", exit_done};
+  Json& json = outcome.json;
+  json["recorded_by"] = h.program;
+  json["revision"] = h.revision;
+  json["is_verifiable"] = h.revision == sim::k_replay_revision;
+  json["case"] = h.case_name;
+  json["has_scan"] = session.has_scan();
+  json["scan_hash"] = session.scan_hash() ? hash_text(*session.scan_hash()) : std::string();
+  const glm::ivec3 size = h.volumes[0].size;
+  json["size"] = {size.x, size.y, size.z};
+  json["rate_hz"] = h.rate_hz;
+  json["method"] = h.hands[0].method;
+  json["hands"] = h.hands.size();
+  json["modules"] = Json::array();
+  for (const sim::NamedVersion& module : h.modules)
+    json["modules"].push_back({{"name", module.name}, {"version", module.version}});
+  json["settings"] = persistent_of(h);
+  json["seconds"] = seconds;
+  json["ticks"] = ticks;
+  json["dropped_ticks"] = dropped;
+  json["contact_ticks"] = contact;
+  json["strongest_force_n"] = strongest;
+  json["undos"] = undos;
+  json["redos"] = redos;
+  json["versions"] = versions;
+  json["removed_units"] = units;
+  json["raised_faults"] = faults;
+  json["events"] = events;
+  json["is_closed"] = session.end().has_value();
+  json["is_damaged"] = session.is_damaged();
+  json["lost_bytes"] = session.lost_bytes();
+  if (session.end()) json["removed_mm3"] = session.end()->removed_mm3;
+  outcome.text = data_tools::file_name(path) + ": a session of " +
+                 (h.case_name.empty() ? std::string("a scan without a name") : "case " + h.case_name) +
+                 (session.has_scan() ? ", the scan included" : "") + "\n" +
+                 format_text("  %.1f s at %.0f Hz, %zu hand%s, method %s\n", seconds, h.rate_hz,
+                             h.hands.size(), h.hands.size() == 1 ? "" : "s", h.hands[0].method.c_str()) +
+                 format_text("  in contact for %.1f s, at most %.2f N; undone %llu, redone %llu\n",
+                             static_cast<double>(contact) / h.rate_hz, strongest,
+                             static_cast<unsigned long long>(undos), static_cast<unsigned long long>(redos)) +
+                 "  recorded by " + h.program + "\n  ";
+  const std::vector<std::string> settings = persistent_of(h);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const bool is_new_line = settings[i].starts_with("structure=") || settings[i].starts_with("hand=");
+    outcome.text += (i == 0 ? "" : is_new_line ? "\n  " : ", ") + settings[i];
+  }
+  outcome.text += "\n";
+  for (std::size_t i = 0; i < std::min<std::size_t>(events.size(), 20); ++i)
+    outcome.text += format_text("  at %.2f s, hand %d: ", events[i]["after_seconds"].get<double>(),
+                                events[i]["hand"].get<int>() + 1) +
+                    events[i]["text"].get<std::string>() + "\n";
+  if (session.end())
+    outcome.text += format_text("  removed %.2f mm3 at its end\n", session.end()->removed_mm3);
+  if (dropped > 0)
+    outcome.text +=
+        format_text("  %llu ticks were dropped (full ring)\n", static_cast<unsigned long long>(dropped));
+  if (session.is_damaged())
+    outcome.text += format_text("  damaged at byte %llu: the %llu bytes from there on are ignored\n",
+                                static_cast<unsigned long long>(session.whole_bytes()),
+                                static_cast<unsigned long long>(session.lost_bytes()));
+  else if (sim::SessionWriter::is_being_written(path))
+    outcome.text += "  being recorded right now\n";
+  else if (!session.end())
+    outcome.text += "  not closed: the program was stopped; continue with trephine resume\n";
+  if (h.revision != sim::k_replay_revision)
+    outcome.text += "  of older arithmetic: it can be viewed, not verified\n";
+  return outcome;
+}
+
+/// Other series that could have been opened. Free text, which may contain names, only with --keep-identity.
+Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
+  Json list = Json::array();
+  for (const data_tools::SeriesFacts& s : series) {
+    list.push_back({{"series", s.series},
+                    {"volume", s.volume},
+                    {"modality", s.modality},
+                    {"kernel", s.kernel},
+                    {"mark", s.mark},
+                    {"size", {s.size.x, s.size.y, s.size.z}},
+                    {"spacing_mm", {s.spacing.x, s.spacing.y, s.spacing.z}},
+                    {"is_localizer", s.is_localizer},
+                    {"problem", s.problem}});
+    if (!keeps_identity()) continue;
+    list.back()["description"] = s.description;
+    list.back()["date"] = s.date;
+  }
+  return list;
+}
+
+std::string series_text(const std::vector<data_tools::SeriesFacts>& series) {
+  if (series.empty()) return "";
+  std::string text =
+      "  series  volume  kind  size               spacing, mm            date      kernel    description\n";
+  for (const data_tools::SeriesFacts& s : series) {
+    const std::string size = format_text("%d x %d x %d", s.size.x, s.size.y, s.size.z);
+    const std::string spacing =
+        s.problem.empty() ? format_text("%.3g x %.3g x %.3g", s.spacing.x, s.spacing.y, s.spacing.z) : "-";
+    const std::string volume =
+        s.volumes > 1 ? format_text("%d of %d", s.volume, s.volumes) : std::string("-");
+    std::string kernel = s.kernel;  // DICOM separates several values by backslashes
+    std::replace(kernel.begin(), kernel.end(), '\\', ' ');
+    text += format_text("  %6d  %6s  %-4s  %-17s  %-21s  %-8s  %-8s  ", s.series, volume.c_str(),
+                        s.is_localizer ? "plan" : s.modality.c_str(), size.c_str(), spacing.c_str(),
+                        s.date.c_str(), kernel.c_str()) +
+            s.description + (s.mark.empty() ? "" : " (" + s.mark + ")") +
+            (s.problem.empty() ? "" : ": " + s.problem) + "\n";
+  }
+  return text;
+}
+
+/// Lists series and volumes without reading voxels.
+Result<Outcome> list_series(const std::string& path) {
+  const auto series = data_tools::list_series(path, terminal_listener().progress("looking"));
+  if (!series) return series.error();
+  Outcome outcome{new_report("info"), series_text(series.value()), exit_done};
+  outcome.json["series"] = series_json(series.value());
+  return outcome;
+}
+
+Result<Outcome> run_info(const InfoArguments& arguments) {
+  const bool wants_quality = arguments.has_quality || !arguments.chart.empty();
+  const bool is_session = workbench::is_session_file(arguments.source.path);
+  if (wants_quality && (arguments.is_listing || is_session))
+    return Error{.what = "quality is measured for one scan at a time",
+                 .where = "quality",
+                 .found = is_session ? "a session" : "a list",
+                 .expected = "a scan or a case",
+                 .remedy = is_session ? "pass the scan of the session" : "omit --list"};
+  if (arguments.is_listing && data_tools::is_case_folder(arguments.source.path))
+    return Error{.what = "a case contains one scan and no series",
+                 .where = "list",
+                 .found = "a case",
+                 .expected = "a DICOM folder",
+                 .remedy = "omit --list"};
+  if (arguments.is_listing) return list_series(arguments.source.path);
+  if (is_session) return describe_session(arguments.source.path);
+  data_tools::OutputSet outputs;
+  outputs.reads(arguments.source.path);
+  outputs.writes("chart", arguments.chart, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  auto opened = workbench::open_source(arguments.source, terminal_listener());
+  if (!opened) return opened.error();
+  const workbench::Source& source = opened.value();
+  const volume::Volume& v = *source.volume;
+  if (v.is_hounsfield && !source.plan) workbench::offer_largest(source, volume::Shape(), terminal_listener());
+  const auto [low, high] = std::minmax_element(v.voxels.span().begin(), v.voxels.span().end());
+  double sum = 0;
+  for (const std::int16_t i : v.voxels.span()) sum += i;
+  const double mean = sum / static_cast<double>(v.voxels.size());
+  Outcome outcome{new_report("info"), "", exit_done};
+  Json& json = outcome.json;
+  json["source"] = name_in_report(source);
+  json["format"] = source.format;
+  json["modality"] = source.modality;
+  json.update(frame_json(v));
+  json["is_orthogonal"] = v.frame.is_orthogonal();
+  json["is_hounsfield"] = v.is_hounsfield;
+  json["min"] = *low;
+  json["max"] = *high;
+  json["mean"] = mean;
+  json["labels"] = v.label_names;
+  if (source.plan) {
+    Json structures = Json::array();
+    for (const data_tools::CaseStructure& s : source.plan->structures)
+      structures.push_back({{"name", s.shape.name},
+                            {"shape", describe(s.shape, v.is_hounsfield)},
+                            {"touchable", s.is_touchable},
+                            {"forbidden", s.is_forbidden}});
+    json["structures"] = structures;
+    Json trajectories = Json::array();
+    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
+      trajectories.push_back({{"name", t.name},
+                              {"entry", {t.entry_world.x, t.entry_world.y, t.entry_world.z}},
+                              {"target", {t.target_world.x, t.target_world.y, t.target_world.z}},
+                              {"diameter", t.diameter}});
+    json["trajectories"] = trajectories;
+    Json landmarks = Json::array();
+    for (const data_tools::CaseLandmark& l : source.plan->landmarks)
+      landmarks.push_back({{"name", l.name}, {"at", {l.place_world.x, l.place_world.y, l.place_world.z}}});
+    json["landmarks"] = landmarks;
+  }
+  // Quality stored in the case, or measured here.
+  std::optional<data_tools::ScanQuality> quality;
+  volume::Shape shape;
+  if (source.plan && !source.plan->structures.empty()) shape = source.plan->structures[0].shape;
+  if (source.plan) quality = source.plan->quality;
+  if (wants_quality) {
+    if (!v.is_hounsfield && !source.plan) shape.low = volume::otsu_threshold(v);
+    if (shape.is_label())
+      return Error{.what = "the quality of a label cannot be measured",
+                   .where = "quality",
+                   .found = shape.name,
+                   .expected = "a structure of intensities first in the case",
+                   .remedy = "pass the scan instead of the case"};
+    quality = data_tools::scan_quality(v, shape);
+  }
+  if (quality) json["quality"] = quality_json(*quality);
+  outputs.write(arguments.chart, [&] { return write_quality_chart(*quality, arguments.chart); });
+  if (Status error = outputs.result()) return *error;
+  Json facts = Json::object();
+  for (const auto& [name, value] : source.facts) facts[name] = value;
+  json["facts"] = facts;
+  json["series"] = series_json(source.series);
+  json["notices"] = source.notices;
+  json["read_seconds"] = source.read_seconds;
+  const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
+  outcome.text =
+      for_terminal(source.name, true) + ": " + source.format +
+      (source.modality.empty() ? "" : ", " + source.modality) + "\n  " + size_text(v) + "\n" +
+      format_text("  from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) mm, patient frame LPS%s\n", near.x, near.y,
+                  near.z, far.x, far.y, far.z, v.frame.is_orthogonal() ? "" : ", sheared") +
+      format_text("  values %d to %d%s, mean %.1f\n", *low, *high,
+                  v.is_hounsfield ? " HU" : ", not known to be HU", mean);
+  if (source.plan)
+    for (const data_tools::CaseStructure& s : source.plan->structures)
+      outcome.text += "  structure " + s.shape.name + ": " + describe(s.shape, v.is_hounsfield) +
+                      (s.is_touchable ? "" : ", not touched") + (s.is_forbidden ? ", forbidden" : "") + "\n";
+  if (source.plan)
+    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
+      outcome.text += format_text(
+          "  trajectory %s: %.1f mm long%s, from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f)\n", t.name.c_str(),
+          glm::length(t.target_world - t.entry_world),
+          t.diameter > 0 ? format_text(", %.3g mm thick", t.diameter).c_str() : "", t.entry_world.x,
+          t.entry_world.y, t.entry_world.z, t.target_world.x, t.target_world.y, t.target_world.z);
+  if (source.plan)
+    for (const data_tools::CaseLandmark& l : source.plan->landmarks)
+      outcome.text += format_text("  landmark %s: (%.1f, %.1f, %.1f) mm\n", l.name.c_str(), l.place_world.x,
+                                  l.place_world.y, l.place_world.z);
+  for (const auto& [name, value] : source.facts)
+    if (name != "modality") outcome.text += "  " + name + ": " + value + "\n";
+  outcome.text += series_text(source.series);
+  if (quality) outcome.text += quality_text(*quality, v.is_hounsfield, shape.low);
+  if (!v.label_names.empty()) {
+    outcome.text += "  labels:";
+    for (const std::string& name : v.label_names) outcome.text += " " + name;
+    outcome.text += "\n";
+  }
+  for (const data_tools::SegmentFacts& segment : source.segments)
+    outcome.text += format_text("  segment %s: value %d%s\n", segment.name.c_str(), segment.value,
+                                segment.layer > 0 ? format_text(", layer %d", segment.layer).c_str() : "");
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<InfoArguments>();
+  add_source(options, a->source).required();
+  options.add("--quality", a->has_quality,
+              "Also report blur, noise, the thinnest bone, and the smallest details that can be touched "
+              "(see docs/accuracy.md)");
+  options.add("--chart", a->chart, "As --quality, with a picture of the measured edges").type("PNG");
+  options.add("--list", a->is_listing,
+              "List the series and volumes of a DICOM folder, complete or not, and stop");
+  return run_with(a, run_info);
+}
+
+}  // namespace
+
+const Command k_info{"info", "List the contents of a scan, a case or a session",
+                     "  trephine info SCANS/HEAD\n  trephine info head --json", build};
+
+}  // namespace trephine::cli

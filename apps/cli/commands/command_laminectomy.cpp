@@ -1,0 +1,397 @@
+// laminectomy: judges a recorded laminectomy, and draws the sections of the scan that show the result.
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "apps/cli/commands.h"
+#include "apps/view/slice_picture.h"
+#include "data-tools/files/output_set.h"
+#include "data-tools/formats/open_volume.h"
+#include "modules/drilling/burr.h"
+#include "modules/laminectomy/laminectomy.h"
+#include "volume/scan/traversal.h"
+
+namespace trephine::cli {
+
+using glm::dvec2;
+using glm::dvec3;
+using laminectomy::CanalSection;
+using laminectomy::Judgement;
+
+namespace {
+
+struct LaminectomyArguments {
+  workbench::SourceChoice case_source;
+  std::string session, vertebra, canal, slices;
+  std::optional<double> until;
+};
+
+/// Draws sections of the scan through a vertebra, with removed bone tinted.
+class Plane {
+ public:
+  Plane(const laminectomy::Outcome& outcome, const volume::Field& bone, const volume::Version& version)
+      : outcome_(outcome), bone_(bone), version_(version), intensity_(bone.volume(), whole()) {}
+
+  /// Section around a position of the vertebra's frame (mm); `right` and `up` are the picture's directions.
+  imaging::Panel panel(const dvec3& at_local, const dvec3& right, const dvec3& up) const {
+    return image([&](double x, double y) {
+      const dvec3 p =
+          bone_.volume().frame.volume_from_world(outcome_.frame.world(at_local + x * right + y * up));
+      Pixel pixel;
+      if (bone_.volume().contains(volume::voxel_of(p))) pixel.intensity = intensity_.value(p);
+      pixel.is_gone = bone_.value(p) >= 0 && version_.distance(p) <= 0;
+      return pixel;
+    });
+  }
+  /// The vertebra's arch from the back, as `Pars` measures it: the brightest bone along each line of sight
+  /// between the canal's centre and the laminae's outer surface. Lines without remaining bone are tinted.
+  imaging::Panel from_behind(double middle_z, int label) const {
+    constexpr double k_step = 0.5;  // mm along a line of sight
+    const volume::Volume& scan = bone_.volume();
+    return image([&](double x, double y) {
+      Pixel pixel;
+      bool is_left = false, is_removed = false;
+      for (double depth = 0; depth <= outcome_.roof_back; depth += k_step) {
+        const dvec3 p = scan.frame.volume_from_world(outcome_.frame.world({-x, depth, middle_z + y}));
+        const glm::ivec3 v = volume::voxel_of(p);
+        if (!scan.contains(v)) continue;
+        if (label >= 0 && scan.labels[scan.index(v.x, v.y, v.z)] != label) continue;
+        pixel.intensity = std::max(pixel.intensity, intensity_.value(p));
+        if (bone_.value(p) < 0) continue;
+        (version_.distance(p) > 0 ? is_left : is_removed) = true;
+      }
+      pixel.is_gone = is_removed && !is_left;
+      return pixel;
+    });
+  }
+  /// Axial section of the canal at height `z` (mm), in the surgeon's view: the back up, the patient's left on
+  /// the left.
+  imaging::Panel across(double z, const std::string& title) const {
+    imaging::Panel panel = this->panel({0, 15, z}, {-1, 0, 0}, {0, 1, 0});
+    panel.title = title;
+    panel.left = "L", panel.right = "R", panel.above = "P", panel.below = "A";
+    panel.foot = "slice " + std::to_string(slice(outcome_.frame.world({0, 0, z})) + 1);
+    return panel;
+  }
+  int slice(const dvec3& world) const { return laminectomy::slice_of(bone_.volume(), world); }
+
+ private:
+  struct Pixel {
+    double intensity = -1e9;  ///< HU
+    bool is_gone = false;
+  };
+  /// Returns the panel of pixel_at(x, y), with x and y in mm from the centre.
+  template <class PixelAt>
+  static imaging::Panel image(const PixelAt& pixel_at) {
+    constexpr double k_edge = 80, k_pixel = 0.25;                                   // mm
+    constexpr double k_dark = -200, k_bright = 1200, k_gone[3] = {0.9, 0.25, 0.2};  // HU; a tint
+    imaging::Panel panel;
+    panel.columns = panel.rows = static_cast<int>(k_edge / k_pixel);
+    panel.mm_per_pixel = k_pixel;
+    panel.pixels.reserve(static_cast<std::size_t>(panel.rows * panel.rows));
+    for (int j = 0; j < panel.rows; ++j)
+      for (int i = 0; i < panel.rows; ++i) {
+        const Pixel pixel =
+            pixel_at((i - 0.5 * (panel.rows - 1)) * k_pixel, (j - 0.5 * (panel.rows - 1)) * k_pixel);
+        const double grey = std::clamp((pixel.intensity - k_dark) / (k_bright - k_dark), 0.0, 1.0);
+        imaging::Panel::Colour colour;
+        for (std::size_t c = 0; c < 3; ++c)
+          colour[c] = static_cast<std::uint8_t>(
+              255 * std::min(1.0, pixel.is_gone ? (0.35 + 0.65 * grey) * k_gone[c] : grey));
+        panel.pixels.push_back(colour);
+      }
+    return panel;
+  }
+  static volume::Shape whole() {
+    volume::Shape shape;
+    shape.low = 0;
+    return shape;
+  }
+  const laminectomy::Outcome& outcome_;
+  const volume::Field& bone_;
+  const volume::Version& version_;
+  volume::Field intensity_;  ///< of the scan itself
+};
+
+/// Draws the canal's wall into a panel of across(), whose centre is 15 mm behind the canal's centre. A line
+/// ends where neighbouring rays meet different bones, as at a foramen; lines shorter than 3 mm are omitted.
+void add_walls(imaging::Panel& panel, const CanalSection& section) {
+  constexpr double k_jump = 1.5, k_least = 3;  // mm
+  for (const bool is_after : {false, true}) {
+    const std::vector<double>& wall = is_after ? section.after : section.before;
+    const auto ray_at = [](int ray) { return static_cast<std::size_t>(ray % laminectomy::k_rays); };
+    const auto is_joined = [&](int ray) {  // to the previous ray
+      const double current = wall[ray_at(ray)], previous = wall[ray_at(ray + laminectomy::k_rays - 1)];
+      return current >= 0 && previous >= 0 && std::abs(current - previous) < k_jump;
+    };
+    const imaging::Panel::Colour colour =
+        is_after ? imaging::Panel::Colour{255, 210, 60} : imaging::Panel::Colour{80, 200, 255};
+    int first = 0;
+    while (first < laminectomy::k_rays && is_joined(first)) ++first;
+    const bool is_ring = first == laminectomy::k_rays;
+    if (is_ring) first = 0;
+    imaging::Panel::Line line{{}, colour, is_ring, is_after ? "canal now" : "canal before"};
+    double length = 0;
+    const auto finish = [&] {
+      if (length >= k_least) panel.lines.push_back(line);
+      line.places.clear(), length = 0;
+    };
+    for (int ray = first; ray < first + laminectomy::k_rays; ++ray) {
+      if (!is_ring && !is_joined(ray)) finish();
+      const double r = wall[ray_at(ray)];
+      if (r < 0) continue;
+      const dvec2 p = r * laminectomy::ray_direction(ray), point(-p.x, p.y - 15);
+      if (!line.places.empty()) length += glm::distance(line.places.back(), point);
+      line.places.push_back(point);
+    }
+    finish();
+  }
+}
+
+/// Writes the sections of the findings and the view of both isthmuses as one picture.
+Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const Plane& plane,
+            const std::string& path) {
+  std::vector<imaging::Panel> panels;
+  const auto section = [&](const dvec3& world) -> const CanalSection& {
+    const double z = o.frame.local(world).z;
+    return *std::min_element(o.sections.begin(), o.sections.end(), [z](const auto& a, const auto& b) {
+      return std::abs(a.z - z) < std::abs(b.z - z);
+    });
+  };
+  const auto add = [&](const dvec3& world, const std::string& title) {
+    const CanalSection& nearest = section(world);
+    imaging::Panel panel = plane.across(nearest.z, title);
+    // Findings in one slice share one picture.
+    for (imaging::Panel& other : panels)
+      if (other.foot == panel.foot) {
+        other.title += "; " + title;
+        return;
+      }
+    add_walls(panel, nearest);
+    panel.lines.push_back({{}, {230, 70, 60}, true, "removed"});
+    panels.push_back(std::move(panel));
+  };
+  add(j.narrowest_at, format_text("Canal %.0f mm\u00b2, now %.0f", j.canal_before, j.canal_after));
+  if (o.widest_opened >= 0)
+    add(j.opened_at, format_text("Opening %.1f mm wide, %.0f mm long", j.opened_width, j.opened_length));
+  const double facet =
+      std::max({j.left_upper_facet, j.left_lower_facet, j.right_upper_facet, j.right_lower_facet});
+  const char* facet_name = facet == j.left_upper_facet    ? "Left upper"
+                           : facet == j.left_lower_facet  ? "Left lower"
+                           : facet == j.right_upper_facet ? "Right upper"
+                                                          : "Right lower";
+  if (facet >= 0.5) add(j.facet_at, format_text("%s facet: %.0f %% removed", facet_name, facet));
+  // Both isthmuses from the back.
+  const bool is_left = j.left_pars < j.right_pars;
+  const dvec3 pars = o.frame.local(is_left ? j.left_pars_at : j.right_pars_at);
+  imaging::Panel back = plane.from_behind(pars.z, label);
+  back.title = format_text("Pars: left %.1f mm, right %.1f mm", j.left_pars, j.right_pars);
+  back.left = "L", back.right = "R", back.above = "S", back.below = "I";
+  back.foot = "from the back";
+  for (const laminectomy::Pars& side : o.pars) {
+    const dvec3 at = o.frame.local(side.at_world);
+    back.lines.push_back(
+        {{dvec2(-at.x - 0.5 * side.after, at.z - pars.z), dvec2(-at.x + 0.5 * side.after, at.z - pars.z)},
+         {120, 255, 120},
+         false,
+         "pars"});
+  }
+  panels.push_back(std::move(back));
+  return view::write_slices(panels, path);
+}
+
+/// Contacts with forbidden structures (dura, roots), with the slices in which the tool entered them.
+Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& frame, const Plane& plane,
+                 std::string& text) {
+  Json list = Json::array();
+  for (std::size_t s = 0; s < engine.forbidden().size(); ++s) {
+    const std::string& name = engine.forbidden()[s]->name();
+    double nearest = sim::Forbidden::k_reach;
+    for (std::size_t h = 0; h < engine.hand_count(); ++h)
+      nearest = std::min(nearest, engine.watch(h, s).nearest);
+    Json contacts = Json::array();
+    std::string slices;
+    const sim::Chronicle& chronicle = engine.now().chronicle;
+    for (std::size_t i = 0; i < chronicle.size(); ++i) {
+      const auto* entered = chronicle[i].what.as<sim::ForbiddenEntered>();
+      if (entered == nullptr || entered->structure != name) continue;
+      const double height = frame.local(chronicle[i].place_world).z;
+      // Skip contacts at other vertebrae.
+      if (height < frame.low || height > frame.high) continue;
+      const int slice = plane.slice(chronicle[i].place_world);
+      contacts.push_back({{"place_world_mm", json_of(chronicle[i].place_world)},
+                          {"slice", slice + 1},
+                          {"tick", chronicle[i].tick},
+                          {"is_working", entered->is_working}});
+      slices += (slices.empty() ? "" : ", ") + std::to_string(slice + 1);
+    }
+    list.push_back({{"structure", name}, {"contacts", contacts}});
+    // Smallest distance of the whole operation; distances beyond k_reach are not measured.
+    if (nearest < sim::Forbidden::k_reach) list.back()["nearest_mm"] = nearest;
+    if (!contacts.empty())
+      text += format_text("%s: entered %zu times here, %.1f mm deep at most in the operation, slices %s\n",
+                          name.c_str(), contacts.size(), std::max(0.0, -nearest), slices.c_str());
+    else if (nearest < sim::Forbidden::k_reach)
+      text += format_text("%s: not touched, %.1f mm away at least\n", name.c_str(), nearest);
+  }
+  return list;
+}
+
+Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.reads(input);
+  outputs.writes("slices", arguments.slices, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  if (arguments.vertebra.empty() && arguments.canal.empty())
+    return Error{.what = "no vertebra selected",
+                 .expected = "--vertebra or --canal",
+                 .remedy = "list the labels with trephine info"};
+  std::optional<dvec3> canal;
+  if (!arguments.canal.empty()) {
+    const auto place = parse_point(arguments.canal, "--canal");
+    if (!place) return place.error();
+    canal = place.value();
+  }
+  if (arguments.until && !(*arguments.until >= 0 && std::isfinite(*arguments.until)))
+    return Error{.what = "the time is out of range",
+                 .where = "--until",
+                 .found = format_text("%g", *arguments.until),
+                 .expected = "0 s or more"};
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
+  if (!opened) return opened.error();
+  workbench::OpenedSession& session = *opened.value();
+  const std::uint64_t tick_count = session.reader->tick_count();
+  const double rate = session.reader->header().rate_hz;
+  const auto end =
+      arguments.until
+          ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)))
+          : tick_count;
+  if (arguments.until && *arguments.until * rate > static_cast<double>(tick_count) + 0.5)
+    return Error{.what = "the session is shorter",
+                 .where = "--until",
+                 .found = format_text("%.1f s", *arguments.until),
+                 .expected = format_text("0 to %.1f s", static_cast<double>(tick_count) / rate)};
+  if (Status error = session.replay->seek(end)) return *error;
+  sim::Engine& engine = session.replay->engine();
+  engine.freeze();
+  if (session.scene().items.empty() || session.scene().items[0].is_mesh())
+    return Error{.what = "the session has no bone",
+                 .where = "session",
+                 .expected = "a session whose first shape is of a volume"};
+  const volume::Field& bone = session.scene().items[0].field;
+  const volume::Volume& scan = bone.volume();
+  const int label = arguments.vertebra.empty() ? -1 : scan.label_value(arguments.vertebra);
+  if (!arguments.vertebra.empty() && (label <= 0 || scan.labels.is_empty())) {
+    std::string known;
+    for (std::size_t i = 1; i < scan.label_names.size(); ++i)
+      known += (i > 1 ? ", " : "") + scan.label_names[i];
+    return Error{.what = "unknown label",
+                 .where = "vertebra",
+                 .found = arguments.vertebra,
+                 .expected = known.empty() ? "a scan with labels" : known,
+                 .remedy = "pass a position in its canal: --canal"};
+  }
+  const auto judged = laminectomy::judge(bone, label, canal ? &*canal : nullptr, *engine.current());
+  if (!judged) {
+    const sim::LocatedError& error = judged.error();
+    const glm::dvec3& at = error.position_world;
+    return Error{.what = error.reason,
+                 .where = "laminectomy",
+                 .found = format_text("%.1f, %.1f, %.1f", at.x, at.y, at.z),
+                 .expected = "a vertebra with a closed canal",
+                 .remedy = "pass a position in its canal at the height of its lamina: --canal"};
+  }
+  const laminectomy::Outcome& o = judged.value();
+  const Judgement j = laminectomy::judgement_of(o, arguments.vertebra);
+  const Plane plane(o, bone, *engine.current());
+  Outcome outcome{new_report("laminectomy"), "", exit_done};
+  Json& json = outcome.json;
+  const auto location_json = [&](const dvec3& at) {
+    return Json{{"place_world_mm", json_of(at)}, {"slice", plane.slice(at) + 1}};
+  };
+  const auto percent = [](double left, double before) { return before > 0 ? 100 * left / before : 100.0; };
+  json["vertebra"] = arguments.vertebra;
+  json["canal"] = location_json(j.narrowest_at);
+  json["canal"]["before_mm2"] = j.canal_before, json["canal"]["now_mm2"] = j.canal_after;
+  json["opening"] = location_json(j.opened_at);
+  json["opening"]["length_mm"] = j.opened_length, json["opening"]["width_mm"] = j.opened_width;
+  json["lamina"] = {{"before_mm3", j.lamina_before}, {"left_mm3", j.lamina_left}};
+  json["lamina"].update(location_json(o.lamina.at_world));
+  json["spinous_process"] = {{"before_mm3", j.spinous_before}, {"left_mm3", j.spinous_left}};
+  json["spinous_process"].update(location_json(o.spinous_process.at_world));
+  json["opening"]["canal_before_mm2"] = j.opening_before, json["opening"]["canal_now_mm2"] = j.opening_after;
+  json["is_at_border"] = o.is_at_border;
+  if (o.is_at_border) notice("the scan ends within the vertebra: sizes and shares refer to the scanned part");
+  Json facets = Json::array(), pars = Json::array();
+  outcome.text += format_text("canal: %.0f mm2 where it is narrowest (slice %d), now %.0f\n", j.canal_before,
+                              plane.slice(j.narrowest_at) + 1, j.canal_after);
+  outcome.text +=
+      o.widest_opened < 0
+          ? "its roof is closed\n"
+          : format_text(
+                "its roof is open along %.0f mm, %.1f mm wide at most (slice %d): there %.0f mm2, now %.0f\n",
+                j.opened_length, j.opened_width, plane.slice(j.opened_at) + 1, j.opening_before,
+                j.opening_after);
+  outcome.text +=
+      format_text("lamina: %.0f %% left; spinous process: %.0f %% left\n",
+                  percent(j.lamina_left, j.lamina_before), percent(j.spinous_left, j.spinous_before));
+  for (std::size_t side = 0; side < 2; ++side) {
+    const char* name = side == 0 ? "left" : "right";
+    for (const bool is_upper : {true, false}) {
+      const laminectomy::Part& part = (is_upper ? o.upper_facet : o.lower_facet)[side];
+      Json facet = location_json(part.at_world);
+      facet["side"] = name, facet["is_upper"] = is_upper;
+      facet["before_mm3"] = part.size, facet["removed_percent"] = 100 * part.share_removed();
+      facets.push_back(facet);
+    }
+    outcome.text +=
+        format_text("%s facets: %.0f %% of the upper removed, %.0f %% of the lower\n", name,
+                    100 * o.upper_facet[side].share_removed(), 100 * o.lower_facet[side].share_removed());
+    Json isthmus = location_json(o.pars[side].at_world);
+    isthmus["side"] = name, isthmus["before_mm"] = o.pars[side].before,
+    isthmus["now_mm"] = o.pars[side].after;
+    pars.push_back(isthmus);
+    outcome.text += format_text("%s pars: %.1f mm wide, %.1f before (slice %d)\n", name, o.pars[side].after,
+                                o.pars[side].before, plane.slice(o.pars[side].at_world) + 1);
+  }
+  json["facets"] = facets, json["pars"] = pars;
+  // Plunges beyond the bone, in the whole operation.
+  double plunge = 0;
+  int plunges = 0;
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i)
+    if (const auto* breakthrough = chronicle[i].what.as<drilling::Breakthrough>())
+      ++plunges, plunge = std::max(plunge, breakthrough->plunge);
+  json["breakthroughs"] = {{"count", plunges}, {"deepest_plunge_mm", plunge}};
+  if (plunges > 0)
+    outcome.text += format_text("burrs broke through %d times, %.1f mm beyond at most\n", plunges, plunge);
+  json["forbidden"] = contacts_of(engine, o.frame, plane, outcome.text);
+  outputs.write(arguments.slices, [&] { return draw(o, j, label, plane, arguments.slices); });
+  if (Status error = outputs.result()) return *error;
+  if (!outputs.written().empty()) outcome.text += "wrote " + outputs.written().front() + "\n";
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<LaminectomyArguments>();
+  add_session(options, a->session, a->case_source);
+  options.add("--vertebra", a->vertebra, "Label of the vertebra in the scan").type("LABEL");
+  options
+      .add("--canal", a->canal,
+           "A position in its canal, at the height of its lamina, mm (LPS); required without a label")
+      .type("X,Y,Z");
+  options.add("--until", a->until, "Time of the state in the session, s (default: the end)").type("S");
+  options.add("--slices", a->slices, "Write the sections of the scan that show the result").type("PNG");
+  return run_with(a, run_laminectomy);
+}
+
+}  // namespace
+
+const Command k_laminectomy{
+    "laminectomy", "Judge a recorded laminectomy: area of the canal, remaining parts of the vertebra",
+    "  trephine laminectomy spine.session --vertebra L4 --slices outcome.png\n"
+    "  trephine laminectomy spine.session --scan SCANS/SPINE --canal 0,24,0 --until 60 --json",
+    build};
+
+}  // namespace trephine::cli

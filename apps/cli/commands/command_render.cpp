@@ -1,0 +1,227 @@
+// render: volume rendering of a scan, or of a moment of a session, by ray casting.
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "apps/cli/commands.h"
+#include "apps/imaging/render_panel.h"
+#include "apps/view/slice_picture.h"
+#include "data-tools/files/output_set.h"
+#include "data-tools/formats/write_volume.h"
+
+namespace trephine::cli {
+
+using glm::dvec3;
+
+namespace {
+
+struct RenderArguments {
+  workbench::MomentChoice moment;
+  ObjectArguments things;
+  std::string from = "oblique", ramp, opacity, clip, output;
+  std::vector<std::string> hidden, translucent, cutouts;
+  double radius = 8, share = 0.15;
+  int size = 720, slices = 0;
+  bool is_flat = false;
+};
+
+/// Parses "150:0,300:0.5,1200:0.9"; each point has the colour of the nearest point of `colours`.
+Result<volume::TransferFunction> parse_opacity(const std::string& text,
+                                               const volume::TransferFunction& colours) {
+  volume::TransferFunction ramp;
+  const char* at = text.c_str();
+  while (*at != 0) {
+    char* end = nullptr;
+    volume::TransferPoint point;
+    point.value = std::strtod(at, &end);
+    const bool is_pair = end != at && *end == ':';
+    at = end + 1;
+    if (is_pair) point.opacity = std::strtod(at, &end);
+    if (!is_pair || end == at || (*end != 0 && *end != ',') || (*end == ',' && end[1] == 0) ||
+        !(std::abs(point.value) <= 32768))
+      return Error{.what = "invalid opacities",
+                   .where = "--opacity",
+                   .found = text,
+                   .expected = "values (-32768 to 32767) and their opacities: 150:0,300:0.5"};
+    at = *end == ',' ? end + 1 : end;
+    const auto nearest = std::min_element(colours.begin(), colours.end(), [&](const auto& a, const auto& b) {
+      return std::abs(a.value - point.value) < std::abs(b.value - point.value);
+    });
+    point.colour = nearest->colour;
+    ramp.push_back(point);
+  }
+  if (text.empty()) ramp.clear();
+  if (Status error = volume::check(ramp)) {
+    error->where = "--opacity, " + error->where;
+    return *error;
+  }
+  return ramp;
+}
+
+/// Returns the value of a label by its name. Error: unknown label, with the known names.
+Result<std::size_t> label_of(const volume::Volume& scan, const std::string& name, const char* option) {
+  std::string known;
+  for (std::size_t label = 1; label < scan.label_names.size(); ++label) {
+    if (scan.label_names[label] == name) return label;
+    known += (known.empty() ? "" : ", ") + scan.label_names[label];
+  }
+  return Error{.what = "unknown label",
+               .where = option,
+               .found = name,
+               .expected = known.empty() ? "a scan with labels" : known};
+}
+
+/// Sets the opacities of the hidden and translucent labels.
+Status set_label_looks(const RenderArguments& a, const volume::Volume& scan,
+                       std::vector<volume::LabelAppearance>& looks) {
+  const auto set = [&](const std::string& name, const char* option, double opacity) -> Status {
+    const auto label = label_of(scan, name, option);
+    if (!label) return label.error();
+    looks.resize(std::max(looks.size(), label.value() + 1));
+    looks[label.value()].opacity = opacity;
+    return std::nullopt;
+  };
+  for (const std::string& name : a.hidden)
+    if (Status error = set(name, "--hide", 0)) return error;
+  for (const std::string& name : a.translucent)
+    if (Status error = set(name, "--translucent", a.share)) return error;
+  return std::nullopt;
+}
+
+/// Sets the clip plane and the cutouts along trajectories.
+Status set_openings(const RenderArguments& a, const workbench::Moment& moment, volume::Openings& openings) {
+  if (!a.clip.empty()) {
+    const std::size_t colon = a.clip.find(':');
+    const auto at = parse_point(a.clip.substr(0, colon), "--clip");
+    if (!at) return at.error();
+    const auto normal = parse_point(colon == std::string::npos ? "" : a.clip.substr(colon + 1), "--clip");
+    if (!normal) return normal.error();
+    if (!(glm::length(normal.value()) > 1e-9))
+      return Error{.what = "the plane has no direction",
+                   .where = "--clip",
+                   .found = a.clip,
+                   .expected = "a position and a direction of nonzero length"};
+    openings.plane = volume::Openings::Plane{at.value(), glm::normalize(normal.value())};
+  }
+  for (const std::string& name : a.cutouts) {
+    const auto trajectory = workbench::find_trajectory(moment, name, "--cutout");
+    if (!trajectory) return trajectory.error();
+    const data_tools::CaseTrajectory& t = *trajectory.value();
+    // The tube starts 80 mm outside the entry, so that it also opens covering tissue.
+    const dvec3 direction = glm::normalize(t.target_world - t.entry_world);
+    openings.tubes.push_back({t.entry_world - 80.0 * direction, t.target_world, a.radius});
+  }
+  return std::nullopt;
+}
+
+Result<Outcome> run_render(const RenderArguments& a) {
+  data_tools::OutputSet outputs;
+  reads(outputs, a.moment, a.things);
+  outputs.writes("output", a.output, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  for (const Status& error :
+       {check_range(a.size, 16, 4096, "--pixels"), check_range(a.radius, 0.1, 100, "--cutout-radius"),
+        check_range(a.share, 0, 1, "--share"),
+        a.slices == 0 ? Status() : check_range(a.slices, 50, 20000, "--slices")})
+    if (error) return *error;
+  const auto opened = open_with(a.moment, a.things);
+  if (!opened) return opened.error();
+  const workbench::Moment& moment = *opened.value();
+  const volume::Volume& scan = *moment.scan;
+  if (!scan.is_hounsfield && !a.ramp.empty() && a.ramp != "grey")
+    return Error{.what = "this transfer function needs Hounsfield units",
+                 .where = "--ramp",
+                 .found = a.ramp,
+                 .expected = "a CT",
+                 .remedy = "pass --ramp grey, or opacities in the values of the scan: --opacity"};
+  volume::TransferFunction ramp = imaging::transfer_function_of(a.ramp.empty() ? "bone" : a.ramp, scan);
+  if (!a.opacity.empty()) {
+    auto custom = parse_opacity(a.opacity, ramp);
+    if (!custom) return custom.error();
+    ramp = std::move(custom).value();
+  }
+  volume::RaycastRequest request;
+  request.is_shaded = !a.is_flat;
+  if (a.slices > 0) {
+    const dvec3 mm = scan.frame.spacing() * dvec3(scan.size);
+    request.step = glm::length(mm) / a.slices;
+  }
+  if (Status error = set_openings(a, moment, request.openings)) return *error;
+  std::vector<volume::LabelAppearance> looks;
+  if (Status error = set_label_looks(a, scan, looks)) return *error;
+
+  imaging::Renderer renderer;
+  renderer.set_transfer_function(ramp);
+  renderer.set_labels(std::move(looks));
+  request.eye = imaging::eye_from(a.from, scan.frame, renderer.visible_box(moment.scan, 0), a.size, a.size);
+  const imaging::Subject subject = imaging::subject_of(moment);
+  const auto clock = Clock::now();
+  imaging::Panel panel = renderer.draw(subject, request, 0);
+  const double seconds = seconds_since(clock);
+
+  Outcome outcome{new_report("render"), "", exit_done};
+  Json& json = outcome.json;
+  const auto counters = renderer.counters();
+  const auto window = volume::window_of_opacity(ramp, imaging::k_touch_opacity);
+  json["image_seconds"] = seconds;
+  json["rays"] = counters.rays;
+  json["samples"] = counters.samples;
+  json["ramp"] = Json::array();
+  for (const volume::TransferPoint& p : ramp)
+    json["ramp"].push_back({{"value", p.value}, {"colour", json_of(p.colour)}, {"opacity_mm", p.opacity}});
+  outcome.text = format_text("%d x %d from %s in %.0f ms: %.1f million samples\n", a.size, a.size,
+                             a.from.c_str(), 1e3 * seconds, 1e-6 * static_cast<double>(counters.samples));
+  if (!scan.is_hounsfield && a.ramp.empty() && a.opacity.empty())
+    outcome.text +=
+        "its values are not Hounsfield units; for CT without this information pass --hounsfield\n";
+  if (window) {
+    json["window"] = {{"low", window->low ? Json(*window->low) : Json()},
+                      {"high", window->high ? Json(*window->high) : Json()}};
+    outcome.text += format_text("to touch what is shown here: trephine view ... --range %.0f:%s\n",
+                                window->low.value_or(-32768),
+                                window->high ? format_text("%.0f", *window->high).c_str() : "");
+  } else {
+    json["window"] = nullptr;
+    outcome.text += "nothing of it is opaque enough to be touched\n";
+  }
+  panel.title =
+      a.opacity.empty() ? (a.ramp.empty() ? (scan.is_hounsfield ? "bone" : "grey") : a.ramp) : "own ramp";
+  outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, a.size); });
+  return finished(outputs, std::move(outcome), "no picture requested: -o PICTURE.png\n");
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<RenderArguments>();
+  add_moment(options, a->moment);
+  add_objects(options, a->things);
+  options.add("--from", a->from, "Side of the camera")
+      .one_of({std::begin(imaging::k_sides), std::end(imaging::k_sides)})
+      .shows_default();
+  options.add("--ramp", a->ramp, "Transfer function: colour and opacity of intensities (bone)")
+      .one_of({std::begin(imaging::k_ramps), std::end(imaging::k_ramps)});
+  options.add("--opacity", a->opacity, "Custom opacities: values, and the opacity of a millimetre of them")
+      .type("V:O,V:O...");
+  options.add("--slices", a->slices, "Samples across the whole scan (default: two per voxel)").type("N");
+  options.add("--clip", a->clip, "Show nothing in front of this plane: a position and a direction (LPS)")
+      .type("X,Y,Z:X,Y,Z");
+  options.add("--cutout", a->cutouts, "Show nothing along this trajectory of the plan; may be repeated")
+      .type("NAME");
+  options.add("--cutout-radius", a->radius, "Radius of the cutout").type("MM").shows_default();
+  options.add("--hide", a->hidden, "A label that is not shown; may be repeated").type("LABEL");
+  options.add("--translucent", a->translucent, "A label that is drawn translucent; may be repeated")
+      .type("LABEL");
+  options.add("--share", a->share, "Remaining share of a translucent label's opacity").shows_default();
+  options.add("--flat", a->is_flat, "Draw without light and shade");
+  options.add("--pixels", a->size, "Pixels of the picture's edges").type("N").shows_default();
+  options.add("-o,--output", a->output, "Write the picture").type("PNG");
+  return run_with(a, run_render);
+}
+
+}  // namespace
+
+const Command k_render{"render", "Draw a scan, or a moment of a session, by ray casting, without a surface",
+                       "  trephine render head --ramp bone-and-skin -o render.png\n"
+                       "  trephine render spine --from back --cutout \"L4 left pedicle\" -o along.png",
+                       build};
+
+}  // namespace trephine::cli

@@ -1,0 +1,117 @@
+// run: plays a script of an operation and checks its expectations.
+#include <algorithm>
+#include <filesystem>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/commands/script_play.h"
+#include "apps/cli/commands/session_window.h"
+#include "apps/view/render_window.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/files/output_set.h"
+#include "data-tools/formats/open_volume.h"
+
+namespace trephine::cli {
+
+namespace {
+
+struct RunArguments {
+  std::string script, output, pictures;
+  bool wants_window = false, is_live = false;
+  workbench::RecordChoice record;
+};
+
+Result<Outcome> run_script(const RunArguments& arguments) {
+  if (arguments.wants_window && !view::has_display()) return view::no_display();
+  auto script = data_tools::read_script(arguments.script);
+  if (!script) return script.error();
+  ScriptRequest request;
+  request.script = std::move(script).value();
+  request.where = data_tools::file_name(arguments.script);
+  request.folder = std::filesystem::path(arguments.script).parent_path().string();
+  request.record = arguments.record;
+  request.is_live = arguments.is_live;
+  request.pictures = arguments.pictures;
+  request.wants_session = arguments.wants_window;
+  request.in_use = workbench::files_of(request.script, request.folder);
+  request.in_use.insert(request.in_use.end(), {arguments.script, arguments.record.file});
+  data_tools::OutputSet outputs;
+  for (const std::string& file : request.in_use) outputs.reads(file);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  if (Status error = outputs.check()) return *error;
+  auto played = play_script(request);
+  if (!played) return played.error();
+  const workbench::ScriptReport& report = played.value().report;
+  const volume::Version& version = *report.state->world.version;
+  notify_resampled(version.base(), arguments.output);
+  outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, version); });
+  if (Status error = outputs.result()) return *error;
+
+  const double removed = report.measure("removed");
+  Outcome outcome{new_report("run"), "", report.is_met() ? exit_done : exit_check_failed};
+  Json& json = outcome.json;
+  json["title"] = request.script.title;
+  json["ticks"] = report.ticks;
+  json["seconds"] = report.seconds;
+  json["played_seconds"] = played.value().played_seconds;
+  json["removed_mm3_total"] = removed;
+  json["strongest_force_n"] = report.strongest_force_n;
+  json["content_hash"] = hash_text(version.content_hash());
+  json["is_met"] = report.is_met();
+  json["checks"] = checks_json(report);
+  if (!request.pictures.empty()) json["pictures"] = played.value().pictures;
+  if (const auto& live = played.value().live) json["servo"] = servo_json(live->servo);
+  const auto failed = std::count_if(report.checks.begin(), report.checks.end(),
+                                    [](const workbench::ScriptCheck& check) { return !check.is_met; });
+  outcome.text = checks_text(report);
+  outcome.text += format_text("%.1f s played in %.1f s, %.2f mm3 removed, at most %.2f N: ", report.seconds,
+                              played.value().played_seconds, removed, report.strongest_force_n);
+  outcome.text += report.checks.empty() ? "nothing was expected\n"
+                  : failed == 0         ? format_text("all of %zu checks met\n", report.checks.size())
+                                : format_text("%zu of %zu checks FAILED\n", static_cast<std::size_t>(failed),
+                                              report.checks.size());
+  if (!arguments.output.empty()) outcome.text += "written to " + arguments.output + "\n";
+  if (!played.value().pictures.empty())
+    outcome.text +=
+        format_text("%zu pictures in %s/\n", played.value().pictures.size(), request.pictures.c_str());
+  if (report.recording) {  // the recording failed; other outputs are kept
+    notice("note: " + report.recording->message());
+    json["recording"] = report.recording->message();
+    if (report.is_met()) outcome.exit_code = exit_code_of(*report.recording);
+    return outcome;
+  }
+  if (arguments.wants_window) {
+    const std::string scan = workbench::scan_of(request.script, request.folder);
+    auto session = workbench::open_session(played.value().session, scan, terminal_listener());
+    if (!session) return session.error();
+    if (Status error = play_in_window(*session.value(), played.value().session,
+                                      request.script.title.empty() ? "script" : request.script.title))
+      return *error;
+  }
+  if (is_interrupted()) outcome.exit_code = exit_interrupted;
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<RunArguments>();
+  options.add("SCRIPT", a->script, "Scan, hands, commands and expectations: docs/file-formats.md").required();
+  options.add(
+      "-o,--output", a->output,
+      "Write the remaining volume at the end: " + data_tools::extensions_of(data_tools::OutputKind::volume));
+  options.add("--pictures", a->pictures, "Write the script's pictures to this folder").type("FOLDER");
+  options.add("--live", a->is_live, "Play it on a servo thread in real time");
+  options.add("--show", a->wants_window, "Play the result in the window");
+  add_record(options, a->record);
+  return run_with(a, run_script);
+}
+
+}  // namespace
+
+const Command k_run{
+    "run",
+    "Play a script of an operation and check its expectations; exits with 0 if all are met, else with 1",
+    "  trephine run docs/examples/burr-hole.toml\n"
+    "  trephine run docs/examples/burr-hole.toml --show --record burr-hole.session\n"
+    "  trephine run docs/examples/demo.toml --live --pictures out",
+    build};
+
+}  // namespace trephine::cli

@@ -1,0 +1,166 @@
+// section: filled cross-section of bone, detached bodies and models with a plane.
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/options/plane_options.h"
+#include "apps/imaging/screw_breach.h"
+#include "apps/imaging/section_panel.h"
+#include "apps/view/slice_picture.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/files/output_set.h"
+
+namespace trephine::cli {
+
+using glm::dvec3;
+using imaging::SectionObject;
+using volume::ImagePlane;
+
+namespace {
+
+struct SectionArguments {
+  workbench::MomentChoice moment;
+  PlaneArguments plane;
+  std::string output, svg;
+  ObjectArguments things;
+};
+
+std::string hex(const imaging::Panel::Colour& c) { return format_text("#%02x%02x%02x", c[0], c[1], c[2]); }
+
+/// Returns the filled outlines as SVG, in mm; each object is a path with its name and area.
+std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& objects) {
+  const double width = plane.pixel * plane.columns, height = plane.pixel * plane.rows;
+  std::string text = format_text(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.3fmm\" height=\"%.3fmm\" viewBox=\"%.3f %.3f %.3f "
+      "%.3f\">\n",
+      width, height, -0.5 * width, -0.5 * height, width, height);
+  for (const SectionObject& object : objects) {
+    if (object.cut.outline.empty()) continue;
+    text += format_text("<path fill=\"%s\" stroke=\"black\" stroke-width=\"0.1\" fill-rule=\"evenodd\" d=\"",
+                        hex(object.colour).c_str());
+    for (const cross_section::Loop& loop : object.cut.outline) {
+      for (std::size_t i = 0; i < loop.size(); ++i)
+        text += format_text("%c%.3f %.3f", i == 0 ? 'M' : 'L', loop[i].x, -loop[i].y);
+      text += 'Z';
+    }
+    std::string name;
+    for (const char c : object.name)
+      name += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+    text += format_text("\"><title>%s, %.1f mm2</title></path>\n", name.c_str(), object.cut.area);
+  }
+  return text + "</svg>\n";
+}
+
+/// Adds the breach of a screw to the report; searches the whole scan, not only the plane.
+void report_breach(const workbench::Moment::Thing& thing, const workbench::Moment& moment, Outcome& outcome) {
+  const imaging::ScrewBreach breach = imaging::breach_of(*thing.screw, imaging::subject_of(moment));
+  Json json = {{"name", thing.name}, {"meets_bone", breach.has_bone}, {"breach_mm", breach.mm}};
+  if (!breach.has_bone) {
+    outcome.text += thing.name + ": its axis meets no bone\n";
+  } else if (breach.mm < 0.05) {
+    outcome.text += thing.name + ": its whole shaft is in bone\n";
+  } else {
+    const std::string side = imaging::side_of_patient(breach.outward);
+    outcome.text +=
+        format_text("%s: its shaft reaches %.1f mm out of bone toward %s, %.0f mm from its entry\n",
+                    thing.name.c_str(), breach.mm, side.c_str(), breach.from_entry_mm);
+    json["toward"] = side;
+    json["from_entry_mm"] = breach.from_entry_mm;
+    json["at_world_mm"] = json_of(breach.at_world);
+  }
+  outcome.json["screws"].push_back(std::move(json));
+}
+
+Result<Outcome> run_section(const SectionArguments& a) {
+  data_tools::OutputSet outputs;
+  reads(outputs, a.moment, a.things);
+  outputs.writes("output", a.output, data_tools::OutputKind::picture);
+  outputs.writes("svg", a.svg);
+  if (Status error = outputs.check()) return *error;
+  if (Status error = check(a.plane)) return *error;
+  const auto opened = open_with(a.moment, a.things);
+  if (!opened) return opened.error();
+  const workbench::Moment& moment = *opened.value();
+  if (!moment.shape)
+    return Error{.what = "no shape chosen as bone",
+                 .where = "section",
+                 .expected = "--iso, --range, --label or --auto"};
+  const auto placed = plane_of(a.plane, moment);
+  if (!placed) return placed.error();
+  const ImagePlane& plane = placed.value();
+  const auto cut = imaging::section_objects(imaging::subject_of(moment), plane);
+  if (!cut) return cut.error();
+  const std::vector<SectionObject>& objects = cut.value();
+  imaging::SectionAreas areas;
+  const imaging::Panel panel = imaging::section_panel(objects, plane, areas);
+  const double pixel_mm2 = plane.pixel * plane.pixel;
+  Outcome outcome{new_report("section"), "", exit_done};
+  Json& json = outcome.json;
+  json["plane"] = {{"middle_world_mm", json_of(plane.middle_world)},
+                   {"normal", json_of(plane.normal())},
+                   {"right", json_of(plane.right)},
+                   {"pixel_mm", plane.pixel},
+                   {"pixels", plane.columns}};
+  json["objects"] = Json::array();
+  const dvec3 n = plane.normal();
+  outcome.text = format_text("section at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f\n",
+                             plane.middle_world.x, plane.middle_world.y, plane.middle_world.z, n.x, n.y, n.z);
+  bool has_models = false;
+  for (const SectionObject& object : objects) {
+    json["objects"].push_back(
+        {{"name", object.name}, {"area_mm2", object.cut.area}, {"outlines", object.cut.outline.size()}});
+    outcome.text += format_text("%s: %.1f mm2\n", object.name.c_str(), object.cut.area);
+    has_models |= object.kind == SectionObject::Kind::model;
+  }
+  if (a.plane.width > 0)
+    outcome.text +=
+        format_text("areas of structures and bone are of the %g mm that are shown\n", a.plane.width);
+  if (has_models) {
+    double whole = 0, drawn = 0;  // mm2: area within the outlines; area that the picture shows
+    for (const SectionObject& object : objects)
+      if (object.kind == SectionObject::Kind::model) {
+        whole += object.cut.area;
+        for (const std::uint8_t in : object.cut.inside) drawn += in * pixel_mm2;
+      }
+    const double beyond = std::max(0.0, whole - drawn);
+    json["models_beyond_picture_mm2"] = beyond;
+    if (beyond > 0.01 * whole + 1)
+      outcome.text +=
+          format_text("of models %.1f mm2 are beyond the picture, and not included below\n", beyond);
+    json["models_mm2"] = areas.models;
+    json["models_outside_bone_mm2"] = areas.outside;
+    json["bone_is_by_labels"] = !objects[0].by_labels.empty();
+    outcome.text += format_text("of models %.1f mm2 are outside bone (red)\n", areas.outside);
+    for (const workbench::Moment::Thing& thing : moment.things)
+      if (thing.screw) report_breach(thing, moment, outcome);
+    if (objects[0].by_labels.empty() && areas.outside > 0)
+      outcome.text +=
+          "bone is judged by its window alone, which excludes cancellous bone: import labels of the bones "
+          "(import --labels) to judge by them\n";
+  }
+  outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, 720); });
+  outputs.write(a.svg, [&] { return data_tools::write_file_atomically(a.svg, svg_of(plane, objects)); });
+  return finished(outputs, std::move(outcome), "no picture requested: -o SECTION.png\n");
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<SectionArguments>();
+  add_moment(options, a->moment);
+  add_shape(options, a->moment.shape);
+  add_plane(options, a->plane);
+  add_objects(options, a->things);
+  options.add("-o,--output", a->output, "Write the filled section").type("PNG");
+  options.add("--svg", a->svg, "Write the outlines, in mm").type("FILE");
+  return run_with(a, run_section);
+}
+
+}  // namespace
+
+const Command k_section{"section",
+                        "Cut a scan, or a moment of a session, with a plane: filled, measured, outlined",
+                        "  trephine section spine --plane axial --at 0,0,0 -o section.png --svg section.svg\n"
+                        "  trephine section flap.session --plane coronal --json",
+                        build};
+
+}  // namespace trephine::cli

@@ -1,0 +1,279 @@
+// replay and resume: repeat a recorded session, and continue it.
+#include <cmath>
+#include <fstream>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/commands/session_window.h"
+#include "apps/cli/commands/steps_csv.h"
+#include "apps/view/render_window.h"
+#include "apps/view/view_window.h"
+#include "apps/workbench/continued_session.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/files/output_set.h"
+#include "data-tools/formats/open_volume.h"
+#include "modules/catalogue.h"
+#include "sim/drivers/lockstep.h"
+
+namespace trephine::cli {
+
+namespace {
+
+struct ReplayArguments {
+  workbench::SourceChoice case_source;
+  std::string session, output, steps, screenshot;
+  std::optional<double> until;
+  bool is_verifying = false, wants_window = false;
+};
+struct ResumeArguments {
+  workbench::SourceChoice case_source;
+  std::string session, path;
+};
+
+Result<Outcome> run_replay(const ReplayArguments& arguments) {
+  if (arguments.wants_window && (arguments.is_verifying || arguments.until || !arguments.output.empty() ||
+                                 !arguments.steps.empty() || !arguments.screenshot.empty()))
+    return Error{.what = "the window of a replay takes no other options",
+                 .where = "--show",
+                 .found = "--verify, --until, -o, --table or --screenshot too",
+                 .expected = "--show alone",
+                 .remedy = "omit one of them"};
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.reads(input);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.writes("steps", arguments.steps, data_tools::OutputKind::table);
+  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  if (arguments.until && !(*arguments.until >= 0 && std::isfinite(*arguments.until)))
+    return Error{.what = "the time is out of range",
+                 .where = "--until",
+                 .found = format_text("%g", *arguments.until),
+                 .expected = "0 s or more"};
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
+  if (!opened) return opened.error();
+  workbench::OpenedSession& session = *opened.value();
+  sim::Replay& replay = *session.replay;
+  const double rate = session.reader->header().rate_hz;
+  if (arguments.is_verifying)
+    if (Status error = replay.why_not_verifiable()) {
+      error->where = data_tools::file_name(arguments.session);
+      return *error;
+    }
+  if (arguments.is_verifying) replay.verify_checkpoints();
+
+  if (arguments.wants_window) {
+    if (Status error = play_in_window(session, arguments.session, session.source.written_name()))
+      return *error;
+    return Outcome{new_report("replay"), "", is_interrupted() ? exit_interrupted : exit_done};
+  }
+  const std::uint64_t tick_count = session.reader->tick_count();
+  const std::uint64_t end =
+      arguments.until
+          ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)))
+          : tick_count;
+  ProgressLine progress("replaying");
+  std::string csv = arguments.steps.empty() ? "" : k_steps_header;
+  double strongest = 0;
+  const auto start = Clock::now();
+  // A moment alone is opened by seeking; a report of the ticks before it needs a replay.
+  const bool is_seeking = end < tick_count && arguments.steps.empty() && !arguments.is_verifying;
+  if (is_seeking)
+    if (Status error = replay.seek(end)) return *error;
+  for (std::uint64_t n = 0; replay.next_tick() < end || end == tick_count;
+       ++n) {  // commands may follow the last tick
+    if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) /
+                                   static_cast<double>(std::max<std::uint64_t>(end, 1))))
+      return interrupted("the replay");
+    const Result<bool> stepped = replay.step();
+    if (!stepped) return stepped.error();
+    if (!stepped.value()) break;
+    const haptics::ServoRecord& r = replay.record();
+    strongest = std::max(strongest, glm::length(r.force_world));
+    if (!arguments.steps.empty())
+      append_step(csv, r.t, r,
+                  r.has_contact ? haptics::name_of(haptics::item_of(session.scene(), r.shape)) : "");
+  }
+  const double seconds = seconds_since(start);
+  const sim::Engine& engine = replay.engine();
+  const std::uint64_t hash = engine.current()->content_hash();
+  std::optional<sim::Mismatch> mismatch = replay.mismatch();
+  if (session.reader->is_damaged() && !mismatch)
+    mismatch = sim::Mismatch{
+        tick_count, "file",
+        format_text("damaged at byte %llu", static_cast<unsigned long long>(session.reader->whole_bytes())),
+        "everything before that is the same"};
+  // A session that was cut to its header has nothing to compare, which counts as a mismatch.
+  if (!mismatch && replay.counts().ticks == 0 && replay.counts().commands == 0)
+    mismatch = sim::Mismatch{0, "session", "neither ticks nor commands", "something to compare"};
+  outputs.write(arguments.steps, [&] { return data_tools::write_file_atomically(arguments.steps, csv); });
+  notify_resampled(*session.source.volume, arguments.output);
+  outputs.write(arguments.output,
+                [&] { return data_tools::write_operated(arguments.output, *engine.current()); });
+  outputs.write(arguments.screenshot, [&]() -> Status {
+    view::WindowOptions options;
+    options.should_close = is_interrupted;
+    options.screenshot = arguments.screenshot;
+    options.title = session.source.written_name();
+    options.is_offscreen = true;
+    options.version = engine.current();
+    options.replay = session.replay.get();
+    auto summary = workbench::summarize_session(arguments.session);
+    if (!summary) return summary.error();
+    options.summary = std::move(summary).value();
+    const auto shown = view::run_window(view::borrowed(session.scene()), options);
+    return shown ? std::nullopt : Status(shown.error());
+  });
+  if (Status error = outputs.result()) return *error;
+
+  const sim::Replay::Counts& counts = replay.counts();
+  Outcome outcome{new_report("replay"), "", exit_done};
+  Json& json = outcome.json;
+  json["ticks"] = is_seeking ? replay.next_tick() : counts.ticks;
+  json["dropped_ticks"] = counts.dropped;
+  json["commands"] = counts.commands;
+  json["versions"] = counts.versions;
+  json["checkpoints"] = counts.checkpoints;
+  json["strokes"] = engine.stroke_count();
+  Json branches = Json::array({engine.branch().name});
+  for (const sim::Branch& branch : engine.left_branches()) branches.push_back(branch.name);
+  json["branches"] = branches;
+  json["history_bytes"] = engine.history_bytes();
+  json["removed_mm3_total"] = engine.removed_mm3();
+  json["content_hash"] = hash_text(hash);
+  json["strongest_force_n"] = is_seeking ? Json() : Json(strongest);
+  const haptics::EnergyLedger& energy = replay.record().energy;
+  json["energy_n_mm"] = {
+      {"contact", energy.contact}, {"growth", energy.growth}, {"growth_discarded", energy.discarded}};
+  json["replay_seconds"] = seconds;
+  json["speed"] = seconds > 0 ? static_cast<double>(replay.next_tick()) / rate / seconds : 0;
+  json["is_closed"] = session.reader->end().has_value();
+  if (is_seeking)
+    outcome.text = format_text("opened at %.1f s in %.2f s; strokes: %zu, removed: %.2f mm3\n",
+                               static_cast<double>(replay.next_tick()) / rate, seconds, engine.stroke_count(),
+                               engine.removed_mm3());
+  else
+    outcome.text = format_text(
+        "%.1f s replayed in %.2f s; commands: %llu, strokes: %zu, removed: %.2f mm3, at most %.2f N\n",
+        static_cast<double>(replay.next_tick()) / rate, seconds,
+        static_cast<unsigned long long>(counts.commands), engine.stroke_count(), engine.removed_mm3(),
+        strongest);
+  json["written"] = outputs.written();
+  for (const std::string& file : {arguments.output, arguments.steps, arguments.screenshot})
+    if (!file.empty()) outcome.text += "written to " + file + "\n";
+  if (arguments.is_verifying) {
+    json["is_same"] = !mismatch.has_value();
+    if (mismatch) {
+      json["mismatch"] = {{"tick", mismatch->tick},
+                          {"what", mismatch->what},
+                          {"recorded", mismatch->recorded},
+                          {"replayed", mismatch->replayed}};
+      outcome.text += "NOT the same: " + mismatch->what + " at tick " + std::to_string(mismatch->tick) +
+                      "\n  recorded: " + mismatch->recorded + "\n  replayed: " + mismatch->replayed + "\n";
+      outcome.exit_code = exit_check_failed;
+    } else {
+      json["is_complete"] = session.reader->end().has_value();
+      if (!session.reader->end())
+        outcome.text +=
+            "the session has no end, since the program was stopped: its existing part is compared\n";
+      outcome.text += format_text(
+          "the same to the bit: %llu forces, %llu versions, %llu checkpoints, voxel hash %s\n",
+          static_cast<unsigned long long>(counts.ticks), static_cast<unsigned long long>(counts.versions),
+          static_cast<unsigned long long>(counts.checkpoints), hash_text(hash).c_str());
+    }
+  }
+  return outcome;
+}
+
+Result<Outcome> run_resume(const ResumeArguments& arguments) {
+  if (arguments.path.empty() && !view::has_display()) {
+    Error error = view::no_display();
+    error.remedy = "without a display, pass a path to continue with: --path PATH.csv";
+    return error;
+  }
+  std::optional<haptics::PosePath> path;
+  if (!arguments.path.empty()) {
+    auto read = workbench::open_path(arguments.path);
+    if (!read) return read.error();
+    path = std::move(read).value();
+  }
+  auto continued = workbench::continue_session(arguments.session, arguments.case_source, !path.has_value(),
+                                               terminal_listener());
+  if (!continued) return continued.error();
+  workbench::OpenedSession& session = *continued.value().session;
+  const sim::SessionHeader& header = continued.value().header();
+  sim::SessionWriter& writer = *continued.value().writer;
+  sim::Engine& engine = continued.value().engine;
+  const std::uint64_t first_tick = continued.value().first_tick;
+  const auto scene = engine.servo_scene()->hands[0].scene;
+  const double before = engine.removed_mm3();
+
+  Outcome outcome{new_report("resume"), "", exit_done};
+  outcome.json["from_seconds"] = static_cast<double>(first_tick) / header.rate_hz;
+  outcome.json["removed_mm3_before"] = before;
+  double after = 0;
+  if (path) {
+    sim::Lockstep run(std::move(engine), header.force, header.rate_hz, &writer, first_tick);
+    ProgressLine progress("continuing");
+    const std::vector<double> times = haptics::servo_times(*path, header.rate_hz);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) break;
+      run.step(path->at(times[i]));
+    }
+    if (Status error = writer.finish(run.engine())) return *error;
+    after = run.engine().removed_mm3();
+    if (is_interrupted()) {
+      Error error = interrupted("continuing");
+      error.what = "interrupted; the session contains everything that was done";
+      return error;
+    }
+  } else {
+    view::WindowOptions options;
+    options.should_close = is_interrupted;
+    options.title = session.source.written_name();
+    options.rate_hz = header.rate_hz;
+    options.force = header.force;
+    options.recorder = &writer;
+    options.in_use = {arguments.session, arguments.case_source.path};
+    options.start = view::WindowStart{std::move(engine), first_tick};
+    auto shown = view::run_window(scene, options);
+    if (!shown) return shown.error();
+    after = shown.value().removed_mm3;
+  }
+  outcome.json["removed_mm3_total"] = after;
+  outcome.text = format_text("continued at %.1f s; removed %.2f mm3 before, %.2f mm3 now\n",
+                             static_cast<double>(first_tick) / header.rate_hz, before, after);
+  return outcome;
+}
+
+Run build_replay(Options& options) {
+  auto a = std::make_shared<ReplayArguments>();
+  add_session(options, a->session, a->case_source);
+  options.add("--show", a->wants_window, "Play it in the window: pause, seek, speed, forces");
+  options.add("--verify", a->is_verifying, "Compare every force, volume and voxel with the recording");
+  options.add("--until", a->until, "Stop at this time, s").type("S");
+  options.add("-o,--output", a->output,
+              "Write the remaining volume at that time: " +
+                  data_tools::extensions_of(data_tools::OutputKind::volume));
+  options.add("--table", a->steps, "Write a row for every tick").type("STEPS.csv");
+  options.add("--screenshot", a->screenshot, "Write a picture of the state at that time").type("OUT.png");
+  return run_with(a, run_replay);
+}
+
+Run build_resume(Options& options) {
+  auto a = std::make_shared<ResumeArguments>();
+  add_session(options, a->session, a->case_source);
+  options.add("--path", a->path, "Continue with a path instead of a window").type("PATH.csv");
+  return run_with(a, run_resume);
+}
+
+}  // namespace
+
+const Command k_replay{
+    "replay", "Run a recorded session again",
+    "  trephine replay drill.session --verify\n"
+    "  trephine replay drill.session --scan head-case --until 12.5 -o then.mha --screenshot then.png",
+    build_replay};
+const Command k_resume{"resume", "Continue a session where it stopped",
+                       "  trephine resume drill.session\n  trephine resume drill.session --path path.csv",
+                       build_resume};
+
+}  // namespace trephine::cli

@@ -1,0 +1,194 @@
+#include "apps/cli/commands/script_play.h"
+
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+
+#include "apps/view/render_window.h"
+#include "apps/view/tool_look.h"
+#include "apps/view/viewport.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/files/output_set.h"
+#include "modules/catalogue.h"
+
+namespace trephine::cli {
+
+namespace fs = std::filesystem;
+using glm::dvec3;
+
+namespace {
+
+/// Draws the pictures of one operation off-screen, one after another.
+class ScriptPictures {
+ public:
+  ScriptPictures(const workbench::ScriptRun& run, std::string folder)
+      : run_(&run), folder_(std::move(folder)) {}
+
+  Status write(const data_tools::ScriptPicture& request, const workbench::ScriptMoment& moment,
+               const std::string& caption) {
+    const auto begin = Clock::now();
+    const volume::Version& version = *moment.engine.current();
+    if (!picture_) {
+      auto surface = view::make_offscreen(1200, 900);
+      if (!surface) return surface.error();
+      surface_ = std::move(surface).value();
+      picture_.emplace(*run_->operation().scene(), surface_->window(), false);
+      picture_->request_all(moment.engine.current());
+    } else {
+      picture_->request(moment.engine.current(), moment.changed);
+    }
+    picture_->wait();
+    aim(request);
+    const auto h = static_cast<std::size_t>(request.hand);
+    const haptics::ServoRecord& hand = moment.hands[h];
+    if (request.has_tool)
+      picture_->show_stylus(hand, view::look_of(moment.engine.now().settings.hands[h].parameters), version,
+                            from_);
+    else
+      picture_->view().show(view::StylusLook{.is_visible = false});
+    picture_->show(moment.engine.overlays(), moment.hands);
+    picture_->show_text(caption, "");
+    picture_->draw();
+    Status error = view::write_png(surface_->window(), (fs::path(folder_) / request.file).string());
+    seconds_ += seconds_since(begin);
+    return error;
+  }
+  double seconds() const noexcept { return seconds_; }
+
+ private:
+  void aim(const data_tools::ScriptPicture& request) {
+    from_ = glm::normalize(request.from);
+    const dvec3 up(0, 0, 1);
+    for (const workbench::Place& place : run_->places())
+      if (place.name == request.place) {
+        from_ = glm::normalize(place.direction(request.from));
+        return picture_->view().aim_camera(place.at(request.aim), from_, up, *request.distance);
+      }
+    dvec3 low, high;
+    picture_->view().bounds(low, high);
+    picture_->view().aim_camera(0.5 * (low + high) + request.aim, from_, up,
+                                request.distance.value_or(view::BoneView::distance_of(low, high)));
+  }
+
+  const workbench::ScriptRun* run_;
+  std::string folder_;
+  std::unique_ptr<view::DrawSurface> surface_;
+  std::optional<view::Viewport> picture_;  // destroyed before its surface
+  dvec3 from_{0.0};
+  double seconds_ = 0;
+};
+
+Result<std::string> temporary_session() {
+  std::string path = workbench::autosave_path();
+  if (!path.empty()) return path;
+  return Error{.what = "the session cannot be created",
+               .found = "no folder of HOME or XDG_STATE_HOME that may be written",
+               .expected = "--record FILE",
+               .kind = ErrorKind::missing_here};
+}
+
+}  // namespace
+
+TemporaryFile::~TemporaryFile() {
+  std::error_code ignored;
+  if (!path.empty()) fs::remove(path, ignored);
+}
+
+Result<PlayedScript> play_script(const ScriptRequest& request) {
+  const auto begin = Clock::now();
+  if (Status error = check(request.record)) return *error;
+  PlayedScript played;
+  if (!request.pictures.empty()) {
+    if (Status error = data_tools::make_folder(request.pictures)) return *error;
+    data_tools::OutputSet outputs;
+    for (const std::string& file : request.in_use) outputs.reads(file);
+    for (const std::string& output : request.outputs) outputs.writes("output", output);
+    for (const data_tools::ScriptPicture& picture : request.script.pictures)
+      outputs.writes(picture.file, (fs::path(request.pictures) / picture.file).string(),
+                     data_tools::OutputKind::picture);
+    if (Status error = outputs.check()) return *error;
+  }
+  if (request.is_live && !(request.script.rate_hz >= 250 && request.script.rate_hz <= 10000))
+    return Error{.what = "the servo rate is out of range",
+                 .where = request.where + ": rate",
+                 .found = format_text("%g Hz", request.script.rate_hz),
+                 .expected = "250 to 10000 Hz",
+                 .remedy = "choose another rate, or omit --live"};
+  auto opened =
+      workbench::ScriptRun::open(request.script, request.folder, request.where, terminal_listener());
+  if (!opened) return opened.error();
+  played.run = std::move(opened).value();
+  workbench::ScriptRun& run = *played.run;
+  played.ready_seconds = seconds_since(begin);
+
+  workbench::RecordChoice record = request.record;
+  if ((request.is_live || request.wants_session) && record.file.empty()) {
+    Result<std::string> path = temporary_session();
+    if (!path) return path.error();
+    played.temporary.path = record.file = path.value();
+  }
+  played.session = record.file;
+  auto recorder = workbench::start_recording(record, run.operation());
+  if (!recorder) return recorder.error();
+
+  ScriptPictures pictures(run, request.pictures);
+  workbench::PictureTaker taker;
+  if (!request.pictures.empty())
+    taker = [&](const data_tools::ScriptPicture& picture, const workbench::ScriptMoment& moment,
+                const std::string& caption) {
+      played.pictures.push_back(picture.file);
+      return pictures.write(picture, moment, caption);
+    };
+  const auto start = Clock::now();
+  Result<workbench::ScriptReport> report = workbench::ScriptReport();
+  if (request.is_live) {
+    notice(format_text("playing live, for %.0f s ...", std::ceil(run.duration())));
+    auto live = run.play_live(*recorder.value(), terminal_listener());
+    if (!live) return live.error();
+    played.live = std::move(live).value();
+    played.played_seconds = seconds_since(start);
+    recorder.value().reset();
+    auto session = sim::SessionReader::open(record.file, modules::catalogue());
+    if (!session) return session.error();
+    auto replay = sim::Replay::open(session.value(), run.operation().start);
+    if (!replay) return replay.error();
+    report = run.watch(*played.live, *replay.value(), std::move(taker), terminal_listener());
+  } else {
+    report = run.play(recorder.value().get(), std::move(taker), terminal_listener());
+  }
+  if (!report) return report.error();
+  played.report = std::move(report).value();
+  played.drawing_seconds = pictures.seconds();
+  if (!request.is_live) played.played_seconds = seconds_since(start) - played.drawing_seconds;
+  return played;
+}
+
+Json servo_json(const haptics::ServoReport& servo) {
+  const auto times = [](double p50, double p99, double p999, double most) {
+    return Json{{"p50", p50}, {"p99", p99}, {"p999", p999}, {"max", most}};
+  };
+  return {{"ticks", servo.ticks},
+          {"step_us", times(servo.step_p50_us, servo.step_p99_us, servo.step_p999_us, servo.step_max_us)},
+          {"late_us", times(servo.late_p50_us, servo.late_p99_us, servo.late_p999_us, servo.late_max_us)},
+          {"overruns", servo.overruns},
+          {"faults", servo.faults},
+          {"notice", servo.notice}};
+}
+
+Json checks_json(const workbench::ScriptReport& report) {
+  Json list = Json::array();
+  for (const workbench::ScriptCheck& c : report.checks)
+    list.push_back(
+        {{"line", c.line}, {"at_seconds", c.at}, {"what", c.what}, {"found", c.found}, {"is_met", c.is_met}});
+  return list;
+}
+
+std::string checks_text(const workbench::ScriptReport& report) {
+  std::string text;
+  for (const workbench::ScriptCheck& c : report.checks)
+    text += format_text("%s  line %d, at %.3f s: %s (%s)\n", c.is_met ? "ok    " : "FAILED", c.line, c.at,
+                        c.what.c_str(), c.found.c_str());
+  return text;
+}
+
+}  // namespace trephine::cli

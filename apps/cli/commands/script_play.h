@@ -1,0 +1,47 @@
+// Playback of a script for a command: live or in lockstep, recorded, with pictures.
+#pragma once
+
+#include "apps/cli/report.h"
+#include "apps/workbench/script.h"
+
+namespace trephine::cli {
+
+struct ScriptRequest {
+  data_tools::Script script;
+  std::string folder, where;  ///< folder that relative paths start from; name of the script in errors
+  workbench::RecordChoice record;
+  bool is_live = false;
+  std::string pictures;              ///< folder of the pictures; empty: no pictures
+  std::vector<std::string> outputs;  ///< other files that will be written
+  std::vector<std::string> in_use;   ///< files that no picture may replace
+  bool wants_session = false;        ///< record a session even if no file was requested
+};
+
+/// A file that is deleted with its owner, unless `path` is cleared.
+struct TemporaryFile {
+  std::string path;
+  TemporaryFile() = default;
+  TemporaryFile(TemporaryFile&& other) noexcept : path(std::exchange(other.path, {})) {}
+  TemporaryFile& operator=(TemporaryFile&& other) noexcept { return std::swap(path, other.path), *this; }
+  ~TemporaryFile();
+};
+
+struct PlayedScript {
+  std::unique_ptr<workbench::ScriptRun> run;
+  workbench::ScriptReport report;
+  std::optional<workbench::ScriptRun::Live> live;
+  std::vector<std::string> pictures;  ///< names of the pictures
+  std::string session;
+  TemporaryFile temporary;                                            ///< the session, if it is not kept
+  double ready_seconds = 0, played_seconds = 0, drawing_seconds = 0;  ///< s
+};
+
+Result<PlayedScript> play_script(const ScriptRequest& request);
+/// Report of a servo: {rate, steps in us, lateness, ...}.
+Json servo_json(const haptics::ServoReport& servo);
+/// Checks of a script: [{line, at_seconds, what, found, is_met}, ...].
+Json checks_json(const workbench::ScriptReport& report);
+/// Checks of a script as lines of text.
+std::string checks_text(const workbench::ScriptReport& report);
+
+}  // namespace trephine::cli

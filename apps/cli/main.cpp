@@ -1,0 +1,16 @@
+// The trephine command.
+#include "apps/cli/command_line.h"
+
+int main(int argc, char** argv) {
+  using namespace trephine::cli;
+  static constexpr const Command* k_commands[] = {
+      &k_phantom, &k_info,        &k_import, &k_convert, &k_mesh,   &k_touch,   &k_drill,
+      &k_flap,    &k_laminectomy, &k_fluoro, &k_section, &k_slice,  &k_measure, &k_depth_record,
+      &k_render,  &k_view,        &k_demo,   &k_run,     &k_replay, &k_resume,  &k_timeline,
+      &k_compare, &k_modules,     &k_doctor, &k_audit};
+  return run_program({"trephine", "trephine: surgery on real CT and MRI volumes that you can feel",
+                      "Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n"
+                      "  trephine COMMAND --help",
+                      k_commands},
+                     argc, argv);
+}

@@ -1,0 +1,29 @@
+#include "apps/cli/options/burr_options.h"
+
+#include "apps/cli/options/field_option.h"
+
+namespace trephine::cli {
+
+Option add_burr(Options& options, drilling::Burr& burr) {
+  const auto add = [&](std::string_view field, const char* called) {
+    return add_field(options, drilling::Burr::schema(), &burr, field, called);
+  };
+  const Option diameter = add("diameter", "--burr-diameter").type("MM");
+  add("shape", "--burr-shape");
+  add("length", "--burr-length").type("MM");
+  add("grade", "--grade");
+  add("rpm", "--rpm").shows_default();
+  add("dry", "--dry");
+  add("removal_rate", "--removal-rate").shows_default();
+  add("feed_limit", "--feed-limit").shows_default();
+  options
+      .add("--round", burr.is_round,
+           "Touch the bone with the whole burr, not with its lowest point; the hand holds the centre of a "
+           "ball and the tip of other burrs; the touching shape is a voxel or a twelfth smaller than the "
+           "cutting one, so that it has room in its own hole; up to 12 mm")
+      .means("tool radius");
+  add("shaft", "--shaft").type("MM");
+  return diameter;
+}
+
+}  // namespace trephine::cli

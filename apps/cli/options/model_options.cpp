@@ -1,0 +1,119 @@
+#include "apps/cli/options/model_options.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "apps/cli/commands.h"
+#include "volume/base/text.h"
+
+namespace trephine::cli {
+
+namespace {
+
+Result<std::array<double, 4>> parse_intrinsics(const std::string& text) {
+  std::array<double, 4> c{};
+  char extra = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%c", &c[0], &c[1], &c[2], &c[3], &extra) != 4 ||
+      !(c[0] > 0 && c[1] > 0 && std::isfinite(c[0]) && std::isfinite(c[1]) && std::isfinite(c[2]) &&
+        std::isfinite(c[3])))
+    return Error{.what = "invalid camera intrinsics",
+                 .where = "--camera",
+                 .found = text,
+                 .expected = "FX,FY,CX,CY in pixels, for example 525,525,319.5,239.5"};
+  return c;
+}
+
+}  // namespace
+
+std::vector<std::string> ModelArguments::files() const {
+  std::vector<std::string> names;
+  for (const auto* list : {&meshes, &depths, &backgrounds})
+    names.insert(names.end(), list->begin(), list->end());
+  return names;
+}
+
+Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments) {
+  glm::dvec3 at(0);
+  if (!arguments.at.empty()) {
+    const auto place = parse_point(arguments.at, "--mesh-at");
+    if (!place) return place.error();
+    at = place.value();
+  }
+  std::vector<workbench::ModelChoice> models;
+  for (const std::string& file : arguments.meshes)
+    models.push_back({file, arguments.scale, arguments.frame, at});
+  for (const std::string& file : arguments.depths) {
+    workbench::ModelChoice& model = models.emplace_back();
+    model.file = file;
+    model.mm_per_unit = arguments.scale, model.frame = arguments.frame, model.at_world = at;
+    model.is_depth = true;
+    model.beat = arguments.beat, model.is_repeating = arguments.is_repeating;
+    model.pixel = arguments.pixel, model.rate = arguments.rate;
+    if (!arguments.camera.empty()) {
+      auto intrinsics = parse_intrinsics(arguments.camera);
+      if (!intrinsics) return intrinsics.error();
+      model.intrinsics = intrinsics.value();
+    }
+    if (arguments.depth_unit && !(*arguments.depth_unit > 0 && *arguments.depth_unit <= 100))
+      return Error{.what = "the unit of depth values is out of range",
+                   .where = "--depth-unit",
+                   .found = text_of(*arguments.depth_unit) + " mm",
+                   .expected = "above 0 and at most 100 mm",
+                   .remedy = "pass 1 for values in millimetres, 0.2 for 5000 per metre"};
+    model.mm_per_value = arguments.depth_unit;
+  }
+  for (const std::string& file : arguments.backgrounds) {
+    models.push_back({file, arguments.scale, arguments.frame, at});
+    models.back().is_background = true;
+  }
+  return models;
+}
+
+void add_models(Options& options, ModelArguments& a) {
+  options
+      .add(
+          "--mesh", a.meshes,
+          "A polygonal model to touch as well (.ply, .ply.gz, .obj, .stl, .vtk, .vtp); may be repeated; with "
+          "--method scene unless another is named")
+      .type("FILE");
+  options
+      .add(
+          "--depth", a.depths,
+          "A closed model to touch by depth images, which are drawn while the hand is near; a folder with "
+          "the "
+          "keys of a model that moves; or a depth video (depth-record writes one, TUM RGB-D is read); may be "
+          "repeated")
+      .type("MODEL");
+  add_model_keys(options, a);
+  options.add("--camera", a.camera, "Camera of a depth video that does not state it, in pixels")
+      .type("FX,FY,CX,CY");
+  options.add("--depth-unit", a.depth_unit, "Millimetres per value of a depth video with depth.txt")
+      .type("MM");
+  options.add("--depth-pixel", a.pixel, "Pixel size of the depth images, 0.02 to 5 mm")
+      .shows_default()
+      .type("MM");
+  options
+      .add("--depth-rate", a.rate,
+           "Depth images per second of an object that moves, 10 to 1000; the lower, the larger the part "
+           "around "
+           "the hand that each shows")
+      .shows_default()
+      .type("HZ");
+  add_model_units(options, a);
+}
+
+void add_model_keys(Options& options, ModelArguments& a) {
+  options.add("--depth-beat", a.beat, "Time between two keys of a model").shows_default().type("SECONDS");
+  options.add("--depth-repeat", a.is_repeating, "Repeat the keys: the first follows the last");
+}
+
+void add_model_units(Options& options, ModelArguments& a) {
+  options.add("--mesh-scale", a.scale, "Scale of the models: 1000 for metres").shows_default().type("MM");
+  options
+      .add("--mesh-frame", a.frame, "Directions of the models' axes (default: as the file states, else LPS)")
+      .one_of({"LPS", "RAS"});
+  options.add("--mesh-at", a.at, "Position of the models' origin, mm (LPS) (default: 0,0,0)").type("X,Y,Z");
+}
+
+}  // namespace trephine::cli

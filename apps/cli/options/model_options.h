@@ -1,0 +1,32 @@
+// ModelArguments: options of models and depth videos in addition to a scan: files, units, frames, motion.
+#pragma once
+
+#include "apps/cli/options/options.h"
+#include "apps/workbench/operation.h"
+
+namespace trephine::cli {
+
+struct ModelArguments {
+  std::vector<std::string> meshes;  ///< files of polygonal models
+  std::vector<std::string> depths;  ///< models touched by depth images, folders of models, or depth videos
+  std::vector<std::string> backgrounds;             ///< models touched as they are drawn on the screen
+  double beat = 1.0 / 30, pixel = 0.2, rate = 100;  ///< s between keys, mm, depth images per second
+  bool is_repeating = false;
+  std::string camera;                ///< fx,fy,cx,cy in pixels
+  std::optional<double> depth_unit;  ///< mm per value of a depth video
+  double scale = 1;                  ///< mm per unit of the models
+  std::string frame, at;  ///< "LPS" or "RAS", empty: as the files state; x,y,z of the origin, empty: 0,0,0
+
+  bool is_any() const noexcept { return !meshes.empty() || !depths.empty() || !backgrounds.empty(); }
+  std::vector<std::string> files() const;
+};
+
+/// Adds --mesh, --depth and all options that belong to them.
+void add_models(Options& options, ModelArguments& arguments);
+/// Adds the units and frames of model files: --mesh-scale, --mesh-frame, --mesh-at.
+void add_model_units(Options& options, ModelArguments& arguments);
+/// Adds --depth-beat and --depth-repeat.
+void add_model_keys(Options& options, ModelArguments& arguments);
+Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments);
+
+}  // namespace trephine::cli

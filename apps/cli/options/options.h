@@ -1,0 +1,113 @@
+// Options: options of one command, independent of the library that parses them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/vec3.hpp>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/cli/report.h"
+#include "apps/workbench/moment.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace trephine::cli {
+
+/// Handle to one option, to set its properties.
+class Option {
+ public:
+  explicit Option(CLI::Option* option, std::string* means) : option_(option), means_(means) {}
+  Option& type(const char* name);  ///< placeholder of the value in --help: "MM"
+  Option& required();
+  Option& shows_default();
+  Option& one_of(std::vector<std::string> words);
+  /// Sets the option's name in errors of libraries; by default its own name without dashes: "smallest burr"
+  /// for --smallest-burr.
+  Option& means(const char* input);
+
+ private:
+  CLI::Option* option_;
+  std::string* means_;
+};
+
+class Options {
+ public:
+  explicit Options(CLI::App& app) : app_(&app) {}
+
+  /// Adds an option: "--radius", "-o,--output", or "SRC" for a positional argument. A bool becomes a flag.
+  Option add(const char* names, std::string& value, const std::string& help);
+  Option add(const char* names, double& value, const std::string& help);
+  Option add(const char* names, std::optional<double>& value, const std::string& help);
+  Option add(const char* names, int& value, const std::string& help);
+  Option add(const char* names, std::int64_t& value, const std::string& help);
+  Option add(const char* names, std::uint64_t& value, const std::string& help);
+  Option add(const char* names, std::vector<std::string>& value, const std::string& help);
+  Option add(const char* names, bool& value, const std::string& help);
+  /// Adds a choice of words; `value` is the index of the word, and its initial value the default in --help.
+  Option add(const char* names, std::uint8_t& value, std::span<const std::string_view> words,
+             const std::string& help);
+
+  /// Returns the error with names of library inputs replaced by option names.
+  Error in_words_of_options(Error error) const;
+  /// Returns the error with the names of files and folders on the command line, and of files in those
+  /// folders, replaced by the name of the option.
+  Error without_names(Error error) const;
+  std::string without_names(std::string text) const;
+
+ private:
+  /// Names of files and folders on the command line, longest first, each with its replacement.
+  std::vector<std::pair<std::string, std::string>> names_given() const;
+  template <class T>
+  Option add_any(const char* names, T& value, const std::string& help);
+  Option keep(const char* names, CLI::Option* option, std::function<std::vector<std::string>()> texts = {});
+
+  CLI::App* app_;
+  struct Name {
+    std::string option, means, shown;
+    std::function<std::vector<std::string>()> texts;  ///< values on the command line
+  };
+  std::vector<std::unique_ptr<Name>> names_;
+};
+
+// Common options of several commands.
+Option add_source(Options& options, workbench::SourceChoice& source);
+void add_shape(Options& options, workbench::ShapeChoice& shape);
+void add_record(Options& options, workbench::RecordChoice& record);
+/// Adds a scan, or a session and a time.
+void add_moment(Options& options, workbench::MomentChoice& moment);
+/// Returns an error unless the option's value is from low to high.
+Status check_range(double value, double low, double high, const char* option);
+
+/// Additional models and screws, as written on the command line.
+struct ObjectArguments {
+  std::vector<std::string> models, screws;
+  double scale = 1;   ///< mm per unit of the models
+  std::string frame;  ///< "LPS" or "RAS"; empty: as the files state
+};
+void add_objects(Options& options, ObjectArguments& things);
+/// Registers the files of the moment and of the models as inputs, which no output may overwrite.
+void reads(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
+           const ObjectArguments& things = {});
+/// Opens the moment with the models and screws in it.
+Result<std::unique_ptr<workbench::Moment>> open_with(workbench::MomentChoice moment,
+                                                     const ObjectArguments& things);
+void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source);
+/// Adds --from, the side of the camera.
+void add_side(Options& options, std::string& side);
+/// Returns the letter of a side of --from (A, P, L, R, S or I); 0 if there is no such side.
+char side_of(const std::string& side);
+/// Parses "X,Y,Z", in mm.
+Result<glm::dvec3> parse_point(const std::string& text, const char* option);
+Option add_path(Options& options, std::string& path);
+Option add_rate(Options& options, double& rate);
+Option add_method(Options& options, std::string& method);
+
+}  // namespace trephine::cli

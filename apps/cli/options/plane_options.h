@@ -1,0 +1,19 @@
+// PlaneArguments: options of an image plane: by name, by direction, along a planned trajectory.
+#pragma once
+
+#include "apps/cli/options/options.h"
+#include "volume/imaging/image_plane.h"
+
+namespace trephine::cli {
+
+struct PlaneArguments {
+  std::string plane = "axial", at, normal, trajectory;
+  double pixel = 0.2, width = 0;  ///< mm; width 0: as wide as the scan
+};
+void add_plane(Options& options, PlaneArguments& plane);
+/// Checks that need no scan.
+Status check(const PlaneArguments& plane);
+/// Returns the plane. Error: unknown trajectory, or the plane does not intersect the scan.
+Result<volume::ImagePlane> plane_of(const PlaneArguments& plane, const workbench::Moment& moment);
+
+}  // namespace trephine::cli

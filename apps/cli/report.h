@@ -1,0 +1,106 @@
+// Outcome: result of a command, as text, as JSON and as an exit code. Reports, notices and progress.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/workbench/clock.h"
+#include "apps/workbench/listener.h"
+#include "apps/workbench/source.h"
+#include "apps/workbench/text.h"
+#include "data-tools/files/output_set.h"
+#include "haptics/device/pose_path.h"
+#include "haptics/scene/touch_scene.h"
+
+namespace trephine::cli {
+
+using workbench::Clock;
+using workbench::format_text;
+using workbench::hash_text;
+using workbench::seconds_since;
+using Json = nlohmann::ordered_json;
+
+enum ExitCode {
+  exit_done = 0,
+  exit_check_failed = 1,
+  exit_bad_input = 2,
+  exit_missing_here = 3,
+  exit_interrupted = 130
+};
+
+/// The result of a command that ran: `text` for people or `json` for programs goes to stdout.
+struct Outcome {
+  Json json;
+  std::string text;
+  int exit_code = exit_done;
+};
+
+/// Adds the list of written files to the outcome, as text and JSON; `hint` if no output was requested. Error:
+/// a file could not be written.
+Result<Outcome> finished(const data_tools::OutputSet& outputs, Outcome outcome, const char* hint = "");
+
+/// Returns an object with `schema` ("trephine.NAME/1"), version, commit, compiler and cpu, to which a command
+/// adds its results.
+Json new_report(const std::string& name);
+inline Json json_of(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
+/// Report of an error of any command: schema trephine.error/1.
+Json error_report(const std::string& name, const Error& error);
+int exit_code_of(const Error& error);
+/// Serialises JSON; invalid UTF-8, as in file names, is replaced.
+std::string text_of_json(const Json& json, int indent = 2);
+
+/// Nearest-rank percentiles, in the unit of the values (docs/performance.md). Sorts its copy.
+Json percentiles(std::vector<double> values);
+
+/// "trephine 0.1.0 (commit, compiler)".
+std::string program_name();
+
+/// Memory in bytes by our own accounting: base voxels, labels, bits and tables.
+Json memory_report(const haptics::TouchScene& scene, const volume::Version& version);
+
+/// Escapes control characters, so that names in a text cannot control a terminal. `is_one_line`: escapes line
+/// ends too, so that a name cannot look like a message.
+std::string for_terminal(const std::string& text, bool is_one_line = false);
+/// True if reports may contain the names of folders and files; set once, by --keep-identity.
+bool keeps_identity();
+void keep_identity();
+/// Name of a scan in a report.
+std::string name_in_report(const workbench::Source& source);
+
+/// Prints a notice if the file format stores this sheared volume resampled to right angles. An empty path
+/// prints nothing.
+void notify_resampled(const volume::Volume& volume, const std::string& path);
+/// Prints a notice on one line of stderr.
+void notice(const std::string& text);
+/// Returns a listener that prints notices and progress to stderr.
+workbench::Listener terminal_listener();
+/// Prints the bounding boxes of the touchable objects and of a path that touched nothing.
+void print_shape_location(const haptics::TouchScene& scene, const haptics::PosePath& path);
+/// Progress line, on a terminal only; rewritten at most ten times per second. Returns false after Ctrl-C.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::string label) : label_(std::move(label)) {}
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+  bool operator()(double share);
+
+ private:
+  std::string label_;
+  double last_ = -1;
+  bool is_shown_ = false;
+};
+
+/// True after Ctrl-C, SIGTERM or SIGHUP. Commands poll it in their loops.
+bool is_interrupted();
+void listen_for_interrupt();
+/// Error of interrupted work. `is_recorded`: the work done so far remains in a session.
+Error interrupted(const std::string& work, bool is_recorded = false);
+
+/// Resident memory of this process, in bytes.
+std::size_t resident_bytes();
+/// Seconds since the process started, by the kernel's clock.
+double process_seconds();
+
+}  // namespace trephine::cli

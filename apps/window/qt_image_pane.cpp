@@ -1,0 +1,351 @@
+#include "apps/window/qt_image_pane.h"
+
+#include <QComboBox>
+#include <QMouseEvent>
+#include <QPainter>
+#include <QToolButton>
+#include <algorithm>
+#include <cmath>
+
+#include "apps/window/qt_tool_panel.h"
+
+namespace trephine::view {
+
+using glm::dvec2;
+using glm::dvec3;
+using imaging::PaneKind;
+using imaging::Panel;
+
+namespace {
+
+/// Colours of 3D Slicer: axial red, coronal green, sagittal yellow.
+QColor colour_of(PaneKind kind) {
+  switch (kind) {
+    case PaneKind::axial:
+      return {240, 92, 84};
+    case PaneKind::coronal:
+      return {108, 190, 96};
+    case PaneKind::sagittal:
+      return {236, 208, 74};
+    case PaneKind::tool:
+      return {90, 200, 240};
+    case PaneKind::section:
+      return {190, 150, 235};
+    case PaneKind::xray:
+    case PaneKind::drawn:
+    case PaneKind::depths:
+      break;
+  }
+  return {170, 180, 195};
+}
+
+QString words_of_kind(PaneKind kind) {
+  constexpr const char* names[] = {"Axial",   "Coronal", "Sagittal", "Along the tool",
+                                   "Section", "X-ray",   "Drawn",    "Depth images"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+/// Draws text on a dark background, readable on bright pictures.
+void write(QPainter& painter, const QRectF& area, int flags, const QString& text) {
+  if (text.isEmpty()) return;
+  const QRectF box = painter.boundingRect(area, flags, text).adjusted(-4, -1, 4, 1);
+  painter.fillRect(box, QColor(14, 16, 20, 150));
+  painter.setPen(QColor(232, 236, 242));
+  painter.drawText(area, flags, text);
+}
+
+/// Draws the legend: the name of each outline once, in its colour; names that do not fit are counted.
+void write_legend(QPainter& painter, const Panel& panel, const QRectF& area) {
+  std::vector<const Panel::Line*> entries;
+  for (const Panel::Line& line : panel.lines)
+    if (!line.name.empty() && std::none_of(entries.begin(), entries.end(), [&](const Panel::Line* other) {
+          return other->name == line.name;
+        }))
+      entries.push_back(&line);
+  const double row_height = painter.fontMetrics().height() + 2.0, swatch = 0.6 * row_height;
+  const std::size_t most =
+      std::min(entries.size(), static_cast<std::size_t>(std::max(0.0, 0.45 * area.height() / row_height)));
+  double y = area.bottom() - row_height * static_cast<double>(most + (most < entries.size()));
+  for (std::size_t i = 0; i < most; ++i, y += row_height) {
+    const Panel::Line& line = *entries[i];
+    write(painter, QRectF(area.left() + swatch + 10, y, area.width() - swatch - 10, row_height),
+          Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(line.name));
+    painter.fillRect(QRectF(area.left() + 2, y + 0.2 * row_height, swatch, swatch),
+                     QColor(line.colour[0], line.colour[1], line.colour[2]));
+  }
+  if (most < entries.size())
+    write(painter, QRectF(area.left(), y, area.width(), row_height), Qt::AlignLeft | Qt::AlignVCenter,
+          QString("and %1 more").arg(entries.size() - most));
+}
+
+}  // namespace
+
+ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
+    : QWidget(parent), panes_(&panes), index_(index) {
+  setObjectName(QString("pane_%1").arg(index));
+  setMouseTracking(true);
+  setFocusPolicy(Qt::ClickFocus);
+  const auto button = [this](const char* name, const QString& text, const QString& tip) {
+    auto* b = new QToolButton(this);
+    b->setObjectName(QString("%1_%2").arg(name).arg(index_));
+    b->setText(text);
+    b->setToolTip(tip);
+    b->setFocusPolicy(Qt::NoFocus);
+    return b;
+  };
+  kind_ = new QComboBox(this);
+  kind_->setObjectName(QString("pane_kind_%1").arg(index));
+  kind_->setFocusPolicy(Qt::NoFocus);
+  for (std::size_t k = 0; k < std::size(imaging::k_pane_kinds); ++k)
+    kind_->addItem(words_of_kind(static_cast<PaneKind>(k)));
+  kind_->setCurrentIndex(static_cast<int>(panes.kind(index)));
+  connect(kind_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this](int kind) {
+    panes_->set_kind(index_, static_cast<PaneKind>(kind));
+    image_ = {};
+    lay_out();
+    update();
+  });
+  preset_ = new QComboBox(this);
+  preset_->setObjectName(QString("xray_view_%1").arg(index));
+  preset_->setFocusPolicy(Qt::NoFocus);
+  preset_->setToolTip("Pose of the C-arm");
+  for (const std::string_view name : fluoroscopy::k_presets)
+    preset_->addItem(name == "ap" ? QString("AP") : words_of(name));
+  connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
+  live_ = button("xray_live", "Live",
+                 "Continuous X-rays until switched off, which cause dose; then the last image is held");
+  live_->setCheckable(true);
+  live_->setStyleSheet("QToolButton:checked { background: #c8862a; color: black; font-weight: bold }");
+  connect(live_, &QToolButton::toggled, this, [this](bool is_down) { on_live(is_down); });
+  shoot_ = button("xray_shoot", "Shoot", "One X-ray");
+  connect(shoot_, &QToolButton::clicked, this, [this] { on_shoot(); });
+  maximise_ = button("maximise", "\u25a1", "Maximise or restore this pane  (double click)");
+  connect(maximise_, &QToolButton::clicked, this, [this] { on_maximise(); });
+  lay_out();
+}
+
+void ImagePane::set_kind(PaneKind kind) { kind_->setCurrentIndex(static_cast<int>(kind)); }
+
+void ImagePane::lay_out() {
+  constexpr int k_gap = 5;
+  const int button_height = std::max(24, fontMetrics().height() + 8);
+  int x = k_gap;
+  const bool is_xray = panes_->kind(index_) == PaneKind::xray;
+  for (QWidget* w : std::initializer_list<QWidget*>{preset_, live_, shoot_}) w->setVisible(is_xray);
+  // Fit the controls into the width; combo boxes shrink first.
+  const int room = width() - 2 * k_gap - button_height - 3;
+  const int buttons = is_xray ? live_->sizeHint().width() + shoot_->sizeHint().width() + 9 : 0;
+  const int box = std::max(40, (room - buttons) / (is_xray ? 2 : 1));
+  for (QWidget* w : std::initializer_list<QWidget*>{kind_, preset_, live_, shoot_}) {
+    if (w->isHidden()) continue;
+    const bool is_box = w == kind_ || w == preset_;
+    const int control_width = is_box ? std::min(box, w->sizeHint().width()) : w->sizeHint().width();
+    w->setGeometry(x, k_gap, control_width, button_height);
+    x += control_width + 3;
+  }
+  maximise_->setGeometry(width() - button_height - k_gap, k_gap, button_height, button_height);
+}
+
+void ImagePane::resizeEvent(QResizeEvent*) {
+  panes_->set_size(index_, width(), height(), isVisible());
+  lay_out();
+}
+
+QRectF ImagePane::image_rect(const Panel& panel) const {
+  // Slices have the size of the pane. During a resize they, and X-rays always, are scaled to fit.
+  const double scale =
+      std::min(width() / static_cast<double>(panel.columns), height() / static_cast<double>(panel.rows));
+  const double w = scale * panel.columns, h = scale * panel.rows;
+  return {0.5 * (width() - w), 0.5 * (height() - h), w, h};
+}
+
+QPointF ImagePane::place(const Panel& panel, const dvec2& mm) const {
+  const QRectF rect = image_rect(panel);
+  const double scale = rect.width() / (panel.columns * panel.mm_per_pixel);
+  return {rect.center().x() + scale * mm.x, rect.center().y() - scale * mm.y};
+}
+
+void ImagePane::refresh(const std::array<dvec3, 2>* tool) {
+  panes_->set_size(index_, width(), height(), isVisible());
+  if (!isVisible()) return;
+  const bool has_moved = panes_->looked_at() != shown_at_ || (tool != nullptr) != has_tool_ ||
+                         (tool != nullptr && (*tool)[0] != shown_tip_);
+  if (const QSignalBlocker quiet(live_); live_->isChecked() != panes_->is_live())
+    live_->setChecked(panes_->is_live());
+  const bool is_new_image = panes_->changes(index_) != shown_changes_;
+  if (!is_new_image && !has_moved) return;
+  shown_changes_ = panes_->changes(index_);
+  shown_at_ = panes_->looked_at();
+  has_tool_ = tool != nullptr;
+  if (tool != nullptr) tool_ = *tool, shown_tip_ = (*tool)[0];
+  if (const Panel* panel = panes_->panel(index_); panel != nullptr && is_new_image) {
+    image_ = QImage(panel->columns, panel->rows, QImage::Format_RGB888);
+    for (int row = 0; row < panel->rows; ++row) {
+      const auto* from = panel->pixels.data() + static_cast<std::size_t>(panel->columns) *
+                                                    static_cast<std::size_t>(panel->rows - 1 - row);
+      std::copy_n(from->data(), 3 * static_cast<std::size_t>(panel->columns), image_.scanLine(row));
+    }
+  }
+  update();
+}
+
+void ImagePane::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.fillRect(rect(), QColor(14, 14, 16));
+  const Panel* panel = panes_->panel(index_);
+  const PaneKind kind = panes_->kind(index_);
+  painter.setRenderHint(QPainter::SmoothPixmapTransform);
+  if (panel != nullptr && !image_.isNull()) {
+    painter.drawImage(image_rect(*panel), image_);
+    painter.setRenderHint(QPainter::Antialiasing);
+    for (const Panel::Line& line : panel->lines) {
+      if (line.places.empty()) continue;
+      QPolygonF points;
+      for (const dvec2& p : line.places) points << place(*panel, p);
+      if (line.is_closed) points << points.front();
+      painter.setPen(QPen(QColor(line.colour[0], line.colour[1], line.colour[2]), 1.5));
+      painter.drawPolyline(points);
+    }
+  }
+  // Crosshair of the other planes, with a gap at the focus.
+  if (imaging::is_planar(kind) && panel != nullptr)
+    if (const auto at = panes_->pixel(index_, panes_->looked_at())) {
+      constexpr double k_gap = 9;
+      const QPointF p(at->x + 0.5, at->y + 0.5);
+      QColor c = colour_of(kind);
+      c.setAlpha(150);
+      painter.setPen(QPen(c, 1));
+      for (const QPointF& direction : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)})
+        painter.drawLine(p + k_gap * direction, p + 4000 * direction);
+    }
+  // The tool. Not on a held X-ray, which shows another time and another pose of the C-arm.
+  if (has_tool_ && panel != nullptr && (kind != PaneKind::xray || panes_->is_live())) {
+    const auto tip = panes_->pixel(index_, tool_[0]), end = panes_->pixel(index_, tool_[1]);
+    if (tip && end) {
+      // Faint if the tip is not in the plane.
+      constexpr double k_in_plane = 2;  // mm
+      const auto plane = panes_->plane(index_);
+      const bool is_in_plane = !plane || std::abs(plane->height(tool_[0])) < k_in_plane;
+      painter.setPen(QPen(QColor(255, 170, 60, is_in_plane ? 255 : 90), 2));
+      painter.drawLine(QPointF(tip->x + 0.5, tip->y + 0.5), QPointF(end->x + 0.5, end->y + 0.5));
+      painter.setBrush(QColor(255, 170, 60, is_in_plane ? 255 : 0));
+      painter.drawEllipse(QPointF(tip->x + 0.5, tip->y + 0.5), 3, 3);
+    }
+  }
+  painter.setRenderHint(QPainter::Antialiasing, false);
+  if (const auto plane = panes_->plane(index_); plane && panel != nullptr) {
+    const int mm = imaging::bar_length(0.3 * width() * plane->pixel);
+    const double right = width() - 10.0, left = right - mm / plane->pixel, y = height() - 9.0;
+    painter.setPen(QPen(QColor(232, 236, 242), 1.5));
+    painter.drawLine(QPointF(left, y), QPointF(right, y));
+    for (const double x : {left, right}) painter.drawLine(QPointF(x, y - 4), QPointF(x, y));
+    const double line = fontMetrics().height() + 2;
+    write(painter, QRectF(left - 200, y - line - 4, right - left + 200, line),
+          Qt::AlignRight | Qt::AlignBottom, QString("%1 mm").arg(mm));
+  }
+  const QRectF inner = QRectF(rect()).adjusted(8, maximise_->height() + 10, -8, -6);
+  if (panel != nullptr && panes_->problem(index_).empty()) {
+    const auto letter = [&](int flags, const std::string& text) {
+      write(painter, inner, flags, QString::fromStdString(text));
+    };
+    letter(Qt::AlignLeft | Qt::AlignVCenter, panel->left);
+    letter(Qt::AlignRight | Qt::AlignVCenter, panel->right);
+    letter(Qt::AlignHCenter | Qt::AlignTop, panel->above);
+    QString foot = QString::fromStdString(panel->foot);
+    if (kind == PaneKind::xray) foot = QString::fromStdString(panel->title + panes_->xray_note());
+    if (kind == PaneKind::depths) foot = QString::fromStdString(panel->title + "\n" + panel->foot);
+    if (kind == PaneKind::section) foot = QString::fromStdString(panel->title + "   " + panel->foot);
+    // Limit the foot to the space next to the scale bar.
+    const QFontMetricsF metrics(font());
+    const double bar = std::max(0.3 * width(), metrics.horizontalAdvance("100 mm") + 16);
+    const double room = panes_->plane(index_) ? width() - bar - 16 : width();
+    QStringList lines = foot.trimmed().split('\n');
+    for (QString& text : lines) text = metrics.elidedText(text, Qt::ElideRight, room - 12);
+    write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, lines.join('\n'));
+    write_legend(painter, *panel, inner.adjusted(0, 0, 0, -metrics.height() * lines.size() - 8));
+    const double ms = panes_->milliseconds(index_);
+    QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
+    if (width() < 14 * metrics.height()) right.clear();  // no room in a small pane
+    if (kind != PaneKind::section && imaging::is_planar(kind))
+      if (const auto value = panes_->probe())
+        right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
+    write(painter, inner, Qt::AlignRight | Qt::AlignTop, right.trimmed());
+  } else if (!panes_->problem(index_).empty()) {
+    write(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
+          QString::fromStdString(panes_->problem(index_)));
+  } else if (kind == PaneKind::xray) {
+    write(painter, inner, Qt::AlignCenter, "Shoot once, or switch Live on");
+  }
+  painter.setPen(QPen(colour_of(kind), 2));
+  painter.drawLine(0, 0, width(), 0);
+}
+
+void ImagePane::wheelEvent(QWheelEvent* event) {
+  const int direction = event->angleDelta().y() > 0 ? 1 : -1;
+  if (event->modifiers() & Qt::ControlModifier) {
+    panes_->zoom(index_, direction > 0 ? 1.15 : 1 / 1.15, {event->position().x(), event->position().y()});
+  } else {
+    panes_->scroll(index_, direction);
+    on_look();
+  }
+  event->accept();
+}
+
+void ImagePane::mousePressEvent(QMouseEvent* event) {
+  last_ = event->localPos();
+  mouseMoveEvent(event);
+}
+
+void ImagePane::mouseMoveEvent(QMouseEvent* event) {
+  const QPointF step = event->localPos() - last_;
+  last_ = event->localPos();
+  if (panes_->kind(index_) == PaneKind::drawn && event->buttons() != Qt::NoButton)
+    return on_turn(0.4 * step.x(), 0.4 * step.y());
+  if (!imaging::is_planar(panes_->kind(index_))) return;
+  if (event->modifiers() & Qt::ShiftModifier) {
+    if (const auto at = panes_->world(index_, {last_.x(), last_.y()})) panes_->look_at(*at), on_look();
+  } else if (event->buttons() & Qt::MiddleButton) {
+    panes_->pan(index_, {step.x(), step.y()});
+  } else if (event->buttons() & Qt::RightButton) {
+    panes_->zoom(index_, std::exp(-0.01 * step.y()), {0.5 * width(), 0.5 * height()});
+  } else if (event->buttons() & Qt::LeftButton && !step.isNull()) {
+    // To the right: wider; up: darker; in proportion to the window's width.
+    ct_viewer::GreyWindow window = panes_->window();
+    const double scale = std::max(1.0, window.width) / 300;
+    window.width = std::max(1.0, window.width + scale * step.x()), window.level += scale * step.y();
+    panes_->set_window(window);
+  }
+}
+
+void ImagePane::mouseDoubleClickEvent(QMouseEvent*) { on_maximise(); }
+
+/// Keys of 3D Slicer.
+void ImagePane::keyPressEvent(QKeyEvent* event) {
+  switch (event->key()) {
+    case Qt::Key_Right:
+    case Qt::Key_F:
+    case Qt::Key_Left:
+    case Qt::Key_B:
+      panes_->scroll(index_, event->key() == Qt::Key_Right || event->key() == Qt::Key_F ? 1 : -1);
+      on_look();
+      return;
+    case Qt::Key_R:
+      panes_->reset(index_);
+      return;
+    case Qt::Key_G:
+      panes_->set_labels(!panes_->has_labels());
+      return;
+    case Qt::Key_T: {
+      const auto next = (static_cast<std::size_t>(panes_->blend()) + 1) % std::size(ct_viewer::k_blends);
+      panes_->set_blend(static_cast<ct_viewer::Blend>(next));
+      return;
+    }
+    default:
+      event->ignore();
+  }
+}
+
+/// Gives the keyboard focus to the pane under the cursor.
+void ImagePane::enterEvent(QEvent*) { setFocus(); }
+
+}  // namespace trephine::view

@@ -1,0 +1,67 @@
+// ImagePane: one pane next to the 3-D picture: an image with lines and texts, and its mouse controls.
+#pragma once
+
+#include <QImage>
+#include <QWidget>
+#include <functional>
+
+#include "apps/imaging/panes.h"
+
+class QComboBox;
+class QToolButton;
+
+namespace trephine::view {
+
+/// Draws a pane of `panes`, and translates mouse events to calls of `panes`. Wheel: slices, with Ctrl zoom;
+/// Shift and mouse: focus of all slices; middle button: pan; right button: zoom; left button: grey window;
+/// double click: maximise.
+class ImagePane : public QWidget {
+  Q_OBJECT
+
+ public:
+  ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent = nullptr);
+
+  /// Updates image, tool and crosshair; call in every frame. `tool`: tip and a point up its shaft, or null.
+  void refresh(const std::array<glm::dvec3, 2>* tool);
+  void set_kind(imaging::PaneKind kind);
+  /// Lays out the controls; their height follows the font.
+  void lay_out();
+  QSize sizeHint() const override { return {360, 300}; }
+  QSize minimumSizeHint() const override { return {140, 120}; }
+
+  std::function<void()> on_maximise = [] {};
+  std::function<void()> on_shoot = [] {};
+  std::function<void(bool)> on_live = [](bool) {};
+  std::function<void(int)> on_preset = [](int) {};
+  std::function<void()> on_look = [] {};  ///< the focus moved
+  /// Turns a ray-cast scan with the picture, degrees.
+  std::function<void(double left, double up)> on_turn = [](double, double) {};
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void enterEvent(QEvent* event) override;
+
+ private:
+  /// Widget position of a point of the image, in mm from the image's centre.
+  QPointF place(const imaging::Panel& panel, const glm::dvec2& mm) const;
+  QRectF image_rect(const imaging::Panel& panel) const;
+
+  imaging::Panes* panes_;
+  std::size_t index_;
+  QImage image_;
+  QComboBox *kind_, *preset_;
+  QToolButton *live_, *shoot_, *maximise_;
+  std::array<glm::dvec3, 2> tool_{};
+  bool has_tool_ = false;
+  glm::dvec3 shown_at_{1e300}, shown_tip_{1e300};
+  std::uint64_t shown_changes_ = 0;
+  QPointF last_;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,86 @@
+#include "apps/window/qt_notices.h"
+
+#include <QListWidget>
+#include <QScrollBar>
+#include <algorithm>
+
+namespace trephine::view {
+
+using workbench::EventLevel;
+
+NoticeLabel::NoticeLabel(QWidget* canvas) : QLabel(canvas) {
+  setObjectName("notice_at_tool");
+  setAttribute(Qt::WA_TransparentForMouseEvents);
+  setWordWrap(true);
+  setMargin(8);
+  hide();
+}
+
+void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& tip) {
+  if (text.isEmpty()) return hide();
+  if (text != this->text() || level != level_ || isHidden()) {
+    level_ = level;
+    const char* border = level == EventLevel::danger    ? "#e5533d"
+                         : level == EventLevel::refusal ? "#f6c944"
+                                                        : "#6fa8dc";
+    setStyleSheet(
+        QString("background: #12161e; color: #ecedf4; border: 2px solid %1; border-radius: 6px").arg(border));
+    setText(text);
+    // Width of the longest line, if the picture has room.
+    int widest = 0;
+    for (const QString& line : text.split('\n'))
+      widest = std::max(widest, fontMetrics().horizontalAdvance(line));
+    const int width =
+        std::min({widest + 2 * margin() + 8, 24 * fontMetrics().averageCharWidth() + widest / 2 + 40,
+                  std::max(parentWidget()->width() - 16, 80)});
+    resize(width, heightForWidth(width));
+    show();
+    raise();
+  }
+  constexpr int k_gap = 28;
+  const QSize room = parentWidget()->size();
+  // To the lower right of the tip, or to its left or above at the picture's border.
+  int x = tip.x() + k_gap, y = tip.y() + k_gap;
+  if (x + width() > room.width() - 8) x = tip.x() - k_gap - width();
+  if (y + height() > room.height() - 8) y = tip.y() - k_gap - height();
+  move(std::clamp(x, 8, std::max(8, room.width() - width() - 8)),
+       std::clamp(y, 8, std::max(8, room.height() - height() - 8)));
+}
+
+EventLog::EventLog(QWidget* parent) : QDockWidget("Event log", parent), list_(new QListWidget) {
+  setObjectName("event_log");
+  list_->setObjectName("event_list");
+  list_->setWordWrap(true);
+  list_->setFocusPolicy(Qt::NoFocus);
+  list_->setAccessibleName("Event log");
+  // At least three lines of text; the user can enlarge it by its border.
+  list_->setMinimumHeight(3 * list_->fontMetrics().height());
+  list_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Ignored);
+  setWidget(list_);
+  hide();
+}
+
+void EventLog::update_from(const Notices& notices) {
+  if (notices.count() == count_ || isHidden()) return;
+  const QScrollBar* bar = list_->verticalScrollBar();
+  const bool follows = bar->value() >= bar->maximum();
+  const std::size_t fresh = std::min(notices.count() - count_, notices.log().size());
+  for (std::size_t i = notices.log().size() - fresh; i < notices.log().size(); ++i) {
+    const Notices::Entry& entry = notices.log()[i];
+    auto* item = new QListWidgetItem(
+        QString("%1 s   %2").arg(entry.session_time, 0, 'f', 1).arg(QString::fromStdString(entry.text)));
+    if (entry.level == EventLevel::danger) item->setForeground(QColor(255, 120, 100));
+    if (entry.level == EventLevel::refusal) item->setForeground(QColor(246, 201, 68));
+    list_->addItem(item);
+  }
+  while (list_->count() > static_cast<int>(Notices::k_most_logged)) delete list_->takeItem(0);
+  count_ = notices.count();
+  if (follows) list_->scrollToBottom();
+}
+
+void EventLog::clear() {
+  list_->clear();
+  count_ = 0;
+}
+
+}  // namespace trephine::view

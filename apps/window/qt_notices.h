@@ -1,0 +1,40 @@
+// NoticeLabel and EventLog: messages at the tool for some seconds, and a log of all messages.
+#pragma once
+
+#include <QDockWidget>
+#include <QLabel>
+
+#include "apps/view/notices.h"
+
+class QListWidget;
+
+namespace trephine::view {
+
+/// A label over the picture at the tool's tip. Mouse events pass through it.
+class NoticeLabel : public QLabel {
+  Q_OBJECT
+
+ public:
+  explicit NoticeLabel(QWidget* canvas);
+  /// Shows `text` at a position of the picture (pixels of the canvas); an empty text hides the label.
+  void show_at(const QString& text, workbench::EventLevel level, const QPoint& tip);
+
+ private:
+  workbench::EventLevel level_ = workbench::EventLevel::record;
+};
+
+/// All messages with their times, newest last. Follows the newest unless it is scrolled.
+class EventLog : public QDockWidget {
+  Q_OBJECT
+
+ public:
+  explicit EventLog(QWidget* parent);
+  void update_from(const Notices& notices);
+  void clear();
+
+ private:
+  QListWidget* list_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,53 @@
+// PaneGrid: layout of the picture and its panes: visibility, sizes, and storage of both.
+#pragma once
+
+#include <QSplitter>
+#include <array>
+#include <functional>
+
+#include "apps/window/qt_image_pane.h"
+
+namespace trephine::view {
+
+/// Arrangements; k_layouts has their names.
+enum class Layout : std::uint8_t { picture, slices, xray, drawn, depths };
+inline constexpr std::array k_layouts{"picture", "slices", "xray", "drawn", "depths"};
+
+/// Two columns: the picture above one pane, and two panes. Borders can be dragged; any part can be maximised.
+class PaneGrid : public QSplitter {
+  Q_OBJECT
+
+ public:
+  explicit PaneGrid(imaging::Panes& panes, QWidget* parent = nullptr);
+
+  /// Sets the picture's new canvas and deletes the old one.
+  void set_canvas(QWidget* canvas);
+  /// Selects an arrangement. Invisible panes get no images.
+  void arrange(Layout layout);
+  Layout arrangement() const noexcept { return layout_; }
+  ImagePane* pane(std::size_t i) const { return panes_[i]; }
+  static constexpr std::size_t k_panes = 3;
+  /// Maximises one part (0 the picture, then the panes), or restores the arrangement.
+  void maximise(int which);
+  bool is_maximised() const noexcept { return maximised_ >= 0; }
+
+  /// Returns arrangement, kinds and sizes as text.
+  QString remember();
+  /// Applies the text of remember(). Returns false, without a change, for an invalid text.
+  bool restore(const QString& text);
+
+ private:
+  void update_visibility();
+  /// Stores the positions of the borders between visible panes.
+  void store_shares();
+
+  imaging::Panes* data_;
+  QSplitter *left_, *right_;
+  QWidget* canvas_ = nullptr;
+  std::array<ImagePane*, k_panes> panes_{};
+  Layout layout_ = Layout::picture;
+  int maximised_ = -1;                        ///< maximised part; -1: no part
+  std::array<int, 3> shares_{500, 500, 500};  ///< share of the first part, thousandths: columns, left, right
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,159 @@
+#include "apps/window/qt_panels.h"
+
+#include <QFontMetrics>
+#include <QHelpEvent>
+#include <QPainter>
+#include <QToolTip>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace trephine::view {
+
+ForceBar::ForceBar(QWidget* parent) : QWidget(parent) {
+  setObjectName("force_bar");
+  setAccessibleName("Force");
+}
+
+QSize ForceBar::sizeHint() const {
+  const int line = fontMetrics().height();
+  return {12 * line, 3 * line};
+}
+
+void ForceBar::show_force(double newtons, double limit) {
+  // Repainting a widget recomposes the whole window with its picture: repaint only after visible changes.
+  const auto hundredths = [](double n) { return std::lround(100 * n); };
+  const std::array<long, 3> before{hundredths(force_), hundredths(limit_), hundredths(peak_)};
+  force_ = newtons;
+  limit_ = limit;
+  peak_ = std::max(newtons, 0.985 * peak_);
+  if (before == std::array<long, 3>{hundredths(force_), hundredths(limit_), hundredths(peak_)}) return;
+  setToolTip(QString("%1 N").arg(newtons, 0, 'f', 2));
+  update();
+}
+
+void ForceBar::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::Antialiasing);
+  const int line = fontMetrics().height();
+  const QRectF bar(0.5, line + 3.5, width() - 1, line);
+  painter.setPen(palette().color(QPalette::Mid));
+  painter.setBrush(palette().color(QPalette::Base));
+  painter.drawRoundedRect(bar, 4, 4);
+  const auto x_of = [&](double n) { return bar.left() + bar.width() * std::clamp(n / limit_, 0.0, 1.0); };
+  const bool is_strong = force_ > 0.5 * limit_;
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(is_strong ? QColor(240, 180, 40) : QColor(60, 130, 200));
+  painter.drawRoundedRect(QRectF(bar.left(), bar.top(), x_of(force_) - bar.left(), bar.height()), 4, 4);
+  painter.setPen(QPen(palette().color(QPalette::WindowText), 2));
+  painter.drawLine(QPointF(x_of(peak_), bar.top() - 2), QPointF(x_of(peak_), bar.bottom() + 2));
+  painter.setPen(palette().color(QPalette::WindowText));
+  painter.drawText(QRectF(0, 0, width(), line + 2), Qt::AlignLeft | Qt::AlignVCenter, "Force");
+  painter.drawText(
+      QRectF(0, 0, width(), line + 2), Qt::AlignRight | Qt::AlignVCenter,
+      QString("%1 N%2").arg(force_, 0, 'f', 2).arg(force_ >= 0.98 * limit_ ? ", at its limit" : ""));
+}
+
+double MarkedSlider::x_of(int value) const {
+  constexpr double k_handle = 6;  // half the width of the handle, pixels
+  const double share =
+      maximum() > minimum() ? static_cast<double>(value - minimum()) / (maximum() - minimum()) : 0.0;
+  return k_handle + share * (width() - 2 * k_handle);
+}
+
+void MarkedSlider::paintEvent(QPaintEvent* event) {
+  QSlider::paintEvent(event);
+  QPainter painter(this);
+  for (const Mark& mark : marks_) {
+    painter.setPen(QPen(mark.is_danger ? QColor(255, 92, 80) : QColor(246, 201, 68), 2));
+    const double x = x_of(mark.value);
+    painter.drawLine(QPointF(x, 1), QPointF(x, 6));
+  }
+}
+
+bool MarkedSlider::event(QEvent* event) {
+  if (event->type() != QEvent::ToolTip) return QSlider::event(event);
+  auto* help = static_cast<QHelpEvent*>(event);
+  constexpr double k_near = 5;  // pixels
+  QStringList texts;
+  for (const Mark& mark : marks_)
+    if (std::abs(x_of(mark.value) - help->pos().x()) < k_near && texts.size() < 6)
+      texts << QString("%1 s   %2").arg(1e-3 * mark.value, 0, 'f', 1).arg(mark.text);
+  texts.isEmpty() ? QToolTip::hideText() : QToolTip::showText(help->globalPos(), texts.join("\n"), this);
+  return true;
+}
+
+HelpOverlay::HelpOverlay(QWidget* parent) : QWidget(parent) {
+  setObjectName("help_overlay");
+  hide();
+}
+
+void HelpOverlay::paintEvent(QPaintEvent*) {
+  static const std::pair<const char*, const char*> k_rows[] = {
+      {"Move the mouse", "the stylus rides on the bone under the cursor"},
+      {"Hold left, or Space", "press: touch the bone and drill"},
+      {"Arrows (Shift: 0.2 mm)", "move the tip by 1 mm, as the mouse does"},
+      {"Wheel, PgUp, PgDn", "depth of a press; reach of a Kerrison's foot under the bone"},
+      {"Drag middle,  W A S D", "tilt the tool; with the wheel, or  ,  and  .  turn it about its shaft"},
+      {"K", "the shaft: upright on the bone, toward you, or fixed"},
+      {"Drag right, Ctrl + arrows", "turn the picture; Shift + right: move it"},
+      {"Ctrl + wheel", "nearer, farther"},
+      {"+  and  -", "a larger, a smaller burr"},
+      {"Ctrl+Z, Ctrl+Y  (U, Y)", "undo, redo a stroke"},
+      {"Ctrl+B, Ctrl+G", "try again from here; another branch"},
+      {"Ctrl+D", "compare with another state"},
+      {"Ctrl+1", "an anchor of a bone flap, where the tool touches"},
+      {"Shift + left,  G", "drag an anchor; grasp or release the touched anchor"},
+      {"Ctrl+F,  T", "detach cut pieces; grasp or release the touched piece"},
+      {"Shift + A P L R S I,  0", "view from the front, back, left, right, above, below; whole scan"},
+      {"C", "cut the picture open"},
+      {"F5 to F9",
+       "the picture alone; with slices; X-ray and section; the scan by ray casting; depth images"},
+      {"in a slice: wheel, Left, Right", "slice by slice"},
+      {"Shift + mouse, left, middle, right", "move the focus; grey window; move; zoom"},
+      {"T, G, R, double click", "before and after; labels; whole scan; maximise"},
+      {"E,  N", "the event log; names of the plan, shown or hidden"},
+      {"F", "force on again after a fault (of a haptic device)"},
+      {"Ctrl+O, or drop a folder", "open a scan (a file: Ctrl+Shift+O)"},
+      {"Ctrl+S, Ctrl+P", "save the operated volume, a picture"},
+      {"Ctrl + +, Ctrl + -", "larger, smaller text"},
+      {"F1", "this help"}};
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::Antialiasing);
+  QFont font = this->font();
+  // Use the standard font size, or a smaller one if the table does not fit.
+  const int rows = static_cast<int>(std::size(k_rows));
+  int line = 0, left = 0, right = 0, gap = 0;
+  QRect box;
+  for (;;) {
+    const QFontMetrics metrics(font);
+    line = static_cast<int>(1.55 * metrics.height());
+    gap = 2 * metrics.height();
+    left = right = 0;
+    for (const auto& [key, meaning] : k_rows)
+      left = std::max(left, metrics.horizontalAdvance(key)),
+      right = std::max(right, metrics.horizontalAdvance(meaning));
+    box = QRect(0, 0, left + gap + right + 2 * gap, (rows + 1) * line + gap);
+    if ((box.width() <= width() && box.height() <= height()) || font.pointSizeF() < 6) break;
+    font.setPointSizeF(0.93 * font.pointSizeF());
+  }
+  painter.setFont(font);
+  const QRect placed = QRect(rect().center() - box.center(), box.size());
+  painter.setPen(QColor(255, 255, 255, 60));
+  painter.setBrush(QColor(18, 22, 30, 225));
+  painter.drawRoundedRect(placed, 12, 12);
+  int y = placed.top() + gap / 2;
+  for (const auto& [key, meaning] : k_rows) {
+    painter.setPen(QColor(246, 201, 68));
+    painter.drawText(QRect(placed.left() + gap, y, left, line), Qt::AlignRight | Qt::AlignVCenter, key);
+    painter.setPen(QColor(236, 239, 244));
+    painter.drawText(QRect(placed.left() + 2 * gap + left, y, right, line), Qt::AlignLeft | Qt::AlignVCenter,
+                     meaning);
+    y += line;
+  }
+  painter.setPen(QColor(170, 178, 190));
+  painter.drawText(QRect(placed.left(), y, placed.width(), line), Qt::AlignCenter, "click to close");
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,65 @@
+// Small widgets of the window: force bar, slider with marks, help overlay.
+#pragma once
+
+#include <QSlider>
+#include <QWidget>
+#include <vector>
+
+namespace trephine::view {
+
+/// Force as a bar with its limit: blue, yellow from half of the limit, with a text at the limit, so that the
+/// user does not depend on colour or length alone.
+class ForceBar : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit ForceBar(QWidget* parent = nullptr);
+  /// `newtons`: force, N. `limit`: largest force that is sent to a device, N.
+  void show_force(double newtons, double limit);
+  QSize sizeHint() const override;
+  QSize minimumSizeHint() const override { return sizeHint(); }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+
+ private:
+  double force_ = 0, limit_ = 8, peak_ = 0;
+};
+
+/// A horizontal slider with marks of events: amber, or red for dangers. Tool tips show the texts of marks.
+class MarkedSlider : public QSlider {
+  Q_OBJECT
+
+ public:
+  explicit MarkedSlider(QWidget* parent = nullptr) : QSlider(Qt::Horizontal, parent) {}
+  void add_mark(int value, bool is_danger, const QString& text) {
+    marks_.push_back({value, is_danger, text});
+  }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  bool event(QEvent* event) override;
+
+ private:
+  struct Mark {
+    int value;
+    bool is_danger;
+    QString text;
+  };
+  double x_of(int value) const;
+  std::vector<Mark> marks_;
+};
+
+/// Help on keys and mouse in two columns, over the window; a click or a key closes it.
+class HelpOverlay : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit HelpOverlay(QWidget* parent);
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  void mousePressEvent(QMouseEvent*) override { hide(); }
+};
+
+}  // namespace trephine::view

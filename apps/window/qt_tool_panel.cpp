@@ -1,0 +1,293 @@
+#include "apps/window/qt_tool_panel.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QFormLayout>
+#include <QLineEdit>
+#include <QLinearGradient>
+#include <QPainter>
+#include <QPolygonF>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
+
+namespace trephine::view {
+
+namespace {
+
+QString text_of(std::string_view words) {
+  return QString::fromUtf8(words.data(), static_cast<int>(words.size()));
+}
+
+/// Number field that omits trailing zeros.
+class NumberBox : public QDoubleSpinBox {
+ public:
+  explicit NumberBox(const sim::FieldInfo& info) {
+    setDecimals(3);
+    setRange(std::max(info.low, -1e6), std::min(info.high, 1e6));
+    if (info.low > 0 && info.low < 1e-3) setMinimum(1e-3);
+    if (!info.unit.empty()) setSuffix(" " + text_of(info.unit).replace("mm3", "mm\u00b3"));
+    setSingleStep(info.unit == "mm" ? 0.5 : 1);
+    setKeyboardTracking(false);
+  }
+  QString textFromValue(double value) const override { return locale().toString(value, 'g', 7); }
+};
+
+/// Returns the address of a field in a value.
+template <class T>
+T* place_of(const sim::Field& field, sim::Value& value) {
+  const auto place = field.place(value.data());
+  return *std::get_if<T*>(&place);
+}
+
+}  // namespace
+
+QString words_of(std::string_view name) {
+  QString words = text_of(name);
+  for (QChar& c : words)
+    if (c == '-' || c == '_') c = ' ';
+  if (!words.isEmpty()) words[0] = words[0].toUpper();
+  return words;
+}
+
+namespace {
+QString label_of(const sim::Field& field) {
+  return field.info.label.empty() ? words_of(field.name) : text_of(field.info.label);
+}
+}  // namespace
+
+void FieldForm::add_row(QWidget* widget, const sim::Field& field, std::function<void()> show) {
+  widget->setObjectName(text_of(field.name));
+  widget->setToolTip(text_of(field.info.help));
+  auto* form = static_cast<QFormLayout*>((field.info.is_expert ? expert_ : this)->layout());
+  if (qobject_cast<QCheckBox*>(widget))
+    form->addRow(widget);
+  else
+    form->addRow(label_of(field), widget);
+  rows_.push_back(std::move(show));
+}
+
+FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* parent)
+    : QWidget(parent), value_(value) {
+  auto* form = new QFormLayout(this);
+  form->setContentsMargins(0, 0, 0, 0);
+  const auto& fields = value_.schema().fields;
+  if (std::any_of(fields.begin(), fields.end(), [](const sim::Field& f) { return f.info.is_expert; })) {
+    expert_ = new QWidget;
+    auto* inner = new QFormLayout(expert_);
+    inner->setContentsMargins(0, 0, 0, 0);
+    expert_->hide();
+  }
+  bool has_number = false;
+  for (const sim::Field& field : fields) {
+    const auto place = field.place(value_.data());
+    if (std::holds_alternative<double*>(place)) {
+      auto* box = new NumberBox(field.info);
+      if (!has_number) step_ = [box](int steps) { box->stepBy(steps); };
+      has_number = true;
+      connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this, &field](double number) {
+        *place_of<double>(field, value_) = number;
+        notify_change();
+      });
+      add_row(box, field, [this, box, &field] { box->setValue(*place_of<double>(field, value_)); });
+    } else if (std::holds_alternative<bool*>(place)) {
+      auto* box = new QCheckBox(label_of(field));
+      connect(box, &QCheckBox::toggled, this, [this, &field](bool is_on) {
+        *place_of<bool>(field, value_) = is_on;
+        notify_change();
+      });
+      add_row(box, field, [this, box, &field] { box->setChecked(*place_of<bool>(field, value_)); });
+    } else if (std::holds_alternative<std::uint8_t*>(place)) {
+      auto* box = new QComboBox;
+      for (const std::string_view choice : field.info.choices) box->addItem(words_of(choice));
+      connect(box, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this, &field](int index) {
+        *place_of<std::uint8_t>(field, value_) = static_cast<std::uint8_t>(index);
+        notify_change();
+      });
+      add_row(box, field,
+              [this, box, &field] { box->setCurrentIndex(*place_of<std::uint8_t>(field, value_)); });
+    } else if (std::holds_alternative<std::string*>(place)) {
+      QWidget* text = make_text(field, offer);
+      add_row(text, field, [this, text, &field] {
+        const QString current = QString::fromStdString(*place_of<std::string>(field, value_));
+        if (auto* line = qobject_cast<QLineEdit*>(text))
+          line->setText(current);
+        else if (!current.isEmpty())
+          qobject_cast<QComboBox*>(text)->setCurrentText(current);
+      });
+    } else {
+      // Points, lists, whole numbers and ids are edited as text, in the notation of scripts.
+      auto* line = new QLineEdit;
+      connect(line, &QLineEdit::editingFinished, this, [this, line, &field] {
+        const std::string words = std::string(field.name) + "=" + line->text().trimmed().toStdString();
+        sim::Value next = value_;
+        const Status error = next.set(words);
+        line->setStyleSheet(error ? "border: 1px solid #e08030" : "");
+        if (error) return line->setToolTip(QString::fromStdString(error->message()));
+        line->setToolTip(text_of(field.info.help));
+        if (next == value_) return;
+        value_ = std::move(next);
+        notify_change();
+      });
+      add_row(line, field, [this, line, &field] {
+        line->setText(QString::fromStdString(sim::to_words(field, value_.data())));
+      });
+    }
+  }
+  show(value);
+  if (expert_ == nullptr) return;
+  auto* more = new QToolButton;
+  more->setObjectName("more_settings");
+  more->setText("More settings");
+  more->setCheckable(true);
+  more->setArrowType(Qt::RightArrow);
+  more->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  more->setAutoRaise(true);
+  more->setFocusPolicy(Qt::NoFocus);
+  connect(more, &QToolButton::toggled, this, [this, more](bool is_open) {
+    more->setArrowType(is_open ? Qt::DownArrow : Qt::RightArrow);
+    expert_->setVisible(is_open);
+    on_resize();
+  });
+  form->addRow(more);
+  form->addRow(expert_);
+}
+
+/// Creates a combo box if there are names to choose from, otherwise a line edit.
+QWidget* FieldForm::make_text(const sim::Field& field, const Offer& offer) {
+  const auto set = [this, &field](const QString& words) {
+    std::string text = words.toStdString();
+    if (text == *place_of<std::string>(field, value_)) return;
+    *place_of<std::string>(field, value_) = std::move(text);
+    notify_change();
+  };
+  const QStringList names = offer ? offer(field.info.names) : QStringList();
+  if (!names.isEmpty()) {
+    auto* box = new QComboBox;
+    box->addItems(names);
+    connect(box, &QComboBox::currentTextChanged, this, set);
+    set(box->currentText());
+    return box;
+  }
+  auto* line = new QLineEdit;
+  connect(line, &QLineEdit::editingFinished, this, [line, set] { set(line->text()); });
+  return line;
+}
+
+void FieldForm::show(const sim::Value& value) {
+  value_ = value;
+  is_showing_ = true;
+  for (const auto& row : rows_) row();
+  is_showing_ = false;
+  value_ = value;  // restores digits that the boxes rounded
+}
+
+void FieldForm::step(int steps) { step_(steps); }
+
+ToolPicture::ToolPicture(QWidget* parent) : QWidget(parent) {
+  setObjectName("tool_picture");
+  hide();
+}
+
+void ToolPicture::show_tool(const sim::Value& tool) {
+  look_ = look_of(tool);
+  if (!look_.parts.empty()) {  // add a short part of the shaft
+    const double from = look_.shaft_from, radius = look_.shaft_radius;
+    look_.parts.insert(
+        look_.parts.begin(),
+        {{{from, 0}, {from, radius}, {from + 2 * look_.radius, radius}}, glm::dvec3(0), {0, 0, 1}, false});
+  }
+  setVisible(!look_.parts.empty());
+  update();
+}
+
+/// Draws the tool horizontally, with its tip to the left (z to the right, x up), without teeth.
+void ToolPicture::paintEvent(QPaintEvent*) {
+  if (look_.parts.empty()) return;
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::Antialiasing);
+  std::vector<QPolygonF> shapes;
+  QRectF bounds;
+  for (const ToolPart& part : look_.parts) {
+    const QPointF at(part.at.z, -part.at.x), along(part.along.z, -part.along.x),
+        across(-along.y(), along.x());
+    QPolygonF shape;
+    for (const glm::dvec2& p : part.profile) shape << at + p.x * along + p.y * across;
+    for (auto p = part.profile.rbegin(); p != part.profile.rend(); ++p)
+      shape << at + p->x * along - p->y * across;
+    bounds = bounds.united(shape.boundingRect());
+    shapes.push_back(shape);
+  }
+  // Pixels per mm.
+  const double scale = std::min((width() - 16) / bounds.width(), (height() - 22) / bounds.height());
+  painter.save();
+  painter.translate(8 - scale * bounds.left(), 0.5 * (height() - 12) - scale * bounds.center().y());
+  painter.scale(scale, scale);
+  QPen line(QColor(20, 24, 30), 1);
+  line.setCosmetic(true);
+  painter.setPen(line);
+  QLinearGradient steel(bounds.topLeft(), bounds.bottomLeft());
+  steel.setColorAt(0, QColor(235, 238, 244));
+  steel.setColorAt(1, QColor(140, 150, 165));
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    painter.setBrush(look_.parts[i].is_cutting ? QBrush(steel) : QBrush(QColor(120, 128, 140)));
+    painter.drawPolygon(shapes[i]);
+  }
+  painter.restore();
+  // Scale bar.
+  const double bar = bounds.width() > 12 ? 5 : bounds.width() > 4 ? 2 : 1;
+  const double y = height() - 6;
+  painter.setPen(QPen(palette().windowText().color(), 1));
+  painter.drawLine(QPointF(8, y), QPointF(8 + scale * bar, y));
+  painter.drawText(QPointF(12 + scale * bar, y + 4), QString("%1 mm").arg(bar));
+}
+
+ToolPanel::ToolPanel(const sim::Catalogue* catalogue, QWidget* parent)
+    : QWidget(parent), catalogue_(catalogue), column_(new QVBoxLayout(this)) {
+  column_->setContentsMargins(0, 0, 0, 0);
+  picture_ = new ToolPicture;
+  if (catalogue_ == nullptr) {
+    column_->addWidget(picture_);
+    return;
+  }
+  instrument_box_ = new QComboBox;
+  instrument_box_->setObjectName("instrument");
+  instrument_box_->setFocusPolicy(Qt::NoFocus);
+  for (const sim::Module* module : catalogue_->modules())
+    for (const sim::InstrumentType* type : module->instruments())
+      instrument_box_->addItem(words_of(type->name()), text_of(type->name()));
+  column_->addWidget(instrument_box_);
+  column_->addWidget(picture_);
+  instrument_box_->setVisible(instrument_box_->count() > 1);
+  connect(instrument_box_, QOverload<int>::of(&QComboBox::activated), this, [this] {
+    if (const sim::InstrumentType* type =
+            catalogue_->find_instrument(instrument_box_->currentData().toString().toStdString()))
+      on_change(sim::Value::of(*type->parameters));
+  });
+}
+
+void ToolPanel::rebuild(const sim::Value& tool) {
+  if (form_) form_->deleteLater();
+  form_ = nullptr;
+  if (tool.is_empty()) return;
+  form_ = new FieldForm(tool);
+  form_->on_change = [this] { on_change(form_->value()); };
+  form_->on_resize = [this] { on_resize(); };
+  column_->addWidget(form_);
+}
+
+void ToolPanel::show(const sim::Value& tool) {
+  picture_->show_tool(tool);
+  if (instrument_box_ && !tool.is_empty())
+    instrument_box_->setCurrentIndex(instrument_box_->findData(text_of(tool.name())));
+  const bool is_same_type = form_ && !tool.is_empty() && form_->value().is_of(tool.type());
+  if (!is_same_type) return rebuild(tool);
+  if (!(form_->value() == tool)) form_->show(tool);
+}
+
+void ToolPanel::step(int steps) {
+  if (form_) form_->step(steps);
+}
+
+}  // namespace trephine::view

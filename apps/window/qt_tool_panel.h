@@ -1,0 +1,90 @@
+// ToolPanel and FieldForm: panels from field tables: the instrument in the hand, and commands of any module.
+#pragma once
+
+#include <QStringList>
+#include <QWidget>
+#include <functional>
+#include <vector>
+
+#include "apps/view/tool_look.h"
+#include "sim/api/catalogue.h"
+
+class QComboBox;
+class QVBoxLayout;
+
+namespace trephine::view {
+
+/// Returns a name as text for the user: "Bone flap" for "bone-flap".
+QString words_of(std::string_view name);
+
+/// A row for each field of a value. Each widget is named after its field.
+class FieldForm : public QWidget {
+  Q_OBJECT
+
+ public:
+  /// Returns the names to choose from for a text field; empty for Names without a kind.
+  using Offer = std::function<QStringList(sim::FieldInfo::Names)>;
+  explicit FieldForm(const sim::Value& value, const Offer& offer = {}, QWidget* parent = nullptr);
+  const sim::Value& value() const { return value_; }
+  /// Shows a value without calling on_change.
+  void show(const sim::Value& value);
+  /// Changes the first number field by `steps` steps.
+  void step(int steps);
+  std::function<void()> on_change = [] {};
+  std::function<void()> on_resize = [] {};  ///< rows were shown or hidden
+
+ private:
+  void add_row(QWidget* widget, const sim::Field& field, std::function<void()> show);
+  QWidget* make_text(const sim::Field& field, const Offer& offer);
+  void notify_change() {
+    if (!is_showing_) on_change();
+  }
+
+  sim::Value value_;
+  bool is_showing_ = false;
+  std::vector<std::function<void()>> rows_;  ///< each shows its field of value_
+  std::function<void(int)> step_ = [](int) {};
+  QWidget* expert_ = nullptr;  ///< rows that are shown on request; null: no such rows
+};
+
+/// Picture of the tool, with a scale bar.
+class ToolPicture : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit ToolPicture(QWidget* parent = nullptr);
+  void show_tool(const sim::Value& tool);
+  QSize sizeHint() const override { return {200, 64}; }
+  QSize minimumSizeHint() const override { return {120, 64}; }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+
+ private:
+  ToolLook look_;
+};
+
+/// Controls of the first hand's instrument and its parameters.
+class ToolPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  /// `catalogue` null: only the parameters of the current instrument can be changed.
+  explicit ToolPanel(const sim::Catalogue* catalogue, QWidget* parent = nullptr);
+  /// Shows the instrument in the hand; empty: no instrument.
+  void show(const sim::Value& tool);
+  void step(int steps);
+  std::function<void(sim::Value)> on_change = [](const sim::Value&) {};
+  std::function<void()> on_resize = [] {};
+
+ private:
+  void rebuild(const sim::Value& tool);
+
+  const sim::Catalogue* catalogue_;
+  QVBoxLayout* column_;
+  QComboBox* instrument_box_ = nullptr;
+  FieldForm* form_ = nullptr;
+  ToolPicture* picture_ = nullptr;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,495 @@
+#include "apps/window/qt_window.h"
+
+#include <QAction>
+#include <QApplication>
+#include <QCheckBox>
+#include <QCloseEvent>
+#include <QComboBox>
+#include <QDockWidget>
+#include <QDoubleSpinBox>
+#include <QDragEnterEvent>
+#include <QKeyEvent>
+#include <QLabel>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QSettings>
+#include <QSlider>
+#include <QStatusBar>
+#include <QStyleFactory>
+#include <QSurfaceFormat>
+#include <QTemporaryDir>
+#include <QTimer>
+#include <QVTKOpenGLNativeWidget.h>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkNew.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+
+#include "apps/view/render_window.h"
+#include "apps/view/stylus_style.h"
+#include "apps/workbench/clock.h"
+#include "volume/cuts/shape_choice.h"
+
+namespace trephine::view {
+
+using workbench::Clock;
+using workbench::seconds_since;
+
+void apply_look() {
+  QApplication::setStyle(QStyleFactory::create("Fusion"));
+  QPalette p;
+  p.setColor(QPalette::Window, QColor(37, 42, 51));
+  p.setColor(QPalette::WindowText, QColor(232, 236, 242));
+  p.setColor(QPalette::Base, QColor(26, 30, 37));
+  p.setColor(QPalette::AlternateBase, QColor(44, 50, 60));
+  p.setColor(QPalette::Text, QColor(232, 236, 242));
+  p.setColor(QPalette::Button, QColor(55, 63, 76));
+  p.setColor(QPalette::ButtonText, QColor(238, 241, 246));
+  p.setColor(QPalette::ToolTipBase, QColor(18, 22, 30));
+  p.setColor(QPalette::ToolTipText, QColor(236, 239, 244));
+  p.setColor(QPalette::Highlight, QColor(60, 130, 200));
+  p.setColor(QPalette::HighlightedText, Qt::white);
+  p.setColor(QPalette::Mid, QColor(92, 102, 118));
+  for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText, QPalette::WindowText})
+    p.setColor(QPalette::Disabled, role, QColor(128, 136, 148));
+  QApplication::setPalette(p);
+}
+
+MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const WindowOptions& options)
+    : options_(options), opened_at_(Clock::now()), last_tick_(Clock::now()) {
+  setObjectName("main_window");
+  setAcceptDrops(true);
+  resize(static_cast<int>(options.width), static_cast<int>(options.height));
+  report_.window = "qt";
+  build_panel();
+  log_ = new EventLog(this);
+  addDockWidget(Qt::BottomDockWidgetArea, log_);
+  options.replay ? build_replay_panel() : build_history_panel();
+  build_menu();
+  servo_ = new QLabel;
+  servo_->setObjectName("servo");
+  fault_ = new QLabel;
+  fault_->setObjectName("fault");
+  notice_ = new QLabel;
+  notice_->setObjectName("notice");
+  statusBar()->addWidget(servo_);
+  statusBar()->addWidget(notice_, 1);
+  opening_bar_ = new QProgressBar;
+  opening_bar_->setObjectName("opening");
+  opening_bar_->setMaximumWidth(160);
+  opening_bar_->hide();
+  cancel_ = new QPushButton("Cancel");
+  cancel_->setObjectName("cancel_opening");
+  cancel_->setFocusPolicy(Qt::NoFocus);
+  cancel_->hide();
+  connect(cancel_, &QPushButton::clicked, this, &MainWindow::cancel_opening);
+  statusBar()->addPermanentWidget(opening_bar_);
+  statusBar()->addPermanentWidget(cancel_);
+  statusBar()->addPermanentWidget(fault_);
+  build_panes();
+  panes_.tell = [this](sim::Value command) {
+    if (operation_) operation_->apply(std::move(command));
+  };
+  if (options_.replay) panes_.tell = nullptr;
+  begin(options.start ? options.start->scene() : std::move(scene));
+  restore_layout();
+  help_ = new HelpOverlay(this);
+  connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
+  timer_.start(16);
+  preview_timer_.setSingleShot(true);
+  connect(&preview_timer_, &QTimer::timeout, this, &MainWindow::preview_shape);
+}
+
+MainWindow::~MainWindow() {
+  timer_.stop();
+  *opening_.is_cancelled = true;
+  if (opening_.result.valid()) opening_.result.wait();
+  if (parts_.valid()) parts_.wait();
+  operation_.reset();  // destroyed before the canvas that it draws on
+  replay_.reset();
+}
+
+void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
+  operation_.reset();
+  cursor_.reset();
+  panes_.begin();
+  followed_clip_.reset();
+  scene_ = std::move(scene);
+  canvas_ = new QVTKOpenGLNativeWidget;
+  canvas_->setObjectName("canvas");
+  canvas_->setMinimumSize(320, 240);
+  canvas_->setMouseTracking(true);
+  canvas_->setFocusPolicy(Qt::StrongFocus);
+  canvas_->installEventFilter(this);
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  canvas_->setRenderWindow(window);
+  grid_->set_canvas(canvas_);
+  at_tool_ = new NoticeLabel(canvas_);
+  log_->clear();
+  Viewport* picture = nullptr;
+  if (options_.replay) {
+    replay_ = std::make_unique<ReplayController>(*scene_, *options_.replay, options_.rate_hz,
+                                                 options_.replay_seconds, options_.summary, window);
+    replay_->start();
+    replay_notices_ = {};
+    for (const auto& mark : options_.summary.marks)
+      replay_notices_.add({mark.seconds, mark.seconds, mark.level, mark.text});
+    picture = &replay_->viewport();
+  } else {
+    operation_ = std::make_unique<OperationController>(*scene_, options_, window);
+    shown_tool_ = operation_->tool();
+    tool_->show(shown_tool_);
+    fit_panel();
+    if (const Status error = operation_->start()) show_error(*error);
+    for (const std::string& text : options_.notices) operation_->note(text);
+    operation_->set_depth(0.5 * depth_->value());
+    picture = &operation_->viewport();
+  }
+  // A spine is operated on from the back: select this view for the picture and all panes.
+  const bool is_from_back = options_.side == 'P' || (options_.side == 0 && imaging::is_spine(*scene_->base));
+  picture->look_from(is_from_back ? 'P' : options_.side);
+  set_from_back(is_from_back);
+  if (options_.replay && options_.side == 0 && options_.summary.worked_at)
+    picture->look_at_work(*options_.summary.worked_at);
+  picture->set_plan(options_.plan);
+  if (initial_font_size_ > 0)
+    picture->view().set_text_scale(QApplication::font().pointSizeF() / initial_font_size_);
+  vtkNew<StylusStyle> style;
+  style->SetDefaultRenderer(picture->view().renderer());
+  style->on_press = [this](bool is_down) {
+    if (operation_) operation_->press(is_down);
+  };
+  style->on_shift_press = [this](bool is_down) {
+    if (!operation_) return;
+    if (!is_down) return operation_->drop_point();
+    if (!operation_->grab_point()) show_message("There is no point of an outline to drag.");
+  };
+  style->on_wheel = [this](int steps) { press_deeper(steps); };
+  style->on_roll = [this](int steps) {
+    if (operation_) operation_->roll(steps);
+  };
+  style->on_tilt = [this](bool is_down) {
+    if (operation_) operation_->hold_tip(is_down);
+  };
+  style->on_tilt_move = [this](double right, double up) {
+    constexpr double k_degrees = 0.3;  // per pixel
+    tilt(k_degrees * right, k_degrees * up);
+  };
+  style->on_zoom = [this](int direction, double x, double y) {
+    viewport()->zoom(*version(), direction > 0 ? 1.15 : 1 / 1.15, x, y);
+  };
+  style->on_turn = [this](double right, double up) { turn(right, up); };
+  canvas_->interactor()->SetInteractorStyle(style);
+  canvas_->setFocus();
+  setWindowTitle(QString::fromStdString(options_.title) + " - trephine");
+  const volume::Shape& shape = scene_->items[0].field.shape();
+  const bool can_reshape = operation_ && !shape.is_label() && options_.host.reshape;
+  const QSignalBlocker quiet_largest(largest_);
+  largest_->setChecked(false);
+  shape_of_->setCurrentIndex(0);
+  for (QWidget* w : std::initializer_list<QWidget*>{low_, high_, largest_, shape_of_})
+    w->setEnabled(can_reshape);
+  has_checked_parts_ = !can_reshape;
+  // Presets require CT.
+  if (!scene_->base->is_hounsfield) shape_of_->setEnabled(false);
+  for (QDoubleSpinBox* box : {low_, high_}) {
+    const QSignalBlocker quiet(box);
+    const double value = box == low_ ? shape.low : shape.high;
+    box->setValue(std::isfinite(value) ? value : value > 0 ? box->maximum() : box->minimum());
+  }
+  forget_preview();
+}
+
+Viewport* MainWindow::viewport() {
+  return operation_ ? &operation_->viewport() : replay_ ? &replay_->viewport() : nullptr;
+}
+
+std::shared_ptr<const volume::Version> MainWindow::version() const {
+  return operation_ ? operation_->version() : replay_->engine().current();
+}
+
+// ---- user events ----------------------------------------------------------------------------------------
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (options_.host.open && event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  const QList<QUrl> urls = event->mimeData()->urls();
+  if (!urls.isEmpty()) open_source(urls.first().toLocalFile());
+}
+
+bool MainWindow::eventFilter(QObject* object, QEvent* event) {
+  // The picture gets the keyboard focus when the cursor enters it.
+  if (object == canvas_ && event->type() == QEvent::Enter) canvas_->setFocus();
+  return QMainWindow::eventFilter(object, event);
+}
+
+void MainWindow::resizeEvent(QResizeEvent* event) {
+  QMainWindow::resizeEvent(event);
+  if (help_) help_->setGeometry(rect());
+}
+
+void MainWindow::scale_text(double factor) {
+  QFont font = QApplication::font();
+  if (initial_font_size_ <= 0) initial_font_size_ = font.pointSizeF();
+  font.setPointSizeF(std::clamp(font.pointSizeF() * factor, 6.0, 30.0));
+  QApplication::setFont(font);
+  QApplication::setFont(font, "QDockWidgetTitle");
+  for (QDockWidget* dock : findChildren<QDockWidget*>()) dock->setFont(font);
+  if (Viewport* picture = viewport()) picture->view().set_text_scale(font.pointSizeF() / initial_font_size_);
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->lay_out();
+  fit_panel();
+}
+
+void MainWindow::set_clip() {
+  if (viewport() == nullptr) return;
+  using Axis = ClipChoice::Axis;
+  constexpr Axis axes[] = {Axis::none, Axis::left, Axis::back, Axis::up, Axis::view, Axis::plane};
+  clip_share_->setEnabled(clip_->currentIndex() > 0 && clip_->currentIndex() < 5);
+  const imaging::Panes& panes = panes_.panes();
+  viewport()->set_clip({axes[clip_->currentIndex()], 0.01 * clip_share_->value(),
+                        followed_clip_ ? followed_clip_->at : panes.looked_at(),
+                        followed_clip_ ? followed_clip_->normal : panes.section_normal()});
+}
+
+/// Reports disconnected parts, such as a table or a head holder, after the picture was drawn.
+void MainWindow::offer_largest() {
+  if (!has_checked_parts_ && !parts_.valid() && viewport()->is_complete()) {
+    has_checked_parts_ = true;
+    parts_ = std::async(std::launch::async, [scene = scene_, owner = owner_] {
+      const volume::ShapeParts parts = volume::parts_of(scene->base, scene->items[0].field.shape());
+      return std::pair(scene, parts.is_other_large());
+    });
+  }
+  if (!parts_.valid() || parts_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const auto [scene, is_other_large] = parts_.get();
+  if (!is_other_large || scene != scene_ || !operation_) return;  // another scan was opened meanwhile
+  const char* text =
+      "The shape has disconnected parts: a table, a head holder, another bone? To omit them, check Largest "
+      "part only and press Use.";
+  operation_->note(text);
+  show_message(text);
+}
+
+void MainWindow::preview_shape() {
+  if (!operation_ || low_->value() > high_->value()) return;
+  auto preview = std::make_unique<haptics::TouchScene>();
+  volume::Shape shape;
+  shape.low = low_->value();
+  if (high_->value() < high_->maximum()) shape.high = high_->value();
+  preview->base = scene_->base;
+  preview->items.push_back(
+      {volume::Field(*scene_->base, shape),
+       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene_->base, shape)),
+       {},
+       haptics::Side::front});
+  viewport()->preview(std::move(preview), version());
+  is_previewing_ = true;
+  use_shape_->setEnabled(true);
+  keep_shape_->setEnabled(true);
+}
+
+void MainWindow::forget_preview() {
+  is_previewing_ = false;
+  use_shape_->setEnabled(false);
+  keep_shape_->setEnabled(false);
+}
+
+void MainWindow::show_error(const Error& error) {
+  auto* box = new QMessageBox(QMessageBox::Warning, "trephine", QString::fromStdString(error.message()),
+                              QMessageBox::Ok, this);
+  box->setObjectName("error");
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  box->open();
+}
+
+// ---- the frame ------------------------------------------------------------------------------------------
+
+void MainWindow::tick() {
+  if (stage_.stage() == WindowStage::Stage::closing) return;
+  if ((options_.seconds && seconds_since(opened_at_) > *options_.seconds) || options_.should_close()) {
+    is_ended_by_program_ = true;
+    QApplication::closeAllWindows();  // includes dialogs
+    return;
+  }
+  adopt_opened();
+  const double elapsed = seconds_since(last_tick_);
+  last_tick_ = Clock::now();
+  if (!is_drawable()) return;
+  if (operation_) {
+    // Read the cursor directly, because its last event may belong to another widget.
+    const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
+    if (!canvas_->isVisible()) {
+      operation_->point(-10, -10);  // the picture is hidden by a pane: touch nothing
+      cursor_.reset();
+    } else if (cursor_ != at) {  // while the cursor rests, keys may move the tip
+      operation_->point(static_cast<double>(at.x()) / canvas_->width(),
+                        1 - static_cast<double>(at.y()) / canvas_->height());
+      cursor_ = at;
+    }
+    operation_->frame();
+  } else if (replay_) {
+    if (const Status error = replay_->frame(elapsed)) {
+      replay_->play(false);
+      show_error(*error);
+    }
+  }
+  if (!has_first_frame_ && viewport()->triangle_count() > 0) {
+    has_first_frame_ = true;
+    report_.first_frame_seconds = seconds_since(opened_at_);
+  }
+  show_panes(elapsed);
+  show_state();
+  offer_largest();
+}
+
+bool MainWindow::is_drawable() const {
+  return vtkGenericOpenGLRenderWindow::SafeDownCast(canvas_->renderWindow())->GetReadyForRendering() &&
+         canvas_->width() >= 2;
+}
+
+/// Shows a message in the status line for 10 s.
+void MainWindow::show_message(const QString& text) {
+  notice_->setText(text);
+  QTimer::singleShot(std::chrono::seconds(10), notice_, [notice = notice_, text] {
+    if (notice->text() == text) notice->clear();
+  });
+}
+
+/// Shows the messages at the tip of the tool, and updates the log.
+void MainWindow::show_notices() {
+  const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
+  const glm::dvec2 tip = viewport()->project(newest.proxy_world);
+  at_tool_->show_at(
+      QString::fromStdString(operation_ ? operation_->notice_text()
+                                        : replay_notices_.shown(replay_->seconds())),
+      operation_ ? operation_->notice_level() : replay_notices_.shown_level(replay_->seconds()),
+      {static_cast<int>(tip.x * canvas_->width()), static_cast<int>((1 - tip.y) * canvas_->height())});
+  log_->update_from(operation_ ? operation_->notices() : replay_notices_);
+}
+
+void MainWindow::show_state() {
+  const haptics::ServoRecord& record = operation_ ? operation_->state().newest : replay_->record();
+  const double force = glm::length(record.force_world);
+  force_bar_->show_force(force, haptics::ForceOptions().force_limit);
+  if (is_sound_on_) sound_.show(force, record.pose.is_pressed(), record.has_contact);
+  const double removed = operation_ ? operation_->state().removed_mm3 : replay_->engine().removed_mm3();
+  const std::size_t strokes = operation_ ? operation_->state().strokes : replay_->engine().stroke_count();
+  removed_->setText(removed > 0 ? QString("%1 mm\u00b3 removed, %2 stroke%3")
+                                      .arg(removed, 0, 'f', 1)
+                                      .arg(strokes)
+                                      .arg(strokes == 1 ? "" : "s")
+                                : QString("nothing removed yet"));
+  const bool can_undo = operation_ && operation_->state().can_undo,
+             can_redo = operation_ && operation_->state().can_redo;
+  undo_->setEnabled(can_undo), undo_action_->setEnabled(can_undo);
+  redo_->setEnabled(can_redo), redo_action_->setEnabled(can_redo);
+  if (operation_) {
+    show_history();
+    const std::string refused = operation_->take_refusal();
+    if (!refused.empty() || !(operation_->tool() == shown_tool_)) {
+      shown_tool_ = operation_->tool();
+      tool_->show(shown_tool_);
+      fit_panel();
+    }
+    if (!refused.empty()) {
+      show_message("not done: " + QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
+    }
+    show_notices();
+    constexpr double k_servo_seconds = 1;  // between two updates of the servo's times
+    if (seconds_since(servo_shown_at_) > k_servo_seconds || servo_->text().isEmpty()) {
+      servo_shown_at_ = Clock::now();
+      const haptics::ServoReport servo = operation_->servo();
+      servo_->setText(QString("servo %1 Hz   step %2 \u00b5s   late %3 \u00b5s")
+                          .arg(options_.rate_hz, 0, 'f', 0)
+                          .arg(servo.step_p50_us, 0, 'f', 1)
+                          .arg(servo.late_p50_us, 0, 'f', 0));
+    }
+    const std::string fault = operation_->fault_text();
+    const double share = viewport()->drawn_share();
+    const Status recording = options_.recorder ? options_.recorder->status() : std::nullopt;
+    fault_->setText(!fault.empty() ? QString::fromStdString("\u26a0 " + fault)
+                    : recording
+                        ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
+                    : record.is_escaping                   ? QString("leading the tool out of restored bone")
+                    : operation_->state().pending_jobs > 0 ? QString("working ...")
+                    : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
+                                : QString("ready"));
+    const QString look = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
+    if (fault_->styleSheet() != look) fault_->setStyleSheet(look);
+  } else {
+    show_notices();
+    play_->setText(replay_->is_playing() ? "Pause" : "Play");
+    if (!session_slider_->isSliderDown())
+      session_slider_->setValue(static_cast<int>(1000 * replay_->seconds()));
+    session_time_->setText(
+        QString("%1 / %2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
+    servo_->setText(QString("replay at %1 Hz").arg(options_.rate_hz, 0, 'f', 0));
+    fault_->setText(record.faults & haptics::k_latched_faults ? "\u26a0 the force was off here" : "");
+  }
+}
+
+WindowReport MainWindow::finish() {
+  timer_.stop();
+  if (stage_.close() && operation_) {
+    const double first_frame_seconds = report_.first_frame_seconds;
+    report_ = operation_->finish();
+    report_.window = "qt";
+    report_.first_frame_seconds = first_frame_seconds;
+  }
+  return report_;
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  save_layout();
+  // Show a message if the user closes the window; a program or a time limit must not wait for a dialog.
+  if (const QString session = saved_session();
+      !session.isEmpty() && !is_ended_by_program_ && (event->spontaneous() || is_quitting_)) {
+    const WindowStage::Dialog dialog(stage_);
+    QMessageBox::information(this, "trephine",
+                             "The session is saved as\n" + session +
+                                 "\n\nTo continue it later: File > Open a session, or trephine resume.");
+  }
+  if (!options_.screenshot.empty())
+    screenshot_error_ = save_picture(QString::fromStdString(options_.screenshot));
+  finish();
+  QMainWindow::closeEvent(event);
+}
+
+}  // namespace trephine::view
+
+extern "C" trephine::Result<trephine::view::WindowReport> trephine_run_qt_window(
+    std::shared_ptr<const trephine::haptics::TouchScene> scene, const trephine::view::WindowOptions& options);
+
+/// Entry point of this library, which run_window finds by name.
+trephine::Result<trephine::view::WindowReport> trephine_run_qt_window(
+    std::shared_ptr<const trephine::haptics::TouchScene> scene,
+    const trephine::view::WindowOptions& options) {
+  using namespace trephine::view;
+  // Qt's file dialogs store visited folders in the settings: redirect these to a temporary folder.
+  static const QTemporaryDir k_settings;
+  QSettings::setPath(QSettings::NativeFormat, QSettings::UserScope, k_settings.path());
+  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
+  format.setSamples(0);
+  QSurfaceFormat::setDefaultFormat(format);
+  std::unique_ptr<QApplication> application;
+  static int argc = 1;
+  static char name[] = "trephine";
+  static char* argv[] = {name, nullptr};
+  if (QApplication::instance() == nullptr) application = std::make_unique<QApplication>(argc, argv);
+  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
+  apply_look();
+  WindowOptions window_options = options;
+  if (window_options.layout_file.empty()) window_options.layout_file = default_layout_file();
+  MainWindow window(std::move(scene), window_options);
+  window.show();
+  QApplication::exec();
+  WindowReport report = window.finish();
+  if (window.screenshot_error()) return *window.screenshot_error();
+  return report;
+}

@@ -1,0 +1,192 @@
+// MainWindow: the full window: menu, tool panel, picture, panes, status line. Usable without a haptic device.
+#pragma once
+
+#include <QMainWindow>
+#include <QTimer>
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
+
+#include "apps/view/operation_controller.h"
+#include "apps/view/pane_controller.h"
+#include "apps/view/replay_controller.h"
+#include "apps/view/view_window.h"
+#include "apps/view/window_stage.h"
+#include "apps/window/qt_notices.h"
+#include "apps/window/qt_pane_grid.h"
+#include "apps/window/qt_panels.h"
+#include "apps/window/qt_sound.h"
+#include "apps/window/qt_tool_panel.h"
+#include "data-tools/files/output_set.h"
+
+class QCheckBox;
+class QComboBox;
+class QDoubleSpinBox;
+class QLabel;
+class QProgressBar;
+class QPushButton;
+class QScrollArea;
+class QSlider;
+class QVTKOpenGLNativeWidget;
+
+namespace trephine::view {
+
+/// Shows one operation or one replay at a time. Widget thread only; scans are opened on another thread.
+/// Stores only the layout of the panes (WindowOptions::layout_file): no recent files, no folders.
+class MainWindow : public QMainWindow {
+  Q_OBJECT
+
+ public:
+  /// Borrows the data that the options borrow.
+  MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const WindowOptions& options);
+  ~MainWindow() override;
+
+  /// Opens another scan in the background; after an error, which is shown, the old operation continues.
+  void open_source(const QString& source);
+  /// Continues a recorded session, which is opened in the background.
+  void resume_session(const QString& session);
+  Status check_save(const std::string& file, data_tools::OutputKind kind) const;
+  Status save_volume(const QString& path);
+  Status save_mesh(const QString& path);
+  Status save_session(const QString& path);
+  Status save_picture(const QString& path);
+  void scale_text(double factor);
+
+  /// Exactly one of operation() and replay() is not null.
+  OperationController* operation() noexcept { return operation_.get(); }
+  ReplayController* replay() noexcept { return replay_.get(); }
+  QVTKOpenGLNativeWidget* canvas() noexcept { return canvas_; }
+  PaneGrid* panes() noexcept { return grid_; }
+  PaneController& pane_controller() noexcept { return panes_; }
+  bool is_opening() const { return stage_.is_opening(); }
+  /// Cancels the opening of a scan at the next opportunity.
+  void cancel_opening();
+  /// Ends the operation and returns the report of the window.
+  WindowReport finish();
+  /// Error of the requested screenshot.
+  const Status& screenshot_error() const noexcept { return screenshot_error_; }
+
+ protected:
+  void closeEvent(QCloseEvent* event) override;
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void keyReleaseEvent(QKeyEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+  bool eventFilter(QObject* object, QEvent* event) override;
+  bool event(QEvent* event) override;
+
+ private:
+  void build_menu();
+  void build_command_menu();
+  void apply_at_touched(const sim::ValueType& type);
+  void build_pieces_menu();
+  void ask_and_apply(const sim::ValueType& type);
+  QStringList names_of(sim::FieldInfo::Names kind);
+  void show_message(const QString& text);
+  void build_panel();
+  void build_panes();
+  void build_panes_menu();
+  void restore_layout();
+  void save_layout();
+  void show_scan_facts();
+  void use_drawn_window();
+  void fill_structures(QMenu* menu);
+  void show_panes(double elapsed);
+  void build_replay_panel();
+  void build_history_panel();
+  void show_history();
+  void ask_and_compare();
+  void fit_panel();
+  void begin(std::shared_ptr<const haptics::TouchScene> scene);
+  void tick();
+  void adopt_opened();
+  void start_opening(std::function<Result<OpenedScene>(const WindowHost::Listener&)> open);
+  /// Frozen current state for files; later cuts do not change it.
+  std::shared_ptr<const volume::Version> frozen();
+  void show_state();
+  /// File of the current session; empty if there are no strokes or no recording.
+  QString saved_session() const;
+  void show_notices();
+  void press_deeper(int steps);
+  void toggle_names();
+  void tilt(double right, double up);
+  void turn(double right, double up);
+  bool move_by_key(const QKeyEvent* event);
+  void offer_largest();
+  void preview_shape();
+  void use_shape();
+  void forget_preview();
+  void set_clip();
+  void show_error(const Error& error);
+  void ask_path_and_save(const char* title, const char* suggestion, const char* filter,
+                         Status (MainWindow::*save)(const QString&));
+  std::shared_ptr<const volume::Version> version() const;
+  Viewport* viewport();
+  /// True if the canvas can be drawn into.
+  bool is_drawable() const;
+  void set_from_back(bool is_from_back);
+
+  WindowOptions options_;
+  std::shared_ptr<const haptics::TouchScene> scene_;
+  std::shared_ptr<void> owner_;                   ///< owns the data that an opened session borrows
+  std::unique_ptr<sim::SessionWriter> recorder_;  ///< recorder of a scan opened from this window
+  QVTKOpenGLNativeWidget* canvas_ = nullptr;
+  std::unique_ptr<OperationController> operation_;
+  std::unique_ptr<ReplayController> replay_;
+  PaneController panes_{PaneGrid::k_panes};
+  PaneGrid* grid_ = nullptr;
+  std::optional<PaneController::Clip> followed_clip_;
+  /// A scan that is being opened on another thread.
+  struct Opening {
+    std::shared_ptr<std::atomic<double>> share = std::make_shared<std::atomic<double>>(0);
+    std::shared_ptr<std::atomic<bool>> is_cancelled = std::make_shared<std::atomic<bool>>(false);
+    /// Assumptions about the scan; read when the result is available.
+    std::shared_ptr<std::vector<std::string>> notices = std::make_shared<std::vector<std::string>>();
+    std::future<Result<OpenedScene>> result;
+    WindowHost::Listener listener() const;
+  };
+  Opening opening_;
+  WindowStage stage_;
+  DrillSound sound_;
+  WindowReport report_;
+  Status screenshot_error_;
+  bool is_quitting_ = false;          ///< closed by the menu
+  bool is_ended_by_program_ = false;  ///< closed by a signal or a time limit, without a dialog
+  double initial_font_size_ = 0;      ///< points; 0: text has its initial size
+  bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
+  /// The analysed scene; true if another part of its shape is large.
+  std::future<std::pair<std::shared_ptr<const haptics::TouchScene>, bool>> parts_;
+  bool has_checked_parts_ = false;
+  Notices replay_notices_;        ///< events of a replay, by its time
+  std::optional<QPoint> cursor_;  ///< last position on the canvas
+  std::chrono::steady_clock::time_point opened_at_, last_tick_, servo_shown_at_;
+  QTimer timer_, preview_timer_;
+
+  ForceBar* force_bar_ = nullptr;
+  QLabel *removed_ = nullptr, *servo_ = nullptr, *fault_ = nullptr, *notice_ = nullptr,
+         *session_time_ = nullptr, *history_text_ = nullptr;
+  QScrollArea* panel_ = nullptr;
+  ToolPanel* tool_ = nullptr;
+  sim::Value shown_tool_;
+  QDoubleSpinBox *low_ = nullptr, *high_ = nullptr;
+  QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr, *history_ = nullptr;
+  QCheckBox* largest_ = nullptr;
+  QComboBox *shape_of_ = nullptr, *clip_ = nullptr, *speed_ = nullptr;
+  QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *keep_shape_ = nullptr,
+              *play_ = nullptr;
+  QProgressBar* opening_bar_ = nullptr;
+  QPushButton* cancel_ = nullptr;
+  QAction *from_back_ = nullptr, *undo_action_ = nullptr, *redo_action_ = nullptr;
+  HelpOverlay* help_ = nullptr;
+  NoticeLabel* at_tool_ = nullptr;
+  EventLog* log_ = nullptr;
+};
+
+/// Sets a dark palette with high contrast, against which bone is bright.
+void apply_look();
+/// Layout file in the folder of the user's settings; empty if there is no such folder.
+std::string default_layout_file();
+
+}  // namespace trephine::view

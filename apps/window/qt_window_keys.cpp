@@ -1,0 +1,165 @@
+// Keyboard controls of MainWindow.
+#include <QComboBox>
+#include <QKeyEvent>
+#include <QPushButton>
+#include <QSlider>
+#include <string>
+
+#include "apps/window/qt_window.h"
+
+namespace trephine::view {
+
+void MainWindow::press_deeper(int steps) {
+  if (operation_ && operation_->slide_foot(steps)) return;
+  depth_->setValue(depth_->value() + steps);
+}
+
+void MainWindow::tilt(double right, double up) {
+  if (!operation_) return;
+  operation_->tilt(right, up);
+  show_message(QString("tilted %1\u00b0").arg(operation_->tilted(), 0, 'f', 0));
+}
+
+void MainWindow::toggle_names() {
+  LabelLayer& names = viewport()->view().overlays().labels();
+  names.set_visible(!names.is_visible());
+}
+
+void MainWindow::turn(double right, double up) {
+  constexpr double k_degrees = 0.3;  // per pixel
+  viewport()->turn(k_degrees * right, -k_degrees * up);
+}
+
+/// Handles arrows, W A S D, and Shift with the letter of a side.
+bool MainWindow::move_by_key(const QKeyEvent* event) {
+  const bool is_fine = (event->modifiers() & Qt::ShiftModifier) != 0,
+             is_turn = (event->modifiers() & Qt::ControlModifier) != 0;
+  if (event->modifiers() & Qt::AltModifier) return false;
+  glm::dvec2 direction(0);
+  switch (event->key()) {
+    case Qt::Key_Left:
+      direction.x = -1;
+      break;
+    case Qt::Key_Right:
+      direction.x = 1;
+      break;
+    case Qt::Key_Up:
+      direction.y = 1;
+      break;
+    case Qt::Key_Down:
+      direction.y = -1;
+      break;
+    default:
+      break;
+  }
+  if (direction != glm::dvec2(0)) {
+    constexpr double k_turn = 20;  // pixels
+    const double mm = is_fine ? 0.2 : 1;
+    if (is_turn)
+      turn(-k_turn * direction.x, -k_turn * direction.y);
+    else if (operation_)
+      operation_->move_tip(mm * direction.x, mm * direction.y);
+    return true;
+  }
+  if (is_turn) return false;
+  if (is_fine && event->key() < 128 &&
+      std::string("APLRSI").find(static_cast<char>(event->key())) != std::string::npos) {
+    viewport()->look_from(static_cast<char>(event->key()));
+    return true;
+  }
+  constexpr double k_tilt = 2;  // degrees
+  switch (event->key()) {
+    case Qt::Key_A:
+      return tilt(-k_tilt, 0), true;
+    case Qt::Key_D:
+      return tilt(k_tilt, 0), true;
+    case Qt::Key_W:
+      return tilt(0, k_tilt), true;
+    case Qt::Key_S:
+      return tilt(0, -k_tilt), true;
+    default:
+      return false;
+  }
+}
+
+void MainWindow::keyPressEvent(QKeyEvent* event) {
+  help_->hide();
+  if (move_by_key(event)) return;
+  const bool is_plain = (event->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) == 0;
+  if (!is_plain) return QMainWindow::keyPressEvent(event);
+  switch (event->key()) {
+    case Qt::Key_Space:
+      if (event->isAutoRepeat()) return;
+      if (operation_) operation_->press(true);
+      if (replay_) play_->click();
+      return;
+    case Qt::Key_U:
+      if (operation_) operation_->undo();
+      return;
+    case Qt::Key_Y:
+      if (operation_) operation_->redo();
+      return;
+    case Qt::Key_F:
+      if (operation_) operation_->reset_faults();
+      return;
+    case Qt::Key_T:
+      if (operation_ && !operation_->grasp_or_release()) show_message("Touch a piece to take it.");
+      return;
+    case Qt::Key_E:
+      log_->setVisible(log_->isHidden());
+      return;
+    case Qt::Key_C:
+      clip_->setCurrentIndex(clip_->currentIndex() == 0 ? static_cast<int>(ClipChoice::Axis::view) : 0);
+      return;
+    case Qt::Key_Plus:
+    case Qt::Key_Equal:
+      tool_->step(1);
+      return;
+    case Qt::Key_Minus:
+      tool_->step(-1);
+      return;
+    case Qt::Key_G:
+      if (!operation_) return;
+      if (operation_->has_point()) return operation_->drop_point();
+      if (!operation_->grab_point()) show_message("Touch a point of an outline to drag it.");
+      return;
+    case Qt::Key_Comma:
+    case Qt::Key_Period:
+      if (operation_) operation_->roll(event->key() == Qt::Key_Comma ? -1 : 1);
+      return;
+    case Qt::Key_PageUp:
+    case Qt::Key_PageDown:
+      press_deeper(event->key() == Qt::Key_PageDown ? 1 : -1);
+      return;
+    case Qt::Key_N:
+      toggle_names();
+      return;
+    case Qt::Key_K: {
+      if (!operation_) return;
+      constexpr const char* names[] = {"upright on the bone", "toward the viewer",
+                                       "in its current direction"};
+      show_message(QString("The shaft points %1.").arg(names[static_cast<int>(operation_->hold_next())]));
+      return;
+    }
+    case Qt::Key_0:
+      viewport()->look_from(0);
+      return;
+    default:
+      QMainWindow::keyPressEvent(event);
+  }
+}
+
+/// Stops drilling when the window is deactivated, because later releases of keys and buttons are not
+/// reported.
+bool MainWindow::event(QEvent* event) {
+  const bool is_deactivated = event->type() == QEvent::WindowDeactivate || event->type() == QEvent::Hide;
+  if (is_deactivated && operation_) operation_->press(false), operation_->drop_point();
+  return QMainWindow::event(event);
+}
+
+void MainWindow::keyReleaseEvent(QKeyEvent* event) {
+  if (event->key() == Qt::Key_Space && !event->isAutoRepeat() && operation_) operation_->press(false);
+  QMainWindow::keyReleaseEvent(event);
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,219 @@
+// Menus of MainWindow, and forms of commands.
+#include <QDialog>
+#include <QDialogButtonBox>
+#include <QFileDialog>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QTimer>
+#include <QVBoxLayout>
+
+#include "apps/window/qt_window.h"
+#include "volume/scan/bone_labels.h"
+
+namespace trephine::view {
+
+namespace {
+constexpr const char* k_volume_filter = "Volumes (*.mha *.nrrd *.nii.gz *.nii)";
+constexpr const char* k_mesh_filter = "Meshes (*.stl *.ply *.obj *.vtp)";
+}  // namespace
+
+void MainWindow::build_menu() {
+  const auto add = [this](QMenu* menu, const char* name, const QString& text, const QKeySequence& keys,
+                          auto action) {
+    QAction* a = menu->addAction(text);
+    a->setObjectName(name);
+    if (!keys.isEmpty()) a->setShortcut(keys);
+    connect(a, &QAction::triggered, this, action);
+    return a;
+  };
+  QMenu* file = menuBar()->addMenu("&File");
+  if (options_.host.open) {
+    add(file, "open_folder", "&Open a scanner's folder or a case ...", QKeySequence::Open, [this] {
+      const QString path = QFileDialog::getExistingDirectory(this, "Open a scanner's folder or a case");
+      if (!path.isEmpty()) open_source(path);
+    });
+    add(file, "open_file", "Open a &file ...", QKeySequence("Ctrl+Shift+O"), [this] {
+      const QString path = QFileDialog::getOpenFileName(
+          this, "Open a scan", {}, "Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)");
+      if (!path.isEmpty()) open_source(path);
+    });
+    add(file, "open_head", "Open the built-in &head", {}, [this] { open_source("head"); });
+    add(file, "open_spine", "Open the built-in sp&ine", {}, [this] { open_source("spine"); });
+    file->addSeparator();
+  }
+  if (options_.host.resume) {
+    add(file, "open_session", "Open a s&ession to continue ...", QKeySequence("Ctrl+Alt+O"), [this] {
+      const QString path = QFileDialog::getOpenFileName(this, "Open a session",
+                                                        QString::fromStdString(options_.host.session_folder),
+                                                        "Sessions (*.session);;All files (*)");
+      if (!path.isEmpty()) resume_session(path);
+    });
+    file->addSeparator();
+  }
+  add(file, "save_volume", "&Save the operated volume ...", QKeySequence::Save, [this] {
+    ask_path_and_save("Save the operated volume", "operated.nii.gz", k_volume_filter,
+                      &MainWindow::save_volume);
+  });
+  add(file, "save_mesh", "Save its &mesh ...", {},
+      [this] { ask_path_and_save("Save the mesh", "operated.stl", k_mesh_filter, &MainWindow::save_mesh); });
+  if (!options_.replay)
+    add(file, "save_session", "Save the s&ession ...", {}, [this] {
+      ask_path_and_save("Save the session", "operation.session", "Sessions (*.session)",
+                        &MainWindow::save_session);
+    });
+  add(file, "save_picture", "Save the &picture ...", QKeySequence("Ctrl+P"), [this] {
+    ask_path_and_save("Save the picture", "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
+  });
+  file->addSeparator();
+  add(file, "quit", "&Quit", QKeySequence::Quit, [this] {
+    is_quitting_ = true;
+    close();
+  });
+
+  QMenu* edit = menuBar()->addMenu("&Edit");
+  undo_action_ =
+      add(edit, "undo_action", "&Undo the stroke", QKeySequence::Undo, [this] { operation_->undo(); });
+  redo_action_ = add(edit, "redo_action", "&Redo it", QKeySequence("Ctrl+Y"), [this] { operation_->redo(); });
+  redo_action_->setShortcuts({QKeySequence("Ctrl+Y"), QKeySequence("Ctrl+Shift+Z")});
+  if (!options_.replay) {
+    edit->addSeparator();
+    add(edit, "begin_branch", "Try &again from here ...", QKeySequence("Ctrl+B"),
+        [this] { ask_and_apply(sim::value_type<sim::BeginBranch>()); });
+    add(edit, "switch_branch", "&Go to another branch ...", QKeySequence("Ctrl+G"),
+        [this] { ask_and_apply(sim::value_type<sim::SwitchBranch>()); });
+    add(edit, "compare_action", "&Compare with another state ...", QKeySequence("Ctrl+D"),
+        [this] { ask_and_compare(); });
+  }
+  QMenu* view = menuBar()->addMenu("&View");
+  add(view, "view_all", "&All of it", {}, [this] { viewport()->look_from(0); });
+  add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });
+  add(view, "smaller_text", "S&maller text", QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
+  add(view, "show_names", "&Names of the plan\tN", {}, [this] { toggle_names(); });
+  add(view, "show_event_log", "&Event log\tE", {}, [this] { log_->setVisible(log_->isHidden()); });
+  QAction* sound = add(view, "sound", "&Sound of contact and drill", {}, [this](bool is_on) {
+    is_sound_on_ = is_on && sound_.start();
+    if (!is_on) sound_.stop();
+    if (is_on && !is_sound_on_) show_message("There is no sound device.");
+  });
+  sound->setCheckable(true);
+  build_panes_menu();
+  build_pieces_menu();
+  build_command_menu();
+  QMenu* help = menuBar()->addMenu("&Help");
+  add(help, "help", "&Keys and mouse", QKeySequence("F1"), [this] {
+    help_->setGeometry(rect());
+    help_->raise();
+    help_->setVisible(!help_->isVisible());
+  });
+  add(help, "about", "&About trephine", {}, [this] {
+    QMessageBox::about(
+        this, "trephine",
+        "Surgery on real CT and MRI volumes that you can feel.\nFor training and research. Not a medical "
+        "device.\nLicence: Apache-2.0");
+  });
+}
+
+/// Builds the menu of detached pieces.
+void MainWindow::build_pieces_menu() {
+  if (options_.replay) return;
+  QMenu* menu = menuBar()->addMenu("&Pieces");
+  const auto add = [&](const char* name, const QString& text, const QKeySequence& keys, auto action) {
+    QAction* result = menu->addAction(text);
+    result->setObjectName(name);
+    if (!keys.isEmpty()) result->setShortcut(keys);
+    connect(result, &QAction::triggered, this, [this, action] {
+      if (operation_) action(*operation_);
+    });
+  };
+  add("free_pieces", "&Detach cut pieces", QKeySequence("Ctrl+F"),
+      [](OperationController& operation) { operation.free_pieces(); });
+  // The window handles keys without Ctrl itself.
+  add("take_piece", "&Grasp or release the touched piece\tT", {}, [this](OperationController& operation) {
+    if (!operation.grasp_or_release()) show_message("Touch a piece to take it.");
+  });
+}
+
+namespace {
+/// True for fields with one point.
+bool is_point(const sim::Field& field) {
+  return field.type == sim::detail::IndexIn<glm::dvec3, sim::FieldPlace>::k_index;
+}
+}  // namespace
+
+/// Builds the menu of the modules' commands, with a form for each.
+void MainWindow::build_command_menu() {
+  if (!options_.catalogue || options_.replay) return;
+  QMenu* menu = nullptr;
+  int point_command_count = 0;  // commands whose only field is a point
+  const auto add = [&](const sim::ValueType& type) {
+    if (!menu) menu = menuBar()->addMenu("&Commands");
+    const bool needs_point = type.schema->fields.size() == 1 && type.schema->fields[0].name == "at" &&
+                             is_point(type.schema->fields[0]);
+    QAction* action = menu->addAction(words_of(type.schema->name) + (needs_point ? " at the touched point"
+                                                                     : type.schema->fields.empty() ? ""
+                                                                                                   : " ..."));
+    action->setObjectName(
+        "command_" + QString::fromUtf8(type.schema->name.data(), static_cast<int>(type.schema->name.size())));
+    if (needs_point && ++point_command_count < 10)
+      action->setShortcut(QKeySequence(QString("Ctrl+%1").arg(point_command_count)));
+    connect(action, &QAction::triggered, this,
+            [this, &type, needs_point] { needs_point ? apply_at_touched(type) : ask_and_apply(type); });
+  };
+  for (const sim::Module* module : options_.catalogue->modules()) {
+    for (const sim::ValueType* command : module->commands()) add(*command);
+    for (const sim::JobType* job : module->jobs()) add(*job->parameters);
+  }
+}
+
+/// Sends a command that needs a point, with the touched point. Called by a key, as the cursor is on the bone.
+void MainWindow::apply_at_touched(const sim::ValueType& type) {
+  if (!operation_) return;
+  const std::optional<glm::dvec3> touched = operation_->touched();
+  if (!touched) return show_message("Touch the place, and press its key.");
+  sim::Value command = sim::Value::of(type);
+  const sim::FieldPlace place = type.schema->fields[0].place(command.data());
+  *std::get<glm::dvec3*>(place) = *touched;
+  operation_->apply(std::move(command));
+}
+
+/// Returns the names to choose from: labels of the scan that name bones, or all its labels; branches other
+/// than the current one.
+QStringList MainWindow::names_of(sim::FieldInfo::Names kind) {
+  QStringList names;
+  if (kind == sim::FieldInfo::Names::label) {
+    const std::vector<std::string>& labels = scene_->base->label_names;
+    for (std::size_t i = 1; i < labels.size(); ++i)
+      if (volume::is_bone_name(labels[i])) names << QString::fromStdString(labels[i]);
+    if (names.isEmpty())
+      for (std::size_t i = 1; i < labels.size(); ++i) names << QString::fromStdString(labels[i]);
+  } else if (kind == sim::FieldInfo::Names::branch && operation_) {
+    for (const std::string& branch : operation_->state().branches)
+      if (branch != operation_->state().branch) names << QString::fromStdString(branch);
+  }
+  return names;
+}
+
+void MainWindow::ask_and_apply(const sim::ValueType& type) {
+  sim::Value command = sim::Value::of(type);
+  if (!type.schema->fields.empty()) {
+    QDialog dialog(this);
+    dialog.setObjectName("command");
+    dialog.setWindowTitle(words_of(type.schema->name));
+    auto* column = new QVBoxLayout(&dialog);
+    auto* form = new FieldForm(command, [this](sim::FieldInfo::Names kind) { return names_of(kind); });
+    form->on_resize = [&dialog] { QTimer::singleShot(0, &dialog, [&dialog] { dialog.adjustSize(); }); };
+    column->addWidget(form);
+    auto* buttons = new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel);
+    column->addWidget(buttons);
+    connect(buttons, &QDialogButtonBox::accepted, &dialog, &QDialog::accept);
+    connect(buttons, &QDialogButtonBox::rejected, &dialog, &QDialog::reject);
+    if (operation_) operation_->press(false);
+    const WindowStage::Dialog guard(stage_);
+    const int answer = dialog.exec();
+    if (answer != QDialog::Accepted) return;
+    command = form->value();
+  }
+  if (operation_) operation_->apply(std::move(command));
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,221 @@
+// Panes of MainWindow: menu, updates, stored layout.
+#include <QComboBox>
+#include <QDir>
+#include <QDoubleSpinBox>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QStandardPaths>
+#include <filesystem>
+#include <fstream>
+
+#include "apps/window/qt_window.h"
+#include "data-tools/files/atomic_file.h"
+#include "modules/ct_viewer/ct_viewer.h"
+
+namespace trephine::view {
+
+void MainWindow::build_panes() {
+  grid_ = new PaneGrid(panes_.panes());
+  setCentralWidget(grid_);
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
+    ImagePane* pane = grid_->pane(i);
+    pane->on_shoot = [this] { panes_.shoot(); };
+    pane->on_live = [this](bool is_live) { panes_.set_live(is_live); };
+    pane->on_turn = [this](double left, double up) { viewport()->turn(left, up); };
+    pane->on_preset = [this](int preset) { panes_.set_preset(static_cast<std::size_t>(preset)); };
+  }
+}
+
+/// Restores the layout of the last run: arrangement, kinds and sizes, without data of a scan.
+void MainWindow::restore_layout() {
+  if (options_.layout_file.empty()) return;
+  std::error_code ignored_error;
+  if (!std::filesystem::is_regular_file(options_.layout_file, ignored_error)) return;
+  std::ifstream file(options_.layout_file);
+  char line[200] = "";
+  file.read(line, sizeof line - 1);
+  grid_->restore(QString::fromUtf8(line).section('\n', 0, 0));
+}
+
+void MainWindow::save_layout() {
+  if (options_.layout_file.empty()) return;
+  std::error_code ignored_error;
+  std::filesystem::create_directories(std::filesystem::path(options_.layout_file).parent_path(),
+                                      ignored_error);
+  // Errors are ignored: without a writable folder no layout is stored.
+  (void)data_tools::write_file_atomically(options_.layout_file, grid_->remember().toStdString() + "\n");
+}
+
+void MainWindow::build_panes_menu() {
+  QMenu* menu = menuBar()->addMenu("&Slices");
+  const auto add = [this](QMenu* to, const QString& name, const QString& text, const QKeySequence& keys,
+                          auto action) {
+    QAction* result = to->addAction(text);
+    result->setObjectName(name);
+    if (!keys.isEmpty()) result->setShortcut(keys);
+    connect(result, &QAction::triggered, this, action);
+    return result;
+  };
+  const auto arrange = [this](Layout layout) { return [this, layout] { grid_->arrange(layout); }; };
+  add(menu, "layout_picture", "&Picture alone", QKeySequence("F5"), arrange(Layout::picture));
+  add(menu, "layout_slices", "Picture and three &slices", QKeySequence("F6"), arrange(Layout::slices));
+  add(menu, "layout_xray", "Picture, &X-ray and section", QKeySequence("F7"), arrange(Layout::xray));
+  add(menu, "layout_drawn", "Picture and the scan &drawn directly", QKeySequence("F8"),
+      arrange(Layout::drawn));
+  add(menu, "layout_depths", "Picture and &depth images", QKeySequence("F9"), arrange(Layout::depths));
+  menu->addSeparator();
+  QMenu* greys = menu->addMenu("&Greys");
+  for (const ct_viewer::NamedWindow& known : ct_viewer::k_windows) {
+    const QString name = QString::fromUtf8(known.name.data(), static_cast<int>(known.name.size()));
+    add(greys, "greys_" + name, words_of(known.name), {}, [this, &known] {
+      ct_viewer::SetGreyWindow window;
+      window.level = known.window.level, window.width = known.window.width;
+      panes_.panes().set_window(window);
+      if (operation_) operation_->apply(window);
+    });
+  }
+  QMenu* blend = menu->addMenu("&Before and after");
+  constexpr const char* blends[] = {"&After", "&Before", "Removed matter in &amber"};
+  for (std::size_t b = 0; b < std::size(blends); ++b)
+    add(blend, QString("blend_%1").arg(b), blends[b], {},
+        [this, b] { panes_.panes().set_blend(static_cast<ct_viewer::Blend>(b)); });
+  QMenu* slab = menu->addMenu("&Thickness");
+  for (const int mm : {0, 2, 5, 10, 20})
+    add(slab, QString("slab_%1").arg(mm), mm == 0 ? QString("One slice") : QString("Mean of %1 mm").arg(mm),
+        {}, [this, mm] { panes_.panes().set_slab(mm); });
+  QMenu* render_menu = menu->addMenu("&Drawn as");
+  for (const std::string_view ramp : imaging::k_ramps) {
+    const QString name = QString::fromUtf8(ramp.data(), static_cast<int>(ramp.size()));
+    add(render_menu, "ramp_" + name, words_of(ramp), {},
+        [this, ramp] { panes_.panes().set_transfer_function(ramp); });
+  }
+  render_menu->addSeparator();
+  // Fill in the labels of the current scan when the menu opens.
+  QMenu* structures = render_menu->addMenu("&Structures");
+  structures->setObjectName("structures");
+  connect(structures, &QMenu::aboutToShow, this, [this, structures] { fill_structures(structures); });
+  add(render_menu, "touch_what_is_drawn", "&Touch what is drawn", {}, [this] { use_drawn_window(); });
+  add(menu, "labels", "Outlines of the scan's &labels", {}, [this](bool are_shown) {
+    panes_.panes().set_labels(are_shown);
+  })->setCheckable(true);
+  from_back_ = add(menu, "from_back", "Seen from the bac&k: the patient's left is on the left", {},
+                   [this](bool is_on) { panes_.panes().set_from_back(is_on); });
+  from_back_->setCheckable(true);
+  QAction* follow = add(menu, "follow_tool", "Slices follo&w the tool", {},
+                        [this](bool is_on) { panes_.follows_tool = is_on; });
+  follow->setCheckable(true);
+  follow->setChecked(true);
+  add(menu, "mark_place", "&Keep this place in the session", {}, [this] {
+    if (operation_) operation_->apply(ct_viewer::LookAt{panes_.panes().looked_at()});
+  });
+  add(menu, "open_at_section", "&Open the picture at the section", {}, [this] {
+    // The last entry of the clip box.
+    clip_->setCurrentIndex(clip_->count() - 1);
+    set_clip();
+  });
+  menu->addSeparator();
+  add(menu, "about_scan", "&About the scan ...", {}, [this] { show_scan_facts(); });
+}
+
+void MainWindow::set_from_back(bool is_from_back) {
+  from_back_->setChecked(is_from_back);
+  panes_.panes().set_from_back(is_from_back);
+}
+
+/// Builds the menu of the scan's labels, each shown, translucent or hidden in the ray-cast image.
+void MainWindow::fill_structures(QMenu* menu) {
+  menu->clear();
+  const std::vector<std::string>& names = scene_->base->label_names;
+  if (names.size() < 2) menu->addAction("The scan has no labels")->setEnabled(false);
+  for (std::size_t label = 1; label < names.size(); ++label) {
+    QMenu* structure = menu->addMenu(QString::fromStdString(names[label]));
+    constexpr std::pair<const char*, double> looks[] = {
+        {"&Shown", 1}, {"&Translucent", 0.15}, {"&Hidden", 0}};
+    for (const auto& [text, opacity] : looks)
+      connect(structure->addAction(text), &QAction::triggered, this,
+              [this, label, opacity = opacity] { panes_.panes().set_label_opacity(label, opacity); });
+  }
+}
+
+/// Previews the window of values that the transfer function shows; the user can apply it like one of his own.
+void MainWindow::use_drawn_window() {
+  const auto window = volume::window_of_opacity(
+      imaging::transfer_function_of(panes_.panes().ramp(), *scene_->base), imaging::k_touch_opacity);
+  if (!window || !low_->isEnabled()) return show_message("The solid shape cannot be chosen here.");
+  low_->setValue(window->low.value_or(low_->minimum()));
+  high_->setValue(window->high.value_or(high_->maximum()));
+  preview_shape();
+  show_message("The picture shows what would be touched. Press Use to apply it.");
+}
+
+/// Shows facts about the scan, without names.
+void MainWindow::show_scan_facts() {
+  const volume::Volume& scan = *scene_->base;
+  const glm::dvec3 mm = scan.frame.spacing();
+  QString text = QString("%1 x %2 x %3 voxels of %4 x %5 x %6 mm\n")
+                     .arg(scan.size.x)
+                     .arg(scan.size.y)
+                     .arg(scan.size.z)
+                     .arg(mm.x, 0, 'f', 3)
+                     .arg(mm.y, 0, 'f', 3)
+                     .arg(mm.z, 0, 'f', 3);
+  text += QString("%1 x %2 x %3 mm in all\n")
+              .arg(mm.x * scan.size.x, 0, 'f', 0)
+              .arg(mm.y * scan.size.y, 0, 'f', 0)
+              .arg(mm.z * scan.size.z, 0, 'f', 0);
+  text += scan.is_hounsfield ? "Hounsfield units\n" : "values without a unit\n";
+  const glm::dvec3 along = scan.frame.vector_world_from_volume({0, 0, 1});
+  text += QString("slices go toward %1\n").arg(QString::fromStdString(imaging::direction_letters(along)));
+  if (scan.label_names.size() > 1) text += QString("%1 labels\n").arg(scan.label_names.size() - 1);
+  auto* box = new QMessageBox(QMessageBox::Information, "The scan", text.trimmed(), QMessageBox::Ok, this);
+  box->setObjectName("scan_facts");
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  box->open();
+}
+
+/// Updates the panes for one frame, if any is visible.
+void MainWindow::show_panes(double elapsed) {
+  const bool sees_depths =
+      grid_->arrangement() != Layout::picture && panes_.panes().sees(imaging::PaneKind::depths);
+  if (operation_) operation_->show_clip_volumes(sees_depths);
+  if (replay_) replay_->show_clip_volumes(sees_depths);
+  if (grid_->arrangement() == Layout::picture)
+    return panes_.rest(operation_ ? std::span(operation_->state().settings)
+                                  : std::span(replay_->engine().now().settings.modules));
+  const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
+  sim::Overlays replay_overlays;
+  const sim::Overlays* overlays = nullptr;
+  std::span<const std::shared_ptr<const sim::Value>> settings;
+  bool is_changed = false;
+  std::vector<sim::DisplayedDepths> depths;
+  if (operation_) {
+    depths = operation_->state().depths;
+    overlays = operation_->state().overlays.get();
+    settings = operation_->state().settings;
+    is_changed = operation_->state().changed.low.x <= operation_->state().changed.high.x;
+  } else {
+    replay_overlays = replay_->engine().overlays();
+    overlays = &replay_overlays;
+    settings = replay_->engine().now().settings.modules;
+    is_changed = replay_->has_changed();
+    depths = replay_->engine().seen_depths(0);
+  }
+  panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
+                operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
+                !operation_ || operation_->touched().has_value(), elapsed, viewport()->eye(),
+                viewport()->clip_plane(), depths});
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
+  const int at_section = clip_->count() - 1;
+  if (panes_.clip() != followed_clip_) {
+    followed_clip_ = panes_.clip();
+    clip_->setCurrentIndex(followed_clip_ ? at_section : 0);
+  }
+  if (clip_->currentIndex() == at_section) set_clip();  // the section follows the focus
+}
+
+std::string default_layout_file() {
+  const QString folder = QStandardPaths::writableLocation(QStandardPaths::GenericConfigLocation);
+  return folder.isEmpty() ? "" : QDir(folder).filePath("trephine/panes").toStdString();
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,321 @@
+// Panels of MainWindow: tool, replay, history, comparison.
+#include <QApplication>
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDialog>
+#include <QDockWidget>
+#include <QDoubleSpinBox>
+#include <QGridLayout>
+#include <QGroupBox>
+#include <QLabel>
+#include <QPixmap>
+#include <QPushButton>
+#include <QScrollArea>
+#include <QScrollBar>
+#include <QSlider>
+#include <QVBoxLayout>
+#include <QVTKOpenGLNativeWidget.h>
+#include <algorithm>
+#include <cmath>
+
+#include "apps/view/comparison.h"
+#include "apps/window/qt_window.h"
+
+namespace trephine::view {
+
+namespace {
+
+void set_up(QSlider* slider, const char* name, int low, int high, int value) {
+  slider->setObjectName(name);
+  slider->setRange(low, high);
+  slider->setValue(value);
+  slider->setFocusPolicy(Qt::NoFocus);
+}
+
+QSlider* make_slider(const char* name, int low, int high, int value) {
+  auto* slider = new QSlider(Qt::Horizontal);
+  set_up(slider, name, low, high, value);
+  return slider;
+}
+
+QPushButton* make_button(const char* name, const QString& text, const char* tip) {
+  auto* button = new QPushButton(text);
+  button->setObjectName(name);
+  button->setToolTip(tip);
+  button->setFocusPolicy(Qt::NoFocus);
+  return button;
+}
+
+}  // namespace
+
+void MainWindow::build_panel() {
+  auto* dock = new QDockWidget("Tools", this);
+  dock->setObjectName("tools");
+  dock->setFeatures(QDockWidget::DockWidgetMovable);
+  auto* panel = new QWidget;
+  auto* column = new QVBoxLayout(panel);
+  column->setSpacing(10);
+  force_bar_ = new ForceBar;
+  column->addWidget(force_bar_);
+  removed_ = new QLabel("nothing removed yet");
+  removed_->setObjectName("removed");
+  column->addWidget(removed_);
+
+  auto* tool = new QGroupBox("Tool");
+  auto* grid = new QGridLayout(tool);
+  tool_ = new ToolPanel(options_.catalogue);
+  tool_->on_resize = [this] { fit_panel(); };
+  tool_->on_change = [this](sim::Value instrument) {
+    if (!operation_) return;
+    operation_->take(std::move(instrument));
+    if (operation_->is_taking()) show_message("What it touches with is made ready ...");
+  };
+  grid->addWidget(tool_, 0, 0, 1, 3);
+  depth_ = make_slider("depth", 1, 24, 4);
+  depth_->setToolTip("Depth of a press below the surface  (wheel, PgUp, PgDn)");
+  auto* depth_text = new QLabel("2.0 mm");
+  connect(depth_, &QSlider::valueChanged, this, [this, depth_text](int half_mm) {
+    depth_text->setText(QString("%1 mm").arg(0.5 * half_mm, 0, 'f', 1));
+    if (operation_) operation_->set_depth(0.5 * half_mm);
+  });
+  grid->addWidget(new QLabel("Press"), 1, 0);
+  grid->addWidget(depth_, 1, 1);
+  grid->addWidget(depth_text, 1, 2);
+  undo_ = make_button("undo", "Undo", "Undo the last stroke  (Ctrl+Z)");
+  redo_ = make_button("redo", "Redo", "Redo the stroke  (Ctrl+Y)");
+  connect(undo_, &QPushButton::clicked, this, [this] { operation_->undo(); });
+  connect(redo_, &QPushButton::clicked, this, [this] { operation_->redo(); });
+  auto* history = new QHBoxLayout;
+  history->addWidget(undo_);
+  history->addWidget(redo_);
+  grid->addLayout(history, 2, 0, 1, 3);
+  column->addWidget(tool);
+
+  auto* look = new QGroupBox("View");
+  auto* views = new QGridLayout(look);
+  const std::pair<char, const char*> sides[] = {{'A', "Front"}, {'P', "Back"},  {'L', "Left"},
+                                                {'R', "Right"}, {'S', "Above"}, {'I', "Below"}};
+  for (int i = 0; i < 6; ++i) {
+    const char side = sides[i].first;
+    auto* button = make_button(QString("view_%1").arg(side).toLatin1(), sides[i].second,
+                               QString("Shift+%1").arg(side).toLatin1());
+    connect(button, &QPushButton::clicked, this, [this, side] { viewport()->look_from(side); });
+    views->addWidget(button, i / 2, i % 2);
+  }
+  clip_ = new QComboBox;
+  clip_->setObjectName("clip");
+  clip_->setFocusPolicy(Qt::NoFocus);
+  clip_->addItems({"Not cut open", "Open from the left", "Open from the front", "Open from above",
+                   "Open toward me", "Open at the section"});
+  clip_share_ = make_slider("clip_share", 0, 100, 50);
+  clip_share_->setEnabled(false);
+  connect(clip_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] { set_clip(); });
+  connect(clip_share_, &QSlider::valueChanged, this, [this] { set_clip(); });
+  views->addWidget(clip_, 3, 0, 1, 2);
+  views->addWidget(clip_share_, 4, 0, 1, 2);
+  column->addWidget(look);
+
+  auto* shape = new QGroupBox("What is solid");
+  auto* form = new QGridLayout(shape);
+  const auto box_of = [this](const char* name, double value) {
+    auto* box = new QDoubleSpinBox;
+    box->setObjectName(name);
+    box->setRange(-2000, 4000);
+    box->setDecimals(0);
+    box->setSingleStep(25);
+    box->setValue(value);
+    connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this,
+            [this] { preview_timer_.start(120); });
+    return box;
+  };
+  low_ = box_of("low", 300);
+  high_ = box_of("high", 4000);
+  use_shape_ = make_button("use_shape", "Use", "Operate on this shape, from the untouched scan");
+  keep_shape_ = make_button("keep_shape", "Back", "Show the shape that is operated on");
+  connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
+  connect(keep_shape_, &QPushButton::clicked, this, [this] {
+    viewport()->preview(nullptr, version());
+    const volume::Shape& current = scene_->items[0].field.shape();
+    for (QDoubleSpinBox* box : {low_, high_}) {
+      const QSignalBlocker quiet(box);
+      const double value = box == low_ ? current.low : current.high;
+      box->setValue(std::isfinite(value) ? value : value > 0 ? box->maximum() : box->minimum());
+    }
+    forget_preview();
+  });
+  shape_of_ = new QComboBox;
+  shape_of_->setObjectName("shape_of");
+  shape_of_->setFocusPolicy(Qt::NoFocus);
+  shape_of_->addItem("Range of values", "");
+  shape_of_->addItem("Skull (CT)", "skull");
+  shape_of_->addItem("Spine (CT)", "spine");
+  shape_of_->setToolTip("Skull: 300 HU, its largest part. Spine: 150 HU, without small parts.");
+  connect(shape_of_, QOverload<int>::of(&QComboBox::activated), this, [this](int index) {
+    if (index > 0) low_->setValue(index == 1 ? 300 : 150), high_->setValue(high_->maximum());
+    use_shape_->setEnabled(shape_of_->isEnabled());
+  });
+  largest_ = new QCheckBox("Largest part only");
+  largest_->setObjectName("largest");
+  largest_->setFocusPolicy(Qt::NoFocus);
+  largest_->setToolTip("Omits disconnected parts: a table, a head holder");
+  connect(largest_, &QCheckBox::toggled, this, [this] { use_shape_->setEnabled(largest_->isEnabled()); });
+  form->addWidget(shape_of_, 0, 0, 1, 2);
+  form->addWidget(new QLabel("from"), 1, 0);
+  form->addWidget(low_, 1, 1);
+  form->addWidget(new QLabel("to"), 2, 0);
+  form->addWidget(high_, 2, 1);
+  form->addWidget(largest_, 3, 0, 1, 2);
+  form->addWidget(use_shape_, 4, 0);
+  form->addWidget(keep_shape_, 4, 1);
+  column->addWidget(shape);
+  column->addStretch(1);
+  for (QWidget* w : std::initializer_list<QWidget*>{tool, shape}) w->setVisible(options_.replay == nullptr);
+  auto* hint = new QLabel("F1: keys and mouse");
+  hint->setEnabled(false);
+  column->addWidget(hint);
+  // In a low window the panel scrolls.
+  panel_ = new QScrollArea;
+  panel_->setWidget(panel);
+  panel_->setWidgetResizable(true);
+  panel_->setFrameShape(QFrame::NoFrame);
+  panel_->setHorizontalScrollBarPolicy(Qt::ScrollBarAsNeeded);
+  fit_panel();
+  dock->setWidget(panel_);
+  addDockWidget(Qt::RightDockWidgetArea, dock);
+}
+
+/// Fits the width of the panel to its contents.
+void MainWindow::fit_panel() {
+  // Deferred until the widgets have their style.
+  QTimer::singleShot(0, panel_, [panel = panel_] {
+    panel->setMinimumWidth(panel->widget()->minimumSizeHint().width() +
+                           panel->verticalScrollBar()->sizeHint().width() + 4);
+  });
+}
+
+void MainWindow::build_replay_panel() {
+  auto* dock = new QDockWidget("Session", this);
+  dock->setFeatures(QDockWidget::NoDockWidgetFeatures);
+  auto* panel = new QWidget;
+  auto* row = new QHBoxLayout(panel);
+  play_ = make_button("play", "Pause", "Space");
+  auto* slider = new MarkedSlider;
+  set_up(slider, "session_time", 0, static_cast<int>(1000 * options_.replay_seconds), 0);
+  for (const auto& mark : options_.summary.marks)
+    if (mark.level != workbench::EventLevel::record)
+      slider->add_mark(static_cast<int>(1000 * mark.seconds), mark.level == workbench::EventLevel::danger,
+                       QString::fromStdString(mark.text));
+  session_slider_ = slider;
+  session_time_ = new QLabel;
+  session_time_->setObjectName("session_clock");
+  speed_ = new QComboBox;
+  speed_->setObjectName("speed");
+  speed_->setFocusPolicy(Qt::NoFocus);
+  for (const double s : {0.25, 0.5, 1.0, 2.0, 5.0, 20.0}) speed_->addItem(QString("%1 x").arg(s), s);
+  speed_->setCurrentIndex(2);
+  row->addWidget(play_);
+  row->addWidget(session_slider_, 1);
+  row->addWidget(session_time_);
+  row->addWidget(speed_);
+  connect(play_, &QPushButton::clicked, this, [this] {
+    if (!replay_->is_playing() && replay_->seconds() >= replay_->length())
+      if (const Status error = replay_->seek(0)) return show_error(*error);
+    replay_->play(!replay_->is_playing());
+  });
+  session_slider_->setPageStep(static_cast<int>(100 * options_.replay_seconds));
+  connect(session_slider_, &QSlider::actionTriggered, this, [this] {
+    if (const Status error = replay_->seek(1e-3 * session_slider_->sliderPosition())) show_error(*error);
+  });
+  connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
+          [this] { replay_->set_speed(speed_->currentData().toDouble()); });
+  dock->setWidget(panel);
+  addDockWidget(Qt::BottomDockWidgetArea, dock);
+}
+
+/// Builds the panel of the history: a slider through the strokes, and their memory.
+void MainWindow::build_history_panel() {
+  auto* dock = new QDockWidget("History", this);
+  dock->setObjectName("history_dock");
+  dock->setFeatures(QDockWidget::NoDockWidgetFeatures);
+  auto* panel = new QWidget;
+  auto* row = new QHBoxLayout(panel);
+  row->setContentsMargins(8, 2, 8, 2);
+  history_ = make_slider("history", 0, 0, 0);
+  history_->setToolTip("Undo and redo strokes");
+  history_->setPageStep(1);
+  history_text_ = new QLabel;
+  history_text_->setObjectName("history_text");
+  auto* compare = make_button("compare", "Compare ...", "Compare this state with another one  (Ctrl+D)");
+  row->addWidget(history_, 1);
+  row->addWidget(history_text_);
+  row->addWidget(compare);
+  connect(history_, &QSlider::actionTriggered, this, [this] {
+    if (operation_) operation_->go_to_stroke(static_cast<std::size_t>(history_->sliderPosition()));
+  });
+  connect(compare, &QPushButton::clicked, this, &MainWindow::ask_and_compare);
+  dock->setWidget(panel);
+  panel->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Fixed);
+  splitDockWidget(log_, dock, Qt::Vertical);
+}
+
+void MainWindow::show_history() {
+  const sim::LiveState& state = operation_->state();
+  history_->setRange(static_cast<int>(state.first_stroke), static_cast<int>(state.all_strokes));
+  history_->setEnabled(state.all_strokes > state.first_stroke);
+  if (!history_->isSliderDown()) history_->setValue(static_cast<int>(state.strokes));
+  QString text = QString("stroke %1 of %2").arg(state.strokes).arg(state.all_strokes);
+  if (state.branch != sim::Engine::k_first_branch) text += " on " + QString::fromStdString(state.branch);
+  if (state.history_bytes > 0)
+    text += QString("   %1 MB").arg(static_cast<double>(state.history_bytes) / 1e6, 0, 'f', 1);
+  history_text_->setText(text);
+}
+
+/// Shows a comparison of two states in a separate window.
+void MainWindow::ask_and_compare() {
+  if (!operation_) return;
+  operation_->press(false);
+  const std::vector<sim::LiveSession::Place> states = operation_->places();
+  const auto now = std::find_if(states.begin(), states.end(), [](const auto& state) { return state.is_now; });
+  if (now == states.end()) return;
+  auto* dialog = new QDialog(this);
+  dialog->setObjectName("comparison");
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setWindowTitle("Compare");
+  auto* column = new QVBoxLayout(dialog);
+  auto* with = new QComboBox;
+  with->setObjectName("compare_with");
+  std::vector<sim::LiveSession::Place> others;
+  for (const auto& state : states)
+    if (!state.is_now) others.push_back(state);
+  for (const auto& state : others) with->addItem(QString::fromStdString(state.name));
+  auto* picture = new QLabel("...");
+  picture->setObjectName("compared");
+  picture->setMinimumSize(700, 780);
+  picture->setAlignment(Qt::AlignCenter);
+  column->addWidget(with);
+  column->addWidget(picture, 1);
+  const auto draw = [this, others, current = *now, picture](int index) {
+    if (!operation_ || index < 0) return;
+    const sim::LiveSession::Place& other = others[static_cast<std::size_t>(index)];
+    // compare() draws into memory with its own GL context, and a thread has one current context at a time.
+    canvas_->makeCurrent();
+    canvas_->doneCurrent();
+    const auto png = compare(operation_->scene(), {other.name, other.version, {}},
+                             {"now: " + current.name, current.version, {}});
+    canvas_->makeCurrent();
+    if (!png) return show_error(png.error());
+    QPixmap pixels;
+    pixels.loadFromData(reinterpret_cast<const uchar*>(png.value().data()),
+                        static_cast<uint>(png.value().size()), "PNG");
+    picture->setPixmap(pixels.scaled(picture->size(), Qt::KeepAspectRatio, Qt::SmoothTransformation));
+  };
+  connect(with, QOverload<int>::of(&QComboBox::currentIndexChanged), dialog, draw);
+  dialog->resize(760, 900);
+  dialog->show();
+  // Initially compare with the previous stroke, if there is one.
+  const int last = static_cast<int>(std::distance(states.begin(), now)) - 1;
+  with->setCurrentIndex(std::max(0, last));
+  QTimer::singleShot(0, dialog, [draw, with] { draw(with->currentIndex()); });
+}
+
+}  // namespace trephine::view

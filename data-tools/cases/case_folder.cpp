@@ -1,0 +1,446 @@
+#include "data-tools/cases/case_folder.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <sstream>
+#include <unistd.h>
+
+#include "data-tools/cases/toml_reader_impl.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/formats/reader_support.h"
+
+namespace trephine::data_tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* k_plan_file = "case.toml";
+constexpr const char* k_volume_file = "volume.mha";
+constexpr const char* k_labels_file = "labels.mha";
+constexpr const char* k_shape_file = "shape.mha";
+
+/// Reads ["#RRGGBB", ...] for labels 1, 2, ...; the background is black.
+std::vector<glm::u8vec3> read_colours(TomlReader& reader, const toml::value& list, std::size_t label_count) {
+  std::vector<glm::u8vec3> colours{glm::u8vec3(0)};
+  if (!list.is_array() || list.as_array().size() + 1 != label_count) {
+    reader.fail(list, "the number of colours differs from the number of labels", "",
+                "as many colours as names, or no key \"colours\"");
+    return {};
+  }
+  for (const toml::value& v : list.as_array()) {
+    const std::string text = v.is_string() ? v.as_string().str : "";
+    if (text.size() != 7 || text[0] != '#' ||
+        text.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos) {
+      reader.fail(v, "a label's colour is invalid", text, "\"#RRGGBB\", for example \"#d8b48c\"");
+      return {};
+    }
+    const unsigned long rgb = std::strtoul(text.c_str() + 1, nullptr, 16);
+    colours.emplace_back(rgb >> 16, rgb >> 8 & 255, rgb & 255);
+  }
+  return colours;
+}
+
+CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::size_t label_count) {
+  const toml::table& t = reader.table(value, {"name", "low", "high", "label", "touchable", "forbidden",
+                                              "stiffness", "damping", "static_friction", "dynamic_friction"});
+  CaseStructure s;
+  const auto name = reader.text(t, "name");
+  if (!name) reader.fail(value, "a structure has no name", "", "name = \"bone\"");
+  s.shape.name = name.value_or("");
+  const auto low = reader.number(t, "low", -1e6, 1e6), high = reader.number(t, "high", -1e6, 1e6);
+  const auto label = reader.number(t, "label", 1, 255);
+  s.shape.low = low.value_or(-std::numeric_limits<double>::infinity());
+  s.shape.high = high.value_or(std::numeric_limits<double>::infinity());
+  if (label) {
+    s.shape.label = static_cast<int>(*label);
+    if (low || high || *label != s.shape.label)
+      reader.fail(value, "a structure is either a window or a label", "both", "low and high, or label");
+    if (static_cast<std::size_t>(s.shape.label) >= std::max<std::size_t>(label_count, 1))
+      reader.fail(value, "unknown label", std::to_string(s.shape.label),
+                  "a label that the case has: see names under [labels]");
+  } else if (!low && !high) {
+    reader.fail(value, "a structure has neither a window nor a label", s.shape.name, "low, high or label");
+  } else if (s.shape.low > s.shape.high) {
+    reader.fail(value, "the lower limit of the window is above its upper limit", "", "low <= high",
+                "swap the two values");
+  }
+  s.is_touchable = reader.claim(t, "touchable").value_or(true);
+  s.is_forbidden = reader.claim(t, "forbidden").value_or(false);
+  s.material.stiffness = reader.number(t, "stiffness", 0, 100);
+  s.material.damping = reader.number(t, "damping", 0, 1);
+  s.material.static_friction = reader.number(t, "static_friction", 0, 10);
+  s.material.dynamic_friction = reader.number(t, "dynamic_friction", 0, 10);
+  return s;
+}
+
+CaseTrajectory read_trajectory(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"name", "entry", "target", "diameter"});
+  CaseTrajectory result;
+  const auto name = reader.text(t, "name");
+  const auto entry = reader.point(t, "entry"), target = reader.point(t, "target");
+  if (!name || !entry || !target)
+    reader.fail(value, "a trajectory is not complete", "", "name, entry = [x, y, z] and target = [x, y, z]");
+  result.name = name.value_or("");
+  result.entry_world = entry.value_or(glm::dvec3(0));
+  result.target_world = target.value_or(glm::dvec3(0));
+  result.diameter = reader.number(t, "diameter", 0, 100).value_or(0);
+  return result;
+}
+
+CaseLandmark read_landmark(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"name", "at"});
+  const auto name = reader.text(t, "name");
+  const auto at = reader.point(t, "at");
+  if (!name || !at) reader.fail(value, "a landmark is not complete", "", "name and at = [x, y, z]");
+  return {name.value_or(""), at.value_or(glm::dvec3(0))};
+}
+
+/// Calls use(key, value) for each optional value of a scan's quality.
+template <class Quality, class Use>
+void for_each_quality(Quality& q, const Use& use) {
+  use("blur_in_plane", q.blur_in_plane);
+  use("blur_across", q.blur_across);
+  use("noise", q.noise);
+  use("thinnest", q.thinnest);
+  use("least_wall", q.least_wall);
+  use("least_gap", q.least_gap);
+}
+
+ScanQuality read_quality(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"blur_in_plane", "blur_across", "edges", "rough", "noise",
+                                              "slice_step", "thinnest", "least_wall", "least_gap"});
+  ScanQuality quality;
+  for_each_quality(quality, [&](const char* key, std::optional<double>& measure) {
+    measure = reader.number(t, key, 0, 1e6);
+  });
+  quality.slice_step = reader.number(t, "slice_step", 0, 1e6).value_or(0);
+  quality.edges = static_cast<int>(reader.number(t, "edges", 0, 1e6).value_or(0));
+  quality.is_rough = reader.claim(t, "rough").value_or(false);
+  return quality;
+}
+
+/// Reads another volume of the case; error if its grid is not that of the scan.
+Result<volume::Volume> read_companion(const std::string& path, const char* file, const std::string& what,
+                                      const std::string& key, const volume::Volume& scan,
+                                      const Progress& progress) {
+  const std::string where = file_name(path) + "/" + file;
+  if (std::error_code error; !fs::exists(fs::path(path) / file, error))
+    return Error{.what = "the case lacks its " + what,
+                 .where = where,
+                 .found = "no such file",
+                 .expected = what + ", as described in case.toml",
+                 .remedy = "copy the whole case again, or remove " + key + " from case.toml"};
+  OpenOptions companion_options;
+  companion_options.progress = progress;
+  Result<OpenedVolume> opened = open_volume((fs::path(path) / file).string(), companion_options);
+  if (!opened) return opened.error();
+  volume::Volume& companion = opened.value().volume;
+  if (companion.size != scan.size)
+    return Error{.what = "the " + what + " and the scan have different sizes",
+                 .where = where,
+                 .expected = "the same size"};
+  if (const double distance = farthest_corner(companion.frame, scan.frame, scan.size);
+      distance > k_same_place_mm)
+    return Error{.what = "the " + what + " and the scan have different positions",
+                 .where = where,
+                 .found = "a corner is " + text_of(std::floor(100 * distance) / 100) + " mm off",
+                 .expected = "the same position",
+                 .remedy = "resample to the scan first"};
+  return std::move(companion);
+}
+
+/// Reads shape.mha into `scan.shape_voxels`.
+Status read_shape(const std::string& path, const CasePlan& plan, volume::Volume& scan,
+                  const Progress& progress) {
+  Result<volume::Volume> mask = read_companion(path, k_shape_file, "shape", "[shape]", scan, progress);
+  if (!mask) return mask.error();
+  scan.shape_voxels = std::move(mask.value().voxels);
+  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
+    std::int16_t& value = scan.shape_voxels[i];
+    if (value < 0 || static_cast<std::size_t>(value) > plan.shape_values.size())
+      return Error{.what = "the description of a value of the shape is missing",
+                   .where = file_name(path) + "/" + k_shape_file,
+                   .found = std::to_string(value),
+                   .expected = "0 to " + std::to_string(plan.shape_values.size()),
+                   .remedy = "describe the value in values under [shape] in case.toml"};
+    value = value == 0 ? scan.voxels[i] : plan.shape_values[static_cast<std::size_t>(value) - 1];
+  }
+  return std::nullopt;
+}
+
+/// Returns the voxels at which the shape of `scan` differs from its scan, as labels 1, 2, ... of their
+/// intensities, which are appended to `values`. Error if there are more than 255 intensities.
+Result<volume::Volume> shape_mask(const volume::Volume& scan, std::vector<std::int16_t>& values) {
+  volume::Volume mask;
+  mask.size = scan.size;
+  mask.frame = scan.frame;
+  mask.voxels = Buffer<std::int16_t>::borrow(scan.voxels.data(), scan.voxels.size());
+  mask.labels = Buffer<std::uint8_t>(scan.voxels.size());
+  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
+    const std::int16_t value = scan.shape_voxels[i];
+    mask.labels[i] = 0;
+    if (value == scan.voxels[i]) continue;
+    const auto at = std::find(values.begin(), values.end(), value);
+    if (at == values.end() && values.size() == 255)
+      return Error{
+          .what = "the shape has too many values", .found = "more than 255", .expected = "at most 255"};
+    mask.labels[i] = static_cast<std::uint8_t>(at - values.begin() + 1);
+    if (at == values.end()) values.push_back(value);
+  }
+  mask.label_names.emplace_back("as scanned");
+  for (const std::int16_t value : values) mask.label_names.push_back("reads as " + std::to_string(value));
+  return mask;
+}
+
+/// Error if a file of the case is a link to a target outside the folder.
+Status check_inside(const fs::path& folder, const char* file) {
+  std::error_code error;
+  const fs::path folder_path = fs::weakly_canonical(folder, error),
+                 file_path = fs::weakly_canonical(folder / file, error);
+  const fs::path inside = file_path.lexically_relative(folder_path);
+  if (!error && !inside.empty() && *inside.begin() != "..") return std::nullopt;
+  return Error{.what = "a file of the case is outside its folder",
+               .where = file_name(folder.string()) + "/" + file,
+               .found = "a link that leaves the folder",
+               .expected = "a file in the folder",
+               .remedy = "copy the file into the case"};
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return out + '"';
+}
+
+}  // namespace
+
+bool is_case_folder(const std::string& path) {
+  std::error_code error;
+  return fs::is_regular_file(fs::path(path) / k_plan_file, error);
+}
+
+Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
+  Result<toml::value> parsed = parse_toml(text, where, "case");
+  if (!parsed) return parsed.error();
+  const toml::value& root = parsed.value();
+  TomlReader reader(where);
+  const toml::table& top =
+      reader.table(root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "trajectories",
+                          "landmarks", "quality", "shape"});
+  if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
+  CasePlan plan;
+  const auto name = reader.text(top, "name");
+  if (!name) reader.fail(root, "the case has no name", "", "name = \"...\"");
+  plan.name = name.value_or("");
+  plan.modality = reader.text(top, "modality").value_or("");
+  plan.is_hounsfield = reader.claim(top, "hounsfield").value_or(false);
+  if (const auto labels = top.find("labels"); labels != top.end()) {
+    const toml::table& t = reader.table(labels->second, {"names", "colours"});
+    plan.label_names.emplace_back("background");
+    const auto names = t.find("names");
+    if (names == t.end() || !names->second.is_array() || names->second.as_array().size() > 255) {
+      reader.fail(labels->second, "the labels have no names", "",
+                  "names = [\"skull\", ...] for labels 1, 2, ...");
+    } else {
+      for (const toml::value& v : names->second.as_array()) {
+        if (!v.is_string()) reader.fail(v, "a label's name is not text", "", "\"text\"");
+        plan.label_names.push_back(v.is_string() ? v.as_string().str : "");
+      }
+    }
+    if (const auto colours = t.find("colours"); colours != t.end())
+      plan.label_colours = read_colours(reader, colours->second, plan.label_names.size());
+  }
+  if (const auto shape = top.find("shape"); shape != top.end()) {
+    const toml::table& t = reader.table(shape->second, {"values"});
+    const auto values = t.find("values");
+    if (values == t.end() || !values->second.is_array() || values->second.as_array().empty() ||
+        values->second.as_array().size() > 255) {
+      reader.fail(shape->second, "the shape has no values", "",
+                  "values = [-1000, ...]: intensities for 1, 2, ... of shape.mha");
+    } else {
+      for (const toml::value& v : values->second.as_array()) {
+        const std::int64_t value = v.is_integer() ? v.as_integer() : INT64_MAX;
+        if (value < INT16_MIN || value > INT16_MAX)
+          reader.fail(v, "a value of the shape is not an intensity", "", "a whole number of -32768 to 32767");
+        plan.shape_values.push_back(static_cast<std::int16_t>(value));
+      }
+    }
+  }
+  for (const toml::value* v : reader.tables(top, "structures"))
+    plan.structures.push_back(read_structure(reader, *v, plan.label_names.size()));
+  for (const toml::value* v : reader.tables(top, "trajectories"))
+    plan.trajectories.push_back(read_trajectory(reader, *v));
+  for (const toml::value* v : reader.tables(top, "landmarks"))
+    plan.landmarks.push_back(read_landmark(reader, *v));
+  if (const auto quality = top.find("quality"); quality != top.end())
+    plan.quality = read_quality(reader, quality->second);
+  if (plan.structures.empty())
+    reader.fail(root, "the case has no structure", "", "at least one [[structures]]");
+  if (reader.error()) return *reader.error();
+  return plan;
+}
+
+Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options) {
+  const std::string where = file_name(path) + "/" + k_plan_file;
+  for (const char* name : {k_plan_file, k_volume_file, k_labels_file, k_shape_file})
+    if (Status error = check_inside(path, name)) return *error;
+  std::ifstream file(fs::path(path) / k_plan_file, std::ios::binary);
+  if (!file)
+    return Error{.what = "the case cannot be read", .where = where, .expected = "a folder with case.toml"};
+  std::ostringstream text;
+  text << file.rdbuf();
+  Result<CasePlan> plan = parse_case(text.str(), where);
+  if (!plan) return plan.error();
+  Result<OpenedVolume> scan = open_volume((fs::path(path) / k_volume_file).string(), options);
+  if (!scan) return scan.error();
+  OpenedCase result{std::move(plan).value(), std::move(scan).value()};
+  volume::Volume& v = result.scan.volume;
+  v.is_hounsfield = result.plan.is_hounsfield;
+  result.scan.format = "case";
+  result.scan.modality = result.plan.modality;
+  result.scan.notices.clear();  // about properties missing in the image file; the plan states them
+  if (!result.plan.shape_values.empty())
+    if (Status error = read_shape(path, result.plan, v, options.progress)) return *error;
+  if (result.plan.label_names.empty()) return result;
+  const std::string labels_where = file_name(path) + "/" + k_labels_file;
+  const Result<volume::Volume> labels =
+      read_companion(path, k_labels_file, "labels", "[labels] and its structures", v, options.progress);
+  if (!labels) return labels.error();
+  const volume::Volume& l = labels.value();
+  v.labels = Buffer<std::uint8_t>(v.voxels.size());
+  for (std::size_t i = 0; i < v.voxels.size(); ++i) {
+    if (l.voxels[i] < 0 || static_cast<std::size_t>(l.voxels[i]) >= result.plan.label_names.size())
+      return Error{.what = "a label has no name",
+                   .where = labels_where,
+                   .found = std::to_string(l.voxels[i]),
+                   .expected = "0 to " + std::to_string(result.plan.label_names.size() - 1),
+                   .remedy = "name it under [labels] in case.toml"};
+    v.labels[i] = static_cast<std::uint8_t>(l.voxels[i]);
+  }
+  v.label_names = result.plan.label_names;
+  v.label_colours = result.plan.label_colours;
+  return result;
+}
+
+std::string case_text(const CasePlan& plan, bool has_labels) {
+  std::string out = "# A case of trephine. Every key is described in docs/file-formats.md.\n";
+  const auto line = [&out](const char* key, const std::string& value) {
+    out += std::string(key) + " = " + value + "\n";
+  };
+  const auto number = [&line](const char* key, double value) {
+    const std::string text = text_of(value);
+    line(key, text.find_first_of(".e") == std::string::npos ? text + ".0" : text);
+  };
+  const auto rounded = [](double v) { return std::floor(1000 * v + 0.5) / 1000; };  // to 1 um
+  const auto point = [&](const char* key, const glm::dvec3& p) {
+    line(key,
+         "[" + text_of(rounded(p.x)) + ", " + text_of(rounded(p.y)) + ", " + text_of(rounded(p.z)) + "]");
+  };
+  line("schema", std::to_string(CasePlan::k_schema));
+  line("name", quoted(plan.name) + "  # chosen for the case, never a patient's");
+  if (!plan.modality.empty()) line("modality", quoted(plan.modality));
+  line("hounsfield", plan.is_hounsfield ? "true" : "false");
+  if (has_labels) {
+    out += "\n[labels]  # of labels.mha, from 1 up\nnames = [";
+    for (std::size_t i = 1; i < plan.label_names.size(); ++i)
+      out += (i > 1 ? ", " : "") + quoted(plan.label_names[i]);
+    out += "]\n";
+    if (plan.label_colours.size() > 1) out += "colours = [";
+    for (std::size_t i = 1; i < plan.label_colours.size(); ++i) {
+      char colour[12];
+      const glm::u8vec3& c = plan.label_colours[i];
+      std::snprintf(colour, sizeof colour, "\"#%02x%02x%02x\"", c.x, c.y, c.z);
+      out.append(i > 1 ? ", " : "").append(colour).append(i + 1 == plan.label_colours.size() ? "]\n" : "");
+    }
+  }
+  if (!plan.shape_values.empty()) {
+    out +=
+        "\n[shape]  # of shape.mha: intensities that windows use for 1, 2, ...; 0 is as scanned\nvalues = [";
+    for (std::size_t i = 0; i < plan.shape_values.size(); ++i)
+      out += (i > 0 ? ", " : "") + std::to_string(plan.shape_values[i]);
+    out += "]\n";
+  }
+  if (plan.quality) {
+    out += "\n[quality]  # of the scan, as import measured it: mm, noise in its units\n";
+    for_each_quality(*plan.quality, [&](const char* key, const std::optional<double>& value) {
+      if (value) number(key, rounded(*value));
+    });
+    number("slice_step", rounded(plan.quality->slice_step));
+    line("edges", std::to_string(plan.quality->edges));
+    if (plan.quality->is_rough) line("rough", "true");
+  }
+  for (const CaseStructure& s : plan.structures) {
+    out += "\n[[structures]]\n";
+    line("name", quoted(s.shape.name));
+    if (s.shape.is_label()) line("label", std::to_string(s.shape.label));
+    if (!s.shape.is_label() && std::isfinite(s.shape.low)) number("low", s.shape.low);
+    if (!s.shape.is_label() && std::isfinite(s.shape.high)) number("high", s.shape.high);
+    line("touchable", s.is_touchable ? "true" : "false");
+    if (s.is_forbidden) line("forbidden", "true");
+    if (s.material.stiffness) number("stiffness", *s.material.stiffness);
+    if (s.material.damping) number("damping", *s.material.damping);
+    if (s.material.static_friction) number("static_friction", *s.material.static_friction);
+    if (s.material.dynamic_friction) number("dynamic_friction", *s.material.dynamic_friction);
+  }
+  for (const CaseTrajectory& t : plan.trajectories) {
+    out += "\n[[trajectories]]\n";
+    line("name", quoted(t.name));
+    point("entry", t.entry_world);
+    point("target", t.target_world);
+    if (t.diameter > 0) number("diameter", t.diameter);
+  }
+  for (const CaseLandmark& l : plan.landmarks) {
+    out += "\n[[landmarks]]\n";
+    line("name", quoted(l.name));
+    point("at", l.place_world);
+  }
+  return out;
+}
+
+Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
+                  const Progress& progress) {
+  const std::string where = file_name(path);
+  const bool has_labels = !scan.labels.is_empty();
+  CasePlan saved_plan = plan;
+  saved_plan.shape_values.clear();
+  std::optional<volume::Volume> shape;
+  if (!scan.shape_voxels.is_empty()) {
+    Result<volume::Volume> mask = shape_mask(scan, saved_plan.shape_values);
+    if (!mask) return mask.error();
+    if (!saved_plan.shape_values.empty()) shape = std::move(mask).value();
+  }
+  const std::string text = case_text(saved_plan, has_labels);
+  // Check that the written plan can be read.
+  if (const Result<CasePlan> reparsed = parse_case(text, where + "/" + k_plan_file); !reparsed)
+    return reparsed.error();
+  const auto report_progress = [&progress](double share) { return !progress || progress(share); };
+  const Error interrupted_error{
+      "the import was interrupted; nothing was written", where, "", "", "", ErrorKind::interrupted};
+  return write_folder_atomically(path, {k_volume_file, k_labels_file, k_shape_file, k_plan_file},
+                                 [&](const std::string& output) -> Status {
+                                   const auto file = [&output](const char* name) {
+                                     return (fs::path(output) / name).string();
+                                   };
+                                   if (!report_progress(0.1)) return interrupted_error;
+                                   if (Status error = write_volume(file(k_volume_file), scan)) return error;
+                                   if (!report_progress(0.7)) return interrupted_error;
+                                   if (has_labels)
+                                     if (Status error = write_labels(file(k_labels_file), scan)) return error;
+                                   if (shape)
+                                     if (Status error = write_labels(file(k_shape_file), *shape))
+                                       return error;
+                                   if (!report_progress(0.9)) return interrupted_error;
+                                   return write_file_atomically(file(k_plan_file), text);
+                                 });
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,82 @@
+// CasePlan: a case, i.e. a scan with its structures, materials and plan, in a folder of open formats.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data-tools/formats/open_volume.h"
+#include "data-tools/quality/scan_quality.h"
+#include "volume/scan/shape.h"
+
+namespace trephine::data_tools {
+
+/// Mechanical response of a structure; missing values are the scene's defaults.
+struct CaseMaterial {
+  std::optional<double> stiffness;         ///< N/mm
+  std::optional<double> damping;           ///< N s/mm
+  std::optional<double> static_friction;   ///< coefficient
+  std::optional<double> dynamic_friction;  ///< coefficient
+};
+
+struct CaseStructure {
+  volume::Shape shape;        ///< window or label of the volume
+  bool is_touchable = true;   ///< stops the proxy
+  bool is_forbidden = false;  ///< true if cutting it is an error
+  CaseMaterial material;
+};
+
+/// Planned path of a tool: from the skin side to the end, world frame (LPS, mm).
+struct CaseTrajectory {
+  std::string name;
+  glm::dvec3 entry_world{0.0}, target_world{0.0};
+  double diameter = 0;  ///< mm; 0: not planned
+};
+
+/// A named point, world frame (LPS, mm).
+struct CaseLandmark {
+  std::string name;
+  glm::dvec3 place_world{0.0};
+};
+
+/// Contents of case.toml; docs/file-formats.md describes every key.
+struct CasePlan {
+  static constexpr int k_schema = 1;
+  std::string name;  ///< of the case; never that of a patient
+  std::string modality;
+  bool is_hounsfield = false;
+  std::vector<std::string> label_names;
+  std::vector<glm::u8vec3> label_colours;  ///< as in Volume
+  std::vector<CaseStructure> structures;
+  std::vector<CaseTrajectory> trajectories;
+  std::vector<CaseLandmark> landmarks;
+  /// Intensities that windows use for the values of shape.mha: shape_values[k - 1] for value k, the scan's
+  /// for 0. Empty: no shape.mha. write_case() derives it from Volume::shape_voxels.
+  std::vector<std::int16_t> shape_values;
+  std::optional<ScanQuality> quality;  ///< measured for the scan; without ScanQuality::edge
+};
+
+/// A case with its scan.
+struct OpenedCase {
+  CasePlan plan;
+  OpenedVolume scan;
+};
+
+/// Two volumes have the same position if no corner differs by more than this.
+inline constexpr double k_same_place_mm = 0.01;
+
+/// Returns true if the folder contains case.toml.
+bool is_case_folder(const std::string& path);
+/// Reads plan and volumes. Errors for unknown keys, wrong types and impossible values state the line.
+Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options = {});
+/// Parses the contents of case.toml; `where` is its name in errors.
+Result<CasePlan> parse_case(const std::string& text, const std::string& where);
+/// Returns the contents of case.toml, with comments for users who edit it.
+std::string case_text(const CasePlan& plan, bool has_labels);
+
+/// Writes volume.mha, labels.mha (if there are labels), shape.mha (if the shape was cleaned) and case.toml
+/// into a new folder, atomically. Error if the folder exists. `progress` may cancel.
+Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
+                  const Progress& progress = {});
+
+}  // namespace trephine::data_tools

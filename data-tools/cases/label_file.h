@@ -1,0 +1,26 @@
+// read_labels(): reads labels of a scan from segmentations and label maps, also on other grids.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data-tools/formats/open_volume.h"
+
+namespace trephine::data_tools {
+
+/// Labels of a scan.
+struct ReadLabels {
+  Buffer<std::uint8_t> labels;       ///< one per voxel of the scan
+  std::vector<std::string> names;    ///< by value; 0 is the background
+  std::vector<glm::u8vec3> colours;  ///< by value, if the file has colours; else empty
+  std::vector<std::string> notices;  ///< about resampled, renumbered or lost labels
+};
+
+/// Reads labels for `scan`. Labels on another grid are resampled (nearest neighbour); values above 255 are
+/// renumbered. Names come from the file (.seg.nrrd, DICOM SEG, TotalSegmentator's NIfTI) or are "label-N".
+/// `path` may be a folder with one mask per structure, named by the structure. Voxels in overlapping segments
+/// get a separate label. Error if no label is within the scan, or there are more than 255.
+Result<ReadLabels> read_labels(const std::string& path, const volume::Volume& scan,
+                               const OpenOptions& options = {});
+
+}  // namespace trephine::data_tools

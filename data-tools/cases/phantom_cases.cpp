@@ -1,0 +1,97 @@
+#include "data-tools/cases/phantom_cases.h"
+
+#include <glm/geometric.hpp>
+
+#include "data-tools/phantoms/head_phantom.h"
+#include "data-tools/phantoms/spine_phantom.h"
+
+namespace trephine::data_tools {
+
+using glm::dvec3;
+
+namespace {
+
+CaseStructure window_structure(const char* name, double low) {
+  CaseStructure s;
+  s.shape.name = name;
+  s.shape.low = low;
+  return s;
+}
+CaseStructure label_structure(const char* name, int label, bool is_forbidden) {
+  CaseStructure s;
+  s.shape.name = name;
+  s.shape.label = label;
+  s.is_touchable = false;
+  s.is_forbidden = is_forbidden;
+  return s;
+}
+
+template <std::size_t N>
+CasePlan basic_plan(const std::string& name, const char* const (&labels)[N]) {
+  CasePlan plan;
+  plan.name = name;
+  plan.modality = "CT";
+  plan.is_hounsfield = true;
+  for (const char* label : labels) plan.label_names.emplace_back(label);
+  return plan;
+}
+
+CasePlan head_plan(std::uint64_t seed) {
+  CasePlan plan = basic_plan("head", k_head_tissue_names);
+  plan.structures.push_back(window_structure("bone", 300));
+  for (const HeadTissue tissue : {HeadTissue::dura, HeadTissue::brain, HeadTissue::venous_sinus}) {
+    const int label = static_cast<int>(tissue);
+    plan.structures.push_back(label_structure(k_head_tissue_names[label], label, true));
+  }
+  const int tumour = static_cast<int>(HeadTissue::tumour);
+  plan.structures.push_back(label_structure(k_head_tissue_names[tumour], tumour, false));
+  // Burr hole over the tumour on the shortest path: through the bone, to the dura.
+  const HeadAnatomy anatomy = head_anatomy(seed);
+  const dvec3 middle = anatomy.tumour * anatomy.size,
+              outward = glm::normalize(anatomy.tumour - dvec3(0, -5, 0));
+  double outside = 0, beyond = 100;
+  while (beyond - outside > 1e-3) {
+    const double between = 0.5 * (outside + beyond);
+    (vault_distance(middle + between * outward, anatomy) < 0 ? outside : beyond) = between;
+  }
+  double inside = outside;
+  constexpr double k_step = 0.05, k_fine = 0.05;  // mm
+  while (inside > 0 && sample_head(middle + inside * outward, k_fine, anatomy).tissue != HeadTissue::dura)
+    inside -= k_step;
+  constexpr double k_margin = 0.5, k_burr_hole = 14;  // mm
+  plan.trajectories.push_back({"burr hole over the tumour", middle + outside * outward,
+                               middle + (inside + k_margin) * outward, k_burr_hole});
+  const auto on_vault = [&](const dvec3& from) {
+    double low = 0, high = 150;
+    while (high - low > 1e-3) {
+      const double middle = 0.5 * (low + high);
+      (vault_distance(middle * from, anatomy) < 0 ? low : high) = middle;
+    }
+    return low * from;
+  };
+  plan.landmarks.push_back({"vertex", on_vault({0, 0, 1})});
+  plan.landmarks.push_back({"inion", on_vault(glm::normalize(dvec3(0, 1, -0.2)))});
+  return plan;
+}
+
+CasePlan spine_plan(std::uint64_t seed) {
+  CasePlan plan = basic_plan("spine", k_spine_tissue_names);
+  plan.structures.push_back(window_structure("bone", 140));
+  for (int label = 1; label <= static_cast<int>(SpineTissue::vessel); ++label)
+    plan.structures.push_back(
+        label_structure(k_spine_tissue_names[label], label, label >= static_cast<int>(SpineTissue::cord)));
+  for (const SpineScrew& screw : SpinePhantom(seed).screws())
+    plan.trajectories.push_back({screw.name, screw.entry_world, screw.target_world, screw.diameter});
+  return plan;
+}
+
+}  // namespace
+
+std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed) {
+  if (name != "head" && name != "spine") return std::nullopt;
+  CasePlan plan = name == "head" ? head_plan(seed) : spine_plan(seed);
+  if (seed != 1) plan.name.append("-").append(std::to_string(seed));  // other anatomies have other names
+  return plan;
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,109 @@
+// Script: an operation to be played and checked, as a TOML file. docs/file-formats.md describes every key.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data-tools/phantoms/screw_model.h"
+
+namespace trephine::data_tools {
+
+/// A named surface point of the touchable shape, found after the scan is opened.
+struct ScriptPlace {
+  int line = 0;
+  std::string name;
+  std::vector<glm::dvec3> from;  ///< directions (LPS) from the scan's centre, in the order of trial
+  double least_thickness = 0;    ///< of the solid below it, mm
+  glm::dvec3 up{0, 0, 1};        ///< upward direction (LPS) in the view from outside
+};
+
+/// A hand with its instrument and path.
+struct ScriptHand {
+  int line = 0;
+  std::string instrument, parameters;  ///< "burr", "diameter=7"; empty: touch only
+  std::string method;                  ///< proxy method; empty: the default
+  double radius = 0;                   ///< of the tool's tip, mm
+  std::vector<std::string> effects;
+  std::string path;  ///< CSV file, relative to the script's folder; empty: `points`
+  /// t (s), x, y, z (mm, LPS; at a place: right, up, above the surface), button (0 or 1), share of the
+  /// place's thickness by which the point is lowered.
+  std::vector<std::array<double, 6>> points;
+  std::string place;                ///< origin and frame of the points; empty: world
+  std::optional<glm::dvec3> shaft;  ///< direction of the tool's shaft, in the points' frame; empty: upright
+  std::optional<double> stiffness;  ///< of a simulated hand that follows the path and yields, N/mm
+};
+
+/// A model in the scene: a polygon file, relative to the script's folder, or a screw.
+struct ScriptModel {
+  int line = 0;
+  std::string file;
+  glm::dvec3 at{0.0};  ///< position of the file's origin, mm (LPS)
+  std::optional<ScrewPosition> screw;
+  bool is_depth = false;      ///< touched by depth images: of a model, a folder of keys, or a depth video
+  double beat = 1.0 / 30;     ///< time between keys, s
+  bool is_repeating = false;  ///< keys are repeated
+  double rate = 100;          ///< of depth images, Hz
+};
+
+/// A command at a point in time.
+struct ScriptCommand {
+  int line = 0;
+  double at = 0;  ///< s
+  int hand = 0;
+  std::string name, words;  ///< words: parameters, as text
+  bool is_refused = false;  ///< true if the command must be refused
+};
+
+/// An expectation at a point in time.
+struct ScriptExpectation {
+  int line = 0;
+  std::optional<double> at;  ///< s; empty: at the end
+  int hand = 0;
+  std::string what;  ///< name of the measured value
+  std::optional<double> least, most;
+};
+
+/// A picture at a point in time.
+struct ScriptPicture {
+  int line = 0;
+  std::optional<double> at;        ///< s; empty: at the end
+  std::string file;                ///< file name without a folder
+  int hand = 0;                    ///< hand with the drawn tool
+  std::string place;               ///< place at the centre; empty: the whole scene
+  glm::dvec3 from{0.0};            ///< direction to the camera; at a place: right, up, outward
+  glm::dvec3 aim{0.0};             ///< offset of the centre, mm
+  std::optional<double> distance;  ///< of the camera, mm; empty: fits the scene
+  std::string caption;             ///< may contain {name} and {name:digits} for measured values
+  bool has_tool = true;
+};
+
+struct Script {
+  static constexpr int k_schema = 1;
+  static constexpr std::size_t k_most_hands = 4;
+  std::string title, scan;
+  std::optional<double> iso;
+  std::string window, label;
+  bool takes_plan = false;                   ///< uses the plan of a built-in scan
+  bool is_auto = false, is_largest = false;  ///< automatic threshold; only the largest part
+  double rate_hz = 1000;
+  std::optional<double> static_friction, dynamic_friction;  ///< of the shape and models
+  std::optional<double> free_pieces;    ///< least volume of pieces that detach, mm3; empty: pieces stay
+  std::optional<double> smallest_burr;  ///< diameter, mm
+  std::vector<ScriptPlace> places;
+  std::vector<ScriptModel> models;
+  std::vector<ScriptHand> hands;
+  std::vector<ScriptCommand> commands;          ///< by time
+  std::vector<ScriptExpectation> expectations;  ///< in the order of the file
+  std::vector<ScriptPicture> pictures;          ///< in the order of the file
+};
+
+/// Parses a script; `where` is its name in errors. Errors for unknown keys, wrong types and impossible values
+/// state the line.
+Result<Script> parse_script(const std::string& text, const std::string& where);
+/// Reads and parses a script.
+Result<Script> read_script(const std::string& path);
+
+}  // namespace trephine::data_tools

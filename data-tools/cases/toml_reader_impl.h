@@ -1,0 +1,142 @@
+// TomlReader: reads TOML strictly: unknown keys and values out of range are errors with their line. For the
+// readers of TOML files only.
+#pragma once
+
+#include <cmath>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string>
+#include <toml.hpp>
+#include <vector>
+
+#include "volume/base/error.h"
+#include "volume/base/text.h"
+
+namespace trephine::data_tools {
+
+/// Parses a text; `what` ("case") and `where` are its names in errors.
+Result<toml::value> parse_toml(const std::string& text, const std::string& where, const std::string& what);
+
+/// Reads tables with known keys; keeps the first error.
+class TomlReader {
+ public:
+  explicit TomlReader(std::string where) : where_(std::move(where)) {}
+
+  /// Returns `value` as a table; error if a key is not in `known`.
+  const toml::table& table(const toml::value& value, const std::set<std::string>& known) {
+    static const toml::table k_empty;
+    if (!value.is_table()) return fail(value, "the value is not a table", "", "a table"), k_empty;
+    for (const auto& [key, v] : value.as_table())
+      if (!known.contains(key)) {
+        std::string list;
+        for (const std::string& k : known) list += (list.empty() ? "" : ", ") + k;
+        fail(v, "unknown key", key, "one of " + list, "remove the line, or correct the spelling");
+      }
+    return value.as_table();
+  }
+  /// The following return the value of a key; empty if the key is absent or the value is invalid (an error).
+  std::optional<double> number(const toml::table& t, const std::string& key, double low, double high) {
+    const auto it = t.find(key);
+    if (it == t.end()) return std::nullopt;
+    double v = NAN;
+    if (it->second.is_integer()) v = static_cast<double>(it->second.as_integer());
+    if (it->second.is_floating()) v = it->second.as_floating();
+    if (v >= low && v <= high) return v;
+    fail(it->second, "the value of " + key + " is out of range", value_text(it->second),
+         "a number from " + text_of(low) + " to " + text_of(high));
+    return std::nullopt;
+  }
+  std::optional<std::string> text(const toml::table& t, const std::string& key, std::size_t most = 200) {
+    const auto it = t.find(key);
+    if (it == t.end()) return std::nullopt;
+    if (it->second.is_string() && !it->second.as_string().str.empty() &&
+        it->second.as_string().str.size() <= most)
+      return it->second.as_string().str;
+    fail(it->second, "the value of " + key + " is not text", value_text(it->second),
+         "\"text\" of 1 to " + std::to_string(most) + " characters");
+    return std::nullopt;
+  }
+  std::optional<bool> claim(const toml::table& t, const std::string& key) {
+    const auto it = t.find(key);
+    if (it == t.end()) return std::nullopt;
+    if (it->second.is_boolean()) return it->second.as_boolean();
+    fail(it->second, "the value of " + key + " is neither true nor false", value_text(it->second),
+         "true or false");
+    return std::nullopt;
+  }
+  std::optional<glm::dvec3> point(const toml::table& t, const std::string& key) {
+    const auto it = t.find(key);
+    return it == t.end() ? std::nullopt : point_of(it->second, key);
+  }
+  std::optional<glm::dvec3> point_of(const toml::value& value, const std::string& key) {
+    glm::dvec3 p(NAN);
+    if (value.is_array() && value.as_array().size() == 3)
+      for (int a = 0; a < 3; ++a) {
+        const toml::value& v = value.as_array()[static_cast<std::size_t>(a)];
+        if (v.is_floating()) p[a] = v.as_floating();
+        if (v.is_integer()) p[a] = static_cast<double>(v.as_integer());
+      }
+    if (std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6 && std::abs(p.z) < 1e6) return p;
+    fail(value, "the value of " + key + " is not a point", value_text(value), "[x, y, z], LPS");
+    return std::nullopt;
+  }
+  /// Returns the tables of an array of tables; empty if the key is absent.
+  std::vector<const toml::value*> tables(const toml::table& t, const std::string& key) {
+    std::vector<const toml::value*> result;
+    const auto it = t.find(key);
+    if (it == t.end()) return result;
+    if (!it->second.is_array())
+      return fail(it->second, key + " is not a list of tables", "", "[[" + key + "]]"), result;
+    for (const toml::value& v : it->second.as_array()) result.push_back(&v);
+    return result;
+  }
+  /// Checks the file's schema. To be called first: unknown keys of a newer schema are not errors.
+  Status check_schema(const toml::table& top, int newest, const std::string& what) {
+    const std::string known = "schema " + std::to_string(newest);
+    const auto schema = top.find("schema");
+    if (schema == top.end() || !schema->second.is_integer())
+      return Error{.what = "the " + what + " has no schema",
+                   .where = where_,
+                   .expected = "schema = " + std::to_string(newest)};
+    const auto file_schema = schema->second.as_integer();
+    if (file_schema > newest)
+      return Error{.what = "the " + what + " was written by a newer trephine",
+                   .where = where_,
+                   .found = "schema " + std::to_string(file_schema),
+                   .expected = known + " or older",
+                   .remedy = "open it with that version"};
+    if (file_schema < 1) fail(schema->second, "unknown schema", "", "schema = 1");
+    return std::nullopt;
+  }
+  /// Returns the line of a value or a table, from 1.
+  static int line_of(const toml::value& at) { return static_cast<int>(at.location().line()); }
+  /// Records an error at a value or a line, unless there is an earlier one.
+  void fail(const toml::value& at, std::string what, std::string found, std::string expected,
+            std::string remedy = "") {
+    fail(line_of(at), std::move(what), std::move(found), std::move(expected), std::move(remedy));
+  }
+  void fail(int line, std::string what, std::string found, std::string expected, std::string remedy = "") {
+    if (error_) return;
+    error_ = Error{.what = std::move(what),
+                   .where = where_ + ", line " + std::to_string(line),
+                   .found = std::move(found),
+                   .expected = std::move(expected),
+                   .remedy = std::move(remedy)};
+  }
+  /// Returns the first error.
+  const std::optional<Error>& error() const { return error_; }
+
+ private:
+  static std::string value_text(const toml::value& v) {
+    std::ostringstream out;
+    out << v;
+    return out.str().substr(0, 80);
+  }
+
+  std::string where_;
+  std::optional<Error> error_;
+};
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,20 @@
+// DicomHeader: the headers of all files in a folder, on a copied disk, or in an archive.
+#pragma once
+
+#include "data-tools/dicom/dicom_file.h"
+#include "data-tools/files/progress.h"
+
+namespace trephine::data_tools {
+
+inline constexpr std::string_view k_dicom_index_class = "1.2.840.10008.1.3.10";  ///< SOP class of a DICOMDIR
+
+struct DicomHeader {
+  std::string path, name;  ///< name: relative to the folder, for messages
+  std::variant<DicomFile, DicomFailure> read;
+};
+
+/// Reads the headers of a folder, to any depth; of one file; of an archive (in a folder, if it contains
+/// nothing else); or of the disk that an index belongs to. Error if interrupted or an archive is damaged.
+Result<std::vector<DicomHeader>> read_dicom_heads(const std::string& path, const Progress& progress);
+
+}  // namespace trephine::data_tools

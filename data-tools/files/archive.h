@@ -1,0 +1,24 @@
+// Archives: unpacks .zip, .tar, .7z and .gz files into memory; names in them never become names on the disk.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "data-tools/files/progress.h"
+#include "volume/base/error.h"
+
+namespace trephine::data_tools {
+
+struct ArchiveMember {
+  std::string name;
+  std::shared_ptr<const std::string> bytes;
+};
+
+/// Returns true if the file starts with the signature of an archive or compressed file.
+bool is_archive(const std::string& path);
+
+/// Returns all plain members. Error if the archive is damaged, protected by a password, or larger than half
+/// of the memory or an implausible multiple of its packed size.
+Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const Progress& progress);
+
+}  // namespace trephine::data_tools

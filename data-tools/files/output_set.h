@@ -1,0 +1,53 @@
+// OutputSet: inputs and outputs of a command, declared in advance. No input is replaced, no two outputs are
+// one file, and a failed output does not affect the others.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "volume/base/error.h"
+
+namespace trephine::data_tools {
+
+/// Kind of a written file; its extensions are in a table of the implementation.
+enum class OutputKind { any, volume, mesh, picture, table, folder };  // folder: a new folder
+
+/// Returns the extensions of a kind as text, ".mha, .nrrd, .nii or .nii.gz"; empty for any.
+std::string extensions_of(OutputKind kind);
+/// Returns true if the name ends with an extension of the kind, ignoring case.
+bool is_output_of(OutputKind kind, const std::string& path);
+/// Error if is_output_of() is false.
+Status check_extension(OutputKind kind, const std::string& path);
+
+class OutputSet {
+ public:
+  /// Declares an input: a file, a folder and its contents, or a header and its voxels. Ignores an empty path.
+  void reads(const std::string& path);
+  /// Declares an output; `name` is its name in reports ("output"). Ignores an empty path.
+  void writes(std::string name, const std::string& path, OutputKind kind = OutputKind::any);
+  /// Checks in advance that every output can be written and replaces no input.
+  Status check() const;
+
+  /// Calls `write` for the declared output; ignores an empty path. Failures are kept for result().
+  void write(const std::string& path, const std::function<Status()>& write);
+  /// Adds the status of a recording: its failure is included in result().
+  void recorded(const Status& status);
+  /// Returns the failures and the names of the outputs that were written, after all write() calls.
+  Status result() const;
+  /// Returns the names of the written outputs, in order.
+  const std::vector<std::string>& written() const { return written_; }
+
+ private:
+  struct Output {
+    std::string name, path;
+    OutputKind kind;
+  };
+  std::vector<std::string> inputs_;
+  std::vector<Output> outputs_;
+  std::vector<std::string> written_;
+  std::vector<Error> failures_;
+};
+
+}  // namespace trephine::data_tools

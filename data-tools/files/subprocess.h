@@ -1,0 +1,41 @@
+// run_in_subprocess(): runs third-party libraries on untrusted bytes in child processes. A crash, an endless
+// loop or excessive use of memory ends the child and becomes an error.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace trephine::data_tools {
+
+/// Memory shared with child processes: they fill it and this process reads it. Initially zero.
+class SharedBytes {
+ public:
+  /// Allocates; null if there is not enough memory.
+  static std::unique_ptr<SharedBytes> make(std::size_t bytes);
+  ~SharedBytes();
+  SharedBytes(const SharedBytes&) = delete;
+  SharedBytes& operator=(const SharedBytes&) = delete;
+  char* data() const noexcept { return data_; }
+
+ private:
+  SharedBytes(char* data, std::size_t bytes) : data_(data), bytes_(bytes) {}
+  char* data_;
+  std::size_t bytes_;
+};
+
+/// Result of run_in_subprocess().
+struct SubprocessResult {
+  enum class End { done, stopped, failed } end = End::done;
+  int at = -1;        ///< item in progress at the failure; -1: unknown
+  std::string found;  ///< reason of the failure, as Error::found
+};
+
+/// Runs work(0) to work(count - 1) in forked processes that print nothing. Their changes are lost, except in
+/// SharedBytes. `on_progress` is called in this process with the finished share; false stops the work. An
+/// item may take `seconds_per_item`; each process gets at least `least_items` items.
+SubprocessResult run_in_subprocess(int count, const std::function<void(int)>& work,
+                                   const std::function<bool(double)>& on_progress,
+                                   double seconds_per_item = 60, int least_items = 1);
+
+}  // namespace trephine::data_tools

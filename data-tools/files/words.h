@@ -1,0 +1,80 @@
+// Text helpers: numbers, plurals, lists and UTF-8 in messages.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace trephine::data_tools {
+
+/// Formats a number with at most six digits.
+inline std::string short_number(double v) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6g", v);
+  return text;
+}
+
+/// Returns a number with its noun: "1 slice", "3 slices".
+inline std::string counted(std::size_t n, const std::string& noun) {
+  std::string text = std::to_string(n);
+  return text.append(" ").append(noun).append(n == 1 ? "" : "s");
+}
+
+/// Returns the number of bytes of the UTF-8 character at `at` (RFC 3629: no overlong forms, no surrogates);
+/// 0 if it is invalid.
+inline std::size_t utf8_length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (byte(at) < 0x80) return 1;
+  const std::size_t trailing = byte(at) >= 0xc2 && byte(at) <= 0xdf   ? 1
+                               : byte(at) >= 0xe0 && byte(at) <= 0xef ? 2
+                               : byte(at) >= 0xf0 && byte(at) <= 0xf4 ? 3
+                                                                      : 0;
+  if (trailing == 0 || at + trailing >= text.size()) return 0;
+  std::uint32_t code = byte(at) & (0x3fu >> trailing);
+  for (std::size_t k = 1; k <= trailing; ++k) {
+    if ((byte(at + k) & 0xc0) != 0x80) return 0;
+    code = code << 6 | (byte(at + k) & 0x3fu);
+  }
+  const bool is_overlong = (trailing == 2 && code < 0x800) || (trailing == 3 && code < 0x10000);
+  const bool is_no_character = (code >= 0xd800 && code < 0xe000) || code > 0x10ffff;
+  return is_overlong || is_no_character ? 0 : trailing + 1;
+}
+
+inline bool is_utf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = utf8_length(text, at);
+    if (length == 0) return false;
+    at += length;
+  }
+  return true;
+}
+
+/// Returns valid UTF-8 unchanged, other text converted from Latin-1.
+inline std::string utf8_text(const std::string& text) {
+  if (is_utf8(text)) return text;
+  std::string latin;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80) {
+      latin += c;
+    } else {
+      latin += static_cast<char>(0xc0 | byte >> 6);
+      latin += static_cast<char>(0x80 | (byte & 0x3f));
+    }
+  }
+  return latin;
+}
+
+/// Returns the first `most` names and the number of the others: "a, b and 3 more".
+inline std::string list_of(const std::vector<std::string>& names, std::size_t most = 5) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), most); ++i)
+    text.append(i == 0 ? "" : ", ").append(names[i]);
+  if (names.size() > most) text.append(" and ").append(std::to_string(names.size() - most)).append(" more");
+  return text;
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,63 @@
+// with_library(): formats with large dependencies (OpenImageIO requires 260 libraries). Each is a separate
+// library, loaded by a child process when such a file is read or written.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "volume/base/error.h"
+
+namespace trephine::data_tools {
+
+/// Properties of a picture. Trivially copyable, for memory shared by processes.
+struct PictureFacts {
+  int width = 0, height = 0, channels = 0, pages = 0, bits = 0;
+  char fault[160] = "";  ///< reason of a failure, or ""
+};
+/// Functions of libtrephine-pictures.
+struct PictureLibrary {
+  /// Sets the properties of a file.
+  void (*describe)(const char* path, PictureFacts& facts);
+  /// Reads the values of a page, row by row; errors go to facts.fault. If its size differs from that in
+  /// facts, only the size in facts is set.
+  void (*read)(const char* path, int page, PictureFacts& facts, float* values);
+  /// Writes signed 16-bit values (PNG: k_png_offset is added) or 8-bit values; false on failure.
+  bool (*write)(const char* path, int width, int height, bool is_short, const void* values);
+};
+inline constexpr const char* k_picture_entry = "trephine_picture_library";
+inline constexpr int k_png_offset = 32768;  ///< added to values: PNG has no negative numbers
+
+/// Properties of a .vdb file and one of its grids. Trivially copyable, for memory shared by processes.
+struct VdbFacts {
+  int grids = 0;               ///< number of grids with numbers
+  glm::ivec3 low{0}, size{0};  ///< box of the active voxels
+  glm::dvec3 origin{0.0};
+  glm::dmat3 axes{1.0};
+  bool is_ours = false, is_hounsfield = false;
+  char fault[160] = "";  ///< reason of a failure, or ""
+};
+/// Functions of libtrephine-vdb.
+struct VdbLibrary {
+  /// Sets the properties of grid `index` among those with numbers.
+  void (*describe)(const char* path, int index, VdbFacts& facts);
+  /// Reads facts.size values, x fastest; errors go to facts.fault.
+  void (*read)(const char* path, int index, VdbFacts& facts, float* values);
+  /// Writes int16 (as float) or uint8 (as int32) voxels; false on failure.
+  bool (*write)(const char* path, const glm::ivec3& size, const glm::dvec3& origin, const glm::dmat3& axes,
+                bool is_short, const void* voxels, bool is_hounsfield);
+};
+inline constexpr const char* k_vdb_entry = "trephine_vdb_library";
+
+enum class LoadedFormat { pictures, vdb };
+
+/// Loads the library in child processes and calls use(library, item) there for items 0 to count - 1; changes
+/// are lost, except in SharedBytes. Error if the library is not installed or fails; name_of(item) is the name
+/// of the failed file.
+Status with_library(LoadedFormat format, int count, const std::string& where,
+                    const std::function<void(const void* library, int item)>& use,
+                    const std::function<bool(double)>& on_progress = {},
+                    const std::function<std::string(int)>& name_of = {});
+
+}  // namespace trephine::data_tools

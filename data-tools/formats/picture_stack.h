@@ -1,0 +1,19 @@
+// open_picture_stack(): reads and writes slices as pictures (PNG, TIFF and other formats of OpenImageIO), one
+// per file in the order of the names, or as pages of one TIFF.
+#pragma once
+
+#include "data-tools/formats/open_volume.h"
+
+namespace trephine::data_tools {
+
+/// Returns true for a folder that contains only pictures, or a TIFF.
+bool is_picture_stack(const std::string& path);
+
+/// Reads a stack; see open_volume(). Its position comes from stack.json in the folder (ours), or the options.
+Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptions& options);
+
+/// Writes slice-0001.png, ... and stack.json into a new folder.
+Status write_picture_stack(const std::string& path, bool is_png, const volume::Volume& volume,
+                           const Progress& progress);
+
+}  // namespace trephine::data_tools

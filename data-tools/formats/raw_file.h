@@ -1,0 +1,11 @@
+// open_raw(): reads numbers without a header, in a stated layout.
+#pragma once
+
+#include "data-tools/formats/open_volume.h"
+
+namespace trephine::data_tools {
+
+/// Reads a file with the layout options.raw and the voxel size options.spacing (mm); see open_volume().
+Result<OpenedVolume> open_raw(const std::string& path, const OpenOptions& options);
+
+}  // namespace trephine::data_tools

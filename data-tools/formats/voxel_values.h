@@ -1,0 +1,66 @@
+// fill_voxels(): converts values of any type to the 16-bit voxels of a volume, and measures the loss.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+
+#include "volume/scan/volume.h"
+
+namespace trephine::data_tools {
+
+/// Reads the values of a file, in its units, from index `first` on.
+using ValueReader = std::function<void(std::size_t first, std::span<double> values)>;
+
+/// Returns a reader of numbers of type T, as slope * number + intercept. Borrows `data`.
+template <class T>
+ValueReader values_of(const void* data, double slope = 1, double intercept = 0) {
+  return
+      [numbers = static_cast<const T*>(data), slope, intercept](std::size_t first, std::span<double> values) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+          values[i] = slope * static_cast<double>(numbers[first + i]) + intercept;
+      };
+}
+
+/// Range of values, and their noise, estimated from differences of neighbours.
+class ValueStatistics {
+ public:
+  ValueStatistics() = default;
+  /// Creates statistics that were collected elsewhere.
+  ValueStatistics(double most, double noise) : most_(most), known_noise_(noise) {}
+  void add(std::span<const double> values);
+  double most() const noexcept { return most_; }  ///< largest absolute value
+  double noise() const;                           ///< sigma; 0 if there are too few differences
+
+ private:
+  double most_ = 0;
+  std::optional<double> known_noise_;
+  std::vector<double> differences_;
+  std::size_t difference_count_ = 0, stride_ = 1;  ///< every stride_-th difference is kept
+};
+
+/// Step of 16-bit voxels, in units of the file.
+struct ValueStep {
+  double step = 1;
+  bool is_finer_than_noise = false;
+};
+/// Returns the step with which all values fit into 16 bits.
+ValueStep step_for(const ValueStatistics& statistics);
+
+/// Returns the error for values with noise finer than the 16-bit step.
+Error too_coarse(const std::string& where, const ValueStatistics& statistics);
+
+/// Fills a volume. Whole numbers that fit are kept. Others are rounded or scaled if that loses less than
+/// their noise, or scaled by `scale`, with a notice; otherwise error.
+Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optional<double> scale,
+                   const std::string& where, std::vector<std::string>& notices);
+
+/// Metadata of our files for values in Hounsfield units, in DICOM's terms; NIfTI has a single note.
+inline constexpr const char *k_units_key = "RescaleType", *k_units = "HU",
+                            *k_hounsfield_note = "RescaleType HU";
+
+/// Sets is_hounsfield if the values contain air, for formats without modality; voxels are unchanged. Returns
+/// a notice, or "".
+std::string guess_hounsfield(volume::Volume& volume);
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,25 @@
+// listen_to(): collects errors of VTK objects instead of printing them.
+#pragma once
+
+#include <string>
+#include <vtkCallbackCommand.h>
+#include <vtkCommand.h>
+#include <vtkNew.h>
+#include <vtkObject.h>
+
+namespace trephine::data_tools {
+
+/// Stores the first error of `object` in `error`, which must outlive it; discards warnings.
+inline void listen_to(vtkObject* object, std::string& error) {
+  vtkNew<vtkCallbackCommand> command;
+  command->SetClientData(&error);
+  command->SetCallback([](vtkObject*, unsigned long event, void* target, void* message) {
+    auto& text = *static_cast<std::string*>(target);
+    if (event == vtkCommand::ErrorEvent && text.empty())
+      text = message ? static_cast<const char*>(message) : "an error";
+  });
+  object->AddObserver(vtkCommand::ErrorEvent, command);
+  object->AddObserver(vtkCommand::WarningEvent, command);
+}
+
+}  // namespace trephine::data_tools

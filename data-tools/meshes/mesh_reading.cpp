@@ -1,0 +1,406 @@
+#include "data-tools/meshes/mesh_reading.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <new>
+#include <numeric>
+#include <sstream>
+#include <utility>
+#include <vtkCellArray.h>
+#include <vtkCellArrayIterator.h>
+#include <vtkFieldData.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataReader.h>
+#include <vtkSTLReader.h>
+#include <vtkStringArray.h>
+#include <vtkTriangleFilter.h>
+#include <vtkXMLPolyDataReader.h>
+#include <zlib.h>
+
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/files/subprocess.h"
+#include "data-tools/files/words.h"
+#include "data-tools/formats/quiet_streams.h"
+#include "data-tools/formats/reader_support.h"
+#include "data-tools/formats/vtk_errors.h"
+#include "data-tools/meshes/obj_file.h"
+#include "data-tools/meshes/ply_file.h"
+
+namespace trephine::data_tools {
+
+namespace {
+
+/// Returns the contents of a file, decompressed if it is a gzip file.
+Result<std::string> read_decompressed(const std::string& path) {
+  gzFile file = gzopen(path.c_str(), "rb");
+  std::string text, block(1 << 20, '\0');
+  int count_read = -1;
+  while (file && (count_read = gzread(file, block.data(), static_cast<unsigned>(block.size()))) > 0)
+    text.append(block.data(), static_cast<std::size_t>(count_read));
+  const bool is_closed = file && gzclose(file) == Z_OK;
+  if (!is_closed || count_read != 0)
+    return Error{.what = "the model file is truncated",
+                 .where = file_name(path),
+                 .expected = "a complete .ply or .ply.gz"};
+  return text;
+}
+
+/// Error if a polygon or strip refers to a vertex that does not exist.
+Status check_corners(vtkPolyData* raw, const std::string& name) {
+  if (raw == nullptr) return std::nullopt;
+  const vtkIdType count = raw->GetPoints() ? raw->GetNumberOfPoints() : 0;
+  for (vtkCellArray* cells : {raw->GetPolys(), raw->GetStrips()}) {
+    if (cells == nullptr) continue;
+    const auto corners = vtk::TakeSmartPointer(cells->NewIterator());
+    for (corners->GoToFirstCell(); !corners->IsDoneWithTraversal(); corners->GoToNextCell()) {
+      vtkIdType n = 0;
+      const vtkIdType* ids = nullptr;
+      corners->GetCurrentCell(n, ids);
+      for (vtkIdType k = 0; k < n; ++k)
+        if (ids[k] < 0 || ids[k] >= count)
+          return Error{.what = "a polygon refers to a missing vertex",
+                       .where = name,
+                       .found = std::to_string(ids[k]),
+                       .expected = "0 to " + std::to_string(count - 1),
+                       .remedy = "the file is damaged"};
+    }
+  }
+  return std::nullopt;
+}
+
+/// Returns the frame that a text file names in its comments, "RAS" or "LPS", or "". 3D Slicer writes
+/// "SPACE=RAS" into the comments or the first lines of its models.
+std::string frame_in_comments(const std::string& path) {
+  // The whole header of a .ply file; the description at the beginning of other formats.
+  constexpr std::size_t k_most = 1 << 16, k_description = 600;
+  std::ifstream file(path, std::ios::binary);
+  std::string header(k_most, '\0');
+  file.read(header.data(), static_cast<std::streamsize>(header.size()));
+  header.resize(static_cast<std::size_t>(file.gcount()));
+  const std::size_t end = header.find("end_header");
+  header.resize(std::min(header.size(), end == std::string::npos ? k_description : end));
+  for (const char* frame : {"RAS", "LPS"})
+    if (header.find(std::string("SPACE=") + frame) != std::string::npos) return frame;
+  return "";
+}
+
+/// Returns the frame in the field data of a model, where 3D Slicer writes it, or "".
+std::string frame_in_fields(vtkPolyData* data) {
+  auto* names =
+      data ? vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("SPACE")) : nullptr;
+  const std::string name = names && names->GetNumberOfValues() > 0 ? names->GetValue(0) : "";
+  return name == "RAS" || name == "LPS" ? name : "";
+}
+
+/// Properties of a model's file in addition to the polygons.
+struct ModelFile {
+  std::string frame;       ///< "RAS", "LPS" or ""
+  bool has_error = false;  ///< true if the library reported an error
+};
+
+/// Returns the dataset type of a .vtk file that is not PolyData, or "".
+std::string other_dataset(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  for (int i = 0; i < 8 && std::getline(file, line); ++i)
+    if (line.starts_with("DATASET") && line.find("POLYDATA") == std::string::npos) {
+      std::transform(line.begin(), line.end(), line.begin(), [](char c) {
+        return c == '_' ? ' ' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      });
+      return line.substr(std::min<std::size_t>(line.size(), 8), 40);
+    }
+  return "";
+}
+
+/// Adds notices about properties that affect touching the model.
+void add_notices(PolygonModel& model) {
+  const ModelFacts facts = facts_of(model);
+  const auto add = [&](const std::string& text) { model.notices.push_back(text); };
+  if (facts.open_edges > 0)
+    add("the surface is open: " + counted(facts.open_edges, "edge") + " of one triangle only");
+  if (facts.crowded_edges > 0)
+    add("the surface is not manifold: " + counted(facts.crowded_edges, "edge") +
+        " of three triangles or more");
+  if (facts.turned_edges > 0)
+    add("triangles have opposite orientations: " + counted(facts.turned_edges, "edge") +
+        " between neighbours");
+  else if (facts.open_edges == 0 && facts.volume < 0)
+    add("the surface faces inward: it is inside out");
+  constexpr double k_small = 3, k_large = 1500;  // mm, limits for objects in an operating field
+  const double longest = std::max({facts.size.x, facts.size.y, facts.size.z});
+  if (longest < k_small || longest > k_large)
+    add("the model is " + short_number(longest) + " mm long: check its unit (--mesh-scale)");
+}
+
+/// Scales a model and converts it to LPS. Error if it contains no polygon or a vertex is not finite.
+Result<PolygonModel> finish_model(PolygonModel model, double scale, const std::string& frame,
+                                  const std::string& path, const ModelFile& file) {
+  const std::string name = file_name(path);
+  const std::string stated_frame = file.frame.empty() ? frame_in_comments(path) : file.frame;
+  const std::string used_frame = !frame.empty() ? frame : stated_frame.empty() ? "LPS" : stated_frame;
+  const double sign = used_frame == "RAS" ? -1 : 1;
+  for (std::size_t i = 0; i < model.vertices.size(); ++i) {
+    glm::dvec3& p = model.vertices[i];
+    p *= scale * glm::dvec3(sign, sign, 1);
+    for (int a = 0; a < 3; ++a)
+      if (!(std::abs(p[a]) <= 1e6))
+        return Error{.what = "a vertex of the model is not finite",
+                     .where = name,
+                     .found = "vertex " + std::to_string(i),
+                     .expected = "coordinates within 1000 m"};
+  }
+  if (model.triangles.empty())
+    return file.has_error ? Error{.what = "the model cannot be read",
+                                  .where = name,
+                                  .found = "damaged contents, or another format",
+                                  .expected = "a surface of polygons",
+                                  .remedy = "export it again, as .ply or .stl"}
+                          : Error{.what = "the model contains no polygon",
+                                  .where = name,
+                                  .found = counted(model.vertices.size(), "point"),
+                                  .expected = "a surface of polygons",
+                                  .remedy = "export the surface, not points or lines alone"};
+  if (frame.empty() && stated_frame == "RAS")
+    model.notices.emplace_back("the file states RAS: converted to LPS");
+  if (!frame.empty() && !stated_frame.empty() && stated_frame != frame)
+    model.notices.push_back("the file states " + stated_frame + ": " + frame + " was requested");
+  add_notices(model);
+  return model;
+}
+
+}  // namespace
+
+ModelFacts facts_of(const PolygonModel& model) {
+  ModelFacts facts;
+  facts.triangles = model.triangles.size() / 3;
+  // Merge vertices with equal coordinates: STL has no shared vertices.
+  std::vector<std::uint32_t> order(model.vertices.size()), merged(model.vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto& positions = model.vertices;
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const glm::dvec3 &p = positions[a], &q = positions[b];
+    return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z < q.z;
+  });
+  glm::dvec3 low(1e300), high(-1e300);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_new = i == 0 || positions[order[i]] != positions[order[i - 1]];
+    merged[order[i]] = is_new ? order[i] : merged[order[i - 1]];
+    low = glm::min(low, positions[order[i]]);
+    high = glm::max(high, positions[order[i]]);
+  }
+  if (!model.vertices.empty()) facts.size = high - low;
+  struct Edge {
+    std::uint32_t low, high;
+    bool is_forward;
+  };
+  std::vector<Edge> edges;
+  edges.reserve(model.triangles.size());
+  for (std::size_t t = 0; t + 2 < model.triangles.size(); t += 3) {
+    const std::uint32_t v[3] = {merged[model.triangles[t]], merged[model.triangles[t + 1]],
+                                merged[model.triangles[t + 2]]};
+    facts.volume +=
+        glm::dot(model.vertices[v[0]], glm::cross(model.vertices[v[1]], model.vertices[v[2]])) / 6;
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;  // no area
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t a = v[k], b = v[(k + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b), a < b});
+    }
+  }
+  const auto is_same_edge = [](const Edge& a, const Edge& b) { return a.low == b.low && a.high == b.high; };
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+  for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
+    std::size_t forward_count = 0;
+    for (end = i; end < edges.size() && is_same_edge(edges[i], edges[end]); ++end)
+      forward_count += edges[end].is_forward;
+    const std::size_t triangle_count = end - i;
+    facts.open_edges += triangle_count == 1;
+    facts.crowded_edges += triangle_count > 2;
+    facts.turned_edges += triangle_count == 2 && forward_count != 1;
+  }
+  return facts;
+}
+
+namespace {
+
+/// Reads with VTK. To be called in a child process, since damaged files may crash VTK.
+Result<PolygonModel> read_by_vtk(const std::string& path, ModelFile& file) {
+  std::string vtk_errors;
+  const QuietStreams quiet;
+  vtkNew<vtkTriangleFilter> triangles;
+  triangles->PassLinesOff();
+  triangles->PassVertsOff();
+  listen_to(triangles, vtk_errors);
+  // The filter does not check vertex indices: they are checked first.
+  Status damage;
+  const auto read = [&](auto&& reader) {
+    listen_to(reader, vtk_errors);
+    reader->SetFileName(path.c_str());
+    reader->Update();
+    vtkPolyData* raw = reader->GetOutput();
+    file.frame = frame_in_fields(raw);
+    if ((damage = check_corners(raw, file_name(path)))) return;
+    triangles->SetInputData(raw);
+    triangles->Update();
+  };
+  if (has_extension(path, ".stl"))
+    read(vtkNew<vtkSTLReader>());
+  else if (has_extension(path, ".vtk"))
+    read(vtkNew<vtkPolyDataReader>());
+  else
+    read(vtkNew<vtkXMLPolyDataReader>());
+  if (damage) return *damage;
+  file.has_error = !vtk_errors.empty();
+  vtkPolyData* result = triangles->GetOutput();
+  PolygonModel model;
+  if (!result || !result->GetPoints() || !result->GetPolys()) return model;
+  for (vtkIdType i = 0; i < result->GetNumberOfPoints(); ++i) {
+    double p[3];
+    result->GetPoint(i, p);
+    model.vertices.emplace_back(p[0], p[1], p[2]);
+  }
+  const auto corners = vtk::TakeSmartPointer(result->GetPolys()->NewIterator());
+  for (corners->GoToFirstCell(); !corners->IsDoneWithTraversal(); corners->GoToNextCell()) {
+    vtkIdType count = 0;
+    const vtkIdType* ids = nullptr;
+    corners->GetCurrentCell(count, ids);
+    for (vtkIdType k = 0; count == 3 && k < 3; ++k)
+      model.triangles.push_back(static_cast<std::uint32_t>(ids[k]));
+  }
+  return model;
+}
+
+/// Result of the child process in shared memory: the sizes, or an error.
+struct SharedModel {
+  std::size_t vertices = 0, corners = 0;
+  bool has_failed = false;
+  std::array<std::array<char, 240>, 5> error{};  // what, where, found, expected, remedy
+  std::array<char, 8> frame{};                   // as in ModelFile
+  bool has_library_error = false;
+
+  static void put(std::array<char, 240>& to, const std::string& text) {
+    std::snprintf(to.data(), to.size(), "%s", text.c_str());
+  }
+  void fail(const Error& e) {
+    has_failed = true;
+    const std::string* parts[] = {&e.what, &e.where, &e.found, &e.expected, &e.remedy};
+    for (std::size_t i = 0; i < error.size(); ++i) put(error[i], *parts[i]);
+  }
+  Error failure() const {
+    return {error[0].data(), error[1].data(), error[2].data(), error[3].data(), error[4].data()};
+  }
+};
+
+/// Reads in a child process: once for the sizes, once for the contents.
+Result<PolygonModel> read_in_subprocess(const std::string& path, ModelFile& file) {
+  const std::string model_name = file_name(path);
+  const auto shared = SharedBytes::make(sizeof(SharedModel));
+  if (!shared) return too_large(sizeof(SharedModel), model_name);
+  SharedModel& child_result = *new (shared->data()) SharedModel;
+  const auto run = [&](const std::function<void(const PolygonModel&)>& handle) -> Status {
+    Status status = subprocess_status(
+        run_in_subprocess(1,
+                          [&](int) {
+                            ModelFile child_file;
+                            const auto model = read_by_vtk(path, child_file);
+                            std::snprintf(child_result.frame.data(), child_result.frame.size(), "%s",
+                                          child_file.frame.c_str());
+                            child_result.has_library_error = child_file.has_error;
+                            if (model)
+                              handle(model.value());
+                            else
+                              child_result.fail(model.error());
+                          },
+                          {}),
+        model_name);
+    if (status && status->kind != ErrorKind::interrupted)
+      status->what = "the model cannot be read", status->expected = "a complete model of its format",
+      status->remedy = "export it again, as .ply or .stl";
+    return status;
+  };
+  if (Status error = run([&](const PolygonModel& model) {
+        child_result.vertices = model.vertices.size();
+        child_result.corners = model.triangles.size();
+      }))
+    return *error;
+  if (child_result.has_failed) return child_result.failure();
+  PolygonModel model;
+  const std::size_t vertex_bytes = child_result.vertices * sizeof(glm::dvec3),
+                    bytes = vertex_bytes + child_result.corners * sizeof(std::uint32_t);
+  if (Status error = check_memory(2 * bytes, model_name)) return *error;
+  const auto buffer = SharedBytes::make(bytes);
+  if (!buffer) return too_large(bytes, model_name);
+  const std::size_t vertices = child_result.vertices, corners = child_result.corners;
+  if (Status error = run([&](const PolygonModel& read) {
+        if (read.vertices.size() != vertices || read.triangles.size() != corners) {
+          child_result.fail({"the model changed while it was read", model_name, "", "", "try again"});
+          return;
+        }
+        std::memcpy(buffer->data(), read.vertices.data(), vertex_bytes);
+        std::memcpy(buffer->data() + vertex_bytes, read.triangles.data(), bytes - vertex_bytes);
+      }))
+    return *error;
+  if (child_result.has_failed) return child_result.failure();
+  file = {child_result.frame.data(), child_result.has_library_error};
+  model.vertices.resize(vertices);
+  model.triangles.resize(corners);
+  std::memcpy(model.vertices.data(), buffer->data(), vertex_bytes);
+  std::memcpy(model.triangles.data(), buffer->data() + vertex_bytes, bytes - vertex_bytes);
+  return model;
+}
+
+}  // namespace
+
+Result<PolygonModel> read_polygon_model(const std::string& path, double scale, const std::string& frame) {
+  if (frame != "" && frame != "LPS" && frame != "RAS")
+    return Error{.what = "unknown frame of a model",
+                 .where = file_name(path),
+                 .found = frame,
+                 .expected = "LPS or RAS"};
+  if (!(scale > 0 && scale <= 1e6))
+    return Error{.what = "the scale of a model is out of range",
+                 .where = file_name(path),
+                 .found = std::to_string(scale),
+                 .expected = "mm per unit, above 0, at most a million"};
+  constexpr const char* k_formats = ".ply, .ply.gz, .obj, .stl, .vtk or .vtp";
+  std::error_code failure;
+  if (!std::filesystem::is_regular_file(path, failure))
+    return Error{.what = "the model does not exist", .where = file_name(path), .expected = k_formats};
+  const auto has_end = [&path](const char* end) { return has_extension(path, end); };
+  if (has_end(".ply.gz") || has_end(".ply") || has_end(".obj")) {
+    auto text = read_decompressed(path);  // plain files are returned unchanged
+    if (!text) return text.error();
+    auto model =
+        has_end(".obj") ? read_obj(text.value(), file_name(path)) : read_ply(text.value(), file_name(path));
+    if (!model) return model.error();
+    return finish_model(std::move(model).value(), scale, frame, path, {});
+  }
+  if (!has_end(".stl") && !has_end(".vtk") && !has_end(".vtp"))
+    return Error{.what = "unknown model format", .where = file_name(path), .expected = k_formats};
+  if (const std::string other = has_end(".vtk") ? other_dataset(path) : ""; !other.empty())
+    return Error{.what = "the file contains no surface",
+                 .where = file_name(path),
+                 .found = other,
+                 .expected = "polygons (POLYDATA)",
+                 .remedy = "extract its surface and export that"};
+  ModelFile file;
+  auto model = read_in_subprocess(path, file);
+  if (!model) return model.error();
+  return finish_model(std::move(model).value(), scale, frame, path, file);
+}
+
+bool is_polygon_model(const std::string& path) {
+  for (const char* end : {".ply.gz", ".ply", ".obj", ".stl", ".vtk", ".vtp"})
+    if (has_extension(path, end)) return true;
+  return false;
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,55 @@
+// Anatomical head phantom: a skull of two tables with diploe, orbits, sinuses and foramina; jaws, teeth,
+// dura, venous sinus, brain, ventricles, a tumour, skin. Original shapes.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+namespace trephine::data_tools {
+
+enum class HeadTissue : unsigned char {
+  air,
+  soft_tissue,
+  cortical_bone,
+  diploe,
+  dura,
+  cerebrospinal_fluid,
+  brain,
+  ventricle,
+  tooth,
+  venous_sinus,
+  tumour
+};
+inline constexpr const char* k_head_tissue_names[] = {"air",   "soft_tissue",  "cortical_bone", "diploe",
+                                                      "dura",  "csf",          "brain",         "ventricle",
+                                                      "tooth", "venous_sinus", "tumour"};
+
+/// Variation of the head: seed 1 is the reference; others differ in size, thickness, sinuses and tumour.
+struct HeadAnatomy {
+  glm::dvec3 size{1.0};            ///< along each axis, relative to the reference; at most 1
+  double thickness = 1;            ///< of the vault, relative to the reference
+  double frontal_sinus = 1;        ///< size, relative to the reference
+  glm::dvec3 tumour{-37, 14, 37};  ///< centre, mm, in a head of reference size
+  double tumour_radius = 13;       ///< mm, in a head of reference size
+};
+/// Returns the anatomy of a seed; deterministic.
+HeadAnatomy head_anatomy(std::uint64_t seed);
+
+/// Box of the head, world mm (LPS; x toward the left, y toward the back, z up).
+inline constexpr glm::dvec3 k_head_low{-86, -112, -124}, k_head_high{86, 104, 82};
+
+/// Intensity (HU, without noise) and tissue at a world point.
+struct HeadSample {
+  double hounsfield;
+  HeadTissue tissue;
+  double clear_mm;  ///< in open air: distance to the skin, up to a factor of k_head_steepness; else 0
+};
+/// Largest ratio of clear_mm, which is of first order, to the true distance.
+inline constexpr double k_head_steepness = 3;
+/// Samples the head; `voxel_mm` sets the width of partial-volume edges.
+HeadSample sample_head(const glm::dvec3& p_world, double voxel_mm, const HeadAnatomy& anatomy) noexcept;
+
+/// Returns the distance to the outer surface of the vault, mm, negative inside; first order.
+double vault_distance(const glm::dvec3& p_world, const HeadAnatomy& anatomy) noexcept;
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,257 @@
+#include "data-tools/phantoms/spine_phantom.h"
+
+#include <string_view>
+
+#include "data-tools/phantoms/soft_shapes.h"
+
+namespace trephine::data_tools {
+
+using glm::dvec3;
+
+namespace {
+
+// Local frame of a vertebra: origin at the centre of its body, x to a side, y to the back, z up; mm of the
+// reference L3.
+constexpr double k_body_x = 23, k_body_y = 16.5, k_body_z = 13.5;
+constexpr double k_canal_y = 24, k_canal_rx = 11.5, k_canal_ry = 8;
+constexpr dvec3 k_pedicle_front{11.5, 10, 6.5}, k_pedicle_back{14.5, 27, 6.5};
+constexpr double k_pedicle_height = 0.62;  ///< ratio of a pedicle's width to its height
+constexpr double k_joint_gap = 1.6;        ///< gap between facets, mm
+constexpr double k_sac = 6.6;              ///< radius of the dural sac, mm
+constexpr double k_reach_z = 46;           ///< upper limit of a vertebra's height from its centre, mm
+
+/// Returns the distance to the spinal canal, mm, in the local frame.
+double canal(const dvec3& p) { return elliptic_cylinder(p.x, p.y - k_canal_y, k_canal_rx, k_canal_ry); }
+
+/// Returns a value of -1 to 1 that depends on seed and stream; 0 for the reference anatomy.
+double vary(std::uint64_t seed, std::uint64_t stream) {
+  if (seed == 1) return 0;
+  return static_cast<double>(hash_bits(hash_bits(seed) ^ stream) >> 11) * 0x1p-52 - 1;
+}
+
+}  // namespace
+
+SpinePhantom::SpinePhantom(std::uint64_t seed) {
+  const double size = 1 + 0.06 * vary(seed, 1), lordosis = 1 + 0.5 * vary(seed, 2);
+  pedicle_ = 4.4 + 0.7 * vary(seed, 3);
+  const struct {
+    dvec3 centre;
+    double degrees, scale;
+  } reference[3] = {{{0, -1.5, 37}, -5, 1.0}, {{0, 0, 0}, 3, 1.03}, {{0, 2.5, -37.5}, 14, 1.06}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double angle = lordosis * reference[i].degrees * 3.14159265358979323846 / 180;
+    vertebrae_[i] = {size * reference[i].centre, deterministic_sin(angle), deterministic_cos(angle),
+                     size * reference[i].scale * (1 + 0.02 * vary(seed, 4 + i))};
+  }
+  sac_[0] = vertebrae_[0].world({0, k_canal_y, 40});
+  for (std::size_t i = 0; i < 3; ++i) {
+    sac_[1 + 2 * i] = vertebrae_[i].world({0, k_canal_y - 0.5, 12});
+    sac_[2 + 2 * i] = vertebrae_[i].world({0, k_canal_y - 0.5, -14});
+  }
+  sac_[7] = vertebrae_[2].world({0, k_canal_y + 4, -44});
+}
+
+dvec3 SpinePhantom::Vertebra::local(const dvec3& world) const noexcept {
+  const dvec3 p = (world - centre) / scale;
+  return {p.x, cosine * p.y + sine * p.z, -sine * p.y + cosine * p.z};
+}
+dvec3 SpinePhantom::Vertebra::world(const dvec3& p) const noexcept {
+  return centre + scale * dvec3(p.x, cosine * p.y - sine * p.z, sine * p.y + cosine * p.z);
+}
+
+double SpinePhantom::body(const dvec3& p) const noexcept {
+  const double waist = 1 - 0.09 * std::max(0.0, 1 - p.z * p.z / (k_body_z * k_body_z));
+  double side = elliptic_cylinder(p.x, p.y, k_body_x * waist, k_body_y * waist);
+  side = carve(side, std::sqrt(p.x * p.x + (p.y - 26) * (p.y - 26)) - 11, 5);  // concave toward the canal
+  // End plates are concave.
+  const double bowl = 1.3 * std::max(0.0, 1 - (p.x * p.x) / 300 - (p.y * p.y) / 150);
+  return carve(side, k_body_z - bowl - std::abs(p.z), 3.0);
+}
+
+/// Returns the distance of a single vertebra; p.x >= 0 (left and right are symmetric).
+double SpinePhantom::bone(const dvec3& p) const noexcept {
+  double arch = capsule({p.x, p.y, (p.z + 2) * 0.34}, {14, 30, 0}, {0, 40.5, 0}, 3.4, 3.2);          // lamina
+  arch = blend(arch, capsule({p.x, p.y, (p.z + 7) * 0.40}, {0, 42, 0}, {0, 66, 0.8}, 2.8, 3.8), 4);  // spine
+  arch = blend(arch, capsule(p, {16, 29, 5}, {41, 35, 7}, 4.8, 3.0), 5);           // transverse process
+  arch = blend(arch, capsule(p, {17, 31, 8}, {18.6, 33, 20}, 5.0, 4.4), 4);        // upper facets
+  arch = blend(arch, capsule(p, {12.5, 36.5, -5}, {13.2, 38, -20}, 4.8, 4.4), 4);  // lower facets
+  arch = carve(arch, canal(p), 2.5);
+  const double pedicle = capsule({p.x, p.y, k_pedicle_front.z + (p.z - k_pedicle_front.z) * k_pedicle_height},
+                                 k_pedicle_front, k_pedicle_back, pedicle_ + 0.4, pedicle_);
+  return blend(blend(arch, pedicle, 4), body(p), 4);
+}
+
+std::array<double, 3> SpinePhantom::bone_distances(const dvec3& world) const noexcept {
+  std::array<double, 3> own{}, separated{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    dvec3 p = vertebrae_[i].local(world);
+    p.x = std::abs(p.x);
+    own[i] = std::abs(p.z) > k_reach_z ? 1e3 : vertebrae_[i].scale * bone(p);
+  }
+  // Neighbouring vertebrae are separated by a gap, half on each side.
+  for (std::size_t i = 0; i < 3; ++i) {
+    separated[i] = own[i];
+    for (std::size_t k = 0; k < 3; ++k)
+      if (k != i) separated[i] = std::max(separated[i], 0.5 * (own[i] - own[k] + k_joint_gap));
+  }
+  return separated;
+}
+
+SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) const noexcept {
+  Brush brush(-1000, voxel_mm);
+  SpineTissue tissue = SpineTissue::background;
+  const auto paint = [&](double s, double hounsfield, SpineTissue kind) {
+    if (brush.paint(s, hounsfield)) tissue = kind;
+  };
+  // Parts farther away than the edge paint nothing: they are skipped where that is cheap to decide.
+  const double edge = brush.edge();
+  const auto paint_waves = [&](double s, double middle, double height, double period) {
+    return s <= edge && brush.paint(s, middle + height * wave(world, period));
+  };
+  const double skin = world.y - 78 + world.x * world.x / 420;
+  if (skin > edge) return {-1000, SpineTissue::background};
+  brush.paint(skin, 35);
+  brush.paint(std::max(skin + 2, -(skin + 13)), -105);                             // fat below the skin
+  paint_waves(world.y - 64 + world.x * world.x / 300, 58, 7, 31);                  // muscle
+  if (world.y < -18 + edge) brush.paint(world.y + 22 + 4 * wave(world, 43), -95);  // prevertebral fat
+  std::array<dvec3, 3> p;
+  for (std::size_t i = 0; i < 3; ++i) {
+    p[i] = vertebrae_[i].local(world);
+    p[i].x = std::abs(p[i].x);
+  }
+
+  // Vessels in front of the spine.
+  if (world.y < -18 + edge) {
+    const double aorta = capsule(world, {6, -33, 80}, {3, -30, -34}, 8.5, 8.0),
+                 cava = capsule(world, {-17, -31, 80}, {-14, -28, -80}, 9.0, 9.5),
+                 branch = capsule(world, {3, -30, -34}, {24, -30, -90}, 6.5, 5.5);
+    paint(std::min({aorta, cava, branch}), 46, SpineTissue::vessel);
+  }
+
+  // Discs fill the space between two bodies.
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double above = p[i].z + k_body_z - 1, below = k_body_z - 1 - p[i + 1].z;
+    if (above > edge || below > edge) continue;
+    const double rim = std::max(elliptic_cylinder(p[i].x, p[i].y, k_body_x, k_body_y),
+                                elliptic_cylinder(p[i + 1].x, p[i + 1].y, k_body_x, k_body_y)) -
+                       0.5;
+    const double disc = std::max({above, below, rim});
+    paint(disc, 105, SpineTissue::disc);
+    paint(std::max(disc + 1.5, rim + 8), 75, SpineTissue::disc);  // nucleus
+  }
+
+  // Canal: fat around the dural sac, which contains roots; a root leaves below each pedicle.
+  double hollow = 1e3;
+  for (const dvec3& q : p)
+    if (std::abs(q.z) < 24) hollow = std::min(hollow, canal(q));
+  brush.paint(hollow, -85);
+  if (std::abs(world.x) < k_sac + edge) {
+    double sac = 1e3;
+    for (std::size_t i = 0; i + 1 < sac_.size(); ++i)
+      sac = std::min(sac,
+                     capsule(world, sac_[i], sac_[i + 1], k_sac, i + 2 < sac_.size() ? k_sac : k_sac - 1.5));
+    paint(sac, 18, SpineTissue::cord);
+    if (paint_waves(sac + 2.2, 40, 8, 5)) tissue = SpineTissue::cord;
+  }
+  double root = 1e3;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (std::max(std::abs(p[i].y - 16) - 11, std::abs(p[i].z + 15) - 16) > edge) continue;
+    root = std::min(root, capsule(p[i], {5.5, 23.5, -2}, {17, 20.5, -13}, 1.6, 2.6));
+    root = std::min(root, capsule(p[i], {17, 20.5, -13}, {30, 9, -27}, 2.6, 2.2));
+  }
+  paint(root, 42, SpineTissue::nerve_root);
+
+  const std::array<double, 3> bones = bone_distances(world);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double bone = bones[i];
+    if (bone > edge) continue;
+    paint(bone, 1150, static_cast<SpineTissue>(1 + i));
+    // A dense shell, thin around the body, and a core of trabeculae.
+    const double shell = p[i].y < 14 ? 1.1 : 1.8;
+    brush.paint(bone + shell, 235 + 55 * wave(world, 3.3) + 20 * wave(world, 7.9));
+  }
+  return {brush.hounsfield(), tissue};
+}
+
+double SpinePhantom::room(int vertebra, const dvec3& entry, const dvec3& target) const noexcept {
+  constexpr double k_in = 6, k_step = 0.5;  // mm: nearer to the entry the outer surface of bone is near
+  const double length = glm::length(target - entry);
+  double least = 1e3;
+  for (double t = k_in; t <= length; t += k_step)
+    least = std::min(
+        least, -bone_distances(glm::mix(entry, target, t / length))[static_cast<std::size_t>(vertebra)]);
+  return least;
+}
+
+std::vector<SpineScrew> SpinePhantom::screws() const {
+  constexpr double k_wall = 0.4, k_sizes = 0.5;  // mm
+  // Pedicle screw: along the axis of the pedicle. Cortical screw: through its middle, from caudal and medial.
+  const dvec3 axis = k_pedicle_front - k_pedicle_back, middle = 0.5 * (k_pedicle_front + k_pedicle_back);
+  const auto on_axis = [&](double y) { return k_pedicle_back + axis * ((y - k_pedicle_back.y) / axis.y); };
+  const dvec3 low(11.6, 35.5, 0.5), outward = (middle - low) / (middle.y - low.y);
+  const struct {
+    const char* kind;
+    dvec3 entry, target;
+    double diameter, reach;
+  } initial[] = {{"pedicle", on_axis(37), on_axis(-9), 6.0, 4.0},
+                 {"cortical", low, low + outward * (6 - low.y), 4.5, 1.5}};
+  std::vector<SpineScrew> screws;
+  for (int i = 0; i < 3; ++i) {
+    const Vertebra& v = vertebrae_[static_cast<std::size_t>(i)];
+    std::array<SpineScrew, 2> found;
+    for (std::size_t k = 0; k < 2; ++k) {
+      // Local search for the line with the most bone around it: the ends move alone, together and in opposite
+      // directions while that improves it.
+      using Move = std::array<double, 4>;  // of the entry along x and z, then of the target
+      constexpr std::array<Move, 8> k_moves{{{1, 0, 0, 0},
+                                             {0, 1, 0, 0},
+                                             {0, 0, 1, 0},
+                                             {0, 0, 0, 1},
+                                             {1, 0, 1, 0},
+                                             {0, 1, 0, 1},
+                                             {1, 0, -1, 0},
+                                             {0, 1, 0, -1}}};
+      Move at{};
+      const auto ends_at = [&](const Move& m) {
+        return std::pair(v.world(initial[k].entry + dvec3(m[0], 0, m[1])),
+                         v.world(initial[k].target + dvec3(m[2], 0, m[3])));
+      };
+      const auto room_at = [&](const Move& m) {
+        for (const double shift : m)
+          if (std::abs(shift) > initial[k].reach) return -1e3;
+        // A cortical screw points laterally and cranially.
+        const dvec3 direction =
+            initial[k].target + dvec3(m[2], 0, m[3]) - initial[k].entry - dvec3(m[0], 0, m[1]);
+        if (k == 1 && (direction.x < 2.5 || direction.z < 7)) return -1e3;
+        const auto [entry, target] = ends_at(m);
+        return room(i, entry, target);
+      };
+      double best = room_at(at);
+      for (double step = 2; step > 0.05; step *= 0.5)
+        for (bool has_moved = true; has_moved;) {
+          has_moved = false;
+          for (const Move& move : k_moves)
+            for (const double change : {step, -step}) {
+              Move next = at;
+              for (std::size_t c = 0; c < 4; ++c) next[c] += change * move[c];
+              if (const double next_room = room_at(next); next_room > best + 1e-6)
+                best = next_room, at = next, has_moved = true;
+            }
+        }
+      const double fits = std::floor(2 * (best - k_wall) / k_sizes) * k_sizes;
+      found[k] = {initial[k].kind, initial[k].entry + dvec3(at[0], 0, at[1]),
+                  initial[k].target + dvec3(at[2], 0, at[3]), std::clamp(fits, k_sizes, initial[k].diameter)};
+    }
+    for (const char* side : {"left", "right"})
+      for (const SpineScrew& screw : found) {
+        const dvec3 mirror(std::string_view(side) == "left" ? 1 : -1, 1, 1);
+        std::string name = k_spine_tissue_names[i + 1];
+        screws.push_back({name.append(" ").append(side).append(" ").append(screw.name),
+                          v.world(mirror * screw.entry_world), v.world(mirror * screw.target_world),
+                          screw.diameter});
+      }
+  }
+  return screws;
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,67 @@
+// SpinePhantom: three lumbar vertebrae with discs, cord, nerve roots and great vessels, and their planned
+// screws. Original shapes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace trephine::data_tools {
+
+enum class SpineTissue : unsigned char { background, l3, l4, l5, disc, cord, nerve_root, vessel };
+inline constexpr const char* k_spine_tissue_names[] = {"background", "L3",   "L4",         "L5",
+                                                       "disc",       "cord", "nerve_root", "vessel"};
+
+/// Box of the spine, world mm (LPS; x toward the left, y toward the back, z up).
+inline constexpr glm::dvec3 k_spine_low{-66, -52, -66}, k_spine_high{66, 86, 66};
+
+/// Planned screw of one vertebra and one side.
+struct SpineScrew {
+  std::string name;                      ///< "L3 left pedicle", "L3 left cortical"
+  glm::dvec3 entry_world, target_world;  ///< mm (LPS)
+  double diameter;                       ///< mm
+};
+
+/// Spine of a seed: 1 is the reference anatomy; others differ in size, pedicles and lordosis.
+class SpinePhantom {
+ public:
+  explicit SpinePhantom(std::uint64_t seed);
+
+  struct Sample {
+    double hounsfield;
+    SpineTissue tissue;
+  };
+  /// Returns intensity (HU, without noise) and tissue; `voxel_mm` sets the width of partial-volume edges.
+  Sample sample(const glm::dvec3& p_world, double voxel_mm) const noexcept;
+  /// Returns the distances to the bone of L3, L4 and L5, mm, negative inside.
+  std::array<double, 3> bone_distances(const glm::dvec3& p_world) const noexcept;
+  /// Converts a point of a vertebra (0: L3) to the world, mm. `p` is relative to the centre of its body: x to
+  /// the left, y to the back, z up, in mm of the reference L3.
+  glm::dvec3 place(int vertebra, const glm::dvec3& p) const noexcept {
+    return vertebrae_[static_cast<std::size_t>(vertebra)].world(p);
+  }
+  /// Returns two pairs of screws per vertebra: pedicle screws with the most bone around them, and cortical
+  /// screws from medial and caudal to lateral and cranial. The diameter leaves bone on all sides.
+  std::vector<SpineScrew> screws() const;
+  /// Returns the least thickness of bone around the line of a screw, mm, beyond its first 6 mm.
+  double room(int vertebra, const glm::dvec3& entry_world, const glm::dvec3& target_world) const noexcept;
+
+ private:
+  struct Vertebra {
+    glm::dvec3 centre{0.0};
+    double sine = 0, cosine = 1;  ///< of the tilt about x
+    double scale = 1;
+    glm::dvec3 local(const glm::dvec3& world) const noexcept;
+    glm::dvec3 world(const glm::dvec3& local) const noexcept;
+  };
+  /// Distances, mm of the reference, to the whole vertebra and to its body.
+  double bone(const glm::dvec3& local) const noexcept;
+  double body(const glm::dvec3& local) const noexcept;
+  std::array<Vertebra, 3> vertebrae_;
+  std::array<glm::dvec3, 8> sac_;  ///< centre line of the dural sac, from cranial, world mm
+  double pedicle_ = 4.4;           ///< half width of the pedicles, mm
+};
+
+}  // namespace trephine::data_tools

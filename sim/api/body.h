@@ -1,0 +1,67 @@
+// Body: a detached part of the anatomy, which a hand can grasp and release.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/scene/touch_scene.h"
+#include "sim/api/command.h"
+#include "volume/cuts/version.h"
+#include "volume/surface/part_surface.h"
+
+namespace trephine::sim {
+
+/// Detached bone: its surface in the world, where it was detached. Touched as a model; cannot be cut.
+struct Piece {
+  std::shared_ptr<const haptics::MeshTree> tree;
+  haptics::Material material;
+  double mm3 = 0;                ///< volume
+  glm::dvec3 middle_world{0.0};  ///< mm, mean of the vertices
+  std::uint64_t hash = 0;        ///< of to_bytes()
+
+  Piece(const volume::PartSurface& surface, const haptics::Material& material);
+};
+/// Returns canonical bytes: equal bytes give an equal piece.
+std::string to_bytes(const Piece& piece);
+/// Returns null for invalid bytes.
+std::shared_ptr<const Piece> piece_from_bytes(std::string_view bytes);
+
+struct Body {
+  Id id;          ///< never reused
+  int mover = 0;  ///< of its item, while the body exists
+  std::shared_ptr<const Piece> piece;
+  haptics::Placement place;  ///< pose of the frame in which it was detached; while held, that of the grasp
+  int holder = -1;           ///< hand that holds it; -1: released. Undo puts no body into a hand
+  haptics::Placement grip;   ///< pose relative to that hand
+};
+
+/// Fate of a part of a cut shape.
+enum class PartFate : std::uint8_t { stays, piece, debris };
+
+/// Result of detaching parts of a shape.
+struct Detachment {
+  std::shared_ptr<const volume::Version> rest;  ///< without the parts
+  std::vector<std::shared_ptr<const Piece>> pieces;
+  std::size_t piece_count = 0;  ///< above TouchScene::k_max_movers no piece is built
+  volume::VoxelBox box;         ///< voxels that may look different
+  std::int64_t debris = 0;      ///< number of smaller parts, which were removed
+  double debris_mm3 = 0;
+};
+/// Checks that parts of that item can be detached. `field`: location for the error.
+Status check_shape_of_pieces(const haptics::TouchScene& anatomy, std::int64_t item, const char* field);
+/// Hash of the remaining version and of the pieces.
+std::uint64_t hash_of(const Detachment& detachment);
+/// Detaches parts, one after another. `fates`: one per part. Takes seconds for large pieces.
+Detachment detach_parts(const haptics::TouchItem& shape, const volume::SolidParts& parts,
+                        std::span<const PartFate> fates, std::vector<volume::Field> solids,
+                        const std::shared_ptr<const volume::Version>& version);
+/// Detaches the disconnected parts: pieces from the requested size on, debris below it. Any thread, from
+/// immutable data; takes seconds for large pieces. `solids`: fields of all matter that can be cut, as in the
+/// engine's editor.
+Detachment detach_free_pieces(const haptics::TouchItem& shape, const FreePieces& request,
+                              std::vector<volume::Field> solids,
+                              const std::shared_ptr<const volume::Version>& version);
+
+}  // namespace trephine::sim

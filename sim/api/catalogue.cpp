@@ -1,0 +1,114 @@
+#include "sim/api/catalogue.h"
+
+#include <algorithm>
+#include <array>
+
+namespace trephine::sim {
+
+namespace {
+
+/// Commands of any engine, whatever its modules.
+std::array<const ValueType*, 21> own_commands() noexcept {
+  return {&value_type<Undo>(),
+          &value_type<Redo>(),
+          &value_type<BeginBranch>(),
+          &value_type<SwitchBranch>(),
+          &value_type<Note>(),
+          &value_type<Resume>(),
+          &value_type<RemoveInstrument>(),
+          &value_type<SwitchItem>(),
+          &value_type<PlaceModel>(),
+          &value_type<SetEffect>(),
+          &value_type<ToolGeometry>(),
+          &value_type<FreePieces>(),
+          &value_type<HoldBody>(),
+          &value_type<ReleaseBody>(),
+          &value_type<PlaceBody>(),
+          &value_type<DiscardBody>(),
+          &value_type<AdoptFields>(),
+          &value_type<AdoptDepths>(),
+          &value_type<AdoptPicture>(),
+          &value_type<AdoptJob>(),
+          &value_type<CancelJob>()};
+}
+/// Events of any engine, whatever its modules.
+std::array<const ValueType*, 9> own_events() noexcept {
+  return {&value_type<FaultEvent>(),    &value_type<JobDiscarded>(),      &value_type<ForbiddenEntered>(),
+          &value_type<ForbiddenLeft>(), &value_type<StructureStripped>(), &value_type<StructureTouched>(),
+          &value_type<StructureTorn>(), &value_type<PieceFreed>(),        &value_type<DebrisFreed>()};
+}
+
+}  // namespace
+
+bool holds(std::span<const ValueType* const> all, const ValueType& type) noexcept {
+  return std::find(all.begin(), all.end(), &type) != all.end();
+}
+
+const InstrumentType* Catalogue::find_instrument(std::string_view name) const noexcept {
+  for (const Module* module : modules_)
+    for (const InstrumentType* instrument : module->instruments())
+      if (instrument->name() == name) return instrument;
+  return nullptr;
+}
+
+std::vector<const ValueType*> Catalogue::all() const {
+  const auto commands = own_commands();
+  const auto events = own_events();
+  std::vector<const ValueType*> types(commands.begin(), commands.end());
+  types.insert(types.end(), events.begin(), events.end());
+  for (const Module* module : modules_) {
+    types.insert(types.end(), module->commands().begin(), module->commands().end());
+    types.insert(types.end(), module->events().begin(), module->events().end());
+    for (const InstrumentType* instrument : module->instruments()) types.push_back(instrument->parameters);
+    for (const JobType* job : module->jobs()) types.push_back(job->parameters);
+  }
+  return types;
+}
+
+const ValueType* Catalogue::find(std::string_view name) const noexcept {
+  for (const ValueType* type : all())
+    if (type->schema->name == name) return type;
+  return nullptr;
+}
+
+bool Catalogue::is_event(const ValueType& type) const noexcept {
+  return holds(own_events(), type) ||
+         std::any_of(modules_.begin(), modules_.end(),
+                     [&](const Module* module) { return holds(module->events(), type); });
+}
+
+bool Catalogue::is_command(const ValueType& type) const noexcept {
+  for (const ValueType* internal :
+       {&value_type<AdoptFields>(), &value_type<AdoptDepths>(), &value_type<AdoptPicture>(),
+        &value_type<AdoptJob>(), &value_type<CancelJob>(), &value_type<Resume>()})
+    if (&type == internal) return false;
+  return !is_event(type);
+}
+
+Result<Command> Catalogue::command(std::string_view name, std::string_view words, int hand) const {
+  const ValueType* type = find(name);
+  if (type == nullptr || !is_command(*type)) {
+    std::string known;
+    for (const ValueType* one : all())
+      if (is_command(*one)) known.append(known.empty() ? "" : ", ").append(one->schema->name);
+    return Error{.what = "unknown command",
+                 .found = std::string(name),
+                 .expected = known,
+                 .remedy = "choose one of these"};
+  }
+  Value what = Value::of(*type);
+  if (Status error = what.set(words)) return *error;
+  return Command(std::move(what), static_cast<std::uint8_t>(hand));
+}
+
+Status Catalogue::check() const {
+  std::vector<std::string_view> names;
+  for (const ValueType* type : all()) names.push_back(type->schema->name);
+  std::sort(names.begin(), names.end());
+  const auto twice = std::adjacent_find(names.begin(), names.end());
+  if (twice == names.end()) return std::nullopt;
+  return Error{
+      .what = "two modules use the same name", .found = std::string(*twice), .expected = "unique names"};
+}
+
+}  // namespace trephine::sim

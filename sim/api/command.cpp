@@ -1,0 +1,165 @@
+#include "sim/api/command.h"
+
+#include <cmath>
+
+#include "haptics/scene/shape_set.h"
+#include "haptics/scene/touch_scene.h"
+
+namespace trephine::sim {
+
+bool is_derived_data(const Value& what) noexcept {
+  return what.as<AdoptFields>() || what.as<AdoptDepths>() || what.as<AdoptPicture>();
+}
+
+const Schema& Undo::schema() {
+  static constexpr Schema table{"undo"};
+  return table;
+}
+const Schema& Redo::schema() {
+  static constexpr Schema table{"redo"};
+  return table;
+}
+const Schema& BeginBranch::schema() {
+  static constexpr Field fields[] = {field<&BeginBranch::name>("name", {.label = "Name of what comes"})};
+  static constexpr Schema table{"begin-branch", 1, fields};
+  return table;
+}
+const Schema& SwitchBranch::schema() {
+  static constexpr Field fields[] = {
+      field<&SwitchBranch::name>("name", {.label = "Branch", .names = FieldInfo::Names::branch})};
+  static constexpr Schema table{"switch-branch", 1, fields};
+  return table;
+}
+const Schema& Note::schema() {
+  static constexpr Field fields[] = {field<&Note::text>("text")};
+  static constexpr Schema table{"note", 1, fields};
+  return table;
+}
+const Schema& Resume::schema() {
+  static constexpr Schema table{"resume"};
+  return table;
+}
+const Schema& AdoptFields::schema() {
+  static constexpr Field fields[] = {field<&AdoptFields::serial>("serial", {.low = 0, .high = 0x1p53})};
+  static constexpr Schema table{"adopt-fields", 1, fields};
+  return table;
+}
+const Schema& AdoptDepths::schema() {
+  static constexpr Field fields[] = {
+      field<&AdoptDepths::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&AdoptDepths::serial>("serial", {.low = 1, .high = 0x1p53}),
+      field<&AdoptDepths::middle>("middle", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&AdoptDepths::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&AdoptDepths::edge>("edge", {.unit = "mm", .low = 1, .high = 200}),
+      field<&AdoptDepths::time>("time", {.unit = "s", .low = 0, .high = 1e9}),
+      field<&AdoptDepths::hash>("hash")};
+  static constexpr Schema table{"adopt-depths", 1, fields};
+  return table;
+}
+const Schema& AdoptPicture::schema() {
+  using Fields = AdoptPicture;
+  static constexpr Field fields[] = {
+      field<&Fields::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&Fields::serial>("serial", {.low = 1, .high = 0x1p53}),
+      field<&Fields::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&Fields::edge>("edge", {.unit = "mm", .low = 0.1, .high = 1000}),
+      field<&Fields::time>("time", {.unit = "s", .low = 0, .high = 1e9}),
+      field<&Fields::width>("width", {.low = 2, .high = 4096}),
+      field<&Fields::height>("height", {.low = 2, .high = 4096}),
+      field<&Fields::fx>("fx", {.low = 1e-3, .high = 1e6}),
+      field<&Fields::fy>("fy", {.low = 1e-3, .high = 1e6}),
+      field<&Fields::cx>("cx", {.low = -1e6, .high = 1e6}),
+      field<&Fields::cy>("cy", {.low = -1e6, .high = 1e6}),
+      field<&Fields::position>("position", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&Fields::rotation>("rotation", {.low = -1, .high = 1}),
+      field<&Fields::nearest>("nearest", {.unit = "mm", .low = 1e-6, .high = 1e6}),
+      field<&Fields::step>("step", {.unit = "mm", .low = 1e-6, .high = 1000}),
+      field<&Fields::values>("values"),
+      field<&Fields::hash>("hash")};
+  static constexpr Schema table{"adopt-picture", 1, fields};
+  return table;
+}
+const Schema& RemoveInstrument::schema() {
+  static constexpr Schema table{"lay-down"};
+  return table;
+}
+const Schema& SwitchItem::schema() {
+  static constexpr Field fields[] = {
+      field<&SwitchItem::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&SwitchItem::is_touchable>("touchable")};
+  static constexpr Schema table{"switch-item", 1, fields};
+  return table;
+}
+Status check_rotation(const std::vector<double>& q, const char* field) {
+  double length_squared = 0;
+  for (const double component : q) length_squared += component * component;
+  if (q.size() == 4 && std::abs(length_squared - 1) < 1e-6) return std::nullopt;
+  const std::string found = std::to_string(q.size()) + " numbers" +
+                            (q.size() == 4 ? " of length " + std::to_string(std::sqrt(length_squared)) : "");
+  return Error{.what = "the rotation is not a unit quaternion",
+               .where = field,
+               .found = found,
+               .expected = "four numbers of length 1, w first",
+               .remedy = q.size() == 4 && length_squared > 0 ? "divide them by their length" : ""};
+}
+const Schema& PlaceModel::schema() {
+  static constexpr Field fields[] = {
+      field<&PlaceModel::mover>("mover", {.low = 0, .high = haptics::TouchScene::k_max_movers - 1}),
+      field<&PlaceModel::position>("position", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&PlaceModel::rotation>("rotation", {.low = -1, .high = 1})};
+  static constexpr Schema table{"place-model", 1, fields};
+  return table;
+}
+const Schema& SetEffect::schema() {
+  static constexpr Field fields[] = {field<&SetEffect::effect>("effect"), field<&SetEffect::words>("words")};
+  static constexpr Schema table{"set-effect", 1, fields};
+  return table;
+}
+const Schema& ToolGeometry::schema() {
+  static constexpr Field fields[] = {
+      field<&ToolGeometry::radius>("radius", {.unit = "mm", .low = 0, .high = 6}),
+      field<&ToolGeometry::balls>("balls", {.unit = "mm", .low = -300, .high = 300})};
+  static constexpr Schema table{"tool-geometry", 1, fields};
+  return table;
+}
+const Schema& FreePieces::schema() {
+  static constexpr Field fields[] = {
+      field<&FreePieces::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&FreePieces::smallest>("smallest", {.unit = "mm3", .low = 0, .high = 1e9})};
+  static constexpr Schema table{"free-pieces", 1, fields};
+  return table;
+}
+const Schema& HoldBody::schema() {
+  static constexpr Field fields[] = {field<&HoldBody::body>("body")};
+  static constexpr Schema table{"hold-body", 1, fields};
+  return table;
+}
+const Schema& ReleaseBody::schema() {
+  static constexpr Schema table{"release-body"};
+  return table;
+}
+const Schema& PlaceBody::schema() {
+  static constexpr Field fields[] = {
+      field<&PlaceBody::body>("body"),
+      field<&PlaceBody::position>("position", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&PlaceBody::rotation>("rotation", {.low = -1, .high = 1})};
+  static constexpr Schema table{"place-body", 1, fields};
+  return table;
+}
+const Schema& DiscardBody::schema() {
+  static constexpr Field fields[] = {field<&DiscardBody::body>("body")};
+  static constexpr Schema table{"discard-body", 1, fields};
+  return table;
+}
+const Schema& AdoptJob::schema() {
+  static constexpr Field fields[] = {field<&AdoptJob::job>("job"), field<&AdoptJob::hash>("hash")};
+  static constexpr Schema table{"adopt-job", 1, fields};
+  return table;
+}
+const Schema& CancelJob::schema() {
+  static constexpr Field fields[] = {field<&CancelJob::job>("job")};
+  static constexpr Schema table{"cancel-job", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::sim

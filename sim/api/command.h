@@ -1,0 +1,148 @@
+// Command: a request that changes an operation, outside the tick stream. A session is ticks and commands in
+// order.
+#pragma once
+
+#include "sim/api/value.h"
+
+namespace trephine::sim {
+
+/// A request is a struct with a table: one of those below, the parameters of an instrument (puts it into the
+/// hand), the parameters of a job (starts it), or a command of a module.
+struct Command {
+  Command() = default;
+  template <HasSchema T>
+  Command(T request, std::uint8_t hand_index = 0) : what(std::move(request)), hand(hand_index) {}
+  Command(Value request, std::uint8_t hand_index) : what(std::move(request)), hand(hand_index) {}
+
+  Value what;
+  std::uint8_t hand = 0;
+};
+
+/// Undoes one stroke, or one command that changed the undoable state.
+struct Undo {
+  static const Schema& schema();
+};
+struct Redo {
+  static const Schema& schema();
+};
+/// Begins a branch: the history continues under this name. The previous branch keeps its whole history and
+/// can be switched to.
+struct BeginBranch {
+  std::string name;
+  static const Schema& schema();
+};
+/// Switches to another branch, at the entry where it was left.
+struct SwitchBranch {
+  std::string name;
+  static const Schema& schema();
+};
+/// A remark; changes no state.
+struct Note {
+  std::string text;
+  static const Schema& schema();
+};
+/// Continues a session: strokes end, bodies are released, every proxy and force starts afresh.
+struct Resume {
+  static const Schema& schema();
+};
+/// Adopts offset fields of the version that was published as `serial`.
+struct AdoptFields {
+  std::int64_t serial = 0;
+  static const Schema& schema();
+};
+/// Adopts a set of depth images of an item, drawn with this view.
+struct AdoptDepths {
+  std::int64_t item = 0, serial = 0;
+  glm::dvec3 middle{0.0}, touch{0.0};  ///< mm, item's frame, as in haptics::depth::DepthView
+  double edge = 0, time = 0;           ///< mm; s
+  std::int64_t hash = 0;               ///< of the set
+  static const Schema& schema();
+};
+/// Adopts a picture of an item whose pictures are submitted by the caller.
+struct AdoptPicture {
+  std::int64_t item = 0, serial = 0;
+  glm::dvec3 touch{0.0};                     ///< mm, item's frame: middle of the clip volume
+  double edge = 0, time = 0;                 ///< mm; s
+  std::int64_t width = 0, height = 0;        ///< pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;     ///< pixels, as in haptics::depth::DepthCamera
+  glm::dvec3 position{0.0};                  ///< mm, of the camera, item's frame
+  std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
+  double nearest = 1, step = 0.1;            ///< mm, depth of value 1 and of a step
+  std::string values;                        ///< as in haptics::depth::DepthPicture
+  std::int64_t hash = 0;                     ///< of the resulting set
+  static const Schema& schema();
+};
+/// Removes the hand's instrument: the hand only touches.
+struct RemoveInstrument {
+  static const Schema& schema();
+};
+/// Makes an item (by index) touchable for the hand, or lets the hand pass through it.
+struct SwitchItem {
+  std::int64_t item = 0;
+  bool is_touchable = true;
+  static const Schema& schema();
+};
+/// Checks for a unit quaternion, w first. The error names the field.
+Status check_rotation(const std::vector<double>& rotation, const char* field);
+/// Sets the pose of a moving model, for all hands.
+struct PlaceModel {
+  std::int64_t mover = 0;
+  glm::dvec3 position{0.0};                  ///< mm, world
+  std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
+  static const Schema& schema();
+};
+/// Sets a force of the hand in addition to those of surfaces. The force keeps its memory while its id exists.
+struct SetEffect {
+  Id effect;
+  std::string words;  ///< as haptics::parse_effect reads them; empty: ends the force
+  static const Schema& schema();
+};
+/// A job: makes the hand's tool a ball of this radius, a point, or a rigid chain of such balls.
+struct ToolGeometry {
+  double radius = 0;                   ///< mm
+  std::vector<glm::dvec3> balls = {};  ///< mm, hand frame: their centres
+  static const Schema& schema();
+};
+/// A job: detaches the parts of a cut shape that are no longer connected to the rest: bodies from `smallest`
+/// on, debris below.
+struct FreePieces {
+  std::int64_t item = 0;  ///< index of a shape of the base
+  double smallest = 10;   ///< mm3
+  static const Schema& schema();
+};
+/// The hand grasps a body, which then moves with it.
+struct HoldBody {
+  Id body;
+  static const Schema& schema();
+};
+/// The hand releases its body, which stays where it is.
+struct ReleaseBody {
+  static const Schema& schema();
+};
+/// Sets the pose of a released body. The defaults are the pose at which it was detached.
+struct PlaceBody {
+  Id body;
+  glm::dvec3 position{0.0};                  ///< mm, world, of the frame in which it was detached
+  std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
+  static const Schema& schema();
+};
+/// Removes a body.
+struct DiscardBody {
+  Id body;
+  static const Schema& schema();
+};
+/// Adopts the result of a job, if it still fits; `hash` is that of the result.
+struct AdoptJob {
+  Id job;
+  std::int64_t hash = 0;  ///< bits of an unsigned number
+  static const Schema& schema();
+};
+struct CancelJob {
+  Id job;
+  static const Schema& schema();
+};
+
+/// True for commands that adopt derived data: issued by drivers many times a second, not by a user.
+bool is_derived_data(const Value& what) noexcept;
+
+}  // namespace trephine::sim

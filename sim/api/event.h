@@ -1,0 +1,79 @@
+// Event: an occurrence with its tick and position, kept in the chronicle of its operation.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "sim/api/value.h"
+#include "volume/base/mix_hash.h"
+
+namespace trephine::sim {
+
+struct Event {
+  std::uint64_t tick = 0;
+  std::uint8_t hand = 0;
+  glm::dvec3 place_world{0.0};
+  Value what;
+};
+
+/// Faults of the force that a hand's servo latched, or that were reset.
+struct FaultEvent {
+  std::string names;  ///< "lost device, ..."
+  bool is_cleared = false;
+  static const Schema& schema();
+};
+
+/// Reason of a discarded job that may be started again.
+inline constexpr const char* k_world_changed = "the world changed";
+/// The result of a job was discarded: the state changed too much meanwhile, or its subject is missing.
+struct JobDiscarded {
+  Id job;
+  std::string why;
+  static const Schema& schema();
+};
+
+/// A part was detached as a body; emitted at its middle.
+struct PieceFreed {
+  Id body;
+  double size = 0;  ///< mm3
+  static const Schema& schema();
+};
+/// Parts that are too small for bodies were detached and removed.
+struct DebrisFreed {
+  std::int64_t count = 0;
+  double size = 0;  ///< mm3, total
+  static const Schema& schema();
+};
+
+/// A measured value, for reports and scores.
+struct Measure {
+  std::string name;  ///< "removed"
+  double value = 0;
+  std::string unit;  ///< "mm3"; empty: dimensionless
+};
+
+/// All events since the start, and the numbers of undos and redos. Only grows. Copies share the older events.
+class Chronicle {
+ public:
+  void add(Event event);
+  std::size_t size() const noexcept { return k_chunk * full_.size() + newest_.size(); }
+  const Event& operator[](std::size_t i) const noexcept {
+    return i / k_chunk < full_.size() ? (*full_[i / k_chunk])[i % k_chunk] : newest_[i % k_chunk];
+  }
+  std::uint64_t undos = 0, redos = 0;
+  /// Hash of all events and numbers.
+  std::uint64_t hash() const noexcept;
+
+ private:
+  static constexpr std::size_t k_chunk = 64;
+  std::vector<std::shared_ptr<const std::vector<Event>>> full_;
+  std::vector<Event> newest_;
+  MixHash hash_;
+};
+
+/// Adds a text's length and bytes, a word at a time.
+void add_bytes(MixHash& hash, std::string_view bytes) noexcept;
+/// Adds a value's name and bytes; two empty texts for an empty value.
+void add_value(MixHash& hash, const Value& value);
+
+}  // namespace trephine::sim

@@ -1,0 +1,198 @@
+#include "sim/api/forbidden.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "volume/surface/surface_nets.h"
+
+namespace trephine::sim {
+
+using glm::dvec3;
+
+Forbidden::Forbidden(std::shared_ptr<const volume::Volume> volume, const volume::Shape& shape)
+    : volume_(std::move(volume)), field_(*volume_, shape) {
+  const dvec3& spacing = volume_->frame.spacing();
+  step_mm_ = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
+}
+
+Result<std::shared_ptr<const Forbidden>> Forbidden::build(std::shared_ptr<const volume::Volume> volume,
+                                                          const volume::Shape& shape, int threads) {
+  if (shape.is_label() && volume->labels.is_empty())
+    return Error{.what = "a forbidden structure is a label of a volume without labels", .where = shape.name};
+  const auto bits = volume::Occupancy::build(*volume, shape, threads);
+  if (bits.count_solid() == 0)
+    return Error{.what = "a forbidden structure is empty",
+                 .where = shape.name,
+                 .found = "no voxel",
+                 .expected = "at least one"};
+  std::shared_ptr<Forbidden> result(new Forbidden(std::move(volume), shape));
+  const volume::Mesh net = volume::surface_net({&result->field_, nullptr, &bits, false}, threads);
+  std::vector<dvec3> vertices;
+  for (const glm::vec3& v : net.vertices.span())
+    vertices.push_back(result->volume_->frame.world_from_volume(dvec3(v)));
+  result->surface_ =
+      haptics::MeshTree(std::move(vertices), {net.triangles.span().begin(), net.triangles.span().end()});
+  return std::shared_ptr<const Forbidden>(std::move(result));
+}
+
+void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearness& nearness,
+                            double slack) noexcept {
+  if (!(nearness.clearance < 0)) {
+    has_entry = is_beyond_middle = false;
+    depth = 0;
+    return;
+  }
+  depth = -nearness.clearance;
+  if (!nearness.has_surface) {  // far inside
+    is_beyond_middle = has_entry;
+    if (has_entry) depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
+    return;
+  }
+  if (!nearness.is_centre_inside || !has_entry) {
+    entry_world = nearness.surface_world;
+    is_beyond_middle = false;
+    has_entry = true;
+    return;
+  }
+  // The nearest point of the surface moves with the ball until the middle of the structure is passed: then it
+  // jumps to another side, and the entry is kept.
+  const double jump = glm::length(nearness.surface_world - entry_world);
+  const bool is_other_side = glm::dot(entry_world - ball.centre, nearness.surface_world - ball.centre) < 0 ||
+                             jump > 2 * glm::length(ball.centre - from) + slack;
+  is_beyond_middle = is_beyond_middle ? jump > slack : is_other_side;
+  if (is_beyond_middle)
+    depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
+  else
+    entry_world = nearness.surface_world;
+}
+
+/// Returns the distance to the surface, mm, at most `reach`, and sets its nearest point.
+double Forbidden::distance(const dvec3& p, double reach, dvec3& nearest_world) const noexcept {
+  double nearest = reach;
+  surface_.for_near(p, reach, [&](const haptics::MeshTree::Near& near) {
+    if (near.distance < nearest) nearest = near.distance, nearest_world = near.nearest;
+  });
+  return nearest;
+}
+
+Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept {
+  const dvec3 v = volume_->frame.volume_from_world(ball.centre);
+  Nearness result;
+  result.is_centre_inside = field_.value(v) >= 0;
+  // Search around the centre with growing reach, extended by the ball's radius.
+  const double farthest = k_reach + ball.radius;
+  double reach = std::clamp(std::abs(expected + ball.radius) + step_mm_, 2 * step_mm_, farthest);
+  double surface_mm = distance(ball.centre, reach, result.surface_world);
+  while (surface_mm >= reach && reach < farthest) {
+    reach = std::min(farthest, 2 * reach);
+    surface_mm = distance(ball.centre, reach, result.surface_world);
+  }
+  result.has_surface = surface_mm < reach;
+  result.clearance = (result.is_centre_inside ? -surface_mm : surface_mm) - ball.radius;
+  return result;
+}
+
+/// Calls each(position) for positions half a voxel apart between `from` and `to`, without the ends.
+template <class Each>
+void Forbidden::for_positions(const dvec3& from, const dvec3& to, const Each& each) const noexcept {
+  constexpr double k_most_parts = 4096;  // faster than any hand: a metre in a tick
+  const int parts = static_cast<int>(std::min(std::ceil(glm::length(to - from) / step_mm_), k_most_parts));
+  for (int i = 1; i < parts; ++i) each(from + (static_cast<double>(i) / parts) * (to - from));
+}
+
+double Forbidden::clearance(const dvec3& from, const ToolBall& ball, double expected) const noexcept {
+  // A path shorter than its distance to the structure cannot reach it.
+  double least = clearance(ball, expected);
+  if (least > glm::length(ball.centre - from)) return least;
+  for_positions(from, ball.centre, [&](const dvec3& at) {
+    least = std::min(least, clearance({at, ball.radius}, least));
+  });
+  return least;
+}
+
+double Forbidden::follow(const dvec3& from, const ToolBall& ball, double expected,
+                         ForbiddenWatch& watch) const noexcept {
+  const double slack = 4 * step_mm_;
+  const Nearness end = locate(ball, expected);
+  double least = end.clearance;
+  if (least <= glm::length(ball.centre - from)) {
+    dvec3 previous = from;
+    double deepest = 0;
+    for_positions(from, ball.centre, [&](const dvec3& at) {
+      const ToolBall sample{at, ball.radius};
+      const Nearness nearness = locate(sample, least);
+      watch.follow(previous, sample, nearness, slack);
+      least = std::min(least, nearness.clearance);
+      deepest = std::max(deepest, watch.depth);
+      previous = at;
+    });
+    watch.follow(previous, ball, end, slack);
+    // A structure that the ball crossed within one tick was entered as well.
+    if (least < 0) watch.depth = std::max(watch.depth, deepest);
+  } else {
+    watch.follow(from, ball, end, slack);
+  }
+  return least;
+}
+
+double Forbidden::set_down(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept {
+  watch.has_entry = false;
+  const Nearness nearness = locate(ball, expected);
+  watch.follow(ball.centre, ball, nearness, 4 * step_mm_);
+  return nearness.clearance;
+}
+
+const Schema& ForbiddenEntered::schema() {
+  static constexpr Field fields[] = {field<&ForbiddenEntered::structure>("structure"),
+                                     field<&ForbiddenEntered::is_working>("working")};
+  static constexpr Schema table{"forbidden-entered", 1, fields};
+  return table;
+}
+
+const Schema& ForbiddenLeft::schema() {
+  static constexpr Field fields[] = {field<&ForbiddenLeft::structure>("structure"),
+                                     field<&ForbiddenLeft::deepest>("deepest", {.unit = "mm"}),
+                                     field<&ForbiddenLeft::seconds>("seconds", {.unit = "s"})};
+  static constexpr Schema table{"forbidden-left", 1, fields};
+  return table;
+}
+
+const Schema& StructureStripped::schema() {
+  static constexpr Field fields[] = {field<&StructureStripped::structure>("structure"),
+                                     field<&StructureStripped::deepest>("deepest", {.unit = "mm"})};
+  static constexpr Schema table{"structure-stripped", 1, fields};
+  return table;
+}
+const Schema& StructureTouched::schema() {
+  static constexpr Field fields[] = {field<&StructureTouched::structure>("structure"),
+                                     field<&StructureTouched::deepest>("deepest", {.unit = "mm"})};
+  static constexpr Schema table{"structure-touched", 1, fields};
+  return table;
+}
+const Schema& StructureTorn::schema() {
+  static constexpr Field fields[] = {field<&StructureTorn::structure>("structure"),
+                                     field<&StructureTorn::deepest>("deepest", {.unit = "mm"})};
+  static constexpr Schema table{"structure-torn", 1, fields};
+  return table;
+}
+
+const Schema& ForbiddenWatch::schema() {
+  static constexpr Field fields[] = {field<&ForbiddenWatch::is_inside>("inside"),
+                                     field<&ForbiddenWatch::clearance>("clearance", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::nearest>("nearest", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::has_worked>("has_worked"),
+                                     field<&ForbiddenWatch::is_torn>("is_torn"),
+                                     field<&ForbiddenWatch::entries>("entries"),
+                                     field<&ForbiddenWatch::ticks_inside>("ticks_inside"),
+                                     field<&ForbiddenWatch::entered_tick>("entered_tick"),
+                                     field<&ForbiddenWatch::has_entry>("has_entry"),
+                                     field<&ForbiddenWatch::is_beyond_middle>("is_beyond_middle"),
+                                     field<&ForbiddenWatch::entry_world>("entry", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::depth>("depth", {.unit = "mm"})};
+  static constexpr Schema table{"forbidden-watch", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,133 @@
+// Forbidden: a structure that must not be cut, with a tool's distance at every tick and events of contact.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "sim/api/value.h"
+#include "volume/scan/field.h"
+#include "volume/scan/occupancy.h"
+
+namespace trephine::sim {
+
+/// A tool's body: a ball in the world frame.
+struct ToolBall {
+  glm::dvec3 centre{0.0};  ///< mm
+  double radius = 0;       ///< mm
+  bool is_blunt = false;   ///< even while the tool works: a foot that pushes a membrane off the bone
+};
+
+/// Position of a ball relative to a structure.
+struct Nearness {
+  double clearance = 0;  ///< mm to the surface; negative: depth of the ball, to the nearest side
+  bool is_centre_inside = false;
+  bool has_surface = false;       ///< some of the surface is within reach
+  glm::dvec3 surface_world{0.0};  ///< mm, then the point of the surface nearest to the centre
+};
+
+struct ForbiddenWatch;
+
+/// A structure that must not be cut, in its state before any cut. Immutable. Distances are to its displayed
+/// surface, at most half a voxel from the structure's end; the samples decide on which side a point is.
+class Forbidden {
+ public:
+  /// Keeps `volume`. Error if the structure is empty.
+  static Result<std::shared_ptr<const Forbidden>> build(std::shared_ptr<const volume::Volume> volume,
+                                                        const volume::Shape& shape, int threads = 0);
+  const std::string& name() const noexcept { return field_.shape().name; }
+  const volume::Shape& shape() const noexcept { return field_.shape(); }
+  /// Returns the longest side of its voxels, mm.
+  double voxel_mm() const noexcept {
+    const glm::dvec3& spacing = volume_->frame.spacing();
+    return std::max({spacing.x, spacing.y, spacing.z});
+  }
+  /// Largest measured distance, mm.
+  static constexpr double k_reach = 20;
+  /// Returns the distance from the ball to the structure, mm, at most k_reach; negative: depth inside.
+  /// `expected`: an estimate of it, which changes the cost but not the result.
+  double clearance(const ToolBall& ball, double expected = k_reach) const noexcept {
+    return locate(ball, expected).clearance;
+  }
+  Nearness locate(const ToolBall& ball, double expected = k_reach) const noexcept;
+  /// Returns the least clearance, mm, while the ball moves straight from `from` to its centre. `watch`
+  /// follows its path of entry at the same positions.
+  double follow(const glm::dvec3& from, const ToolBall& ball, double expected,
+                ForbiddenWatch& watch) const noexcept;
+  /// Places the ball at its centre, without a path to it. Returns the clearance, mm.
+  double set_down(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept;
+  /// Returns the least clearance, mm, while the ball moves straight from `from` to its centre, at positions
+  /// half a voxel apart.
+  double clearance(const glm::dvec3& from, const ToolBall& ball, double expected = k_reach) const noexcept;
+
+ private:
+  Forbidden(std::shared_ptr<const volume::Volume> volume, const volume::Shape& shape);
+  double distance(const glm::dvec3& p, double reach, glm::dvec3& nearest_world) const noexcept;
+  template <class Each>
+  void for_positions(const glm::dvec3& from, const glm::dvec3& to, const Each& each) const noexcept;
+
+  std::shared_ptr<const volume::Volume> volume_;
+  volume::Field field_;
+  haptics::MeshTree surface_;  ///< world frame
+  double step_mm_;
+};
+
+/// The tool's body entered a forbidden structure.
+struct ForbiddenEntered {
+  std::string structure;
+  bool is_working = false;  ///< with its button pressed
+  static const Schema& schema();
+};
+/// The tool's body left the structure.
+struct ForbiddenLeft {
+  std::string structure;
+  double deepest = 0;  ///< mm
+  double seconds = 0;  ///< duration of the visit
+  static const Schema& schema();
+};
+
+/// A tool that did not work pushed a membrane, such as the dura, off the bone. Emitted when it leaves.
+struct StructureStripped {
+  std::string structure;
+  double deepest = 0;  ///< mm
+  static const Schema& schema();
+};
+/// A tool that worked, with its button pressed, touched the membrane. Emitted when it leaves.
+struct StructureTouched {
+  std::string structure;
+  double deepest = 0;  ///< mm
+  static const Schema& schema();
+};
+/// The tool tore the membrane: deeper than k_tears while it works, or than k_bursts otherwise. Emitted at
+/// once.
+struct StructureTorn {
+  std::string structure;
+  double deepest = 0;  ///< mm
+  static const Schema& schema();
+};
+/// Depths at which a membrane tears, mm. Dura is about half a millimetre thick; its stretch before a blunt
+/// tool goes through it is an assumption.
+inline constexpr double k_tears = 0.5, k_bursts = 3;
+
+/// Watch of one hand and one structure since the start; undo does not change it.
+struct ForbiddenWatch {
+  bool is_inside = false;
+  double clearance = Forbidden::k_reach;  ///< mm, in the newest tick
+  double nearest = Forbidden::k_reach;    ///< mm, least so far; negative: depth along the path of entry
+  // Path of entry of the current visit. Depth is measured to the side of entry: a tool that passed through a
+  // brain to 2 mm before its far side is not 2 mm deep.
+  bool has_entry = false, is_beyond_middle = false;
+  glm::dvec3 entry_world{0.0};               ///< mm, point of that side below which the tool is
+  double depth = 0;                          ///< mm, current; 0 outside
+  double deepest_now = 0;                    ///< mm, of the current visit
+  bool has_worked = false, is_torn = false;  ///< during the visit
+  std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
+  /// Follows the path of entry while the ball moves from `from_world` to its centre, which has this nearness.
+  /// `slack`: jumps of the nearest point of a rough surface, mm.
+  void follow(const glm::dvec3& from_world, const ToolBall& ball, const Nearness& nearness,
+              double slack) noexcept;
+  static const Schema& schema();
+};
+
+}  // namespace trephine::sim

@@ -1,0 +1,104 @@
+// Instrument: a tool in a hand. It runs at every tick, with or without the button, and produces edits and
+// events, never forces, since it runs some ticks late.
+#pragma once
+
+#include <type_traits>
+
+#include "haptics/servo/servo_core.h"
+#include "sim/api/forbidden.h"
+#include "sim/api/work.h"
+
+namespace trephine::sim {
+
+struct InstrumentInput {
+  const haptics::ServoRecord& tick;
+  double dt;  ///< s
+  /// True in the very first tick, the first tick with these parameters and the first one after an undo: the
+  /// instrument's state then belongs to another stroke.
+  bool is_fresh;
+};
+
+/// Needs of an instrument, for which a session is prepared.
+struct ToolNeeds {
+  double finest_cut = 0;    ///< mm, diameter of its cutting part; 0: it does not cut
+  double touch_radius = 0;  ///< mm, of the ball that the hand touches with; 0: a point, or the hand's own
+  std::vector<glm::dvec3> balls = {};  ///< mm, hand frame: centres of several such balls; empty: one ball
+};
+
+/// Type of an instrument: a function of its module, parameters with a table and a state with a table. Built
+/// by instrument_type().
+struct InstrumentType {
+  const ValueType* parameters;  ///< their name is the instrument's; a command of this value sets them
+  const ValueType* state;
+  void (*step)(const void* parameters, void* state, const InstrumentInput& input, Work& work);
+  /// Checks the parameters against the hand's scene, in addition to each field's range. May be null.
+  Status (*check)(const void* parameters, const haptics::TouchScene& scene) = nullptr;
+  /// Returns its body after that tick; called if there are forbidden structures. Null: it has no body.
+  ToolBall (*body)(const void* parameters, const void* state, const InstrumentInput& input) = nullptr;
+  /// Returns its needs in a session over that anatomy. Null: no needs.
+  ToolNeeds (*needs)(const void* parameters, const volume::Volume& anatomy) = nullptr;
+  /// Returns the force that it adds to those of surfaces while a hand has it, in words
+  /// (haptics::parse_effect); empty: no force. Null: never a force.
+  std::string (*effect)(const void* parameters) = nullptr;
+
+  std::string_view name() const noexcept { return parameters->schema->name; }
+};
+
+namespace detail {
+template <class Step>
+struct InstrumentParts;
+template <class P, class S>
+struct InstrumentParts<void (*)(const P&, S&, const InstrumentInput&, Work&)> {
+  using Parameters = P;
+  using State = S;
+};
+}  // namespace detail
+
+/// Builds a type from `void step(const Parameters&, State&, const InstrumentInput&, Work&)` and optionally
+/// `Status check(const Parameters&, const TouchScene&)`,
+/// `ToolBall body(const Parameters&, const State&, const InstrumentInput&)`,
+/// `ToolNeeds needs(const Parameters&, const volume::Volume&)` and `std::string effect(const Parameters&)`;
+/// nullptr for a function that the instrument lacks.
+template <auto k_step, auto k_check = nullptr, auto k_body = nullptr, auto k_needs = nullptr,
+          auto k_effect = nullptr>
+const InstrumentType& instrument_type() noexcept {
+  using Parameters = typename detail::InstrumentParts<decltype(k_step)>::Parameters;
+  using State = typename detail::InstrumentParts<decltype(k_step)>::State;
+  static const InstrumentType type = [] {
+    InstrumentType result{&value_type<Parameters>(), &value_type<State>(),
+                          [](const void* p, void* s, const InstrumentInput& input, Work& work) {
+                            k_step(*static_cast<const Parameters*>(p), *static_cast<State*>(s), input, work);
+                          }};
+    if constexpr (!std::is_null_pointer_v<decltype(k_check)>)
+      result.check = [](const void* p, const haptics::TouchScene& scene) -> Status {
+        return k_check(*static_cast<const Parameters*>(p), scene);
+      };
+    if constexpr (!std::is_null_pointer_v<decltype(k_body)>)
+      result.body = [](const void* p, const void* s, const InstrumentInput& input) -> ToolBall {
+        return k_body(*static_cast<const Parameters*>(p), *static_cast<const State*>(s), input);
+      };
+    if constexpr (!std::is_null_pointer_v<decltype(k_needs)>)
+      result.needs = [](const void* p, const volume::Volume& anatomy) -> ToolNeeds {
+        return k_needs(*static_cast<const Parameters*>(p), anatomy);
+      };
+    if constexpr (!std::is_null_pointer_v<decltype(k_effect)>)
+      result.effect = [](const void* p) -> std::string {
+        return k_effect(*static_cast<const Parameters*>(p));
+      };
+    return result;
+  }();
+  return type;
+}
+
+/// The instrument in a hand. Without a type the hand only touches.
+struct Instrument {
+  const InstrumentType* type = nullptr;
+  Value parameters, state;
+
+  Instrument() = default;
+  Instrument(const InstrumentType& instrument, Value initial_parameters)
+      : type(&instrument), parameters(std::move(initial_parameters)), state(Value::of(*instrument.state)) {}
+  std::string_view name() const noexcept { return type ? type->name() : std::string_view(); }
+};
+
+}  // namespace trephine::sim

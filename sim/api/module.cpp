@@ -1,0 +1,11 @@
+#include "sim/api/module.h"
+
+namespace trephine::sim {
+
+Status Module::allows(const Command&, const OperationState&) const { return std::nullopt; }
+void Module::apply(const Command&, ModuleWork&) const {}
+void Module::react(const Event&, ModuleState&) const {}
+Overlays Module::overlays(const OperationState&) const { return {}; }
+std::vector<Measure> Module::measures(const OperationState&) const { return {}; }
+
+}  // namespace trephine::sim

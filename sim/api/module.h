@@ -1,0 +1,125 @@
+// Module: an extension of an operation with commands, jobs, instruments, state, events and measures. A module
+// is constant; its state belongs to the operation.
+#pragma once
+
+#include <span>
+
+#include "sim/api/command.h"
+#include "sim/api/forbidden.h"
+#include "sim/api/operation_state.h"
+#include "sim/api/overlay.h"
+
+namespace trephine::sim {
+
+/// State of one module in an operation.
+class ModuleState {
+ public:
+  ModuleState(std::shared_ptr<const Value>& world, std::shared_ptr<const Value>& settings)
+      : world_(&world), settings_(&settings) {}
+
+  template <HasSchema T>
+  const T& world() const noexcept {
+    return *(*world_)->as<T>();
+  }
+  template <HasSchema T>
+  const T& settings() const noexcept {
+    return *(*settings_)->as<T>();
+  }
+  /// Undoable state, for writing.
+  template <HasSchema T>
+  T& change_world() {
+    is_world_changed_ = true;
+    return change<T>(*world_);
+  }
+  /// Persistent state, for writing.
+  template <HasSchema T>
+  T& change_settings() {
+    return change<T>(*settings_);
+  }
+  bool is_world_changed() const noexcept { return is_world_changed_; }
+
+ private:
+  /// Replaces the value by a copy, since other states may share it.
+  template <class T>
+  static T& change(std::shared_ptr<const Value>& value) {
+    auto copy = std::make_shared<Value>(*value);
+    T& object = *copy->template as<T>();
+    value = std::move(copy);
+    return object;
+  }
+  std::shared_ptr<const Value>*world_, *settings_;
+  bool is_world_changed_ = false;
+};
+
+/// Changes that a command, or the adoption of a job's result, may make.
+class ModuleWork : public Work, public ModuleState {
+ public:
+  ModuleWork(const Work& work, const ModuleState& state) : Work(work), ModuleState(state) {}
+  /// Restores all matter that was removed since the start.
+  void restore_all() noexcept { is_put_back_ = true; }
+  bool is_restored() const noexcept { return is_put_back_; }
+
+ private:
+  bool is_put_back_ = false;
+};
+
+/// Result of a job. Immutable.
+class JobResult {
+ public:
+  virtual ~JobResult() = default;
+  virtual std::uint64_t hash() const = 0;  ///< computed with the result, since the edit thread calls this
+  /// Parts that the job detaches from the anatomy, adopted as bodies with the result. Null: no parts.
+  virtual const Detachment* detachment() const noexcept { return nullptr; }
+};
+
+/// Input of a job; immutable.
+struct JobInput {
+  const OperationState& state;
+  /// The uncut anatomy as the job's hand touches it.
+  const haptics::TouchScene& anatomy;
+  std::vector<volume::Field> solids;                                 ///< fields of all matter that can be cut
+  std::span<const std::shared_ptr<const Forbidden>> forbidden = {};  ///< structures that must not be cut
+};
+
+/// Work that takes longer than a command may (2 ms): a pure function of immutable data, with the same bits
+/// for any number of threads.
+struct JobType {
+  const ValueType* parameters;  ///< a command of this value starts it
+  std::shared_ptr<const JobResult> (*run)(const void* parameters, const JobInput& input);
+  /// True if the result may be adopted although the state has changed. Null: always.
+  bool (*is_result_valid)(const void* parameters, const OperationState& input, const OperationState& current);
+  void (*adopt)(const void* parameters, const JobResult& result, ModuleWork& work);
+  /// Checks the parameters against the hand's anatomy. Null: all are valid.
+  Status (*check)(const void* parameters, const haptics::TouchScene& anatomy) = nullptr;
+  bool frees_bodies = false;     ///< requires room for one more body before it starts
+  bool depends_on_cuts = false;  ///< a result from before a cut or an undo is discarded
+};
+
+class Module {
+ public:
+  virtual ~Module() = default;
+  virtual std::string_view name() const noexcept = 0;
+  /// Raised with every change that gives other bits for the same input.
+  virtual std::uint32_t version() const noexcept { return 1; }
+
+  virtual std::span<const InstrumentType* const> instruments() const { return {}; }
+  virtual std::span<const ValueType* const> commands() const { return {}; }
+  virtual std::span<const JobType* const> jobs() const { return {}; }
+  virtual std::span<const ValueType* const> events() const { return {}; }
+  /// Initial undoable state; empty: the module has no such state.
+  virtual Value world() const { return {}; }
+  /// Initial persistent state; empty: the module has no such state.
+  virtual Value settings() const { return {}; }
+
+  /// Guard: called for every command of any module before it is carried out. An Error refuses the command.
+  virtual Status allows(const Command& command, const OperationState& state) const;
+  /// Carries out a command of this module, in at most 2 ms. Cannot fail: allows() has refused invalid ones.
+  virtual void apply(const Command& command, ModuleWork& work) const;
+  /// Handles an event of any module. Changes only the state of this module.
+  virtual void react(const Event& event, ModuleState& state) const;
+  virtual std::vector<Measure> measures(const OperationState& state) const;
+  /// Returns overlays of its state, world frame, in at most 0.2 ms. Called only while a display fetches them.
+  virtual Overlays overlays(const OperationState& state) const;
+};
+
+}  // namespace trephine::sim

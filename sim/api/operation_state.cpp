@@ -1,0 +1,40 @@
+#include "sim/api/operation_state.h"
+
+namespace trephine::sim {
+
+std::uint64_t OperationState::hash() const {
+  MixHash result;
+  result.add(next_tick);
+  result.add(world.version->content_hash());
+  result.add(static_cast<std::uint64_t>(world.version->ledger().freed_units));
+  for (const auto* modules : {&world.modules, &settings.modules})
+    for (const auto& value : *modules)
+      if (value) add_value(result, *value);
+  for (const Body& body : world.bodies) {
+    result.add(std::uint64_t{body.id.value});
+    result.add(static_cast<std::uint64_t>(body.mover));
+    result.add(static_cast<std::uint64_t>(body.holder + 1));
+    for (const haptics::Placement& at : {body.place, body.grip}) {
+      for (int a = 0; a < 3; ++a) result.add(at.position_world[a]);
+      for (int a = 0; a < 4; ++a) result.add(at.rotation[a]);
+    }
+    result.add(body.piece->hash);
+  }
+  for (const auto& [key, command] : settings.latest_commands) {
+    add_bytes(result, key);
+    add_value(result, command.what);
+  }
+  for (const Instrument& hand : settings.hands) {
+    add_value(result, hand.parameters);
+    add_value(result, hand.state);
+  }
+  result.add(chronicle.hash());
+  for (const ForbiddenWatch& watch : watches) {
+    std::string bytes;
+    encode_fields(ForbiddenWatch::schema(), &watch, bytes);
+    add_bytes(result, bytes);
+  }
+  return result.value();
+}
+
+}  // namespace trephine::sim

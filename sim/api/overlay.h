@@ -1,0 +1,44 @@
+// Overlay: surfaces, lines and labels that a view draws in addition to the anatomy, as data.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/scene/touch_scene.h"
+#include "sim/api/value.h"
+
+namespace trephine::sim {
+
+/// Surfaces, lines and labels in one frame, mm.
+struct Overlay {
+  /// Kind, from which a view chooses colours. Scenery is touched as it is drawn.
+  enum class Kind : std::uint8_t { bone, metal, plan, warning, scenery };
+  struct Label {
+    glm::dvec3 at{0.0};
+    std::string text;
+  };
+
+  /// A point that the user may drag.
+  struct Handle {
+    glm::dvec3 at{0.0};  ///< world
+    Value move;          ///< a command; its field "at" receives the new position
+  };
+
+  Kind kind = Kind::plan;
+  std::string name = {};                             ///< of a body or a model
+  std::shared_ptr<const haptics::MeshTree> surface;  ///< null: no surface
+  std::vector<std::array<glm::dvec3, 2>> lines;
+  std::vector<std::array<glm::dvec3, 3>> skin;  ///< translucent triangles, visible from both sides
+  std::vector<Label> labels;
+  std::vector<Handle> handles;
+  haptics::Placement place;  ///< of its frame in the world
+  int holder = -1;           ///< hand that the frame moves with; -1: no hand
+  haptics::Placement grip;   ///< pose of the frame relative to that hand
+};
+using Overlays = std::vector<Overlay>;
+
+}  // namespace trephine::sim

@@ -1,0 +1,21 @@
+#include "sim/api/work.h"
+
+namespace trephine::sim {
+
+volume::RemovalReport Work::remove(const volume::Sweep& sweep) {
+  const volume::RemovalReport report = editor_->remove(sweep);
+  add(removed_, report);
+  return report;
+}
+
+volume::RemovalReport Work::remove(const volume::ToolSweep& sweep) {
+  const volume::RemovalReport report = editor_->remove(sweep);
+  add(removed_, report);
+  return report;
+}
+
+void Work::raise_event(Value what, const glm::dvec3& place_world) {
+  events_->push_back({tick_, hand_, place_world, std::move(what)});
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,40 @@
+// Work: the edits and events that instruments and modules may make, and no others.
+#pragma once
+
+#include "sim/api/event.h"
+#include "volume/cuts/removal.h"
+
+namespace trephine::sim {
+
+/// Access to the engine for one tick or one command.
+class Work {
+ public:
+  Work(volume::RemovalEditor& editor, std::vector<Event>& events, std::uint64_t tick, std::uint8_t hand)
+      : editor_(&editor), events_(&events), tick_(tick), hand_(hand) {}
+
+  /// Removes the matter that a ball sweeps. Touchable and visible from the next tick on.
+  volume::RemovalReport remove(const volume::Sweep& sweep);
+  /// Removes the matter that a body of revolution sweeps while it also turns.
+  volume::RemovalReport remove(const volume::ToolSweep& sweep);
+
+  /// Remaining matter, including all removals so far.
+  const volume::Version& left() const noexcept { return editor_->working(); }
+  bool is_matter(const glm::dvec3& p_world) const noexcept { return editor_->is_matter(p_world); }
+  void raise_event(Value what, const glm::dvec3& place_world);
+
+  /// Sum of all reports of remove().
+  const volume::RemovalReport& removed() const noexcept { return removed_; }
+
+ private:
+  volume::RemovalEditor* editor_;
+  std::vector<Event>* events_;
+  std::uint64_t tick_;
+  std::uint8_t hand_;
+  volume::RemovalReport removed_;
+};
+
+using volume::add, volume::united;
+
+inline constexpr volume::VoxelBox k_no_voxels{glm::ivec3(0), glm::ivec3(-1)};
+
+}  // namespace trephine::sim

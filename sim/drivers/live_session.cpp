@@ -1,0 +1,408 @@
+#include "sim/drivers/live_session.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <deque>
+#include <iterator>
+
+namespace trephine::sim {
+
+namespace {
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+}  // namespace
+
+LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene,
+                         const haptics::ProxyMethod& method, Instrument instrument,
+                         const haptics::ServoOptions& options, SessionWriter* recorder)
+    : LiveSession(std::array{&device}, Engine(scene, method, std::move(instrument), 1 / options.rate_hz),
+                  options, recorder) {}
+
+LiveSession::LiveSession(std::span<haptics::Device* const> devices, Engine engine,
+                         const haptics::ServoOptions& options, SessionWriter* recorder,
+                         std::uint64_t first_tick)
+    : engine_(std::move(engine)),
+      channel_(engine_.servo_scene()),
+      servo_(devices, channel_, options, first_tick),
+      recorder_(recorder),
+      wants_realtime_(options.wants_realtime) {
+  TREPHINE_ASSERT(devices.size() == engine_.hand_count());
+  state_.hands.resize(devices.size());
+  if (recorder_) recorder_->begin(engine_, options.force, options.rate_hz, first_tick, false);
+  const std::lock_guard guard(lock_);
+  state_.tool = engine_.now().settings.hands[0].parameters;
+  Outcome first;
+  first.is_changed = true;
+  update_state(first);
+}
+
+LiveSession::~LiveSession() { stop(); }
+
+Status LiveSession::start() {
+  if (Status error = servo_.start()) return error;
+  is_stopping_ = false;
+  {
+    const std::lock_guard guard(lock_);
+    is_running_ = true;
+  }
+  for (const PendingJob& job : engine_.jobs()) begin(job);  // of a continued session
+  thread_ = std::thread([this] { run(); });
+  return std::nullopt;
+}
+
+void LiveSession::stop() {
+  servo_.stop();
+  is_stopping_ = true;
+  if (thread_.joinable()) thread_.join();
+  fields_.stop();
+  jobs_.stop();
+  depths_.stop();
+  // Requests during the last round.
+  std::vector<Command> commands;
+  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
+  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places;
+  {
+    const std::lock_guard guard(lock_);
+    if (!std::exchange(is_running_, false)) return;
+    commands.swap(commands_);
+    snapshots.swap(snapshots_);
+    places.swap(places_);
+  }
+  for (const Command& command : commands) carry_out(command, false);
+  for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
+  for (auto& [most, promise] : places) promise.set_value(places_now(most));
+}
+
+std::vector<LiveSession::Place> LiveSession::places_now(std::size_t most) {
+  engine_.freeze();
+  std::vector<Place> result{{"the untouched bone", engine_.untouched()}};
+  const Branch& branch = engine_.branch();
+  const std::size_t count = branch.history.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool is_now = i == branch.position;
+    if (i + most < count && !is_now) continue;
+    const std::size_t stroke = branch.forgotten + i;
+    if (stroke == 0 && !is_now) continue;
+    if (const auto place = branch.history[i]->place())
+      result.push_back({stroke == 0 ? "before the first stroke" : "stroke " + std::to_string(stroke),
+                        is_now ? engine_.current() : place.value().world.version, is_now});
+  }
+  for (const Branch& other : engine_.left_branches())
+    if (const auto place = other.history[other.position]->place())
+      result.push_back({"branch " + other.name, place.value().world.version});
+  return result;
+}
+
+/// Edit thread: adopts results of background work, and starts further work. Results of states that were
+/// undone are discarded.
+void LiveSession::handle_results() {
+  for (const Background::Result& adopt : jobs_.take()) adopt();
+  for (const Background::Result& adopt : fields_.take()) adopt();
+  for (const Background::Result& adopt : depths_.take()) adopt();
+  draw_depths();
+  if (!engine_.has_stale_fields() || !fields_.is_idle()) return;
+  fields_.submit([this, job = engine_.offset_job().value()]() mutable -> Background::Result {
+    const auto begin = Clock::now();
+    OffsetJob::Offsets output = job.make();
+    job.version.reset();  // perhaps the last owner: freed while no caller waits
+    const double seconds = seconds_since(begin);
+    {
+      const std::lock_guard guard(lock_);
+      offset_report_.longest_seconds = std::max(offset_report_.longest_seconds, seconds);
+      ++offset_report_.count;
+    }
+    return [this, job = std::move(job), output = std::move(output)] {
+      engine_.submit_result(job, output);
+      carry_out({AdoptFields{static_cast<std::int64_t>(job.serial)}, static_cast<std::uint8_t>(job.hand)});
+    };
+  });
+}
+
+/// Starts drawing depth images around the hands, for objects near them.
+void LiveSession::draw_depths() {
+  if (!depths_.is_idle() || take_picture()) return;
+  std::optional<DepthJob> next = engine_.depth_job();
+  if (!next) return;
+  depths_.submit([this, job = std::move(*next)]() -> Background::Result {
+    const auto begin = Clock::now();
+    std::shared_ptr<const haptics::depth::DepthSet> output = job.make();
+    const double seconds = seconds_since(begin);
+    {
+      const std::lock_guard guard(lock_);
+      depth_report_.longest_seconds = std::max(depth_report_.longest_seconds, seconds);
+      depth_report_.late += seconds > job.view.interval;
+      ++depth_report_.count;
+    }
+    return [this, job, output = std::move(output)] {
+      if (!output) return;
+      engine_.submit_result(job, output);
+      carry_out({job.command(*output), job.hand});
+    };
+  });
+}
+
+void LiveSession::see(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch,
+                      double edge, std::uint8_t hand) {
+  Command command(adopt_picture_command(picture, item, touch, edge), hand);
+  const std::lock_guard guard(lock_);
+  picture_ = std::move(command);
+}
+
+/// Starts building the surface of a submitted picture. False if no picture is pending.
+bool LiveSession::take_picture() {
+  std::optional<Command> picture;
+  {
+    const std::lock_guard guard(lock_);
+    picture.swap(picture_);
+  }
+  if (!picture) return false;
+  AdoptPicture request = *picture->what.as<AdoptPicture>();
+  request.serial = static_cast<std::int64_t>(engine_.next_picture(request.item, picture->hand));
+  request.time = engine_.seconds();
+  depths_.submit([this, request = std::move(request), hand = picture->hand]() -> Background::Result {
+    std::shared_ptr<const haptics::depth::DepthSet> output = set_of(request);
+    return [this, request, hand, output = std::move(output)]() mutable {
+      request.hash = static_cast<std::int64_t>(output->hash());
+      engine_.submit_result({hand, request.item, static_cast<std::uint64_t>(request.serial), nullptr, {}},
+                            std::move(output));
+      carry_out({std::move(request), hand});
+    };
+  });
+  return true;
+}
+
+LiveSession::DepthReport LiveSession::depth_report() {
+  const std::lock_guard guard(lock_);
+  return depth_report_;
+}
+
+/// Runs a job in the background; the edit thread adopts its result by a recorded command.
+void LiveSession::begin(const PendingJob& job) {
+  jobs_.submit([this, job]() -> Background::Result {
+    return [this, id = job.id, result = job.run()] {
+      const std::vector<PendingJob>& all = engine_.jobs();
+      if (std::none_of(all.begin(), all.end(), [&](const PendingJob& one) { return one.id == id; }))
+        return;  // cancelled meanwhile
+      engine_.submit_result(id, result);
+      carry_out(AdoptJob{id, static_cast<std::int64_t>(result->hash())});
+    };
+  });
+}
+
+LiveSession::OffsetReport LiveSession::offset_report() {
+  const std::lock_guard guard(lock_);
+  return offset_report_;
+}
+
+std::future<std::shared_ptr<const OperationState>> LiveSession::snapshot() {
+  const std::lock_guard guard(lock_);
+  auto& promise = snapshots_.emplace_back();
+  auto answer = promise.get_future();
+  if (!is_running_) {
+    promise.set_value(engine_.snapshot());
+    snapshots_.pop_back();
+  }
+  return answer;
+}
+
+std::future<std::vector<LiveSession::Place>> LiveSession::places(std::size_t most) {
+  const std::lock_guard guard(lock_);
+  auto& [count, promise] = places_.emplace_back(most, std::promise<std::vector<Place>>());
+  auto answer = promise.get_future();
+  if (!is_running_) {
+    promise.set_value(places_now(most));
+    places_.pop_back();
+  }
+  return answer;
+}
+
+void LiveSession::run() {
+  // Priority above ordinary threads and below the servo, since late edits are perceived too.
+  if (wants_realtime_) haptics::request_realtime(40);
+  haptics::ServoRecord record;
+  std::deque<Command> commands;
+  std::vector<std::pair<std::size_t, glm::dvec3>> teleports;
+  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
+  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places;
+  for (;;) {
+    const bool is_last_round = is_stopping_.load();
+    bool was_busy = false;
+    for (int i = 0; i < 256 && servo_.records().pop(record); ++i) {
+      consume(record);
+      was_busy = true;
+    }
+    {
+      const std::lock_guard guard(lock_);
+      commands.insert(commands.end(), std::make_move_iterator(commands_.begin()),
+                      std::make_move_iterator(commands_.end()));
+      commands_.clear();
+      teleports.swap(pending_teleports_);
+      snapshots.swap(snapshots_);
+      places.swap(places_);
+    }
+    for (; !commands.empty(); commands.pop_front()) carry_out(commands.front());
+    if (wants_reset_.exchange(false)) {
+      servo_.request_reset();
+      for (std::size_t h = 0; h < engine_.hand_count(); ++h)
+        if (const glm::dvec3* free = engine_.last_free(h)) servo_.request_restart(*free, h);
+    }
+    if (!is_last_round) handle_results();
+    for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
+    snapshots.clear();
+    for (auto& [most, promise] : places) promise.set_value(places_now(most));
+    places.clear();
+    for (const auto& [hand, place] : teleports) servo_.request_restart(place, hand);
+    teleports.clear();
+    if (is_last_round && !was_busy) return;
+    if (!was_busy) std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+}
+
+LiveSession::EditReport LiveSession::edit_report() {
+  const std::lock_guard guard(lock_);
+  return edit_report_;
+}
+
+void LiveSession::consume(const haptics::ServoRecord& record) {
+  const auto begin = Clock::now();
+  const Outcome outcome = engine_.apply(record);
+  const double seconds = seconds_since(begin);
+  if (outcome.is_changed) channel_.publish(engine_.servo_scene());
+  if (recorder_) recorder_->add(record, engine_, outcome);
+  if (trace_.size() < trace_limit_) trace_.push_back(record);
+  show(outcome, false);
+  {
+    const std::lock_guard guard(lock_);
+    edit_report_.longest_tick_seconds = std::max(edit_report_.longest_tick_seconds, seconds);
+    state_.hands[record.hand] = record;
+    if (record.hand == 0) state_.newest = record;
+    update_state(outcome);
+  }
+  if (!pieces_) return;
+  const PieceWatch::Finding found = pieces_->after_tick(engine_);
+  if (found == PieceWatch::Finding::parted) free_pieces();
+  if (found != PieceWatch::Finding::pending) return;
+  // The whole volume is searched in the background. Later cuts can only change the answer to yes.
+  {
+    const std::lock_guard guard(lock_);
+    state_.is_searching_pieces = true;
+  }
+  jobs_.submit([this, now = engine_.snapshot(), scene = engine_.tool().scene,
+                smallest = pieces_->smallest()]() -> Background::Result {
+    const bool is_loose = PieceWatch::has_loose(*scene, *now->world.version, smallest);
+    return [this, is_loose] {
+      if (is_loose) free_pieces();
+      const std::lock_guard guard(lock_);
+      state_.is_searching_pieces = false;
+    };
+  });
+}
+
+/// Detaches free pieces by an internal command, whose refusal is not reported.
+void LiveSession::free_pieces() {
+  if (!carry_out(pieces_->command()).refused) return;
+  const std::lock_guard guard(lock_);
+  state_.refused.reset();
+}
+
+Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
+  const auto begun_at = Clock::now();
+  Outcome outcome = engine_.apply(command);
+  const double seconds = seconds_since(begun_at);
+  if (outcome.is_changed) channel_.publish(engine_.servo_scene());
+  if (recorder_) recorder_->add(command, engine_, outcome);
+  if (pieces_) pieces_->after_command(engine_, command, outcome);
+  if (may_begin && !engine_.jobs().empty() && engine_.jobs().back().id == outcome.job)
+    begin(engine_.jobs().back());
+  show(outcome, true);
+  const std::lock_guard guard(lock_);
+  if (seconds > edit_report_.longest_command_seconds) {
+    edit_report_.longest_command_seconds = seconds;
+    edit_report_.longest_command = command.what.is_empty() ? "" : command.what.name();
+  }
+  state_.tool = engine_.now().settings.hands[0].parameters;  // ticks do not change it
+  update_state(outcome);
+  return outcome;
+}
+
+void LiveSession::apply(Command command) {
+  const std::lock_guard guard(lock_);
+  commands_.push_back(std::move(command));
+}
+
+/// Edit thread: makes overlays if a display has fetched the state, and they may have changed.
+void LiveSession::show(const Outcome& outcome, bool is_command) {
+  has_new_overlays_ = has_new_overlays_ || is_command || outcome.is_changed || outcome.event_count > 0 ||
+                      (is_state_requested_ && engine_.has_moving_surfaces());
+  if (!has_new_overlays_ || !is_state_requested_.exchange(false)) return;
+  has_new_overlays_ = false;
+  auto overlays = std::make_shared<const Overlays>(engine_.overlays());
+  // The size of the history takes a pass over all of it, and is measured once per stroke.
+  std::optional<std::size_t> bytes;
+  if (!engine_.is_in_stroke() && (engine_.stroke_count() != strokes_at_memory_count_ ||
+                                  engine_.branch().name != branch_at_memory_count_)) {
+    strokes_at_memory_count_ = engine_.stroke_count(), branch_at_memory_count_ = engine_.branch().name;
+    bytes = engine_.history_bytes();
+  }
+  const std::lock_guard guard(lock_);
+  if (bytes) state_.history_bytes = *bytes;
+  state_.overlays = std::move(overlays);
+  state_.depths = engine_.seen_depths(0);
+  state_.settings = engine_.now().settings.modules;
+  state_.bodies.clear();
+  for (const Body& body : engine_.now().world.bodies) state_.bodies.push_back(body.id);
+}
+
+void LiveSession::update_state(const Outcome& outcome) {
+  if (outcome.refused) state_.refused = outcome.refused;
+  if (outcome.event_count > 0) {
+    const Chronicle& chronicle = engine_.now().chronicle;
+    for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
+      state_.events.push_back(chronicle[i]);
+    if (state_.events.size() > LiveState::k_most_events)
+      state_.events.erase(state_.events.begin(), state_.events.end() - LiveState::k_most_events);
+  }
+  if (outcome.is_changed) {
+    state_.version = engine_.current();
+    state_.changed = united(state_.changed, outcome.box);
+  }
+  const std::size_t forbidden = engine_.forbidden().size();
+  state_.watches.assign(engine_.now().watches.begin(),
+                        engine_.now().watches.begin() + static_cast<std::ptrdiff_t>(forbidden));
+  state_.removed_mm3 = engine_.removed_mm3();
+  state_.pending_jobs = engine_.jobs().size();
+  state_.tool_radius = engine_.tool(0).scene->tool_radius;
+  state_.tool_balls = engine_.tool(0).scene->tool_balls.size();
+  state_.strokes = engine_.stroke_count();
+  const Branch& branch = engine_.branch();
+  state_.first_stroke = branch.forgotten;
+  state_.all_strokes = branch.forgotten + branch.history.size() - 1;
+  const std::vector<Branch>& others = engine_.left_branches();
+  if (state_.branch != branch.name || state_.branches.size() != others.size()) {
+    state_.branch = branch.name;
+    state_.branches.clear();
+    for (const Branch& other : others) state_.branches.push_back(other.name);
+  }
+  state_.can_undo = engine_.can_undo();
+  state_.can_redo = engine_.can_redo();
+}
+
+void LiveSession::teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand) {
+  const std::lock_guard guard(lock_);
+  pending_teleports_.emplace_back(hand, free_point_volume);
+}
+
+LiveState LiveSession::fetch_state() {
+  is_state_requested_ = true;
+  const std::lock_guard guard(lock_);
+  LiveState copy = state_;
+  state_.changed = k_no_voxels;
+  state_.refused.reset();
+  state_.events.clear();
+  return copy;
+}
+
+}  // namespace trephine::sim

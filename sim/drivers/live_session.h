@@ -1,0 +1,166 @@
+// LiveSession: live operation with a servo thread and an edit thread, for displays on any other thread.
+// Longer work (offset fields of round tools, depth images, jobs of modules) runs on background threads.
+#pragma once
+
+#include <atomic>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "haptics/servo/servo_loop.h"
+#include "sim/drivers/background.h"
+#include "sim/engine/piece_watch.h"
+#include "sim/session/session_writer.h"
+
+namespace trephine::sim {
+
+/// State for a display, copied at one moment; "new" is since the previous fetch.
+struct LiveState {
+  haptics::ServoRecord newest;              ///< newest record of the first hand
+  std::vector<haptics::ServoRecord> hands;  ///< newest record of each hand
+  std::shared_ptr<const volume::Version> version;
+  volume::VoxelBox changed{glm::ivec3(0), glm::ivec3(-1)};  ///< new: voxels that may look different
+  double removed_mm3 = 0;
+  std::size_t strokes = 0;              ///< number of applied ones
+  std::size_t all_strokes = 0;          ///< including those that can be redone
+  std::size_t first_stroke = 0;         ///< oldest state that undo can restore
+  std::string branch;                   ///< current one
+  std::vector<std::string> branches;    ///< others
+  std::size_t history_bytes = 0;        ///< of all branches, at the end of the last stroke
+  std::vector<ForbiddenWatch> watches;  ///< of the first hand, one per forbidden structure
+  std::optional<Error> refused;         ///< new: of the newest refused command
+  std::vector<Event> events;            ///< new: the newest k_most_events
+  static constexpr std::size_t k_most_events = 256;
+  bool can_undo = false, can_redo = false;
+  /// Overlays of the anatomy, at least as recent as the previous fetch; null before that.
+  std::shared_ptr<const Overlays> overlays;
+  std::vector<Id> bodies;  ///< those of the first overlays, in order
+  /// Depth images of the first hand, as recent as the overlays.
+  std::vector<DisplayedDepths> depths;
+  /// Persistent states of modules, as recent as the overlays.
+  std::vector<std::shared_ptr<const Value>> settings;
+  std::size_t pending_jobs = 0;
+  bool is_searching_pieces = false;  ///< the volume is searched: a piece may still be detached
+  Value tool;                        ///< parameters of the first hand's instrument; empty: no instrument
+  double tool_radius = 0;            ///< mm, of the ball that the first hand touches with; 0: a point
+  std::size_t tool_balls = 0;        ///< number of such balls, if several; otherwise 0
+};
+
+/// Starts and joins the edit thread and the background threads; the servo never waits for them. Drawing
+/// threads call fetch_state() at their own rate.
+class LiveSession {
+ public:
+  /// One hand. Borrows all arguments for its lifetime; `method` must be prepared for the scene.
+  LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+              Instrument instrument, const haptics::ServoOptions& options, SessionWriter* recorder = nullptr);
+  /// Runs the hands of `engine` in one servo loop. `first_tick`: of a continued session.
+  LiveSession(std::span<haptics::Device* const> devices, Engine engine, const haptics::ServoOptions& options,
+              SessionWriter* recorder = nullptr, std::uint64_t first_tick = 0);
+  ~LiveSession();
+  LiveSession(const LiveSession&) = delete;
+  LiveSession& operator=(const LiveSession&) = delete;
+
+  Status start();
+  /// Stops the servo, applies its remaining records, and joins the threads. Further calls do nothing.
+  void stop();
+
+  /// Queues a command; any thread. Commands are applied in order, between ticks, and recorded.
+  void apply(Command command);
+  void undo() { apply(Undo{}); }
+  void redo() { apply(Redo{}); }
+  /// Moves the tool to a free point (volume frame) without a path: the proxy does not pass through matter
+  /// between. The device must be there too.
+  void teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand = 0);
+  /// Submits a picture of an item whose pictures are submitted, for a hand; any thread. The clip volume of
+  /// `edge` mm about `touch` (mm, item's frame) is touched as the picture shows it, some milliseconds later.
+  /// A newer picture replaces a pending one.
+  void see(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch, double edge,
+           std::uint8_t hand = 0);
+  /// Resets latched faults after their cause is removed: the force starts from zero, and the proxy from the
+  /// last free position. Any thread.
+  void reset_faults() noexcept { wants_reset_ = true; }
+  /// Returns the current state, and clears what is new in it. Any thread.
+  LiveState fetch_state();
+  haptics::ServoReport servo_report() const { return servo_.report(); }
+  /// Detaches disconnected pieces of at least `smallest` mm3 at the ends of strokes. Call before start().
+  void watch_pieces(double smallest) { pieces_.emplace(smallest); }
+  /// Keeps up to `ticks` records for trace(), otherwise no records. Call before start().
+  void keep_trace(std::size_t ticks) { trace_limit_ = ticks; }
+  /// Ticks that the edit thread applied; call after stop().
+  const std::vector<haptics::ServoRecord>& trace() const noexcept { return trace_; }
+  const Engine& engine() const noexcept { return engine_; }
+  /// Number of updates of round tools' offset fields, and the longest one.
+  struct OffsetReport {
+    std::uint64_t count = 0;
+    double longest_seconds = 0;
+  };
+  OffsetReport offset_report();
+  /// Numbers of sets of depth images, and of those that took longer than their interval; the longest one.
+  struct DepthReport {
+    std::uint64_t count = 0, late = 0;
+    double longest_seconds = 0;
+  };
+  DepthReport depth_report();
+  /// Longest durations of a tick and of a command, which may take 2 ms, with its name.
+  struct EditReport {
+    double longest_tick_seconds = 0, longest_command_seconds = 0;
+    std::string longest_command;
+  };
+  EditReport edit_report();
+  /// Requests a frozen copy of the state, for any thread; made by the edit thread.
+  std::future<std::shared_ptr<const OperationState>> snapshot();
+  /// Requests named states of the history: the untouched anatomy, the newest `most` strokes of the current
+  /// branch and its current one, and the current states of other branches. Versions are frozen. Any thread.
+  struct Place {
+    std::string name;
+    std::shared_ptr<const volume::Version> version;
+    bool is_now = false;
+  };
+  std::future<std::vector<Place>> places(std::size_t most = 20);
+
+ private:
+  std::vector<Place> places_now(std::size_t most);
+  void run();
+  void consume(const haptics::ServoRecord& record);
+  Outcome carry_out(const Command& command, bool may_begin = true);
+  void update_state(const Outcome& outcome);  // with lock_ held
+  void show(const Outcome& outcome, bool is_command);
+  void handle_results();
+  void draw_depths();
+  bool take_picture();
+  void begin(const PendingJob& job);
+  void free_pieces();
+
+  Engine engine_;
+  haptics::ServoChannel channel_;
+  haptics::ServoLoop servo_;
+  SessionWriter* recorder_;
+  bool wants_realtime_;
+  std::vector<haptics::ServoRecord> trace_;
+  std::size_t trace_limit_ = 0;
+  std::mutex lock_;  // between the edit thread and others; never used by the servo
+  LiveState state_;
+  std::vector<Command> commands_;
+  std::vector<std::pair<std::size_t, glm::dvec3>> pending_teleports_;
+  std::optional<Command> picture_;                                              ///< pending submitted picture
+  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< pending requests
+  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places_;  ///< pending requests
+  bool is_running_ = false;  ///< the edit thread answers requests
+  std::atomic<bool> is_stopping_{false}, wants_reset_{false}, is_state_requested_{false};
+  std::optional<PieceWatch> pieces_;         ///< of the edit thread
+  std::size_t strokes_at_memory_count_ = 0;  ///< of the edit thread: when history_bytes was measured
+  std::string branch_at_memory_count_;       ///< of the edit thread
+  bool has_new_overlays_ = true;             ///< of the edit thread
+  std::thread thread_;
+
+  Background fields_, jobs_, depths_;  ///< threads that edits never wait for
+  OffsetReport offset_report_;         ///< lock_
+  DepthReport depth_report_;           ///< lock_
+  EditReport edit_report_;             ///< lock_
+};
+
+}  // namespace trephine::sim

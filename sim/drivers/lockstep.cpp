@@ -1,0 +1,93 @@
+#include "sim/drivers/lockstep.h"
+
+#include <algorithm>
+
+namespace trephine::sim {
+
+Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+                   Instrument instrument, const haptics::ForceOptions& force, double rate_hz,
+                   SessionWriter* recorder)
+    : Lockstep(Engine(scene, method, std::move(instrument), 1 / rate_hz), force, rate_hz, recorder) {}
+
+Lockstep::Lockstep(Engine engine, const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder,
+                   std::uint64_t first_tick)
+    : engine_(std::move(engine)), recorder_(recorder), records_(engine_.hand_count()) {
+  for (std::size_t h = 0; h < engine_.hand_count(); ++h)
+    cores_.emplace_back(force, 1 / rate_hz, h, first_tick);
+  if (recorder_) recorder_->begin(engine_, force, rate_hz, first_tick, true);
+}
+
+haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) { return step(std::span(&pose, 1))[0]; }
+
+std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Pose> poses) {
+  TREPHINE_ASSERT(poses.size() == cores_.size());
+  {
+    const haptics::DenormalsFlushed flushed;
+    haptics::HandPlacements places;
+    if (engine_.servo_scene()->has_held) places = haptics::placements_before(cores_, cores_[0].next_tick());
+    for (std::size_t h = 0; h < cores_.size(); ++h) {
+      haptics::ServoInput input;
+      input.places = &places;
+      input.pose = haptics::on_grid(poses[h]);
+      input.is_reset = is_reset_;
+      records_[h] = cores_[h].step(*engine_.servo_scene(), input);
+    }
+  }
+  is_reset_ = false;
+  last_outcome_ = {};
+  for (const haptics::ServoRecord& record : records_) {
+    const Outcome outcome = engine_.apply(record);
+    if (recorder_) recorder_->add(record, engine_, outcome);
+    last_outcome_.is_changed |= outcome.is_changed;
+    last_outcome_.box = united(last_outcome_.box, outcome.box);
+    last_outcome_.event_count += outcome.event_count;
+  }
+  if (pieces_) {
+    const PieceWatch::Finding found = pieces_->after_tick(engine_);
+    if (found == PieceWatch::Finding::parted ||
+        (found == PieceWatch::Finding::pending &&
+         PieceWatch::has_loose(engine_.scene(), *engine_.current(), pieces_->smallest()))) {
+      const Outcome outcome = apply_whole(pieces_->command());
+      last_outcome_.is_changed |= outcome.is_changed;
+      last_outcome_.box = united(last_outcome_.box, outcome.box);
+      last_outcome_.event_count += outcome.event_count;
+    }
+  }
+  // Offset fields follow some ticks after the cuts, as in live operation.
+  stale_ticks_ = engine_.has_stale_fields() ? stale_ticks_ + 1 : 0;
+  if (stale_ticks_ == k_offsets_every) {
+    for (std::size_t h = 0; h < engine_.hand_count(); ++h)
+      if (const std::optional<OffsetJob> job = engine_.offset_job())
+        apply({AdoptFields{static_cast<std::int64_t>(job->serial)}, static_cast<std::uint8_t>(job->hand)});
+    stale_ticks_ = 0;
+  }
+  // Depth images are adopted at once.
+  while (const std::optional<Command> adoption = engine_.finish_depth_job())
+    last_outcome_.is_changed |= apply(*adoption).is_changed;
+  return records_;
+}
+
+Outcome Lockstep::apply_whole(const Command& command) {
+  Outcome outcome = apply(command);
+  const auto& pending = engine_.jobs();
+  if (outcome.refused || outcome.job.value == 0 ||
+      std::none_of(pending.begin(), pending.end(),
+                   [&](const PendingJob& job) { return job.id == outcome.job; }))
+    return outcome;
+  const Outcome done = apply(engine_.finish_job(outcome.job));
+  outcome.box = united(outcome.box, done.box);
+  outcome.is_edit |= done.is_edit;
+  outcome.is_changed |= done.is_changed;
+  outcome.event_count += done.event_count;
+  outcome.job_hash = done.job_hash;
+  return outcome;
+}
+
+Outcome Lockstep::apply(const Command& command) {
+  const Outcome outcome = engine_.apply(command);
+  if (recorder_) recorder_->add(command, engine_, outcome);
+  if (pieces_) pieces_->after_command(engine_, command, outcome);
+  return outcome;
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,132 @@
+// Replay: runs a recorded session again. The same ticks and commands in the same order give the same bits.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "haptics/servo/servo_loop.h"
+#include "sim/engine/engine.h"
+#include "sim/session/checkpoint_store.h"
+#include "sim/session/servo_follower.h"
+#include "sim/session/session_reader.h"
+#include "sim/session/session_writer.h"
+
+namespace trephine::sim {
+
+/// First difference of a replay from the recording.
+struct Mismatch {
+  std::uint64_t tick = 0;
+  std::string what;  ///< "force", "voxels", "removed volume"
+  std::string recorded, replayed;
+};
+
+/// For one thread. Borrows the session. The servo and the engine run in the logged order; each tick uses the
+/// scene that the recorded tick used.
+class Replay {
+ public:
+  /// `data`: volumes that the session does not contain, the anatomy first; models are in the session. Error
+  /// if they do not match, or the program lacks an instrument, a method or a module of the session.
+  static Result<std::unique_ptr<Replay>> open(SessionReader& session, SceneData data = {});
+
+  /// Opens with a scene built from the session's header, such as that of the recording program.
+  static Result<std::unique_ptr<Replay>> open(SessionReader& session, OperationStart start);
+
+  /// Returns the reason why this program cannot reproduce the session's bits; empty if it can.
+  Status why_not_verifiable() const;
+  /// Runs the next tick of any hand, and the commands before it. False at the end of the session.
+  Result<bool> step();
+  /// Goes to the last tick before `tick`, forward or back, from kept states and checkpoints. At the tick
+  /// count or beyond: goes to the end of the session, with the commands after the last tick.
+  Status seek(std::uint64_t tick);
+  /// Makes step() compare each checkpoint of the session with the replayed state.
+  void verify_checkpoints() noexcept { is_verifying_ = true; }
+  /// Returns the tail with which SessionWriter::append() continues the recording.
+  SessionTail tail();
+
+  const haptics::ServoRecord& record() const noexcept { return record_; }  ///< last tick, as replayed
+  /// Newest record of a hand.
+  const haptics::ServoRecord& record(int hand) const noexcept {
+    return state_->records[static_cast<std::size_t>(hand)];
+  }
+  const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
+  /// Result of the proxy method in the last tick, and its touch state.
+  const haptics::ProxyStep& proxy_step() const noexcept {
+    return state_->servo.cores()[record_.hand].last_step();
+  }
+  std::shared_ptr<const haptics::TouchState> seen() const noexcept {
+    const auto hand = servo_hand();
+    return {hand, &hand->state};
+  }
+  /// Scene of the hand of the last tick.
+  std::shared_ptr<const haptics::ServoHand> servo_hand() const noexcept {
+    const auto& scene = state_->servo.seen();
+    return {scene, &scene->hands[record_.hand]};
+  }
+  const Engine& engine() const noexcept { return state_->engine; }
+  Engine& engine() noexcept { return state_->engine; }
+  std::uint64_t next_tick() const noexcept { return state_->next_tick; }
+  const std::optional<Mismatch>& mismatch() const noexcept { return mismatch_; }
+  /// Returns the voxels that may look different since the last call.
+  volume::VoxelBox take_changed() noexcept;
+  struct Counts {
+    std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, events = 0, resumes = 0,
+                  checkpoints = 0,  ///< compared ones
+        opened = 0,                 ///< checkpoints from which the session was opened
+        unopened = 0;               ///< checkpoints that could not be opened
+  };
+  const Counts& counts() const noexcept { return counts_; }
+
+ private:
+  /// All state that changes; a copy is a state to return to.
+  struct State {
+    Engine engine;
+    ServoFollower servo;
+    std::map<std::uint64_t, std::shared_ptr<const volume::Version>> hashable;  ///< hash not read yet
+    std::size_t events = 0;                     ///< number of checked events of the chronicle
+    std::uint64_t next_tick = 0, replayed = 0;  ///< number of played ticks
+    std::uint64_t opened_at = 0;                ///< serial at which the session was opened
+    bool is_in_tick = false;                    ///< the last hand's part of the tick is missing
+    /// Offset fields of tools that were built from earlier states, and will be adopted.
+    std::vector<Checkpoint::Fields> fields;
+    SessionReader::Place place;
+    std::vector<haptics::ServoRecord> records = {};  ///< newest of each hand
+  };
+  Replay(SessionReader& session, Engine engine);
+  Status restore(State state);
+  Status open_at(std::size_t checkpoint);
+  Status take(const LogItem& item);
+  void compare_checkpoint();
+  void compare_tick();
+  void finish_tick(bool may_keep = true);
+  void keep();
+  Status run_tick(const TickItem& item);
+  void run_command(const Command& command);
+  void record_mismatch(std::uint64_t tick, const char* what, std::string recorded, std::string replayed);
+  void add_change(const Outcome& outcome);
+  void check(const VersionItem& item);
+  void check(const HashItem& item);
+  void check(const EventItem& item);
+  void check_end();
+
+  SessionReader* session_;
+  double dt_;
+  std::unique_ptr<State> state_;
+  std::vector<State> kept_states_;
+  CheckpointStore checkpoints_;
+  bool are_usable_ = true, is_verifying_ = false;
+  std::size_t next_checkpoint_ = 0;      ///< to be compared
+  std::optional<Checkpoint> comparing_;  ///< whose ticks are being compared
+  std::size_t compared_ticks_ = 0;
+  haptics::ServoRecord record_;
+  glm::dvec3 recorded_force_{0.0};
+  std::optional<Mismatch> mismatch_;
+  volume::VoxelBox changed_{glm::ivec3(0), glm::ivec3(-1)};
+  Counts counts_;
+  std::uint64_t dropped_before_ = 0;  ///< ticks before the newest resume, which the end does not count
+};
+
+}  // namespace trephine::sim

@@ -1,0 +1,456 @@
+#include "sim/engine/engine.h"
+
+#include <algorithm>
+#include <array>
+
+#include "sim/engine/tool_geometry.h"
+
+namespace trephine::sim {
+
+namespace {
+
+std::shared_ptr<const Value> shared(Value value) {
+  return value.is_empty() ? nullptr : std::make_shared<const Value>(std::move(value));
+}
+
+Error no_job(Id id) {
+  return Error{.what = "unknown job",
+               .found = "job " + std::to_string(id.value),
+               .expected = "one that began and has not ended"};
+}
+
+}  // namespace
+
+Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue,
+               std::vector<std::shared_ptr<const Forbidden>> forbidden)
+    : catalogue_(catalogue),
+      dt_(dt),
+      editor_(haptics::untouched(*hands.at(0).feels.scene), haptics::solids_of(*hands[0].feels.scene)),
+      trails_(hands.size()),
+      work_(hands.size()),
+      forbidden_(std::move(forbidden)) {
+  now_.watches.resize(hands.size() * forbidden_.size());
+  for (std::size_t h = 0; h < hands.size(); ++h) {
+    const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].feels.scene;
+    TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
+    tools_.push_back({scene, hands[h].feels.method, 0, hands[h].feels.method->name()});
+    depths_.emplace_back(*scene, dt_);
+    hands_.push_back(std::move(hands[h].feels));
+    now_.settings.hands.push_back(std::move(hands[h].instrument));
+  }
+  for (const Module* module : catalogue_.modules()) {
+    now_.world.modules.push_back(shared(module->world()));
+    now_.settings.modules.push_back(shared(module->settings()));
+  }
+  for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
+  now_.world.version = published_version_ = untouched_ = editor_.publish();
+  use_fields();
+  publish(Change::cut);
+  branch_.history.push_back(make_entry(k_no_voxels));
+}
+
+Engine::Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
+               double dt, const Catalogue& catalogue, std::vector<std::shared_ptr<const Forbidden>> forbidden)
+    : Engine({HandStart{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method),
+                                           haptics::TouchState(nullptr)),
+                        std::move(instrument)}},
+             dt, catalogue, std::move(forbidden)) {}
+
+Outcome Engine::apply(const haptics::ServoRecord& tick) {
+  Outcome outcome;
+  HandWork& hand = work_[tick.hand];
+  now_.next_tick = std::max(now_.next_tick, tick.tick + 1);
+  trails_[tick.hand].add(servo_hand(tick.hand), tick);
+  record_faults(tick);
+  Instrument& instrument = now_.settings.hands[tick.hand];
+  if ((tick.raised & haptics::fault_not_finite) == 0) {
+    hand.place = haptics::place_of(tick.pose);
+    depths_[tick.hand].see(tick.pose.position_world, tick.proxy_world);
+  }
+  const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
+  bool was_pressed = false;
+  if (instrument.type != nullptr) {
+    was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
+    Work work(editor_, pending_events_, tick.tick, tick.hand);
+    instrument.type->step(instrument.parameters.data(), instrument.state.data(), input, work);
+    if (work.removed().bricks_changed > 0) {
+      now_.world.version = published_version_ = editor_.publish();
+      ++edits_;
+      publish(Change::cut);
+      record_cut(work.removed());
+      outcome.is_changed = outcome.is_edit = true;
+      outcome.box = work.removed().box;
+    }
+  }
+  if (!forbidden_.empty()) watch_forbidden(input);
+  handle_events(outcome);
+  if (was_pressed && !is_in_stroke()) end_stroke();
+  return outcome;
+}
+
+Outcome Engine::apply(const Command& command) {
+  Outcome outcome;
+  if ((outcome.refused = check(command))) {
+    // Results that were submitted for it are discarded.
+    if (const auto* adopt = command.what.as<AdoptJob>())
+      std::erase_if(results_, [&](const auto& kept) { return kept.first == adopt->job; });
+    if (command.what.as<AdoptFields>()) submitted_fields_.clear();
+    if (command.what.as<AdoptDepths>() || command.what.as<AdoptPicture>()) submitted_depths_.clear();
+    return outcome;
+  }
+  carry_out(command, outcome);
+  handle_events(outcome);
+  return outcome;
+}
+
+/// Checks everything that can be wrong with a command, before any change.
+Status Engine::check(const Command& command) const {
+  if (command.what.is_empty()) return Error{.what = "an empty command", .expected = "a command"};
+  const ValueType& type = command.what.type();
+  if (Status error = command.what.check()) return error;
+  if (command.hand >= hand_count())
+    return Error{.what = "unknown hand",
+                 .where = std::string(command.what.name()),
+                 .found = std::to_string(command.hand + 1),
+                 .expected = "1 to " + std::to_string(hand_count())};
+  if (const InstrumentType* instrument = instrument_of(command)) {
+    if (instrument->check)
+      if (Status error = instrument->check(command.what.data(), *tools_[command.hand].scene)) return error;
+    if (Status error = check_effect_of(Instrument(*instrument, command.what), command.hand)) return error;
+
+  } else if (!holds(catalogue_.all(), type) || catalogue_.is_event(type)) {
+    return Error{.what = "no module of this session knows the command",
+                 .found = std::string(command.what.name()),
+                 .expected = "a command of its modules"};
+  }
+  const auto requested_job = [&]() -> std::optional<Id> {
+    if (const auto* adopt = command.what.as<AdoptJob>()) return adopt->job;
+    if (const auto* cancel = command.what.as<CancelJob>()) return cancel->job;
+    return std::nullopt;
+  }();
+  if (requested_job && std::none_of(jobs_.begin(), jobs_.end(),
+                                    [&](const PendingJob& job) { return job.id == *requested_job; }))
+    return no_job(*requested_job);
+  if (Status error = check_setting(command)) return error;
+  if (Status error = check_body(command)) return error;
+  if (Status error = check_branch(command)) return error;
+  if (Status error = check_target_entry(command)) return error;
+  // Commands of derived data are never refused.
+  if (is_derived_data(command.what) || command.what.as<AdoptJob>() || command.what.as<Resume>())
+    return std::nullopt;
+  for (const Module* module : catalogue_.modules())
+    if (Status error = module->allows(command, now_)) return error;
+  return std::nullopt;
+}
+
+void Engine::carry_out(const Command& command, Outcome& outcome) {
+  const Value& request = command.what;
+  if (change_branch(command, outcome)) {
+  } else if (request.as<Resume>()) {
+    end_stroke();
+    release_all_bodies(outcome);
+    for (HandWork& hand : work_) hand.body.reset(), hand.place.reset();  // outdated: devices may have moved
+  } else if (const auto* fields = request.as<AdoptFields>()) {
+    adopt_fields(*fields, command.hand, outcome);
+  } else if (const auto* adopt = request.as<AdoptJob>()) {
+    end_job(*adopt, outcome);
+  } else if (const auto* cancel = request.as<CancelJob>()) {
+    std::erase_if(jobs_, [&](const PendingJob& job) { return job.id == cancel->job; });
+    std::erase_if(results_, [&](const auto& kept) { return kept.first == cancel->job; });
+    outcome.job = cancel->job;
+  } else if (request.as<RemoveInstrument>()) {
+    now_.settings.hands[command.hand] = {};
+    if (use_effect_of_instrument(command.hand)) publish(Change::cut), outcome.is_changed = true;
+    work_[command.hand].is_pressed = false;
+    work_[command.hand].body.reset();
+    if (!is_in_stroke()) end_stroke();
+  } else if (record_setting(command)) {
+    outcome.is_changed = true;
+    const auto* depths = request.as<AdoptDepths>();
+    const auto* picture = request.as<AdoptPicture>();
+    if (depths || picture)
+      outcome.job_hash = depths_[command.hand]
+                             .newest()[*depths_[command.hand].place_of(depths ? depths->item : picture->item)]
+                             ->hash();
+  } else if (change_body(command, outcome)) {
+  } else if (request.as<ToolGeometry>() || request.as<FreePieces>()) {
+    begin_job(command, {}, outcome);
+  } else if (const InstrumentType* instrument = instrument_of(command)) {
+    Instrument& current_instrument = now_.settings.hands[command.hand];
+    if (current_instrument.type == instrument)
+      current_instrument.parameters = request;
+    else
+      current_instrument = Instrument(*instrument, request);
+    if (use_effect_of_instrument(command.hand)) publish(Change::cut), outcome.is_changed = true;
+    work_[command.hand].is_fresh = true;
+    work_[command.hand].body.reset();
+  } else {
+    PendingJob job;
+    if (find_job(request.type(), job.type, job.module)) return begin_job(command, std::move(job), outcome);
+    for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
+      const Module& module = *catalogue_.modules()[m];
+      if (!holds(module.commands(), request.type())) continue;
+      ModuleWork work(Work(editor_, pending_events_, now_.next_tick, command.hand), state_of(m));
+      module.apply(command, work);
+      return finish(work, outcome);
+    }
+  }
+}
+
+/// Returns the instrument with such parameters: the hand's own, or one of the modules'. Null for other
+/// commands.
+const InstrumentType* Engine::instrument_of(const Command& command) const noexcept {
+  const ValueType& type = command.what.type();
+  if (const InstrumentType* held = now_.settings.hands[command.hand].type; held && held->parameters == &type)
+    return held;
+  const InstrumentType* known = catalogue_.find_instrument(command.what.name());
+  return known && known->parameters == &type ? known : nullptr;
+}
+
+ModuleState Engine::state_of(std::size_t module) noexcept {
+  return {now_.world.modules[module], now_.settings.modules[module]};
+}
+
+/// Publishes the work of a module, and marks undoable changes.
+void Engine::finish(const ModuleWork& work, Outcome& outcome) {
+  const bool is_cut = work.removed().bricks_changed > 0;
+  if (!is_cut && !work.is_restored() && !work.is_world_changed()) return;
+  if (is_cut || work.is_restored()) ++edits_;
+  is_stroke_changed_ = outcome.is_edit = true;
+  if (work.is_restored()) {
+    editor_.reset(untouched_);
+    now_.world.version = published_version_ = editor_.publish();
+    if (!now_.world.bodies.empty()) {
+      now_.world.bodies.clear();
+      use_bodies(Bodies::others);
+    }
+    for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
+    publish(Change::growth);
+    for (HandWork& hand : work_) hand.is_fresh = true;
+    outcome.box = {glm::ivec3(0), scene().base->size - 1};
+    stroke_box_ = outcome.box;
+  } else if (is_cut) {
+    now_.world.version = published_version_ = editor_.publish();
+    publish(Change::cut);
+    record_cut(work.removed());
+    outcome.box = work.removed().box;
+  }
+  outcome.is_changed = is_cut || work.is_restored();
+}
+
+void Engine::record_faults(const haptics::ServoRecord& tick) {
+  std::uint32_t& reported = work_[tick.hand].noted_faults;
+  const std::uint32_t latched = tick.faults & haptics::k_latched_faults, new_faults = latched & ~reported;
+  const auto emit_fault = [&](std::uint32_t faults, bool is_cleared) {
+    pending_events_.push_back(
+        {tick.tick, tick.hand, tick.proxy_world, FaultEvent{haptics::fault_names(faults), is_cleared}});
+  };
+  if (new_faults != 0) emit_fault(new_faults, false);
+  if (latched == 0 && reported != 0) emit_fault(reported, true);
+  reported = latched;
+}
+
+/// Updates the watches with the tool's body in this tick, and emits events of contact.
+void Engine::watch_forbidden(const InstrumentInput& input) {
+  const haptics::ServoRecord& tick = input.tick;
+  const Instrument& instrument = now_.settings.hands[tick.hand];
+  std::optional<ToolBall>& last_body = work_[tick.hand].body;
+  if (tick.raised & haptics::fault_not_finite) {  // its position is unknown
+    last_body.reset();
+    return;
+  }
+  std::optional<ToolBall> body;
+  if (instrument.type && instrument.type->body)
+    body = instrument.type->body(instrument.parameters.data(), instrument.state.data(), input);
+  if (tick.is_reset || tick.is_restarted) last_body.reset();  // its position has jumped
+  // A body of another size is another part of the tool, without a path from the last one.
+  const bool has_path = body && last_body && last_body->radius == body->radius;
+  for (std::size_t s = 0; s < forbidden_.size(); ++s) {
+    ForbiddenWatch& watch = now_.watches[tick.hand * forbidden_.size() + s];
+    const std::string& name = forbidden_[s]->name();
+    const glm::dvec3 at = body ? body->centre : tick.proxy_world;
+    if (!body) watch.depth = 0, watch.has_entry = false;
+    watch.clearance = !body      ? Forbidden::k_reach
+                      : has_path ? forbidden_[s]->follow(last_body->centre, *body, watch.clearance, watch)
+                                 : forbidden_[s]->set_down(*body, watch.clearance, watch);
+    const bool is_inside = watch.clearance < 0;
+    const bool is_working = tick.pose.is_pressed() && !(body && body->is_blunt);
+    watch.nearest = std::min(watch.nearest, is_inside ? -watch.depth : watch.clearance);
+    if (is_inside && !watch.is_inside) {
+      ++watch.entries;
+      watch.entered_tick = static_cast<std::int64_t>(tick.tick);
+      watch.deepest_now = 0;
+      watch.has_worked = watch.is_torn = false;
+      pending_events_.push_back({tick.tick, tick.hand, at, ForbiddenEntered{name, is_working}});
+    }
+    if (is_inside) {
+      ++watch.ticks_inside;
+      watch.deepest_now = std::max(watch.deepest_now, watch.depth);
+      watch.has_worked = watch.has_worked || is_working;
+      if (!watch.is_torn && watch.depth > (is_working ? k_tears : k_bursts)) {
+        watch.is_torn = true;
+        pending_events_.push_back({tick.tick, tick.hand, at, StructureTorn{name, watch.depth}});
+      }
+    } else if (watch.is_inside) {
+      const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);
+      pending_events_.push_back(
+          {tick.tick, tick.hand, at, ForbiddenLeft{name, watch.deepest_now, ticks * dt_}});
+      if (!watch.is_torn)
+        pending_events_.push_back(
+            watch.has_worked ? Event{tick.tick, tick.hand, at, StructureTouched{name, watch.deepest_now}}
+                             : Event{tick.tick, tick.hand, at, StructureStripped{name, watch.deepest_now}});
+    }
+    watch.is_inside = is_inside;
+  }
+  last_body = body;
+}
+
+void Engine::record_cut(const volume::RemovalReport& report) {
+  for (TouchFields& fields : fields_) fields.record_cut(current(), serial(), report.box);
+  is_stroke_changed_ = true;
+  stroke_box_ = united(stroke_box_, report.box);
+  ever_cut_ = united(ever_cut_, report.box);
+}
+
+bool Engine::is_in_stroke() const noexcept {
+  return std::any_of(work_.begin(), work_.end(), [](const HandWork& hand) { return hand.is_pressed; });
+}
+
+void Engine::end_stroke() {
+  for (HandWork& hand : work_) hand.is_pressed = false, hand.is_fresh = true;
+  if (!is_stroke_changed_) return;
+  editor_.end_stroke();
+  add_entry(std::exchange(stroke_box_, k_no_voxels));
+  is_stroke_changed_ = false;
+}
+
+/// Publishes the current scene of the hands with a new serial, for servos to adopt. After growth of matter
+/// each hand is given its escape path.
+void Engine::publish(Change change) {
+  std::shared_ptr<haptics::ServoScene> next = make_scene(servo_scene_ ? serial() + 1 : 1);
+  if (change == Change::growth) {
+    ++growths_;
+    for (std::size_t h = 0; h < hands_.size(); ++h) {
+      // Trails have no rotations: a tool of several balls is set free without a path.
+      const bool has_trail = tools_[h].scene->tool_balls.empty();
+      haptics::EscapePath path = has_trail ? trails_[h].escape_path(hands_[h]).value_or(haptics::EscapePath{})
+                                           : haptics::EscapePath{};
+      path.serial = next->serial;
+      hands_[h].way = std::make_shared<const haptics::EscapePath>(path);
+    }
+  }
+  next->hands = hands_;
+  next->has_held = has_held();
+  servo_scene_ = std::move(next);
+}
+
+/// Updates the touch states of the hands; returns a scene without hands.
+std::shared_ptr<haptics::ServoScene> Engine::make_scene(std::uint64_t serial) {
+  auto next = std::make_shared<haptics::ServoScene>();
+  next->serial = serial;
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    const TouchFields* fields = fields_of(h);
+    hands_[h].state =
+        haptics::TouchState(published_version_, fields ? fields->newest() : OffsetJob::Offsets());
+    hands_[h].state.depths = depths_[h].newest();
+  }
+  return next;
+}
+
+TouchFields* Engine::fields_of(std::size_t hand) noexcept {
+  for (TouchFields& fields : fields_)
+    if (fields.scene() == tools_[hand].scene) return &fields;
+  return nullptr;
+}
+
+/// Keeps one entry per scene with a round tool that a hand uses.
+void Engine::use_fields() {
+  std::erase_if(fields_, [this](const TouchFields& fields) {
+    return std::none_of(tools_.begin(), tools_.end(),
+                        [&](const HandTool& tool) { return tool.scene == fields.scene(); });
+  });
+  for (std::size_t h = 0; h < hands_.size(); ++h)
+    if (tools_[h].scene->tool_radius > 0 && fields_of(h) == nullptr) fields_.emplace_back(tools_[h].scene);
+}
+
+std::optional<haptics::EscapePath> Engine::escape_path(std::size_t hand) const {
+  std::optional<haptics::EscapePath> path = trails_[hand].escape_path(servo_hand(hand));
+  if (path) path->serial = serial();
+  return path;
+}
+
+/// Passes events to the modules, and adds them to the chronicle.
+void Engine::handle_events(Outcome& outcome) {
+  outcome.event_count = pending_events_.size();
+  for (Event& event : pending_events_) {
+    for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
+      ModuleState state = state_of(m);
+      catalogue_.modules()[m]->react(event, state);
+      if (state.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
+    }
+    now_.chronicle.add(std::move(event));
+  }
+  pending_events_.clear();
+  if (is_stroke_changed_ && !is_in_stroke()) end_stroke();
+}
+
+// ---- snapshots and measures ----
+
+void Engine::freeze() {
+  if (now_.world.version->is_frozen()) return;
+  now_.world.version = editor_.freeze();
+}
+
+std::shared_ptr<const OperationState> Engine::snapshot() {
+  freeze();
+  return std::make_shared<const OperationState>(now_);
+}
+
+double Engine::removed_mm3() const noexcept { return current()->mm3_of(current()->ledger().total()); }
+
+std::vector<double> Engine::removed_mm3_by_label() const {
+  std::vector<double> result;
+  for (const std::int64_t units : current()->ledger().units_by_label)
+    result.push_back(current()->mm3_of(units));
+  return result;
+}
+
+Overlays Engine::overlays() const {
+  Overlays result;
+  for (const Body& body : now_.world.bodies) {
+    Overlay& overlay = result.emplace_back();
+    overlay.kind = Overlay::Kind::bone;
+    overlay.name = "piece " + std::to_string(body.id.value);
+    overlay.surface = body.piece->tree;
+    overlay.place = place_of(body);
+    overlay.holder = body.holder;
+    overlay.grip = body.grip;
+  }
+  for (const haptics::TouchItem* item : models()) {
+    Overlay& overlay = result.emplace_back();
+    overlay.kind = item->depth && item->depth->is_streamed() ? Overlay::Kind::scenery : Overlay::Kind::metal;
+    overlay.name = item->name;
+    overlay.surface = look_of(*item);
+    overlay.place = place_of(*item);
+  }
+  for (const Module* module : catalogue_.modules())
+    for (Overlay& overlay : module->overlays(now_)) result.push_back(std::move(overlay));
+  return result;
+}
+
+std::vector<Measure> Engine::measures() const {
+  std::vector<Measure> result{{"removed", removed_mm3(), "mm3"},
+                              {"strokes", static_cast<double>(stroke_count()), ""},
+                              {"undos", static_cast<double>(now_.chronicle.undos), ""}};
+  for (std::size_t s = 0; s < forbidden_.size(); ++s) {
+    ForbiddenWatch worst;
+    for (std::size_t h = 0; h < hand_count(); ++h)
+      if (watch(h, s).nearest < worst.nearest) worst = watch(h, s);
+    result.push_back({"nearest to " + forbidden_[s]->name(), worst.nearest, "mm"});
+  }
+  for (const Module* module : catalogue_.modules())
+    for (Measure& measure : module->measures(now_)) result.push_back(std::move(measure));
+  return result;
+}
+
+}  // namespace trephine::sim

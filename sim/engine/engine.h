@@ -1,0 +1,259 @@
+// Engine: applies ticks and commands to the state of an operation. Live operation, lockstep, replay and
+// resume all use it.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/api/catalogue.h"
+#include "sim/engine/depth_sets.h"
+#include "sim/engine/engine_image.h"
+
+namespace trephine::sim {
+
+/// Result of a tick or a command.
+struct Outcome {
+  bool is_edit = false;                                  ///< an undoable change, an undo or a redo
+  bool is_changed = false;                               ///< servos have a new scene to adopt
+  volume::VoxelBox box = k_no_voxels;                    ///< voxels that may look different
+  Status refused = std::nullopt;                         ///< reason why nothing was done
+  std::size_t event_count = 0;                           ///< number of new events in the chronicle
+  Id job;                                                ///< that began or ended
+  std::optional<std::uint64_t> job_hash = std::nullopt;  ///< of the adopted result
+};
+
+/// A hand at the start of an operation.
+struct HandStart {
+  haptics::ServoHand feels;  ///< all hands share the base of their scenes
+  Instrument instrument;
+  std::vector<std::string> effects = {};  ///< of `feels`, in words
+};
+
+/// Runs a FreePieces job.
+std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& request,
+                                             std::vector<volume::Field> solids, const OperationState& input);
+
+/// For one thread: the edit thread, or the only one in lockstep. A copy of a frozen engine is independent.
+class Engine {
+ public:
+  /// `dt`: period of the servo, s. Borrows the modules.
+  Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue = {},
+         std::vector<std::shared_ptr<const Forbidden>> forbidden = {});
+  /// One hand, with or without an instrument. Borrows scene and method too.
+  Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
+         double dt, const Catalogue& catalogue = {},
+         std::vector<std::shared_ptr<const Forbidden>> forbidden = {});
+
+  /// Requires the ticks of each hand in order.
+  Outcome apply(const haptics::ServoRecord& tick);
+  /// A refused command changes nothing.
+  Outcome apply(const Command& command);
+
+  // ---- data for servos ----
+  /// The newest published state: the touchable scene and, after growth, the escape paths.
+  const std::shared_ptr<const haptics::ServoScene>& servo_scene() const noexcept { return servo_scene_; }
+  std::uint64_t serial() const noexcept { return servo_scene_->serial; }
+  std::size_t hand_count() const noexcept { return trails_.size(); }
+  const haptics::TouchScene& scene(std::size_t hand = 0) const noexcept { return *servo_hand(hand).scene; }
+  /// Scene and method by which the hand touches the anatomy, without bodies.
+  const HandTool& tool(std::size_t hand = 0) const noexcept { return tools_[hand]; }
+  /// The newest past position (volume frame) of a hand's proxy that is free now; null if all are solid.
+  const glm::dvec3* last_free(std::size_t hand = 0) const noexcept {
+    return trails_[hand].last_free(servo_hand(hand));
+  }
+  std::optional<haptics::EscapePath> escape_path(std::size_t hand = 0) const;
+
+  // ---- the state ----
+  /// Current state. Its anatomy may not be frozen: for this thread only.
+  const OperationState& now() const noexcept { return now_; }
+  /// Returns a frozen copy of the state, for any thread.
+  std::shared_ptr<const OperationState> snapshot();
+  /// Makes all published data immutable from here on, even during a stroke. Changes no bits.
+  void freeze();
+  /// Time of the next tick, s.
+  double seconds() const noexcept { return static_cast<double>(now_.next_tick) * dt_; }
+  /// Remaining anatomy.
+  const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.world.version; }
+  const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
+  double removed_mm3() const noexcept;
+  /// By label; one entry for volumes without labels.
+  std::vector<double> removed_mm3_by_label() const;
+  std::vector<Measure> measures() const;
+  /// Overlays for a view: bodies in their order, models, and overlays of modules.
+  Overlays overlays() const;
+
+  /// Current frame of a body; of a held body, at the hand's last tick.
+  haptics::Placement place_of(const Body& body) const;
+  /// Models of the scene, without detached bodies.
+  std::vector<const haptics::TouchItem*> models() const;
+  /// Current surface of a model, and whether that of any model changes with time.
+  std::shared_ptr<const haptics::MeshTree> look_of(const haptics::TouchItem& model) const;
+  bool has_moving_surfaces() const;
+  /// Current depth images of a hand, of objects that it has been near.
+  std::vector<DisplayedDepths> seen_depths(std::size_t hand) const;
+  haptics::Placement place_of(const haptics::TouchItem& item) const;
+
+  /// Forbidden structures; OperationState::watches has the distance of each hand to each.
+  const std::vector<std::shared_ptr<const Forbidden>>& forbidden() const noexcept { return forbidden_; }
+  const ForbiddenWatch& watch(std::size_t hand, std::size_t structure) const noexcept {
+    return now_.watches[hand * forbidden_.size() + structure];
+  }
+
+  /// Freezes and returns the whole state.
+  EngineImage image();
+  /// Restores the state of an engine with the same start; the image contains its scenes. Error if the image
+  /// refers to objects that this engine lacks; the engine is then unusable.
+  Status restore(const EngineImage& image);
+
+  // ---- strokes ----
+  bool is_in_stroke() const noexcept;
+  /// Largest number of strokes and commands that can be undone; older ones are final, so that an hour's work
+  /// fits in memory.
+  static constexpr std::size_t k_most_strokes = 256;
+  /// Number of applied strokes and commands.
+  std::size_t stroke_count() const noexcept { return branch_.forgotten + branch_.position; }
+  bool can_undo() const noexcept { return branch_.position > 0 || is_stroke_changed_; }
+  bool can_redo() const noexcept { return branch_.position + 1 < branch_.history.size(); }
+  // Current branch of the history, and the other ones.
+  static constexpr const char* k_first_branch = "main";
+  static constexpr std::size_t k_most_branches = 16;
+  const Branch& branch() const noexcept { return branch_; }
+  const std::vector<Branch>& left_branches() const noexcept { return left_branches_; }
+  /// Bytes of tables, bricks and masks of all branches; shared ones count once. Traverses all of them.
+  std::size_t history_bytes() const;
+
+  // ---- longer work ----
+  const std::vector<PendingJob>& jobs() const noexcept { return jobs_; }
+  /// Finds the module's job with such parameters; false for other types.
+  bool find_job(const ValueType& parameters, const JobType*& type, std::size_t& module) const noexcept;
+  /// Runs a pending job on this thread; returns the command that adopts it.
+  AdoptJob finish_job(Id job);
+  /// Submits the result of a job before AdoptJob, which otherwise runs the job itself.
+  void submit_result(Id job, std::shared_ptr<const JobResult> result);
+  /// Job for the cuts since the offset fields of round tools were built; empty if they are up to date. Until
+  /// its fields are adopted such a tool hovers over the cuts.
+  std::optional<OffsetJob> offset_job() const;
+  bool has_stale_fields() const noexcept;
+  /// Serial of the first cut that some fields do not include; the largest number if all are up to date.
+  std::uint64_t oldest_stale_serial() const noexcept;
+  /// Submits the result of that job before AdoptFields.
+  void submit_result(const OffsetJob& job, OffsetJob::Offsets output);
+  /// The next set of depth images that a hand needs; empty if no object is near, or nothing has moved.
+  std::optional<DepthJob> depth_job() const;
+  /// Draws that set on this thread; returns the command that adopts it, or empty.
+  std::optional<Command> finish_depth_job();
+  /// Submits the result of that job before AdoptDepths.
+  void submit_result(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> output);
+  /// Serial of the next picture of an item for a hand. A DepthJob of that serial without a source submits the
+  /// set built from the picture.
+  std::uint64_t next_picture(std::int64_t item, std::size_t hand) const;
+
+ private:
+  enum class Change { cut, growth };
+  const haptics::ServoHand& servo_hand(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
+  TouchFields* fields_of(std::size_t hand) noexcept;
+  Status check_setting(const Command& command) const;
+  bool set(const Command& command, std::int64_t& number, Change& change, Status& error);
+  bool record_setting(const Command& command);
+  Status check_depths(const AdoptDepths& request, std::size_t hand) const;
+  bool use_depths(const AdoptDepths& request, std::uint8_t hand);
+  Status check_picture(const AdoptPicture& request, std::size_t hand) const;
+  void use_picture(const AdoptPicture& request, std::uint8_t hand);
+  Status check_effect_of(const Instrument& instrument, std::size_t hand) const;
+  bool use_effect_of_instrument(std::size_t hand);
+
+  void make_runnable(PendingJob& job) const;
+  std::shared_ptr<haptics::ServoScene> make_scene(std::uint64_t serial);
+  bool adopt_geometry(const PendingJob& job, const JobResult& result);
+  void use_fields();
+  enum class Bodies { same, others };
+  std::vector<int> free_movers() const;
+  Status check_room_for_bodies() const;
+  Status check_body(const Command& command) const;
+  bool change_body(const Command& command, Outcome& outcome);
+  void release_body(Body& body);
+  void release_all_bodies(Outcome& outcome);
+  std::string reason_not_to_adopt(const Detachment& detachment) const;
+  void adopt(const Detachment& detachment, std::uint8_t hand, Outcome& outcome);
+  void use_bodies(Bodies update);
+  void use_bodies(std::size_t hand, Bodies update);
+  bool has_held() const noexcept {
+    return std::any_of(hands_.begin(), hands_.end(),
+                       [](const haptics::ServoHand& hand) { return hand.held_count > 0; });
+  }
+  const InstrumentType* instrument_of(const Command& command) const noexcept;
+  ModuleState state_of(std::size_t module) noexcept;
+  Status check(const Command& command) const;
+  Status check_target_entry(const Command& command) const;
+  Status check_entry(const HistoryEntry& entry) const;
+  void carry_out(const Command& command, Outcome& outcome);
+  void begin_job(const Command& command, PendingJob job, Outcome& outcome);
+  void end_job(const AdoptJob& request, Outcome& outcome);
+  void finish(const ModuleWork& work, Outcome& outcome);
+  void adopt_fields(const AdoptFields& request, std::size_t hand, Outcome& outcome);
+  void go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome);
+  void go_to(std::size_t position, Outcome& outcome);
+  Status check_branch(const Command& command) const;
+  bool change_branch(const Command& command, Outcome& outcome);
+  void record_faults(const haptics::ServoRecord& tick);
+  void watch_forbidden(const InstrumentInput& input);
+  void record_cut(const volume::RemovalReport& report);
+  void end_stroke();
+  void add_entry(const volume::VoxelBox& box);
+  void publish(Change change);
+  void handle_events(Outcome& outcome);
+  HistoryPlace current_place() const;
+  template <class SomeEngine, class Image, class Each>
+  static void for_each_kept(SomeEngine& engine, Image& image, Each&& each);
+  std::shared_ptr<const HistoryEntry> make_entry(const volume::VoxelBox& box);
+
+  Catalogue catalogue_;
+  double dt_;
+  volume::RemovalEditor editor_;
+  std::shared_ptr<const volume::Version> untouched_;
+  /// Last published version: that of current(), frozen since or not.
+  std::shared_ptr<const volume::Version> published_version_;
+  OperationState now_;
+  std::vector<Event> pending_events_;      ///< of this tick or command
+  std::vector<haptics::ServoHand> hands_;  ///< touch states are those of the newest scene
+  std::vector<HandTool> tools_;            ///< without bodies
+  std::shared_ptr<const haptics::ServoScene> servo_scene_;
+
+  std::vector<HandTrail> trails_;
+  std::vector<HandWork> work_;  ///< one per hand
+  std::vector<std::shared_ptr<const Forbidden>> forbidden_;
+  std::vector<TouchFields> fields_;  ///< one per scene with a round tool
+
+  Branch branch_{k_first_branch, {}};
+  std::vector<Branch> left_branches_;
+  std::uint64_t last_entry_ = 0;
+  bool is_stroke_changed_ = false;
+  volume::VoxelBox stroke_box_ = k_no_voxels;
+  volume::VoxelBox ever_cut_ = k_no_voxels;  ///< since the start, undone or not
+  std::uint64_t growths_ = 0;                ///< number of growths of matter
+  std::uint64_t edits_ = 0;                  ///< number of changes of the remaining matter
+
+  std::vector<PendingJob> jobs_;
+  std::uint32_t last_job_ = 0, last_body_ = 0;
+  std::vector<std::pair<Id, std::shared_ptr<const JobResult>>> results_;
+  struct SubmittedFields {
+    std::shared_ptr<const haptics::TouchScene> scene;
+    std::uint64_t serial;
+    OffsetJob::Offsets offsets;
+  };
+  std::vector<SubmittedFields> submitted_fields_;
+
+  std::vector<DepthSets> depths_;  ///< one per hand
+  struct SubmittedDepths {
+    DepthJob job;
+    std::shared_ptr<const haptics::depth::DepthSet> set;
+  };
+  std::vector<SubmittedDepths> submitted_depths_;
+};
+
+}  // namespace trephine::sim

@@ -1,0 +1,306 @@
+// Engine: detached bodies, which hands grasp and release.
+#include <algorithm>
+
+#include "haptics/methods/methods.h"
+#include "sim/engine/engine.h"
+
+namespace trephine::sim {
+
+namespace {
+
+struct PiecesResult final : JobResult {
+  Detachment pieces;
+  std::uint64_t fingerprint = 0;
+  std::uint64_t hash() const override { return fingerprint; }
+  const Detachment* detachment() const noexcept override { return &pieces; }
+};
+
+Error no_body(const char* command, Id id) {
+  return Error{.what = "unknown body",
+               .where = command,
+               .found = "body " + std::to_string(id.value),
+               .expected = "a detached body"};
+}
+
+/// Returns the layout since which a hand has the body at its current pose.
+std::uint64_t since_of(const haptics::ServoHand& hand, const Body& body) {
+  for (const haptics::TouchItem& item : hand.scene->items)
+    if (item.tree == body.piece->tree && item.mover == body.mover &&
+        hand.placements[static_cast<std::size_t>(body.mover)] == body.place)
+      return item.since;
+  return hand.layout + 1;
+}
+
+template <class Bodies>
+auto find_body(Bodies& bodies, Id id) {
+  return std::find_if(bodies.begin(), bodies.end(), [&](const Body& body) { return body.id == id; });
+}
+template <class Bodies>
+auto find_held_body(Bodies& bodies, std::uint8_t hand) {
+  return std::find_if(bodies.begin(), bodies.end(), [&](const Body& body) { return body.holder == hand; });
+}
+
+}  // namespace
+
+std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& request,
+                                             std::vector<volume::Field> solids, const OperationState& input) {
+  auto result = std::make_shared<PiecesResult>();
+  result->pieces = detach_free_pieces(shape, request, std::move(solids), input.world.version);
+  result->fingerprint = hash_of(result->pieces);
+  return result;
+}
+
+/// Returns the movers that neither a model nor a body uses.
+std::vector<int> Engine::free_movers() const {
+  std::vector<int> free;
+  for (int m = 0; m < haptics::TouchScene::k_max_movers; ++m) {
+    const auto is_used = [m](const haptics::TouchItem& item) { return item.mover == m; };
+    bool is_free = std::none_of(now_.world.bodies.begin(), now_.world.bodies.end(),
+                                [m](const Body& body) { return body.mover == m; });
+    for (const HandTool& tool : tools_)
+      is_free = is_free && std::none_of(tool.scene->items.begin(), tool.scene->items.end(), is_used);
+    if (is_free) free.push_back(m);
+  }
+  return free;
+}
+
+/// Checks that every hand can touch bodies in addition to the anatomy.
+Status Engine::check_room_for_bodies() const {
+  for (const HandTool& tool : tools_) {
+    const std::string_view name = tool.method->name();  // methods that combine walls with models
+    if (name != "subvoxel" && name != "scene" && name != "chain")
+      return Error{.what = "the contact method of a hand does not support detached bodies",
+                   .found = std::string(name),
+                   .expected = "subvoxel, scene or chain",
+                   .remedy = "use a tool with this method"};
+    if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_most)
+      return Error{.what = "too many objects to touch together with the detached bodies",
+                   .found = std::to_string(haptics::item_count(*tool.scene)),
+                   .expected = "room for eight more"};
+  }
+  return std::nullopt;
+}
+
+Status Engine::check_body(const Command& command) const {
+  const std::vector<Body>& bodies = now_.world.bodies;
+  const auto* request = command.what.as<FreePieces>();
+  const JobType* job = nullptr;
+  if (std::size_t module = 0; !request && !find_job(command.what.type(), job, module)) job = nullptr;
+  const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
+  if (request)
+    if (Status error = check_shape_of_pieces(anatomy, request->item, "free-pieces item")) return error;
+  if (job && job->check)
+    if (Status error = job->check(command.what.data(), anatomy)) return error;
+  if (request || (job && job->frees_bodies)) {
+    if (Status error = check_room_for_bodies()) return error;
+    if (free_movers().empty())
+      return Error{.what = "too many detached bodies",
+                   .where = std::string(command.what.name()),
+                   .found = std::to_string(bodies.size()) + " bodies",
+                   .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers) +
+                               " with models that move",
+                   .remedy = "discard a body"};
+  } else if (const auto* hold = command.what.as<HoldBody>()) {
+    const auto body = find_body(bodies, hold->body);
+    if (body == bodies.end()) return no_body("hold-body", hold->body);
+    if (body->holder >= 0)
+      return Error{.what = "the body is held by a hand",
+                   .where = "hold-body",
+                   .found = "hand " + std::to_string(body->holder + 1),
+                   .expected = "a released body",
+                   .remedy = "release the body first"};
+    if (find_held_body(bodies, command.hand) != bodies.end())
+      return Error{.what = "the hand holds a body",
+                   .where = "hold-body",
+                   .expected = "an empty hand",
+                   .remedy = "release the body first"};
+    if (!work_[command.hand].place)
+      return Error{.what = "the hand's position is unknown",
+                   .where = "hold-body",
+                   .expected = "a hand whose device has sent a position"};
+  } else if (command.what.as<ReleaseBody>()) {
+    if (find_held_body(bodies, command.hand) == bodies.end())
+      return Error{.what = "the hand holds no body", .where = "release-body", .expected = "a held body"};
+  } else if (const auto* place = command.what.as<PlaceBody>()) {
+    const auto body = find_body(bodies, place->body);
+    if (body == bodies.end()) return no_body("place-body", place->body);
+    if (body->holder >= 0)
+      return Error{.what = "the body is held by a hand",
+                   .where = "place-body",
+                   .found = "hand " + std::to_string(body->holder + 1),
+                   .expected = "a released body",
+                   .remedy = "release the body first"};
+    return check_rotation(place->rotation, "place-body rotation");
+  } else if (const auto* discard = command.what.as<DiscardBody>()) {
+    if (find_body(bodies, discard->body) == bodies.end()) return no_body("discard-body", discard->body);
+  }
+  return std::nullopt;
+}
+
+/// Returns false for other commands.
+bool Engine::change_body(const Command& command, Outcome& outcome) {
+  std::vector<Body>& bodies = now_.world.bodies;
+  if (const auto* hold = command.what.as<HoldBody>()) {
+    Body& body = *find_body(bodies, hold->body);
+    body.holder = command.hand;
+    body.grip = work_[command.hand].place->inverse() * body.place;
+  } else if (command.what.as<ReleaseBody>()) {
+    release_body(*find_held_body(bodies, command.hand));
+  } else if (const auto* place = command.what.as<PlaceBody>()) {
+    const std::vector<double>& q = place->rotation;
+    find_body(bodies, place->body)->place = {place->position, {q[0], q[1], q[2], q[3]}};
+  } else if (const auto* discard = command.what.as<DiscardBody>()) {
+    bodies.erase(find_body(bodies, discard->body));
+  } else {
+    return false;
+  }
+  // A body with a new pose counts as a new item there, so that it pushes no hand.
+  const bool is_elsewhere = command.what.as<DiscardBody>() || command.what.as<PlaceBody>();
+  use_bodies(is_elsewhere ? Bodies::others : Bodies::same);
+  publish(Change::cut);
+  outcome.is_changed = true;
+  if (command.what.as<HoldBody>()) return true;  // the release is the undoable change
+  is_stroke_changed_ = outcome.is_edit = true;
+  return true;
+}
+
+haptics::Placement Engine::place_of(const Body& body) const {
+  haptics::Placement place = body.place;
+  if (body.holder < 0) return place;
+  const HandWork& hand = work_[static_cast<std::size_t>(body.holder)];
+  if (hand.place) place = *hand.place * body.grip;
+  place.rotation = glm::normalize(place.rotation);
+  return place;
+}
+
+haptics::Placement Engine::place_of(const haptics::TouchItem& item) const {
+  const haptics::ServoHand& hand = servo_scene_->hands[0];
+  const bool is_moved = item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count;
+  return is_moved ? hand.placements[static_cast<std::size_t>(item.mover)] : item.placement;
+}
+
+std::vector<const haptics::TouchItem*> Engine::models() const {
+  std::vector<const haptics::TouchItem*> result;
+  const std::vector<Body>& bodies = now_.world.bodies;
+  for (const haptics::TouchItem& item : scene().items)
+    if (item.is_mesh() && std::none_of(bodies.begin(), bodies.end(),
+                                       [&](const Body& body) { return body.piece->tree == item.tree; }))
+      result.push_back(&item);
+  return result;
+}
+
+std::shared_ptr<const haptics::MeshTree> Engine::look_of(const haptics::TouchItem& model) const {
+  std::shared_ptr<const haptics::MeshTree> look;
+  if (model.depth) look = model.depth->look(seconds());
+  return look ? look : model.tree;
+}
+
+bool Engine::has_moving_surfaces() const {
+  const std::vector<haptics::TouchItem>& items = scene().items;
+  return std::any_of(items.begin(), items.end(), [&](const haptics::TouchItem& item) {
+    return item.depth && item.depth->is_moving(seconds());
+  });
+}
+
+std::vector<DisplayedDepths> Engine::seen_depths(std::size_t hand) const {
+  std::vector<DisplayedDepths> result;
+  const double time = seconds();
+  for (int i = 0; i < haptics::item_count(scene()); ++i)
+    if (const auto at = depths_[hand].place_of(i))
+      if (const auto& set = depths_[hand].newest()[*at]) {
+        const haptics::Placement drawn = place_of(haptics::item_of(scene(), i));
+        result.push_back({i, set, drawn, drawn * set->displacement_at(time)});
+      }
+  return result;
+}
+
+void Engine::release_body(Body& body) {
+  body.place = place_of(body);
+  body.holder = -1;
+  body.grip = {};
+}
+
+/// Releases all held bodies, since devices start again at unknown positions.
+void Engine::release_all_bodies(Outcome& outcome) {
+  bool was_held = false;
+  for (Body& body : now_.world.bodies)
+    if (body.holder >= 0) release_body(body), was_held = true;
+  if (!was_held) return;
+  use_bodies(Bodies::same);
+  publish(Change::cut);
+  is_stroke_changed_ = outcome.is_edit = outcome.is_changed = true;
+  end_stroke();
+}
+
+/// Returns an empty text if the detachment can be adopted.
+std::string Engine::reason_not_to_adopt(const Detachment& detachment) const {
+  if (detachment.piece_count == 0 && detachment.debris == 0) return "nothing came off";
+  if (const std::size_t room = free_movers().size(); detachment.piece_count > room)
+    return std::to_string(detachment.piece_count) + " pieces came off, and there is room for " +
+           std::to_string(room);
+  const Status no_room = check_room_for_bodies();
+  return no_room ? no_room->message() : std::string();
+}
+
+void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& outcome) {
+  const std::vector<int> movers = free_movers();
+  editor_.reset(detachment.rest);
+  now_.world.version = published_version_ = editor_.publish();
+  ++edits_;
+  for (std::size_t i = 0; i < detachment.pieces.size(); ++i) {
+    const std::shared_ptr<const Piece>& piece = detachment.pieces[i];
+    const Id id{++last_body_};
+    now_.world.bodies.push_back({id, movers[i], piece, {}, -1, {}});
+    pending_events_.push_back({now_.next_tick, hand, piece->middle_world, PieceFreed{id, piece->mm3}});
+  }
+  if (detachment.debris > 0)
+    pending_events_.push_back(
+        {now_.next_tick, hand, glm::dvec3(0), DebrisFreed{detachment.debris, detachment.debris_mm3}});
+  use_bodies(Bodies::others);
+  publish(Change::cut);
+  volume::RemovalReport report;
+  report.box = detachment.box;
+  record_cut(report);
+  outcome.is_changed = outcome.is_edit = true;
+  outcome.box = detachment.box;
+}
+
+/// Updates the scenes of the hands with the current bodies. `others`: the set of bodies or their poses have
+/// changed at once, which must not push a hand.
+void Engine::use_bodies(Bodies update) {
+  for (std::size_t h = 0; h < hands_.size(); ++h) use_bodies(h, update);
+}
+
+void Engine::use_bodies(std::size_t h, Bodies update) {
+  const std::vector<Body>& bodies = now_.world.bodies;
+  haptics::ServoHand& hand = hands_[h];
+  const HandTool& tool = tools_[h];
+  const int first = haptics::item_count(*tool.scene);
+  if (update == Bodies::others && bodies.empty()) {
+    hand.set_scene(tool.scene, tool.method);
+  } else if (update == Bodies::others) {
+    auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
+    for (const Body& body : bodies) {
+      haptics::TouchItem item =
+          haptics::mesh_item("body " + std::to_string(body.id.value), body.piece->tree, body.piece->material);
+      item.mover = body.mover;
+      item.since = since_of(hand, body);
+      scene->items.push_back(std::move(item));
+    }
+    std::shared_ptr<haptics::ProxyMethod> method =
+        haptics::make_method(tool.scene->tool_balls.empty() ? "scene" : "chain").value();
+    const Status error = method->prepare(*scene);
+    TREPHINE_ASSERT(!error);  // check_body() has checked this
+    hand.set_scene(std::move(scene), std::move(method));
+  }
+  hand.let_go();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Body& body = bodies[b];
+    hand.set_placement(body.mover, body.place);
+    // A hand does not touch its own body.
+    hand.set_touchable(first + static_cast<int>(b), body.holder != static_cast<int>(h));
+    if (body.holder >= 0) hand.set_held(body.mover, static_cast<std::uint8_t>(body.holder), body.grip);
+  }
+}
+
+}  // namespace trephine::sim

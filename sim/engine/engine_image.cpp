@@ -1,0 +1,82 @@
+// Engine: conversion to an EngineImage and back.
+#include "sim/engine/engine.h"
+
+namespace trephine::sim {
+
+/// Calls each(engine member, image member) for the members that both have.
+template <class SomeEngine, class Image, class Each>
+void Engine::for_each_kept(SomeEngine& engine, Image& image, Each&& each) {
+  each(engine.now_, image.now);
+  each(engine.fields_, image.fields);
+  each(engine.branch_, image.branch);
+  each(engine.left_branches_, image.left_branches);
+  each(engine.last_entry_, image.last_entry);
+  each(engine.growths_, image.growths);
+  each(engine.edits_, image.edits);
+  each(engine.is_stroke_changed_, image.is_stroke_changed);
+  each(engine.stroke_box_, image.stroke_box);
+  each(engine.ever_cut_, image.ever_cut);
+  each(engine.jobs_, image.jobs);
+  each(engine.last_job_, image.last_job);
+  each(engine.last_body_, image.last_body);
+}
+
+EngineImage Engine::image() {
+  freeze();
+  EngineImage result;
+  for_each_kept(*this, result, [](const auto& member, auto& copy) { copy = member; });
+  result.serial = serial();
+  for (std::size_t h = 0; h < hands_.size(); ++h)
+    result.hands.push_back({tools_[h], hands_[h].way, work_[h], trails_[h]});
+  return result;
+}
+
+Status Engine::restore(const EngineImage& image) {
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    const Instrument& instrument = image.now.settings.hands[h];
+    if (instrument.type && instrument.type->check)
+      if (Status error = instrument.type->check(instrument.parameters.data(), *image.hands[h].tool.scene))
+        return error;
+  }
+  for_each_kept(*this, image, [](auto& member, const auto& copy) { member = copy; });
+  editor_.reset(now_.world.version);
+  published_version_ = now_.world.version;
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    const EngineImage::Hand& hand = image.hands[h];
+    tools_[h] = hand.tool;
+    if (hand.tool.scene != hands_[h].scene) hands_[h].set_scene(hand.tool.scene, hand.tool.method);
+    work_[h] = hand.work;
+    trails_[h] = hand.trail;
+    depths_[h] = DepthSets(*hand.tool.scene, dt_);
+  }
+  // Ended effects are applied first: they make room for those of instruments and for new ones.
+  for (const bool is_ending : {true, false}) {
+    if (!is_ending)
+      for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
+    for (const auto& [key, command] : now_.settings.latest_commands) {
+      const auto* effect = command.what.as<SetEffect>();
+      if ((effect && effect->words.empty()) != is_ending || command.what.as<ToolGeometry>()) continue;
+      Status error = effect ? Status() : check_setting(command);
+      std::int64_t number = 0;
+      Change change = Change::cut;
+      if (!error) set(command, number, change, error);
+      if (error) return error;
+    }
+  }
+  if (!now_.world.bodies.empty()) {
+    if (Status error = check_room_for_bodies()) return error;
+    use_bodies(Bodies::others);
+  }
+  for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].way = image.hands[h].way;
+  for (PendingJob& job : jobs_) make_runnable(job);
+  results_.clear();
+  submitted_fields_.clear();
+  submitted_depths_.clear();
+  std::shared_ptr<haptics::ServoScene> next = make_scene(image.serial);
+  next->hands = hands_;
+  next->has_held = has_held();
+  servo_scene_ = std::move(next);
+  return std::nullopt;
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,95 @@
+// EngineImage: the state of an engine at one moment, as values and immutable data, for checkpoints.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/api/module.h"
+#include "sim/engine/hand_trail.h"
+#include "sim/engine/touch_fields.h"
+
+namespace trephine::sim {
+
+/// State of the operation at an entry of the history.
+struct HistoryPlace {
+  UndoableState world;
+  /// Offset fields, one per scene with a round tool.
+  std::vector<std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept>> fields;
+};
+struct HistoryEntry {
+  std::uint64_t number = 0;            ///< unique, from 1 on
+  volume::VoxelBox box = k_no_voxels;  ///< voxels changed by the step to this entry
+  HistoryPlace here;
+  /// Reads the state on demand, for an operation opened in its middle. Null: `here` has the state.
+  std::function<Result<HistoryPlace>()> load = {};
+  Result<HistoryPlace> place() const { return load ? load() : here; }
+};
+
+/// A named line of the history.
+struct Branch {
+  std::string name;
+  /// Ends of strokes, oldest first; [0] is the oldest that undo can restore.
+  std::vector<std::shared_ptr<const HistoryEntry>> history;
+  std::size_t position = 0;   ///< index of the current entry
+  std::size_t forgotten = 0;  ///< number of strokes before [0], which can no longer be undone
+};
+
+/// Data of a hand in addition to its scene.
+struct HandWork {
+  bool is_pressed = false, is_fresh = true;
+  std::uint32_t noted_faults = 0;
+  std::optional<ToolBall> body = std::nullopt;             ///< of its instrument, at the last tick
+  std::optional<haptics::Placement> place = std::nullopt;  ///< last known pose of the hand
+};
+
+/// A job that began and has not ended. Immutable data, for any thread.
+struct PendingJob {
+  Id id;
+  std::uint8_t hand = 0;
+  std::shared_ptr<const Value> parameters;
+  std::shared_ptr<const OperationState> input;
+  std::function<std::shared_ptr<const JobResult>()> run;
+  const JobType* type = nullptr;  ///< null: a job of the engine
+  std::size_t module = 0;
+  std::uint64_t growths = 0, edits = 0;  ///< the engine's counts when the job began
+  volume::VoxelBox cut = k_no_voxels;    ///< of all cuts before the job began
+};
+
+/// Scene of a hand, without the detached bodies, which are added to it.
+struct HandTool {
+  std::shared_ptr<const haptics::TouchScene> scene;
+  std::shared_ptr<const haptics::ProxyMethod> method;
+  std::uint64_t number = 0;  ///< of tool changes so far
+  std::string own;           ///< the hand's initial method
+};
+
+struct EngineImage {
+  /// Frozen; its version was published by `serial`.
+  OperationState now;
+  std::uint64_t serial = 0;
+
+  struct Hand {
+    HandTool tool;
+    std::shared_ptr<const haptics::EscapePath> way;  ///< newest escape path
+    HandWork work;
+    HandTrail trail;
+  };
+  std::vector<Hand> hands;
+  std::vector<TouchFields> fields;
+
+  Branch branch;
+  std::vector<Branch> left_branches;  ///< other branches, in the order in which they were first left
+  std::uint64_t last_entry = 0, growths = 0, edits = 0;
+  bool is_stroke_changed = false;
+  volume::VoxelBox stroke_box = k_no_voxels;
+  volume::VoxelBox ever_cut = k_no_voxels;
+
+  std::vector<PendingJob> jobs;
+  std::uint32_t last_job = 0, last_body = 0;
+};
+
+}  // namespace trephine::sim

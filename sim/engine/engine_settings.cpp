@@ -1,0 +1,219 @@
+// Engine: settings of hands, which are switches, poses of models, effects and tools.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/force/effects.h"
+#include "sim/engine/engine.h"
+#include "sim/engine/tool_geometry.h"
+
+namespace trephine::sim {
+
+namespace {
+
+/// Returns the key of a command in PersistentState::latest_commands.
+std::string key_of(const Command& command, std::int64_t number) {
+  const std::string digits = std::to_string(number);
+  return std::string(command.what.name()) + '/' + std::to_string(command.hand) + '/' +
+         std::string(digits.size() < 10 ? 10 - digits.size() : 0, '0') + digits;
+}
+
+bool has_mover(const haptics::TouchScene& scene, std::int64_t mover) noexcept {
+  return std::any_of(scene.items.begin(), scene.items.end(), [mover](const haptics::TouchItem& item) {
+    return item.is_mesh() && item.mover == mover;
+  });
+}
+
+/// Returns the laws with this one in place of that with its id; without a law that one is removed.
+Result<std::shared_ptr<const haptics::LawSet>> replace_law(const haptics::LawSet* current, std::uint32_t id,
+                                                           std::optional<haptics::ServoLaw> law) {
+  std::vector<haptics::ServoLaw> list;
+  if (current)
+    for (const haptics::ServoLaw& one : current->laws())
+      if (one.id != id) list.push_back(one);
+  if (law) list.push_back(std::move(*law));
+  // Sorted: forces are summed in this order, whatever the order of commands.
+  std::sort(list.begin(), list.end(),
+            [](const haptics::ServoLaw& a, const haptics::ServoLaw& b) { return a.id < b.id; });
+  auto laws = std::make_shared<haptics::LawSet>();
+  for (haptics::ServoLaw& one : list)
+    if (Status error = laws->add(std::move(one))) return *error;
+  return std::shared_ptr<const haptics::LawSet>(laws->laws().empty() ? nullptr : std::move(laws));
+}
+
+Result<std::shared_ptr<const haptics::LawSet>> laws_with_effect(const haptics::ServoHand& hand,
+                                                                const SetEffect& request) {
+  std::optional<haptics::ServoLaw> law;
+  if (!request.words.empty()) {
+    auto effect = haptics::parse_effect(request.words);
+    if (!effect) return effect.error();
+    auto output = haptics::law_of(effect.value(), request.effect.value);
+    if (!output) return output.error();
+    law = std::move(output).value();
+    law->words = request.words;
+  }
+  return replace_law(hand.laws.get(), request.effect.value, std::move(law));
+}
+
+/// Id of the effect of an instrument; no named effect has it.
+constexpr std::uint32_t k_instruments_effect = 0xffffffff;
+
+/// Returns the hand's laws with that of an instrument.
+Result<std::shared_ptr<const haptics::LawSet>> laws_with_instrument(const haptics::ServoHand& hand,
+                                                                    const Instrument& instrument) {
+  const std::string words = instrument.type && instrument.type->effect
+                                ? instrument.type->effect(instrument.parameters.data())
+                                : std::string();
+  return laws_with_effect(hand, SetEffect{{k_instruments_effect}, words});
+}
+
+/// Checks that a hand with this instrument can touch with such a ball, or several.
+Status check_radius(const haptics::TouchScene& scene, const Instrument& instrument, double radius,
+                    const std::vector<glm::dvec3>& balls) {
+  if (Status error = haptics::check_tool_balls(radius, balls)) return error;
+  if (Status error = check_tool_radius(*scene.base, radius)) return error;
+  for (const haptics::TouchItem& shape : haptics::base_shapes(scene))
+    if (radius > 0 && haptics::holds(shape.sides, haptics::Side::back))
+      return Error{.what = "contact from inside needs a tool without a radius",
+                   .where = haptics::name_of(shape),
+                   .found = "its back is touchable",
+                   .expected = "shapes touched from the front",
+                   .remedy = "use a point"};
+  if (instrument.type == nullptr || instrument.type->check == nullptr) return std::nullopt;
+  haptics::TouchScene changed = scene;
+  changed.tool_radius = radius;
+  changed.tool_balls = balls;
+  return instrument.type->check(instrument.parameters.data(), changed);
+}
+
+}  // namespace
+
+Status Engine::check_setting(const Command& command) const {
+  const haptics::ServoHand& hand = hands_[command.hand];
+  const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
+  if (const auto* item = command.what.as<SwitchItem>()) {
+    if (item->item < haptics::item_count(anatomy)) return std::nullopt;
+    return Error{.what = "unknown item",
+                 .where = "switch-item",
+                 .found = std::to_string(item->item),
+                 .expected = "0 to " + std::to_string(haptics::item_count(anatomy) - 1)};
+  }
+  if (const auto* place = command.what.as<PlaceModel>()) {
+    if (std::none_of(tools_.begin(), tools_.end(),
+                     [&](const HandTool& one) { return has_mover(*one.scene, place->mover); }))
+      return Error{.what = "unknown moving model",
+                   .where = "place-model",
+                   .found = std::to_string(place->mover),
+                   .expected = "the mover of a model"};
+    return check_rotation(place->rotation, "place-model rotation");
+  }
+  if (const auto* depths = command.what.as<AdoptDepths>()) return check_depths(*depths, command.hand);
+  if (const auto* picture = command.what.as<AdoptPicture>()) return check_picture(*picture, command.hand);
+  if (const auto* effect = command.what.as<SetEffect>();
+      effect && effect->effect.value == k_instruments_effect)
+    return Error{.what = "this effect belongs to the instrument",
+                 .where = "set-effect",
+                 .found = std::to_string(k_instruments_effect),
+                 .expected = "a smaller number"};
+  if (const auto* effect = command.what.as<SetEffect>())
+    if (const auto laws = laws_with_effect(hand, *effect); !laws) return laws.error();
+  if (const auto* geometry = command.what.as<ToolGeometry>())
+    return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius, geometry->balls);
+  return std::nullopt;
+}
+
+Status Engine::check_effect_of(const Instrument& instrument, std::size_t hand) const {
+  const auto laws = laws_with_instrument(hands_[hand], instrument);
+  return laws ? Status() : laws.error();
+}
+
+/// Returns true if the force of the hand's instrument has changed.
+bool Engine::use_effect_of_instrument(std::size_t hand) {
+  const auto words = [](const std::shared_ptr<const haptics::LawSet>& laws) {
+    return laws && laws->laws().back().id == k_instruments_effect ? laws->laws().back().words : std::string();
+  };
+  auto laws = laws_with_instrument(hands_[hand], now_.settings.hands[hand]);
+  if (!laws || words(laws.value()) == words(hands_[hand].laws)) return false;
+  hands_[hand].laws = std::move(laws).value();
+  return true;
+}
+
+/// Applies a setting to its hand, or to all hands. Returns false for other commands. `number`: of the item,
+/// mover or law.
+bool Engine::set(const Command& command, std::int64_t& number, Change& change, Status& error) {
+  haptics::ServoHand& hand = hands_[command.hand];
+  if (const auto* item = command.what.as<SwitchItem>()) {
+    hand.set_touchable(static_cast<int>(number = item->item), item->is_touchable);
+    // An item that becomes touchable may enclose the tool.
+    if (item->is_touchable) change = Change::growth;
+  } else if (const auto* place = command.what.as<PlaceModel>()) {
+    number = place->mover;
+    const std::vector<double>& q = place->rotation;
+    for (haptics::ServoHand& one : hands_)
+      if (has_mover(*one.scene, number))
+        one.set_placement(static_cast<int>(number), {place->position, {q[0], q[1], q[2], q[3]}});
+  } else if (const auto* depths = command.what.as<AdoptDepths>()) {
+    number = depths->item;
+    if (!use_depths(*depths, command.hand))
+      error = Error{.what = "the parameters of the depth images are invalid",
+                    .where = "adopt-depths",
+                    .found = std::to_string(number)};
+  } else if (const auto* picture = command.what.as<AdoptPicture>()) {
+    number = picture->item;
+    use_picture(*picture, command.hand);
+  } else if (const auto* effect = command.what.as<SetEffect>()) {
+    number = effect->effect.value;
+    auto laws = laws_with_effect(hand, *effect);
+    if (laws)
+      hand.laws = std::move(laws).value();
+    else
+      error = laws.error();
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool Engine::record_setting(const Command& command) {
+  std::int64_t number = 0;
+  Change change = Change::cut;
+  Status error;  // excluded by check()
+  if (!set(command, number, change, error)) return false;
+  Command latest = command;
+  if (latest.what.as<PlaceModel>()) latest.hand = 0;  // for all hands
+  now_.settings.latest_commands.insert_or_assign(key_of(latest, number), latest);
+  publish(change);
+  return true;
+}
+
+/// Replaces the hand's tool, which is growth: matter may reach where the old tool was free. Returns false,
+/// and keeps the old tool, if it does not fit the hand's current instrument.
+bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
+  const auto& geometry = static_cast<const PreparedTool&>(result);
+  Status failed = geometry.failed;
+  // The hand may have another instrument by now.
+  if (!failed)
+    failed = check_radius(*tools_[job.hand].scene, now_.settings.hands[job.hand], geometry.scene->tool_radius,
+                          geometry.scene->tool_balls);
+  if (failed) {
+    pending_events_.push_back(
+        {now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
+    return false;
+  }
+  HandTool& tool = tools_[job.hand];
+  tool = {geometry.scene, geometry.method, tool.number + 1, tool.own};
+  use_bodies(job.hand, Bodies::others);
+  use_fields();
+  if (TouchFields* fields = fields_of(job.hand)) {
+    // Its fields are valid if no cut was undone since.
+    const bool is_cut_since = job.edits != edits_;
+    TouchFields::Kept kept{{}, ever_cut_};
+    if (growths_ == job.growths) kept = {geometry.offsets, is_cut_since ? ever_cut_ : k_no_voxels};
+    fields->go_back(kept, current(), serial() + 1);
+  }
+  const Command latest{*job.parameters, job.hand};
+  now_.settings.latest_commands.insert_or_assign(key_of(latest, 0), latest);
+  publish(Change::growth);
+  return true;
+}
+
+}  // namespace trephine::sim

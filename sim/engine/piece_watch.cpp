@@ -1,0 +1,87 @@
+#include "sim/engine/piece_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "volume/cuts/solid_parts.h"
+
+namespace trephine::sim {
+
+namespace {
+
+const haptics::TouchItem* first_shape(const haptics::TouchScene& scene) noexcept {
+  return scene.items.empty() || scene.items[0].is_mesh() || !scene.items[0].bits ? nullptr : &scene.items[0];
+}
+
+}  // namespace
+
+PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
+  if (engine.is_in_stroke()) return Finding::nothing;
+  if (refused_at_) {
+    if (engine.now().world.bodies.size() >= *refused_at_) return Finding::nothing;
+    refused_at_.reset();
+    before_ = engine.current();
+    return Finding::pending;
+  }
+  if (!before_) before_ = engine.untouched();
+  if (job_.value != 0) {
+    const auto& jobs = engine.jobs();
+    if (std::any_of(jobs.begin(), jobs.end(), [this](const PendingJob& job) { return job.id == job_; }))
+      return Finding::nothing;
+    // Discarded because of a cut meanwhile: the part is still to be detached.
+    const bool is_due = was_outdated(engine);
+    job_ = {};
+    if (is_due) {
+      before_ = engine.current();
+      return Finding::parted;
+    }
+  }
+  if (engine.current() == before_) return Finding::nothing;
+  const std::shared_ptr<const volume::Version> previous = std::exchange(before_, engine.current());
+  const haptics::TouchItem* shape = first_shape(engine.scene());
+  if (shape == nullptr) return Finding::nothing;
+  const double sample = previous->lattice().frame().voxel_mm3();
+  const volume::Separation separation =
+      volume::detect_detachment(shape->field, *shape->bits, *previous, *before_,
+                                {.least_samples = static_cast<std::int64_t>(std::ceil(smallest_ / sample))});
+  ++counts_.strokes;
+  counts_.parted += separation.kind == volume::Separation::Kind::parted;
+  counts_.pending += separation.kind == volume::Separation::Kind::pending;
+  counts_.max_bricks = std::max(counts_.max_bricks, separation.bricks);
+  return separation.kind == volume::Separation::Kind::holds    ? Finding::nothing
+         : separation.kind == volume::Separation::Kind::parted ? Finding::parted
+                                                               : Finding::pending;
+}
+
+void PieceWatch::after_command(const Engine& engine, const Command& command, const Outcome& outcome) {
+  if (std::exchange(is_command_due_, false) && command.what.as<FreePieces>()) {
+    if (outcome.refused)
+      refused_at_ = engine.now().world.bodies.size();
+    else
+      job_ = outcome.job;
+  }
+  if (outcome.is_edit) before_ = engine.current();
+}
+
+bool PieceWatch::was_outdated(const Engine& engine) const {
+  constexpr std::size_t k_back = 64;  // the event is among the newest
+  const Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = chronicle.size(); i-- > 0 && chronicle.size() - i <= k_back;)
+    if (const auto* discarded = chronicle[i].what.as<JobDiscarded>(); discarded && discarded->job == job_)
+      return discarded->why == k_world_changed;
+  return false;
+}
+
+bool PieceWatch::has_loose(const haptics::TouchScene& scene, const volume::Version& version,
+                           double smallest) {
+  const haptics::TouchItem* shape = first_shape(scene);
+  if (shape == nullptr) return false;
+  const volume::SolidParts parts(shape->field, *shape->bits, version);
+  const double sample = version.lattice().frame().voxel_mm3();
+  return std::any_of(parts.parts().begin(), parts.parts().end(), [&](const volume::SolidParts::Part& part) {
+    return part.is_off && static_cast<double>(part.samples) * sample >= smallest;
+  });
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,383 @@
+#include "sim/engine/scene_description.h"
+
+#include <algorithm>
+
+#include "haptics/depth/depth_model.h"
+#include "haptics/force/effects.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "sim/engine/depth_sets.h"
+#include "sim/engine/tool_geometry.h"
+#include "volume/base/text.h"
+
+namespace trephine::sim {
+
+using trephine::hexadecimal;
+using trephine::text_of;
+
+using haptics::TouchItem;
+using haptics::TouchScene;
+
+namespace {
+
+std::string text_of(const glm::ivec3& s) {
+  return std::to_string(s.x) + " x " + std::to_string(s.y) + " x " + std::to_string(s.z) + " voxels";
+}
+
+Error no_match(const char* what, std::string found, std::string expected) {
+  return {what, "", std::move(found), std::move(expected),
+          "pass the scan of the session, or no scan if the session contains it"};
+}
+
+Status check_data(const SceneDescription& spec, const SceneData& data) {
+  constexpr const char* k_other_scan = "the scan is not the one of the session";
+  if (data.volumes.size() != spec.volumes.size() || data.models.size() != spec.models.size())
+    return no_match("the session needs other volumes or models",
+                    std::to_string(data.volumes.size()) + " and " + std::to_string(data.models.size()),
+                    std::to_string(spec.volumes.size()) + " volumes and " +
+                        std::to_string(spec.models.size()) + " models");
+  for (std::size_t v = 0; v < spec.volumes.size(); ++v) {
+    const VolumeSpec& expected = spec.volumes[v];
+    if (data.volumes[v]->size != expected.size)
+      return no_match(k_other_scan, text_of(data.volumes[v]->size), text_of(expected.size));
+    if (expected.hash)
+      if (const std::uint64_t hash = volume::content_hash(*data.volumes[v]); hash != *expected.hash)
+        return no_match(k_other_scan, "voxels with hash " + hexadecimal(hash),
+                        "hash " + hexadecimal(*expected.hash));
+  }
+  for (const StructureSpec& s : spec.structures)
+    if (s.model < 0 && s.shape.is_label() &&
+        data.volumes[static_cast<std::size_t>(s.volume)]->labels.is_empty())
+      return no_match("the scan has no labels, which the scene needs", "no labels", "label " + s.shape.name);
+  for (std::size_t m = 0; m < spec.models.size(); ++m)
+    if (const std::uint64_t hash = content_hash(*data.models[m]); hash != spec.models[m].hash)
+      return no_match("a model is not the one of the session", "hash " + hexadecimal(hash),
+                      "hash " + hexadecimal(spec.models[m].hash));
+  if (data.streams.size() != spec.streams.size())
+    return no_match("the session needs other depth streams", std::to_string(data.streams.size()),
+                    std::to_string(spec.streams.size()));
+  for (std::size_t n = 0; n < spec.streams.size(); ++n)
+    if (const std::uint64_t hash = data.streams[n]->hash(); hash != spec.streams[n].hash)
+      return no_match("a depth stream is not the one of the session", "hash " + hexadecimal(hash),
+                      "hash " + hexadecimal(spec.streams[n].hash));
+  return std::nullopt;
+}
+
+/// Scene that hands with one tool and one method share.
+struct PreparedTouch {
+  double radius;
+  std::vector<glm::dvec3> balls;
+  std::string method;
+  std::shared_ptr<const TouchScene> scene;
+  std::shared_ptr<const haptics::ProxyMethod> prepared;
+};
+
+Result<PreparedTouch> prepare_for_hand(const HandSpec& hand, const TouchScene& items, double smallest_burr) {
+  auto scene = std::make_shared<TouchScene>(items);
+  if (Status error = check_tool_radius(*scene->base, hand.tool_radius)) return *error;
+  if (Status error = haptics::set_tool(*scene, hand.tool_radius, hand.tool_balls)) return *error;
+  if (Status error = haptics::set_smallest_burr(*scene, smallest_burr)) return *error;
+  auto method = haptics::make_method(hand.method);
+  if (!method)
+    return Error{.what = "this program does not have the session's proxy method",
+                 .found = hand.method,
+                 .expected = haptics::method_names(),
+                 .remedy = "open it with the version that recorded it"};
+  if (Status error = method.value()->prepare(*scene)) return *error;
+  return PreparedTouch{hand.tool_radius, hand.tool_balls, hand.method, std::move(scene),
+                       std::move(method).value()};
+}
+
+}  // namespace
+
+Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue) {
+  if (hand.instrument.empty()) return Instrument();
+  const InstrumentType* type = catalogue.find_instrument(hand.instrument);
+  if (type == nullptr) {
+    std::string known;
+    for (const Module* module : catalogue.modules())
+      for (const InstrumentType* one : module->instruments())
+        known += (known.empty() ? "" : ", ") + std::string(one->name());
+    return Error{.what = "unknown instrument",
+                 .where = "instrument",
+                 .found = hand.instrument,
+                 .expected = known,
+                 .remedy = "choose one of these; open a session with the program that recorded it"};
+  }
+  Instrument result(*type, Value::of(*type->parameters));
+  if (Status error = result.parameters.set(hand.parameters)) return *error;
+  if (Status error = result.parameters.check()) return *error;
+  return result;
+}
+
+Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
+                        std::optional<double> smallest_burr) {
+  double finest = 0;
+  for (HandSpec& hand : spec.hands) {
+    Result<Instrument> instrument = instrument_of(hand, catalogue);
+    if (!instrument) return instrument.error();
+    const Instrument& tool = instrument.value();
+    const ToolNeeds needs =
+        tool.type && tool.type->needs ? tool.type->needs(tool.parameters.data(), anatomy) : ToolNeeds();
+    if (needs.finest_cut > 0) finest = finest > 0 ? std::min(finest, needs.finest_cut) : needs.finest_cut;
+    if (needs.touch_radius > 6)
+      return Error{.what = "the tool is too large for contact with its whole ball",
+                   .where = hand.instrument,
+                   .found = "a ball of " + text_of(needs.touch_radius) + " mm",
+                   .expected = "at most 6 mm",
+                   .remedy = "use a smaller tool"};
+    if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius;
+    if (!needs.balls.empty()) hand.tool_balls = needs.balls, hand.method = "chain";
+  }
+  const std::string found = smallest_burr ? text_of(*smallest_burr) : "";
+  spec.smallest_burr = smallest_burr.value_or(finest);
+  if (finest > 0 && !(spec.smallest_burr > 0 && spec.smallest_burr <= finest))
+    return Error{.what = "the smallest burr is out of range",
+                 .where = "smallest burr",
+                 .found = found,
+                 .expected = "above 0, at most the burr's " + text_of(finest) + " mm"};
+  // The error names the one of both that was too small.
+  if (spec.smallest_burr > 0)
+    if (auto lattice = volume::CutLattice::for_burr(anatomy, spec.smallest_burr); !lattice) {
+      Error error = lattice.error();
+      error.where = smallest_burr && *smallest_burr < finest ? "smallest burr" : "burr diameter";
+      return error;
+    }
+  return std::nullopt;
+}
+
+bool touches_smooth(const SceneDescription& spec) noexcept {
+  return std::any_of(spec.hands.begin(), spec.hands.end(), [](const HandSpec& hand) {
+    const haptics::MethodInfo* method = haptics::find_method(hand.method);
+    return method && method->solid == haptics::MethodInfo::Solid::smooth;
+  });
+}
+
+namespace {
+Error in_structure(Error error, const StructureSpec& s) {
+  error.where = s.shape.name + ": " + error.where;
+  return error;
+}
+}  // namespace
+
+Result<TouchScene> build_items(const SceneDescription& spec, const SceneData& data) {
+  TouchScene scene;
+  scene.base = data.volumes.at(0);
+  scene.others.assign(data.volumes.begin() + 1, data.volumes.end());
+  std::vector<std::size_t> soft;
+  for (const StructureSpec& s : spec.structures) {
+    if (!s.is_touchable) continue;
+    if (s.stream >= 0) {
+      const auto& source = data.streams[static_cast<std::size_t>(s.stream)];
+      scene.items.push_back(haptics::depth_item(s.shape.name, source,
+                                                data.models[static_cast<std::size_t>(s.model)], s.material));
+      scene.items.back().depth_pixel = s.depth_pixel, scene.items.back().depth_rate = s.depth_rate;
+    } else if (s.model >= 0 && s.is_streamed) {
+      scene.items.push_back(haptics::depth_item(s.shape.name,
+                                                std::make_shared<haptics::depth::IncomingDepths>(),
+                                                data.models[static_cast<std::size_t>(s.model)], s.material));
+    } else if (s.model >= 0 && s.depth_keys > 0) {
+      const auto first = data.models.begin() + s.model;
+      auto source = haptics::depth::DepthModel::of_keys(
+          {first, first + s.depth_keys}, s.depth_beat,
+          s.is_repeating ? haptics::depth::ModelKeys::After::repeat : haptics::depth::ModelKeys::After::stay);
+      if (!source) return in_structure(source.error(), s);
+      if (Status error = source.value()->check(s.depth_pixel)) return in_structure(*error, s);
+      if (Status error = DepthSets::check_pixel(s.depth_pixel, s.depth_rate, 0))
+        return in_structure(*error, s);
+      scene.items.push_back(haptics::depth_item(s.shape.name, std::move(source).value(), *first, s.material));
+      scene.items.back().depth_pixel = s.depth_pixel, scene.items.back().depth_rate = s.depth_rate;
+    } else if (s.model >= 0) {
+      scene.items.push_back(
+          haptics::mesh_item(s.shape.name, data.models[static_cast<std::size_t>(s.model)], s.material));
+    } else {
+      const volume::Volume& source_volume = *data.volumes[static_cast<std::size_t>(s.volume)];
+      auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(source_volume, s.shape));
+      if (bits->count_solid() == 0)
+        return Error{.what = "the shape is empty",
+                     .where = s.shape.name,
+                     .found = volume::describe(s.shape, source_volume.is_hounsfield) + ": no voxel",
+                     .expected = "at least one solid voxel",
+                     .remedy = "check the range of the scan's values"};
+      scene.items.push_back({volume::Field(source_volume, s.shape), std::move(bits), s.material, s.sides});
+    }
+    TouchItem& item = scene.items.back();
+    item.sides = s.sides;
+    item.ramp = s.ramp;
+    item.back_material = s.back_material;
+    item.placement = s.placement;
+    item.mover = s.mover;
+    if (s.is_soft && s.model < 0) soft.push_back(scene.items.size() - 1);
+  }
+  if (spec.is_softening)
+    haptics::soften(scene);
+  else
+    haptics::soften(scene, soft);
+  return scene;
+}
+
+Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData& data,
+                                   const Catalogue& catalogue) {
+  if (spec.hands.empty() || spec.hands.size() > haptics::ServoScene::k_most_hands)
+    return Error{.what = "too many hands",
+                 .where = "hands",
+                 .found = std::to_string(spec.hands.size()),
+                 .expected = "1 to " + std::to_string(haptics::ServoScene::k_most_hands)};
+  if (Status error = check_data(spec, data)) return *error;
+  Result<TouchScene> items = build_items(spec, data);
+  if (!items) return items.error();
+  std::vector<PreparedTouch> prepared_touches;
+  std::vector<HandStart> hands;
+  for (const HandSpec& hand : spec.hands) {
+    Result<Instrument> instrument = instrument_of(hand, catalogue);
+    if (!instrument) return instrument.error();
+    auto touch =
+        std::find_if(prepared_touches.begin(), prepared_touches.end(), [&](const PreparedTouch& one) {
+          return one.radius == hand.tool_radius && one.balls == hand.tool_balls && one.method == hand.method;
+        });
+    if (touch == prepared_touches.end()) {
+      Result<PreparedTouch> prepared = prepare_for_hand(hand, items.value(), spec.smallest_burr);
+      if (!prepared) return prepared.error();
+      touch = prepared_touches.insert(prepared_touches.end(), std::move(prepared).value());
+    }
+    if (const Instrument& held = instrument.value(); held.type && held.type->check)
+      if (Status error = held.type->check(held.parameters.data(), *touch->scene)) return *error;
+    hands.push_back({haptics::ServoHand(touch->scene, touch->prepared, haptics::TouchState(nullptr),
+                                        laws_of(hand.effects)),
+                     std::move(instrument).value(), hand.effects});
+  }
+  auto forbidden = build_forbidden(spec, data);
+  if (!forbidden) return forbidden.error();
+  return OperationStart{std::move(hands), std::move(forbidden).value()};
+}
+
+Result<std::vector<std::shared_ptr<const Forbidden>>> build_forbidden(const SceneDescription& spec,
+                                                                      const SceneData& data) {
+  std::vector<std::shared_ptr<const Forbidden>> forbidden;
+  for (const StructureSpec& s : spec.structures) {
+    if (!s.is_forbidden || s.model >= 0) continue;
+    auto result = Forbidden::build(data.volumes[static_cast<std::size_t>(s.volume)], s.shape);
+    if (!result) return result.error();
+    forbidden.push_back(std::move(result).value());
+  }
+  return forbidden;
+}
+
+std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& effects) {
+  if (effects.empty()) return nullptr;
+  auto laws = std::make_shared<haptics::LawSet>();
+  for (const std::string& words : effects) {
+    const auto id = static_cast<std::uint32_t>(laws->laws().size());
+    haptics::ServoLaw law = haptics::law_of(haptics::parse_effect(words).value(), id).value();
+    law.words = words;
+    laws->add(std::move(law));
+  }
+  return laws;
+}
+
+SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMethod& method,
+                                const haptics::ServoOptions& options, std::vector<HandSpec> hands) {
+  SceneDescription spec;
+  const SceneData data = data_of(scene);
+  for (const auto& v : data.volumes) spec.volumes.push_back({v->size});
+  for (std::size_t v = 1; v < data.volumes.size(); ++v)
+    spec.volumes[v].hash = volume::content_hash(*data.volumes[v]);
+  for (const auto& m : data.models) spec.models.push_back({m->triangle_count(), content_hash(*m)});
+  for (const auto& n : data.streams) spec.streams.push_back({n->pictures().pictures.size(), n->hash()});
+  for (const TouchItem& item : scene.items) {
+    StructureSpec s;
+    s.material = item.material;
+    s.sides = item.sides;
+    s.ramp = item.ramp;
+    s.is_soft = item.soft != nullptr;
+    s.back_material = item.back_material;
+    if (item.is_mesh()) {
+      s.model = static_cast<int>(std::find(data.models.begin(), data.models.end(), item.tree) -
+                                 data.models.begin());
+      s.shape.name = "model " + std::to_string(s.model + 1);  // never the name of a file
+      s.placement = item.placement;
+      s.mover = item.mover;
+      if (item.depth) s.depth_pixel = item.depth_pixel, s.depth_rate = item.depth_rate;
+      s.is_streamed = item.depth && item.depth->is_streamed();
+      const auto stream = std::find(data.streams.begin(), data.streams.end(), item.depth);
+      if (stream != data.streams.end()) s.stream = static_cast<int>(stream - data.streams.begin());
+      if (const auto* depth_model = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
+        s.depth_keys = static_cast<int>(depth_model->trees().size());
+        s.depth_beat = depth_model->keys().beat;
+        s.is_repeating = depth_model->keys().after == haptics::depth::ModelKeys::After::repeat;
+      }
+    } else {
+      s.shape = item.field.shape();
+      s.volume =
+          static_cast<int>(std::find_if(data.volumes.begin(), data.volumes.end(),
+                                        [&](const auto& v) { return v.get() == &item.field.volume(); }) -
+                           data.volumes.begin());
+    }
+    spec.structures.push_back(std::move(s));
+  }
+  for (HandSpec& hand : hands) {
+    hand.tool_radius = scene.tool_radius;
+    hand.tool_balls = scene.tool_balls;
+    hand.method = method.name();
+  }
+  spec.hands = std::move(hands);
+  spec.rate_hz = options.rate_hz;
+  spec.force = options.force;
+  spec.smallest_burr = scene.smallest_burr;
+  return spec;
+}
+
+SceneDescription describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options) {
+  SceneDescription spec = describe_scene(*hands[0].feels.scene, *hands[0].feels.method, options, {});
+  for (const HandStart& hand : hands) {
+    HandSpec& result = spec.hands.emplace_back(hand.instrument);
+    result.tool_radius = hand.feels.scene->tool_radius;
+    result.tool_balls = hand.feels.scene->tool_balls;
+    result.method = hand.feels.method->name();
+    result.effects = hand.effects;
+  }
+  return spec;
+}
+
+SceneDescription describe_built_scene(const SceneDescription& request, const OperationStart& start) {
+  haptics::ServoOptions servo;
+  servo.rate_hz = request.rate_hz;
+  servo.force = request.force;
+  SceneDescription result = describe_scene(start.hands, servo);
+  std::size_t touchable = 0;  // in the order of the request
+  for (const StructureSpec& s : request.structures)
+    if (s.is_touchable)
+      result.structures[touchable++].is_forbidden = s.is_forbidden;
+    else if (s.is_forbidden)
+      result.structures.push_back(s);
+  return result;
+}
+
+SceneData data_of(const TouchScene& scene) {
+  SceneData data(scene.base);
+  data.volumes.insert(data.volumes.end(), scene.others.begin(), scene.others.end());
+  const auto add = [&](const std::shared_ptr<const haptics::MeshTree>& tree) {
+    if (std::find(data.models.begin(), data.models.end(), tree) == data.models.end())
+      data.models.push_back(tree);
+  };
+  for (const TouchItem& item : scene.items)
+    if (const auto* depth_model = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
+      // The keys of a model are consecutive, even those that others share.
+      data.models.insert(data.models.end(), depth_model->trees().begin(), depth_model->trees().end());
+    } else if (item.is_mesh()) {
+      add(item.tree);
+      if (auto stream = std::dynamic_pointer_cast<const haptics::depth::DepthStream>(item.depth))
+        data.streams.push_back(std::move(stream));
+    }
+  return data;
+}
+
+std::uint64_t content_hash(const haptics::MeshTree& tree) noexcept {
+  MixHash hash;
+  hash.add(std::uint64_t{tree.vertices().size()});
+  for (const glm::dvec3& v : tree.vertices())
+    for (int a = 0; a < 3; ++a) hash.add(v[a]);
+  for (const std::uint32_t corner : tree.triangles()) hash.add(std::uint64_t{corner});
+  return hash.value();
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,141 @@
+// SceneDescription: the start of an operation as a plain value, which is also the header of a session.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptics/depth/depth_stream.h"
+#include "haptics/methods/methods.h"
+#include "haptics/servo/servo_loop.h"
+#include "sim/engine/engine.h"
+
+namespace trephine::sim {
+
+struct VolumeSpec {
+  glm::ivec3 size{0};
+  std::optional<std::uint64_t> hash = std::nullopt;  ///< of its voxels; empty if not known yet
+};
+
+struct ModelSpec {
+  std::uint64_t triangles = 0, hash = 0;
+};
+
+/// A depth stream.
+struct StreamSpec {
+  std::uint64_t pictures = 0, hash = 0;
+};
+
+/// A shape of a volume, or a model. Touchable structures of the anatomy come first, and those of one volume
+/// together.
+struct StructureSpec {
+  bool is_touchable = true;
+  bool is_forbidden = false;  ///< a shape that must not be cut
+  int volume = 0;             ///< 0: the anatomy, which alone can be cut
+  int model = -1;             ///< index of the model; -1: a shape of a volume
+  volume::Shape shape;
+  haptics::Material material;
+  haptics::Side sides = haptics::Side::front;
+  std::optional<haptics::StiffnessRamp> ramp = std::nullopt;
+  bool is_soft = false;  ///< touched by a soft field
+  std::optional<haptics::Material> back_material = std::nullopt;
+  haptics::Placement placement = {};  ///< pose of a model
+  int mover = -1;                     ///< number of a moving model; -1: at rest
+  /// Number of models, from `model` on, that are the keys of an animation touched by depth images; 0: a model
+  /// touched by its triangles.
+  int depth_keys = 0;
+  double depth_beat = 1.0 / 30;  ///< s between keys
+  bool is_repeating = false;     ///< the first key follows the last
+  double depth_pixel = 0.2;      ///< mm
+  double depth_rate = 100;       ///< Hz
+  /// Index of a depth stream, placed like its camera, with its first surface in `model`; -1: no stream.
+  int stream = -1;
+  /// Touched by submitted pictures; `model` is the drawn surface.
+  bool is_streamed = false;
+};
+
+struct HandSpec {
+  std::string instrument;              ///< empty: the hand only touches
+  std::string parameters;              ///< in words: "diameter=4 removal_rate=30"
+  double tool_radius = 0;              ///< mm; 0: a point
+  std::vector<glm::dvec3> tool_balls;  ///< mm, hand frame: centres of a rigid tool of several balls
+  std::string method = haptics::k_default_method;
+  std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
+
+  HandSpec() = default;
+  explicit HandSpec(const Instrument& initial)
+      : instrument(initial.name()), parameters(initial.type ? initial.parameters.words() : std::string()) {}
+};
+
+struct SceneDescription {
+  std::vector<VolumeSpec> volumes;  ///< the anatomy first
+  std::vector<ModelSpec> models;
+  std::vector<StreamSpec> streams;
+  std::vector<StructureSpec> structures;
+  std::vector<HandSpec> hands;
+  double rate_hz = 1000;
+  haptics::ForceOptions force;
+  double smallest_burr = 0;  ///< mm, diameter for which cuts are sampled; 0: on the voxels
+  /// Request to smooth all shapes of two values, whatever StructureSpec::is_soft. Not stored in sessions,
+  /// where is_soft of each structure is the outcome.
+  bool is_softening = false;
+};
+
+/// Loaded data of a SceneDescription.
+struct SceneData {
+  std::vector<std::shared_ptr<const volume::Volume>> volumes;
+  std::vector<std::shared_ptr<const haptics::MeshTree>> models;
+  std::vector<std::shared_ptr<const haptics::depth::DepthStream>> streams = {};
+
+  SceneData() = default;
+  SceneData(std::shared_ptr<const volume::Volume> anatomy) : volumes{std::move(anatomy)} {}
+};
+
+/// Input of an engine's constructor.
+struct OperationStart {
+  std::vector<HandStart> hands;
+  std::vector<std::shared_ptr<const Forbidden>> forbidden;
+};
+/// Builds all that a servo needs: bits, smooth fields, offset fields and prepared methods. Error if the data
+/// does not match the spec, or a hand's method cannot touch such a scene.
+Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData& data,
+                                   const Catalogue& catalogue);
+/// Returns the hand's instrument with its parameters; without a type if the hand only touches. Error if the
+/// instrument is unknown, or its parameters are out of range.
+Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue);
+/// Sets what the hands' instruments need: the ball that they touch with, and the fineness of cuts.
+/// `smallest_burr`: requested diameter, mm. Errors name "smallest burr" and "burr diameter".
+Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
+                        std::optional<double> smallest_burr);
+/// True if the method of some hand touches smooth solids only.
+bool touches_smooth(const SceneDescription& spec) noexcept;
+/// Builds the items alone, as a point touches them: no tool, no cuts.
+Result<haptics::TouchScene> build_items(const SceneDescription& spec, const SceneData& data);
+/// Returns the effects as laws; null without effects. Requires valid effects.
+std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& effects);
+
+/// Builds the forbidden structures of a spec.
+Result<std::vector<std::shared_ptr<const Forbidden>>> build_forbidden(const SceneDescription& spec,
+                                                                      const SceneData& data);
+/// Describes a running scene. Hands share its items, but not the tool. `hands`: instruments and effects;
+/// method and tool are filled in.
+SceneDescription describe_scene(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+                                const haptics::ServoOptions& options, std::vector<HandSpec> hands);
+/// Describes a scene with hands of several tools.
+SceneDescription describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options);
+/// Describes the scene that was built from a spec, with its forbidden structures.
+SceneDescription describe_built_scene(const SceneDescription& request, const OperationStart& start);
+/// Returns the volumes, models and streams of a scene.
+SceneData data_of(const haptics::TouchScene& scene);
+
+/// Converts to lines of key=value, as in a session's header, and back. Volumes, models and streams that the
+/// text does not name are those of the data. The error names the line.
+std::string to_text(const SceneDescription& spec);
+Result<SceneDescription> scene_from_text(std::string_view text, const SceneData& data);
+
+/// Hash of a tree's contents.
+std::uint64_t content_hash(const haptics::MeshTree& tree) noexcept;
+
+}  // namespace trephine::sim

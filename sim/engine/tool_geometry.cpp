@@ -1,0 +1,70 @@
+#include "sim/engine/tool_geometry.h"
+
+#include <algorithm>
+
+#include "haptics/methods/methods.h"
+
+namespace trephine::sim {
+
+Status check_tool_radius(const volume::Volume& base, double radius) {
+  const glm::dvec3& spacing = base.frame.spacing();
+  const double least = 0.02 * std::min({spacing.x, spacing.y, spacing.z});
+  if (radius == 0 || (radius >= least && radius <= 6)) return std::nullopt;
+  return Error{.what = "the tool's radius is out of range",
+               .where = "tool radius",
+               .found = std::to_string(radius) + " mm",
+               .expected = "0, or " + std::to_string(least) + " to 6 mm",
+               .remedy = radius > 6 ? "use a smaller ball, or a point" : "use a point, or a larger ball"};
+}
+
+namespace {
+/// Adds samples all over a field to a hash: detects another radius, step, shape or cut, in a millisecond.
+void add_samples(MixHash& hash, const volume::OffsetField& field) {
+  constexpr int k_samples = 1 << 16;
+  const glm::uvec3 size(field.size());
+  std::uint64_t random = 1;
+  const auto random_below = [&random](unsigned limit) {
+    random = random * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<int>((random >> 33) % limit);
+  };
+  for (int i = 0; i < k_samples; ++i) {
+    const int x = random_below(size.x), y = random_below(size.y), z = random_below(size.z);
+    hash.add(field.at(x, y, z));
+  }
+}
+}  // namespace
+
+std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const ToolGeometry& request,
+                                                  const volume::Version& version,
+                                                  const volume::VoxelBox& cut) {
+  auto result = std::make_shared<PreparedTool>();
+  auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
+  const double radius = request.radius;
+  if ((result->failed = haptics::set_tool(*scene, radius, request.balls))) return result;
+  // Several balls need the chain method; one ball uses the hand's initial method, or the general one.
+  auto method = haptics::make_method(!request.balls.empty() ? "chain"
+                                     : tool.own == "chain"  ? "scene"
+                                                            : tool.own);
+  if (!method) {
+    result->failed = method.error();
+    return result;
+  }
+  if ((result->failed = method.value()->prepare(*scene))) return result;
+  result->scene = std::move(scene);
+  result->method = std::move(method).value();
+  if (radius > 0 && cut.low.x <= cut.high.x)
+    for (const haptics::TouchItem& shape : haptics::base_shapes(*result->scene))
+      result->offsets.push_back(
+          shape.offset->updated(shape.field, *shape.bits, version, cut, 0, nullptr, shape.soft.get()));
+  MixHash hash;
+  hash.add(radius);
+  for (const glm::dvec3& at : request.balls)
+    for (int a = 0; a < 3; ++a) hash.add(at[a]);
+  if (radius > 0)
+    for (std::size_t s = 0; s < base_shapes(*result->scene).size(); ++s)
+      add_samples(hash, result->offsets.empty() ? *result->scene->items[s].offset : *result->offsets[s]);
+  result->fingerprint = hash.value();
+  return result;
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,30 @@
+// PreparedTool: a new tool of a hand (a ball of another radius, or a point), prepared in the background.
+#pragma once
+
+#include "haptics/servo/servo_scene.h"
+#include "sim/engine/engine_image.h"
+#include "sim/engine/touch_fields.h"
+
+namespace trephine::sim {
+
+/// Prepared scene of the hand, built from immutable data alone.
+class PreparedTool final : public JobResult {
+ public:
+  std::shared_ptr<const haptics::TouchScene> scene;
+  std::shared_ptr<const haptics::ProxyMethod> method;
+  OffsetJob::Offsets offsets;     ///< of the remaining matter when the job began; empty for a point
+  Status failed;                  ///< reason why the tool is impossible
+  std::uint64_t fingerprint = 0;  ///< of fields and radius
+  std::uint64_t hash() const override { return fingerprint; }
+};
+
+/// Accepts 0, or 0.02 voxels to 6 mm: the offset field of a smaller ball would be too large. Otherwise an
+/// error.
+Status check_tool_radius(const volume::Volume& base, double radius);
+
+/// Builds `tool` with the requested geometry. `cut`: box of all cuts ever made in `version`.
+std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const ToolGeometry& request,
+                                                  const volume::Version& version,
+                                                  const volume::VoxelBox& cut);
+
+}  // namespace trephine::sim

@@ -1,0 +1,380 @@
+#include "sim/session/checkpoint_format.h"
+
+#include <algorithm>
+#include <set>
+
+#include "haptics/servo/servo_memory.h"
+#include "sim/session/packed.h"
+#include "volume/base/bytes.h"
+#include "volume/cuts/version_changes.h"
+#include "volume/fields/offset_changes.h"
+
+namespace trephine::sim {
+
+using trephine::get;
+using trephine::get_number;
+using trephine::get_text;
+using trephine::put;
+using trephine::put_number;
+using trephine::put_text;
+
+namespace {
+
+/// Bytes of a chain, and their ratio to its first link, above which it starts again from the untouched state,
+/// since all its links are read to reach the last one.
+constexpr std::size_t k_short_chain = 1 << 20, k_longest_chain = 2;
+
+void put_count(std::string& out, std::uint64_t value) { put_number(out, static_cast<std::int64_t>(value)); }
+
+void put_box(std::string& out, const volume::VoxelBox& box) {
+  for (const glm::ivec3& corner : {box.low, box.high})
+    for (int a = 0; a < 3; ++a) put_number(out, corner[a]);
+}
+
+/// Writes a value whose type the reader knows.
+void put_bytes_of(std::string& out, const Value* value) {
+  put_text(out, value && !value->is_empty() ? value->bytes() : std::string());
+}
+void put_modules(std::string& out, const std::vector<std::shared_ptr<const Value>>& modules) {
+  put_count(out, modules.size());
+  for (const auto& module : modules) put_bytes_of(out, module.get());
+}
+void put_value(std::string& out, const Value& value) {
+  put_text(out, value.is_empty() ? std::string_view() : value.name());
+  put_bytes_of(out, &value);
+}
+
+void put_placement(std::string& out, const haptics::Placement& at) {
+  put(out, at.position_world);
+  const glm::dquat& q = at.rotation;
+  for (const double part : {q.w, q.x, q.y, q.z}) put(out, part);
+}
+
+void put_hand(std::string& out, const EngineImage::Hand& hand) {
+  put(out, hand.tool.scene->tool_radius);
+  put_count(out, hand.tool.scene->tool_balls.size());
+  for (const glm::dvec3& at : hand.tool.scene->tool_balls) put(out, at);
+  put_count(out, hand.tool.number);
+  put(out, static_cast<std::uint8_t>(hand.way != nullptr));
+  if (hand.way) {
+    put(out, hand.way->serial);
+    put_count(out, hand.way->count);
+    for (std::uint32_t i = 0; i < hand.way->count; ++i) put(out, hand.way->places_volume[i]);
+  }
+  put(out, static_cast<std::uint8_t>(hand.work.is_pressed | hand.work.is_fresh << 1 |
+                                     hand.work.body.has_value() << 2 | hand.work.place.has_value() << 3));
+  put(out, hand.work.noted_faults);
+  if (hand.work.body) put(out, hand.work.body->centre), put(out, hand.work.body->radius);
+  if (hand.work.place) put_placement(out, *hand.work.place);
+}
+
+/// Writes the cuts that the fields do not include.
+void put_cuts(std::string& out, const TouchFields& fields) {
+  const auto cuts = fields.cuts();
+  put_count(out, cuts.size());
+  for (const auto& [serial, box] : cuts) {
+    put(out, serial);
+    put_box(out, box);
+  }
+}
+
+/// Writes the counts of an image, and the boxes of its cuts.
+void put_numbers(std::string& out, const EngineImage& image) {
+  for (const std::uint64_t number : {image.last_entry, image.growths, image.edits,
+                                     std::uint64_t{image.last_job}, std::uint64_t{image.last_body}})
+    put_count(out, number);
+  put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
+  put_box(out, image.stroke_box);
+  put_box(out, image.ever_cut);
+}
+
+/// Calls each(branch), for the current branch first.
+template <class Each>
+void for_branches(const EngineImage& image, Each&& each) {
+  each(image.branch);
+  for (const Branch& one : image.left_branches) each(one);
+}
+
+/// Writes a job without the state in which it began.
+void put_job(std::string& out, const PendingJob& job) {
+  put_count(out, job.id.value);
+  put(out, job.hand);
+  put_value(out, *job.parameters);
+  put_count(out, job.growths);
+  put_count(out, job.edits);
+  put_box(out, job.cut);
+}
+
+/// Returns the first hand with this scene; the number of hands if no hand has it any more.
+std::size_t hand_of(const Checkpoint& checkpoint, const std::shared_ptr<const haptics::TouchScene>& scene) {
+  std::size_t h = 0;
+  while (h < checkpoint.image.hands.size() && checkpoint.image.hands[h].tool.scene != scene) ++h;
+  return h;
+}
+
+}  // namespace
+
+void CheckpointEncoder::put_link(const ChainLink& link, const std::string& bytes) {
+  ++link_count_;
+  put_count(links_, link.chain);
+  put_count(links_, link.number);
+  put(links_, static_cast<std::uint8_t>(link.is_first));
+  put_text(links_, packed(bytes));
+}
+
+std::uint64_t CheckpointEncoder::link_of(const std::shared_ptr<const volume::Version>& version) {
+  if (version == tail_.version) return tail_.next_link - 1;
+  ChainLink link{0, tail_.next_link++,
+                 !tail_.version || chain_bytes_ > std::max(k_short_chain, k_longest_chain * first_bytes_)};
+  const std::string bytes =
+      volume::VersionChanges::between(link.is_first ? *untouched_ : *tail_.version, *version);
+  if (link.is_first) chain_bytes_ = 0, first_bytes_ = bytes.size();
+  chain_bytes_ += bytes.size();
+  put_link(link, bytes);
+  tail_.version = version;
+  return link.number;
+}
+
+void CheckpointEncoder::put_offsets(std::string& out, const std::shared_ptr<const haptics::TouchScene>& scene,
+                                    const OffsetJob::Offsets& offsets) {
+  put_count(out, offsets.size());
+  for (std::size_t s = 0; s < offsets.size(); ++s) {
+    Chain& chain = chains_[{scene, s}];
+    if (chain.id == 0) chain.id = tail_.next_chain++;
+    if (chain.newest != offsets[s]) {
+      const ChainLink link{
+          chain.id, chain.next_link++,
+          !chain.newest || chain.bytes > std::max(k_short_chain, k_longest_chain * chain.first_bytes)};
+      const std::string bytes = volume::OffsetChanges::between(
+          link.is_first ? *scene->items[s].offset : *chain.newest, *offsets[s]);
+      if (link.is_first) chain.bytes = 0, chain.first_bytes = bytes.size();
+      chain.bytes += bytes.size();
+      put_link(link, bytes);
+      chain.newest = offsets[s];
+      chain.newest_link = link.number;
+    }
+    put_count(out, chain.id);
+    put_count(out, chain.newest_link);
+  }
+}
+
+void CheckpointEncoder::put_fields(std::string& out, const Checkpoint& checkpoint,
+                                   const std::shared_ptr<const haptics::TouchScene>& scene,
+                                   const TouchFields::Kept& kept) {
+  const std::size_t hand = hand_of(checkpoint, scene);
+  put_count(out, hand);
+  put_count(out, checkpoint.image.hands[hand].tool.number);
+  put_box(out, kept.stale_box);
+  put_offsets(out, scene, kept.fields);
+}
+
+void CheckpointEncoder::put_world(std::string& out, const UndoableState& world) {
+  put_count(out, link_of(world.version));
+  put_modules(out, world.modules);
+  put_count(out, world.bodies.size());
+  for (const Body& body : world.bodies) {
+    std::uint64_t& chain = pieces_[body.id.value];
+    if (chain == 0) {
+      chain = tail_.next_chain++;
+      put_link({chain, 0, true}, to_bytes(*body.piece));
+    }
+    put_count(out, body.id.value);
+    put_count(out, static_cast<std::uint64_t>(body.mover));
+    put_count(out, chain);
+    put_placement(out, body.place);
+    put_number(out, body.holder);
+    if (body.holder >= 0) put_placement(out, body.grip);
+  }
+}
+
+void CheckpointEncoder::put_place(std::string& out, const Checkpoint& checkpoint, const HistoryPlace& place) {
+  put_world(out, place.world);
+  const auto is_of_a_hand = [&](const auto& one) {
+    return hand_of(checkpoint, one.first) < checkpoint.image.hands.size();
+  };
+  put_count(
+      out, static_cast<std::uint64_t>(std::count_if(place.fields.begin(), place.fields.end(), is_of_a_hand)));
+  for (const auto& one : place.fields)
+    if (is_of_a_hand(one)) put_fields(out, checkpoint, one.first, one.second);
+}
+
+void CheckpointEncoder::put_state(std::string& out, const OperationState& state) {
+  put(out, state.next_tick);
+  put_world(out, state.world);
+  put_modules(out, state.settings.modules);
+  for (const Instrument& hand : state.settings.hands) {
+    put_text(out, hand.name());
+    put_bytes_of(out, &hand.parameters);
+    put_bytes_of(out, &hand.state);
+  }
+  put_count(out, state.settings.latest_commands.size());
+  for (const auto& [key, command] : state.settings.latest_commands) {
+    put_text(out, key);
+    put(out, command.hand);
+    put_value(out, command.what);
+  }
+  put_count(out, state.chronicle.size());
+  put_count(out, state.chronicle.undos);
+  put_count(out, state.chronicle.redos);
+  for (const ForbiddenWatch& watch : state.watches) {
+    std::string fields;
+    encode_fields(ForbiddenWatch::schema(), &watch, fields);
+    put_text(out, fields);
+  }
+}
+
+void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint) {
+  const EngineImage& image = checkpoint.image;
+  for (const EngineImage::Hand& hand : image.hands) put_hand(out, hand);
+  put_count(out, image.left_branches.size());
+  for_branches(image, [&](const Branch& branch) {
+    put_text(out, branch.name);
+    put_count(out, branch.history.size());
+    std::uint64_t last = 0;
+    // Mostly consecutive; an entry with later fields has a newer number than the entries after it.
+    for (const auto& entry : branch.history)
+      put_number(out, static_cast<std::int64_t>(entry->number - std::exchange(last, entry->number)));
+    put_count(out, branch.position);
+    put_count(out, branch.forgotten);
+  });
+  put_numbers(out, image);
+
+  put_count(out, image.jobs.size());
+  for (const PendingJob& job : image.jobs) {
+    put_job(out, job);
+    put_state(out, *job.input);
+  }
+  put(out, image.serial);
+  put_state(out, image.now);
+
+  put_count(out, image.fields.size());
+  for (const TouchFields& fields : image.fields) {
+    put_fields(out, checkpoint, fields.scene(), {fields.newest(), fields.stale_box()});
+    put_cuts(out, fields);
+  }
+  put_count(out, checkpoint.fields.size());
+  for (const Checkpoint::Fields& result : checkpoint.fields) {
+    put(out, result.serial);
+    put(out, result.hand);
+    put_offsets(out, image.hands[result.hand].tool.scene, result.offsets);
+  }
+}
+
+/// Writes the new entries of the history with their states.
+void CheckpointEncoder::put_history(std::string& out, const Checkpoint& checkpoint) {
+  std::set<std::uint64_t> written_entries;  // branches share entries
+  for_branches(checkpoint.image, [&](const Branch& branch) {
+    for (const auto& entry : branch.history) {
+      if (entry->number <= tail_.last_entry || !written_entries.insert(entry->number).second) continue;
+      const Result<HistoryPlace> history_place = entry->place();
+      if (!history_place) continue;  // its session is missing: readers cannot go there either
+      std::string place;
+      put_place(place, checkpoint, history_place.value());
+      put_count(out, entry->number);
+      put_box(out, entry->box);
+      put_text(out, place);
+    }
+  });
+  tail_.last_entry = checkpoint.image.last_entry;
+}
+
+std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
+  links_.clear();
+  link_count_ = 0;
+  // A tool that no hand has any more does not return.
+  std::erase_if(chains_, [&](const auto& chain) {
+    return hand_of(checkpoint, chain.first.first) == checkpoint.image.hands.size();
+  });
+  // The parts are encoded first, since this makes the links that precede them.
+  std::string events, trails, history, rest;
+  put_history(history, checkpoint);
+  const Chronicle& chronicle = checkpoint.image.now.chronicle;
+  put_count(events, tail_.events);
+  put_count(events, chronicle.size() - tail_.events);
+  for (std::size_t i = tail_.events; i < chronicle.size(); ++i) {
+    const Event& event = chronicle[i];
+    put(events, event.tick);
+    put(events, event.hand);
+    put(events, event.place_world);
+    put_value(events, event.what);
+  }
+  tail_.events = chronicle.size();
+  tail_.places.resize(checkpoint.image.hands.size());
+  for (std::size_t h = 0; h < checkpoint.image.hands.size(); ++h) {
+    const HandTrail& trail = checkpoint.image.hands[h].trail;
+    const std::size_t from = std::max<std::size_t>(tail_.places[h], trail.first());
+    put_count(trails, trail.first());
+    put_count(trails, from);
+    put_count(trails, trail.count() - from);
+    for (std::size_t i = from; i < trail.count(); ++i) put(trails, trail.place(i));
+    tail_.places[h] = trail.count();
+  }
+  for (const std::string& core : checkpoint.cores) put_text(rest, core);
+  put_count(rest, checkpoint.records.size());
+  for (const haptics::ServoRecord& record : checkpoint.records) haptics::put_record(rest, record);
+  put_image(rest, checkpoint);
+
+  std::string out;
+  put(out, checkpoint.block);
+  put(out, checkpoint.next_tick);
+  put_count(out, link_count_);
+  out += links_;
+  for (const std::string& part : {events, trails, history, rest}) put_text(out, packed(part));
+  return out;
+}
+
+std::string bytes_without_state(const EngineImage& image) {
+  std::string out;
+  for (const EngineImage::Hand& hand : image.hands) {
+    put_hand(out, hand);
+    put_count(out, hand.trail.count());
+    for (std::size_t i = hand.trail.first(); i < hand.trail.count(); ++i) put(out, hand.trail.place(i));
+  }
+  for (const TouchFields& fields : image.fields) {
+    put_box(out, fields.stale_box());
+    put_cuts(out, fields);
+  }
+  for_branches(image, [&](const Branch& branch) {
+    put_text(out, branch.name);
+    put_count(out, branch.position);
+    put_count(out, branch.forgotten);
+    for (const auto& entry : branch.history) {
+      put_count(out, entry->number);
+      put_box(out, entry->box);
+    }
+  });
+  put(out, image.serial);
+  put_numbers(out, image);
+  for (const PendingJob& job : image.jobs) {
+    put_job(out, job);
+    put(out, job.input->hash());
+  }
+  return out;
+}
+
+bool read_index(std::string_view bytes, CheckpointIndex& index) {
+  const char* begin = bytes.data();
+  const auto part = [&](CheckpointIndex::Part& position) {
+    std::string_view text;
+    if (!get_text(bytes, text)) return false;
+    position = {static_cast<std::uint64_t>(text.data() - begin), text.size()};
+    return true;
+  };
+  std::int64_t links = 0;
+  if (!get(bytes, index.block) || !get(bytes, index.next_tick) || !get_number(bytes, links)) return false;
+  for (; links > 0; --links) {
+    CheckpointIndex::Link link;
+    std::int64_t chain = 0, number = 0;
+    std::uint8_t is_first = 0;
+    if (!get_number(bytes, chain) || !get_number(bytes, number) || !get(bytes, is_first)) return false;
+    if (chain < 0 || number < 0 || !part(link.bytes)) return false;
+    link.chain = static_cast<std::uint64_t>(chain);
+    link.number = static_cast<std::uint64_t>(number);
+    link.is_first = is_first != 0;
+    index.links.push_back(link);
+  }
+  return links == 0 && part(index.events) && part(index.trails) && part(index.history) && part(index.rest) &&
+         bytes.empty();
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,84 @@
+// CheckpointEncoder: encodes checkpoints as bytes of a session. docs/file-formats.md describes the format.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/api/catalogue.h"
+#include "sim/session/checkpoint.h"
+
+namespace trephine::sim {
+
+/// Versions and fields are stored as changes since the previous one: links of a chain. Chain 0 belongs to the
+/// anatomy, each other one to an offset field of a round tool or to a piece.
+struct ChainLink {
+  std::uint64_t chain = 0, number = 0;
+  bool is_first = false;  ///< stored relative to the untouched state: needs no link before it
+};
+
+/// Memory of encoders about earlier checkpoints.
+struct CheckpointTail {
+  std::uint64_t next_link = 0;                     ///< of the anatomy's chain
+  std::shared_ptr<const volume::Version> version;  ///< of the newest link; null: the next link is a first one
+  std::uint64_t next_chain = 1;
+  std::uint64_t last_entry = 0;       ///< of the history, stored so far
+  std::uint64_t events = 0;           ///< of the chronicle, stored so far
+  std::vector<std::uint64_t> places;  ///< of each hand's trail, stored so far
+};
+
+/// For one thread at a time.
+class CheckpointEncoder {
+ public:
+  CheckpointEncoder(CheckpointTail tail, std::shared_ptr<const volume::Version> untouched)
+      : tail_(std::move(tail)), untouched_(std::move(untouched)) {}
+  std::string encode(const Checkpoint& checkpoint);
+
+ private:
+  struct Chain {
+    std::uint64_t id = 0, next_link = 0;
+    std::shared_ptr<const volume::OffsetField> newest;
+    std::uint64_t newest_link = 0;
+    std::size_t bytes = 0, first_bytes = 0;
+  };
+  std::uint64_t link_of(const std::shared_ptr<const volume::Version>& version);
+  void put_offsets(std::string& out, const std::shared_ptr<const haptics::TouchScene>& scene,
+                   const OffsetJob::Offsets& offsets);
+  void put_fields(std::string& out, const Checkpoint& checkpoint,
+                  const std::shared_ptr<const haptics::TouchScene>& scene, const TouchFields::Kept& kept);
+  void put_world(std::string& out, const UndoableState& world);
+  void put_place(std::string& out, const Checkpoint& checkpoint, const HistoryPlace& place);
+  void put_state(std::string& out, const OperationState& state);
+  void put_image(std::string& out, const Checkpoint& checkpoint);
+  void put_history(std::string& out, const Checkpoint& checkpoint);
+  void put_link(const ChainLink& link, const std::string& bytes);
+
+  CheckpointTail tail_;
+  std::shared_ptr<const volume::Version> untouched_;
+  std::size_t chain_bytes_ = 0, first_bytes_ = 0;  ///< of the anatomy's chain from its first link on; of it
+  std::map<std::pair<std::shared_ptr<const haptics::TouchScene>, std::size_t>, Chain> chains_;
+  std::map<std::uint32_t, std::uint64_t> pieces_;  ///< chains of stored pieces, by body
+  std::string links_;                              ///< of this checkpoint
+  std::uint64_t link_count_ = 0;
+};
+
+/// Returns the bytes of an image without its state (which has a hash) and bricks; equal for equal images.
+std::string bytes_without_state(const EngineImage& image);
+
+/// Positions of the parts of a checkpoint within its bytes.
+struct CheckpointIndex {
+  struct Part {
+    std::uint64_t at = 0, length = 0;
+  };
+  struct Link : ChainLink {
+    Part bytes;
+  };
+  std::uint64_t block = 0, next_tick = 0;
+  std::vector<Link> links;
+  Part events, trails, history, rest;
+};
+/// Returns false if the bytes are not a checkpoint.
+bool read_index(std::string_view bytes, CheckpointIndex& index);
+
+}  // namespace trephine::sim

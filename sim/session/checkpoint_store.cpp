@@ -1,0 +1,615 @@
+// CheckpointStore: decodes checkpoints field by field. One file, in the order in which the encoder writes.
+#include "sim/session/checkpoint_store.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <utility>
+
+#include "haptics/servo/servo_memory.h"
+#include "sim/engine/tool_geometry.h"
+#include "volume/base/bytes.h"
+#include "volume/cuts/version_changes.h"
+#include "volume/fields/offset_changes.h"
+
+namespace trephine::sim {
+
+using trephine::get;
+using trephine::get_number;
+using trephine::get_text;
+
+namespace {
+
+/// Thrown for broken bytes, within this file only.
+struct Broken {
+  const char* what;
+};
+
+/// Reads one value after another; throws Broken for an invalid one.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view in) : in_(in) {}
+
+  template <class T>
+  T value() {
+    T result{};
+    if (!get(in_, result)) throw Broken{"it ends early"};
+    return result;
+  }
+  std::uint64_t count(std::uint64_t most = ~std::uint64_t{0}) {
+    const std::int64_t result = signed_number();
+    if (result < 0 || static_cast<std::uint64_t>(result) > most) throw Broken{"a number out of its range"};
+    return static_cast<std::uint64_t>(result);
+  }
+  std::int64_t signed_number() {
+    std::int64_t result = 0;
+    if (!get_number(in_, result)) throw Broken{"it ends early"};
+    return result;
+  }
+  /// Reads a number of elements that take at least a byte each.
+  std::uint64_t element_count() { return count(in_.size()); }
+  std::string_view text() {
+    std::string_view result;
+    if (!get_text(in_, result)) throw Broken{"it ends early"};
+    return result;
+  }
+  double number() {
+    const auto result = value<double>();
+    if (!(std::abs(result) < 1e12)) throw Broken{"an invalid number"};
+    return result;
+  }
+  glm::dvec3 place() {
+    const double x = number(), y = number(), z = number();
+    return {x, y, z};
+  }
+  std::uint8_t flags(std::uint8_t known) {
+    const auto result = value<std::uint8_t>();
+    if ((result & ~known) != 0) throw Broken{"an unknown flag"};
+    return result;
+  }
+  haptics::Placement placement() {
+    haptics::Placement result;
+    result.position_world = place();
+    double parts[4];
+    for (double& part : parts) part = number();
+    result.rotation = {parts[0], parts[1], parts[2], parts[3]};
+    if (!(std::abs(glm::length(result.rotation) - 1) < 1e-6)) throw Broken{"an invalid rotation"};
+    return result;
+  }
+  volume::VoxelBox box(const glm::ivec3& size) {
+    volume::VoxelBox result;
+    bool is_empty = false;
+    for (glm::ivec3* corner : {&result.low, &result.high})
+      for (int a = 0; a < 3; ++a) {
+        const std::int64_t at = signed_number();
+        if (std::abs(at) > (1 << 30)) throw Broken{"an invalid box"};
+        (*corner)[a] = static_cast<int>(at);
+      }
+    for (int a = 0; a < 3; ++a) is_empty = is_empty || result.low[a] > result.high[a];
+    for (int a = 0; !is_empty && a < 3; ++a)
+      if (result.low[a] < -64 || result.high[a] > size[a] + 64) throw Broken{"a box beyond the volume"};
+    return result;
+  }
+  haptics::ServoRecord record() {
+    haptics::ServoRecord result;
+    if (!haptics::get_record(in_, result)) throw Broken{"an invalid tick"};
+    return result;
+  }
+  bool is_at_end() const { return in_.empty(); }
+
+ private:
+  std::string_view in_;
+};
+
+template <class T>
+T value_or_throw(Result<T> result) {
+  if (!result) throw Broken{"invalid bricks or values"};
+  return std::move(result).value();
+}
+
+}  // namespace
+
+struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
+  Shared(SessionReader& reader, Engine from) : session(&reader), life(reader.life()), start(std::move(from)) {
+    for (const CheckpointIndex& index : reader.checkpoints())
+      for (const CheckpointIndex::Link& link : index.links) links[{link.chain, link.number}] = &link;
+  }
+
+  SessionReader* session;
+  std::weak_ptr<const bool> life;  ///< of the reader, which an engine may outlive
+  Engine start;
+  std::map<std::pair<std::uint64_t, std::uint64_t>, const CheckpointIndex::Link*> links;
+
+  // Newest states read, which shorten the path to later links.
+  std::uint64_t version_link = 0;
+  std::shared_ptr<const volume::Version> version;
+  struct LastField {
+    std::uint64_t link = 0;
+    std::shared_ptr<const haptics::TouchScene> scene;
+    std::shared_ptr<const volume::OffsetField> field;
+  };
+  std::map<std::uint64_t, LastField> fields;
+  std::map<std::pair<std::size_t, std::string>, std::shared_ptr<const PreparedTool>> geometries;
+  std::vector<Event> events;  ///< of the first `event_checkpoints` checkpoints
+  std::size_t event_checkpoints = 0;
+  bool are_events_known = true;
+  struct StoredEntry {
+    volume::VoxelBox box;
+    std::string place;
+  };
+  std::map<std::uint64_t, std::shared_ptr<const Piece>> pieces;  ///< by chain
+  std::map<std::uint64_t, StoredEntry> entries;  ///< of the first `entry_checkpoints` checkpoints
+  std::size_t entry_checkpoints = 0;
+
+  /// Returns the bytes of the links up to `number`, oldest first: from the first one of the chain, or from
+  /// the one after `known` if that is newer, which sets `starts_after_known`.
+  std::vector<std::string> links_to(std::uint64_t chain, std::uint64_t number, std::uint64_t known,
+                                    bool& starts_after_known) {
+    std::vector<std::string> result;
+    std::size_t bytes = 0;
+    constexpr std::size_t k_most_bytes = std::size_t{1} << 30;
+    starts_after_known = false;
+    for (std::uint64_t n = number;; --n) {
+      const auto found = links.find({chain, n});
+      if (found == links.end()) throw Broken{"a missing state"};
+      result.push_back(value_or_throw(session->read(found->second->bytes)));
+      if ((bytes += result.back().size()) > k_most_bytes) throw Broken{"a chain that is too long"};
+      if (found->second->is_first) break;
+      if (n == 0) throw Broken{"a chain without a beginning"};
+      if ((starts_after_known = n - 1 == known)) break;
+    }
+    std::reverse(result.begin(), result.end());
+    return result;
+  }
+  static std::vector<std::string_view> views(const std::vector<std::string>& all) {
+    return {all.begin(), all.end()};
+  }
+
+  std::shared_ptr<const volume::Version> version_at(std::uint64_t link) {
+    if (version && version_link == link) return version;
+    bool starts_after_known = false;
+    const auto changes = links_to(0, link, version ? version_link : ~std::uint64_t{0}, starts_after_known);
+    version = value_or_throw(volume::VersionChanges::applied(
+        starts_after_known ? *version : *start.now().world.version, views(changes)));
+    version_link = link;
+    return version;
+  }
+  std::shared_ptr<const volume::OffsetField> field_at(std::uint64_t chain, std::uint64_t link,
+                                                      const std::shared_ptr<const haptics::TouchScene>& scene,
+                                                      std::size_t shape) {
+    LastField& last = fields[chain];
+    const bool is_same = last.field && last.scene == scene;
+    if (is_same && last.link == link) return last.field;
+    const std::shared_ptr<const volume::OffsetField>& untouched = scene->items[shape].offset;
+    if (!untouched) throw Broken{"a tool's field without a tool"};
+    bool starts_after_known = false;
+    const auto changes = links_to(chain, link, is_same ? last.link : ~std::uint64_t{0}, starts_after_known);
+    last.field = value_or_throw(
+        volume::OffsetChanges::applied(starts_after_known ? *last.field : *untouched, views(changes)));
+    last.link = link;
+    last.scene = scene;
+    return last.field;
+  }
+
+  /// Reads values of the types of `initial`; the engine may have lacked some of the last modules.
+  std::vector<std::shared_ptr<const Value>> read_modules(
+      ByteReader& in, const std::vector<std::shared_ptr<const Value>>& initial) {
+    std::vector<std::shared_ptr<const Value>> modules = initial;
+    const std::uint64_t count = in.count(initial.size());
+    for (std::uint64_t m = 0; m < count; ++m) {
+      const std::string_view bytes = in.text();
+      if (initial[m])
+        modules[m] =
+            std::make_shared<const Value>(value_or_throw(Value::from_bytes(initial[m]->type(), bytes)));
+    }
+    return modules;
+  }
+  Value read_value(ByteReader& in) {
+    const std::string_view name = in.text(), bytes = in.text();
+    if (name.empty()) return {};
+    const ValueType* type = session->catalogue().find(name);
+    if (type == nullptr) throw Broken{"a value that this program does not know"};
+    return value_or_throw(Value::from_bytes(*type, bytes));
+  }
+
+  const std::vector<Event>& events_up_to(std::size_t i) {
+    for (; event_checkpoints <= i; ++event_checkpoints) {
+      are_events_known = true;
+      try {
+        read_events(value_or_throw(session->read(session->checkpoints()[event_checkpoints].events)));
+      } catch (const Broken&) {
+        are_events_known = false;  // until a checkpoint with all events
+      }
+    }
+    if (!are_events_known) throw Broken{"missing events"};
+    return events;
+  }
+  void read_events(const std::string& bytes) {
+    ByteReader in(bytes);
+    const std::uint64_t from = in.count();
+    if (from > events.size()) throw Broken{"missing events"};
+    events.resize(from);
+    for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
+      Event event;
+      event.tick = in.value<std::uint64_t>();
+      event.hand = in.value<std::uint8_t>();
+      event.place_world = in.place();
+      event.what = read_value(in);
+      if (event.what.is_empty()) throw Broken{"an event without a name"};
+      events.push_back(std::move(event));
+    }
+  }
+  const std::map<std::uint64_t, StoredEntry>& entries_up_to(std::size_t i) {
+    for (; entry_checkpoints <= i; ++entry_checkpoints) {
+      try {
+        const std::string bytes =
+            value_or_throw(session->read(session->checkpoints()[entry_checkpoints].history));
+        ByteReader in(bytes);
+        while (!in.is_at_end()) {
+          const std::uint64_t number = in.count();
+          const volume::VoxelBox box = in.box(start.scene().base->size);
+          entries.insert_or_assign(number, StoredEntry{box, std::string(in.text())});
+        }
+      } catch (const Broken&) {
+        continue;  // a reader that needs one of them reports it
+      }
+    }
+    return entries;
+  }
+  /// Reads this checkpoint and earlier ones, until the trails are complete.
+  std::vector<HandTrail> trails_at(std::size_t i) {
+    struct Part {
+      std::uint64_t first = 0, from = 0;
+      std::vector<glm::dvec3> places;
+    };
+    std::vector<Part> parts(start.hand_count());
+    for (std::size_t k = i;; --k) {
+      const std::string bytes = value_or_throw(session->read(session->checkpoints()[k].trails));
+      ByteReader in(bytes);
+      bool is_whole = true;
+      for (Part& part : parts) {
+        const std::uint64_t first = in.count(), from = in.count(), count = in.element_count();
+        std::vector<glm::dvec3> places;
+        for (std::uint64_t n = 0; n < count; ++n) places.push_back(in.place());
+        if (k == i) {
+          part = {first, from, std::move(places)};
+        } else if (part.from > part.first) {
+          if (from + count != part.from) throw Broken{"a trail with a gap"};
+          places.insert(places.end(), part.places.begin(), part.places.end());
+          part.from = from;
+          part.places = std::move(places);
+        }
+        is_whole = is_whole && part.from <= part.first;
+      }
+      if (is_whole) break;
+      if (k == 0) throw Broken{"a trail without a beginning"};
+    }
+    std::vector<HandTrail> trails;
+    for (const Part& part : parts) {
+      if (part.first - part.from > part.places.size()) throw Broken{"an invalid trail"};
+      trails.push_back(HandTrail::of(part.first, std::span(part.places).subspan(part.first - part.from)));
+    }
+    return trails;
+  }
+
+  // ---- parts of an image ----
+
+  struct Hands {
+    std::vector<std::shared_ptr<const haptics::TouchScene>> scenes;
+    std::vector<std::uint64_t> layouts;
+  };
+  /// Skips the fields if `scene` is null.
+  OffsetJob::Offsets read_offsets(ByteReader& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
+    OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_most));
+    if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
+      throw Broken{"fields of other shapes than there are"};
+    for (std::size_t s = 0; s < offsets.size(); ++s) {
+      const std::uint64_t chain = in.count(), link = in.count();
+      if (scene) offsets[s] = field_at(chain, link, scene, s);
+    }
+    return offsets;
+  }
+  /// Returns the scene of a hand with an earlier tool; null if it no longer exists.
+  std::shared_ptr<const haptics::TouchScene> scene_of(std::size_t hand, std::uint64_t layout,
+                                                      const Hands& hands) const {
+    if (hands.layouts[hand] == layout) return hands.scenes[hand];
+    const auto& first = start.servo_scene()->hands;
+    for (std::size_t h = 0; layout == 0 && h < hands.scenes.size(); ++h)
+      if (hands.layouts[h] == 0 && first[h].scene == first[hand].scene) return hands.scenes[h];
+    return nullptr;
+  }
+  std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept> read_fields(ByteReader& in,
+                                                                                       const Hands& hands) {
+    const std::uint64_t hand = in.count(hands.scenes.size() - 1), layout = in.count();
+    const auto scene = scene_of(hand, layout, hands);
+    const volume::VoxelBox stale_box = in.box(start.scene().base->size);
+    return {scene, {read_offsets(in, scene), stale_box}};
+  }
+  UndoableState read_world(ByteReader& in) {
+    UndoableState world;
+    world.version = version_at(in.count());
+    world.modules = read_modules(in, start.now().world.modules);
+    for (std::uint64_t remaining = in.count(haptics::TouchScene::k_max_movers); remaining > 0; --remaining) {
+      Body body;
+      body.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
+      body.mover = static_cast<int>(in.count(haptics::TouchScene::k_max_movers - 1));
+      const std::uint64_t chain = in.count();
+      std::shared_ptr<const Piece>& piece = pieces[chain];
+      bool starts_after_known = false;
+      if (!piece) piece = piece_from_bytes(links_to(chain, 0, ~std::uint64_t{0}, starts_after_known).back());
+      if (!piece) throw Broken{"an invalid piece"};
+      body.piece = piece;
+      body.place = in.placement();
+      const std::int64_t holder = in.signed_number();
+      if (holder < -1 || holder >= static_cast<std::int64_t>(start.hand_count()))
+        throw Broken{"a body in no hand"};
+      body.holder = static_cast<int>(holder);
+      if (holder >= 0) body.grip = in.placement();
+      const auto is_used = [&](const auto& item) { return item.mover == body.mover; };
+      bool is_good = std::none_of(world.bodies.begin(), world.bodies.end(), is_used) &&
+                     (world.bodies.empty() || world.bodies.back().id.value < body.id.value);
+      for (std::size_t h = 0; h < start.hand_count(); ++h)
+        is_good = is_good && std::none_of(start.scene(h).items.begin(), start.scene(h).items.end(), is_used);
+      if (!is_good) throw Broken{"a body in another's place"};
+      world.bodies.push_back(std::move(body));
+    }
+    return world;
+  }
+  HistoryPlace read_place(ByteReader& in, const Hands& hands) {
+    HistoryPlace place;
+    place.world = read_world(in);
+    for (std::uint64_t remaining = in.count(haptics::ServoScene::k_most_hands); remaining > 0; --remaining)
+      if (auto fields = read_fields(in, hands); fields.first) place.fields.push_back(std::move(fields));
+    return place;
+  }
+  OperationState read_state(ByteReader& in, const std::vector<Event>& all_events) {
+    const OperationState& initial = start.now();
+    OperationState state;
+    state.next_tick = in.value<std::uint64_t>();
+    state.world = read_world(in);
+    state.settings.modules = read_modules(in, initial.settings.modules);
+    for (std::size_t h = 0; h < start.hand_count(); ++h) {
+      const std::string_view name = in.text(), parameters = in.text(), memory = in.text();
+      Instrument& hand = state.settings.hands.emplace_back();
+      if (name.empty()) continue;
+      hand.type = session->catalogue().find_instrument(name);
+      if (hand.type == nullptr) throw Broken{"an instrument that this program does not have"};
+      hand.parameters = value_or_throw(Value::from_bytes(*hand.type->parameters, parameters));
+      hand.state = value_or_throw(Value::from_bytes(*hand.type->state, memory));
+    }
+    for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
+      std::string key(in.text());
+      Command command;
+      command.hand = in.value<std::uint8_t>();
+      command.what = read_value(in);
+      if (command.what.is_empty() || command.hand >= start.hand_count()) throw Broken{"an invalid command"};
+      state.settings.latest_commands.emplace(std::move(key), std::move(command));
+    }
+    const std::uint64_t count = in.count(all_events.size());
+    for (std::uint64_t i = 0; i < count; ++i) state.chronicle.add(all_events[i]);
+    state.chronicle.undos = in.count();
+    state.chronicle.redos = in.count();
+    for (std::size_t w = 0; w < initial.watches.size(); ++w)
+      if (decode_fields(ForbiddenWatch::schema(), &state.watches.emplace_back(), in.text()))
+        throw Broken{"a forbidden structure's values"};
+    return state;
+  }
+  /// Reads a hand, with its initial scene or that of another tool.
+  void read_hand(ByteReader& in, std::size_t h, EngineImage::Hand& hand) {
+    ToolGeometry geometry{in.number(), {}};
+    for (std::uint64_t remaining = in.count(haptics::TouchScene::k_most_balls); remaining > 0; --remaining)
+      geometry.balls.push_back(in.place());
+    hand.tool = start.tool(h);
+    hand.tool.number = in.count();
+    if (hand.tool.number != 0) {
+      std::shared_ptr<const PreparedTool>& prepared = geometries[{h, Value(geometry).bytes()}];
+      if (!prepared) {
+        if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"an invalid tool"};
+        prepared = make_geometry(hand.tool, geometry, *start.now().world.version, k_no_voxels);
+      }
+      if (prepared->failed) throw Broken{"a tool that cannot be made"};
+      hand.tool.scene = prepared->scene;
+      hand.tool.method = prepared->method;
+    }
+    if (in.flags(1) != 0) {
+      auto path = std::make_shared<haptics::EscapePath>();
+      path->serial = in.value<std::uint64_t>();
+      path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_most_places));
+      for (std::uint32_t i = 0; i < path->count; ++i) path->places_volume[i] = in.place();
+      hand.way = std::move(path);
+    }
+    const auto flags = in.flags(15);
+    hand.work.is_pressed = flags & 1;
+    hand.work.is_fresh = flags & 2;
+    hand.work.noted_faults = in.value<std::uint32_t>();
+    if (flags & 4) {
+      const glm::dvec3 centre = in.place();
+      hand.work.body = ToolBall{centre, in.number()};
+    }
+    if (flags & 8) hand.work.place = in.placement();
+  }
+
+  void read_history(ByteReader& in, std::size_t i, const Hands& hands, EngineImage& image) {
+    const auto& stored = entries_up_to(i);
+    std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>> output;  // branches share entries
+    const std::uint64_t others = in.count(Engine::k_most_branches - 1);
+    image.branch = read_branch(in, hands, stored, output);
+    for (std::uint64_t remaining = others; remaining > 0; --remaining)
+      image.left_branches.push_back(read_branch(in, hands, stored, output));
+    image.last_entry = in.count();
+    image.growths = in.count();
+    image.edits = in.count();
+    image.last_job = static_cast<std::uint32_t>(in.count());
+    image.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
+  }
+
+  Branch read_branch(ByteReader& in, const Hands& hands, const std::map<std::uint64_t, StoredEntry>& stored,
+                     std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>>& output) {
+    Branch branch;
+    branch.name = in.text();
+    std::uint64_t number = 0;
+    for (std::uint64_t remaining = in.count(Engine::k_most_strokes + 1); remaining > 0; --remaining) {
+      number += static_cast<std::uint64_t>(in.signed_number());
+      std::shared_ptr<const HistoryEntry>& entry = output[number];
+      if (!entry) entry = read_entry(number, hands, stored);
+      branch.history.push_back(entry);
+    }
+    branch.position = in.count();
+    branch.forgotten = in.count();
+    if (branch.position >= branch.history.size()) throw Broken{"an invalid history entry"};
+    return branch;
+  }
+
+  std::shared_ptr<const HistoryEntry> read_entry(std::uint64_t number, const Hands& hands,
+                                                 const std::map<std::uint64_t, StoredEntry>& stored) {
+    const auto found = stored.find(number);
+    if (found == stored.end()) throw Broken{"a missing history entry"};
+    HistoryEntry entry{number, found->second.box, {}, {}};
+    entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
+                  output = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
+      try {
+        if (*output) return **output;
+        if (shared->life.expired())
+          return Error{.what = "the earlier history can no longer be read",
+                       .expected = "its session to stay open while it is continued"};
+        ByteReader place(bytes);
+        return *(*output = shared->read_place(place, hands));
+      } catch (const Broken& broken) {
+        return error_of(broken);
+      } catch (const std::bad_alloc&) {
+        return error_of({"more than there is memory for"});
+      }
+    };
+    return std::make_shared<const HistoryEntry>(std::move(entry));
+  }
+
+  void read_jobs(ByteReader& in, const std::vector<Event>& all_events, EngineImage& image) {
+    for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
+      PendingJob job;
+      job.id.value = static_cast<std::uint32_t>(in.count());
+      job.hand = in.value<std::uint8_t>();
+      job.parameters = std::make_shared<const Value>(read_value(in));
+      job.growths = in.count();
+      job.edits = in.count();
+      job.cut = in.box(start.scene().base->size);
+      job.input = std::make_shared<const OperationState>(read_state(in, all_events));
+      if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"an invalid job"};
+      if (!job.parameters->as<ToolGeometry>() && !job.parameters->as<FreePieces>() &&
+          !start.find_job(job.parameters->type(), job.type, job.module))
+        throw Broken{"a job that this program does not have"};
+      const haptics::TouchScene& anatomy = *start.tool(job.hand).scene;
+      const auto* pieces = job.parameters->as<FreePieces>();
+      if ((pieces && check_shape_of_pieces(anatomy, pieces->item, "")) ||
+          (job.type && job.type->check && job.type->check(job.parameters->data(), anatomy)))
+        throw Broken{"a job that does not fit"};
+      image.jobs.push_back(std::move(job));
+    }
+  }
+
+  Checkpoint read_checkpoint(std::size_t i) {
+    const CheckpointIndex& index = session->checkpoints()[i];
+    const std::string bytes = value_or_throw(session->read(index.rest));
+    const std::vector<Event>& all_events = events_up_to(i);
+    std::vector<HandTrail> trails = trails_at(i);
+    Checkpoint result;
+    result.block = index.block;
+    result.next_tick = index.next_tick;
+    ByteReader in(bytes);
+    const std::size_t count = start.hand_count();
+    for (std::size_t h = 0; h < count; ++h) result.cores.emplace_back(in.text());
+    for (std::uint64_t remaining = in.count(CheckpointMaker::k_most_records); remaining > 0; --remaining) {
+      result.records.push_back(in.record());
+      if (result.records.back().hand >= count) throw Broken{"a tick of no hand"};
+    }
+    EngineImage& image = result.image;
+    image.hands.resize(count);
+    Hands hands;
+    for (std::size_t h = 0; h < count; ++h) {
+      read_hand(in, h, image.hands[h]);
+      image.hands[h].trail = std::move(trails[h]);
+      hands.scenes.push_back(image.hands[h].tool.scene);
+      hands.layouts.push_back(image.hands[h].tool.number);
+    }
+    read_history(in, i, hands, image);
+    image.is_stroke_changed = in.flags(1) != 0;
+    image.stroke_box = in.box(start.scene().base->size);
+    image.ever_cut = in.box(start.scene().base->size);
+    read_jobs(in, all_events, image);
+    image.serial = in.value<std::uint64_t>();
+    image.now = read_state(in, all_events);
+    for (std::uint64_t remaining = in.count(count); remaining > 0; --remaining) {
+      auto [scene, kept] = read_fields(in, hands);
+      const bool is_twice = std::any_of(image.fields.begin(), image.fields.end(),
+                                        [&, s = scene](const TouchFields& f) { return f.scene() == s; });
+      if (!scene || is_twice || !(scene->tool_radius > 0)) throw Broken{"a tool's field of no hand"};
+      std::vector<std::pair<std::uint64_t, volume::VoxelBox>> cuts(in.element_count());
+      for (auto& [serial, box] : cuts) {
+        serial = in.value<std::uint64_t>();
+        box = in.box(scene->base->size);
+      }
+      image.fields.push_back(TouchFields::of(scene, std::move(kept), cuts, image.now.world.version));
+    }
+    for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
+      Checkpoint::Fields& output = result.fields.emplace_back();
+      output.serial = in.value<std::uint64_t>();
+      output.hand = in.value<std::uint8_t>();
+      if (output.hand >= count) throw Broken{"a tool's field of no hand"};
+      output.offsets = read_offsets(in, hands.scenes[output.hand]);
+    }
+    if (!in.is_at_end()) throw Broken{"more than there should be"};
+    return result;
+  }
+
+  static Error error_of(const Broken& broken) {
+    return Error{.what = "a checkpoint of the session is broken",
+                 .found = broken.what,
+                 .expected = "unchanged data written by trephine",
+                 .remedy = "open the session from its start"};
+  }
+};
+
+CheckpointStore::CheckpointStore(SessionReader& session, Engine start)
+    : shared_(std::make_shared<Shared>(session, std::move(start))) {}
+CheckpointStore::~CheckpointStore() = default;
+
+std::size_t CheckpointStore::size() const noexcept { return shared_->session->checkpoints().size(); }
+const CheckpointIndex& CheckpointStore::index(std::size_t i) const noexcept {
+  return shared_->session->checkpoints()[i];
+}
+
+std::optional<std::size_t> CheckpointStore::before(std::uint64_t tick) const noexcept {
+  const std::vector<CheckpointIndex>& all = shared_->session->checkpoints();
+  const auto after = std::partition_point(
+      all.begin(), all.end(), [tick](const CheckpointIndex& one) { return one.next_tick <= tick; });
+  if (after == all.begin()) return std::nullopt;
+  return static_cast<std::size_t>(after - all.begin()) - 1;
+}
+
+Result<Checkpoint> CheckpointStore::read(std::size_t i) {
+  try {
+    return shared_->read_checkpoint(i);
+  } catch (const Broken& broken) {
+    return Shared::error_of(broken);
+  } catch (const std::bad_alloc&) {
+    return Shared::error_of({"more than there is memory for"});
+  }
+}
+
+CheckpointTail CheckpointStore::tail() {
+  CheckpointTail tail;
+  for (const auto& [key, link] : shared_->links) {
+    if (key.first == 0) tail.next_link = key.second + 1;
+    tail.next_chain = std::max(tail.next_chain, key.first + 1);
+  }
+  if (size() == 0) return tail;
+  const Result<Checkpoint> newest = read(size() - 1);
+  if (!newest) return tail;
+  const EngineImage& image = newest.value().image;
+  tail.version = image.now.world.version;
+  tail.last_entry = image.last_entry;
+  tail.events = image.now.chronicle.size();
+  for (const EngineImage::Hand& hand : image.hands) tail.places.push_back(hand.trail.count());
+  return tail;
+}
+
+}  // namespace trephine::sim

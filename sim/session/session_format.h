@@ -1,0 +1,180 @@
+// Session file: header, items and blocks. docs/file-formats.md describes the format for other programs.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "sim/engine/scene_description.h"
+
+namespace trephine::sim {
+
+/// Version of the file's layout. Files of other layouts are refused.
+inline constexpr std::uint32_t k_session_layout = 10;  // 10: effects of visits to forbidden structures
+/// Revision of the arithmetic of servo and edits: raised with every change that gives other bits for the same
+/// input. A session of another revision can be viewed, but not verified. Modules have their own versions.
+inline constexpr std::uint32_t k_replay_revision = 14;
+
+/// Name and version of a module, or of a struct that has a table.
+struct NamedVersion {
+  std::string name;
+  std::uint32_t version = 1;
+  std::string fields;  ///< of a struct: describe(Schema), for programs without its module
+};
+
+/// All that a replay needs in addition to the scan itself. Contains no patient data: a scan is named only if
+/// its name was chosen for it (a case, a phantom).
+struct SessionHeader : SceneDescription {
+  SessionHeader() = default;
+  SessionHeader(SceneDescription scene) : SceneDescription(std::move(scene)) {}
+
+  std::uint32_t revision = k_replay_revision;
+  std::string program;    ///< version, commit and compiler
+  std::string case_name;  ///< of a case folder or a built-in phantom; otherwise empty
+  bool is_builtin = false;
+  std::vector<NamedVersion> modules;  ///< in their order of the catalogue
+  std::vector<NamedVersion> types;    ///< of commands and events; items refer to them by index
+};
+/// Adds the modules and types of a catalogue to a header.
+void describe(const Catalogue& catalogue, SessionHeader& header);
+/// Types of a header, as in this program; null for unknown types, or other versions.
+using TypeList = std::vector<const ValueType*>;
+TypeList types_of(const SessionHeader& header, const Catalogue& catalogue);
+
+/// Input and output of the servo in a tick.
+struct TickItem {
+  haptics::ServoRecord record;  ///< inputs exact; of the outputs the force (as float), contact and version
+  std::uint32_t check = 0;      ///< output_check() of all exact outputs
+};
+struct CommandItem {
+  Command command;
+};
+/// An event: a fact, which a replay must reproduce.
+struct EventItem {
+  Event event;
+};
+/// A command or event of a module that this program does not have.
+struct UnknownItem {
+  std::size_t type = 0;  ///< index in the header's list
+  bool is_command = false;
+};
+/// A new version: its serial, the last tick that it includes, and all matter removed so far.
+struct VersionItem {
+  std::uint64_t serial = 0, last_tick = 0;
+  std::int64_t removed_units = 0;
+};
+/// Hash of a version's whole content; written some time after the version.
+struct HashItem {
+  std::uint64_t serial = 0, hash = 0;
+};
+using LogItem = std::variant<TickItem, CommandItem, EventItem, UnknownItem, VersionItem, HashItem>;
+
+/// End of a session that was closed properly.
+struct SessionEnd {
+  std::uint64_t ticks = 0, serial = 0;
+  std::uint64_t dropped = 0;  ///< missing ticks since the session was last continued
+  std::uint64_t hash = 0;     ///< of the version
+  std::uint64_t state = 0;    ///< OperationState::hash()
+  double removed_mm3 = 0;
+  std::vector<Measure> measures = {};  ///< facts: measures at the end
+};
+
+/// Hash of all outputs of a tick, bit by bit.
+std::uint32_t output_check(const haptics::ServoRecord& record) noexcept;
+/// Returns the force rounded to the grid of the session file, N.
+glm::dvec3 logged_force(const glm::dvec3& force_world) noexcept;
+
+std::string encode(const SessionHeader& header);
+Result<SessionHeader> decode_header(std::string_view text);
+std::string encode(const SessionEnd& end);
+Result<SessionEnd> decode_end(std::string_view bytes);
+
+/// Encodes and decodes a model; a decoded one is valid for a MeshTree.
+std::string encode_model(const haptics::MeshTree& model);
+Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view bytes);
+/// Encodes and decodes a depth stream.
+std::string encode_stream(const haptics::depth::DepthStream& stream);
+Result<std::shared_ptr<const haptics::depth::DepthStream>> decode_stream(std::string_view bytes);
+/// Encodes and decodes a scan, for sessions that contain it.
+std::string encode_scan(const volume::Volume& scan);
+Result<volume::Volume> decode_scan(std::string_view bytes);
+
+/// State of a hand's last tick in a block, relative to which the next is stored.
+struct TickMemory {
+  bool is_there = false;
+  std::uint64_t tick = 0, version = 0;
+  haptics::Pose pose;
+  /// On their grids: position and its last change, force in 1/1024 N, and orientation.
+  std::array<std::int64_t, 3> place{}, moved{}, force{};
+  std::array<std::int64_t, 4> turn{};
+};
+
+/// Encodes the items of a block, each relative to the previous one; blocks are independent.
+class ItemEncoder {
+ public:
+  explicit ItemEncoder(TypeList types) : types_(std::move(types)) {}
+  void add(const haptics::ServoRecord& record);
+  /// Requires that the type of the value is in the list, as does the next function.
+  void add(const CommandItem& item);
+  void add(const EventItem& item);
+  void add(const VersionItem& item);
+  void add(const HashItem& item);
+  bool is_empty() const noexcept { return bytes_.empty(); }
+  std::size_t size() const noexcept { return bytes_.size(); }
+  std::uint64_t first_tick() const noexcept { return first_tick_; }
+  /// Returns the bytes added since the last call.
+  std::string take();
+
+ private:
+  void put_value(const Value& value);
+
+  TypeList types_;
+  std::string bytes_;
+  std::uint64_t first_tick_ = 0;
+  std::array<TickMemory, 4> last_;
+  VersionItem last_version_;
+};
+
+/// Decodes the items of a block. Every read is checked: broken bytes give an Error.
+class ItemDecoder {
+ public:
+  ItemDecoder(std::string_view bytes, TypeList types) : bytes_(bytes), types_(std::move(types)) {}
+  bool is_at_end() const noexcept { return bytes_.empty(); }
+  Result<LogItem> next();
+
+ private:
+  Result<LogItem> next_tick(std::uint8_t flags);
+  Result<LogItem> next_value(std::uint8_t kind);
+
+  std::string_view bytes_;
+  TypeList types_;
+  std::array<TickMemory, 4> last_;
+  VersionItem last_version_;
+};
+
+/// Blocks: kind, length, number, first tick, payload, checksum.
+enum class BlockKind : std::uint32_t {
+  header = 'H',
+  scan_hash = 'C',
+  scan = 'V',    ///< volumes, in their order
+  model = 'M',   ///< models, in their order
+  stream = 'D',  ///< depth streams, in their order
+  log = 'L',
+  checkpoint = 'K',  ///< sim/session/checkpoint_format.h
+  end = 'E'
+};
+struct BlockHead {
+  std::uint32_t magic = 0, kind = 0;
+  std::uint64_t number = 0, first_tick = 0, length = 0;
+};
+inline constexpr std::uint32_t k_block_magic = 0x42505254;       // "TRPB"
+inline constexpr std::string_view k_session_magic = "TREPHSES";  // then the layout, 4 bytes, and 4 of zero
+inline constexpr std::uint64_t k_longest_block = std::uint64_t{1} << 34;
+
+std::uint64_t block_checksum(const BlockHead& head, std::string_view payload) noexcept;
+
+}  // namespace trephine::sim

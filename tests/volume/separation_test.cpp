@@ -1,0 +1,171 @@
+// Separations by a cut: against the parts of the whole volume, which solid_parts_test judges.
+#include "volume/cuts/separation.h"
+
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "volume/cuts/removal.h"
+#include "volume/cuts/solid_parts.h"
+
+namespace trephine::volume {
+namespace {
+
+struct Cut {
+  std::shared_ptr<Volume> volume;
+  Field field;
+  Occupancy bits;
+  std::shared_ptr<const Version> start;
+
+  Cut(Volume result, double burr) : volume(std::make_shared<Volume>(std::move(result))) {
+    const Shape shape{"", 0};
+    field = Field(*volume, shape);
+    bits = Occupancy::build(*volume, shape);
+    const auto lattice = burr > 0 ? CutLattice::for_burr(*volume, burr).value() : CutLattice(*volume);
+    start = std::make_shared<const Version>(volume, lattice);
+  }
+  bool has_loose(const Version& version) const {
+    const SolidParts parts(field, bits, version);
+    for (const SolidParts::Part& part : parts.parts())
+      if (part.is_off) return true;
+    return false;
+  }
+  /// Removes loose parts until none remains.
+  void take_loose(RemovalEditor& editor) const {
+    for (int round = 0; round < 5; ++round) {
+      const auto version = editor.freeze();
+      const SolidParts parts(field, bits, *version);
+      std::vector<std::uint8_t> goes;
+      VoxelBox box{glm::ivec3(1 << 20), glm::ivec3(-1)};
+      for (const SolidParts::Part& part : parts.parts()) {
+        goes.push_back(part.is_off);
+        if (part.is_off) box = {glm::min(box.low, part.box.low), glm::max(box.high, part.box.high)};
+      }
+      if (box.high.x < 0) return;
+      editor.take_out(parts, goes, box);
+    }
+  }
+};
+
+/// Lumps of noise, slightly more than half of them solid; `lump`: their width in voxels.
+Volume lumps(const Frame& frame, unsigned seed, int lump) {
+  std::mt19937 random(seed);
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+  };
+  auto result = make_volume({43, 37, 30}, frame).value();
+  std::vector<double> coarse(44 * 38 * 31);
+  for (double& value : coarse) value = between(-900, 1000);
+  for (int z = 0; z < result.size.z; ++z)
+    for (int y = 0; y < result.size.y; ++y)
+      for (int x = 0; x < result.size.x; ++x)
+        result.voxels[result.index(x, y, z)] = static_cast<std::int16_t>(
+            coarse[static_cast<std::size_t>(x / lump + 44 * (y / lump) + 44 * 38 * (z / lump))] +
+            between(-300, 300));
+  return result;
+}
+
+std::vector<Frame> frames() {
+  glm::dmat3 sheared(0.0);
+  sheared[0][0] = 0.5, sheared[1][1] = 0.6, sheared[2][2] = 1.9, sheared[2][1] = 0.3;
+  return {Frame(), Frame::from_spacing({5, -3, 2}, {0.5, 0.5, 2.5}).value(),
+          Frame::from_axes({1, 2, 3}, sheared).value()};
+}
+
+TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
+  std::array<int, 3> kinds{};  // cases on lattices of voxels
+  int fine_held = 0, fine_pending = 0, fine_needless = 0;
+  for (const Frame& frame : frames())
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      const bool is_fine = seed > 3;
+      const Cut cut(lumps(frame, seed, seed % 2 ? 3 : 5), is_fine ? 3.0 : 0);
+      std::mt19937 random(seed + 100);
+      const auto between = [&](double low, double high) {
+        return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+      };
+      RemovalEditor editor(cut.start, {cut.field});
+      for (int stroke = 0; stroke < (is_fine ? 8 : 20); ++stroke) {
+        const auto before = editor.freeze();
+        glm::dvec3 at(between(-1, 43), between(-1, 37), between(-1, 30));
+        for (int way = 0; way < 3; ++way) {
+          const glm::dvec3 next = at + glm::dvec3(between(-9, 9), between(-9, 9), between(-9, 9));
+          editor.remove(
+              {frame.world_from_volume(at), frame.world_from_volume(next), between(1.5, 2.5), false});
+          at = next;
+        }
+        const auto after = editor.freeze();
+        const Separation verdict =
+            detect_detachment(cut.field, cut.bits, *before, *after, {.max_bricks = 1 << 20});
+        const bool is_loose = cut.has_loose(*after);
+        if (is_fine) {
+          ASSERT_NE(verdict.kind, Separation::Kind::parted);
+          if (verdict.kind == Separation::Kind::holds) {
+            ASSERT_FALSE(is_loose) << seed << " stroke " << stroke;
+            ++fine_held;
+          } else {
+            ++fine_pending, fine_needless += !is_loose;
+          }
+        } else {
+          ASSERT_EQ(verdict.kind, is_loose ? Separation::Kind::parted : Separation::Kind::holds)
+              << seed << " stroke " << stroke;
+          ++kinds[static_cast<std::size_t>(verdict.kind)];
+        }
+        // With a smaller budget it gives up or returns the same result.
+        for (const std::int64_t most : {1, 10, 40}) {
+          const Separation cheaper =
+              detect_detachment(cut.field, cut.bits, *before, *after, {.max_bricks = most});
+          if (cheaper.kind != Separation::Kind::pending) {
+            ASSERT_EQ(cheaper.kind, verdict.kind);
+          }
+        }
+        cut.take_loose(editor);
+      }
+    }
+  EXPECT_GT(kinds[0], 40);
+  EXPECT_GT(kinds[1], 40);
+  EXPECT_GT(fine_held, 5);
+  EXPECT_GT(fine_pending, 3);
+  EXPECT_LE(fine_needless, fine_pending / 2);
+}
+
+/// A plate of bone, and a saw along a ring: nothing is separated until the ring closes, then the disk is.
+TEST(Separation, FindsADiskWhenItsRingCloses) {
+  for (const double burr : {0.0, 2.2}) {
+    auto result = make_volume({90, 90, 24}, Frame::from_spacing({0, 0, 0}, glm::dvec3(0.6)).value()).value();
+    for (int z = 0; z < 24; ++z)
+      for (int y = 0; y < 90; ++y)
+        for (int x = 0; x < 90; ++x) result.voxels[result.index(x, y, z)] = z >= 7 && z < 17 ? 500 : -1000;
+    const Cut cut(std::move(result), burr);
+    RemovalEditor editor(cut.start, {cut.field});
+    constexpr int k_steps = 40;
+    for (int i = 0; i < k_steps; ++i) {
+      const auto before = editor.freeze();
+      const auto at = [&](double step, double z) {
+        const double a = 2 * 3.14159265358979 * step / k_steps;
+        return glm::dvec3(27 + 14 * std::cos(a), 27 + 14 * std::sin(a), z);
+      };
+      // One stroke: in, along, and out.
+      for (double z = 10.6; z > 3; z -= 0.7) editor.remove({at(i, z), at(i + 1, z), 1.2, false});
+      const auto after = editor.freeze();
+      const Separation verdict = detect_detachment(cut.field, cut.bits, *before, *after);
+      const bool is_loose = cut.has_loose(*after);
+      EXPECT_EQ(verdict.kind, !is_loose     ? Separation::Kind::holds
+                              : burr == 0.0 ? Separation::Kind::parted
+                                            : Separation::Kind::pending)
+          << i;
+      // The saw is 2.4 mm wide, a step 2.2 mm long: the last step but one closes the ring.
+      EXPECT_EQ(is_loose, i >= k_steps - 2) << i;
+      if (is_loose) {
+        // Planted fault: without the change no separation is found.
+        EXPECT_EQ(detect_detachment(cut.field, cut.bits, *after, *after).kind, Separation::Kind::holds);
+        break;
+      }
+      EXPECT_LT(verdict.bricks, burr == 0.0 ? 250 : 800) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trephine::volume

@@ -1,0 +1,22 @@
+// WorkCounters: counts of expensive objects built by this process, so that reports can prove their absence.
+#pragma once
+
+#include <atomic>
+
+namespace trephine {
+
+/// Deliberately process-wide, an exception to the rule against globals: only a global counter can prove that
+/// no mesh and no GL context was created anywhere. Read by reports only.
+struct WorkCounters {
+  std::atomic<long> surfaces{0};       ///< whole surfaces and chunks extracted
+  std::atomic<long> occupancies{0};    ///< bit fields built, one per shape
+  std::atomic<long> offset_fields{0};  ///< fields for tools with a radius, updates included
+  std::atomic<long> gl_contexts{0};    ///< windows and off-screen images created
+};
+
+inline WorkCounters& work_counters() noexcept {
+  static constinit WorkCounters counters;
+  return counters;
+}
+
+}  // namespace trephine

@@ -1,0 +1,46 @@
+// Automatic choice of a shape in a scan: threshold from the histogram, choice of connected parts, closing of
+// thin walls.
+#pragma once
+
+#include <memory>
+
+#include "volume/scan/shape.h"
+
+namespace trephine::volume {
+
+/// Returns Otsu's threshold: the lowest value of the upper class, for the largest variance between two
+/// classes. For scans without a calibrated intensity (MR).
+int otsu_threshold(const Volume& volume);
+
+/// Summary of the connected parts of a shape (26-connected voxels).
+struct ShapeParts {
+  std::int64_t largest = 0, second = 0, others = 0;  ///< voxels; others: all parts except the largest
+  int count = 0;                                     ///< number of parts
+  /// True if a second part is large enough to hide the largest, such as a table or a head holder.
+  bool is_other_large() const noexcept {
+    return count >= 2 && static_cast<double>(second) >= 0.005 * static_cast<double>(largest);
+  }
+};
+ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& shape);
+
+/// Returns a copy without the parts of the shape other than the largest. The scan's voxels do not change: a
+/// removed part of a window becomes air in Volume::shape_voxels, that of a label background in the labels.
+Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, const Shape& shape,
+                                 ShapeParts& parts);
+
+/// Hysteresis threshold for windows: returns a copy with only those parts that contain an intensity of at
+/// least `seed` and have at least `least_share` of the largest such part's voxels. `removed`: the removed
+/// parts, and in `largest` the largest kept one.
+Result<Volume> keep_seeded_parts(const std::shared_ptr<const Volume>& volume, const Shape& shape, double seed,
+                                 double least_share, ShapeParts& removed);
+
+/// Closes walls that are thinner than the scan resolves and therefore below the threshold. Returns a copy in
+/// which shape voxels of at least `low` are raised to `high` if all of these hold: they are in gaps of the
+/// shape that a ball of `reach_mm` cannot enter (a closing, half a voxel more generous, since a hole in a
+/// sheet of one voxel has no depth); there is solid on two opposite sides, so that outer surfaces do not
+/// move; and they are brighter than both sides along other lines by half the difference of `low` to the
+/// shape, as in a wall but not in the gap of a joint. `filled`: number of raised voxels.
+Result<Volume> fill_thin_walls(const Volume& volume, const Shape& shape, double low, double high,
+                               double reach_mm, std::int64_t& filled);
+
+}  // namespace trephine::volume

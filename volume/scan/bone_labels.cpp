@@ -1,0 +1,48 @@
+#include "volume/scan/bone_labels.h"
+
+#include <algorithm>
+#include <string>
+
+#include "volume/scan/traversal.h"
+
+namespace trephine::volume {
+
+bool is_bone_name(std::string_view label) {
+  std::string name(label);
+  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  // Soft tissue named after a bone: "vertebral disc", "vertebral artery".
+  for (const char* soft : {"disc", "artery", "vein", "canal", "nerve"})
+    if (name.find(soft) != std::string::npos) return false;
+  for (const char* bone : {"vertebra", "sacrum", "coccyx",  "skull",     "cranium",  "mandible", "bone",
+                           "pelvis",   "hip_",   "rib_",    "femur",     "tibia",    "fibula",   "humerus",
+                           "radius",   "ulna",   "scapula", "clavicula", "clavicle", "sternum",  "ilium"})
+    if (name.starts_with(bone) || name.find(std::string("_") + bone) != std::string::npos ||
+        name.find(std::string(" ") + bone) != std::string::npos)
+      return true;
+  // Vertebrae by level: "c3", "T12", "L4", "S1", "l4 vertebra".
+  if (name.size() < 2 || std::string_view("ctls").find(name[0]) == std::string_view::npos) return false;
+  std::size_t end = 1;
+  while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
+  return end > 1 && end <= 3 && (end == name.size() || name.find("vertebra", end) != std::string::npos);
+}
+
+BoneLabels::BoneLabels(const Volume& volume) : volume_(&volume) {
+  if (volume.labels.is_empty()) return;
+  for (std::size_t i = 1; i < std::min(volume.label_names.size(), is_bone_.size()); ++i)
+    has_any_ |= is_bone_[i] = is_bone_name(volume.label_names[i]);
+}
+
+bool BoneLabels::contains(const glm::dvec3& p) const noexcept { return contains_voxel(voxel_of(p)); }
+
+bool BoneClassifier::by_labels(const glm::dvec3& p_world) const noexcept {
+  if (!labels_.has_any()) return false;
+  const glm::ivec3 v = voxel_of(field_.volume().frame.volume_from_world(p_world));
+  return labels_.contains_voxel(v) && (version_ == nullptr || version_->is_kept(v));
+}
+
+bool BoneClassifier::operator()(const glm::dvec3& p_world) const noexcept {
+  const glm::dvec3 p = field_.volume().frame.volume_from_world(p_world);
+  return by_labels(p_world) || (field_.value(p) >= 0 && (version_ == nullptr || version_->distance(p) > 0));
+}
+
+}  // namespace trephine::volume

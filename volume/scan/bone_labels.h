@@ -1,0 +1,52 @@
+// BoneLabels: bone identified by a segmentation. A voxel with a bone's label is bone at any intensity.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "volume/cuts/version.h"
+#include "volume/scan/field.h"
+
+namespace trephine::volume {
+
+/// Returns true if the label name denotes a bone: "vertebrae_L4", "L4", "skull", "sacrum", "hip_left".
+/// Knows the names of TotalSegmentator, VerSe and the built-in phantoms.
+bool is_bone_name(std::string_view label);
+
+/// Set of the voxels whose label denotes a bone. Borrows the volume.
+class BoneLabels {
+ public:
+  explicit BoneLabels(const Volume& volume);
+  /// Returns true if any label denotes a bone.
+  bool has_any() const noexcept { return has_any_; }
+  bool contains_voxel(const glm::ivec3& v) const noexcept {
+    return has_any_ && volume_->contains(v) && is_bone_[volume_->labels[volume_->index(v.x, v.y, v.z)]];
+  }
+  /// `p`: volume frame, voxels.
+  bool contains(const glm::dvec3& p) const noexcept;
+
+ private:
+  const Volume* volume_;
+  std::array<bool, 256> is_bone_{};
+  bool has_any_ = false;
+};
+
+/// Tests points for bone: inside a shape or in a voxel of a bone label, and not removed. Borrows volume and
+/// version; `version` null: nothing was removed.
+class BoneClassifier {
+ public:
+  BoneClassifier(const Volume& volume, const Shape& shape, const Version* version)
+      : field_(volume, shape), labels_(volume), version_(version) {}
+  /// Returns true if any label denotes a bone.
+  bool has_labels() const noexcept { return labels_.has_any(); }
+  /// Tests the labels alone, not the shape.
+  bool by_labels(const glm::dvec3& p_world) const noexcept;
+  bool operator()(const glm::dvec3& p_world) const noexcept;
+
+ private:
+  Field field_;
+  BoneLabels labels_;
+  const Version* version_;
+};
+
+}  // namespace trephine::volume
