@@ -10,10 +10,10 @@
 #include "apps/bench/module.h"
 #include "apps/bench/peers.h"
 #include "apps/bench/scenes/scenes.h"
+#include "apps/bench/voxel_images.h"
 #include "data-tools/phantoms/phantoms.h"
 #include "haptics/depth/depth_cube.h"
 #include "haptics/depth/depth_model.h"
-#include "haptics/depth/voxel_images.h"
 #include "haptics/methods/methods.h"
 #include "volume/cuts/removal.h"
 #include "volume/imaging/direct_image.h"
@@ -173,8 +173,8 @@ std::vector<EditRow> run_depth_edits(bool is_quick) {
     row.burr = burr;
     volume::SurfaceSource source{&bone.field, start.get(), bone.bits.get()};
     std::shared_ptr<const volume::Version> current = start;
-    depth::VoxelImages images(source);
-    row.all_ms = least_ms(2, [&] { images = depth::VoxelImages(source); });
+    VoxelImages images(source);
+    row.all_ms = least_ms(2, [&] { images = VoxelImages(source); });
     std::vector<double> us, net_ms, tree_ms;
     for (int n = 0; n < 40; ++n) {
       const dvec3 at = outside(direction(n));

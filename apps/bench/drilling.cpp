@@ -6,10 +6,10 @@
 #include <numbers>
 #include <thread>
 
+#include "apps/bench/intensity_drill.h"
 #include "apps/bench/scenes/scenes.h"
 #include "haptics/proxy/subvoxel_proxy.h"
 #include "modules/drilling/burr.h"
-#include "modules/drilling/intensity_drill.h"
 #include "sim/drivers/live_session.h"
 #include "volume/cuts/removal.h"
 
@@ -32,8 +32,8 @@ const dvec3 k_along = glm::normalize(dvec3(3, 2, 1.2));
 const dvec3 k_shaft = glm::normalize(glm::cross(k_along, dvec3(0.2, -0.4, 1)));
 /// A stroke through the middle of the bone, mm and mm/s.
 struct Stroke {
-  double way = 8, speed = 20;
-  dvec3 start() const { return dvec3(0.11, -0.07, 0.19) - 0.5 * way * k_along; }
+  double length = 8, speed = 20;
+  dvec3 start() const { return dvec3(0.11, -0.07, 0.19) - 0.5 * length * k_along; }
 };
 
 using IsGone = std::function<bool(const dvec3&)>;
@@ -69,7 +69,7 @@ double surface_error(const IsGone& is_gone, const volume::ToolBody& body, const 
   };
   double worst = 0;
   for (int i = 1; i < 120; ++i) {
-    const dvec3 on_axis = stroke.start() + stroke.way * i / 120 * k_along;
+    const dvec3 on_axis = stroke.start() + stroke.length * i / 120 * k_along;
     const double turn = 2.399963 * i, up = std::cos(turn), out = std::sin(turn);
     const dvec3 ray = up * k_shaft + out * third;
     const double exact =
@@ -95,17 +95,17 @@ double exact_volume(const volume::ToolBody& body, const Stroke& stroke) {
     }
     solid += k_pi * off * off, area += 2 * off;
   }
-  return (solid + area * stroke.way) * (high - low) / k_slices;
+  return (solid + area * stroke.length) * (high - low) / k_slices;
 }
 
 /// Calls tick(from, to, seconds, is_first) along the whole stroke; returns the times of ticks.
 template <class Tick>
 StepTimes run_stroke(const Stroke& stroke, double rate, Tick&& tick) {
   std::vector<double> us;
-  const int count = static_cast<int>(std::lround(stroke.way / stroke.speed * rate));
+  const int count = static_cast<int>(std::lround(stroke.length / stroke.speed * rate));
   for (int i = 0; i < count; ++i) {
-    const dvec3 from = stroke.start() + stroke.way * i / count * k_along,
-                to = stroke.start() + stroke.way * (i + 1) / count * k_along;
+    const dvec3 from = stroke.start() + stroke.length * i / count * k_along,
+                to = stroke.start() + stroke.length * (i + 1) / count * k_along;
     const auto start = Clock::now();
     tick(from, to, 1 / rate, i == 0);
     us.push_back(1e6 * seconds_since(start));
@@ -132,13 +132,13 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
                 {"barrel", drilling::Shape::barrel},
                 {"match head", drilling::Shape::match_head}};
   std::vector<DrillingRow> rows;
-  const auto add = [&](const std::string& way, const char* burr, const char* voxels, double rate,
+  const auto add = [&](const std::string& method, const char* burr, const char* voxels, double rate,
                        const Stroke& stroke, const volume::ToolBody& body, double mm3, const IsGone& is_gone,
                        const StepTimes& times) {
-    rows.push_back({way, burr, voxels, rate, mm3 / exact_volume(body, stroke) - 1,
+    rows.push_back({method, burr, voxels, rate, mm3 / exact_volume(body, stroke) - 1,
                     surface_error(is_gone, body, stroke), times});
   };
-  const auto sweep = [&](const std::string& way, const auto& grid, const auto& shape, double rate,
+  const auto sweep = [&](const std::string& method, const auto& grid, const auto& shape, double rate,
                          const Stroke& stroke) {
     const drilling::Burr burr{.diameter = 4, .shape = shape.shape};
     const volume::ToolBody body = burr.body();
@@ -155,7 +155,7 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
         });
     const volume::Version& left = editor.working();
     add(
-        way, shape.name, grid.name, rate, stroke, body, left.mm3_of(left.ledger().total()),
+        method, shape.name, grid.name, rate, stroke, body, left.mm3_of(left.ledger().total()),
         [&](const dvec3& p) { return left.distance(base->frame.volume_from_world(p)) <= 0; }, times);
   };
   const Stroke usual;
@@ -165,14 +165,14 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
       for (const auto& shape : shapes) sweep("swept (ours)", grid, shape, rate, usual);
       const volume::ToolBody ball = volume::ToolBody::ball(2);
       // A voxel in the ball is air after 50 ms.
-      drilling::IntensityDrill intensity(block(grid.spacing), 2, (k_bone + 1000) / 0.05);
+      IntensityDrill intensity(block(grid.spacing), 2, (k_bone + 1000) / 0.05);
       const StepTimes slow = run_stroke(
           usual, rate,
           [&](const dvec3&, const dvec3& to, double seconds, bool) { intensity.stay(to, seconds); });
       const IsGone lowered = removed_in(intensity.left());
       add("intensity lowered near the tip", "ball", grid.name, rate, usual, ball, volume_of(lowered), lowered,
           slow);
-      drilling::FixedCountDrill voxels(block(grid.spacing), 2, 6);
+      FixedCountDrill voxels(block(grid.spacing), 2, 6);
       const StepTimes fast = run_stroke(
           usual, rate, [&](const dvec3&, const dvec3& to, double, bool) { voxels.tick(to, k_threshold); });
       const IsGone removed = removed_in(voxels.left());

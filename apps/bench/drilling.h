@@ -10,7 +10,7 @@
 namespace trephine::bench {
 
 struct DrillingRow {
-  std::string way, burr, voxels;
+  std::string method, burr, voxels;
   double rate_hz = 0;
   double volume_error = 0;      ///< relative to the exact volume; negative: too little
   double surface_error_mm = 0;  ///< largest distance from the exact surface, across the path

@@ -45,8 +45,8 @@ SeparationRow measure(double voxel, double burr) {
         {.least_samples = static_cast<std::int64_t>(std::ceil(k_smallest / sample))});
     times.push_back(1e3 * seconds_since(begin));
     ++row.strokes;
-    row.held += result.kind == volume::Separation::Kind::holds;
-    row.parted += result.kind == volume::Separation::Kind::parted;
+    row.held += result.kind == volume::Separation::Kind::connected;
+    row.parted += result.kind == volume::Separation::Kind::detached;
     row.pending += result.kind == volume::Separation::Kind::pending;
     const auto whole = Clock::now();
     const volume::SolidParts parts(field, bits, *after);
@@ -56,7 +56,7 @@ SeparationRow measure(double voxel, double burr) {
           return part.is_off && static_cast<double>(part.samples) * sample >= k_smallest;
         });
     row.wrong += result.kind != volume::Separation::Kind::pending &&
-                 is_loose != (result.kind == volume::Separation::Kind::parted);
+                 is_loose != (result.kind == volume::Separation::Kind::detached);
     if (is_loose) break;
   }
   std::sort(times.begin(), times.end());

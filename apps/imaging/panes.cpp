@@ -313,7 +313,7 @@ std::optional<dvec2> Panes::pixel(std::size_t index, const dvec3& world) const {
   if (pane.kind != PaneKind::xray) return std::nullopt;
   // The X-ray fills the pane.
   const fluoroscopy::View view(arm_);
-  const auto at = view.seen(world);
+  const auto at = view.project(world);
   if (!at || pane.columns < 2) return std::nullopt;
   const double sign = is_mirrored(view) ? -1 : 1;
   const double scale =

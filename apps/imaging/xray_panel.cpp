@@ -31,7 +31,7 @@ Panel xray_panel(std::span<const float> received, const View& view, double pixel
 bool shows_sides(const View& view) noexcept { return std::abs(view.right.x) > 0.5 * glm::length(view.right); }
 
 std::optional<dvec2> in_panel(const View& view, double pixel, const dvec3& world) {
-  const auto at = view.seen(world);
+  const auto at = view.project(world);
   if (!at) return std::nullopt;
   return dvec2(pixel * (at->x - 0.5 * (view.columns - 1)), -pixel * (at->y - 0.5 * (view.rows - 1)));
 }

@@ -115,7 +115,7 @@ Fit fit_under(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, co
     return Fit::no_room;
   place.at_world = point_at(end, height);
   place.edge_world = point_at(s, top);
-  place.way = {point_at(begin, std::max(top, 0.0) + 4), point_at(begin, height)};
+  place.path = {point_at(begin, std::max(top, 0.0) + 4), point_at(begin, height)};
   place.turn = glm::normalize(glm::quat_cast(glm::dmat3(direction, glm::cross(shaft, direction), shaft)));
   return Fit::fits;
 }
@@ -251,7 +251,7 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
       continue;
     FootPose place;
     place.at_world = at + height * shaft;
-    place.way = {at + 4.0 * shaft};
+    place.path = {at + 4.0 * shaft};
     place.turn = glm::dquat(dvec3(0, 0, 1), shaft);
     place.bone_thickness = *depth;
     return {std::move(place), {}};

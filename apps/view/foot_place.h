@@ -30,7 +30,7 @@ struct FootTool {
 struct FootPose {
   glm::dvec3 at_world{0.0};
   glm::dquat turn{1, 0, 0, 0};   ///< z along the shaft; Kerrison: x out of the bone, toward the open side
-  std::vector<glm::dvec3> way;   ///< path to the pose: points to pass before it; the first is outside
+  std::vector<glm::dvec3> path;  ///< path to the pose: points to pass before it; the first is outside
   std::vector<glm::dvec3> edge;  ///< Kerrison: line along the edge, on the surface
   glm::dvec3 edge_world{0.0};    ///< Kerrison: point of the edge
   double bone_thickness = 0;     ///< mm, above the foot
@@ -38,7 +38,7 @@ struct FootPose {
 
 struct FootSearch {
   std::optional<FootPose> place;
-  std::string why;  ///< reason and remedy if no pose was found
+  std::string reason;  ///< reason and remedy if no pose was found
 };
 
 /// Finds the nearest edge around a point of the surface under which the foot of a Kerrison fits, with its

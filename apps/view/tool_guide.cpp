@@ -92,13 +92,13 @@ void ToolGuide::search_again(const BoneTest& is_bone, const Input& input, double
   for (const double inward : {0.5, 1.5, 3.0, 4.5}) {
     FootSearch search = find_edge(is_bone, input.tool, place_.edge_world - inward * open, shaft, reach, open);
     if (!search.place) {
-      reason = search.why;
+      reason = search.reason;
       continue;
     }
     reach_ = reach;
     held_in_ = input.version;
     edge_ = search.place->edge;
-    path_ = {search.place->way.back(), search.place->at_world};
+    path_ = {search.place->path.back(), search.place->at_world};
     begin(std::move(*search.place), at_);
     return;
   }
@@ -114,7 +114,7 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_kerrison(const BoneTest& is_bon
     if ((!input.is_pressed || is_click) && input.surface && is_search_due(*input.surface, input)) {
       FootSearch search = find_edge(is_bone, input.tool, *input.surface, input.shaft, 0);
       candidate_ = std::move(search.place);
-      search_failure_ = std::move(search.why);
+      search_failure_ = std::move(search.reason);
     }
     if (!input.surface && !input.is_pressed) candidate_.reset(), searched_at_ = dvec3(1e9);
     edge_ = candidate_ ? candidate_->edge : std::vector<dvec3>();
@@ -123,7 +123,7 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_kerrison(const BoneTest& is_bon
       if (input.surface) message_ = search_failure_;
       return std::nullopt;
     }
-    path_ = candidate_->way;
+    path_ = candidate_->path;
     path_.push_back(candidate_->at_world);
     const dvec3 first = path_.front();
     begin(std::move(*candidate_), first);
@@ -152,9 +152,9 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
     if (input.is_pressed || !input.old_surface) return std::nullopt;
     if (!is_search_due(*input.old_surface, input)) return std::nullopt;
     FootSearch search = find_hole(is_bone, was_bone, input.tool, *input.old_surface, input.shaft);
-    search_failure_ = search.why;
+    search_failure_ = search.reason;
     if (!search.place) return std::nullopt;
-    path_ = search.place->way;
+    path_ = search.place->path;
     path_.push_back(search.place->at_world);
     const dvec3 first = path_.front();
     begin(std::move(*search.place), first);

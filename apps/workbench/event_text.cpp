@@ -25,7 +25,7 @@ EventText text_of(const sim::FaultEvent& e) {
   return e.is_cleared ? EventText{"The force is on again.", Level::outcome}
                       : EventText{"The force is off (" + e.names + ").", Level::record};
 }
-EventText text_of(const sim::JobDiscarded& e) { return {"Not finished: " + e.why + ".", Level::refusal}; }
+EventText text_of(const sim::JobDiscarded& e) { return {"Not finished: " + e.reason + ".", Level::refusal}; }
 EventText text_of(const sim::ForbiddenEntered& e) {
   return {"The tool entered " + e.structure + (e.is_working ? " while it was running." : "."), Level::danger};
 }
@@ -59,14 +59,14 @@ EventText text_of(const bone_flap::FlapCut& e) {
 }
 EventText text_of(const bone_flap::FlapPiece& e) {
   return {format_text("Piece %lld of the flap: %.0f mm3, %s.", static_cast<long long>(e.number), e.size,
-                      e.is_taken ? "removed" : "left in place"),
+                      e.is_detached ? "removed" : "left in place"),
           Level::record};
 }
 EventText text_of(const bone_flap::FlapPreviewed& e) {
-  return {(e.area > 0 ? "Preview: " : "Preview: no flap. ") + e.says,
+  return {(e.area > 0 ? "Preview: " : "Preview: no flap. ") + e.summary,
           e.area > 0 ? Level::outcome : Level::refusal};
 }
-EventText text_of(const bone_flap::FlapFailed& e) { return {"No bone flap: " + e.why, Level::refusal}; }
+EventText text_of(const bone_flap::FlapFailed& e) { return {"No bone flap: " + e.reason, Level::refusal}; }
 EventText text_of(const cross_section::SectionMeasured& e) {
   return {format_text("Section: bone %.1f mm2, models %.1f mm2, of which %.1f mm2 outside bone.", e.bone,
                       e.models, e.outside),
@@ -89,7 +89,7 @@ EventText text_of(const laminectomy::Judgement& e) {
           Level::outcome};
 }
 EventText text_of(const laminectomy::JudgementFailed& e) {
-  return {"Vertebra " + e.vertebra + " not judged: " + e.why, Level::refusal};
+  return {"Vertebra " + e.vertebra + " not judged: " + e.reason, Level::refusal};
 }
 EventText text_of(const drilling::Breakthrough& e) {
   return {
@@ -99,11 +99,11 @@ EventText text_of(const drilling::Breakthrough& e) {
 EventText text_of(const drilling::PerforatorStopped& e) {
   return {format_text("The clutch released after %.1f mm of bone.", e.depth), Level::outcome};
 }
-EventText text_of(const drilling::CraniotomeRefused& e) { return {"No cut: " + e.why, Level::refusal}; }
+EventText text_of(const drilling::CraniotomeRefused& e) { return {"No cut: " + e.reason, Level::refusal}; }
 EventText text_of(const rongeur::Bite& e) {
   return {format_text("Bite of %.0f mm3.", e.size), Level::outcome};
 }
-EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.why, Level::refusal}; }
+EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.reason, Level::refusal}; }
 
 struct Row {
   const sim::ValueType* type;

@@ -30,31 +30,33 @@ std::unique_ptr<ProxyMethod> make() {
 
 constexpr Entry k_entries[] = {
     {{"subvoxel", "exact contact with the smooth reconstruction, all walls at once", "this project",
-      Solid::smooth},
+      Solid::smooth, false, false},
      make<SubvoxelProxy>},
     {{"implicit", "voxel cubes as walls, iterated ray casts",
-      "thesis \"A Surface-based Volume Haptics Approach\", 3.4.1.1", Solid::cubes},
+      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.1.1", Solid::cubes},
      make<ImplicitProxy>},
     {{"path", "voxel cubes as walls, A* around their corners",
-      "thesis \"A Surface-based Volume Haptics Approach\", 3.4.1.2", Solid::cubes},
+      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.1.2", Solid::cubes},
      make<PathProxy>},
     {{"explicit", "triangles of the surface net along the motion, a god-object on them",
-      "thesis \"A Surface-based Volume Haptics Approach\", 3.4.2; Zilles and Salisbury 1995", Solid::net},
+      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.2; Zilles and Salisbury 1995",
+      Solid::net},
      make<ExplicitProxy>},
     {{"explicit-cubes", "as explicit, with triangles of marching cubes",
-      "thesis \"A Surface-based Volume Haptics Approach\", 3.4.2; Lorensen and Cline 1987",
+      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.2; Lorensen and Cline 1987",
       Solid::marching_cubes},
      make<ExplicitCubesProxy>},
     {{"mesh",
       "the whole surface as a polygonal model, a god-object on its triangles; with a radius a virtual ball",
-      "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997", Solid::net, true},
+      "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997", Solid::net, true, false},
      make<MeshProxy>},
-    {{"scene", "volumes and polygonal models in one solve", "this project", Solid::smooth}, make<SceneProxy>},
+    {{"scene", "volumes and polygonal models in one solve", "this project", Solid::smooth, false, false},
+     make<SceneProxy>},
     {{"scene-sequential", "a god-object on the models, then each volume after it",
-      "thesis \"A Surface-based Volume Haptics Approach\", 4.2.2", Solid::cubes},
+      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 4.2.2", Solid::cubes},
      make<SequentialProxy>},
     {{"depth", "depth images along three axes with every layer, a god-object on the net of their crossings",
-      "this project; Ju, Losasso, Schaefer and Warren 2002", Solid::images, true},
+      "this project; Ju, Losasso, Schaefer and Warren 2002", Solid::images, true, false},
      make<DepthProxy>},
     {{"lomi", "depth images from six sides, the nearest free voxel of a map that is never stored",
       "Kim, Kyung and others 2009 (Presence 18:340)", Solid::nothing, true},
@@ -63,8 +65,7 @@ constexpr Entry k_entries[] = {
       "Kim, Kyung and others 2009 (Presence 18:340)", Solid::nothing, true},
      make<LomiPartsProxy>},
     {{"raystep", "fixed steps along the motion, nearest voxels, binary transfer functions",
-      "paper \"Haptic Interaction with Volumetric Datasets Using Surface-based Haptic Libraries\", 3",
-      Solid::nothing},
+      "Rizzi, Luciano and Banerjee 2010", Solid::nothing},
      make<RaystepProxy>},
     {{"plane", "a tangent plane, found at a tenth of the rate",
       "Adachi, Kumano and Ogino 1995; Mark et al. 1996", Solid::nothing},
@@ -75,7 +76,7 @@ constexpr Entry k_entries[] = {
 
 /// Method for tools of several balls, which the other methods do not support.
 constexpr Entry k_chain{{"chain", "a rigid tool of balls, six degrees of freedom, on the walls of scene",
-                         "this project; Ortega, Redon and Coquillart 2007", Solid::nothing},
+                         "this project; Ortega, Redon and Coquillart 2007", Solid::nothing, false, false},
                         make<ChainProxy>};
 
 }  // namespace
@@ -92,6 +93,13 @@ std::span<const MethodInfo> method_catalogue() {
 std::string method_names() {
   std::string names;
   for (const Entry& entry : k_entries) names += (names.empty() ? "" : ", ") + std::string(entry.info.name);
+  return names;
+}
+
+std::string user_method_names() {
+  std::string names;
+  for (const Entry& entry : k_entries)
+    if (!entry.info.is_baseline) names += (names.empty() ? "" : ", ") + std::string(entry.info.name);
   return names;
 }
 

@@ -18,6 +18,7 @@ struct MethodInfo {
   /// baselines guarantee nothing and are judged by cubes.
   enum class Solid { cubes, smooth, net, marching_cubes, images, nothing } solid;
   bool is_of_untouched = false;  ///< the method touches the volume before any cut
+  bool is_baseline = true;       ///< for comparison; false: help lists it for users
 };
 
 inline constexpr const char* k_default_method = "subvoxel";
@@ -26,6 +27,8 @@ inline constexpr const char* k_default_method = "subvoxel";
 std::span<const MethodInfo> method_catalogue();
 /// Returns the names, separated by commas.
 std::string method_names();
+/// Returns the names without baselines, separated by commas.
+std::string user_method_names();
 /// Returns null if there is no such method.
 const MethodInfo* find_method(const std::string& name);
 /// Makes a method that is not yet prepared for a scene. Error if the name is unknown.

@@ -236,11 +236,11 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
   if (is_valid_position(hip) && is_finite(input.pose) && is_in_reach(scene, hip) &&
       (faults & fault_not_finite) == 0) {
     // Growth before the first tick buries no proxy.
-    if (is_fresh_ && hand.way) escape_path_.serial = hand.way->serial;
+    if (is_fresh_ && hand.escape_path) escape_path_.serial = hand.escape_path->serial;
     is_fresh_ = false;
-    const bool has_grown = hand.way && hand.way->serial > escape_path_.serial;
+    const bool has_grown = hand.escape_path && hand.escape_path->serial > escape_path_.serial;
     if (has_grown) {
-      escape_path_ = *hand.way;
+      escape_path_ = *hand.escape_path;
       if (is_escaping_ && escape_path_.count > 0)
         begin_lead(hand, hip);
       else if (is_escaping_)

@@ -35,9 +35,9 @@ struct ServoHand {
   /// indices; switches, readiness and placements stay too, except parts of removed items.
   void set_scene(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared);
   TouchState state;
-  std::shared_ptr<const LawSet> laws;     ///< null: no force in addition to those of surfaces
-  std::shared_ptr<const EscapePath> way;  ///< the newest; null: no path yet
-  bool has_pops = false;                  ///< some material of the scene has a pop force
+  std::shared_ptr<const LawSet> laws;             ///< null: no force in addition to those of surfaces
+  std::shared_ptr<const EscapePath> escape_path;  ///< the newest; null: no path yet
+  bool has_pops = false;                          ///< some material of the scene has a pop force
 
   /// Sets whether an item may block the hand, and whether its bits are available; both are true at the start.
   /// A touchable item that is not ready lets the hand through, and the next tick emits an event.

@@ -104,13 +104,7 @@ class Flap {
   LocatedStatus cut() {
     const volume::Version& before = editor_.working();
     Kerf kerf(surface_, before);
-    volume::RemovalReport report;
-    if (request_.way == CutMethod::kerf) {
-      report = editor_.remove(kerf, kerf.samples());
-    } else {
-      TracedVoxels traced(surface_, before, k_traced_step);
-      report = editor_.remove(traced, traced.samples());
-    }
+    const volume::RemovalReport report = editor_.remove(kerf, kerf.samples());
     version_ = editor_.freeze();
     box_ = report.box;
     result_->cut.kerf_size = version_->mm3_of(report.removed_units);
@@ -183,11 +177,11 @@ class Flap {
       FlapPiece event{static_cast<std::int64_t>(result_->pieces.size()) + 1, candidate.size,
                       candidate.part == seed_part, true,
                       glm::any(glm::equal(box.low, glm::ivec3(0))) || glm::any(glm::equal(box.high, last))};
-      event.is_taken = std::none_of(request_.leave.begin(), request_.leave.end(), [&](const sim::Id& id) {
+      event.is_detached = std::none_of(request_.leave.begin(), request_.leave.end(), [&](const sim::Id& id) {
         return static_cast<std::int64_t>(id.value) == event.number;
       });
-      fates[p] = event.is_taken ? sim::PartFate::piece : sim::PartFate::stays;
-      if (event.is_taken) result_->cut.flap_size += candidate.size;
+      fates[p] = event.is_detached ? sim::PartFate::piece : sim::PartFate::stays;
+      if (event.is_detached) result_->cut.flap_size += candidate.size;
       result_->pieces.push_back({event, candidate.middle});
     }
     for (const sim::Id& id : request_.leave)
@@ -198,7 +192,7 @@ class Flap {
       }
     if (result_->pieces.empty() ||
         std::none_of(result_->pieces.begin(), result_->pieces.end(),
-                     [](const FlapResult::Piece& piece) { return piece.event.is_taken; })) {
+                     [](const FlapResult::Piece& piece) { return piece.event.is_detached; })) {
       return LocatedError{"all pieces are to be left", surface_.pyramid().centre_world};
     }
     result_->cut.flaps = 1;
@@ -280,9 +274,6 @@ class Flap {
                 between_anchors(line->side, surface_.pyramid().size()) + ", " + cause,
             p};
   }
-
-  /// mm between the outline points of CutMethod::traced: half of the finest clinical voxels.
-  static constexpr double k_traced_step = 0.2;
 
   const CutFlap& request_;
   const sim::JobInput& input_;

@@ -9,11 +9,6 @@ namespace trephine::bone_flap {
 enum class Saw : std::uint8_t { w0_8, w1_2, w1_6, w2_0, w2_4 };
 double width_of(Saw saw) noexcept;  ///< mm
 
-/// Method of the cut. `kerf` removes a kerf as wide as the saw along the sides of a pyramid; `traced` removes
-/// the voxels on lines from its apex to the outline ("A Surface-based Volume Haptics Approach", thesis,
-/// 5.2.3), which leaves holes.
-enum class CutMethod : std::uint8_t { kerf, traced };
-
 inline constexpr std::int64_t k_most_anchors = 1000;
 
 // Commands that draw an outline anchor by anchor. The outline is a setting: undo does not change it.
@@ -41,7 +36,6 @@ struct CutFlap {
   std::vector<glm::dvec3> anchors = {};  ///< mm, world; empty: the drawn anchors
   Saw saw = Saw::w1_6;
   double distance = 70;  ///< mm, from the outline's centre to the apex
-  CutMethod way = CutMethod::kerf;
   /// Position on the flap, mm, world; empty: the first bone on the normal through the outline's centre.
   std::vector<glm::dvec3> seed = {};
   std::vector<sim::Id> leave = {};            ///< numbers of pieces that are not detached; 1 is the largest
@@ -98,18 +92,18 @@ struct FlapCut {
 struct FlapPiece {
   std::int64_t number = 0;  ///< rank by size; 1 is the largest
   double size = 0;          ///< mm3
-  bool is_seed = false, is_taken = false, is_at_border = false;
+  bool is_seed = false, is_detached = false, is_at_border = false;
   static const sim::Schema& schema();
 };
 /// Result of a preview. Emitted at the outline's centre, or where the cut fails.
 struct FlapPreviewed {
   double area = 0;  ///< mm2 of the outer surface; 0: the cut fails
-  std::string says;
+  std::string summary;
   static const sim::Schema& schema();
 };
 /// Failure of a cut. Emitted at the location of the problem.
 struct FlapFailed {
-  std::string why;
+  std::string reason;
   std::int64_t holes = 0;
   static const sim::Schema& schema();
 };

@@ -24,7 +24,7 @@ constexpr double k_pi = 3.14159265358979323846;
 struct Plane {
   dvec3 middle, normal, right, up;
   explicit Plane(const FlapState& flap) : middle(flap.centre), normal(flap.normal) {
-    beside(normal, right, up);
+    set_orthogonal_axes(normal, right, up);
   }
   dvec2 operator()(const dvec3& p) const { return {glm::dot(p - middle, right), glm::dot(p - middle, up)}; }
 };

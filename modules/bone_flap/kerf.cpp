@@ -125,7 +125,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
         one.is_bone && other.is_bone && std::abs(one.outer - other.outer) > 2 * k_jump) {
       return LocatedError{"the skull's surface is not one " + between_anchors(one.side, sides) +
                               ": it jumps by " + whole(std::abs(one.outer - other.outer)) + " mm",
-                          place(one, one.outer)};
+                          point_at(one, one.outer)};
     }
     first = next;
   }
@@ -136,7 +136,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
     if (line.outer - line.inner > depth.thickest) {
       return LocatedError{"the bone goes on deeper than " + whole(depth.thickest) + " mm " +
                               between_anchors(line.side, sides) + ": that is no calvaria",
-                          place(line, line.outer - depth.thickest)};
+                          point_at(line, line.outer - depth.thickest)};
     }
     if (line.inner <= k_nearest_apex) {
       return LocatedError{"the apex lies in the bone", pyramid_.apex_world};
@@ -164,10 +164,10 @@ LocatedStatus CutSurface::check_holes(double largest) {
     std::size_t end = first;
     while (end < n && !lines_[end].is_bone) ++end;
     const Line before = lines_[first - 1], after = lines_[end % n];
-    const double gap = glm::length(outer_place(end % n) - outer_place(first - 1));
+    const double gap = glm::length(outer_point(end % n) - outer_point(first - 1));
     if (gap > largest) {
       constexpr double k_largest_foramen = 20;
-      const dvec3 at = 0.5 * (outer_place(first - 1) + outer_place(end % n));
+      const dvec3 at = 0.5 * (outer_point(first - 1) + outer_point(end % n));
       return LocatedError{gap <= k_largest_foramen
                               ? "the outline goes through a hole of " + whole(gap) + " mm in the bone " +
                                     between_anchors(before.side, sides)
@@ -203,12 +203,12 @@ LocatedStatus CutSurface::check_holes(double largest) {
 LocatedStatus CutSurface::check_scan(const volume::Volume& scan) const {
   for (const Line& line : lines_)
     for (const double t : {line.from, line.to}) {
-      const dvec3 p = scan.frame.volume_from_world(place(line, t));
+      const dvec3 p = scan.frame.volume_from_world(point_at(line, t));
       if (glm::all(glm::greaterThanEqual(p, dvec3(-0.5))) &&
           glm::all(glm::lessThanEqual(p, dvec3(scan.size) - 0.5)))
         continue;
       return LocatedError{"the outline leaves the scan " + between_anchors(line.side, pyramid_.size()),
-                          place(line, line.outer)};
+                          point_at(line, line.outer)};
     }
   return std::nullopt;
 }
@@ -227,7 +227,7 @@ double CutSurface::wall_mm2(const Field& bone, const volume::Version& before) co
       const double step = (run.high - run.low) / count;
       for (int s = 0; s < count; ++s) {
         const double t = run.low + (s + 0.5) * step;
-        if (before.distance(bone.volume().frame.volume_from_world(place(lines_[i], t))) <= 0)
+        if (before.distance(bone.volume().frame.volume_from_world(point_at(lines_[i], t))) <= 0)
           swept[i] -= t * step;
       }
     }
@@ -240,16 +240,16 @@ double CutSurface::wall_mm2(const Field& bone, const volume::Version& before) co
 
 std::vector<dvec3> CutSurface::outline() const {
   std::vector<dvec3> points;
-  for (std::size_t i = 0; i < lines_.size(); ++i) points.push_back(outer_place(i));
+  for (std::size_t i = 0; i < lines_.size(); ++i) points.push_back(outer_point(i));
   return points;
 }
 std::vector<dvec3> CutSurface::floor() const {
   std::vector<dvec3> points;
-  for (const Line& line : lines_) points.push_back(place(line, line.from));
+  for (const Line& line : lines_) points.push_back(point_at(line, line.from));
   return points;
 }
 
-CutSurface::OuterSurface CutSurface::lid(const Field& bone, double step) const {
+CutSurface::OuterSurface CutSurface::outer_surface(const Field& bone, double step) const {
   OuterSurface result;
   const auto stride = static_cast<std::size_t>(std::max(1.0, 2 * step));
   std::vector<std::size_t>& rim = result.rim;
@@ -257,11 +257,11 @@ CutSurface::OuterSurface CutSurface::lid(const Field& bone, double step) const {
     if (lines_[i].is_on_anchor || i % stride == 0) rim.push_back(i);
   double widest = 0;
   for (const std::size_t i : rim)
-    widest = std::max(widest, glm::length(outer_place(i) - pyramid_.centre_world));
+    widest = std::max(widest, glm::length(outer_point(i) - pyramid_.centre_world));
   const int rings = std::max(8, static_cast<int>(std::ceil(widest / step)));
   const auto at_ring = [&](std::size_t i, int ring, double& t) {
     bool is_ahead = false;
-    const dvec2 p = static_cast<double>(ring) / rings * pyramid_.seen(outer_place(i), is_ahead);
+    const dvec2 p = static_cast<double>(ring) / rings * pyramid_.project(outer_point(i), is_ahead);
     const dvec3 along =
         glm::normalize(pyramid_.normal_world + p.x * pyramid_.right_world + p.y * pyramid_.up_world);
     const auto runs = runs_along(bone, pyramid_.apex_world, along, t - k_jump - 1, t + k_jump + 1, k_jump);
@@ -284,7 +284,7 @@ CutSurface::OuterSurface CutSurface::lid(const Field& bone, double step) const {
 }
 
 double CutSurface::outer_mm2(const Field& bone) const {
-  const std::vector<std::vector<dvec3>> grid = lid(bone, 1).grid;
+  const std::vector<std::vector<dvec3>> grid = outer_surface(bone, 1).grid;
   const auto area = [&](const dvec3& a, const dvec3& b, const dvec3& c) {
     const dvec3 twice = glm::cross(b - a, c - a);
     return std::copysign(0.5 * glm::length(twice), glm::dot(twice, pyramid_.normal_world));
@@ -300,7 +300,7 @@ double CutSurface::outer_mm2(const Field& bone) const {
 
 CutSurface::Strip CutSurface::strip(std::size_t i) const noexcept {
   const Line &a = lines_[i], &b = lines_[(i + 1) % lines_.size()];
-  Strip strip{{place(a, a.from), place(a, a.to), place(b, b.to), place(b, b.from)},
+  Strip strip{{point_at(a, a.from), point_at(a, a.to), point_at(b, b.to), point_at(b, b.from)},
               glm::normalize(glm::cross(a.along, b.along)),
               dvec3(0),
               0,
@@ -423,58 +423,6 @@ std::int64_t Kerf::count_holes(const Field& bone, const volume::Version& rest) c
     }
   }
   return holes;
-}
-
-TracedVoxels::TracedVoxels(const CutSurface& surface, const volume::Version& version, double step)
-    : lattice_(version.lattice()), box_{glm::ivec3(0), glm::ivec3(-1)} {
-  const volume::Volume& scan = version.base();
-  std::vector<glm::ivec3> traced;
-  const dvec3 apex = scan.frame.volume_from_world(surface.pyramid().apex_world);
-  for (std::size_t i = 0; i < surface.lines().size(); ++i) {
-    const dvec3 a = surface.outer_place(i), b = surface.outer_place((i + 1) % surface.lines().size());
-    const int count = std::max(1, static_cast<int>(std::ceil(glm::length(b - a) / step)));
-    for (int k = 0; k < count; ++k) {
-      const dvec3 p = a + static_cast<double>(k) / count * (b - a),
-                  end = p + 0.5 * glm::normalize(p - surface.pyramid().apex_world);
-      const volume::Segment segment(apex, scan.frame.volume_from_world(end));
-      for (volume::VoxelWalk walk(segment, {glm::ivec3(0), scan.size - 1}); !walk.is_done(); walk.advance())
-        traced.push_back(walk.visit().voxel);
-    }
-  }
-  std::sort(traced.begin(), traced.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
-    return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x;
-  });
-  traced.erase(std::unique(traced.begin(), traced.end()), traced.end());
-  count_ = traced.size();
-  for (const glm::ivec3& voxel : traced)
-    for_bricks(lattice_, dvec3(lattice_.low_of(voxel)), dvec3(lattice_.high_of(voxel)), version.band_mm(),
-               box_, [&](std::uint64_t key) { voxels_by_brick_[key].push_back(voxel); });
-}
-
-volume::RemovalField::Reach TracedVoxels::find(const glm::ivec3& low, double band, Distances& mm) {
-  const auto entry = voxels_by_brick_.find(key_of(low / volume::k_brick));
-  if (entry == voxels_by_brick_.end()) return Reach::none;
-  const volume::Frame& frame = lattice_.frame();
-  const dvec3 half = 0.5 * dvec3(lattice_.per_voxel());
-  bool is_any = false;
-  std::size_t sample = 0;
-  for (int z = -1; z <= volume::k_brick; ++z)
-    for (int y = -1; y <= volume::k_brick; ++y)
-      for (int x = -1; x <= volume::k_brick; ++x, ++sample) {
-        const dvec3 s(low + glm::ivec3(x, y, z));
-        double nearest = band;
-        for (const glm::ivec3& voxel : entry->second) {
-          const dvec3 excess = glm::abs(s - dvec3(lattice_.centre_of(voxel))) - half;
-          const double depth = std::max(
-              {excess.x * frame.spacing().x, excess.y * frame.spacing().y, excess.z * frame.spacing().z});
-          const double d =
-              depth < 0 ? depth : glm::length(frame.vector_world_from_volume(glm::max(excess, dvec3(0.0))));
-          nearest = std::min(nearest, d);
-        }
-        mm[sample] = static_cast<float>(std::max(nearest, -band));
-        is_any = is_any || nearest < band;
-      }
-  return is_any ? Reach::some : Reach::none;
 }
 
 }  // namespace trephine::bone_flap

@@ -40,8 +40,10 @@ class CutSurface {
   const Pyramid& pyramid() const noexcept { return pyramid_; }
   const std::vector<Line>& lines() const noexcept { return lines_; }  ///< in the order of the anchors
   double width() const noexcept { return width_; }                    ///< mm
-  glm::dvec3 place(const Line& line, double t) const noexcept { return pyramid_.apex_world + t * line.along; }
-  glm::dvec3 outer_place(std::size_t i) const noexcept { return place(lines_[i], lines_[i].outer); }
+  glm::dvec3 point_at(const Line& line, double t) const noexcept {
+    return pyramid_.apex_world + t * line.along;
+  }
+  glm::dvec3 outer_point(std::size_t i) const noexcept { return point_at(lines_[i], lines_[i].outer); }
   /// Returns the points where the lines meet the outer table, mm, world.
   std::vector<glm::dvec3> outline() const;
   /// Returns the deepest point of the surface on each line, mm, world.
@@ -55,7 +57,7 @@ class CutSurface {
     std::vector<std::vector<glm::dvec3>> grid;  ///< a line per rim index, from the centre outward
   };
   /// `step`: approximate spacing of the points along and across the grid's lines, mm.
-  OuterSurface lid(const volume::Field& bone, double step) const;
+  OuterSurface outer_surface(const volume::Field& bone, double step) const;
   /// Returns the area of the outer surface, mm2.
   double outer_mm2(const volume::Field& bone) const;
 
@@ -102,23 +104,6 @@ class Kerf final : public volume::RemovalField {
   std::vector<CutSurface::Strip> strips_;
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> strips_by_brick_;  ///< strips near each brick
   volume::VoxelBox box_;
-};
-
-/// Removal of all voxels on lines from the apex to points of the outline, exactly (thesis "A Surface-based
-/// Volume Haptics Approach", 5.2.3). Kept for comparison with the kerf: it leaves holes.
-class TracedVoxels final : public volume::RemovalField {
- public:
-  /// `step`: mm between points of the outline.
-  TracedVoxels(const CutSurface& surface, const volume::Version& version, double step);
-  Reach find(const glm::ivec3& low, double band, Distances& mm) override;
-  const volume::VoxelBox& samples() const noexcept { return box_; }
-  std::size_t count() const noexcept { return count_; }
-
- private:
-  const volume::CutLattice lattice_;
-  std::unordered_map<std::uint64_t, std::vector<glm::ivec3>> voxels_by_brick_;  ///< voxels near each brick
-  volume::VoxelBox box_;
-  std::size_t count_ = 0;
 };
 
 }  // namespace trephine::bone_flap

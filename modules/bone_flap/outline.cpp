@@ -70,7 +70,7 @@ std::string tenths(double value) {
   return text;
 }
 
-dvec2 Pyramid::seen(const dvec3& p_world, bool& is_ahead) const noexcept {
+dvec2 Pyramid::project(const dvec3& p_world, bool& is_ahead) const noexcept {
   const dvec3 w = p_world - apex_world;
   const double far = glm::dot(w, normal_world);
   is_ahead = far > 1e-6;
@@ -79,11 +79,11 @@ dvec2 Pyramid::seen(const dvec3& p_world, bool& is_ahead) const noexcept {
 
 bool Pyramid::contains(const dvec3& p_world) const noexcept {
   bool is_ahead = false;
-  const dvec2 p = seen(p_world, is_ahead);
+  const dvec2 p = project(p_world, is_ahead);
   return is_ahead && is_within(plan, p);
 }
 
-void beside(const dvec3& normal, dvec3& right, dvec3& up) noexcept {
+void set_orthogonal_axes(const dvec3& normal, dvec3& right, dvec3& up) noexcept {
   right = glm::normalize(glm::cross(std::abs(normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0), normal));
   up = glm::cross(normal, right);
 }
@@ -182,7 +182,7 @@ std::vector<dvec3> ring_of(const volume::Field& bone, const dvec3& at_world, dou
   dvec3 normal;
   if (!is_found || !outward(bone, middle, normal)) return {};
   dvec3 right, up;
-  beside(normal, right, up);
+  set_orthogonal_axes(normal, right, up);
   // Drop of the surface of a skull of 75 mm radius from the centre to the ring, mm.
   const double drop = diameter * diameter / (8 * 75.0);
   std::vector<dvec3> ring;
@@ -225,11 +225,11 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<dvec3>& anchors_wor
                         result.centre_world};
   }
   result.normal_world = glm::normalize(normal_sum);
-  beside(result.normal_world, result.right_world, result.up_world);
+  set_orthogonal_axes(result.normal_world, result.right_world, result.up_world);
   result.apex_world = result.centre_world - distance * result.normal_world;
   for (std::size_t i = 0; i < n; ++i) {
     bool is_ahead = false;
-    result.plan.push_back(result.seen(result.anchor(i), is_ahead));
+    result.plan.push_back(result.project(result.anchor(i), is_ahead));
     const dvec3 w = result.anchor(i) - result.apex_world;
     if (glm::dot(w, result.normal_world) < 0.2 * glm::length(w)) {
       return LocatedError{anchor_name(i) + " lies level with the apex or behind it", result.anchor(i)};

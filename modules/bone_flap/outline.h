@@ -26,18 +26,18 @@ struct Pyramid {
   /// The centre and the normal weight each anchor by half of its two segments.
   glm::dvec3 centre_world{0.0}, normal_world{0.0}, apex_world{0.0};
   glm::dvec3 right_world{0.0}, up_world{0.0};  ///< unit, orthogonal to the normal
-  std::vector<glm::dvec2> plan;                ///< anchors, projected by seen()
+  std::vector<glm::dvec2> plan;                ///< anchors, projected by project()
 
   std::size_t size() const noexcept { return anchors_world.size(); }
   const glm::dvec3& anchor(std::size_t i) const noexcept { return anchors_world[i % size()]; }
   /// Returns the projection from the apex onto the plane at distance 1, along `right_world` and `up_world`.
   /// Sets `is_ahead` to whether the point is on the outline's side of the apex.
-  glm::dvec2 seen(const glm::dvec3& p_world, bool& is_ahead) const noexcept;
+  glm::dvec2 project(const glm::dvec3& p_world, bool& is_ahead) const noexcept;
   bool contains(const glm::dvec3& p_world) const noexcept;
 };
 
 /// Sets two unit vectors orthogonal to a unit normal, right-handed with it.
-void beside(const glm::dvec3& normal, glm::dvec3& right, glm::dvec3& up) noexcept;
+void set_orthogonal_axes(const glm::dvec3& normal, glm::dvec3& right, glm::dvec3& up) noexcept;
 /// Returns true if a point is inside a closed polygon.
 bool is_within(const std::vector<glm::dvec2>& loop, const glm::dvec2& p) noexcept;
 

@@ -45,12 +45,12 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
     return output;
   }
   constexpr double k_step = 3;  // mm
-  const CutSurface::OuterSurface lid = surface.lid(bone, k_step);
+  const CutSurface::OuterSurface lid = surface.outer_surface(bone, k_step);
   FlapSettings& preview = output->preview;
   preview.lid_rings = static_cast<std::int64_t>(lid.grid[0].size()) - 1;
   for (std::size_t i = 0; i < lid.rim.size(); ++i) {
     preview.lid.insert(preview.lid.end(), lid.grid[i].begin(), lid.grid[i].end());
-    preview.depth.push_back(surface.place(surface.lines()[lid.rim[i]], surface.lines()[lid.rim[i]].from));
+    preview.depth.push_back(surface.point_at(surface.lines()[lid.rim[i]], surface.lines()[lid.rim[i]].from));
   }
   output->area = surface.outer_mm2(bone);
   preview.preview = "flap of " + whole(output->area) + " mm\u00b2";

@@ -59,15 +59,10 @@ const sim::Schema& PreviewFlap::schema() {
 }
 
 const sim::Schema& CutFlap::schema() {
-  static constexpr std::string_view methods[] = {"kerf", "traced"};
   static constexpr sim::Field fields[] = {
       field<&CutFlap::anchors>("anchors", k_anchors),
       field<&CutFlap::saw>("saw", k_saw),
       field<&CutFlap::distance>("distance", k_distance),
-      field<&CutFlap::way>("way", {.choices = methods,
-                                   .help = "a kerf, or the voxels on lines from the apex",
-                                   .label = "Method",
-                                   .is_expert = true}),
       field<&CutFlap::seed>("seed", {.unit = "mm",
                                      .low = -1e5,
                                      .high = 1e5,
@@ -129,8 +124,8 @@ const sim::Schema& FlapSettings::schema() {
       field<&FlapSettings::tried>("tried"),
       field<&FlapSettings::problem>("problem"),
       field<&FlapSettings::problem_at>("problem_at"),
-      field<&FlapSettings::lid>("lid"),
-      field<&FlapSettings::lid_rings>("lid_rings", {.low = 0, .high = 65536}),
+      field<&FlapSettings::lid>("surface"),
+      field<&FlapSettings::lid_rings>("surface_rings", {.low = 0, .high = 65536}),
       field<&FlapSettings::depth>("depth"),
       field<&FlapSettings::preview>("preview")};
   static constexpr sim::Schema table{"flap-settings", 1, fields};
@@ -153,7 +148,7 @@ const sim::Schema& FlapCut::schema() {
 const sim::Schema& FlapPiece::schema() {
   static constexpr sim::Field fields[] = {
       field<&FlapPiece::number>("number"), field<&FlapPiece::size>("size", {.unit = "mm3"}),
-      field<&FlapPiece::is_seed>("seed"), field<&FlapPiece::is_taken>("taken"),
+      field<&FlapPiece::is_seed>("seed"), field<&FlapPiece::is_detached>("detached"),
       field<&FlapPiece::is_at_border>("at_border")};
   static constexpr sim::Schema table{"flap-piece", 1, fields};
   return table;
@@ -163,14 +158,15 @@ const sim::Schema& FlapPreviewed::schema() {
   static constexpr sim::Field fields[] = {
       field<&FlapPreviewed::area>(
           "area", {.unit = "mm2", .help = "outer surface of the skull; 0: the cut would fail"}),
-      field<&FlapPreviewed::says>("says")};
-  static constexpr sim::Schema table{"flap-seen", 1, fields};
+      field<&FlapPreviewed::summary>("summary")};
+  static constexpr sim::Schema table{"flap-previewed", 1, fields};
   return table;
 }
 
 const sim::Schema& FlapFailed::schema() {
-  static constexpr sim::Field fields[] = {field<&FlapFailed::why>("why"), field<&FlapFailed::holes>("holes")};
-  static constexpr sim::Schema table{"no-flap", 1, fields};
+  static constexpr sim::Field fields[] = {field<&FlapFailed::reason>("reason"),
+                                          field<&FlapFailed::holes>("holes")};
+  static constexpr sim::Schema table{"flap-failed", 1, fields};
   return table;
 }
 

@@ -258,7 +258,7 @@ const sim::Schema& CraniotomeState::schema() {
 }
 
 const sim::Schema& CraniotomeRefused::schema() {
-  static constexpr sim::Field fields[] = {field<&CraniotomeRefused::why>("why")};
+  static constexpr sim::Field fields[] = {field<&CraniotomeRefused::reason>("reason")};
   static constexpr sim::Schema table{"craniotome-refused", 1, fields};
   return table;
 }

@@ -24,7 +24,7 @@ struct CraniotomeState : BurrState {
 
 /// The craniotome cannot start here. Emitted once per press of the button.
 struct CraniotomeRefused {
-  std::string why;
+  std::string reason;
   static const sim::Schema& schema();
 };
 

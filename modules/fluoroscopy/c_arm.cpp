@@ -124,7 +124,7 @@ View::View(const CArm& arm) : columns(static_cast<int>(arm.columns)), rows(stati
   set_open_range(arm.height, rows, open.row_low, open.row_high);
 }
 
-std::optional<dvec2> View::seen(const dvec3& p_world) const noexcept {
+std::optional<dvec2> View::project(const dvec3& p_world) const noexcept {
   const dvec3 axis = glm::cross(right, down), to_plane = corner - source, to_point = p_world - source;
   const double depth = glm::dot(to_point, axis) / glm::dot(to_plane, axis);
   if (!(depth > 0)) return std::nullopt;

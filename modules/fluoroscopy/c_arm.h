@@ -43,7 +43,7 @@ struct View {
   explicit View(const CArm& arm);
   glm::dvec3 pixel(double column, double row) const noexcept { return corner + column * right + row * down; }
   /// Returns the projection of a point, pixels; empty behind the source.
-  std::optional<glm::dvec2> seen(const glm::dvec3& p_world) const noexcept;
+  std::optional<glm::dvec2> project(const glm::dvec3& p_world) const noexcept;
   /// Returns the view with `times` rays along the edge of each pixel.
   View refined(int times) const noexcept;
   volume::RayFan fan_in(const volume::Frame& frame) const noexcept;

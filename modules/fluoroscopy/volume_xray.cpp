@@ -49,7 +49,7 @@ PixelBox VolumeXray::pixels_of_block(const View& view, const std::array<int, 3>&
   if (method_ == volume::RaySum::joseph) --box.low, ++box.high;  // a ray between two voxels reads both
   double low_x = 1e300, low_y = 1e300, high_x = -1e300, high_y = -1e300;
   for (const dvec3& corner : volume::corners_world(scan_->frame, box.low, box.high)) {
-    const auto at = view.seen(corner);
+    const auto at = view.project(corner);
     if (!at) return view.open;  // level with or behind the source: any pixel
     low_x = std::min(low_x, at->x), high_x = std::max(high_x, at->x);
     low_y = std::min(low_y, at->y), high_y = std::max(high_y, at->y);

@@ -215,8 +215,8 @@ const sim::Schema& Judgement::schema() {
 
 const sim::Schema& JudgementFailed::schema() {
   static constexpr sim::Field fields[] = {field<&JudgementFailed::vertebra>("vertebra"),
-                                          field<&JudgementFailed::why>("why")};
-  static constexpr sim::Schema table{"no-vertebra", 1, fields};
+                                          field<&JudgementFailed::reason>("reason")};
+  static constexpr sim::Schema table{"judgement-failed", 1, fields};
   return table;
 }
 

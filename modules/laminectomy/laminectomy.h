@@ -38,7 +38,7 @@ Judgement judgement_of(const Outcome& outcome, const std::string& vertebra);
 
 /// Failure of a judgement. Emitted at the location of the problem.
 struct JudgementFailed {
-  std::string vertebra, why;
+  std::string vertebra, reason;
   static const sim::Schema& schema();
 };
 

@@ -172,7 +172,7 @@ const sim::Schema& Bite::schema() {
 }
 
 const sim::Schema& BiteRefused::schema() {
-  static constexpr sim::Field fields[] = {field<&BiteRefused::why>("why")};
+  static constexpr sim::Field fields[] = {field<&BiteRefused::reason>("reason")};
   static constexpr sim::Schema table{"bite-refused", 1, fields};
   return table;
 }

@@ -40,7 +40,7 @@ struct Bite {
 };
 /// The jaws could not close. Emitted at the centre of the bite.
 struct BiteRefused {
-  std::string why;
+  std::string reason;
   static const sim::Schema& schema();
 };
 

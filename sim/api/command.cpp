@@ -80,7 +80,7 @@ const Schema& AdoptPicture::schema() {
   return table;
 }
 const Schema& RemoveInstrument::schema() {
-  static constexpr Schema table{"lay-down"};
+  static constexpr Schema table{"remove-instrument"};
   return table;
 }
 const Schema& SwitchItem::schema() {

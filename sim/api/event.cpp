@@ -12,7 +12,8 @@ const Schema& FaultEvent::schema() {
 }
 
 const Schema& JobDiscarded::schema() {
-  static constexpr Field fields[] = {field<&JobDiscarded::job>("job"), field<&JobDiscarded::why>("why")};
+  static constexpr Field fields[] = {field<&JobDiscarded::job>("job"),
+                                     field<&JobDiscarded::reason>("reason")};
   static constexpr Schema table{"job-discarded", 1, fields};
   return table;
 }

@@ -28,7 +28,7 @@ inline constexpr const char* k_world_changed = "the world changed";
 /// The result of a job was discarded: the state changed too much meanwhile, or its subject is missing.
 struct JobDiscarded {
   Id job;
-  std::string why;
+  std::string reason;
   static const Schema& schema();
 };
 

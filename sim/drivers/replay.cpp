@@ -147,7 +147,7 @@ Status Replay::open_at(std::size_t checkpoint) {
   }
   std::vector<haptics::ServoCore> cores = state_->servo.cores();
   for (std::size_t h = 0; h < cores.size(); ++h)
-    if (!haptics::ServoMemory::load(stored.cores[h], state_->servo.seen()->hands[h], cores[h]) ||
+    if (!haptics::ServoMemory::load(stored.cores[h], state_->servo.current_scene()->hands[h], cores[h]) ||
         cores[h].next_tick() != next_ticks[h])
       return wrong;
   if (state_->next_tick != stored.next_tick) return wrong;
@@ -266,7 +266,7 @@ void Replay::compare_tick() {
     record_mismatch(record_.tick, "checkpoint", "another tick", "");
   if (++compared_ticks_ < stored.records.size()) return;
   for (std::size_t h = 0; h < stored.cores.size(); ++h) {
-    const haptics::ServoHand& hand = state_->servo.seen()->hands[h];
+    const haptics::ServoHand& hand = state_->servo.current_scene()->hands[h];
     haptics::ServoCore loaded = state_->servo.cores()[h];
     if (haptics::ServoMemory::save(loaded, hand) != stored.cores[h])
       record_mismatch(record_.tick, "checkpoint", "another servo", "");
@@ -287,7 +287,7 @@ Status Replay::run_tick(const TickItem& item) {
   record_ = state_->servo.step(recorded);
   state_->records[record_.hand] = record_;
   counts_.dropped += state_->servo.gap();
-  if (const std::uint64_t serial = state_->servo.seen()->serial; serial != recorded.version)
+  if (const std::uint64_t serial = state_->servo.current_scene()->serial; serial != recorded.version)
     record_mismatch(recorded.tick, "version", std::to_string(recorded.version), std::to_string(serial));
   recorded_force_ = recorded.force_world;
   // The check covers every output; force and contact are also stored, for programs that only read them.

@@ -63,7 +63,7 @@ class Replay {
   }
   /// Scene of the hand of the last tick.
   std::shared_ptr<const haptics::ServoHand> servo_hand() const noexcept {
-    const auto& scene = state_->servo.seen();
+    const auto& scene = state_->servo.current_scene();
     return {scene, &scene->hands[record_.hand]};
   }
   const Engine& engine() const noexcept { return state_->engine; }

@@ -336,7 +336,7 @@ void Engine::publish(Change change) {
       haptics::EscapePath path = has_trail ? trails_[h].escape_path(hands_[h]).value_or(haptics::EscapePath{})
                                            : haptics::EscapePath{};
       path.serial = next->serial;
-      hands_[h].way = std::make_shared<const haptics::EscapePath>(path);
+      hands_[h].escape_path = std::make_shared<const haptics::EscapePath>(path);
     }
   }
   next->hands = hands_;

@@ -27,7 +27,7 @@ EngineImage Engine::image() {
   for_each_kept(*this, result, [](const auto& member, auto& copy) { copy = member; });
   result.serial = serial();
   for (std::size_t h = 0; h < hands_.size(); ++h)
-    result.hands.push_back({tools_[h], hands_[h].way, work_[h], trails_[h]});
+    result.hands.push_back({tools_[h], hands_[h].escape_path, work_[h], trails_[h]});
   return result;
 }
 
@@ -67,7 +67,7 @@ Status Engine::restore(const EngineImage& image) {
     if (Status error = check_room_for_bodies()) return error;
     use_bodies(Bodies::others);
   }
-  for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].way = image.hands[h].way;
+  for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].escape_path = image.hands[h].escape_path;
   for (PendingJob& job : jobs_) make_runnable(job);
   results_.clear();
   submitted_fields_.clear();

@@ -74,7 +74,7 @@ struct EngineImage {
 
   struct Hand {
     HandTool tool;
-    std::shared_ptr<const haptics::EscapePath> way;  ///< newest escape path
+    std::shared_ptr<const haptics::EscapePath> escape_path;  ///< newest escape path
     HandWork work;
     HandTrail trail;
   };

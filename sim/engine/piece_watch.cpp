@@ -46,12 +46,12 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
       volume::detect_detachment(shape->field, *shape->bits, *previous, *before_,
                                 {.least_samples = static_cast<std::int64_t>(std::ceil(smallest_ / sample))});
   ++counts_.strokes;
-  counts_.parted += separation.kind == volume::Separation::Kind::parted;
+  counts_.parted += separation.kind == volume::Separation::Kind::detached;
   counts_.pending += separation.kind == volume::Separation::Kind::pending;
   counts_.max_bricks = std::max(counts_.max_bricks, separation.bricks);
-  return separation.kind == volume::Separation::Kind::holds    ? Finding::nothing
-         : separation.kind == volume::Separation::Kind::parted ? Finding::parted
-                                                               : Finding::pending;
+  return separation.kind == volume::Separation::Kind::connected  ? Finding::nothing
+         : separation.kind == volume::Separation::Kind::detached ? Finding::parted
+                                                                 : Finding::pending;
 }
 
 void PieceWatch::after_command(const Engine& engine, const Command& command, const Outcome& outcome) {
@@ -69,7 +69,7 @@ bool PieceWatch::was_outdated(const Engine& engine) const {
   const Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = chronicle.size(); i-- > 0 && chronicle.size() - i <= k_back;)
     if (const auto* discarded = chronicle[i].what.as<JobDiscarded>(); discarded && discarded->job == job_)
-      return discarded->why == k_world_changed;
+      return discarded->reason == k_world_changed;
   return false;
 }
 

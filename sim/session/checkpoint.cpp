@@ -82,7 +82,7 @@ void CheckpointMaker::finish_servo() {
   is_servo_done_ = true;
   for (std::size_t h = 0; h < servo_.cores().size(); ++h) {
     const haptics::ServoCore& core = servo_.cores()[h];
-    pending_->cores.push_back(haptics::ServoMemory::save(core, servo_.seen()->hands[h]));
+    pending_->cores.push_back(haptics::ServoMemory::save(core, servo_.current_scene()->hands[h]));
     pending_->next_tick = std::max(pending_->next_tick, core.next_tick());
   }
 }

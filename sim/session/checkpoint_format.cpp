@@ -55,11 +55,11 @@ void put_hand(std::string& out, const EngineImage::Hand& hand) {
   put_count(out, hand.tool.scene->tool_balls.size());
   for (const glm::dvec3& at : hand.tool.scene->tool_balls) put(out, at);
   put_count(out, hand.tool.number);
-  put(out, static_cast<std::uint8_t>(hand.way != nullptr));
-  if (hand.way) {
-    put(out, hand.way->serial);
-    put_count(out, hand.way->count);
-    for (std::uint32_t i = 0; i < hand.way->count; ++i) put(out, hand.way->places_volume[i]);
+  put(out, static_cast<std::uint8_t>(hand.escape_path != nullptr));
+  if (hand.escape_path) {
+    put(out, hand.escape_path->serial);
+    put_count(out, hand.escape_path->count);
+    for (std::uint32_t i = 0; i < hand.escape_path->count; ++i) put(out, hand.escape_path->places_volume[i]);
   }
   put(out, static_cast<std::uint8_t>(hand.work.is_pressed | hand.work.is_fresh << 1 |
                                      hand.work.body.has_value() << 2 | hand.work.place.has_value() << 3));

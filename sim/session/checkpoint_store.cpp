@@ -416,7 +416,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       path->serial = in.value<std::uint64_t>();
       path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_most_places));
       for (std::uint32_t i = 0; i < path->count; ++i) path->places_volume[i] = in.place();
-      hand.way = std::move(path);
+      hand.escape_path = std::move(path);
     }
     const auto flags = in.flags(15);
     hand.work.is_pressed = flags & 1;

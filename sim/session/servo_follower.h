@@ -31,7 +31,7 @@ class ServoFollower {
   void set_cores(std::vector<haptics::ServoCore> cores) { cores_ = std::move(cores); }
 
   /// Scene of the last tick.
-  const std::shared_ptr<const haptics::ServoScene>& seen() const noexcept { return scenes_.front(); }
+  const std::shared_ptr<const haptics::ServoScene>& current_scene() const noexcept { return scenes_.front(); }
   /// Last published scene.
   const std::shared_ptr<const haptics::ServoScene>& newest() const noexcept { return scenes_.back(); }
   const std::vector<haptics::ServoCore>& cores() const noexcept { return cores_; }

@@ -14,10 +14,10 @@
 namespace trephine::sim {
 
 /// Version of the file's layout. Files of other layouts are refused.
-inline constexpr std::uint32_t k_session_layout = 10;  // 10: effects of visits to forbidden structures
+inline constexpr std::uint32_t k_session_layout = 11;  // 11: names of fields and events
 /// Revision of the arithmetic of servo and edits: raised with every change that gives other bits for the same
 /// input. A session of another revision can be viewed, but not verified. Modules have their own versions.
-inline constexpr std::uint32_t k_replay_revision = 14;
+inline constexpr std::uint32_t k_replay_revision = 15;
 
 /// Name and version of a module, or of a struct that has a table.
 struct NamedVersion {

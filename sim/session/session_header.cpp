@@ -101,7 +101,7 @@ std::string to_text(const SceneDescription& h) {
         add_unless("depth_repeats", s.is_repeating, 0);
       }
       add_unless("of_stream", s.stream, -1);
-      add_unless("comes_in", s.is_streamed, 0);
+      add_unless("streamed", s.is_streamed, 0);
       if (s.depth_keys > 0 || s.stream >= 0) {
         add_number("depth_pixel", s.depth_pixel);
         if (s.depth_rate != StructureSpec().depth_rate) add_number("depth_rate", s.depth_rate);
@@ -372,7 +372,7 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
       if ((is_good = is_whole(0, 1))) shape->is_repeating = number == 1;
     } else if (key == "depth_rate") {
       if ((is_good = is_between(10, 1000))) shape->depth_rate = number;
-    } else if (key == "comes_in") {
+    } else if (key == "streamed") {
       if ((is_good = is_whole(0, 1))) shape->is_streamed = number == 1;
     } else if (key == "depth_pixel") {
       if ((is_good = is_between(1e-3, 100))) shape->depth_pixel = number;
@@ -430,7 +430,7 @@ Status check_whole(const SceneDescription& h, const ErrorWords& words) {
       return fail("of_stream", "of a model, without keys");
     if (s.depth_keys > 0 && s.model < 0) return fail("depth_keys", "of a model");
     if (s.is_streamed && (s.model < 0 || s.depth_keys > 0 || s.stream >= 0))
-      return fail("comes_in", "of a model, without keys or a stream");
+      return fail("streamed", "of a model, without keys or a stream");
     if (s.model >= 0 && (s.is_soft || s.ramp || s.is_forbidden || !s.is_touchable))
       return fail("a model", "a touchable model without soft, ramp or forbidden");
   }

@@ -49,9 +49,14 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
     EXPECT_GT(std::stod(row.at("us_p50")), 0);
   }
   for (const Json& peer : feel["peers"]) EXPECT_EQ(methods.erase(peer["name"]), 1u) << peer;
-  const std::string help = run("touch --help").out;
   EXPECT_GE(methods.size(), 10u);
-  for (const std::string& method : methods) EXPECT_NE(help.find(method), std::string::npos) << method;
+  // An error lists all methods; help lists those that users choose.
+  write("short.csv", "t,x,y,z\n0,0,-95,20\n0.1,0,-95,20\n");
+  const std::string known = run("touch head --path short.csv -o t.csv --method unknown").err;
+  for (const std::string& method : methods) EXPECT_NE(known.find(method), std::string::npos) << method;
+  const std::string help = run("touch --help").out;
+  EXPECT_NE(help.find("subvoxel, mesh, scene, depth"), std::string::npos);
+  EXPECT_EQ(help.find("raystep"), std::string::npos);
 
   EXPECT_EQ(feel["rows"].size(), rows.size());
   // Instructions are counted where processes may be traced: each method keeps its budget.

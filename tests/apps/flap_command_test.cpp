@@ -78,8 +78,8 @@ TEST_F(Command, AnInvalidFlapIsReportedAndDrawn) {
           "--json");
   EXPECT_EQ(none.exit_code, 1);
   const Json report = Json::parse(none.out);
-  EXPECT_FALSE(report["refused"]["why"].get<std::string>().empty());
-  EXPECT_LT(length(report["refused"]["place_world_mm"], -30, -25, 70), 40);
+  EXPECT_FALSE(report["refused"]["reason"].get<std::string>().empty());
+  EXPECT_LT(length(report["refused"]["position_world_mm"], -30, -25, 70), 40);
   EXPECT_FALSE(fs::exists(folder_ / "open.mha"));
   EXPECT_GT(fs::file_size(folder_ / "why.png"), 20000u);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
@@ -242,8 +242,8 @@ TEST_F(Command, FlapsOfAPlasticSkull) {
   // Across the seam on its left: two pieces, the cap's and the skull's, which is kept.
   const Json seam = json("flap skull.mha --at 62,80,772 --diameter 44 --leave 2");
   ASSERT_EQ(seam["pieces"].size(), 2u);
-  EXPECT_GT(seam["pieces"][0]["place_world_mm"][2], seam["pieces"][1]["place_world_mm"][2]);
-  EXPECT_EQ(seam["pieces"][1]["is_taken"], false);
+  EXPECT_GT(seam["pieces"][0]["position_world_mm"][2], seam["pieces"][1]["position_world_mm"][2]);
+  EXPECT_EQ(seam["pieces"][1]["is_detached"], false);
   // Near the orbital rim: removed matter is inside the pyramid, and no deeper than the calvaria.
   const Json rim = json("flap skull.mha --at=-30,20,758 --diameter 26 -o rim.mha");
   const volume::Volume before = data_tools::open_volume(file("skull.mha")).value().volume;

@@ -50,7 +50,7 @@ TEST(FootPose, AKerrisonsFootFitsUnderTheEdge) {
         const Plate plate{.thickness = thickness};
         const dvec3 shaft = plate.turn * dvec3(0, 0, 1);
         const FootSearch found = find_edge(plate, k_kerrison, plate.world({-3, y, 0}), shaft, reach);
-        ASSERT_TRUE(found.place) << found.why;
+        ASSERT_TRUE(found.place) << found.reason;
         const dvec3 edge = plate.local(found.place->edge_world), at = plate.local(found.place->at_world);
         EXPECT_NEAR(edge.x, plate.wave(edge.y), 0.15);
         EXPECT_NEAR(edge.z, 0, 0.15);
@@ -61,7 +61,7 @@ TEST(FootPose, AKerrisonsFootFitsUnderTheEdge) {
         // The jaws close toward the bone: the open side is +x of the tool.
         EXPECT_GT(glm::dot(found.place->turn * dvec3(1, 0, 0), plate.turn * dvec3(1, 0, 0)), 0.9);
         EXPECT_GT(glm::dot(found.place->turn * dvec3(0, 0, 1), shaft), 0.999);
-        for (const dvec3& p : found.place->way) EXPECT_FALSE(plate(p));
+        for (const dvec3& p : found.place->path) EXPECT_FALSE(plate(p));
         ASSERT_GT(found.place->edge.size(), 10u);
         for (const dvec3& p : found.place->edge)
           EXPECT_NEAR(plate.local(p).x, plate.wave(plate.local(p).y), 0.3);
@@ -71,12 +71,12 @@ TEST(FootPose, AKerrisonsFootFitsUnderTheEdge) {
 TEST(FootPose, ReportsWhyAFootFitsNowhere) {
   const Plate thick{.thickness = 6.5}, plate;
   const dvec3 shaft = plate.turn * dvec3(0, 0, 1);
-  EXPECT_NE(find_edge(thick, k_kerrison, thick.world({-3, 0, 0}), shaft, 0).why.find("thicker"),
+  EXPECT_NE(find_edge(thick, k_kerrison, thick.world({-3, 0, 0}), shaft, 0).reason.find("thicker"),
             std::string::npos);
-  EXPECT_NE(find_edge(plate, k_kerrison, plate.world({-20, 0, 0}), shaft, 0).why.find("no edge"),
+  EXPECT_NE(find_edge(plate, k_kerrison, plate.world({-20, 0, 0}), shaft, 0).reason.find("no edge"),
             std::string::npos);
   const auto with_floor = [&](const dvec3& w) { return plate(w) || plate.local(w).z < -6; };
-  EXPECT_NE(find_edge(with_floor, k_kerrison, plate.world({-3, 0, 0}), shaft, 0).why, "");
+  EXPECT_NE(find_edge(with_floor, k_kerrison, plate.world({-3, 0, 0}), shaft, 0).reason, "");
   EXPECT_FALSE(find_edge([](const dvec3&) { return false; }, k_kerrison, {0, 0, 0}, shaft, 0).place);
   EXPECT_FALSE(find_edge([](const dvec3&) { return true; }, k_kerrison, {0, 0, 0}, shaft, 0).place);
 }
@@ -102,17 +102,17 @@ TEST(FootPose, ACraniotomeFitsIntoABurrHole) {
   for (const double off : {0.0, 3.0, 8.0}) {
     const dvec3 shaft = glm::normalize(dvec3(off, 0, vault.outer));
     const FootSearch found = find_hole(is, was, k_craniotome, vault.outer * shaft, shaft);
-    ASSERT_TRUE(found.place) << off << ": " << found.why;
+    ASSERT_TRUE(found.place) << off << ": " << found.reason;
     EXPECT_TRUE(is_free(is, k_craniotome, *found.place));
     EXPECT_NEAR(glm::length(found.place->at_world), vault.inner - 0.3, 0.5);
     EXPECT_NEAR(found.place->bone_thickness, vault.outer - vault.inner + 0.3, 0.4);
   }
   const dvec3 far = glm::normalize(dvec3(30, 0, 60));
-  EXPECT_NE(find_hole(is, was, k_craniotome, vault.outer * far, far).why.find("no burr hole"),
+  EXPECT_NE(find_hole(is, was, k_craniotome, vault.outer * far, far).reason.find("no burr hole"),
             std::string::npos);
   const Vault narrow{.hole = 1.3, .hole_inside = 1.3};
   const auto is_narrow = [&](const dvec3& p) { return narrow.is(p); };
-  EXPECT_NE(find_hole(is_narrow, was, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1)).why.find("no room"),
+  EXPECT_NE(find_hole(is_narrow, was, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1)).reason.find("no room"),
             std::string::npos);
 }
 

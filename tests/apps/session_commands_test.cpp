@@ -240,7 +240,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_EQ(dura["structure"], "dura");
   ASSERT_EQ(dura["visits"].size(), 1u);
   EXPECT_NEAR(dura["visits"][0]["at_seconds"].get<double>(), 3.52, 0.1);
-  EXPECT_NEAR(dura["visits"][0]["place_world_mm"][2].get<double>(), 63, 2);
+  EXPECT_NEAR(dura["visits"][0]["position_world_mm"][2].get<double>(), 63, 2);
   EXPECT_GT(dura["visits"][0]["deepest_mm"].get<double>(), 0.3);
   EXPECT_TRUE(dura["visits"][0]["is_left"].get<bool>());
   const Json events = json("info g.session")["events"];

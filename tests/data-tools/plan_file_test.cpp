@@ -38,8 +38,7 @@ std::string markups(const std::string& frame) {
          place +
          ", \"controlPoints\": [{\"id\": \"1\", \"label\": \"L3 left-1\", \"position\": [10.5, -20.25, 30], "
          "\"positionStatus\": \"defined\"}, {\"id\": \"2\", \"label\": \"L3 left-2\", \"position\": [12, "
-         "-50, "
-         "31], \"positionStatus\": \"defined\"}]}, {\"type\": \"Fiducial\", " +
+         "-50, 31], \"positionStatus\": \"defined\"}]}, {\"type\": \"Fiducial\", " +
          place +
          ", \"controlPoints\": [{\"label\": \"nasion\", \"position\": [0, 80, 5], \"positionStatus\": "
          "\"defined\"}, {\"label\": \"later\", \"position\": [0, 0, 0], \"positionStatus\": "

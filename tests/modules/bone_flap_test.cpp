@@ -1,6 +1,7 @@
 #include "modules/bone_flap/bone_flap.h"
 
 #include "tests/modules/flap_vault.h"
+#include "tests/modules/traced_voxels.h"
 
 namespace trephine::bone_flap {
 namespace {
@@ -157,7 +158,7 @@ TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
     EXPECT_FALSE(sheet.make(pyramid, bone, 1.6, depth));
     double least = 1e300, most = 0;
     for (const CutSurface::Line& line : sheet.lines()) {
-      const double r = glm::length(sheet.place(line, line.inner));
+      const double r = glm::length(sheet.point_at(line, line.inner));
       least = std::min(least, r), most = std::max(most, r);
     }
     return glm::dvec2(least, most);
@@ -289,8 +290,8 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   EXPECT_GT(pieces[0].first.size, 1.3 * pieces[1].first.size);
   EXPECT_LT(pieces[0].second.x, 3);
   EXPECT_GT(pieces[1].second.x, 3);
-  EXPECT_TRUE(pieces[0].first.is_taken && pieces[0].first.is_seed && !pieces[0].first.is_at_border);
-  EXPECT_FALSE(pieces[1].first.is_taken);
+  EXPECT_TRUE(pieces[0].first.is_detached && pieces[0].first.is_seed && !pieces[0].first.is_at_border);
+  EXPECT_FALSE(pieces[1].first.is_detached);
   ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
   // The kept piece is still there, the detached one is not.
   const volume::Version& left = *run.engine().current();

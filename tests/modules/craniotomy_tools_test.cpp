@@ -119,7 +119,7 @@ TEST(Craniotome, StartsOnlyInABurrHole) {
     for (std::size_t i = 0; i < chronicle.size(); ++i)
       if (const auto* event = chronicle[i].what.as<CraniotomeRefused>()) {
         ++refused;
-        EXPECT_NE(event->why.find(place.why), std::string::npos) << event->why;
+        EXPECT_NE(event->reason.find(place.why), std::string::npos) << event->reason;
       }
   }
   EXPECT_EQ(refused, 3u);

@@ -62,7 +62,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     ASSERT_EQ(seen.size(), 4u);
     EXPECT_NEAR(seen[0].first.area / outline.area(), 1, 0.01);
     EXPECT_EQ(seen[1].first.area, 0);
-    EXPECT_NE(seen[1].first.says.find("off the bone"), std::string::npos);
+    EXPECT_NE(seen[1].first.summary.find("off the bone"), std::string::npos);
     EXPECT_EQ(seen[2].first.area, seen[0].first.area);
     request.saw = Saw::w0_8;
     EXPECT_EQ(run.apply({request, 0}).refused.has_value(),

@@ -113,7 +113,7 @@ inline std::string cut(sim::Lockstep& run, const CutFlap& request) {
   const sim::Outcome outcome = run.apply_whole({request, 0});
   if (outcome.refused) return outcome.refused->message();
   const auto refusals = events_of<FlapFailed>(run.engine());
-  return refusals.size() > before ? refusals.back().first.why : std::string();
+  return refusals.size() > before ? refusals.back().first.reason : std::string();
 }
 
 }  // namespace trephine::bone_flap

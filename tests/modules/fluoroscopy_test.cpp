@@ -46,13 +46,13 @@ TEST(CArm, PosesFollowDicom) {
     EXPECT_NEAR(glm::length(v.right / 0.3 - pose.right), 0, 1e-12) << pose.name;
     EXPECT_NEAR(glm::length(v.down / 0.3 + pose.up), 0, 1e-12) << pose.name;
     EXPECT_NEAR(glm::length(v.source - arm.isocentre), 650, 1e-9);
-    const dvec2 middle = v.seen(arm.isocentre).value();
+    const dvec2 middle = v.project(arm.isocentre).value();
     EXPECT_NEAR(glm::length(middle - 511.5), 0, 1e-9);
     // 10 mm at the isocentre to the image's right: 10 * 1000 / 650 / 0.3 pixels.
-    EXPECT_NEAR(v.seen(arm.isocentre + 10.0 * pose.right).value().x - 511.5, 10 / 0.65 / 0.3, 1e-9);
-    EXPECT_NEAR(v.seen(arm.isocentre + 10.0 * pose.up).value().y - 511.5, -10 / 0.65 / 0.3, 1e-9);
-    EXPECT_FALSE(v.seen(v.source - pose.detector).has_value());
-    const dvec2 there = v.seen(v.source + 0.3 * (v.pixel(17, 801) - v.source)).value();
+    EXPECT_NEAR(v.project(arm.isocentre + 10.0 * pose.right).value().x - 511.5, 10 / 0.65 / 0.3, 1e-9);
+    EXPECT_NEAR(v.project(arm.isocentre + 10.0 * pose.up).value().y - 511.5, -10 / 0.65 / 0.3, 1e-9);
+    EXPECT_FALSE(v.project(v.source - pose.detector).has_value());
+    const dvec2 there = v.project(v.source + 0.3 * (v.pixel(17, 801) - v.source)).value();
     EXPECT_NEAR(glm::length(there - dvec2(17, 801)), 0, 1e-9);
   }
   EXPECT_FALSE(set_preset(arm, "sideways"));
@@ -179,7 +179,7 @@ TEST(SurfaceXray, OfBoxesEqualsTheirChordAndEdgesShowWhereRaysGraze) {
   const View view(small_arm());
   const SurfaceXray image = project_surfaces(view, {&round, 1}).value();
   const auto edge_at = [&](const SurfaceXray& of, double x) {
-    const dvec2 p = view.seen({x, 0, 5}).value();
+    const dvec2 p = view.project({x, 0, 5}).value();
     return of.edges[static_cast<std::size_t>(std::lround(p.x)) +
                     static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(std::lround(p.y))];
   };

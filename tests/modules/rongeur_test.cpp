@@ -96,9 +96,9 @@ TEST(Rongeur, ABiteHasALargestSize) {
     const auto refused = events<BiteRefused>(run);
     ASSERT_EQ(refused.size(), share > 1 ? 0u : 1u);
     if (refused.empty()) continue;
-    EXPECT_NE(refused[0].why.find("a hand bites " + std::to_string(std::lround(share * exact))),
+    EXPECT_NE(refused[0].reason.find("a hand bites " + std::to_string(std::lround(share * exact))),
               std::string::npos)
-        << refused[0].why;
+        << refused[0].reason;
     EXPECT_EQ(run.engine().removed_mm3(), 0);
   }
 }
@@ -143,7 +143,7 @@ TEST(Rongeur, BlockedJawsBiteNothing) {
     hold(run, c.at, -1);
     const auto refused = events<BiteRefused>(run);
     ASSERT_EQ(refused.size(), 1u) << c.why;
-    EXPECT_NE(refused[0].why.find(c.why), std::string::npos) << refused[0].why;
+    EXPECT_NE(refused[0].reason.find(c.why), std::string::npos) << refused[0].reason;
     EXPECT_EQ(run.engine().removed_mm3(), 0);
     EXPECT_EQ(run.engine().measures().back().value, 1);
   }

@@ -175,7 +175,7 @@ TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
   ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), {&rod, 1}, RaySum::exact, 2).has_value());
   EXPECT_EQ(xray.counters().full_rays, 0);
   const auto pixel = [&](double x) {
-    const dvec2 at = view.seen({x, 0, 0}).value();
+    const dvec2 at = view.project({x, 0, 0}).value();
     return static_cast<std::size_t>(std::lround(at.x)) + 201u * static_cast<std::size_t>(std::lround(at.y));
   };
   const double titanium = 0.7661 * 0.454 * 2 * radius;  // of the table
@@ -216,7 +216,7 @@ TEST(VolumeXray, ReportsWhereTheScanEnds) {
   const View view(arm);
   const std::vector<Border> borders = xray.borders(view);
   const auto at = [&](double x, double z) {
-    const dvec2 p = view.seen({x, 0, z}).value();
+    const dvec2 p = view.project({x, 0, z}).value();
     return borders[static_cast<std::size_t>(std::lround(p.x)) +
                    100u * static_cast<std::size_t>(std::lround(p.y))];
   };
@@ -313,7 +313,7 @@ TEST(VolumeXray, ABreachOfTwoMillimetresIsVisibleInAShot) {
     const View view(arm);
     std::vector<float> shots[2];
     std::vector<double> sums[2];
-    const dvec2 middle = *view.seen(at);
+    const dvec2 middle = *view.project(at);
     for (int i = 0; i < 2; ++i) {
       ASSERT_FALSE(xray.project(view, i == 0 ? before : after, {}, RaySum::exact, 2).has_value());
       sums[i] = xray.sums();
@@ -341,7 +341,7 @@ TEST(VolumeXray, ABreachOfTwoMillimetresIsVisibleInAShot) {
     constexpr int k_others = 12;
     for (int k = 0; k < k_others; ++k) {
       const dvec3 beside = at + dvec3(k % 2 ? -8 : 6, 0, -16 + 2.5 * k);
-      const double one = differs(*view.seen(beside));
+      const double one = differs(*view.project(beside));
       noise += one * one / k_others;
     }
     const double times = differs(middle) / std::sqrt(noise);

@@ -156,7 +156,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
   run.apply(run.engine().finish_job(begun.job));
   const Chronicle& events = run.engine().now().chronicle;
   ASSERT_EQ(events.size(), 1u);
-  EXPECT_EQ(events[0].what.as<JobDiscarded>()->why, "nothing came off");
+  EXPECT_EQ(events[0].what.as<JobDiscarded>()->reason, "nothing came off");
 
   // Two hands, one body.
   const haptics::PosePath first = resting(), second = sawing();
@@ -173,7 +173,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
     run.step(cuts);
     run.apply(adopt);
     EXPECT_TRUE(run.engine().now().world.bodies.empty());
-    EXPECT_EQ(events[1].what.as<JobDiscarded>()->why, "the world changed");
+    EXPECT_EQ(events[1].what.as<JobDiscarded>()->reason, "the world changed");
   }
   free_now(run);
   ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
@@ -393,7 +393,7 @@ TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
   ASSERT_GT(events.size(), 0u);
   const auto* discarded = events[events.size() - 1].what.as<JobDiscarded>();
   ASSERT_NE(discarded, nullptr);
-  EXPECT_NE(discarded->why.find("there is room for 8"), std::string::npos) << discarded->why;
+  EXPECT_NE(discarded->reason.find("there is room for 8"), std::string::npos) << discarded->reason;
   // All of them are debris if larger bodies are requested.
   const Outcome begun = run.apply(FreePieces{0, 60});
   run.apply(run.engine().finish_job(begun.job));

@@ -100,15 +100,15 @@ TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
             detect_detachment(cut.field, cut.bits, *before, *after, {.max_bricks = 1 << 20});
         const bool is_loose = cut.has_loose(*after);
         if (is_fine) {
-          ASSERT_NE(verdict.kind, Separation::Kind::parted);
-          if (verdict.kind == Separation::Kind::holds) {
+          ASSERT_NE(verdict.kind, Separation::Kind::detached);
+          if (verdict.kind == Separation::Kind::connected) {
             ASSERT_FALSE(is_loose) << seed << " stroke " << stroke;
             ++fine_held;
           } else {
             ++fine_pending, fine_needless += !is_loose;
           }
         } else {
-          ASSERT_EQ(verdict.kind, is_loose ? Separation::Kind::parted : Separation::Kind::holds)
+          ASSERT_EQ(verdict.kind, is_loose ? Separation::Kind::detached : Separation::Kind::connected)
               << seed << " stroke " << stroke;
           ++kinds[static_cast<std::size_t>(verdict.kind)];
         }
@@ -151,15 +151,15 @@ TEST(Separation, FindsADiskWhenItsRingCloses) {
       const auto after = editor.freeze();
       const Separation verdict = detect_detachment(cut.field, cut.bits, *before, *after);
       const bool is_loose = cut.has_loose(*after);
-      EXPECT_EQ(verdict.kind, !is_loose     ? Separation::Kind::holds
-                              : burr == 0.0 ? Separation::Kind::parted
+      EXPECT_EQ(verdict.kind, !is_loose     ? Separation::Kind::connected
+                              : burr == 0.0 ? Separation::Kind::detached
                                             : Separation::Kind::pending)
           << i;
       // The saw is 2.4 mm wide, a step 2.2 mm long: the last step but one closes the ring.
       EXPECT_EQ(is_loose, i >= k_steps - 2) << i;
       if (is_loose) {
         // Planted fault: without the change no separation is found.
-        EXPECT_EQ(detect_detachment(cut.field, cut.bits, *after, *after).kind, Separation::Kind::holds);
+        EXPECT_EQ(detect_detachment(cut.field, cut.bits, *after, *after).kind, Separation::Kind::connected);
         break;
       }
       EXPECT_LT(verdict.bricks, burr == 0.0 ? 250 : 800) << i;

@@ -371,12 +371,12 @@ class Search {
           continue;
         }
         if (parts_[static_cast<std::size_t>(p)].samples < min_samples_) continue;
-        if (const Separation::Kind kind = classify(p); kind != Separation::Kind::holds)
-          return kind == Separation::Kind::parted && !lattice_.is_of_voxels() ? Separation::Kind::pending
-                                                                              : kind;
+        if (const Separation::Kind kind = classify(p); kind != Separation::Kind::connected)
+          return kind == Separation::Kind::detached && !lattice_.is_of_voxels() ? Separation::Kind::pending
+                                                                                : kind;
       }
       open = std::move(growing);
-      if (open.size() <= 1) return Separation::Kind::holds;
+      if (open.size() <= 1) return Separation::Kind::connected;
       for (const int p : open) {
         if (root(p) != p || parts_[static_cast<std::size_t>(p)].steps.empty()) continue;
         if (count_ > max_bricks_) return Separation::Kind::pending;
@@ -429,7 +429,7 @@ class Search {
       add(known, fresh);
       // Solid samples of another part next to the removed ones, in this brick and in its neighbours.
       if (has_bits(difference(intersection(dilated(fresh), n.solid), own_in(n))))
-        return Separation::Kind::parted;
+        return Separation::Kind::detached;
       bool is_connected = false;
       for_neighbours([&](const glm::ivec3& d) {
         if (!is_inside(n.position + d) || is_connected) return;
@@ -439,9 +439,9 @@ class Search {
         is_connected = has_bits(difference(intersection(entering, neighbour.solid), own_in(neighbour)));
         steps.push_back({key_of(neighbour.position), entering});
       });
-      if (is_connected) return Separation::Kind::parted;
+      if (is_connected) return Separation::Kind::detached;
     }
-    return Separation::Kind::holds;
+    return Separation::Kind::connected;
   }
 
   const Field& field_;

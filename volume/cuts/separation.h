@@ -11,11 +11,11 @@ namespace trephine::volume {
 
 struct Separation {
   enum class Kind : std::uint8_t {
-    holds,   ///< no part is detached that SolidParts would report
-    parted,  ///< a part is detached
-    pending  ///< undecided (brick limit, or a result that needs more voxels): use SolidParts
+    connected,  ///< no part is detached that SolidParts would report
+    detached,   ///< a part is detached
+    pending     ///< undecided (brick limit, or a result that needs more voxels): use SolidParts
   };
-  Kind kind = Kind::holds;
+  Kind kind = Kind::connected;
   std::int64_t bricks = 0;  ///< cost: number of bricks read, from half a microsecond to a few each
 };
 
@@ -25,9 +25,10 @@ struct SeparationLimits {
 };
 
 /// Compares `after` with `before`, which must have no detached part. Floods the solid samples next to the
-/// cut. If they form several parts, floods these outward in turns until all have met (holds), one cannot grow
-/// and was connected to another by removed matter (parted), or the brick limit is reached. Connectivity of
-/// samples is that of SolidParts. Allocates. Any thread; neither version may be written meanwhile.
+/// cut. If they form several parts, floods these outward in turns until all have met (connected), one cannot
+/// grow and was connected to another by removed matter (detached), or the brick limit is reached.
+/// Connectivity of samples is that of SolidParts. Allocates. Any thread; neither version may be written
+/// meanwhile.
 Separation detect_detachment(const Field& field, const Occupancy& bits, const Version& before,
                              const Version& after, const SeparationLimits& limits = {});
 

@@ -34,14 +34,14 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
                  format_text("%-30s %-10s %-22s %8s %10s %11s %10s %10s\n", "method", "burr", "voxels",
                              "rate, Hz", "volume, %", "surface, mm", "p50, us", "p99, us");
   for (const bench::DrillingRow& row : bench::run_drilling_benchmark(arguments.is_quick)) {
-    rows.push_back({{"way", row.way},
+    rows.push_back({{"method", row.method},
                     {"burr", row.burr},
                     {"voxels", row.voxels},
                     {"rate_hz", row.rate_hz},
                     {"volume_error", row.volume_error},
                     {"surface_error_mm", row.surface_error_mm},
                     {"tick_us", to_json(row.tick)}});
-    outcome.text += format_text("%-30s %-10s %-22s %8.0f %10.3f %11.3f %10.1f %10.1f\n", row.way.c_str(),
+    outcome.text += format_text("%-30s %-10s %-22s %8.0f %10.3f %11.3f %10.1f %10.1f\n", row.method.c_str(),
                                 row.burr.c_str(), row.voxels.c_str(), row.rate_hz, 100 * row.volume_error,
                                 row.surface_error_mm, row.tick.p50, row.tick.p99);
   }

@@ -264,8 +264,7 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
       std::string(is_quick ? " (the quick set: 128 voxels along an edge)" : " (512 voxels along an edge)") +
       ". Below and to the left is better. <code>subvoxel</code> is the default; <code>raystep</code>, "
       "<code>plane</code> and <code>gradient</code> are older published methods, for comparison. What each "
-      "number "
-      "means, and where each method is weak, is in docs/accuracy.md.</p>";
+      "number means, and where each method is weak, is in docs/accuracy.md.</p>";
   page += "<p class=dim>";
   for (const auto& [key, value] : machine.items())
     page += escaped(key) + " " +
@@ -295,16 +294,13 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
     page +=
         "<h2>Error of the force</h2><img src=time-against-force-error.png alt='run time against force error'>"
         "<p class=dim>At a depth of about 1 mm and 0.5 N/mm. The red line: hands distinguish forces from "
-        "about "
-        "7 % (Pang, Tan and Durlach 1991).</p>"
+        "about 7 % (Pang, Tan and Durlach 1991).</p>"
         "<h2>Error of the surface</h2><img src=time-against-surface-error.png alt='run time against surface "
         "error'>"
         "<h2>Error of the force's direction</h2><img src=time-against-direction-error.png alt='run time "
         "against "
         "direction error'><p class=dim>The red line: hands distinguish directions from 25.6 degrees "
-        "(Barbagli "
-        "et al. "
-        "2006, without sight).</p>";
+        "(Barbagli et al. 2006, without sight).</p>";
   if (!report.scaling.empty())
     page += "<h2>Size of the volume</h2><img src=scaling.png alt='run time against size'>";
   if (!report.traces.empty())

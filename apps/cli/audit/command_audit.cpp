@@ -560,8 +560,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     outcome.text += format_text(
         "objects touched by depth images, judged without images in %ld ticks: %ld times deeper in them than "
         "%.2f "
-        "mm, "
-        "at most %.3f mm\n",
+        "mm, at most %.3f mm\n",
         drawn, drawn_sunk, allowed_drawn, std::max(0.0, deepest_drawn));
   if (passable > 0)
     outcome.text += format_text(

@@ -137,12 +137,12 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
                  .expected = "0.1 to 3600 s"};
   std::vector<Finding> findings;
 
-  findings.push_back(view::has_display()
-                         ? Finding{"display", "available", "", false}
-                         : Finding{"display", "none",
-                                   "pictures work without (--screenshot); for a window log in at a "
-                                   "desktop, or use ssh -X",
-                                   true});
+  findings.push_back(
+      view::has_display()
+          ? Finding{"display", "available", "", false}
+          : Finding{"display", "none",
+                    "pictures work without (--screenshot); for a window log in at a desktop, or use ssh -X",
+                    true});
   const Result<std::string> gl = view::describe_gl();
   if (gl) {
     const bool is_software = gl.value().find("llvmpipe") != std::string::npos;

@@ -37,7 +37,7 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
       const glm::dvec3& position = chronicle[i].place_world;
       if (entered && entered->structure == name)
         visits.push_back({{"at_seconds", static_cast<double>(chronicle[i].tick) * dt},
-                          {"place_world_mm", {position.x, position.y, position.z}},
+                          {"position_world_mm", {position.x, position.y, position.z}},
                           {"is_working", entered->is_working},
                           {"deepest_mm", watch.deepest_now},
                           {"is_left", false}});
@@ -78,7 +78,7 @@ void report_measures(const sim::Engine& engine, Outcome& outcome) {
   for (std::size_t i = 0; i < chronicle.size(); ++i)
     if (const auto* breakthrough = chronicle[i].what.as<drilling::Breakthrough>()) {
       const glm::dvec3& position = chronicle[i].place_world;
-      breakthroughs.push_back({{"place_world_mm", {position.x, position.y, position.z}},
+      breakthroughs.push_back({{"position_world_mm", {position.x, position.y, position.z}},
                                {"thrust_n", breakthrough->thrust},
                                {"plunge_mm", breakthrough->plunge},
                                {"seconds", breakthrough->seconds}});

@@ -163,13 +163,13 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
     if (piece == nullptr) continue;
     pieces.push_back({{"number", piece->number},
                       {"mm3", piece->size},
-                      {"place_world_mm", json_of(chronicle[i].place_world)},
+                      {"position_world_mm", json_of(chronicle[i].place_world)},
                       {"is_seed", piece->is_seed},
-                      {"is_taken", piece->is_taken},
+                      {"is_detached", piece->is_detached},
                       {"is_at_border", piece->is_at_border}});
     if (cut->pieces > 1 || piece->is_at_border)
       outcome.text += format_text("  piece %lld: %.0f mm3, %s%s\n", static_cast<long long>(piece->number),
-                                  piece->size, piece->is_taken ? "removed" : "left",
+                                  piece->size, piece->is_detached ? "removed" : "left",
                                   piece->is_at_border ? ", cut by the scan's border" : "");
   }
   json["pieces"] = pieces;
@@ -327,14 +327,15 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   const std::vector<sim::Body> pieces = engine.now().world.bodies;
   dvec3 middle(0), normal(0);
   if (dvec3 at; const auto* no_flap = last_event<bone_flap::FlapFailed>(engine, &at)) {
-    json["refused"] = {{"why", no_flap->why}, {"place_world_mm", json_of(at)}, {"holes", no_flap->holes}};
-    outcome.text = format_text("no flap: %s, at %.1f, %.1f, %.1f; nothing was cut\n", no_flap->why.c_str(),
+    json["refused"] = {
+        {"reason", no_flap->reason}, {"position_world_mm", json_of(at)}, {"holes", no_flap->holes}};
+    outcome.text = format_text("no flap: %s, at %.1f, %.1f, %.1f; nothing was cut\n", no_flap->reason.c_str(),
                                at.x, at.y, at.z);
     outcome.exit_code = exit_check_failed;
     for (const dvec3& p : request.anchors) middle += p / static_cast<double>(request.anchors.size());
   } else if (pieces.empty()) {
     const auto* discarded = last_event<sim::JobDiscarded>(engine);
-    return Error{.what = "the flap cannot be detached", .found = discarded ? discarded->why : ""};
+    return Error{.what = "the flap cannot be detached", .found = discarded ? discarded->reason : ""};
   } else {
     const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
     middle = flap.centre, normal = flap.normal;
@@ -382,7 +383,6 @@ Run build(Options& options) {
   options.add("--corners", a->corners, "Corners of the ring (3 to 100)").shows_default();
   add("saw", "--saw");
   add("distance", "--distance").type("MM").shows_default().means("cut-flap distance");
-  add("way", "--way");
   options.add("--inside", a->seed, "A position on the flap, if the outline's centre is not on it")
       .type("X,Y,Z");
   options.add("--leave", a->leave, "Pieces that stay, by their numbers: 1 is the largest").type("N");

@@ -26,7 +26,7 @@ using glm::dvec3;
 
 namespace {
 
-enum class CutMethod : std::uint8_t { interpolated, exact, surface };
+enum class Integration : std::uint8_t { interpolated, exact, surface };
 constexpr std::string_view k_integrations[] = {"interpolated", "exact", "surface"};
 constexpr std::string_view k_metals[] = {"titanium", "steel"};
 
@@ -130,7 +130,7 @@ Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, c
 bool sees(const View& view, const volume::Volume& scan) {
   dvec2 low(1e300), high(-1e300);
   for (const dvec3& corner : volume::corners_world(scan.frame, glm::ivec3(0), scan.size - 1)) {
-    const auto pixel = view.seen(corner);
+    const auto pixel = view.project(corner);
     if (!pixel) return true;  // around the source
     low = glm::min(low, *pixel), high = glm::max(high, *pixel);
   }
@@ -143,7 +143,7 @@ Json add_plan(imaging::Panel& panel, const View& view, const CArm& arm, const wo
   Json rows = Json::array();
   if (!moment.plan) return rows;
   const auto pixel = [&](const dvec3& p) {
-    const auto at = view.seen(p);
+    const auto at = view.project(p);
     return at ? Json{at->x, at->y} : Json();
   };
   for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
@@ -266,7 +266,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
     if (Status error = imaging::check_closed(thing)) return *error;
 
   // The image, and, side by side with it, the image of the other kind if requested.
-  const bool is_surface = a.integration == static_cast<std::uint8_t>(CutMethod::surface);
+  const bool is_surface = a.integration == static_cast<std::uint8_t>(Integration::surface);
   const fluoroscopy::Matter matter =
       a.metal == 0 ? fluoroscopy::Matter::titanium : fluoroscopy::Matter::steel;
   const auto clock = Clock::now();
@@ -289,7 +289,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   if (!is_surface || a.is_side_by_side) {
     fluoroscopy::VolumeXray xray(moment.scan, energy);
     const auto things = imaging::xray_objects(imaging::subject_of(moment), matter, energy);
-    const bool is_exact = a.integration == static_cast<std::uint8_t>(CutMethod::exact);
+    const bool is_exact = a.integration == static_cast<std::uint8_t>(Integration::exact);
     if (Status error = xray.project(fine, moment.version, things,
                                     is_exact ? volume::RaySum::exact : volume::RaySum::joseph))
       return *error;

@@ -220,7 +220,7 @@ Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& fr
       // Skip contacts at other vertebrae.
       if (height < frame.low || height > frame.high) continue;
       const int slice = plane.slice(chronicle[i].place_world);
-      contacts.push_back({{"place_world_mm", json_of(chronicle[i].place_world)},
+      contacts.push_back({{"position_world_mm", json_of(chronicle[i].place_world)},
                           {"slice", slice + 1},
                           {"tick", chronicle[i].tick},
                           {"is_working", entered->is_working}});
@@ -308,7 +308,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   Outcome outcome{new_report("laminectomy"), "", exit_done};
   Json& json = outcome.json;
   const auto location_json = [&](const dvec3& at) {
-    return Json{{"place_world_mm", json_of(at)}, {"slice", plane.slice(at) + 1}};
+    return Json{{"position_world_mm", json_of(at)}, {"slice", plane.slice(at) + 1}};
   };
   const auto percent = [](double left, double before) { return before > 0 ? 100 * left / before : 100.0; };
   json["vertebra"] = arguments.vertebra;

@@ -104,7 +104,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
                    .where = "--probe",
                    .found = a.probe,
                    .expected = "a position within the scan"};
-    json["probe"] = {{"place_world_mm", json_of(at.value())}, {"before", value}, {"now", value_now}};
+    json["probe"] = {{"position_world_mm", json_of(at.value())}, {"before", value}, {"now", value_now}};
     outcome.text += format_text("at %s: %d%s\n", a.probe.c_str(), value_now, scan.is_hounsfield ? " HU" : "");
   }
   const imaging::Subject subject = imaging::subject_of(moment);

@@ -211,8 +211,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     outcome.text += format_text(
         "inside objects touched by depth images in %ld of the judged ticks: the hand was too fast or too "
         "deep "
-        "for "
-        "them\n",
+        "for them\n",
         judge.in_drawn());
   if (!contact_us.empty())
     outcome.text += format_text("a step in contact took %.2f us (median), %.2f us (99.9 %%)\n",

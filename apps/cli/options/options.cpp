@@ -140,9 +140,9 @@ namespace {
 
 /// True for options whose value is a file or folder, existing or not.
 bool is_file_option(const std::string& name) {
-  for (const char* option : {"SRC", "SESSION", "SCRIPT", "--output", "--scan", "--case", "--path", "--record",
-                             "--labels", "--write-labels", "--mesh", "--depth", "--screenshot", "--score",
-                             "--export", "--hand", "--pictures"})
+  for (const char* option :
+       {"SRC", "SESSION", "SCRIPT", "--output", "--scan", "--case", "--path", "--record", "--labels",
+        "--write-labels", "--mesh", "--depth", "--screenshot", "--score", "--export", "--hand", "--pictures"})
     if (name == option) return true;
   return false;
 }
@@ -341,7 +341,10 @@ Option add_rate(Options& options, double& rate) {
 }
 
 Option add_method(Options& options, std::string& method) {
-  return options.add("--method", method, "Contact method: " + haptics::method_names()).shows_default();
+  return options
+      .add("--method", method,
+           "Contact method: " + haptics::user_method_names() + "; baselines: docs/accuracy.md")
+      .shows_default();
 }
 
 }  // namespace trephine::cli

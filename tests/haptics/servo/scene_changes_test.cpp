@@ -25,7 +25,7 @@ TEST(ServoCore, GrowthWithoutAnEscapePathFreesTheTool) {
     way.count = places;
     way.places_volume[0] = frame.volume_from_world({0, 0, 20});
     servo.hand().state = TouchState(solid);
-    servo.hand().way = std::make_shared<EscapePath>(way);
+    servo.hand().escape_path = std::make_shared<EscapePath>(way);
   };
   grow(1000, 1);
   ServoRecord r = servo.step({0, 0, -5});
@@ -42,7 +42,7 @@ TEST(ServoCore, GrowthWithoutAnEscapePathFreesTheTool) {
   EXPECT_LT(glm::length(r.force_world), 1e-6);
   // A tool without an escape path before.
   Servo other(scene_of_plane());
-  other.hand().way = servo.hand().way;  // grew before its first tick
+  other.hand().escape_path = servo.hand().escape_path;  // grew before its first tick
   EXPECT_FALSE(other.step({0, 0, -5}).is_escaping);
 }
 

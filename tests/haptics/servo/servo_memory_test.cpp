@@ -54,7 +54,7 @@ std::shared_ptr<ServoScene> grown(const ServoScene& before, std::shared_ptr<cons
   way.count = 5;
   for (std::uint32_t k = 0; k < way.count; ++k)
     way.places_volume[k] = next->hands[0].scene->base->frame.volume_from_world(proxy * (1 + 0.1 * k));
-  next->hands[0].way = std::make_shared<const EscapePath>(way);
+  next->hands[0].escape_path = std::make_shared<const EscapePath>(way);
   return next;
 }
 

@@ -1,4 +1,4 @@
-#include "haptics/depth/voxel_images.h"
+#include "apps/bench/voxel_images.h"
 
 #include <algorithm>
 #include <bit>
@@ -6,9 +6,10 @@
 
 #include "haptics/depth/depth_cube.h"
 
-namespace trephine::haptics::depth {
+namespace trephine::bench {
 
 using glm::ivec3;
+using haptics::depth::across;
 using volume::SurfaceSource;
 using volume::VoxelSamples;
 
@@ -133,4 +134,4 @@ void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& ch
   }
 }
 
-}  // namespace trephine::haptics::depth
+}  // namespace trephine::bench

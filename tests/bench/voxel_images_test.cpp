@@ -1,6 +1,6 @@
 // The six images of voxels: against rows queried voxel by voxel, through cuts and their undo, and against the
 // images with every layer.
-#include "haptics/depth/voxel_images.h"
+#include "apps/bench/voxel_images.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,7 @@
 namespace trephine::haptics::depth {
 namespace {
 
+using bench::VoxelImages;
 using glm::dvec3;
 using glm::ivec3;
 

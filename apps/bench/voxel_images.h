@@ -7,7 +7,7 @@
 #include "volume/scan/traversal.h"
 #include "volume/surface/cell_samples.h"
 
-namespace trephine::haptics::depth {
+namespace trephine::bench {
 
 /// Orthographic cameras on the six faces of a volume, one pixel per row of voxels. The first solid voxels are
 /// found by bit scans, 64 rows at a time. Updates on one thread; queries between them on any thread.
@@ -55,4 +55,4 @@ class VoxelImages {
   std::size_t asked_ = 0;
 };
 
-}  // namespace trephine::haptics::depth
+}  // namespace trephine::bench

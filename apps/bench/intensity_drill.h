@@ -4,7 +4,7 @@
 
 #include "volume/scan/volume.h"
 
-namespace trephine::drilling {
+namespace trephine::bench {
 
 /// Lowers the intensity near the tip until it is that of air. After Jie Jiang's dissertation (section 6.2.4).
 /// The removal depends on the time that the tip stays, on voxels and on their values; positions between two
@@ -39,4 +39,4 @@ class FixedCountDrill {
   int most_;
 };
 
-}  // namespace trephine::drilling
+}  // namespace trephine::bench

@@ -1,4 +1,4 @@
-#include "modules/drilling/intensity_drill.h"
+#include "apps/bench/intensity_drill.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/matrix.hpp>
 
-namespace trephine::drilling {
+namespace trephine::bench {
 
 namespace {
 /// Calls each(index) for the voxels with centres in a ball, until it returns false.
@@ -54,4 +54,4 @@ void FixedCountDrill::tick(const glm::dvec3& tip_world, double threshold) noexce
   });
 }
 
-}  // namespace trephine::drilling
+}  // namespace trephine::bench

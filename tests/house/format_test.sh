@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# format_test.sh SOURCE: C++ sources are formatted as .clang-format states. To repair: clang-format -i FILE ...
+set -euo pipefail
+cd "$1"
+command -v clang-format >/dev/null || { echo "clang-format is missing: apt-get install clang-format"; exit 77; }
+rooms="volume haptics sim modules data-tools apps tests"
+find $rooms -name '*.h' -o -name '*.cpp' | xargs -n 40 -P 2 clang-format --dry-run -Werror
+# A planted fault is found.
+if echo 'int  a;' | clang-format --dry-run -Werror 2>/dev/null; then echo "the formatter reports no fault"; exit 1; fi
