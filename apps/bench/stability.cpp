@@ -465,7 +465,7 @@ std::vector<EnergyRow> run_energy_test() {
           }
           (has_controller ? row.contact_share_with : row.contact_share) =
               static_cast<double>(contacts) / k_ticks;
-          (has_controller ? row.most_made_with : row.most_generated) = result.most;
+          (has_controller ? row.most_generated_with : row.most_generated) = result.most;
           (has_controller ? row.balance_with : row.balance_without) = least;
           (has_controller ? row.one_step : row.one_step_without) = one_step;
           row.share_cut = static_cast<double>(controller.cuts()) / k_ticks;

@@ -11,56 +11,56 @@
 
 namespace trephine::bench {
 
-/// Largest stiffness (N/mm) that a simulated device bears at one rate, found by bisection, with the bound of
-/// theory.
+/// Largest stable or passive stiffness (N/mm) of a surface on a simulated device at one rate: by simulation
+/// and by theory.
 struct StiffnessRow {
-  std::string surface;                         ///< "wall", "sphere", "3 mm burr"
-  std::string what;                            ///< "stable without a hand" or "passive for any hand"
-  double rate_hz = 0, alpha = 1, delay_s = 0;  ///< of the servo
-  double coulomb_n = 0, encoder_mm = 0;        ///< of the device
-  double simulated = 0;
-  double theory = 0;  ///< exact for a sampled spring: the frequency that satisfies both phase and gain
-  double rule = 0;    ///< the rule of thumb
+  std::string surface;  ///< "wall", "sphere", "3 mm burr"
+  std::string what;     ///< "stable without a hand" or "passive for any hand"
+  /// Servo: rate, weight of smoothing at 1 kHz (ForceOptions::smoothing_alpha), delay.
+  double rate_hz = 0, alpha = 1, delay_s = 0;
+  double coulomb_n = 0, encoder_mm = 0;  ///< device: Coulomb friction, step of the encoder
+  double simulated = 0;                  ///< N/mm, found by bisection
+  double theory = 0;                     ///< N/mm, exact for a sampled spring: worst of all frequencies
+  double rule = 0;                       ///< N/mm, by the rules of run_stiffness_maps()
 };
-/// Rules: stable without a hand up to K = b / (T / 2 + delay), smoothing's T (1 - alpha) / alpha included;
-/// passive for any hand up to K = 2 b / (T + 2 delay) (Colgate and Schenkel 1997), smoothing's delay included
-/// too; with an encoder of step d and Coulomb friction f at most 2 f / d (Abbott and Okamura 2005). The
-/// device: 0.05 kg, b = 0.002 N s/mm.
+/// Rules, with period T and damping b: stable without a hand up to K = b / (T / 2 + delay); passive for any
+/// hand up to K = 2 b / (T + 2 delay) (Colgate and Schenkel 1997), and with an encoder of step d and Coulomb
+/// friction f at most 2 f / d (Abbott and Okamura 2005). The delay includes that of smoothing, T (1 - alpha)
+/// / alpha. The device: 0.05 kg, b = 0.002 N s/mm.
 std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& progress);
 
 /// Energy (N mm) that a surface generates, inside and outside the bound of passivity, under a hand that
-/// presses and trembles; a device with Coulomb friction and an encoder of 0.02 mm, with and without a delay
-/// of a tick. The surface has no friction, which would hide it.
+/// presses and trembles; on a device with Coulomb friction and an encoder of 0.02 mm, with and without a
+/// delay of a tick. The surface has no friction, which would hide the energy. Each test runs without and with
+/// the passivity controller.
 struct EnergyRow {
-  std::string surface;  ///< "wall", "sphere", "groove"
-  double stiffness_over_bound = 0;
+  std::string surface;              ///< "wall", "sphere", "groove"
+  double stiffness_over_bound = 0;  ///< ratio
   int delay_ticks = 0;
-  /// fraction of the ticks, without the controller and with it
+  /// Share of ticks with contact, without the controller and with it.
   double contact_share = 0, contact_share_with = 0;
   /// Least value, over a run of 20 s, of the device's loss to damping and friction minus the energy given by
-  /// the surface: below 0 energy was generated. Without the controller, and with it.
+  /// the surface, N mm; below 0 energy was generated. Without the controller, and with it.
   double balance_without = 0, balance_with = 0;
-  /// Largest rise above the minimum so far of the energy given by the surface and stored in its spring, minus
-  /// the device's loss; without the controller, and with it.
-  double most_generated = 0, most_made_with = 0;
-  double one_step = 0,
-         one_step_without = 0;  ///< the worst energy of one step, with the controller and without
-  double share_cut = 0;         ///< ticks in which the controller limited the force
-  double softness = 1;          ///< the least softness of the controller
+  /// Largest rise, above its minimum so far, of E = energy given by the surface + energy stored in its spring
+  /// - loss of the device, N mm. Without the controller, and with it.
+  double most_generated = 0, most_generated_with = 0;
+  double one_step = 0, one_step_without = 0;  ///< largest work of one tick, with the controller and without
+  double share_cut = 0;                       ///< share of ticks in which the controller limited the force
+  double softness = 1;                        ///< least factor of the stiffness by the controller, 0 to 1
 };
 std::vector<EnergyRow> run_energy_test();
 
-/// Simulated contact of any length: a hand of mass, spring and tremor on a gyroid of bone with friction, cut
-/// under the tool; and a hand at rest.
+/// Simulated contact of any duration: a hand with mass, spring and tremor on a gyroid of bone with friction,
+/// which is cut under the tool; and a hand at rest.
 struct SoakRow {
   long steps = 0, contacts = 0, not_finite = 0;
-  std::uint64_t hash = 0;        ///< of every answer, for comparison of compilers and builds
+  std::uint64_t hash = 0;  ///< of all proxies, normals and forces, for comparison of compilers and builds
   std::uint64_t early_hash = 0;  ///< after the first k_early steps
   static constexpr long k_early = 60'000;
   double drift_mm = 0;  ///< of the proxy under the hand at rest, over as many steps
-  /// Energy, N mm, generated by the same bone without friction and cuts, under the same hand: the largest
-  /// rise above the minimum so far of the energy given by the surface and stored in its spring, minus the
-  /// device's loss.
+  /// Energy, N mm, generated by the same bone without friction and cuts, under the same hand, as
+  /// EnergyRow::most_generated.
   double most_generated = 0;
   long frictionless_steps = 0, frictionless_contacts = 0;
 };

@@ -304,7 +304,7 @@ size_t trephine_operation_event_count(const trephine_operation* operation) {
 int trephine_operation_event(const trephine_operation* operation, size_t index, trephine_event* event) {
   return guarded(nullptr, [&]() -> Status {
     if (event == nullptr || index >= trephine_operation_event_count(operation))
-      return bad("there is no such event", std::to_string(index), "below the count");
+      return bad("unknown event", std::to_string(index), "below the count");
     const sim::Event& source = operation->engine().now().chronicle[index];
     event->tick = source.tick;
     event->hand = source.hand;
@@ -328,7 +328,7 @@ int trephine_operation_measure(const trephine_operation* operation, size_t index
   return guarded(nullptr, [&]() -> Status {
     const auto measures = operation ? operation->engine().measures() : std::vector<sim::Measure>();
     if (measure == nullptr || index >= measures.size())
-      return bad("there is no such measure", std::to_string(index), "below the count");
+      return bad("unknown measure", std::to_string(index), "below the count");
     copy_text(measure->name, measures[index].name);
     copy_text(measure->unit, measures[index].unit);
     measure->value = measures[index].value;

@@ -203,7 +203,7 @@ void Panes::set_slab(double thickness) {
   make_slices_stale();
 }
 
-void Panes::set_eye(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip) {
+void Panes::set_camera(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip) {
   const bool is_same = has_eye_ && eye.at == eye_.at && eye.forward == eye_.forward && eye.up == eye_.up &&
                        eye.height == eye_.height && eye.distance == eye_.distance &&
                        clip.has_value() == clip_.has_value() &&

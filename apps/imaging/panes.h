@@ -12,8 +12,8 @@
 
 namespace trephine::imaging {
 
-/// Kind of a pane. `tool`: a slice that contains the tool's shaft. `drawn`: the scan by ray casting, with the
-/// camera of the 3-D view. `depths`: the depth images around the tool.
+/// Kind of a pane. `tool`: a slice that contains the tool's shaft. `drawn`: the scan by ray casting, seen by
+/// the camera of the 3-D view. `depths`: the depth images around the tool.
 enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray, drawn, depths };
 /// True for kinds that show a plane of the scan.
 constexpr bool is_planar(PaneKind kind) { return kind < PaneKind::xray; }
@@ -35,6 +35,7 @@ class Panes {
   const glm::dvec3& looked_at() const noexcept { return at_; }
   /// Sets the tool's tip (world, mm) and the direction of its shaft, out of the body (unit).
   void show_tool(const glm::dvec3& tip, const glm::dvec3& shaft);
+  /// Sets the normal of sections (world, any length above 0).
   void turn_section(const glm::dvec3& normal);
   glm::dvec3 section_normal() const noexcept { return section_normal_; }
   /// Value of the scan at the focus; nullopt outside the scan.
@@ -53,6 +54,7 @@ class Panes {
   /// Sets the size in pixels. Hidden panes get no images.
   void set_size(std::size_t pane, int columns, int rows, bool is_visible);
   void scroll(std::size_t pane, int slices);
+  /// Scales the image around a pixel.
   void zoom(std::size_t pane, double factor, const glm::dvec2& around);
   void pan(std::size_t pane, const glm::dvec2& pixels);
   /// Fits the whole scan into the pane, centred.
@@ -63,13 +65,14 @@ class Panes {
   ct_viewer::Blend blend() const noexcept { return blend_; }
   void set_labels(bool are_shown);
   bool has_labels() const noexcept { return has_labels_; }
+  /// Sets the thickness over which slices are averaged, mm; 0: no averaging.
   void set_slab(double thickness);
   double slab() const noexcept { return slab_; }
 
   // Ray-cast scan.
-  /// Sets the camera of the 3-D view; columns and rows are those of the pane.
-  void set_eye(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip);
-  /// Selects the transfer function by a name of k_ramps.
+  /// Sets the camera of the 3-D view. Its columns and rows are replaced by those of the pane.
+  void set_camera(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip);
+  /// Selects the transfer function by a name of k_transfer_functions.
   void set_transfer_function(std::string_view name);
   const std::string& ramp() const noexcept { return ramp_; }
   /// Sets the factor of a label's opacity: 0 hides it.
@@ -78,7 +81,7 @@ class Panes {
   // The C-arm. Between exposures its last image is held.
   void set_arm(const fluoroscopy::CArm& arm);
   const fluoroscopy::CArm& arm() const noexcept { return arm_; }
-  /// Switches live X-rays: 256 pixels across, repeated after each change.
+  /// Switches live X-rays on or off: 256 pixels across, taken again after each change.
   void set_live(bool is_live);
   bool is_live() const noexcept { return is_live_; }
   /// Requests a single X-ray, 1024 pixels across.
@@ -94,7 +97,9 @@ class Panes {
   const Panel* panel(std::size_t pane) const noexcept;
   /// Error message of the newest request; empty if it succeeded.
   const std::string& problem(std::size_t pane) const noexcept { return panes_[pane].problem; }
+  /// Time that the newest image took, ms.
   double milliseconds(std::size_t pane) const noexcept { return panes_[pane].milliseconds; }
+  /// Number of images that were made for the pane.
   std::uint64_t made(std::size_t pane) const noexcept { return panes_[pane].made; }
   /// Counter that changes whenever the pane must be redrawn.
   std::uint64_t changes(std::size_t pane) const noexcept { return panes_[pane].changes; }
@@ -119,7 +124,7 @@ class Panes {
     bool is_visible = false;
     double pixel = 0;                          ///< mm; 0: fits the whole scan
     glm::dvec3 middle{0.0};                    ///< world; its height above the plane is ignored
-    bool is_stale = false, is_wanted = false;  ///< is_wanted: a shot was requested
+    bool is_stale = false, is_wanted = false;  ///< is_wanted: a single X-ray was requested
     std::shared_ptr<XrayCamera> camera;
     std::shared_ptr<Renderer> renderer;
     bool is_coarse = false;  ///< drawn in fewer pixels during motion
@@ -128,7 +133,7 @@ class Panes {
     std::string problem;
     double milliseconds = 0;
     std::uint64_t made = 0, changes = 0;
-    std::uint64_t stamp = 0;                          ///< changes with the kind and the scan
+    std::uint64_t stamp = 0;  ///< changes with the kind and the scan: older images are discarded
     std::shared_ptr<std::atomic<bool>> is_cancelled;  ///< cancels the image in progress
   };
   void forget(std::size_t index);

@@ -8,7 +8,8 @@
 namespace trephine::imaging {
 
 /// Names of transfer functions, in HU; `grey` spans the values of any scan.
-inline constexpr std::string_view k_ramps[] = {"bone", "bone-and-skin", "skin", "vessels", "grey"};
+inline constexpr std::string_view k_transfer_functions[] = {"bone", "bone-and-skin", "skin", "vessels",
+                                                            "grey"};
 /// Returns a named transfer function; always `grey` for a scan without Hounsfield units.
 volume::TransferFunction transfer_function_of(std::string_view name, const volume::Volume& scan);
 /// Opacity of a millimetre from which matter drawn by a transfer function is touchable.

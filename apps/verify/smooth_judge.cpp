@@ -25,7 +25,8 @@ double basis(double x) {
 constexpr int k_degree = 6;  // of a product of three quadratics along a line
 using Coefficients = std::array<double, k_degree + 1>;
 
-/// Inverse of the Bernstein basis at the points i / 6, by elimination in long double.
+/// Returns the matrix that gives Bernstein coefficients from values at the points i / 6, by elimination in
+/// long double.
 const std::array<Coefficients, k_degree + 1>& bernstein_from_values() {
   static const auto result = [] {
     constexpr int n = k_degree + 1;
@@ -72,18 +73,20 @@ void halve(const Coefficients& whole, Coefficients& low, Coefficients& high) {
   }
 }
 
+/// Returns true if at every point of a segment some field is negative. Halves the segment up to `depth`
+/// times; undecided: false.
 bool is_free_polynomial(const std::vector<Coefficients>& fields, int depth) {
-  bool is_hit = true;
+  bool may_hit_at_end = true;
   for (const Coefficients& c : fields) {
     if (*std::max_element(c.begin(), c.end()) < 0) return true;
-    is_hit = is_hit && (c.front() >= 0 || c.back() >= 0);
+    may_hit_at_end = may_hit_at_end && (c.front() >= 0 || c.back() >= 0);
   }
   if (depth == 0) return false;
   const auto is_solid_end = [&](auto end) {
     return std::all_of(fields.begin(), fields.end(), [&](const Coefficients& c) { return end(c) >= 0; });
   };
-  if (is_hit && (is_solid_end([](const Coefficients& c) { return c.front(); }) ||
-                 is_solid_end([](const Coefficients& c) { return c.back(); })))
+  if (may_hit_at_end && (is_solid_end([](const Coefficients& c) { return c.front(); }) ||
+                         is_solid_end([](const Coefficients& c) { return c.back(); })))
     return false;
   std::vector<Coefficients> low(fields.size()), high(fields.size());
   for (std::size_t f = 0; f < fields.size(); ++f) halve(fields[f], low[f], high[f]);
@@ -156,7 +159,7 @@ bool SmoothSolid::is_free_in_cube(const dvec3& from, const dvec3& to) const {
     Coefficients values{};
     for (int t = 0; t <= k_degree; ++t) {
       const dvec3 p = a + (static_cast<double>(t) / k_degree) * (b - a) - dvec3(v);
-      // The polynomial of this cube, even if rounding puts p just outside of it.
+      // Weights of this cube's polynomial, even if rounding puts p just outside the cube.
       const auto weights = [](double x, double w[3]) {
         w[0] = 0.5 * (0.5 - x) * (0.5 - x), w[1] = 0.75 - x * x, w[2] = 0.5 * (0.5 + x) * (0.5 + x);
       };
@@ -177,7 +180,7 @@ bool SmoothSolid::is_free_in_cube(const dvec3& from, const dvec3& to) const {
 }
 
 bool SmoothSolid::is_free(const dvec3& a, const dvec3& b) const {
-  // Cut at every plane between cubes.
+  // Cuts the segment at every plane between cubes.
   std::vector<double> cuts{0, 1};
   for (const SampledField& field : fields_)
     for (int axis = 0; axis < 3; ++axis) {
@@ -213,8 +216,8 @@ dvec3 sweep_ideal_proxy(const SmoothSolid& solid, const glm::dmat3& axes, const 
       }
       return p + free * (q - p);
     };
-    // Descend: probe a step in many directions, and halve the step if no direction helps. The first step is
-    // small, so that no free space is skipped.
+    // Descends: tries a step in many directions, and halves the step if none is nearer to the HIP. The first
+    // step is small, so that no pocket of free space is skipped.
     at = advance(at, hip);
     for (double step = 0.05 * voxel; step > 1e-7 * voxel && energy(at) > 0;) {
       const dvec3 to_hip = glm::normalize(axes * (hip - at));
@@ -223,9 +226,9 @@ dvec3 sweep_ideal_proxy(const SmoothSolid& solid, const glm::dmat3& axes, const 
       const dvec3 w = glm::cross(to_hip, u);
       dvec3 best = at;
       for (int i = 0; i < 12; ++i) {
-        const double angle = i * 0.5235987755982988;
+        const double angle = i * 0.5235987755982988;  // 30 degrees
         const dvec3 across = std::cos(angle) * u + std::sin(angle) * w;
-        // Up a little, over, and down toward the HIP.
+        // Lifts off the surface, moves across, and descends toward the HIP.
         for (const double lift : {0.0, 0.7, 2.0}) {
           const dvec3 over = at + inverse * (step * (across - lift * to_hip));
           if (!solid.is_free(at, over)) continue;

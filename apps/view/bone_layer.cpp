@@ -575,6 +575,9 @@ bool BoneLayer::Painter::render(bool always) {
       is_fine_ = true;
       // Chunks that changed during drawing were drawn too, but perhaps on top of their old state.
       if (!was_changed) changed_ = {};
+      // The batches were drawn behind the previous picture: show the finished one.
+      camera->SetClippingRange(fitted_range_.data());
+      window_->Render();
     }
   }
   drawn_top_time_ = top_change_time();

@@ -1,4 +1,4 @@
-// OperationController: turns cursor and buttons into a stylus, and a live session into pictures.
+// OperationController: moves a stylus by cursor and buttons, and shows a live session in a picture.
 #pragma once
 
 #include <chrono>
@@ -25,9 +25,9 @@ class OperationController {
                       vtkRenderWindow* window);
   ~OperationController();
 
-  /// Requests the first pictures and starts servo and edits.
+  /// Requests the first pictures, and starts the servo and the edits.
   Status start();
-  /// Stops servo and edits, ends the recording, and returns the report. Repeated calls return the same.
+  /// Stops the servo and the edits, ends the recording, and returns the report, also when called again.
   const WindowReport& finish();
 
   /// Sets the cursor: shares of the picture's width and height from the lower left.
@@ -35,7 +35,7 @@ class OperationController {
     if (!is_tip_held_) x_ = x, y_ = y;
   }
   void press(bool is_down) {
-    if (is_pressed_ && !is_down) request_ = glm::dvec3(1e9);  // after release the stylus is lifted
+    if (is_pressed_ && !is_down) request_ = glm::dvec3(1e9);  // lifts the stylus at the next frame
     is_pressed_ = is_down;
     has_click_ = has_click_ || is_down;
   }
@@ -45,17 +45,19 @@ class OperationController {
   /// Tilts the shaft about the tip toward the right and the upper edge of the picture (degrees), at most 75
   /// degrees from its untilted direction.
   void tilt(double right, double up);
-  /// Direction of the shaft before it is tilted.
+  /// Direction of the shaft before it is tilted: along the normal of the surface under the cursor, toward the
+  /// viewer, or fixed.
   enum class Hold : std::uint8_t { surface, viewer, fixed };
   /// Selects the next hold and resets the tilt. A fixed shaft keeps its current direction.
   Hold hold_next();
   /// Angle (degrees) between the shaft and its untilted direction.
   double tilted() const;
-  /// Moves the tip over the picture, in mm at the tip, like a cursor.
+  /// Moves the cursor so that the tip moves by these distances parallel to the picture, mm.
   void move_tip(double right, double up);
   /// Keeps the tip at its position, independent of the cursor, until it is released.
   void hold_tip(bool is_held) { is_tip_held_ = is_held; }
-  /// Slides the foot of a Kerrison that is under an edge. Returns false if it is not under an edge.
+  /// Slides the foot of a Kerrison farther under the edge of bone that holds it, by steps of 0.5 mm, or back.
+  /// Returns false if it is under no edge.
   bool slide_foot(int steps) { return guide_.slide(steps); }
   /// Shows or hides the clip volumes of depth images.
   void show_clip_volumes(bool are_shown) {
@@ -67,9 +69,10 @@ class OperationController {
   double depth() const noexcept { return depth_mm_; }
   /// The instrument in the hand; empty: no instrument.
   const sim::Value& tool() const noexcept { return state_.tool; }
-  /// Gives the hand an instrument with these parameters. An instrument that touches with other balls arrives
-  /// when these are ready, some seconds later.
+  /// Gives the hand an instrument with these parameters. If the instrument touches with other balls than the
+  /// current one, it arrives when their fields are built, some seconds later.
   void take(sim::Value instrument);
+  /// True while an instrument waits for its balls.
   bool is_taking() const noexcept { return !pending_tool_.is_empty(); }
   /// Sends a command to a module.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
@@ -79,8 +82,8 @@ class OperationController {
   bool grasp_or_release();
   /// Point that the tool touches, or that is under the cursor while the tool hovers; nullopt over nothing.
   std::optional<glm::dvec3> touched() const;
-  /// Grasps the point of the plan nearest to touched(); it follows touched() until drop_point(). Returns
-  /// false if there is no point within a few millimetres.
+  /// Grasps the point of the plan nearest to touched(), which then follows touched() until drop_point().
+  /// Returns false if no point is within a few millimetres.
   bool grab_point();
   void drop_point() { dragged_point_ = {}; }
   bool has_point() const noexcept { return !dragged_point_.is_empty(); }
@@ -104,7 +107,7 @@ class OperationController {
   int frames() const noexcept { return report_.frames; }
   /// Number of frames that were not drawn because the picture did not change.
   int frames_skipped() const noexcept { return report_.frames_skipped; }
-  /// Number of pictures of scenery in which an object hid the hand, so that its contact was not updated.
+  /// Number of depth pictures of the scenery that were not used, since an object hid the hand in them.
   std::uint64_t hidden_pictures() const noexcept { return hidden_pictures_; }
   haptics::ServoReport servo() const { return live_.servo_report(); }
   /// Latched faults, or the structure that the tool is in, as text with remedies; empty without either.
@@ -151,8 +154,10 @@ class OperationController {
   sim::LiveSession live_;
   sim::LiveState state_;
   std::shared_ptr<const volume::Version> version_;
-  double x_ = 0.5, y_ = 0.5, depth_mm_ = 2, reach_ = 300;
-  int roll_ = 0;
+  double x_ = 0.5, y_ = 0.5;  ///< cursor, see point()
+  double depth_mm_ = 2;
+  double reach_ = 300;  ///< last distance of the camera from the surface under the cursor, mm
+  int roll_ = 0;        ///< steps of 15 degrees
   std::shared_ptr<const volume::Version> untouched_;  ///< determines the shaft's direction, despite cuts
   glm::dvec3 shaft_{0, 0, 1};                         ///< unit, shaft of the mouse's tool before tilting
   glm::dquat tilt_{1, 0, 0, 0};
@@ -169,13 +174,14 @@ class OperationController {
   glm::dvec3 requested_at_{1e9};
   const haptics::MeshTree* requested_mesh_ = nullptr;
   std::uint64_t hidden_pictures_ = 0, touched_picture_ = 0;
-  std::optional<glm::dvec3> landing_;  ///< world; tool position after the next picture is adopted
-  glm::dvec3 request_{1e9};
+  /// Position of the tool after the next picture is adopted, before the scenery that it was in; mm, world.
+  std::optional<glm::dvec3> landing_;
+  glm::dvec3 request_{1e9};                      ///< position in the last frame, mm, world; 1e9: lifted
   std::optional<std::size_t> requested_stroke_;  ///< until it is reached
   std::string refused_;
   Notices notices_;
   std::chrono::steady_clock::time_point started_;
-  std::optional<std::chrono::steady_clock::time_point> fault_since_;  ///< start of a mouse's fault
+  std::optional<std::chrono::steady_clock::time_point> fault_since_;  ///< start of a fault; for a mouse
   sim::Value dragged_point_;    ///< command that moves the grasped point; empty: no point
   glm::dvec3 dragged_to_{0.0};  ///< last requested position
   int frames_since_drag_ = 0;
@@ -185,7 +191,7 @@ class OperationController {
   double pending_radius_ = 0;
   std::size_t pending_balls_ = 0;
   std::shared_ptr<const sim::Overlays> shown_;  ///< overlays in the picture
-  std::vector<float> frame_ms_, drilling_ms_;
+  std::vector<float> frame_ms_, drilling_ms_;   ///< times of frames, and of frames with a cut
   WindowReport report_;
 };
 

@@ -88,7 +88,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
 
 bool PaneController::frame(const PaneInput& input) {
   panes_.show(subject_of(input), input.is_changed);
-  panes_.set_eye(input.eye, input.clip);
+  panes_.set_camera(input.eye, input.clip);
   follow(input.settings);
   const haptics::ServoRecord& r = input.newest;
   const dvec3 tip = r.has_contact ? r.proxy_world : r.pose.position_world;

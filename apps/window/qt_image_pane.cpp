@@ -40,8 +40,8 @@ QColor colour_of(PaneKind kind) {
 }
 
 QString words_of_kind(PaneKind kind) {
-  constexpr const char* names[] = {"Axial",   "Coronal", "Sagittal", "Along the tool",
-                                   "Section", "X-ray",   "Drawn",    "Depth images"};
+  constexpr const char* names[] = {"Axial",   "Coronal", "Sagittal",         "Along the tool",
+                                   "Section", "X-ray",   "Volume rendering", "Depth images"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -108,18 +108,18 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
   preset_ = new QComboBox(this);
   preset_->setObjectName(QString("xray_view_%1").arg(index));
   preset_->setFocusPolicy(Qt::NoFocus);
-  preset_->setToolTip("Pose of the C-arm");
+  preset_->setToolTip(tr("Pose of the C-arm"));
   for (const std::string_view name : fluoroscopy::k_presets)
     preset_->addItem(name == "ap" ? QString("AP") : words_of(name));
   connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
-  live_ = button("xray_live", "Live",
-                 "Continuous X-rays until switched off, which cause dose; then the last image is held");
+  live_ = button("xray_live", tr("Live"),
+                 tr("Continuous X-rays until switched off, which cause dose; then the last image is held"));
   live_->setCheckable(true);
   live_->setStyleSheet("QToolButton:checked { background: #c8862a; color: black; font-weight: bold }");
   connect(live_, &QToolButton::toggled, this, [this](bool is_down) { on_live(is_down); });
-  shoot_ = button("xray_shoot", "Shoot", "One X-ray");
+  shoot_ = button("xray_shoot", tr("Shoot"), tr("One X-ray"));
   connect(shoot_, &QToolButton::clicked, this, [this] { on_shoot(); });
-  maximise_ = button("maximise", "\u25a1", "Maximise or restore this pane  (double click)");
+  maximise_ = button("maximise", "\u25a1", tr("Maximise or restore this pane  (double click)"));
   connect(maximise_, &QToolButton::clicked, this, [this] { on_maximise(); });
   lay_out();
 }

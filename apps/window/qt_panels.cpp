@@ -49,7 +49,7 @@ void ForceBar::paintEvent(QPaintEvent*) {
   painter.setPen(QPen(palette().color(QPalette::WindowText), 2));
   painter.drawLine(QPointF(x_of(peak_), bar.top() - 2), QPointF(x_of(peak_), bar.bottom() + 2));
   painter.setPen(palette().color(QPalette::WindowText));
-  painter.drawText(QRectF(0, 0, width(), line + 2), Qt::AlignLeft | Qt::AlignVCenter, "Force");
+  painter.drawText(QRectF(0, 0, width(), line + 2), Qt::AlignLeft | Qt::AlignVCenter, tr("Force"));
   painter.drawText(
       QRectF(0, 0, width(), line + 2), Qt::AlignRight | Qt::AlignVCenter,
       QString("%1 N%2").arg(force_, 0, 'f', 2).arg(force_ >= 0.98 * limit_ ? ", at its limit" : ""));
@@ -91,34 +91,38 @@ HelpOverlay::HelpOverlay(QWidget* parent) : QWidget(parent) {
 
 void HelpOverlay::paintEvent(QPaintEvent*) {
   static const std::pair<const char*, const char*> k_rows[] = {
-      {"Move the mouse", "the stylus rides on the bone under the cursor"},
-      {"Hold left, or Space", "press: touch the bone and drill"},
-      {"Arrows (Shift: 0.2 mm)", "move the tip by 1 mm, as the mouse does"},
-      {"Wheel, PgUp, PgDn", "depth of a press; reach of a Kerrison's foot under the bone"},
-      {"Drag middle,  W A S D", "tilt the tool; with the wheel, or  ,  and  .  turn it about its shaft"},
-      {"K", "the shaft: upright on the bone, toward you, or fixed"},
-      {"Drag right, Ctrl + arrows", "turn the picture; Shift + right: move it"},
-      {"Ctrl + wheel", "nearer, farther"},
-      {"+  and  -", "a larger, a smaller burr"},
-      {"Ctrl+Z, Ctrl+Y  (U, Y)", "undo, redo a stroke"},
-      {"Ctrl+B, Ctrl+G", "try again from here; another branch"},
-      {"Ctrl+D", "compare with another state"},
-      {"Ctrl+1", "an anchor of a bone flap, where the tool touches"},
-      {"Shift + left,  G", "drag an anchor; grasp or release the touched anchor"},
-      {"Ctrl+F,  T", "detach cut pieces; grasp or release the touched piece"},
-      {"Shift + A P L R S I,  0", "view from the front, back, left, right, above, below; whole scan"},
-      {"C", "cut the picture open"},
-      {"F5 to F9",
-       "the picture alone; with slices; X-ray and section; the scan by ray casting; depth images"},
-      {"in a slice: wheel, Left, Right", "slice by slice"},
-      {"Shift + mouse, left, middle, right", "move the focus; grey window; move; zoom"},
-      {"T, G, R, double click", "before and after; labels; whole scan; maximise"},
-      {"E,  N", "the event log; names of the plan, shown or hidden"},
-      {"F", "force on again after a fault (of a haptic device)"},
-      {"Ctrl+O, or drop a folder", "open a scan (a file: Ctrl+Shift+O)"},
-      {"Ctrl+S, Ctrl+P", "save the operated volume, a picture"},
-      {"Ctrl + +, Ctrl + -", "larger, smaller text"},
-      {"F1", "this help"}};
+      {QT_TR_NOOP("Move the mouse"), QT_TR_NOOP("moves the tool over the bone under the cursor")},
+      {QT_TR_NOOP("Hold left, or Space"), QT_TR_NOOP("press: touch the bone and drill")},
+      {QT_TR_NOOP("Arrows (Shift: 0.2 mm)"), QT_TR_NOOP("move the tip by 1 mm, as the mouse does")},
+      {QT_TR_NOOP("Wheel, PgUp, PgDn"),
+       QT_TR_NOOP("depth of a press; reach of a Kerrison's foot under the bone")},
+      {QT_TR_NOOP("Drag middle,  W A S D"),
+       QT_TR_NOOP("tilt the tool; with the wheel, or  ,  and  .  turn it about its shaft")},
+      {QT_TR_NOOP("K"), QT_TR_NOOP("the shaft: upright on the bone, toward you, or fixed")},
+      {QT_TR_NOOP("Drag right, Ctrl + arrows"), QT_TR_NOOP("turn the picture; Shift + right: move it")},
+      {QT_TR_NOOP("Ctrl + wheel"), QT_TR_NOOP("zoom")},
+      {QT_TR_NOOP("+  and  -"), QT_TR_NOOP("a larger, a smaller burr")},
+      {QT_TR_NOOP("Ctrl+Z, Ctrl+Y  (U, Y)"), QT_TR_NOOP("undo, redo a stroke")},
+      {QT_TR_NOOP("Ctrl+B, Ctrl+G"), QT_TR_NOOP("start a branch here; go to another branch")},
+      {QT_TR_NOOP("Ctrl+D"), QT_TR_NOOP("compare with another state")},
+      {QT_TR_NOOP("Ctrl+1"), QT_TR_NOOP("an anchor of a bone flap, where the tool touches")},
+      {QT_TR_NOOP("Shift + left,  G"), QT_TR_NOOP("drag an anchor; grasp or release the touched anchor")},
+      {QT_TR_NOOP("Ctrl+F,  T"), QT_TR_NOOP("detach cut pieces; grasp or release the touched piece")},
+      {QT_TR_NOOP("Shift + A P L R S I,  0"),
+       QT_TR_NOOP("view from the front, back, left, right, above, below; whole scan")},
+      {QT_TR_NOOP("C"), QT_TR_NOOP("clip the picture")},
+      {QT_TR_NOOP("F5 to F9"),
+       QT_TR_NOOP("the picture alone; with slices; X-ray and section; volume rendering; depth images")},
+      {QT_TR_NOOP("in a slice: wheel, Left, Right"), QT_TR_NOOP("next or previous slice")},
+      {QT_TR_NOOP("Shift + mouse, left, middle, right"),
+       QT_TR_NOOP("all slices through this position; windowing; move; zoom")},
+      {QT_TR_NOOP("T, G, R, double click"), QT_TR_NOOP("before and after; labels; whole scan; maximise")},
+      {QT_TR_NOOP("E,  N"), QT_TR_NOOP("the event log; names of the plan, shown or hidden")},
+      {QT_TR_NOOP("F"), QT_TR_NOOP("force on again after a fault (of a haptic device)")},
+      {QT_TR_NOOP("Ctrl+O, or drop a folder"), QT_TR_NOOP("open a scan (a file: Ctrl+Shift+O)")},
+      {QT_TR_NOOP("Ctrl+S, Ctrl+P"), QT_TR_NOOP("save the operated volume, a picture")},
+      {QT_TR_NOOP("Ctrl + +, Ctrl + -"), QT_TR_NOOP("larger, smaller text")},
+      {QT_TR_NOOP("F1"), QT_TR_NOOP("this help")}};
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
   QFont font = this->font();
@@ -132,8 +136,8 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
     gap = 2 * metrics.height();
     left = right = 0;
     for (const auto& [key, meaning] : k_rows)
-      left = std::max(left, metrics.horizontalAdvance(key)),
-      right = std::max(right, metrics.horizontalAdvance(meaning));
+      left = std::max(left, metrics.horizontalAdvance(tr(key))),
+      right = std::max(right, metrics.horizontalAdvance(tr(meaning)));
     box = QRect(0, 0, left + gap + right + 2 * gap, (rows + 1) * line + gap);
     if ((box.width() <= width() && box.height() <= height()) || font.pointSizeF() < 6) break;
     font.setPointSizeF(0.93 * font.pointSizeF());
@@ -146,14 +150,14 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
   int y = placed.top() + gap / 2;
   for (const auto& [key, meaning] : k_rows) {
     painter.setPen(QColor(246, 201, 68));
-    painter.drawText(QRect(placed.left() + gap, y, left, line), Qt::AlignRight | Qt::AlignVCenter, key);
+    painter.drawText(QRect(placed.left() + gap, y, left, line), Qt::AlignRight | Qt::AlignVCenter, tr(key));
     painter.setPen(QColor(236, 239, 244));
     painter.drawText(QRect(placed.left() + 2 * gap + left, y, right, line), Qt::AlignLeft | Qt::AlignVCenter,
-                     meaning);
+                     tr(meaning));
     y += line;
   }
   painter.setPen(QColor(170, 178, 190));
-  painter.drawText(QRect(placed.left(), y, placed.width(), line), Qt::AlignCenter, "click to close");
+  painter.drawText(QRect(placed.left(), y, placed.width(), line), Qt::AlignCenter, tr("click to close"));
 }
 
 }  // namespace trephine::view

@@ -36,9 +36,9 @@ class NumberBox : public QDoubleSpinBox {
 
 /// Returns the address of a field in a value.
 template <class T>
-T* place_of(const sim::Field& field, sim::Value& value) {
-  const auto place = field.place(value.data());
-  return *std::get_if<T*>(&place);
+T* address_of(const sim::Field& field, sim::Value& value) {
+  const auto address = field.place(value.data());
+  return *std::get_if<T*>(&address);
 }
 
 }  // namespace
@@ -81,36 +81,36 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
   }
   bool has_number = false;
   for (const sim::Field& field : fields) {
-    const auto place = field.place(value_.data());
-    if (std::holds_alternative<double*>(place)) {
+    const auto address = field.place(value_.data());
+    if (std::holds_alternative<double*>(address)) {
       auto* box = new NumberBox(field.info);
       if (!has_number) step_ = [box](int steps) { box->stepBy(steps); };
       has_number = true;
       connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this, &field](double number) {
-        *place_of<double>(field, value_) = number;
+        *address_of<double>(field, value_) = number;
         notify_change();
       });
-      add_row(box, field, [this, box, &field] { box->setValue(*place_of<double>(field, value_)); });
-    } else if (std::holds_alternative<bool*>(place)) {
+      add_row(box, field, [this, box, &field] { box->setValue(*address_of<double>(field, value_)); });
+    } else if (std::holds_alternative<bool*>(address)) {
       auto* box = new QCheckBox(label_of(field));
       connect(box, &QCheckBox::toggled, this, [this, &field](bool is_on) {
-        *place_of<bool>(field, value_) = is_on;
+        *address_of<bool>(field, value_) = is_on;
         notify_change();
       });
-      add_row(box, field, [this, box, &field] { box->setChecked(*place_of<bool>(field, value_)); });
-    } else if (std::holds_alternative<std::uint8_t*>(place)) {
+      add_row(box, field, [this, box, &field] { box->setChecked(*address_of<bool>(field, value_)); });
+    } else if (std::holds_alternative<std::uint8_t*>(address)) {
       auto* box = new QComboBox;
       for (const std::string_view choice : field.info.choices) box->addItem(words_of(choice));
       connect(box, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this, &field](int index) {
-        *place_of<std::uint8_t>(field, value_) = static_cast<std::uint8_t>(index);
+        *address_of<std::uint8_t>(field, value_) = static_cast<std::uint8_t>(index);
         notify_change();
       });
       add_row(box, field,
-              [this, box, &field] { box->setCurrentIndex(*place_of<std::uint8_t>(field, value_)); });
-    } else if (std::holds_alternative<std::string*>(place)) {
+              [this, box, &field] { box->setCurrentIndex(*address_of<std::uint8_t>(field, value_)); });
+    } else if (std::holds_alternative<std::string*>(address)) {
       QWidget* text = make_text(field, offer);
       add_row(text, field, [this, text, &field] {
-        const QString current = QString::fromStdString(*place_of<std::string>(field, value_));
+        const QString current = QString::fromStdString(*address_of<std::string>(field, value_));
         if (auto* line = qobject_cast<QLineEdit*>(text))
           line->setText(current);
         else if (!current.isEmpty())
@@ -139,7 +139,7 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
   if (expert_ == nullptr) return;
   auto* more = new QToolButton;
   more->setObjectName("more_settings");
-  more->setText("More settings");
+  more->setText(tr("More settings"));
   more->setCheckable(true);
   more->setArrowType(Qt::RightArrow);
   more->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
@@ -158,8 +158,8 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
 QWidget* FieldForm::make_text(const sim::Field& field, const Offer& offer) {
   const auto set = [this, &field](const QString& words) {
     std::string text = words.toStdString();
-    if (text == *place_of<std::string>(field, value_)) return;
-    *place_of<std::string>(field, value_) = std::move(text);
+    if (text == *address_of<std::string>(field, value_)) return;
+    *address_of<std::string>(field, value_) = std::move(text);
     notify_change();
   };
   const QStringList names = offer ? offer(field.info.names) : QStringList();
@@ -202,7 +202,7 @@ void ToolPicture::show_tool(const sim::Value& tool) {
   update();
 }
 
-/// Draws the tool horizontally, with its tip to the left (z to the right, x up), without teeth.
+/// Draws the tool horizontally, with its tip to the left (z of the tool to the right, x up), without teeth.
 void ToolPicture::paintEvent(QPaintEvent*) {
   if (look_.parts.empty()) return;
   QPainter painter(this);
@@ -219,8 +219,8 @@ void ToolPicture::paintEvent(QPaintEvent*) {
     bounds = bounds.united(shape.boundingRect());
     shapes.push_back(shape);
   }
-  // Pixels per mm.
-  const double scale = std::min((width() - 16) / bounds.width(), (height() - 22) / bounds.height());
+  const double scale =  // pixels per mm
+      std::min((width() - 16) / bounds.width(), (height() - 22) / bounds.height());
   painter.save();
   painter.translate(8 - scale * bounds.left(), 0.5 * (height() - 12) - scale * bounds.center().y());
   painter.scale(scale, scale);

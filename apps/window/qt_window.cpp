@@ -82,7 +82,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   opening_bar_->setObjectName("opening");
   opening_bar_->setMaximumWidth(160);
   opening_bar_->hide();
-  cancel_ = new QPushButton("Cancel");
+  cancel_ = new QPushButton(tr("Cancel"));
   cancel_->setObjectName("cancel_opening");
   cancel_->setFocusPolicy(Qt::NoFocus);
   cancel_->hide();
@@ -166,7 +166,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   style->on_shift_press = [this](bool is_down) {
     if (!operation_) return;
     if (!is_down) return operation_->drop_point();
-    if (!operation_->grab_point()) show_message("There is no point of an outline to drag.");
+    if (!operation_->grab_point()) show_message(tr("There is no point of an outline to drag."));
   };
   style->on_wheel = [this](int steps) { press_deeper(steps); };
   style->on_roll = [this](int steps) {

@@ -26,7 +26,7 @@ namespace trephine::view {
 // ---- opening --------------------------------------------------------------------------------------------
 
 void MainWindow::use_shape() {
-  if (is_opening()) return show_message("One thing at a time: something is being opened.");
+  if (is_opening()) return show_message(tr("A scan is already being opened."));
   const double low = low_->value();
   const double high =
       high_->value() < high_->maximum() ? high_->value() : std::numeric_limits<double>::infinity();
@@ -71,8 +71,8 @@ WindowHost::Listener MainWindow::Opening::listener() const {
 }
 
 void MainWindow::start_opening(std::function<Result<OpenedScene>(const WindowHost::Listener&)> open) {
-  if (!stage_.open()) return show_message("One thing at a time: something is being opened.");
-  notice_->setText("opening ...");
+  if (!stage_.open()) return show_message(tr("A scan is already being opened."));
+  notice_->setText(tr("opening ..."));
   opening_ = Opening();
   opening_.result = std::async(std::launch::async, [open = std::move(open), listener = opening_.listener()] {
     return open(listener);
@@ -85,7 +85,7 @@ void MainWindow::start_opening(std::function<Result<OpenedScene>(const WindowHos
 void MainWindow::cancel_opening() {
   if (!stage_.give_up()) return;
   *opening_.is_cancelled = true;
-  notice_->setText("cancelling ...");
+  notice_->setText(tr("cancelling ..."));
 }
 
 /// Replaces the operation by the opened one when that is ready and no dialog about the old one is open.
@@ -98,7 +98,7 @@ void MainWindow::adopt_opened() {
   opening_bar_->hide();
   cancel_->hide();
   notice_->clear();
-  if (!stage_.opened()) return show_message("not opened");
+  if (!stage_.opened()) return show_message(tr("not opened"));
   if (!opened) return show_error(opened.error());
   OpenedScene& o = opened.value();
   const QString session = saved_session();

@@ -103,7 +103,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       if (operation_) operation_->reset_faults();
       return;
     case Qt::Key_T:
-      if (operation_ && !operation_->grasp_or_release()) show_message("Touch a piece to take it.");
+      if (operation_ && !operation_->grasp_or_release()) show_message(tr("Touch a piece to grasp it."));
       return;
     case Qt::Key_E:
       log_->setVisible(log_->isHidden());
@@ -121,7 +121,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_G:
       if (!operation_) return;
       if (operation_->has_point()) return operation_->drop_point();
-      if (!operation_->grab_point()) show_message("Touch a point of an outline to drag it.");
+      if (!operation_->grab_point()) show_message(tr("Touch a point of an outline to drag it."));
       return;
     case Qt::Key_Comma:
     case Qt::Key_Period:

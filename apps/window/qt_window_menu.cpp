@@ -26,23 +26,23 @@ void MainWindow::build_menu() {
     connect(a, &QAction::triggered, this, action);
     return a;
   };
-  QMenu* file = menuBar()->addMenu("&File");
+  QMenu* file = menuBar()->addMenu(tr("&File"));
   if (options_.host.open) {
-    add(file, "open_folder", "&Open a scanner's folder or a case ...", QKeySequence::Open, [this] {
+    add(file, "open_folder", tr("&Open a scanner's folder or a case ..."), QKeySequence::Open, [this] {
       const QString path = QFileDialog::getExistingDirectory(this, "Open a scanner's folder or a case");
       if (!path.isEmpty()) open_source(path);
     });
-    add(file, "open_file", "Open a &file ...", QKeySequence("Ctrl+Shift+O"), [this] {
+    add(file, "open_file", tr("Open a &file ..."), QKeySequence("Ctrl+Shift+O"), [this] {
       const QString path = QFileDialog::getOpenFileName(
           this, "Open a scan", {}, "Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)");
       if (!path.isEmpty()) open_source(path);
     });
-    add(file, "open_head", "Open the built-in &head", {}, [this] { open_source("head"); });
-    add(file, "open_spine", "Open the built-in sp&ine", {}, [this] { open_source("spine"); });
+    add(file, "open_head", tr("Open the built-in &head"), {}, [this] { open_source("head"); });
+    add(file, "open_spine", tr("Open the built-in sp&ine"), {}, [this] { open_source("spine"); });
     file->addSeparator();
   }
   if (options_.host.resume) {
-    add(file, "open_session", "Open a s&ession to continue ...", QKeySequence("Ctrl+Alt+O"), [this] {
+    add(file, "open_session", tr("Open a s&ession to continue ..."), QKeySequence("Ctrl+Alt+O"), [this] {
       const QString path = QFileDialog::getOpenFileName(this, "Open a session",
                                                         QString::fromStdString(options_.host.session_folder),
                                                         "Sessions (*.session);;All files (*)");
@@ -50,62 +50,63 @@ void MainWindow::build_menu() {
     });
     file->addSeparator();
   }
-  add(file, "save_volume", "&Save the operated volume ...", QKeySequence::Save, [this] {
+  add(file, "save_volume", tr("&Save the operated volume ..."), QKeySequence::Save, [this] {
     ask_path_and_save("Save the operated volume", "operated.nii.gz", k_volume_filter,
                       &MainWindow::save_volume);
   });
-  add(file, "save_mesh", "Save its &mesh ...", {},
+  add(file, "save_mesh", tr("Save its &mesh ..."), {},
       [this] { ask_path_and_save("Save the mesh", "operated.stl", k_mesh_filter, &MainWindow::save_mesh); });
   if (!options_.replay)
-    add(file, "save_session", "Save the s&ession ...", {}, [this] {
+    add(file, "save_session", tr("Save the s&ession ..."), {}, [this] {
       ask_path_and_save("Save the session", "operation.session", "Sessions (*.session)",
                         &MainWindow::save_session);
     });
-  add(file, "save_picture", "Save the &picture ...", QKeySequence("Ctrl+P"), [this] {
+  add(file, "save_picture", tr("Save the &picture ..."), QKeySequence("Ctrl+P"), [this] {
     ask_path_and_save("Save the picture", "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
   });
   file->addSeparator();
-  add(file, "quit", "&Quit", QKeySequence::Quit, [this] {
+  add(file, "quit", tr("&Quit"), QKeySequence::Quit, [this] {
     is_quitting_ = true;
     close();
   });
 
-  QMenu* edit = menuBar()->addMenu("&Edit");
+  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
   undo_action_ =
-      add(edit, "undo_action", "&Undo the stroke", QKeySequence::Undo, [this] { operation_->undo(); });
-  redo_action_ = add(edit, "redo_action", "&Redo it", QKeySequence("Ctrl+Y"), [this] { operation_->redo(); });
+      add(edit, "undo_action", tr("&Undo the stroke"), QKeySequence::Undo, [this] { operation_->undo(); });
+  redo_action_ = add(edit, "redo_action", tr("&Redo the stroke"), QKeySequence("Ctrl+Y"),
+                     [this] { operation_->redo(); });
   redo_action_->setShortcuts({QKeySequence("Ctrl+Y"), QKeySequence("Ctrl+Shift+Z")});
   if (!options_.replay) {
     edit->addSeparator();
-    add(edit, "begin_branch", "Try &again from here ...", QKeySequence("Ctrl+B"),
+    add(edit, "begin_branch", tr("Try &again from here ..."), QKeySequence("Ctrl+B"),
         [this] { ask_and_apply(sim::value_type<sim::BeginBranch>()); });
-    add(edit, "switch_branch", "&Go to another branch ...", QKeySequence("Ctrl+G"),
+    add(edit, "switch_branch", tr("&Go to another branch ..."), QKeySequence("Ctrl+G"),
         [this] { ask_and_apply(sim::value_type<sim::SwitchBranch>()); });
-    add(edit, "compare_action", "&Compare with another state ...", QKeySequence("Ctrl+D"),
+    add(edit, "compare_action", tr("&Compare with another state ..."), QKeySequence("Ctrl+D"),
         [this] { ask_and_compare(); });
   }
-  QMenu* view = menuBar()->addMenu("&View");
-  add(view, "view_all", "&All of it", {}, [this] { viewport()->look_from(0); });
-  add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });
-  add(view, "smaller_text", "S&maller text", QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
-  add(view, "show_names", "&Names of the plan\tN", {}, [this] { toggle_names(); });
-  add(view, "show_event_log", "&Event log\tE", {}, [this] { log_->setVisible(log_->isHidden()); });
-  QAction* sound = add(view, "sound", "&Sound of contact and drill", {}, [this](bool is_on) {
+  QMenu* view = menuBar()->addMenu(tr("&View"));
+  add(view, "view_all", tr("&Whole scan"), {}, [this] { viewport()->look_from(0); });
+  add(view, "larger_text", tr("&Larger text"), QKeySequence::ZoomIn, [this] { scale_text(1.15); });
+  add(view, "smaller_text", tr("S&maller text"), QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
+  add(view, "show_names", tr("&Names of the plan\tN"), {}, [this] { toggle_names(); });
+  add(view, "show_event_log", tr("&Event log\tE"), {}, [this] { log_->setVisible(log_->isHidden()); });
+  QAction* sound = add(view, "sound", tr("&Sound of contact and drill"), {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();
-    if (is_on && !is_sound_on_) show_message("There is no sound device.");
+    if (is_on && !is_sound_on_) show_message(tr("There is no sound device."));
   });
   sound->setCheckable(true);
   build_panes_menu();
   build_pieces_menu();
   build_command_menu();
-  QMenu* help = menuBar()->addMenu("&Help");
-  add(help, "help", "&Keys and mouse", QKeySequence("F1"), [this] {
+  QMenu* help = menuBar()->addMenu(tr("&Help"));
+  add(help, "help", tr("&Keys and mouse"), QKeySequence("F1"), [this] {
     help_->setGeometry(rect());
     help_->raise();
     help_->setVisible(!help_->isVisible());
   });
-  add(help, "about", "&About trephine", {}, [this] {
+  add(help, "about", tr("&About trephine"), {}, [this] {
     QMessageBox::about(
         this, "trephine",
         "Surgery on real CT and MRI volumes that you can feel.\nFor training and research. Not a medical "
@@ -116,7 +117,7 @@ void MainWindow::build_menu() {
 /// Builds the menu of detached pieces.
 void MainWindow::build_pieces_menu() {
   if (options_.replay) return;
-  QMenu* menu = menuBar()->addMenu("&Pieces");
+  QMenu* menu = menuBar()->addMenu(tr("&Pieces"));
   const auto add = [&](const char* name, const QString& text, const QKeySequence& keys, auto action) {
     QAction* result = menu->addAction(text);
     result->setObjectName(name);
@@ -125,11 +126,11 @@ void MainWindow::build_pieces_menu() {
       if (operation_) action(*operation_);
     });
   };
-  add("free_pieces", "&Detach cut pieces", QKeySequence("Ctrl+F"),
+  add("free_pieces", tr("&Detach cut pieces"), QKeySequence("Ctrl+F"),
       [](OperationController& operation) { operation.free_pieces(); });
   // The window handles keys without Ctrl itself.
-  add("take_piece", "&Grasp or release the touched piece\tT", {}, [this](OperationController& operation) {
-    if (!operation.grasp_or_release()) show_message("Touch a piece to take it.");
+  add("take_piece", tr("&Grasp or release the touched piece\tT"), {}, [this](OperationController& operation) {
+    if (!operation.grasp_or_release()) show_message(tr("Touch a piece to grasp it."));
   });
 }
 
@@ -146,12 +147,13 @@ void MainWindow::build_command_menu() {
   QMenu* menu = nullptr;
   int point_command_count = 0;  // commands whose only field is a point
   const auto add = [&](const sim::ValueType& type) {
-    if (!menu) menu = menuBar()->addMenu("&Commands");
+    if (!menu) menu = menuBar()->addMenu(tr("&Commands"));
     const bool needs_point = type.schema->fields.size() == 1 && type.schema->fields[0].name == "at" &&
                              is_point(type.schema->fields[0]);
-    QAction* action = menu->addAction(words_of(type.schema->name) + (needs_point ? " at the touched point"
-                                                                     : type.schema->fields.empty() ? ""
-                                                                                                   : " ..."));
+    const QString words = words_of(type.schema->name);
+    const char* ending = type.schema->fields.empty() ? "" : " ...";
+    if (needs_point) ending = words.endsWith(" at") ? " the touched point" : " at the touched point";
+    QAction* action = menu->addAction(words + ending);
     action->setObjectName(
         "command_" + QString::fromUtf8(type.schema->name.data(), static_cast<int>(type.schema->name.size())));
     if (needs_point && ++point_command_count < 10)
@@ -169,7 +171,7 @@ void MainWindow::build_command_menu() {
 void MainWindow::apply_at_touched(const sim::ValueType& type) {
   if (!operation_) return;
   const std::optional<glm::dvec3> touched = operation_->touched();
-  if (!touched) return show_message("Touch the place, and press its key.");
+  if (!touched) return show_message(tr("Touch a position on the bone, then press the key."));
   sim::Value command = sim::Value::of(type);
   const sim::FieldPlace place = type.schema->fields[0].place(command.data());
   *std::get<glm::dvec3*>(place) = *touched;

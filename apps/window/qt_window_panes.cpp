@@ -47,7 +47,7 @@ void MainWindow::save_layout() {
 }
 
 void MainWindow::build_panes_menu() {
-  QMenu* menu = menuBar()->addMenu("&Slices");
+  QMenu* menu = menuBar()->addMenu(tr("&Slices"));
   const auto add = [this](QMenu* to, const QString& name, const QString& text, const QKeySequence& keys,
                           auto action) {
     QAction* result = to->addAction(text);
@@ -57,14 +57,13 @@ void MainWindow::build_panes_menu() {
     return result;
   };
   const auto arrange = [this](Layout layout) { return [this, layout] { grid_->arrange(layout); }; };
-  add(menu, "layout_picture", "&Picture alone", QKeySequence("F5"), arrange(Layout::picture));
-  add(menu, "layout_slices", "Picture and three &slices", QKeySequence("F6"), arrange(Layout::slices));
-  add(menu, "layout_xray", "Picture, &X-ray and section", QKeySequence("F7"), arrange(Layout::xray));
-  add(menu, "layout_drawn", "Picture and the scan &drawn directly", QKeySequence("F8"),
-      arrange(Layout::drawn));
-  add(menu, "layout_depths", "Picture and &depth images", QKeySequence("F9"), arrange(Layout::depths));
+  add(menu, "layout_picture", tr("&Picture alone"), QKeySequence("F5"), arrange(Layout::picture));
+  add(menu, "layout_slices", tr("Picture and three &slices"), QKeySequence("F6"), arrange(Layout::slices));
+  add(menu, "layout_xray", tr("Picture, &X-ray and section"), QKeySequence("F7"), arrange(Layout::xray));
+  add(menu, "layout_drawn", tr("Picture and &volume rendering"), QKeySequence("F8"), arrange(Layout::drawn));
+  add(menu, "layout_depths", tr("Picture and &depth images"), QKeySequence("F9"), arrange(Layout::depths));
   menu->addSeparator();
-  QMenu* greys = menu->addMenu("&Greys");
+  QMenu* greys = menu->addMenu(tr("&Windowing"));
   for (const ct_viewer::NamedWindow& known : ct_viewer::k_windows) {
     const QString name = QString::fromUtf8(known.name.data(), static_cast<int>(known.name.size()));
     add(greys, "greys_" + name, words_of(known.name), {}, [this, &known] {
@@ -74,47 +73,48 @@ void MainWindow::build_panes_menu() {
       if (operation_) operation_->apply(window);
     });
   }
-  QMenu* blend = menu->addMenu("&Before and after");
+  QMenu* blend = menu->addMenu(tr("&Before and after"));
   constexpr const char* blends[] = {"&After", "&Before", "Removed matter in &amber"};
   for (std::size_t b = 0; b < std::size(blends); ++b)
     add(blend, QString("blend_%1").arg(b), blends[b], {},
         [this, b] { panes_.panes().set_blend(static_cast<ct_viewer::Blend>(b)); });
-  QMenu* slab = menu->addMenu("&Thickness");
+  QMenu* slab = menu->addMenu(tr("&Thickness"));
   for (const int mm : {0, 2, 5, 10, 20})
     add(slab, QString("slab_%1").arg(mm), mm == 0 ? QString("One slice") : QString("Mean of %1 mm").arg(mm),
         {}, [this, mm] { panes_.panes().set_slab(mm); });
-  QMenu* render_menu = menu->addMenu("&Drawn as");
-  for (const std::string_view ramp : imaging::k_ramps) {
+  QMenu* render_menu = menu->addMenu(tr("&Volume rendering"));
+  for (const std::string_view ramp : imaging::k_transfer_functions) {
     const QString name = QString::fromUtf8(ramp.data(), static_cast<int>(ramp.size()));
     add(render_menu, "ramp_" + name, words_of(ramp), {},
         [this, ramp] { panes_.panes().set_transfer_function(ramp); });
   }
   render_menu->addSeparator();
   // Fill in the labels of the current scan when the menu opens.
-  QMenu* structures = render_menu->addMenu("&Structures");
+  QMenu* structures = render_menu->addMenu(tr("&Structures"));
   structures->setObjectName("structures");
   connect(structures, &QMenu::aboutToShow, this, [this, structures] { fill_structures(structures); });
-  add(render_menu, "touch_what_is_drawn", "&Touch what is drawn", {}, [this] { use_drawn_window(); });
-  add(menu, "labels", "Outlines of the scan's &labels", {}, [this](bool are_shown) {
+  add(render_menu, "touch_what_is_drawn", tr("&Use the visible values as solid"), {},
+      [this] { use_drawn_window(); });
+  add(menu, "labels", tr("Outlines of the scan's &labels"), {}, [this](bool are_shown) {
     panes_.panes().set_labels(are_shown);
   })->setCheckable(true);
-  from_back_ = add(menu, "from_back", "Seen from the bac&k: the patient's left is on the left", {},
+  from_back_ = add(menu, "from_back", tr("View from the bac&k: the patient's left is on the left"), {},
                    [this](bool is_on) { panes_.panes().set_from_back(is_on); });
   from_back_->setCheckable(true);
-  QAction* follow = add(menu, "follow_tool", "Slices follo&w the tool", {},
+  QAction* follow = add(menu, "follow_tool", tr("Slices follo&w the tool"), {},
                         [this](bool is_on) { panes_.follows_tool = is_on; });
   follow->setCheckable(true);
   follow->setChecked(true);
-  add(menu, "mark_place", "&Keep this place in the session", {}, [this] {
+  add(menu, "mark_place", tr("&Mark this position in the session"), {}, [this] {
     if (operation_) operation_->apply(ct_viewer::LookAt{panes_.panes().looked_at()});
   });
-  add(menu, "open_at_section", "&Open the picture at the section", {}, [this] {
+  add(menu, "open_at_section", tr("&Clip the picture at the section"), {}, [this] {
     // The last entry of the clip box.
     clip_->setCurrentIndex(clip_->count() - 1);
     set_clip();
   });
   menu->addSeparator();
-  add(menu, "about_scan", "&About the scan ...", {}, [this] { show_scan_facts(); });
+  add(menu, "about_scan", tr("&About the scan ..."), {}, [this] { show_scan_facts(); });
 }
 
 void MainWindow::set_from_back(bool is_from_back) {
@@ -141,11 +141,11 @@ void MainWindow::fill_structures(QMenu* menu) {
 void MainWindow::use_drawn_window() {
   const auto window = volume::window_of_opacity(
       imaging::transfer_function_of(panes_.panes().ramp(), *scene_->base), imaging::k_touch_opacity);
-  if (!window || !low_->isEnabled()) return show_message("The solid shape cannot be chosen here.");
+  if (!window || !low_->isEnabled()) return show_message(tr("The solid shape cannot be chosen here."));
   low_->setValue(window->low.value_or(low_->minimum()));
   high_->setValue(window->high.value_or(high_->maximum()));
   preview_shape();
-  show_message("The picture shows what would be touched. Press Use to apply it.");
+  show_message(tr("The picture shows what would be touched. Press Use to apply it."));
 }
 
 /// Shows facts about the scan, without names.

@@ -38,7 +38,7 @@ QSlider* make_slider(const char* name, int low, int high, int value) {
   return slider;
 }
 
-QPushButton* make_button(const char* name, const QString& text, const char* tip) {
+QPushButton* make_button(const char* name, const QString& text, const QString& tip) {
   auto* button = new QPushButton(text);
   button->setObjectName(name);
   button->setToolTip(tip);
@@ -49,7 +49,7 @@ QPushButton* make_button(const char* name, const QString& text, const char* tip)
 }  // namespace
 
 void MainWindow::build_panel() {
-  auto* dock = new QDockWidget("Tools", this);
+  auto* dock = new QDockWidget(tr("Tools"), this);
   dock->setObjectName("tools");
   dock->setFeatures(QDockWidget::DockWidgetMovable);
   auto* panel = new QWidget;
@@ -57,32 +57,32 @@ void MainWindow::build_panel() {
   column->setSpacing(10);
   force_bar_ = new ForceBar;
   column->addWidget(force_bar_);
-  removed_ = new QLabel("nothing removed yet");
+  removed_ = new QLabel(tr("nothing removed yet"));
   removed_->setObjectName("removed");
   column->addWidget(removed_);
 
-  auto* tool = new QGroupBox("Tool");
+  auto* tool = new QGroupBox(tr("Tool"));
   auto* grid = new QGridLayout(tool);
   tool_ = new ToolPanel(options_.catalogue);
   tool_->on_resize = [this] { fit_panel(); };
   tool_->on_change = [this](sim::Value instrument) {
     if (!operation_) return;
     operation_->take(std::move(instrument));
-    if (operation_->is_taking()) show_message("What it touches with is made ready ...");
+    if (operation_->is_taking()) show_message(tr("Preparing the tool ..."));
   };
   grid->addWidget(tool_, 0, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, 4);
-  depth_->setToolTip("Depth of a press below the surface  (wheel, PgUp, PgDn)");
-  auto* depth_text = new QLabel("2.0 mm");
+  depth_->setToolTip(tr("Depth of a press below the surface  (wheel, PgUp, PgDn)"));
+  auto* depth_text = new QLabel(tr("2.0 mm"));
   connect(depth_, &QSlider::valueChanged, this, [this, depth_text](int half_mm) {
     depth_text->setText(QString("%1 mm").arg(0.5 * half_mm, 0, 'f', 1));
     if (operation_) operation_->set_depth(0.5 * half_mm);
   });
-  grid->addWidget(new QLabel("Press"), 1, 0);
+  grid->addWidget(new QLabel(tr("Press")), 1, 0);
   grid->addWidget(depth_, 1, 1);
   grid->addWidget(depth_text, 1, 2);
-  undo_ = make_button("undo", "Undo", "Undo the last stroke  (Ctrl+Z)");
-  redo_ = make_button("redo", "Redo", "Redo the stroke  (Ctrl+Y)");
+  undo_ = make_button("undo", tr("Undo"), tr("Undo the last stroke  (Ctrl+Z)"));
+  redo_ = make_button("redo", tr("Redo"), tr("Redo the stroke  (Ctrl+Y)"));
   connect(undo_, &QPushButton::clicked, this, [this] { operation_->undo(); });
   connect(redo_, &QPushButton::clicked, this, [this] { operation_->redo(); });
   auto* history = new QHBoxLayout;
@@ -91,7 +91,7 @@ void MainWindow::build_panel() {
   grid->addLayout(history, 2, 0, 1, 3);
   column->addWidget(tool);
 
-  auto* look = new QGroupBox("View");
+  auto* look = new QGroupBox(tr("View"));
   auto* views = new QGridLayout(look);
   const std::pair<char, const char*> sides[] = {{'A', "Front"}, {'P', "Back"},  {'L', "Left"},
                                                 {'R', "Right"}, {'S', "Above"}, {'I', "Below"}};
@@ -105,8 +105,8 @@ void MainWindow::build_panel() {
   clip_ = new QComboBox;
   clip_->setObjectName("clip");
   clip_->setFocusPolicy(Qt::NoFocus);
-  clip_->addItems({"Not cut open", "Open from the left", "Open from the front", "Open from above",
-                   "Open toward me", "Open at the section"});
+  clip_->addItems({"Not clipped", "Clip from the left", "Clip from the front", "Clip from above",
+                   "Clip toward the viewer", "Clip at the section"});
   clip_share_ = make_slider("clip_share", 0, 100, 50);
   clip_share_->setEnabled(false);
   connect(clip_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] { set_clip(); });
@@ -115,7 +115,7 @@ void MainWindow::build_panel() {
   views->addWidget(clip_share_, 4, 0, 1, 2);
   column->addWidget(look);
 
-  auto* shape = new QGroupBox("What is solid");
+  auto* shape = new QGroupBox(tr("Solid shape"));
   auto* form = new QGridLayout(shape);
   const auto box_of = [this](const char* name, double value) {
     auto* box = new QDoubleSpinBox;
@@ -130,8 +130,8 @@ void MainWindow::build_panel() {
   };
   low_ = box_of("low", 300);
   high_ = box_of("high", 4000);
-  use_shape_ = make_button("use_shape", "Use", "Operate on this shape, from the untouched scan");
-  keep_shape_ = make_button("keep_shape", "Back", "Show the shape that is operated on");
+  use_shape_ = make_button("use_shape", tr("Use"), tr("Operate on this shape, from the untouched scan"));
+  keep_shape_ = make_button("keep_shape", tr("Reset"), tr("Show the shape that is operated on"));
   connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
   connect(keep_shape_, &QPushButton::clicked, this, [this] {
     viewport()->preview(nullptr, version());
@@ -146,23 +146,23 @@ void MainWindow::build_panel() {
   shape_of_ = new QComboBox;
   shape_of_->setObjectName("shape_of");
   shape_of_->setFocusPolicy(Qt::NoFocus);
-  shape_of_->addItem("Range of values", "");
-  shape_of_->addItem("Skull (CT)", "skull");
-  shape_of_->addItem("Spine (CT)", "spine");
-  shape_of_->setToolTip("Skull: 300 HU, its largest part. Spine: 150 HU, without small parts.");
+  shape_of_->addItem(tr("Range of values"), "");
+  shape_of_->addItem(tr("Skull (CT)"), "skull");
+  shape_of_->addItem(tr("Spine (CT)"), "spine");
+  shape_of_->setToolTip(tr("Skull: 300 HU, its largest part. Spine: 150 HU, without small parts."));
   connect(shape_of_, QOverload<int>::of(&QComboBox::activated), this, [this](int index) {
     if (index > 0) low_->setValue(index == 1 ? 300 : 150), high_->setValue(high_->maximum());
     use_shape_->setEnabled(shape_of_->isEnabled());
   });
-  largest_ = new QCheckBox("Largest part only");
+  largest_ = new QCheckBox(tr("Largest part only"));
   largest_->setObjectName("largest");
   largest_->setFocusPolicy(Qt::NoFocus);
-  largest_->setToolTip("Omits disconnected parts: a table, a head holder");
+  largest_->setToolTip(tr("Omits disconnected parts: a table, a head holder"));
   connect(largest_, &QCheckBox::toggled, this, [this] { use_shape_->setEnabled(largest_->isEnabled()); });
   form->addWidget(shape_of_, 0, 0, 1, 2);
-  form->addWidget(new QLabel("from"), 1, 0);
+  form->addWidget(new QLabel(tr("from")), 1, 0);
   form->addWidget(low_, 1, 1);
-  form->addWidget(new QLabel("to"), 2, 0);
+  form->addWidget(new QLabel(tr("to")), 2, 0);
   form->addWidget(high_, 2, 1);
   form->addWidget(largest_, 3, 0, 1, 2);
   form->addWidget(use_shape_, 4, 0);
@@ -170,7 +170,7 @@ void MainWindow::build_panel() {
   column->addWidget(shape);
   column->addStretch(1);
   for (QWidget* w : std::initializer_list<QWidget*>{tool, shape}) w->setVisible(options_.replay == nullptr);
-  auto* hint = new QLabel("F1: keys and mouse");
+  auto* hint = new QLabel(tr("F1: keys and mouse"));
   hint->setEnabled(false);
   column->addWidget(hint);
   // In a low window the panel scrolls.
@@ -194,11 +194,11 @@ void MainWindow::fit_panel() {
 }
 
 void MainWindow::build_replay_panel() {
-  auto* dock = new QDockWidget("Session", this);
+  auto* dock = new QDockWidget(tr("Session"), this);
   dock->setFeatures(QDockWidget::NoDockWidgetFeatures);
   auto* panel = new QWidget;
   auto* row = new QHBoxLayout(panel);
-  play_ = make_button("play", "Pause", "Space");
+  play_ = make_button("play", tr("Pause"), tr("Space"));
   auto* slider = new MarkedSlider;
   set_up(slider, "session_time", 0, static_cast<int>(1000 * options_.replay_seconds), 0);
   for (const auto& mark : options_.summary.marks)
@@ -234,18 +234,19 @@ void MainWindow::build_replay_panel() {
 
 /// Builds the panel of the history: a slider through the strokes, and their memory.
 void MainWindow::build_history_panel() {
-  auto* dock = new QDockWidget("History", this);
+  auto* dock = new QDockWidget(tr("History"), this);
   dock->setObjectName("history_dock");
   dock->setFeatures(QDockWidget::NoDockWidgetFeatures);
   auto* panel = new QWidget;
   auto* row = new QHBoxLayout(panel);
   row->setContentsMargins(8, 2, 8, 2);
   history_ = make_slider("history", 0, 0, 0);
-  history_->setToolTip("Undo and redo strokes");
+  history_->setToolTip(tr("Undo and redo strokes"));
   history_->setPageStep(1);
   history_text_ = new QLabel;
   history_text_->setObjectName("history_text");
-  auto* compare = make_button("compare", "Compare ...", "Compare this state with another one  (Ctrl+D)");
+  auto* compare =
+      make_button("compare", tr("Compare ..."), tr("Compare this state with another one  (Ctrl+D)"));
   row->addWidget(history_, 1);
   row->addWidget(history_text_);
   row->addWidget(compare);
@@ -280,7 +281,7 @@ void MainWindow::ask_and_compare() {
   auto* dialog = new QDialog(this);
   dialog->setObjectName("comparison");
   dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setWindowTitle("Compare");
+  dialog->setWindowTitle(tr("Compare"));
   auto* column = new QVBoxLayout(dialog);
   auto* with = new QComboBox;
   with->setObjectName("compare_with");
@@ -288,7 +289,7 @@ void MainWindow::ask_and_compare() {
   for (const auto& state : states)
     if (!state.is_now) others.push_back(state);
   for (const auto& state : others) with->addItem(QString::fromStdString(state.name));
-  auto* picture = new QLabel("...");
+  auto* picture = new QLabel(tr("..."));
   picture->setObjectName("compared");
   picture->setMinimumSize(700, 780);
   picture->setAlignment(Qt::AlignCenter);

@@ -17,7 +17,7 @@ using data_tools::ScriptPicture;
 
 namespace {
 
-/// Measurements of a hand or of the operation, and prefixes of those that are followed by a name.
+/// Names of measurements of a hand or of the operation, and prefixes of those that contain another name.
 constexpr const char* k_names[] = {"removed_mm3", "strokes", "bodies",  "force_n", "strongest_force_n",
                                    "contact",     "proxy_x", "proxy_y", "proxy_z"};
 constexpr std::string_view k_events = "events ", k_nearest = "nearest_mm ", k_open = "open ",
@@ -29,12 +29,12 @@ const Place* find(const std::vector<Place>& places, std::string_view name) {
   return nullptr;
 }
 
-/// A name between braces, with the number of digits: "{force_n:2} N".
+/// A name between braces, with a number of digits, as in "{force_n:2} N".
 struct Slot {
   std::size_t begin = 0, end = 0;  ///< of the braces
   std::string name;
   int digits = 0;
-  bool is_good = true;
+  bool is_valid = true;
 };
 std::vector<Slot> slots_of(const std::string& caption) {
   std::vector<Slot> slots;
@@ -46,10 +46,9 @@ std::vector<Slot> slots_of(const std::string& caption) {
     }
     Slot slot{at, end, caption.substr(at + 1, end - at - 1)};
     if (const std::size_t colon = slot.name.rfind(':'); colon != std::string::npos) {
-      const char* const end_of_name = slot.name.data() + slot.name.size();
-      const auto read = std::from_chars(slot.name.data() + colon + 1, end_of_name, slot.digits);
-      slot.is_good =
-          read.ec == std::errc() && read.ptr == end_of_name && slot.digits >= 0 && slot.digits <= 9;
+      const char* const text_end = slot.name.data() + slot.name.size();
+      const auto read = std::from_chars(slot.name.data() + colon + 1, text_end, slot.digits);
+      slot.is_valid = read.ec == std::errc() && read.ptr == text_end && slot.digits >= 0 && slot.digits <= 9;
       slot.name.resize(colon);
     }
     slots.push_back(std::move(slot));
@@ -114,7 +113,7 @@ Status check_names(const data_tools::Script& script, const std::vector<Place>& p
     if (Status error = check(request.what, request.line)) return error;
   for (const ScriptPicture& picture : script.pictures)
     for (const Slot& slot : slots_of(picture.caption)) {
-      if (!slot.is_good)
+      if (!slot.is_valid)
         return Error{.what = "invalid caption",
                      .where = where + ", line " + std::to_string(picture.line),
                      .found = picture.caption.substr(slot.begin, slot.end - slot.begin + 1),
@@ -139,6 +138,7 @@ ScriptWatch::ScriptWatch(const data_tools::Script& script, const std::vector<Pla
     : script_(&script), places_(&places), take_picture_(std::move(take_picture)), end_(end) {
   for (const ScriptExpectation& request : script.expectations) requests_.push_back(&request);
   for (const ScriptPicture& picture : script.pictures) pictures_.push_back(&picture);
+  // Checks and pictures without a time are due at the end, after all others.
   const auto by_time = [end](const auto* a, const auto* b) {
     return a->at.value_or(2 * end) < b->at.value_or(2 * end);
   };
@@ -163,7 +163,7 @@ Status ScriptWatch::tick(double t, std::span<const haptics::ServoRecord> hands, 
   return take_due(t, {t, hands_, engine, changed_});
 }
 
-/// Returns the time of a check or picture, s.
+/// Returns the time (s) at which a check or picture is due, delayed by the commands that took longer before.
 double ScriptWatch::due(const std::optional<double>& at) const {
   double when = at.value_or(2 * end_);
   for (const auto& [issued_at, done_at] : waits_)
@@ -171,7 +171,7 @@ double ScriptWatch::due(const std::optional<double>& at) const {
   return when;
 }
 
-/// Makes the checks and pictures that are due at t.
+/// Makes the checks and pictures that are due at `t` (s) or before.
 Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
   const auto is_due = [&](const auto& all, std::size_t next) {
     return next < all.size() && due(all[next]->at) <= t;

@@ -56,9 +56,10 @@ class ScriptWatch {
               const volume::VoxelBox& changed);
   /// Records the outcome of a command: refused or not, as the script expects.
   void record_command(const data_tools::ScriptCommand& command, double t, const Status& refused);
-  /// Delays everything that is due from `at` on, since a command of `at` took until `done_at`; s.
+  /// Delays all checks and pictures from `at` (s) on, since a command of that time was done only at
+  /// `done_at`.
   void wait_for(double at, double done_at) { waits_.push_back({at, done_at}); }
-  /// Checks at the end.
+  /// Makes the checks and pictures that are due at the end, and returns the report.
   Result<ScriptReport> finish(sim::Engine& engine);
 
  private:

@@ -237,12 +237,12 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   if (const std::string part = spine_of(source); !part.empty()) {
     shape.low = 150;
     listener.notice("shape: bone, 150 HU and above, since " + part +
-                    " (another is chosen by iso, window or label)");
+                    " (choose another by iso, window or label)");
     return shape;
   }
   listener.notice(
-      "shape: bone, 300 HU and above (of a spine iso 150, or the preset spine, shows more; another is chosen "
-      "by iso, window or label)");
+      "shape: bone, 300 HU and above (choose another by iso, window or label; for a spine, iso 150 or the "
+      "preset spine)");
   return shape;
 }
 

@@ -1,4 +1,4 @@
-// CasePlan: a case, i.e. a scan with its structures, materials and plan, in a folder of open formats.
+// CasePlan: a case: a scan with its structures, materials and plan, in a folder of open formats.
 #pragma once
 
 #include <optional>
@@ -22,15 +22,15 @@ struct CaseMaterial {
 struct CaseStructure {
   volume::Shape shape;        ///< window or label of the volume
   bool is_touchable = true;   ///< stops the proxy
-  bool is_forbidden = false;  ///< true if cutting it is an error
+  bool is_forbidden = false;  ///< a tool must not enter it
   CaseMaterial material;
 };
 
-/// Planned path of a tool: from the skin side to the end, world frame (LPS, mm).
+/// Planned path of a tool, from its entry at the skin to its end, world frame (LPS, mm).
 struct CaseTrajectory {
   std::string name;
   glm::dvec3 entry_world{0.0}, target_world{0.0};
-  double diameter = 0;  ///< mm; 0: not planned
+  double diameter = 0;  ///< of the tool, mm; 0: not planned
 };
 
 /// A named point, world frame (LPS, mm).
@@ -42,18 +42,19 @@ struct CaseLandmark {
 /// Contents of case.toml; docs/file-formats.md describes every key.
 struct CasePlan {
   static constexpr int k_schema = 1;
-  std::string name;  ///< of the case; never that of a patient
-  std::string modality;
+  std::string name;      ///< of the case; never that of a patient
+  std::string modality;  ///< as in DICOM: "CT", "MR"
   bool is_hounsfield = false;
   std::vector<std::string> label_names;
   std::vector<glm::u8vec3> label_colours;  ///< as in Volume
   std::vector<CaseStructure> structures;
   std::vector<CaseTrajectory> trajectories;
   std::vector<CaseLandmark> landmarks;
-  /// Intensities that windows use for the values of shape.mha: shape_values[k - 1] for value k, the scan's
-  /// for 0. Empty: no shape.mha. write_case() derives it from Volume::shape_voxels.
+  /// Intensities at which windows are evaluated: where shape.mha has the value k > 0, shape_values[k - 1];
+  /// where it has 0, that of the scan. Empty: no shape.mha. write_case() derives it from
+  /// Volume::shape_voxels.
   std::vector<std::int16_t> shape_values;
-  std::optional<ScanQuality> quality;  ///< measured for the scan; without ScanQuality::edge
+  std::optional<ScanQuality> quality;  ///< of the scan; ScanQuality::edge is empty
 };
 
 /// A case with its scan.
@@ -62,7 +63,7 @@ struct OpenedCase {
   OpenedVolume scan;
 };
 
-/// Two volumes have the same position if no corner differs by more than this.
+/// Two volumes are in the same position if no corner differs by more than this.
 inline constexpr double k_same_place_mm = 0.01;
 
 /// Returns true if the folder contains case.toml.

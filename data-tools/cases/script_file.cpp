@@ -1,6 +1,7 @@
 #include "data-tools/cases/script_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <glm/geometric.hpp>
 
@@ -11,8 +12,8 @@ namespace trephine::data_tools {
 
 namespace {
 
-constexpr double k_longest = 7200;  // s
-constexpr std::size_t k_longest_words = 20000;
+constexpr double k_longest_seconds = 7200;
+constexpr std::size_t k_longest_words = 20000;  // characters
 
 std::vector<std::string> read_texts(TomlReader& reader, const toml::table& t, const std::string& key) {
   std::vector<std::string> result;
@@ -26,14 +27,15 @@ std::vector<std::string> read_texts(TomlReader& reader, const toml::table& t, co
   return result;
 }
 
-/// Reads [[t, x, y, z, button, share], ...]; the last two are optional.
+/// Reads [[t, x, y, z, button, share], ...]: the last two are optional, and `share` requires a place.
 std::vector<std::array<double, 6>> read_points(TomlReader& reader, const toml::table& t, bool has_place) {
   std::vector<std::array<double, 6>> result;
   const auto it = t.find("points");
   if (it == t.end()) return result;
   const char* const expected =
-      has_place ? "points = [[t, right, up, over, button, share], ...]: s, mm, 0 or 1, of the thickness"
-                : "points = [[t, x, y, z, button], ...]: s, mm (LPS), 0 or 1";
+      has_place
+          ? "points = [[t, right, up, above, button, share], ...]: s, mm, 0 or 1, share of the thickness"
+          : "points = [[t, x, y, z, button], ...]: s, mm (LPS), 0 or 1";
   const std::size_t most = has_place ? 6 : 5;
   if (!it->second.is_array())
     return reader.fail(it->second, "the points are not a list", "", expected), result;
@@ -53,7 +55,7 @@ std::vector<std::array<double, 6>> read_points(TomlReader& reader, const toml::t
   return result;
 }
 
-/// Returns a direction or its default; error if its length is 0.
+/// Returns the direction `stated`, or else `fallback`; error if its length is near 0.
 glm::dvec3 read_direction(TomlReader& reader, const toml::value& v, std::optional<glm::dvec3> stated,
                           const glm::dvec3& fallback) {
   if (stated && !(glm::length(*stated) >= 1e-3))
@@ -135,13 +137,20 @@ ScriptModel read_model(TomlReader& reader, const toml::value& value) {
   return model;
 }
 
+/// Returns the index of a hand; 0 if the key is absent.
+int read_hand(TomlReader& reader, const toml::value& value, const toml::table& t, std::size_t hands) {
+  const double hand = reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0);
+  if (hand != std::floor(hand)) reader.fail(value, "hand is not a whole number", text_of(hand), "0, 1, ...");
+  return static_cast<int>(hand);
+}
+
 ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::size_t hands) {
   const toml::table& t =
       reader.table(value, {"at", "file", "place", "from", "aim", "distance", "caption", "tool", "hand"});
   ScriptPicture picture;
   picture.line = TomlReader::line_of(value);
-  picture.at = reader.number(t, "at", 0, k_longest);
-  picture.hand = static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
+  picture.at = reader.number(t, "at", 0, k_longest_seconds);
+  picture.hand = read_hand(reader, value, t, hands);
   picture.file = reader.text(t, "file").value_or("");
   picture.place = reader.text(t, "place").value_or("");
   picture.from = read_direction(reader, value, reader.point(t, "from"),
@@ -159,7 +168,7 @@ ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::si
   return picture;
 }
 
-/// Error for duplicate names and unknown places.
+/// Checks the names of places and pictures: error for duplicate names and unknown places.
 void check_places(TomlReader& reader, const Script& script) {
   std::string known;
   for (std::size_t i = 0; i < script.places.size(); ++i) {
@@ -188,13 +197,13 @@ ScriptCommand read_command(TomlReader& reader, const toml::value& value, std::si
   const toml::table& t = reader.table(value, {"at", "hand", "command", "with", "refused"});
   ScriptCommand command;
   command.line = TomlReader::line_of(value);
-  const auto at = reader.number(t, "at", 0, k_longest);
+  const auto at = reader.number(t, "at", 0, k_longest_seconds);
   const auto name = reader.text(t, "command");
   if (!at || !name)
     reader.fail(value, "a command is not complete", "", "at = seconds and command = \"name\"");
   command.at = at.value_or(0);
   command.name = name.value_or("");
-  command.hand = static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
+  command.hand = read_hand(reader, value, t, hands);
   command.words = reader.text(t, "with", k_longest_words).value_or("");
   command.is_refused = reader.claim(t, "refused").value_or(false);
   return command;
@@ -204,9 +213,8 @@ ScriptExpectation read_expectation(TomlReader& reader, const toml::value& value,
   const toml::table& t = reader.table(value, {"at", "hand", "what", "least", "most"});
   ScriptExpectation expectation;
   expectation.line = TomlReader::line_of(value);
-  expectation.at = reader.number(t, "at", 0, k_longest);
-  expectation.hand =
-      static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
+  expectation.at = reader.number(t, "at", 0, k_longest_seconds);
+  expectation.hand = read_hand(reader, value, t, hands);
   expectation.what = reader.text(t, "what").value_or("");
   expectation.least = reader.number(t, "least", -1e12, 1e12),
   expectation.most = reader.number(t, "most", -1e12, 1e12);

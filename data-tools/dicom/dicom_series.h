@@ -11,7 +11,7 @@ namespace trephine::data_tools {
 /// A file of the folder.
 struct DicomEntry {
   std::string path, name;  ///< name: relative to the folder, for messages
-  DicomFile file;          ///< its source is closed unless it is in memory, to limit open files
+  DicomFile file;          ///< closed, to limit open files, unless its source is in memory
 };
 
 /// One image: a file, or a frame of it.
@@ -19,14 +19,14 @@ struct DicomSlice {
   std::size_t entry = 0;
   std::size_t frame = 0;
   SlicePosition place;
-  double slope = 1, intercept = 0;
-  bool has_rescale = false;
-  std::string rescale_type;
+  double slope = 1, intercept = 0;  ///< value = slope * stored value + intercept
+  bool has_rescale = false;         ///< the file has slope and intercept
+  std::string rescale_type;         ///< unit of the value: "HU"
   int rows = 0, columns = 0, bits_allocated = 0, bits_stored = 0, high_bit = 0;
   bool is_signed = false;
   std::optional<std::pair<int, int>> padding;  ///< range of stored values, inclusive
   long number = 0;                             ///< instance number, or frame number
-  /// Properties that may distinguish slices at the same position, with values: "echo time 4.6", ...
+  /// Name and value of properties that may distinguish slices at the same position: "echo time", "4.6".
   std::vector<std::pair<std::string, std::string>> marks;
 };
 
@@ -46,19 +46,19 @@ struct DicomFolder {
   std::vector<DicomEntry> entries;
   std::vector<DicomSeries> series;       ///< by number, then in the order found
   std::vector<std::string> passed_over;  ///< files that are not images with a position: "name (reason)"
-  /// Names and reasons of files that may be slices and cannot be used, and of files that are not DICOM.
+  /// Files that may be slices but cannot be used, and files that are not DICOM, with reasons.
   std::vector<std::pair<std::string, std::string>> refused, no_dicom;
   std::vector<std::string> notices;
 };
 
-/// Scans a folder, to any depth, or one file. Error if interrupted or an archive is damaged; a folder without
-/// images gives no series.
+/// Reads a folder, to any depth, or one file. Error if it is interrupted or an archive is damaged. A folder
+/// without images has no series.
 Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress);
 
 /// Returns the indices of the default series and stack: no localizer, CT before others, the most slices.
 std::pair<std::size_t, std::size_t> best_stack(const DicomFolder& folder);
 
-/// Returns true if two file names are equal except for numbers: they may be slices of one stack.
+/// Returns true if two file names are equal except for numbers, so that they may be slices of one stack.
 bool are_names_alike(const std::string& a, const std::string& b);
 
 }  // namespace trephine::data_tools

@@ -30,7 +30,8 @@ const KindInfo& kind_info(OutputKind kind) {
   return k_kinds[static_cast<std::size_t>(kind)];
 }
 
-/// Data files named by a MetaImage or NRRD header; a pattern includes all files that match it.
+/// Data files that a MetaImage or NRRD header names. A pattern such as "slice%03d.raw" stands for all files
+/// that match it.
 class HeaderDataFiles {
  public:
   explicit HeaderDataFiles(const fs::path& header) : folder_(header.parent_path()) {
@@ -58,7 +59,7 @@ class HeaderDataFiles {
       std::error_code ignored;
       if (percent == std::string::npos)
         return fs::weakly_canonical(folder_ / name, ignored) == canonical_file;
-      // A pattern is compared up to its number.
+      // A pattern is compared only up to its number.
       const std::string prefix = fs::weakly_canonical(folder_ / name.substr(0, percent), ignored).string();
       return canonical_file.string().compare(0, prefix.size(), prefix) == 0;
     });
@@ -91,7 +92,7 @@ bool belongs_to(const fs::path& output, const fs::path& other) {
          HeaderDataFiles(other_path).contains(output_path);
 }
 
-/// Returns true if both names refer to one file, whether it exists or not.
+/// Returns true if both paths refer to one file, which need not exist.
 bool is_same_file(const std::string& a, const std::string& b) {
   std::error_code ignored;
   return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored) ||

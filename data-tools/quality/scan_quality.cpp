@@ -60,7 +60,8 @@ dvec3 slice_normal(const Volume& v) {
 }
 double slice_step(const Volume& v) { return std::abs(glm::dot(slice_normal(v), v.frame.axes()[2])); }
 
-/// Returns the standard deviation of noise, from small blocks: most uniform ones contain noise alone.
+/// Returns the standard deviation of noise, measured in small blocks; most blocks without edges contain only
+/// noise.
 std::optional<double> measure_noise(const Volume& v) {
   constexpr int k_tries = 40'000, k_reach = 2;
   VoxelSampler sampler(v.size, k_reach);
@@ -71,7 +72,7 @@ std::optional<double> measure_noise(const Volume& v) {
     const glm::ivec3 p = sampler.next();
     double sum = 0, squares = 0, count = 0;
     bool is_clipped = false;
-    // Blocks are within a slice: slices may be far apart.
+    // Each block lies within one slice, since slices may be far apart.
     for (int y = -k_reach; y <= k_reach; ++y)
       for (int x = -k_reach; x <= k_reach; ++x) {
         const double value = v.voxels[v.index(p.x + x, p.y + y, p.z)];
@@ -91,13 +92,13 @@ std::optional<double> measure_noise(const Volume& v) {
   deviations.erase(
       std::remove_if(deviations.begin(), deviations.end(), [middle](double d) { return d > 1.5 * middle; }),
       deviations.end());
-  const double usual = mode(deviations);
+  const double typical = mode(deviations);
   // In a small scan most blocks may contain an edge: then only the most uniform ones are noise.
-  const double evenest = share_of(deviations, 0.05);
-  if (usual <= 2 * evenest) return usual;
-  deviations.erase(
-      std::remove_if(deviations.begin(), deviations.end(), [evenest](double d) { return d > 1.5 * evenest; }),
-      deviations.end());
+  const double most_uniform = share_of(deviations, 0.05);
+  if (typical <= 2 * most_uniform) return typical;
+  deviations.erase(std::remove_if(deviations.begin(), deviations.end(),
+                                  [most_uniform](double d) { return d > 1.5 * most_uniform; }),
+                   deviations.end());
   return median(std::move(deviations));
 }
 
@@ -114,8 +115,8 @@ double linear_at(const Volume& v, const dvec3& p) {
   return sum;
 }
 
-/// Returns the thickness, mm, of the shape below a surface voxel along the inward normal; empty if the ray
-/// reaches the border or the wall is thicker than `most`.
+/// Returns the thickness, mm, of the shape below a surface voxel along the inward normal; empty if that line
+/// reaches the border of the scan or the wall is thicker than `most` mm.
 std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, const glm::ivec3& at,
                                  double most) {
   const dvec3 normal_world = gradient_at(v, at);
@@ -143,7 +144,8 @@ std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, co
   return std::nullopt;
 }
 
-/// A fitted edge: squared cosine of its normal to the slice normal, and squared sigma (mm²).
+/// A fitted edge: squared cosine of the angle between its normal and that of the slices, and squared sigma
+/// (mm²).
 struct FittedEdge {
   double cosine2, sigma2;
 };
@@ -151,9 +153,10 @@ struct FittedEdge {
 /// Fitted edges from all over a scan, of the shape and of the skin.
 class Survey {
  public:
-  /// Clean edges of the shape; clean edges of the skin or a holder (may be sharper than tissue); rough edges.
+  /// Clean edges of the shape; clean edges of the skin, or of a head holder, which may be sharper; rough
+  /// edges of both.
   enum Kind : std::size_t { shape_edge, skin_edge, rough, kinds };
-  std::array<std::vector<FittedEdge>, kinds> along, across;  ///< perpendicular and parallel to the slices
+  std::array<std::vector<FittedEdge>, kinds> along, across;  ///< normals within the slices, and across them
   std::array<std::vector<ScanQuality::EdgePoint>, kinds> edge_points;
   std::vector<double> walls, insides, outsides;  ///< of the shape: thickness (mm), intensities of both sides
 
@@ -174,7 +177,7 @@ class Survey {
  private:
   static constexpr int k_tries = 400'000, k_most_fits = 2000;
   static constexpr std::size_t k_wanted = 150, k_batch = 48, k_most_walls = 1500, k_most_points = 3000;
-  static constexpr double k_most_in_plane = 0.35, k_least_across = 0.9;  // cosine to the slice normal
+  static constexpr double k_most_in_plane = 0.35, k_least_across = 0.9;  // cosines of edge and slice normal
   static constexpr double k_skin = -500;                                 // HU
   struct Candidate {
     glm::ivec3 at;
@@ -221,8 +224,8 @@ class Survey {
   void add_fitted(const Candidate& candidate) {
     const Edge& edge = candidate.edge;
     const Kind kind = candidate.found == EdgeFit::Fit::rough ? rough : candidate.kind;
-    // An edge sharper than its own voxels is synthetic, not scanned; an edge that hardly reaches the
-    // threshold does not belong to the shape.
+    // An edge that is sharper than voxels allow is synthetic, not scanned; an edge that hardly exceeds the
+    // threshold does not belong to the shape. Shares of a voxel, and of the edge's step.
     constexpr double k_least_sigma = 0.27, k_clearance = 0.15;
     const double height = edge.outside + edge.step - k_clearance * edge.step;
     if (edge.sigma < k_least_sigma * in_plane_ || (kind == shape_edge && height < shape_->low)) return;
@@ -260,7 +263,7 @@ void measure_blur(const Survey& survey, ScanQuality& quality) {
   std::vector<FittedEdge> along = choose(survey.along, quality.is_rough),
                           across = choose(survey.across, quality.is_rough);
   quality.edges = static_cast<int>(along.size() + across.size());
-  // An oblique edge has a part of both blurs.
+  // An oblique edge contains a part of both blurs: use the third of the edges with the least oblique normals.
   std::sort(along.begin(), along.end(),
             [](const FittedEdge& a, const FittedEdge& b) { return a.cosine2 < b.cosine2; });
   along.resize(std::min(along.size(), std::max(k_enough, along.size() / 3)));
@@ -279,7 +282,8 @@ void measure_blur(const Survey& survey, ScanQuality& quality) {
 }
 
 /// Sets the least wall and gap. A wall of thickness t keeps erf(t / (2 sqrt 2 sigma)) of its height; it has
-/// no holes if the rest exceeds the threshold by three sigma of noise. A gap is computed alike.
+/// no holes if the remaining height exceeds the threshold `low` by three sigma of noise. The depth of a gap
+/// is computed in the same way.
 void set_resolution(double low, ScanQuality& quality) {
   if (!quality.blur_in_plane || !(quality.inside > low && quality.outside < low)) return;
   constexpr double k_root_8 = 2.8284271247461903;
@@ -305,11 +309,11 @@ ScanQuality scan_quality(const Volume& v, const volume::Shape& shape) {
   quality.slice_step = slice_step(v);
   quality.noise = measure_noise(v);
 
-  // Intensities of all voxels inside and outside; fitted edges replace them below.
+  // Intensities of a sample of the voxels inside and outside; those of fitted edges replace them below.
   std::vector<double> inside, outside;
-  const std::size_t every = 1 + v.voxels.size() / 400'000;
+  const std::size_t stride = 1 + v.voxels.size() / 400'000;
   const double lowest_tissue = v.is_hounsfield ? -200 : -1e9;
-  for (std::size_t i = 0; i < v.voxels.size(); i += every) {
+  for (std::size_t i = 0; i < v.voxels.size(); i += stride) {
     const double value = v.voxels[i];
     if (shape.is_solid(v.voxels[i]))
       inside.push_back(value);

@@ -12,13 +12,13 @@ struct ScanQuality {
   /// Sigma of the blur of edges, mm, including the voxel's own size: within slices, and from slice to slice.
   /// Empty if too few edges have that direction.
   std::optional<double> blur_in_plane, blur_across;
-  int edges = 0;          ///< number of edges at which blur was measured
+  int edges = 0;          ///< number of edges that were fitted for the blur
   bool is_rough = false;  ///< true if too few edges were clean: the blur is approximate
 
   std::optional<double> noise;     ///< sigma in uniform regions, in the scan's units
   double slice_step = 0;           ///< mm between slices, along their normal
   double inside = 0, outside = 0;  ///< typical intensity of the shape and around it, in the scan's units
-  std::optional<double> thinnest;  ///< wall thickness, mm, that 2 % of the shape's surface falls below
+  std::optional<double> thinnest;  ///< mm; 2 % of the measured walls of the shape are thinner
   /// Thinnest wall that is still touched without holes, and narrowest gap that is still open, mm, within
   /// slices; finer ones are lost in blur and noise.
   std::optional<double> least_wall, least_gap;

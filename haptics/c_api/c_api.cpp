@@ -63,7 +63,7 @@ void release(const trephine_scene* scene) noexcept {
 Status check_item(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   if (shape < 0 || shape >= haptics::item_count(scene->touch))
-    return bad("there is no such shape", std::to_string(shape), "an index of a window or mesh");
+    return bad("unknown shape", std::to_string(shape), "an index of a window or mesh");
   return std::nullopt;
 }
 
@@ -74,7 +74,7 @@ haptics::Material& material_in(trephine_scene& scene, int shape) {
 Status check_shape(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   if (shape < 0 || shape >= haptics::item_count(scene->touch) || item_of(scene->touch, shape).is_mesh())
-    return bad("there is no such shape", std::to_string(shape), "an index of a window");
+    return bad("unknown shape", std::to_string(shape), "an index of a window");
   return std::nullopt;
 }
 
@@ -242,7 +242,7 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
   guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
-      return bad("there is no such mover", std::to_string(mover), "-1, or 0 to 7");
+      return bad("unknown mover", std::to_string(mover), "-1, or 0 to 7");
     if (haptics::item_count(scene->touch) >= haptics::ShapeSet::k_most)
       return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_most + 1), "128");
     auto tree = copy_mesh(vertices, vertex_count, triangles, triangle_count);
@@ -272,7 +272,10 @@ int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephi
   return guarded(error, [&]() -> Status {
     if (Status status = check_item(scene, shape)) return status;
     if (sides < TREPHINE_NONE || sides > TREPHINE_BOTH)
-      return bad("there is no such side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
+      return bad("unknown side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
+    if (sides >= TREPHINE_BACK && scene->touch.tool_radius > 0)
+      return bad("contact from inside needs a tool without a radius",
+                 std::to_string(scene->touch.tool_radius) + " mm", "TREPHINE_NONE or FRONT");
     scene->touch.items[static_cast<std::size_t>(shape)].sides = static_cast<haptics::Side>(sides);
     scene->has_motion = false;
     return std::nullopt;

@@ -1,5 +1,5 @@
-// DepthSource: drawable object, touched by depth images of its surface around a hand that are drawn again
-// whenever it changes.
+// DepthSource: object that can be drawn, and is touched by depth images of its surface around a hand. When it
+// changes, they are drawn again.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,17 @@
 
 namespace trephine::haptics::depth {
 
-// Handling of an overdue set.
-inline constexpr double k_extrapolation_time = 0.05;  ///< s after its interval, in which it is extrapolated
-inline constexpr double k_fading = 0.05;              ///< s after those, in which its force fades out
-inline constexpr double k_beside = 2;  ///< mm outside an object's bounds: no images are required there
+// If the next set of images is late, the previous one is extrapolated, then its force fades out.
+inline constexpr double k_extrapolation_time = 0.05;  ///< s, from the end of the interval on
+inline constexpr double k_fading = 0.05;              ///< s, after the extrapolation
+/// Farther than this outside the bounds of an object, its images are not required, mm.
+inline constexpr double k_beside = 2;
 
 /// Request for images: a clip volume around a point, with pixels of one fixed lattice, so that two sets agree
 /// where they overlap.
 struct DepthView {
-  glm::dvec3 middle{0.0};  ///< mm, in the object's own frame
-  glm::dvec3 touch{0.0};   ///< mm: the point at which the motion must be accurate
+  glm::dvec3 middle{0.0};  ///< centre of the clip volume, mm, object's frame
+  glm::dvec3 touch{0.0};   ///< point at which the motion must be accurate, mm, object's frame
   double edge = 20;        ///< mm, of the clip volume
   double pixel = 0.2;      ///< mm
   double time = 0;         ///< s since the operation began
@@ -32,15 +33,15 @@ struct DepthView {
   Result<volume::Frame> lattice(glm::ivec3& size) const;
 };
 
-/// Extrapolation between two sets: the rigid motion that best fits the deformation around the middle. The
-/// same bits on any machine: only + - * / and roots.
+/// Extrapolation between two sets: the rigid motion that best fits the deformation around the middle. Made
+/// with + - * / and roots only, for equal bits on any machine.
 struct DepthMotion {
   glm::dvec3 pivot{0.0};   ///< mm, in the object's frame
   glm::dvec3 travel{0.0};  ///< mm per interval, of the pivot
   glm::dvec3 turn{0.0};    ///< per interval: the axis times the tangent of half the angle
 
   bool is_still() const noexcept { return travel == glm::dvec3(0) && turn == glm::dvec3(0); }
-  /// Returns the displacement after this number of intervals; it may be negative.
+  /// Returns the displacement after `intervals`, which may be a fraction or negative.
   Placement after(double intervals) const noexcept;
 };
 
@@ -51,11 +52,11 @@ struct DepthSet {
   glm::dvec3 low{0.0}, high{0.0};        ///< mm, box in which the surface is known
   DepthMotion motion;
   bool goes_on = false;         ///< the object changes later, and a new set is due
-  Placement extrapolated = {};  ///< displacement by the previous set at `view.time`
-  double slack_before = 0;      ///< mm, of the previous set
-  double slack = 0;             ///< mm, largest error of the motion when the next set is due
+  Placement extrapolated = {};  ///< displacement that the previous set predicted for `view.time`
+  double slack_before = 0;      ///< mm, `slack` of the previous set
+  double slack = 0;             ///< mm, largest error of `motion` when the next set is due
 
-  // Cost.
+  // Statistics.
   std::size_t pixels = 0;     ///< of the three images
   std::size_t crossings = 0;  ///< layers in the images
   std::size_t open_rays = 0;  ///< rays with unknown sides: the object has a hole there
@@ -65,7 +66,7 @@ struct DepthSet {
   Placement displacement_at(double time) const noexcept {
     return motion.is_still() ? Placement{} : motion.after((time - view.time) / view.interval);
   }
-  /// Continues the previous set; null: this is the first.
+  /// Takes serial, prediction and slack from the previous set; null: this is the first.
   void follow(const DepthSet* before) noexcept {
     serial = before ? before->serial + 1 : 1;
     extrapolated = before ? before->displacement_at(view.time) : Placement{};
@@ -77,8 +78,8 @@ struct DepthSet {
   bool knows(const glm::dvec3& p, double reach) const noexcept;
 };
 
-/// Makes the triangles of a net's surface: those of volume/surface/local_net.h, without the part at the
-/// lattice's border, in spatial order; `codes` for MeshTree::of_ordered().
+/// Makes the triangles of a net's surface as volume/surface/local_net.h does, in spatial order, without the
+/// part at the lattice's border. `codes`: output for MeshTree::of_ordered().
 void triangles_of(const DepthNet& net, std::vector<glm::dvec3>& vertices,
                   std::vector<std::uint32_t>& triangles, std::vector<std::uint64_t>& codes);
 

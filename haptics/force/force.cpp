@@ -76,7 +76,7 @@ dvec3 ForceModel::turn(const ProxyStep& proxy, const TouchScene& scene) noexcept
   dvec3 torque(0);
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
-    const double square = gyration_square(scene);
+    const double square = squared_gyration_radius(scene);
     torque = square * stiffness_of(proxy, scene) * proxy.turn_world;
     if (had_turn_) torque += (square * material.damping / dt_) * (proxy.turn_world - turn_);
     turn_ = proxy.turn_world;

@@ -11,18 +11,18 @@
 namespace trephine::haptics {
 
 struct ForceOptions {
-  double smoothing_alpha =
-      0.3;  ///< weight of the newest force at 1 kHz, (0, 1]; the same time constant at any rate
+  /// Weight of the newest force at 1 kHz, above 0, at most 1. Other rates keep the time constant.
+  double smoothing_alpha = 0.3;
   double force_limit = 8;            ///< N
   double slew_limit = 1000;          ///< N/s
   double torque_limit = 150;         ///< N mm
   double torque_slew_limit = 20000;  ///< N mm/s
   double fade_seconds = 0.05;        ///< s, from full force to zero after a fault
-  /// Surfaces return no more energy than they stored (haptics/force/passivity.h). False: the controller is
-  /// not run.
+  /// True: a controller limits the force so that surfaces return no more energy than they stored
+  /// (haptics/force/passivity.h).
   bool is_passive = false;
-  int delay_ticks = 0;        ///< of the device, for the passivity controller
-  double device_damping = 0;  ///< N s/mm, of the device itself, for the passivity controller; 0: unknown
+  int delay_ticks = 0;        ///< delay of the device, for the passivity controller
+  double device_damping = 0;  ///< of the device itself, N s/mm, for the passivity controller; 0: unknown
 };
 
 /// Reasons for a limited or suppressed force. Latched faults stay until reset().
@@ -45,7 +45,7 @@ std::string fault_names(std::uint32_t faults);
 /// f_n = a x_n + (1 - a) f_(n-1) (thesis "A Surface-based Volume Haptics Approach", eq. 4.1).
 class ForceModel {
  public:
-  /// `dt` (s) is the servo's period. Converts alpha to it.
+  /// `dt`: period of the servo, s; smoothing_alpha is converted to it.
   ForceModel(const ForceOptions& options, double dt);
   /// Returns the force, N. Servo thread.
   glm::dvec3 step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
@@ -56,11 +56,12 @@ class ForceModel {
     smoothed_turn_ = glm::dvec3(0);
     had_turn_ = false;
   }
-  /// Restarts the spring without damping against its last stretch; the smoothed force continues.
+  /// Forgets the last stretch of the spring, so that its next change is not damped; the smoothed force
+  /// continues.
   void let_go() noexcept { had_contact_ = had_turn_ = false; }
   /// Clears all state: the force starts from zero.
   void reset() noexcept;
-  double alpha() const noexcept { return alpha_; }
+  double alpha() const noexcept { return alpha_; }  ///< converted to the period
   /// Visits the complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
@@ -79,7 +80,7 @@ class ForceModel {
 class ForceGuard {
  public:
   ForceGuard(const ForceOptions& options, double dt) : options_(options), dt_(dt) {}
-  /// Returns the limited force, N. `faults`: raised outside in this tick. Servo thread.
+  /// Returns the limited force, N. `faults`: those raised outside the guard in this tick. Servo thread.
   glm::dvec3 step(const glm::dvec3& requested, std::uint32_t faults) noexcept;
   /// Returns the limited torque of the same tick, N mm. Call after step(), whose faults apply. Not required
   /// while no torque is requested and no torque was rendered.
@@ -88,7 +89,7 @@ class ForceGuard {
   bool is_turning() const noexcept { return last_torque_ != glm::dvec3(0); }
   void reset() noexcept;
   const glm::dvec3& last() const noexcept { return last_; }  ///< last output, N
-  double fade() const noexcept { return fade_; }             ///< 1 to 0 after a latched fault
+  double fade() const noexcept { return fade_; }             ///< factor, 1 to 0 after a latched fault
   const glm::dvec3& last_torque() const noexcept { return last_torque_; }
   /// True after a latched fault if the force is zero and further steps change nothing.
   bool is_faded() const noexcept {

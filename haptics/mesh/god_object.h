@@ -1,5 +1,5 @@
 // move_god_object(): god-object on facets (Zilles and Salisbury 1995): moves until facets stop it, then along
-// up to three of them at once. For triangles of any origin: a caster finds the first facet on a motion.
+// up to three of them at once. Works on facets from any source: a function finds the first one on a motion.
 #pragma once
 
 #include <algorithm>
@@ -16,22 +16,22 @@ namespace trephine::haptics {
 
 /// First crossing of a motion with a facet that blocks it.
 struct FacetHit {
-  double t = 1;
+  double t = 1;                  ///< parameter of the motion, 0 to 1
   glm::dvec3 normal_world{0.0};  ///< unit, toward the side from which the motion came
   int shape = -1;
   Side side = Side::none;
   std::uint32_t triangle = 0;  ///< of a mesh, by its index in the tree
 };
 
-/// Half space n . x >= offset, mm.
+/// Allowed half space normal . x >= offset; x in mm, world frame.
 struct HoldingPlane {
   glm::dvec3 normal;
   double offset;
 };
 
-/// Returns the point nearest to `target` that all planes (at most three) allow, by testing sets of active
-/// planes; `target` itself if no plane excludes it, and the point on the last plane if rounding leaves no
-/// other.
+/// Returns the point nearest to `target` in all half spaces (`count` of them, at most three), by testing sets
+/// of active planes; `target` itself if it is in all of them, and its projection on the last plane if
+/// rounding leaves no point.
 glm::dvec3 nearest_allowed(const glm::dvec3& target, const std::array<HoldingPlane, 3>& planes,
                            int count) noexcept;
 
@@ -49,10 +49,10 @@ class TriangleCrossing {
     sx_ = d[x_] / d[z_], sy_ = d[y_] / d[z_];
     first_ = std::min(0.0, d[z_]) - k_margin * size[z_], last_ = std::max(0.0, d[z_]) + k_margin * size[z_];
   }
-  /// Returns true if the motion crosses the triangle. Watertight at edges and vertices: corners are projected
-  /// along the motion, identically for all their triangles, and edges are decided exactly (after Woop,
-  /// Benthin and Wald 2013; zero counts as inside). `facing` < 0: the motion goes against the triangle's
-  /// normal. Degenerate triangles are missed.
+  /// Returns true if the motion crosses the triangle, at parameter `t`. Watertight at edges and vertices:
+  /// corners are projected along the motion, identically for all their triangles, and edges are decided
+  /// exactly (after Woop, Benthin and Wald 2013; zero counts as inside). `facing` < 0: the motion goes
+  /// against the triangle's normal. Degenerate triangles are missed.
   bool crosses(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2, double& t,
                double& facing) const noexcept {
     if (!has_length_) return false;
@@ -81,7 +81,7 @@ class TriangleCrossing {
   }
 
  private:
-  static constexpr double k_margin = 1e-9;  // of the motion: more than rounding
+  static constexpr double k_margin = 1e-9;  // share of the motion, larger than rounding errors
   static double determinant(double a, double b, double c, double d) noexcept {
     const double ab = a * b, cd = c * d, value = ab - cd;
     return std::abs(value) > 1e-15 * (std::abs(ab) + std::abs(cd)) ? value : exact_determinant(a, b, c, d);
@@ -94,12 +94,14 @@ class TriangleCrossing {
 };
 
 inline constexpr int k_max_facet_moves = 10;
-inline constexpr double k_facet_gap = 1e-5;  ///< gap before facets: voxels (or of a mesh's shortest scale)
+/// Gap before facets, as a share of the shortest edge of a voxel or a depth pixel.
+inline constexpr double k_facet_gap = 1e-5;
 
 /// Moves from `start_volume` toward the HIP. Waypoints go to result.path_volume; the last one is the
 /// frictionless proxy. `cast(a, b, hit)` finds the first blocking facet on the motion from a to b (volume
 /// frame). `gap_mm`: distance that the proxy keeps from facets. Returns the waypoint at which the first facet
-/// was met: 1 if the proxy dropped onto it from a tenth of a voxel or farther, else 0. `facets`: of each leg.
+/// was met: 1 if the proxy dropped onto it from a tenth of a voxel or farther, else 0. `facets`: output,
+/// those along which each leg leads.
 template <class Cast>
 int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, const glm::dvec3& start_volume,
                     double gap_mm, Cast&& cast, PathFacets& facets, ProxyStep& result) noexcept {
@@ -140,7 +142,7 @@ int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, con
     if (free > 0) current = current + free * (goal - current);
     if (i == 0) landing = landing_of_first_leg(result);
     result.set_contact(hit.shape, hit.side, hit.normal_world);
-    // Adds the facet to the active ones; the oldest of more than three is dropped.
+    // Adds the facet to the active ones; if there are three, the oldest is dropped.
     if (count == 3) {
       planes[0] = planes[1];
       planes[1] = planes[2];

@@ -53,7 +53,7 @@ class Chain {
         walls_(walls),
         state_(state),
         counters_(counters),
-        square_(gyration_square(scene)),
+        square_(squared_gyration_radius(scene)),
         voxel_(walls.frame().spacing().x),
         hand_{input.hip_world, unit_of(input.orientation)} {}
 

@@ -12,7 +12,8 @@ FrictionLoad friction_load(const HoldingWalls& walls, const dvec3& pull) noexcep
   const auto normal = [&](int i) -> const dvec3& { return walls.normals[static_cast<std::size_t>(i)]; };
   const auto friction = [&](int i) { return walls.friction[static_cast<std::size_t>(i)]; };
   const double tolerance = 1e-9 * glm::length(pull);
-  // The remainder must not press on any wall that is left out.
+  // Tries sets of one, two and three walls that bear the pull; the remainder must not press on any other
+  // wall.
   const auto is_remainder = [&](const dvec3& remainder) {
     for (int k = 0; k < walls.count; ++k)
       if (glm::dot(remainder, normal(k)) > tolerance) return false;
@@ -69,7 +70,7 @@ dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene, 
   };
   const int first = std::min(landing, step.waypoint_count - 1);
   const dvec3 spacing = frame.spacing();
-  // Legs as short as the gap before facets do not count as a slide.
+  // Shorter legs, within the gap before facets, do not count as a slide; mm.
   const double least_slide = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});
   bool may_stick = is_sticking;
   is_sticking = false;
@@ -139,7 +140,7 @@ dvec3 apply_friction(const volume::Frame& frame, const Material& material, const
 int landing_of_first_leg(const ProxyStep& step) noexcept {
   if (step.waypoint_count < 2) return 0;
   const dvec3 drop = step.path_volume[1] - step.path_volume[0];
-  constexpr double k_support = 0.1;
+  constexpr double k_support = 0.1;  // voxels; a longer first leg leads down to the surface
   return glm::dot(drop, drop) > k_support * k_support ? 1 : 0;
 }
 

@@ -12,7 +12,7 @@ using glm::ivec3;
 
 namespace {
 
-constexpr int k_max_nodes = 192;      // voxels a search may open
+constexpr int k_max_nodes = 192;      // voxels that a search may open
 constexpr int k_max_idle = 24;        // voxels opened in a row without progress: the target is unreachable
 constexpr int k_max_length = 24;      // voxels: the longest path
 constexpr double k_margin = 0x1p-10;  // voxels: distance that the proxy keeps from a wall
@@ -124,7 +124,7 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
   if (!barrier.is_blocked) {
     result.add_waypoint(hip);
   } else {
-    // To the wall; the voxel before it is free, and so is the motion to it.
+    // Move to the wall: the voxel before it is free, and so is the motion to that voxel.
     dvec3 p = clamp_to_voxel(state.proxy_volume + barrier.t * (hip - state.proxy_volume), barrier.before);
     ShapeSet after = state.inside;
     if (find_barrier(scene, grid, state.proxy_volume, p, state.around.passable, after, result.counters)
@@ -138,34 +138,34 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
     dvec3 normal = grid.normal(static_cast<std::size_t>(barrier.shape), p, result.counters.cells);
     if (barrier.is_back) normal = -normal;
     const dvec3 p_world = frame.world_from_volume(p);
-    const double depth = glm::dot(input.hip_world - p_world, normal);
-    if (depth >= 0 || normal == dvec3(0)) {
-      // A normal along the motion does not describe this wall: its face is used.
+    const double height = glm::dot(input.hip_world - p_world, normal);
+    if (height >= 0 || normal == dvec3(0)) {
+      // A normal along the motion does not describe this wall: use that of the voxel's face.
       normal = facet_normal(frame, barrier.face);
     }
     landing = landing_of_first_leg(result);
     result.set_contact(barrier.shape, side_of(barrier.is_back), normal);
     const dvec3 projected_world = input.hip_world - glm::dot(input.hip_world - p_world, normal) * normal;
     VoxelSearch search(scene, grid, state.around.passable, inside, result.counters);
-    // A normal is a covector: per voxel step it is axes^T n.
+    // A normal is a covector: in the volume frame it is axes^T n.
     const dvec3 across = glm::normalize(normal * frame.axes());
     const int found =
         search.run(start, frame.volume_from_world(projected_world), p, across, PathProxy::k_depth);
-    // The point at which the motion from that voxel's centre to the HIP leaves the voxel.
+    // The new proxy: the point at which the line from the found voxel's centre to the HIP leaves the voxel.
     const ivec3 v = search.at(found).voxel;
-    const dvec3 centre(v), out = hip - centre;
+    const dvec3 centre(v), to_hip = hip - centre;
     double leave = 1;
     for (int a = 0; a < 3; ++a)
-      if (out[a] != 0) leave = std::min(leave, 0.5 / std::abs(out[a]));
-    const dvec3 candidate = clamp_to_voxel(centre + leave * out, v);
+      if (to_hip[a] != 0) leave = std::min(leave, 0.5 / std::abs(to_hip[a]));
+    const dvec3 candidate = clamp_to_voxel(centre + leave * to_hip, v);
     if (energy(candidate) < energy(p)) {
-      std::array<ivec3, k_max_length + 1> chain;
+      std::array<ivec3, k_max_length + 1> route;
       int length = 0;
       for (int n = found; n > 0; n = search.at(n).parent)
-        chain[static_cast<std::size_t>(length++)] = search.at(n).voxel;
+        route[static_cast<std::size_t>(length++)] = search.at(n).voxel;
       // Leads through the centres of the voxels; each leg stays in two cubes that share a face.
       if (length > 0) result.add_waypoint(dvec3(start));
-      for (int i = length - 1; i >= 0; --i) result.add_waypoint(dvec3(chain[static_cast<std::size_t>(i)]));
+      for (int i = length - 1; i >= 0; --i) result.add_waypoint(dvec3(route[static_cast<std::size_t>(i)]));
       result.add_waypoint(candidate);
     }
   }

@@ -23,14 +23,15 @@ struct ProxyCounters {
 /// Plane that method `plane` touches between two searches of the volume.
 struct PlaneMemory {
   glm::dvec3 point_world{0.0}, normal_world{0.0};
-  double recovery = 0;  ///< mm, undone over the next ticks
-  int shape = -1, age = 0, recovery_left = 0;
+  double recovery = 0;  ///< mm, jump from the previous plane, undone over the next ticks
+  int shape = -1;
+  int age = 0, recovery_left = 0;  ///< ticks
 };
 
 /// Surroundings of a proxy, touched or not, between steps.
 struct Surroundings {
   ShapeSet passable;  ///< shapes that do not block now, whatever the scene's sides; set by the host
-  ShapeSet fresh;     ///< models that no step has met at their position yet; set by the host
+  ShapeSet fresh;     ///< new models, which may overlap the proxy; set by the host, cleared by a step
   /// Shapes within near_radius mm of near_middle_world, for scenes of many shapes; unknown if that radius is
   /// 0.
   ShapeSet near;
@@ -49,7 +50,7 @@ struct ProxyState {
   ShapeSet inside;            ///< shapes with the proxy in their solid (touched from the back)
   bool had_contact = false;   ///< in the last step
   bool is_sticking = false;   ///< static friction holds
-  int touched = -1;           ///< moving mesh that stopped the proxy in the last step; -1: no mesh
+  int touched = -1;           ///< moving mesh that stopped the proxy in the last step; -1: no such mesh
   std::uint64_t version = 0;  ///< of the last step, for methods that test for growth only after a change
   PlaneMemory plane;
   bool has_turn = false;             ///< tool_turn is set, for a tool of several balls
@@ -66,10 +67,10 @@ struct ProxyState {
     around = kept;
   }
   /// Starts at a point.
-  void begin_at(const glm::dvec3& place_volume) noexcept {
+  void begin_at(const glm::dvec3& point_volume) noexcept {
     forget();
     has_proxy = true;
-    proxy_volume = place_volume;
+    proxy_volume = point_volume;
   }
 };
 
@@ -86,19 +87,20 @@ struct ProxyInput {
   double time = 0;                     ///< s since the operation began
 };
 
-/// Longest path of a step: the start, two points per iteration, and the end.
+/// Most collision queries in a step of method `implicit`.
 inline constexpr int k_max_iterations = 8;
+/// Most points on the path of a step, of any method.
 inline constexpr int k_max_waypoints = 32;
 
 /// A contact of a tool of several balls.
 struct ToolContact {
   glm::dvec3 place_world, normal_world;  ///< mm; unit, toward the tool
-  double push;                           ///< mm; times the stiffness: the force
+  double push;                           ///< mm; the force is this times the stiffness
   int shape;
   Side side;
 };
 
-/// A few contacts; a copy costs only as much as there are.
+/// At most k_most contacts. The cost of a copy is that of the contacts in it.
 class ToolContacts {
  public:
   static constexpr std::size_t k_most = 8;
@@ -140,9 +142,9 @@ struct ProxyResult {
   /// Matter grew over the proxy, which was released at the HIP, or a moving mesh passed over it because other
   /// walls left no free position: no force in this step.
   bool is_buried = false;
-  glm::dvec3 carried_world{
-      0.0};  ///< mm, motion of the touched object at the contact since the last step; method `scene`
-  glm::dvec3 turn_world{0.0};  ///< from the hand to a tool of several balls, as by turn_between()
+  /// Motion of the touched object at the contact since the last step, mm; method `scene`.
+  glm::dvec3 carried_world{0.0};
+  glm::dvec3 turn_world{0.0};  ///< rotation from hand to tool of several balls, by turn_between(), radians
   int waypoint_count = 0;
   ProxyCounters counters;
 
@@ -154,11 +156,11 @@ struct ProxyResult {
   }
 };
 
-/// Result of a step. A copy costs only as much as the lists contain.
+/// Result of a step. The cost of a copy is that of the points and contacts in it.
 struct ProxyStep : ProxyResult {
-  std::array<glm::dvec3, k_max_waypoints>
-      path_volume;        ///< from the old proxy to the new one, each leg checked
-  ToolContacts contacts;  ///< of a tool of several balls; other tools have only the contact above
+  /// Points from the old proxy to the new one; each leg between them was checked.
+  std::array<glm::dvec3, k_max_waypoints> path_volume;
+  ToolContacts contacts;  ///< of a tool of several balls; other tools have only the contact of ProxyResult
 
   ProxyStep() noexcept = default;
   ProxyStep(const ProxyStep& other) noexcept : ProxyResult(other), contacts(other.contacts) {
@@ -170,13 +172,13 @@ struct ProxyStep : ProxyResult {
     std::copy_n(other.path_volume.begin(), waypoint_count, path_volume.begin());
     return *this;
   }
-  /// Requires room: k_max_waypoints is the longest path of every method.
+  /// Requires fewer than k_max_waypoints points.
   void add_waypoint(const glm::dvec3& p_volume) noexcept {
     path_volume[static_cast<std::size_t>(waypoint_count++)] = p_volume;
   }
 };
 
-/// Sets the proxy to the hand: in the first step, and in one that releases the proxy.
+/// Sets the proxy to the HIP, in the first step or in one that releases the proxy.
 inline void begin_at_hip(const glm::dvec3& hip_volume, const glm::dvec3& hip_world, ProxyState& state,
                          ProxyStep& step) noexcept {
   state.begin_at(hip_volume);
@@ -184,16 +186,16 @@ inline void begin_at_hip(const glm::dvec3& hip_volume, const glm::dvec3& hip_wor
   step.add_waypoint(hip_volume);
 }
 
-/// Checks that there are few enough shapes of one volume, each with its bits: the requirement of most
-/// methods. Also an error for a tool with a radius, or meshes, unless the method supports them.
+/// Checks the requirement of most methods: at most k_max_shapes shapes of one volume, each with its bits.
+/// Also an error for a tool with a radius, or meshes, unless the method supports them.
 Status check_touchable(const TouchScene& scene, bool has_radius = false, bool has_meshes = false);
-/// For methods by which a point touches only cuts at least `least_mm` wide: error if the scene is ready for
-/// smaller burrs.
+/// For methods that lead a point only into cuts at least `least_mm` wide: error if the scene allows smaller
+/// burrs.
 Status check_smallest_burr(const TouchScene& scene, double least_mm);
-/// Checks that cuts open whole voxels: a hole as wide as a voxel's diagonal contains a voxel centre
-/// everywhere.
+/// For methods on the voxels of the scan: error if a burr may be narrower than the diagonal of a voxel, since
+/// its hole could then pass between voxel centres.
 Status check_burr_opens_voxels(const TouchScene& scene);
-/// For methods that touch the volume before any cut: error if the scene is ready to be cut.
+/// For methods that touch only the untouched volume: error if the scene allows cuts.
 Status check_stays_whole(const TouchScene& scene, const char* method);
 /// For methods with fixed models: error if an item is touched by depth images.
 Status check_has_no_depth(const TouchScene& scene);

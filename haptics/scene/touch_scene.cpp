@@ -256,7 +256,7 @@ Status set_tool(TouchScene& scene, double radius, std::vector<glm::dvec3> balls,
   return std::nullopt;
 }
 
-double gyration_square(const TouchScene& scene) noexcept {
+double squared_gyration_radius(const TouchScene& scene) noexcept {
   // mm2: a hand turns a tool as if it held it 20 mm to either side. Coupled by its balls alone, a
   // craniotome's bit tilts under the bone until it is caught in its burr hole.
   constexpr double k_least = 400;

@@ -17,22 +17,22 @@
 
 namespace trephine::haptics {
 
-/// Mechanical response of a surface. Defaults are the field's usual ones (docs/performance.md lists them).
+/// Mechanical response of a surface. Defaults are usual in haptics (docs/performance.md lists them).
 struct Material {
-  double stiffness = 0.5;        ///< N/mm
-  double damping = 0.001;        ///< N s/mm
-  double static_friction = 0.2;  ///< coefficient of the cone
-  double dynamic_friction = 0.15;
-  double viscosity = 0;  ///< N s/mm, against motion along the surface
-  double pop_force = 0;  ///< N: pressed harder, the surface lets the tool through; 0: never
-  double pop_rearm = 2;  ///< mm that a tool let through moves before the surface may block it again
+  double stiffness = 0.5;          ///< N/mm
+  double damping = 0.001;          ///< N s/mm
+  double static_friction = 0.2;    ///< coefficient
+  double dynamic_friction = 0.15;  ///< coefficient
+  double viscosity = 0;            ///< N s/mm, against motion along the surface
+  double pop_force = 0;            ///< N; a greater force pushes the tool through the surface; 0: never
+  double pop_rearm = 2;            ///< mm that the tool then moves before the surface may block it again
 };
 
-/// Stiffness by the density of the scan: between two intensities it changes linearly from the material's to
-/// `dense_stiffness`.
+/// Stiffness by the intensity of the scan: that of the material up to `intensity`, from there linear to
+/// `dense_stiffness` at `dense_intensity`, and constant above.
 struct StiffnessRamp {
-  double intensity = 0, dense_intensity = 0;
-  double dense_stiffness = 0.5;  ///< N/mm, at dense_intensity and above
+  double intensity = 0, dense_intensity = 0;  ///< as stored in the scan
+  double dense_stiffness = 0.5;               ///< N/mm
 };
 
 /// Returns an error that names the value out of its range.
@@ -41,13 +41,13 @@ Status check_material(const Material& material);
 /// Returns an error if the ramp is invalid.
 Status check_ramp(const StiffnessRamp& ramp);
 
-/// Returns the window of a graphics transfer function, piecewise linear over increasing intensities:
-/// intensities with an opacity above `threshold` are touchable. Error unless they form one interval.
+/// Returns the window of the intensities at which the opacity of a transfer function (piecewise linear over
+/// increasing intensities) exceeds `threshold`. Error unless these form one interval.
 Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
                                         std::span<const double> opacities, double threshold);
 
-/// Side of a surface, or both: front = toward the free space, back = within the solid. The C interface has
-/// the same numbers.
+/// Side of a surface, or both: front = toward free space, back = within the solid. The C interface uses these
+/// numbers.
 enum class Side : std::uint8_t { none = 0, front = 1, back = 2, both = 3 };
 constexpr bool holds(Side sides, Side one) { return (static_cast<int>(sides) & static_cast<int>(one)) != 0; }
 /// Returns the side that blocks a proxy inside a solid, or outside.
@@ -89,27 +89,28 @@ struct TouchItem {
   std::shared_ptr<const volume::Occupancy> bits;
   Material material;
   Side sides = Side::front;
-  std::shared_ptr<const volume::OffsetField> offset =
-      nullptr;  ///< of the untouched volume; set if the tool has a radius
-  std::shared_ptr<const volume::SoftField> soft =
-      nullptr;  ///< replaces a binary field, for methods that touch the smooth solid
-  std::optional<Material> back_material = std::nullopt;  ///< when touched from within; empty: the same
-  std::optional<StiffnessRamp> ramp = std::nullopt;  ///< stiffness by the intensity a voxel below the surface
+  /// Offset field of the untouched volume; set if the tool has a radius.
+  std::shared_ptr<const volume::OffsetField> offset = nullptr;
+  /// Replaces a binary field, for methods that touch the smooth solid; null: no replacement.
+  std::shared_ptr<const volume::SoftField> soft = nullptr;
+  std::optional<Material> back_material = std::nullopt;  ///< when touched from within; empty: `material`
+  std::optional<StiffnessRamp> ramp = std::nullopt;      ///< by the intensity one voxel below the surface
 
   // Mesh: a polygonal model. A closed one is touched from its front; a sheet may block on both sides.
   Kind kind = Kind::voxels;
   std::string name = {};  ///< of a mesh; voxels have the name of their shape
   std::shared_ptr<const MeshTree> tree = nullptr;
-  Placement placement = {};  ///< fixed, or initial
-  int mover = -1;            ///< 0 to k_max_movers - 1: its placement comes with every step; -1: fixed
+  Placement placement = {};  ///< fixed (no mover), or initial
+  int mover = -1;            ///< 0 to k_max_movers - 1: every step has its placement; -1: fixed
 
-  std::uint64_t since = 0;  ///< the first ServoHand::layout that contains it: a new item may overlap a proxy
+  /// First ServoHand::layout that contains the item; in that layout it may overlap a proxy.
+  std::uint64_t since = 0;
 
-  /// Set for a mesh that is touched by depth images, drawn while a hand is near: its triangles are in
-  /// TouchState, and `tree` is its first shape. One with a motion of its own has a mover.
+  /// Set for a mesh that is touched by depth images, which are drawn while a hand is near: the touched
+  /// triangles are in TouchState, and `tree` is the first shape. If its placement changes, it has a mover.
   std::shared_ptr<const depth::DepthSource> depth = nullptr;
-  double depth_pixel = 0.2;  ///< mm, of those images
-  double depth_rate = 100;   ///< sets of images per second, if it moves
+  double depth_pixel = 0.2;  ///< mm, size of a pixel of these images
+  double depth_rate = 100;   ///< sets of images per second (Hz), if the mesh moves
 
   bool is_mesh() const noexcept { return kind == Kind::mesh; }
 };
@@ -131,8 +132,8 @@ struct TouchScene {
   std::vector<glm::dvec3> tool_balls = {};
   static constexpr std::size_t k_most_balls = 16;
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes with shapes; not cut
-  double smallest_burr = 0;  ///< mm, least diameter of all cutting tools; 0: cuts are as coarse as the voxels
-  std::optional<volume::CutLattice> lattice = std::nullopt;  ///< samples of cuts, for such a burr
+  double smallest_burr = 0;  ///< mm, diameter of the smallest cutting tool; 0: cuts are as coarse as voxels
+  std::optional<volume::CutLattice> lattice = std::nullopt;  ///< of cuts, for `smallest_burr`
 };
 
 /// Returns the base with nothing removed, ready to be cut.
@@ -144,15 +145,15 @@ inline const TouchItem& item_of(const TouchScene& scene, int index) noexcept {
 inline int item_count(const TouchScene& scene) noexcept { return static_cast<int>(scene.items.size()); }
 /// Returns the shapes of the base: the first items.
 std::span<const TouchItem> base_shapes(const TouchScene& scene) noexcept;
-/// Returns their fields, which define the matter that cuts remove.
+/// Returns the fields of these shapes, which define the matter that cuts remove.
 std::vector<volume::Field> solids_of(const TouchScene& scene);
 /// Returns the material of an item on one side.
 inline const Material& material_of(const TouchScene& scene, int index, Side side) noexcept {
   const TouchItem& item = item_of(scene, index);
   return side == Side::back && item.back_material ? *item.back_material : item.material;
 }
-/// Returns the stiffness, N/mm, of an item touched at a point with this normal toward the tool.
-double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& place_world,
+/// Returns the stiffness, N/mm, of an item touched at a point (mm) with a unit normal toward the tool.
+double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& point_world,
                     const glm::dvec3& normal_world) noexcept;
 /// Returns the name for messages.
 const std::string& name_of(const TouchItem& item) noexcept;
@@ -161,7 +162,7 @@ const std::string& name_of(const TouchItem& item) noexcept;
 /// volumes. Shapes with more than two values near their surface stay as they are. Adjacent shapes that are
 /// touched from the front only extend into one another, so set their sides first.
 void soften(TouchScene& scene, int threads = 0);
-/// Smooths the shapes `which`.
+/// Smooths only the items with the indices `which`.
 void soften(TouchScene& scene, std::span<const std::size_t> which, int threads = 0);
 
 /// Prepares for burrs of this diameter (mm) and larger, for any slice thickness; 0: for cuts as coarse as the
@@ -171,12 +172,13 @@ Status set_smallest_burr(TouchScene& scene, double diameter_mm);
 /// Sets a round tool: makes the offset fields of the shapes, which takes seconds for large volumes and small
 /// radii. 0 makes it a point again. Error if the radius is out of range or a shape also blocks from its back.
 Status set_tool_radius(TouchScene& scene, double radius_mm, int threads = 0);
-/// Sets a rigid tool of several such balls; no centres: one ball, or a point.
+/// Sets a rigid tool of several balls of this radius (mm), at centres in the frame of the hand (mm). No
+/// centres: one ball, or a point.
 Status set_tool(TouchScene& scene, double radius_mm, std::vector<glm::dvec3> balls, int threads = 0);
 /// Returns an error if these balls form no valid tool.
 Status check_tool_balls(double radius_mm, const std::vector<glm::dvec3>& balls);
 /// Returns the ratio (mm2) of rotational to translational stiffness between the hand and a tool of several
 /// balls, as if each ball had a spring of its own.
-double gyration_square(const TouchScene& scene) noexcept;
+double squared_gyration_radius(const TouchScene& scene) noexcept;
 
 }  // namespace trephine::haptics

@@ -17,12 +17,12 @@ namespace trephine::haptics {
 /// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the holds (passivity observer, Hannaford
 /// & Ryu 2002).
 struct EnergyLedger {
-  double contact = 0;    ///< surfaces and friction, after smoothing, and springs and dampers
+  double contact = 0;    ///< by surfaces and friction after smoothing, and by springs and dampers
   double friction = 0;   ///< part of `contact` along the surface
-  double active = 0;     ///< laws that may create energy; at most LawMemory::k_power
-  double turning = 0;    ///< of torques
-  double growth = 0;     ///< while the proxy was led out of matter that grew
-  double discarded = 0;  ///< of the spring, had the proxy jumped out; never rendered
+  double active = 0;     ///< by laws that may create energy; their power is at most LawMemory::k_power
+  double turning = 0;    ///< by torques
+  double growth = 0;     ///< while the proxy was led out of restored matter
+  double discarded = 0;  ///< never rendered: energy of springs from the hand to the ends of escape paths
 };
 
 /// Event detected in a tick.
@@ -47,19 +47,19 @@ struct ServoRecord {
   std::uint64_t tick = 0;
   double t = 0;               ///< s since the start
   std::uint64_t version = 0;  ///< serial of the tick's ServoScene
-  Pose pose;                  ///< without buttons while a fault is latched or the proxy is led out
+  Pose pose;                  ///< no buttons and axes while a fault is latched or the proxy is led out
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};  ///< mm, unit, N
   glm::dvec3 torque_world{0.0};                                      ///< N mm
-  glm::dvec3 press_world{0.0};  ///< N, of surfaces only, before fades and limits of the sum
-  glm::dvec3 turn_world{0.0};   ///< from the hand to a tool of several balls, as by turn_between()
+  glm::dvec3 press_world{0.0};  ///< N, by surfaces only, before effects, fades and the final limits
+  glm::dvec3 turn_world{0.0};   ///< rotation from hand to tool of several balls, by turn_between(), radians
   bool has_contact = false, is_buried = false;
-  bool is_escaping = false;  ///< matter grew over the proxy, which is led out
+  bool is_escaping = false;  ///< the proxy is led out of restored matter
   int shape = -1;            ///< the touched item
   Side side = Side::none;
-  std::uint32_t faults = 0;
-  std::uint32_t raised = 0;  ///< faults raised outside this tick's work: an input
+  std::uint32_t faults = 0;  ///< latched ones, and those of this tick
+  std::uint32_t raised = 0;  ///< ServoInput::faults, and that of an invalid pose
   bool is_reset = false, is_restarted = false;
-  glm::dvec3 restart_volume{0.0};  ///< valid if is_restarted
+  glm::dvec3 restart_volume{0.0};  ///< see ServoInput; valid if is_restarted
   std::uint8_t hand = 0;
   EnergyLedger energy;  ///< since the start
   Wrench wrench() const noexcept { return {force_world, torque_world}; }
@@ -76,28 +76,28 @@ using HandPlacements = std::array<std::optional<Placement>, ServoScene::k_most_h
 /// Input of a tick.
 struct ServoInput {
   Pose pose;
-  std::uint32_t faults = 0;  ///< raised outside; latched ones stay raised until a reset
+  std::uint32_t faults = 0;  ///< raised outside the core; latched ones stay until a reset
   bool is_reset = false;     ///< clears all state first
   bool is_restarted = false;
-  glm::dvec3 restart_volume{0.0};          ///< free point on which the proxy is set then, the force from zero
-  const HandPlacements* places = nullptr;  ///< of the hands, for held meshes; null: unknown
+  glm::dvec3 restart_volume{0.0};          ///< if is_restarted: free point at which the proxy starts again
+  const HandPlacements* places = nullptr;  ///< of all hands, for held meshes; null: unknown
 };
 
-/// Escape of a buried proxy: takes tenths of a second over the length of a burr hole, with less force than a
+/// Escape of a buried proxy: some tenths of a second for the length of a burr hole, with less force than a
 /// resting hand resists.
 inline constexpr double k_lead_speed = 100;    ///< mm/s
 inline constexpr double k_lead_force = 3;      ///< N
-inline constexpr double k_lead_recovery = 10;  ///< N/s, at which the force limit recovers afterwards
+inline constexpr double k_lead_recovery = 10;  ///< N/s, rise of the force limit after an escape
 
-/// Proxy and force of one hand. Plain data, so that a copy saves it.
+/// Proxy and force of one hand. Plain data: a copy saves the complete state.
 class ServoCore {
  public:
   /// `hand`: index of the hand in ServoScene::hands.
   explicit ServoCore(const ForceOptions& options, double dt, std::size_t hand = 0,
                      std::uint64_t first_tick = 0);
 
-  /// Runs one tick. An invalid pose gives no force and a latched fault. When a scene with a new escape path
-  /// is adopted, a proxy that its matter buries, or that is being led, follows that path. Servo thread.
+  /// Runs one tick. An invalid pose gives no force and latches a fault. If the scene has a new escape path, a
+  /// proxy that is buried by its restored matter, or already being led out, follows this path. Servo thread.
   ServoRecord step(const ServoScene& servo_scene, const ServoInput& input) noexcept;
   /// Skips ticks that cannot be recorded: the proxy stays, the force continues to fade. Returns the output.
   Wrench skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
@@ -144,7 +144,7 @@ class ServoCore {
   ForceGuard guard_;
   double dt_, force_limit_;
   std::size_t hand_;
-  std::uint64_t layout_ = 0;  ///< of `state_`
+  std::uint64_t layout_ = 0;  ///< ServoHand::layout to which `state_` belongs
   ProxyState state_;
   ProxyStep step_;
   std::uint64_t tick_ = 0;
@@ -153,9 +153,9 @@ class ServoCore {
 
   EscapePath escape_path_;  ///< the newest one adopted
   bool is_escaping_ = false, is_fresh_ = true;
-  std::uint32_t next_place_ = 0;
-  glm::dvec3 anchor_volume_{0.0};
-  double force_cap_;  ///< N, limit of the force during and after an escape
+  std::uint32_t next_place_ = 0;   ///< index of the next position on escape_path_
+  glm::dvec3 anchor_volume_{0.0};  ///< proxy during an escape
+  double force_cap_;               ///< N, limit of the force during and after an escape
 
   LawMemory laws_;
   PassivityController passivity_;
@@ -173,7 +173,7 @@ class ServoCore {
   bool had_position_ = false, was_led_ = false;
   bool is_turning_ = false;  ///< a law makes a torque, or a torque is still rendered
 
-  /// Placement of the hand while some hand holds a mesh: the newest one, and the one before.
+  /// Placements of the hand in the two newest ticks, kept while any hand holds a mesh.
   struct Place {
     Placement where;
     std::uint64_t tick = 0;
@@ -195,8 +195,8 @@ HandPlacements placements_before(const Cores& cores, std::uint64_t tick) noexcep
   return all;
 }
 
-/// Flushes denormals to zero on this thread during its lifetime, as servo threads do: the same bits in a
-/// replay.
+/// Flushes denormals to zero on this thread during its lifetime, as servo threads do, so that a replay makes
+/// the same bits.
 class DenormalsFlushed {
  public:
   DenormalsFlushed() noexcept;

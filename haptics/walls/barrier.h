@@ -12,16 +12,16 @@ namespace trephine::haptics {
 /// End of a motion. If it is blocked, `before` is the last free voxel, which the motion leaves at `t`.
 struct MotionEnd {
   bool is_blocked = false;
-  double t = 1;
+  double t = 1;  ///< parameter of the motion, 0 to 1
   glm::ivec3 before{0};
   volume::VoxelFace face;
   int shape = -1;
   bool is_back = false;  ///< stopped from inside a solid
 };
 
-/// Finds the first voxel from `start` on that a shape does not let the proxy enter (the grid's frame, exact).
-/// `passable`: shapes that do not block now. `inside`: the solids that contain the proxy, updated where a
-/// shape lets it pass.
+/// Finds the first voxel on the motion from `start` to `end` (frame of the grid) that a shape does not let
+/// the proxy enter; exact. `passable`: shapes that do not block now. `inside`: the solids that contain the
+/// proxy, updated where a shape lets it pass.
 template <class Grid>
 MotionEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3& start,
                        const glm::dvec3& end, const ShapeSet& passable, ShapeSet& inside,
@@ -36,11 +36,11 @@ MotionEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dve
     ++counters.voxels;
     const bool is_in_grid = grid.contains(v);
     for (int s = 0; s < count; ++s) {
-      const bool is_now = is_in_grid && grid.is_solid_within(static_cast<std::size_t>(s), v);
-      const bool was = inside.contains(s);
-      if (is_now == was) continue;
-      if (walk.face().axis >= 0 && holds(scene, passable, s, side_of(was)))
-        return {true, walk.t_enter(), before, walk.face(), s, was};
+      const bool is_inside = is_in_grid && grid.is_solid_within(static_cast<std::size_t>(s), v);
+      const bool was_inside = inside.contains(s);
+      if (is_inside == was_inside) continue;
+      if (walk.face().axis >= 0 && holds(scene, passable, s, side_of(was_inside)))
+        return {true, walk.t_enter(), before, walk.face(), s, was_inside};
       inside.flip(s);
     }
     before = v;
@@ -62,7 +62,7 @@ MotionEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dve
   return {};
 }
 
-/// Returns the shapes with p in their solid.
+/// Returns the shapes whose solid contains p (frame of the grid).
 template <class Grid>
 ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& p) noexcept {
   const glm::ivec3 v = volume::voxel_of(p);
@@ -72,9 +72,9 @@ ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& 
   return found;
 }
 
-/// Begins the step of a method with cubes as walls. The first step, and one in which matter has grown over
-/// the proxy, start at the HIP, inside any solid there: sets state and path, and returns true. Otherwise
-/// returns false, and the step continues.
+/// Begins the step of a method with cubes as walls. In the first step, or if matter has grown over the proxy,
+/// sets state and path to the HIP, also inside a solid, and returns true. Otherwise returns false, and the
+/// step continues.
 template <class Grid>
 bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip_world, ProxyState& state,
                     ProxyStep& result) noexcept {
@@ -82,9 +82,9 @@ bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3&
   if (!is_fresh) {
     const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
     for (std::size_t s = 0; s < scene.items.size(); ++s) {
-      const bool was = state.inside.contains(static_cast<int>(s));
-      if (grid.is_solid(s, v) != was &&
-          holds(scene, state.around.passable, static_cast<int>(s), side_of(was)))
+      const bool was_inside = state.inside.contains(static_cast<int>(s));
+      if (grid.is_solid(s, v) != was_inside &&
+          holds(scene, state.around.passable, static_cast<int>(s), side_of(was_inside)))
         result.is_buried = is_fresh = true;
     }
   }
@@ -101,7 +101,7 @@ inline double squared_mm(const volume::Frame& frame, const glm::dvec3& a, const 
   return glm::dot(d, d);
 }
 
-/// Returns the unit normal (world) of the face at which a motion was stopped, out of the cube.
+/// Returns the unit normal (world) of the face at which a motion was stopped, against the motion.
 inline glm::dvec3 facet_normal(const volume::Frame& frame, const volume::VoxelFace& face) noexcept {
   glm::dvec3 out(0);
   out[face.axis] = -face.step;

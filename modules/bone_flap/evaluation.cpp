@@ -154,7 +154,7 @@ std::vector<Near> nearness_of(const FlapState& flap,
     for (std::size_t i = 0; i < flap.outline.size(); ++i) {
       // The footplate slides below the bone: the saw's end, modelled as a ball, reaches the inner table.
       const dvec3 up = flap.outline[i] - flap.floor[i];
-      const double length = glm::length(up), lift = std::min(length, k_under_table + 0.5 * flap.width);
+      const double length = glm::length(up), lift = std::min(length, k_overcut + 0.5 * flap.width);
       const dvec3 end = length > 0 ? flap.floor[i] + lift / length * up : flap.floor[i];
       const double mm = structure->clearance(flap.outline[i], {end, 0.5 * flap.width}, near.mm);
       if (mm < near.mm) near.mm = mm, near.at_world = end;

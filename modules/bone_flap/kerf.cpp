@@ -16,11 +16,11 @@ using volume::Field;
 
 namespace {
 
-constexpr double k_inward = 60;             // mm that lines are searched inward of the outline's chord
-constexpr double k_jump = 3;                // mm, largest step of a table from line to line
-constexpr double k_least_line = 0.5;        // mm between lines along the outline, or half a saw's width
-constexpr double k_nearest_apex = 5;        // mm from the apex to the nearest bone, at least
-constexpr double k_margin = k_under_table;  // mm of the surface beyond the tables
+constexpr double k_inward = 60;         // mm that lines are searched inward of the outline's chord
+constexpr double k_jump = 3;            // mm, largest step of a table from line to line
+constexpr double k_least_line = 0.5;    // mm between lines along the outline, or half a saw's width
+constexpr double k_nearest_apex = 5;    // mm from the apex to the nearest bone, at least
+constexpr double k_margin = k_overcut;  // mm of the surface beyond the tables
 
 std::uint64_t key_of(const glm::ivec3& brick) {
   return static_cast<std::uint64_t>(brick.x) | static_cast<std::uint64_t>(brick.y) << 21 |

@@ -1,4 +1,5 @@
-// CutSurface, Kerf: path of a saw along a pyramid's sides through the calvaria, and distances to it.
+// CutSurface, Kerf: surface that a saw cuts through the calvaria, along the sides of a pyramid over the
+// outline, and the distances of lattice samples to it.
 #pragma once
 
 #include <unordered_map>
@@ -9,12 +10,12 @@
 namespace trephine::bone_flap {
 
 /// Overcut of the kerf beyond the inner and the outer table, mm, so that the flap detaches.
-inline constexpr double k_under_table = 0.25;
+inline constexpr double k_overcut = 0.25;
 
-/// Limits of the saw's path, mm.
+/// Limits for the bone on the saw's path, mm.
 struct Depth {
-  double hole = 5;       ///< widest gap along the outline that counts as a seam
-  double space = 3;      ///< widest air gap within the bone that is sawn through
+  double hole = 5;       ///< widest gap in the bone along the outline that is bridged: a suture
+  double space = 3;      ///< widest air gap between the tables that is sawn through
   double thickest = 25;  ///< thicker bone is not calvaria
 };
 
@@ -30,7 +31,7 @@ class CutSurface {
     std::size_t side;     ///< side of the pyramid: index of its first anchor
     glm::dvec3 along;     ///< unit, outward
     double outer, inner;  ///< tables, mm from the apex
-    double from, to;      ///< ends of the surface, mm from the apex
+    double from, to;      ///< inner and outer end of the surface, mm from the apex
     bool is_on_anchor, is_bone;
   };
 
@@ -40,6 +41,7 @@ class CutSurface {
   const Pyramid& pyramid() const noexcept { return pyramid_; }
   const std::vector<Line>& lines() const noexcept { return lines_; }  ///< in the order of the anchors
   double width() const noexcept { return width_; }                    ///< mm
+  /// Returns the point of a line at `t` mm from the apex, mm, world.
   glm::dvec3 point_at(const Line& line, double t) const noexcept {
     return pyramid_.apex_world + t * line.along;
   }
@@ -48,7 +50,7 @@ class CutSurface {
   std::vector<glm::dvec3> outline() const;
   /// Returns the deepest point of the surface on each line, mm, world.
   std::vector<glm::dvec3> floor() const;
-  /// Returns the area of the surface in bone that `before` has not removed, mm2.
+  /// Returns the area of the surface in bone that is not removed in `before`, mm2.
   double wall_mm2(const volume::Field& bone, const volume::Version& before) const;
   /// Outer surface of the skull inside the outline, whether it was opened before or not: lines from its
   /// centre to the outline, all with the same number of points.
@@ -88,14 +90,14 @@ class CutSurface {
 /// Kerf on a cut lattice: the samples within half of the saw's width of a CutSurface.
 class Kerf final : public volume::RemovalField {
  public:
-  /// `beyond`: mm beyond the band in which distances are found, too. Borrows the surface.
+  /// `beyond`: distances are also computed up to so many mm outside the band. Borrows the surface.
   Kerf(const CutSurface& surface, const volume::Version& version, double beyond = 0);
   Reach find(const glm::ivec3& low, double band, Distances& mm) override;
   /// Returns the box of the samples that the kerf may reach.
   const volume::VoxelBox& samples() const noexcept { return box_; }
 
-  /// Returns the number of pairs of neighbouring bone samples (26 around each) of `rest` whose connection
-  /// crosses the surface. Each lets a flood through.
+  /// Returns the number of pairs of neighbouring bone samples (26 neighbours each) of `rest` whose connection
+  /// crosses the surface. Through each of them, a flood fill passes from the flap to the skull.
   std::int64_t count_holes(const volume::Field& bone, const volume::Version& rest) const;
 
  private:

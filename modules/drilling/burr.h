@@ -13,24 +13,25 @@ struct Burr {
   double diameter = 4;        ///< mm, at the widest point
   double removal_rate = 0;    ///< mm^3/s in contact; 0: by contact force, speed and bone (removal_rate())
   double feed_limit = 40;     ///< mm/s, fastest motion through matter
-  bool is_kinematic = false;  ///< the burr is at the hand's pose and removes all it sweeps, touched or not
-  bool is_round = false;      ///< the hand holds the burr, and the whole burr touches
+  bool is_kinematic = false;  ///< the burr follows the hand and removes all that it sweeps, without contact
+  bool is_round = false;      ///< the hand holds the burr, and all of it touches; false: a point touches
   Shape shape = Shape::sphere;
   Grade grade = Grade::cutting;
   double rpm = 60000;   ///< 1/min, of the spindle
-  double length = 0;    ///< mm, of a burr that is not a ball; 0: the usual length of its shape
-  double shaft = 0;     ///< mm of shaft that touch, too, as thick as the burr's end; with is_round
+  double length = 0;    ///< mm; not used for a ball; 0: the usual length of the shape
+  double shaft = 0;     ///< mm, length of shaft that also touches, as thick as the burr's end; with is_round
   bool is_dry = false;  ///< without irrigation
 
   double radius() const noexcept { return 0.5 * diameter; }
-  /// Returns the cutting body. The hand holds its origin (`along` 0): the centre of a ball, of a match head's
-  /// tip ball, or of the end face of the others.
+  /// Returns the cutting body. The hand holds its origin (`along` 0): the centre of a ball, of the tip ball
+  /// of a match head, or of the end face of a cylinder or barrel.
   volume::ToolBody body() const noexcept;
   static const sim::Schema& schema();
 };
 
-/// Returns the radius of the balls with which a round burr touches, mm: one step of its offset field less
-/// than the cutting radius, so that it has room in its own hole, whose axis the field does not resolve finer.
+/// Returns the radius of the balls with which a round burr touches, mm: the cutting radius minus one step of
+/// its offset field, but at least half the cutting radius. Balls of the full radius would have no room in the
+/// burr's own hole, whose axis the field resolves to about a step.
 double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept;
 
 /// State of a burr. In contact it starts tangent to the surface on which the proxy rests (a ball: centre =
@@ -49,27 +50,27 @@ struct BurrState {
   double free_mm = 0;                ///< path length of the HIP since the last contact
   double removal_budget_mm3 = 0;     ///< volume that may still be removed; negative after a larger bite
   glm::dvec3 shaft{0.0, 0.0, 1.0};   ///< unit, toward the shaft
-  double engaged = 0;                ///< cross-section in bone during the last bites, mm2
-  double bite_mm3 = 0, bite_mm = 0;  ///< volume and path length since `engaged` was updated
+  double engaged = 0;                ///< removed volume per path length during the last bites, mm2
+  double bite_mm3 = 0, bite_mm = 0;  ///< removed volume and path length since `engaged` was updated
 
   // Breakthrough.
-  glm::dvec3 held_at{0.0}, held_normal{0.0};        ///< last contact with a cut, mm; 0 normal: no contact
-  glm::dvec3 begun_at{0.0};                         ///< first of these contacts, mm
-  double thrust = 0;                                ///< N, smoothed over k_thrust_seconds of contact
-  bool is_through = false;                          ///< resistance was lost, and the plunge is measured
-  double deepest = 0, seconds = 0, deepest_at = 0;  ///< mm beyond held_at; s since; s at the deepest point
+  glm::dvec3 held_at{0.0}, held_normal{0.0};  ///< last contact with a cut: mm, unit; normal 0: no contact
+  glm::dvec3 begun_at{0.0};                   ///< first of these contacts, mm
+  double thrust = 0;                          ///< N, smoothed over k_thrust_seconds of contact
+  bool is_through = false;                    ///< resistance was lost, and the plunge is measured
+  double deepest = 0, seconds = 0, deepest_at = 0;  ///< mm beyond held_at; s since then, and at the deepest
 
   // Totals, kept when the button is released.
   double rise = 0, hottest = 0;  ///< temperature rise of the bone below the burr, current and largest, K
   static const sim::Schema& schema();
 };
 
-/// Loss of resistance with a plunge of the hand. Emitted at the position of the loss, when the hand has
-/// stopped. Pores that the burr passes do not count.
+/// Loss of resistance, followed by a plunge of the hand. Emitted when the hand has stopped, with the position
+/// of the loss. Pores that the burr passes do not count.
 struct Breakthrough {
   double thrust = 0;   ///< N, before the breakthrough
-  double plunge = 0;   ///< mm beyond the position
-  double seconds = 0;  ///< s, until the deepest point
+  double plunge = 0;   ///< mm beyond the position of the loss
+  double seconds = 0;  ///< s, from the loss to the deepest point
   static const sim::Schema& schema();
 };
 

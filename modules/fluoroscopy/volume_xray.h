@@ -14,13 +14,16 @@ struct Thing {
   std::shared_ptr<const haptics::MeshTree> tree;
   haptics::Placement place;  ///< pose in the world
   double attenuation = 0;    ///< 1/mm
-  bool is_of_scan = false;   ///< detached bone: attenuates like the untouched scan at its origin
+  bool is_of_scan = false;   ///< detached bone: attenuates like the scan where it was detached
 };
 
-/// Border of the scan at which a ray leaves it within the body: no border; a side, where pictures continue
-/// the soft tissue (beyond()); the first or last slice, where they show nothing.
-enum class Border : std::uint8_t { none, side, end };
-inline constexpr int k_tissue_from = -300;  ///< HU, lower limit of tissue at the border
+/// Border of the scan that cuts through the body on a pixel's ray.
+enum class Border : std::uint8_t {
+  none,  ///< no border
+  side,  ///< the ray leaves the scan within the body: pictures continue the soft tissue (beyond())
+  end    ///< the ray passes beyond the first or last slice, which cuts the body: pictures show nothing
+};
+inline constexpr int k_tissue_from = -300;  ///< HU; voxels from here on are tissue
 
 class VolumeXray {
  public:
@@ -37,16 +40,17 @@ class VolumeXray {
   /// Returns the integral of attenuation along each pixel's ray, row by row of the whole view: the
   /// transmission is exp(-sum). 0 where collimators are closed.
   const std::vector<double>& sums() const noexcept { return sums_; }
-  /// Returns the attenuation of the body outside the scan, where the scan's sides cut through the body, so
-  /// that pictures show no walls. Extends the nearest border voxels, bone as soft tissue, over the scan's
-  /// thickness along the beam, but not beyond the first and last slice. For pictures; not part of sums().
+  /// Returns the integral of attenuation along each pixel's ray outside the scan, where its sides cut through
+  /// the body, so that pictures have no edges there. Extends the nearest border voxels, bone as soft tissue,
+  /// over the scan's thickness along the beam, but not beyond the first and last slice. For pictures; not
+  /// part of sums().
   std::vector<double> beyond(const View& view, int threads = 0) const;
   /// Returns the border of each pixel's ray, in the order of sums().
   std::vector<Border> borders(const View& view) const;
 
   struct Counters {
     std::int64_t full_rays = 0;     ///< traced through the whole scan
-    std::int64_t renewed_rays = 0;  ///< traced through removed matter
+    std::int64_t renewed_rays = 0;  ///< traced again through removed matter
     std::int64_t object_rays = 0;   ///< that pass through objects
   };
   const Counters& counters() const noexcept { return counters_; }

@@ -10,25 +10,26 @@ namespace trephine::laminectomy {
 struct Part {
   double size = 0;           ///< mm3, before the operation
   double removed = 0;        ///< mm3
-  glm::dvec3 at_world{0.0};  ///< mm: centre of the removed bone, else of the part
+  glm::dvec3 at_world{0.0};  ///< mm: centre of the removed bone, or of the part if no bone was removed
   double share_removed() const noexcept { return size > 0 ? removed / size : 0; }
 };
 
 /// Isthmus between a vertebra's upper and lower facet, viewed from the back.
 struct Pars {
-  double before = 0, after = 0;  ///< mm, from its outer edge to the midline or the cut
+  double before = 0, after = 0;  ///< width, mm, from its outer edge to the midline or the cut
   glm::dvec3 at_world{0.0};      ///< mm: narrowest point after the operation
 };
 
+/// Result of judge().
 struct Outcome {
   VertebraFrame frame;
   double half_width = 0;                     ///< mm, half of the canal's width between the pedicles
-  double pedicle_low = 0, pedicle_high = 0;  ///< mm along `up`
-  double roof_back = 0;                      ///< mm from the centre back to the start of the spinous process
+  double pedicle_low = 0, pedicle_high = 0;  ///< mm along `up` of the frame
+  double roof_back = 0;                      ///< mm backward from the canal's centre to the spinous process
   std::vector<CanalSection> sections;        ///< 1 mm apart, upward, over the whole vertebra
 
   bool is_at_border = false;          ///< the scan ends within the vertebra
-  int roof_first = 0, roof_last = 0;  ///< first and last of the sections that the lamina closed
+  int roof_first = 0, roof_last = 0;  ///< first and last section that the lamina closed before
   int narrowest = 0;                  ///< section below the lamina where the canal was narrowest
   int widest_opened = -1;             ///< section with the widest opening; -1: the roof is closed everywhere
   double opened_length = 0;           ///< mm along the canal with an opened roof
@@ -37,13 +38,14 @@ struct Outcome {
   std::array<Part, 2> upper_facet, lower_facet;  ///< left, right
   std::array<Pars, 2> pars;
 
+  /// Returns the centre of the canal in a section, mm, world.
   glm::dvec3 place_of(int section) const {
     return frame.world({0, 0, sections[static_cast<std::size_t>(section)].z});
   }
 };
 
-/// Judges the vertebra with this label, or, with label -1 and a position in its canal, the bone within 18 mm
-/// above and below that position. `version` is frozen.
+/// Judges the vertebra with this label. If `label` is -1, judges the bone within 18 mm above and below
+/// `canal_world`, a position in the canal (mm). `version` is frozen.
 Result<Outcome, LocatedError> judge(const volume::Field& bone, int label, const glm::dvec3* canal_world,
                                     const volume::Version& version);
 

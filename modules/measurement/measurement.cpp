@@ -19,7 +19,7 @@ using sim::field;
 
 namespace {
 
-constexpr double k_farthest = 25;  // mm from a requested position to the surface
+constexpr double k_farthest = 25;  // mm, largest distance from a requested position to the surface
 
 /// Returns the angle between two vectors, degrees, by bisection: independent of a library's arc cosine.
 double angle_between(const dvec3& a, const dvec3& b) noexcept {
@@ -43,7 +43,8 @@ haptics::Surface surface_near(const volume::Field& shape, const volume::Version&
   low -= reach, high += reach;
   const volume::Mesh net = volume::surface_net({&shape, &version});
   std::vector<dvec3> vertices;
-  std::vector<std::uint32_t> number(net.vertices.size(), 0xffffffffu), triangles;
+  constexpr std::uint32_t k_unused = 0xffffffffu;
+  std::vector<std::uint32_t> new_index(net.vertices.size(), k_unused), triangles;
   for (std::size_t t = 0; t + 2 < net.triangles.size(); t += 3) {
     std::array<dvec3, 3> corner;
     bool is_near = true;
@@ -54,18 +55,20 @@ haptics::Surface surface_near(const volume::Field& shape, const volume::Version&
     }
     if (!is_near) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t& n = number[net.triangles[t + k]];
-      if (n == 0xffffffffu) n = static_cast<std::uint32_t>(vertices.size()), vertices.push_back(corner[k]);
+      std::uint32_t& n = new_index[net.triangles[t + k]];
+      if (n == k_unused) n = static_cast<std::uint32_t>(vertices.size()), vertices.push_back(corner[k]);
       triangles.push_back(n);
     }
   }
   return {std::move(vertices), std::move(triangles)};
 }
 
-/// Returns the depth of a position within the rest of a shape, to first order.
-haptics::Inside inside(const volume::Field& shape, const volume::Version& version, const dvec3& world) {
+/// Returns the depth (mm) of a position below the surface of the remaining shape, to first order, with the
+/// direction out of it.
+haptics::Inside inside(const volume::Field& shape, const volume::Version& version,
+                       const dvec3& position_world) {
   const volume::Frame& frame = shape.volume().frame;
-  const dvec3 p = frame.volume_from_world(world);
+  const dvec3 p = frame.volume_from_world(position_world);
   const dvec3 gradient = frame.gradient_world_from_volume(shape.gradient(p));
   const double steepness = glm::length(gradient), g = shape.value(p);
   if (!(g > 0) || !(steepness > 0)) return {};
@@ -78,7 +81,7 @@ haptics::Inside inside(const volume::Field& shape, const volume::Version& versio
   return result;
 }
 
-/// Reduces a line to at most 400 points, which show where it was measured.
+/// Reduces a line to at most 400 points, enough for display.
 void thin_out(std::vector<dvec3>& line) {
   constexpr std::size_t k_most = 400;
   if (line.size() <= k_most) return;
@@ -87,16 +90,18 @@ void thin_out(std::vector<dvec3>& line) {
   line = std::move(fewer);
 }
 
-/// Line along a surface through points, closed or open, and the surface.
+/// A surface, and points on it through which a line along it leads.
 struct LineOnSurface {
   haptics::Surface surface;
   std::vector<haptics::Surface::Place> places;
 };
+/// Finds the line along the shape's surface through the requested positions. Sets line and distance (`moved`)
+/// in `output`; empty, with a problem in `output`, if there is no such line.
 std::optional<LineOnSurface> lay_line(const Measure& request, const volume::Field& shape,
                                       const volume::Version& version, bool is_closed, Measured& output) {
   double farthest = 0;
   for (const dvec3& p : request.at) farthest = std::max(farthest, glm::length(p - request.at[0]));
-  // Search the surface near the positions first, then all of it.
+  // Searches the surface near the positions first, then all of it.
   for (const double reach : {0.6 * farthest + 20, 1e6}) {
     haptics::Surface surface = surface_near(shape, version, request.at, reach);
     output.line.clear();
@@ -197,7 +202,7 @@ void measure_region(const Measure& request, const volume::Volume& scan, Measured
   output.size = count * scan.frame.voxel_mm3();
 }
 
-/// Returns the number that is shown next to a measurement.
+/// Returns the number that is shown next to a measurement, in the unit of its kind.
 double value_of(const Measured& measured) noexcept {
   switch (measured.kind) {
     case Kind::angle:
@@ -216,10 +221,10 @@ double value_of(const Measured& measured) noexcept {
 }
 
 std::string words_of(Kind kind, double value) {
-  constexpr const char* units[] = {"%.1f mm",   "%.1f\u00b0",    "%.1f mm",
-                                   "mean %.0f", "%.0f mm\u00b2", "%.0f mm\u00b3"};
+  constexpr const char* formats[] = {"%.1f mm",   "%.1f\u00b0",    "%.1f mm",
+                                     "mean %.0f", "%.0f mm\u00b2", "%.0f mm\u00b3"};
   char text[40];
-  std::snprintf(text, sizeof text, units[static_cast<std::size_t>(kind)], value);
+  std::snprintf(text, sizeof text, formats[static_cast<std::size_t>(kind)], value);
   return text;
 }
 

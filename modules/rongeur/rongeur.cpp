@@ -13,7 +13,8 @@ using volume::ToolPose;
 
 namespace {
 
-constexpr double k_closed = 0.98, k_open = 0.2;  // of a squeeze: bites above k_closed, and again after k_open
+// Shares of a full squeeze: the jaws bite above k_closed, and bite again after they opened below k_open.
+constexpr double k_closed = 0.98, k_open = 0.2;
 
 /// Returns the pose of the bite, with its axis from one jaw to the other.
 ToolPose bite_pose(const Rongeur& r, const sim::InstrumentInput& input) {
@@ -24,12 +25,13 @@ ToolPose bite_pose(const Rongeur& r, const sim::InstrumentInput& input) {
   return {tip - 0.5 * r.width * shaft - 0.5 * r.opening * across, across};
 }
 
-/// Returns true if a round plate is in bone. Its face is at `along`, and it extends by the signed thickness.
+/// Returns true if a round plate across the axis is in bone. It lies between `along` and `along` +
+/// `thickness` (mm; may be negative) on the axis.
 bool is_in_bone(const Rongeur& r, const ToolPose& at, double along, double thickness, const sim::Work& work) {
   const dvec3 aside = std::abs(at.axis_world.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 a = glm::normalize(glm::cross(at.axis_world, aside)), b = glm::cross(at.axis_world, a);
-  for (const double deep : {0.25, 1.0}) {
-    const dvec3 middle = at.at_world + (along + deep * thickness) * at.axis_world;
+  for (const double share : {0.25, 1.0}) {
+    const dvec3 middle = at.at_world + (along + share * thickness) * at.axis_world;
     if (work.is_matter(middle)) return true;
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y)
@@ -53,7 +55,7 @@ std::string reason_not_to_close(const Rongeur& r, const ToolPose& at, const sim:
   return {};
 }
 
-/// Returns the bone between the jaws, mm3, by points half a millimetre apart.
+/// Returns the volume of bone between the jaws, mm3, from points half a millimetre apart.
 double bite_size(const Rongeur& r, const ToolPose& at, const sim::Work& work) {
   constexpr double k_step = 0.5;
   const dvec3 aside = std::abs(at.axis_world.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
@@ -75,8 +77,7 @@ double bite_size(const Rongeur& r, const ToolPose& at, const sim::Work& work) {
 void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::Pose& pose = input.tick.pose;
   if (input.tick.raised & haptics::fault_not_finite) return;  // the hand's motion is unknown
-  // The jaws belong to the hand, not to a stroke: after an undo they must open first, too.
-
+  // An undo does not reset the jaws: also after it, they must open before the next bite.
   const double squeeze = std::clamp(static_cast<double>(pose.axes[0]), 0.0, 1.0);
   state.has_squeeze = state.has_squeeze || squeeze > 0;
   if (state.has_squeeze)
@@ -103,8 +104,8 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
   if (report.removed_units > 0) work.raise_event(Bite{work.left().mm3_of(report.removed_units)}, middle);
 }
 
-/// Returns the body near the dura: a ball as wide as the jaws, above the lower face of a Kerrison's foot, or
-/// between a rongeur's cups.
+/// Returns the ball whose distance to forbidden structures is watched. It is as wide as the jaws, and rests
+/// on the lower face of a Kerrison's foot, or is centred between a rongeur's cups.
 sim::ToolBall body(const Rongeur& r, const RongeurState&, const sim::InstrumentInput& input) {
   const ToolPose at = bite_pose(r, input);
   const double radius = 0.5 * r.width;
@@ -150,7 +151,7 @@ const sim::Schema& Rongeur::schema() {
       field<&Rongeur::most>("most", {.unit = "mm3",
                                      .low = 1,
                                      .high = 2000,
-                                     .help = "bone per bite",
+                                     .help = "largest volume of a bite",
                                      .label = "Largest bite",
                                      .is_expert = true})};
   static constexpr sim::Schema table{"rongeur", 1, fields};

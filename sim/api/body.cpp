@@ -102,7 +102,7 @@ Detachment detach_parts(const haptics::TouchItem& shape, const volume::SolidPart
   for (std::size_t p = 0; p < is_removed.size(); ++p) {
     if (fates[p] == PartFate::stays) continue;
     is_removed[p] = 1;
-    const volume::RemovalReport report = editor.take_out(parts, is_removed, parts.parts()[p].box);
+    const volume::RemovalReport report = editor.remove_parts(parts, is_removed, parts.parts()[p].box);
     is_removed[p] = 0;
     result.box = united(result.box, report.box);
     if (fates[p] == PartFate::piece) {

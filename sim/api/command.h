@@ -6,8 +6,8 @@
 
 namespace trephine::sim {
 
-/// A request is a struct with a table: one of those below, the parameters of an instrument (puts it into the
-/// hand), the parameters of a job (starts it), or a command of a module.
+/// The request is a struct with a table of its fields: one of those below, the parameters of an instrument
+/// (gives it to the hand), the parameters of a job (starts it), or a command of a module.
 struct Command {
   Command() = default;
   template <HasSchema T>
@@ -67,7 +67,7 @@ struct AdoptPicture {
   double fx = 0, fy = 0, cx = 0, cy = 0;     ///< pixels, as in haptics::depth::DepthCamera
   glm::dvec3 position{0.0};                  ///< mm, of the camera, item's frame
   std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
-  double nearest = 1, step = 0.1;            ///< mm, depth of value 1 and of a step
+  double nearest = 1, step = 0.1;            ///< mm: depth of value 1, and of one value more
   std::string values;                        ///< as in haptics::depth::DepthPicture
   std::int64_t hash = 0;                     ///< of the resulting set
   static const Schema& schema();
@@ -82,7 +82,7 @@ struct SwitchItem {
   bool is_touchable = true;
   static const Schema& schema();
 };
-/// Checks for a unit quaternion, w first. The error names the field.
+/// Returns an error, which names `field`, unless the rotation is a unit quaternion, w first.
 Status check_rotation(const std::vector<double>& rotation, const char* field);
 /// Sets the pose of a moving model, for all hands.
 struct PlaceModel {
@@ -91,7 +91,8 @@ struct PlaceModel {
   std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
   static const Schema& schema();
 };
-/// Sets a force of the hand in addition to those of surfaces. The force keeps its memory while its id exists.
+/// Sets a force of the hand in addition to those of surfaces. It keeps its state while an effect with its id
+/// exists.
 struct SetEffect {
   Id effect;
   std::string words;  ///< as haptics::parse_effect reads them; empty: ends the force
@@ -99,15 +100,15 @@ struct SetEffect {
 };
 /// A job: makes the hand's tool a ball of this radius, a point, or a rigid chain of such balls.
 struct ToolGeometry {
-  double radius = 0;                   ///< mm
-  std::vector<glm::dvec3> balls = {};  ///< mm, hand frame: their centres
+  double radius = 0;                   ///< mm; 0: a point
+  std::vector<glm::dvec3> balls = {};  ///< centres, mm, frame of the hand; empty: one ball or a point
   static const Schema& schema();
 };
 /// A job: detaches the parts of a cut shape that are no longer connected to the rest: bodies from `smallest`
 /// on, debris below.
 struct FreePieces {
   std::int64_t item = 0;  ///< index of a shape of the base
-  double smallest = 10;   ///< mm3
+  double smallest = 10;   ///< mm3, least volume of a body
   static const Schema& schema();
 };
 /// The hand grasps a body, which then moves with it.
@@ -122,7 +123,7 @@ struct ReleaseBody {
 /// Sets the pose of a released body. The defaults are the pose at which it was detached.
 struct PlaceBody {
   Id body;
-  glm::dvec3 position{0.0};                  ///< mm, world, of the frame in which it was detached
+  glm::dvec3 position{0.0};                  ///< mm, world: origin of the frame in which it was detached
   std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
   static const Schema& schema();
 };
@@ -131,10 +132,10 @@ struct DiscardBody {
   Id body;
   static const Schema& schema();
 };
-/// Adopts the result of a job, if it still fits; `hash` is that of the result.
+/// Adopts the result of a job, if it is still valid.
 struct AdoptJob {
   Id job;
-  std::int64_t hash = 0;  ///< bits of an unsigned number
+  std::int64_t hash = 0;  ///< of the result: the bits of an unsigned number
   static const Schema& schema();
 };
 struct CancelJob {

@@ -56,18 +56,18 @@ class ModuleWork : public Work, public ModuleState {
  public:
   ModuleWork(const Work& work, const ModuleState& state) : Work(work), ModuleState(state) {}
   /// Restores all matter that was removed since the start.
-  void restore_all() noexcept { is_put_back_ = true; }
-  bool is_restored() const noexcept { return is_put_back_; }
+  void restore_all() noexcept { is_restored_ = true; }
+  bool is_restored() const noexcept { return is_restored_; }
 
  private:
-  bool is_put_back_ = false;
+  bool is_restored_ = false;
 };
 
 /// Result of a job. Immutable.
 class JobResult {
  public:
   virtual ~JobResult() = default;
-  virtual std::uint64_t hash() const = 0;  ///< computed with the result, since the edit thread calls this
+  virtual std::uint64_t hash() const = 0;  ///< computed in advance, since the edit thread calls this
   /// Parts that the job detaches from the anatomy, adopted as bodies with the result. Null: no parts.
   virtual const Detachment* detachment() const noexcept { return nullptr; }
 };
@@ -99,7 +99,7 @@ class Module {
  public:
   virtual ~Module() = default;
   virtual std::string_view name() const noexcept = 0;
-  /// Raised with every change that gives other bits for the same input.
+  /// Increases with every change that gives other bits for the same input.
   virtual std::uint32_t version() const noexcept { return 1; }
 
   virtual std::span<const InstrumentType* const> instruments() const { return {}; }

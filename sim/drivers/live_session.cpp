@@ -90,7 +90,7 @@ std::vector<LiveSession::Place> LiveSession::places_now(std::size_t most) {
       result.push_back({stroke == 0 ? "before the first stroke" : "stroke " + std::to_string(stroke),
                         is_now ? engine_.current() : place.value().world.version, is_now});
   }
-  for (const Branch& other : engine_.left_branches())
+  for (const Branch& other : engine_.other_branches())
     if (const auto place = other.history[other.position]->place())
       result.push_back({"branch " + other.name, place.value().world.version});
   return result;
@@ -380,7 +380,7 @@ void LiveSession::update_state(const Outcome& outcome) {
   const Branch& branch = engine_.branch();
   state_.first_stroke = branch.forgotten;
   state_.all_strokes = branch.forgotten + branch.history.size() - 1;
-  const std::vector<Branch>& others = engine_.left_branches();
+  const std::vector<Branch>& others = engine_.other_branches();
   if (state_.branch != branch.name || state_.branches.size() != others.size()) {
     state_.branch = branch.name;
     state_.branches.clear();

@@ -18,18 +18,18 @@
 
 namespace trephine::sim {
 
-/// State for a display, copied at one moment; "new" is since the previous fetch.
+/// State for a display, copied at one moment. "New": since the previous fetch.
 struct LiveState {
   haptics::ServoRecord newest;              ///< newest record of the first hand
   std::vector<haptics::ServoRecord> hands;  ///< newest record of each hand
   std::shared_ptr<const volume::Version> version;
   volume::VoxelBox changed{glm::ivec3(0), glm::ivec3(-1)};  ///< new: voxels that may look different
   double removed_mm3 = 0;
-  std::size_t strokes = 0;              ///< number of applied ones
-  std::size_t all_strokes = 0;          ///< including those that can be redone
-  std::size_t first_stroke = 0;         ///< oldest state that undo can restore
-  std::string branch;                   ///< current one
-  std::vector<std::string> branches;    ///< others
+  std::size_t strokes = 0;              ///< number of applied strokes
+  std::size_t all_strokes = 0;          ///< number of strokes, including those that can be redone
+  std::size_t first_stroke = 0;         ///< number of strokes in the oldest state that undo can restore
+  std::string branch;                   ///< current branch
+  std::vector<std::string> branches;    ///< other branches
   std::size_t history_bytes = 0;        ///< of all branches, at the end of the last stroke
   std::vector<ForbiddenWatch> watches;  ///< of the first hand, one per forbidden structure
   std::optional<Error> refused;         ///< new: of the newest refused command
@@ -38,13 +38,13 @@ struct LiveState {
   bool can_undo = false, can_redo = false;
   /// Overlays of the anatomy, at least as recent as the previous fetch; null before that.
   std::shared_ptr<const Overlays> overlays;
-  std::vector<Id> bodies;  ///< those of the first overlays, in order
+  std::vector<Id> bodies;  ///< bodies of the first overlays, in their order
   /// Depth images of the first hand, as recent as the overlays.
   std::vector<DisplayedDepths> depths;
   /// Persistent states of modules, as recent as the overlays.
   std::vector<std::shared_ptr<const Value>> settings;
   std::size_t pending_jobs = 0;
-  bool is_searching_pieces = false;  ///< the volume is searched: a piece may still be detached
+  bool is_searching_pieces = false;  ///< a search for disconnected pieces is not complete
   Value tool;                        ///< parameters of the first hand's instrument; empty: no instrument
   double tool_radius = 0;            ///< mm, of the ball that the first hand touches with; 0: a point
   std::size_t tool_balls = 0;        ///< number of such balls, if several; otherwise 0
@@ -75,9 +75,9 @@ class LiveSession {
   /// Moves the tool to a free point (volume frame) without a path: the proxy does not pass through matter
   /// between. The device must be there too.
   void teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand = 0);
-  /// Submits a picture of an item whose pictures are submitted, for a hand; any thread. The clip volume of
-  /// `edge` mm about `touch` (mm, item's frame) is touched as the picture shows it, some milliseconds later.
-  /// A newer picture replaces a pending one.
+  /// Submits a depth picture of a streamed item (DepthSource::is_streamed()) for a hand; any thread. Some
+  /// milliseconds later, the hand touches the item as the picture shows it, in the clip volume of `edge` mm
+  /// around `touch` (mm, item's frame). A newer picture replaces a pending one.
   void see(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch, double edge,
            std::uint8_t hand = 0);
   /// Resets latched faults after their cause is removed: the force starts from zero, and the proxy from the
@@ -88,24 +88,24 @@ class LiveSession {
   haptics::ServoReport servo_report() const { return servo_.report(); }
   /// Detaches disconnected pieces of at least `smallest` mm3 at the ends of strokes. Call before start().
   void watch_pieces(double smallest) { pieces_.emplace(smallest); }
-  /// Keeps up to `ticks` records for trace(), otherwise no records. Call before start().
+  /// Keeps the records of up to `ticks` ticks for trace(); by default none are kept. Call before start().
   void keep_trace(std::size_t ticks) { trace_limit_ = ticks; }
-  /// Ticks that the edit thread applied; call after stop().
+  /// Ticks that the edit thread applied, up to the limit of keep_trace(); call after stop().
   const std::vector<haptics::ServoRecord>& trace() const noexcept { return trace_; }
   const Engine& engine() const noexcept { return engine_; }
-  /// Number of updates of round tools' offset fields, and the longest one.
+  /// Number of updates of round tools' offset fields, and the longest duration.
   struct OffsetReport {
     std::uint64_t count = 0;
     double longest_seconds = 0;
   };
   OffsetReport offset_report();
-  /// Numbers of sets of depth images, and of those that took longer than their interval; the longest one.
+  /// Number of sets of depth images, number of those that took longer than their interval, longest duration.
   struct DepthReport {
     std::uint64_t count = 0, late = 0;
     double longest_seconds = 0;
   };
   DepthReport depth_report();
-  /// Longest durations of a tick and of a command, which may take 2 ms, with its name.
+  /// Longest durations of a tick and of a command (at most 2 ms are allowed), and the name of that command.
   struct EditReport {
     double longest_tick_seconds = 0, longest_command_seconds = 0;
     std::string longest_command;
@@ -113,13 +113,14 @@ class LiveSession {
   EditReport edit_report();
   /// Requests a frozen copy of the state, for any thread; made by the edit thread.
   std::future<std::shared_ptr<const OperationState>> snapshot();
-  /// Requests named states of the history: the untouched anatomy, the newest `most` strokes of the current
-  /// branch and its current one, and the current states of other branches. Versions are frozen. Any thread.
+  /// Named state of the history.
   struct Place {
     std::string name;
-    std::shared_ptr<const volume::Version> version;
-    bool is_now = false;
+    std::shared_ptr<const volume::Version> version;  ///< frozen
+    bool is_now = false;                             ///< the current state
   };
+  /// Requests states of the history: the untouched anatomy, those after the newest `most` strokes of the
+  /// current branch, the current one, and the current states of other branches. Any thread.
   std::future<std::vector<Place>> places(std::size_t most = 20);
 
  private:
@@ -142,7 +143,7 @@ class LiveSession {
   bool wants_realtime_;
   std::vector<haptics::ServoRecord> trace_;
   std::size_t trace_limit_ = 0;
-  std::mutex lock_;  // between the edit thread and others; never used by the servo
+  std::mutex lock_;  // between the edit thread and displays; never used by the servo
   LiveState state_;
   std::vector<Command> commands_;
   std::vector<std::pair<std::size_t, glm::dvec3>> pending_teleports_;
@@ -151,16 +152,16 @@ class LiveSession {
   std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places_;  ///< pending requests
   bool is_running_ = false;  ///< the edit thread answers requests
   std::atomic<bool> is_stopping_{false}, wants_reset_{false}, is_state_requested_{false};
-  std::optional<PieceWatch> pieces_;         ///< of the edit thread
-  std::size_t strokes_at_memory_count_ = 0;  ///< of the edit thread: when history_bytes was measured
-  std::string branch_at_memory_count_;       ///< of the edit thread
-  bool has_new_overlays_ = true;             ///< of the edit thread
+  std::optional<PieceWatch> pieces_;         ///< edit thread only
+  std::size_t strokes_at_memory_count_ = 0;  ///< edit thread only; strokes when history_bytes was measured
+  std::string branch_at_memory_count_;       ///< edit thread only
+  bool has_new_overlays_ = true;             ///< edit thread only
   std::thread thread_;
 
   Background fields_, jobs_, depths_;  ///< threads that edits never wait for
-  OffsetReport offset_report_;         ///< lock_
-  DepthReport depth_report_;           ///< lock_
-  EditReport edit_report_;             ///< lock_
+  OffsetReport offset_report_;         ///< guarded by lock_
+  DepthReport depth_report_;           ///< guarded by lock_
+  EditReport edit_report_;             ///< guarded by lock_
 };
 
 }  // namespace trephine::sim

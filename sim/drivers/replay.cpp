@@ -21,13 +21,13 @@ std::string newtons(const glm::dvec3& f) {
   return text;
 }
 
-/// Returns a copy of an engine, which must be frozen for that.
+/// Freezes an engine, which a copy requires, and returns a copy.
 Engine frozen(Engine& engine) {
   engine.freeze();
   return engine;
 }
 
-/// The session's modules, in its order.
+/// Returns the modules of the session, in its order.
 Result<Catalogue> modules_of(const SessionReader& session) {
   std::vector<const Module*> modules;
   for (const NamedVersion& named : session.header().modules) {
@@ -123,7 +123,8 @@ Status Replay::open_at(std::size_t checkpoint) {
   opened.place = {stored.block, 0};
   opened.fields = stored.fields;
   if (Status error = restore(std::move(opened))) return error;
-  const Error wrong{"a checkpoint of the session is broken", "", "it does not go with what follows", "", ""};
+  const Error wrong{"a checkpoint of the session is broken", "", "it does not match the ticks after it", "",
+                    ""};
   LogItem item;
   std::vector<std::uint64_t> next_ticks(state_->engine.hand_count());
   for (const haptics::ServoRecord& record : stored.records) {
@@ -283,10 +284,11 @@ Status Replay::run_tick(const TickItem& item) {
                  .where = "tick " + std::to_string(recorded.tick),
                  .found = recorded.hand >= state_->engine.hand_count()
                               ? "a hand that the session does not have"
-                              : "ticks in no order"};
+                              : "ticks out of order"};
   record_ = state_->servo.step(recorded);
   state_->records[record_.hand] = record_;
   counts_.dropped += state_->servo.gap();
+  state_->dropped += state_->servo.gap();
   if (const std::uint64_t serial = state_->servo.current_scene()->serial; serial != recorded.version)
     record_mismatch(recorded.tick, "version", std::to_string(recorded.version), std::to_string(serial));
   recorded_force_ = recorded.force_world;
@@ -313,7 +315,7 @@ void Replay::finish_tick(bool may_keep) {
   if (++state_->replayed < kept_states_.back().replayed + k_keep_every || !may_keep ||
       state_->next_tick <= kept_states_.back().next_tick)
     return;
-  // Near a checkpoint no state has to be kept.
+  // No state is kept near a checkpoint, from which seek() can also start.
   const auto near = are_usable_ ? checkpoints_.before(state_->next_tick) : std::nullopt;
   if (!near || checkpoints_.index(*near).next_tick + k_keep_every < state_->next_tick) keep();
 }
@@ -349,7 +351,7 @@ void Replay::run_command(const Command& command) {
   compare(command.what.as<AdoptJob>(), "job");
   if (command.what.as<Resume>()) {
     ++counts_.resumes;
-    dropped_before_ = counts_.dropped;
+    state_->dropped = 0;
     state_->servo.restart(state_->next_tick);
   }
   add_change(outcome);
@@ -382,7 +384,7 @@ void Replay::check(const VersionItem& item) {
 }
 
 void Replay::check(const HashItem& item) {
-  if (item.serial < state_->opened_at) return;  // of a state before the one at which the session was opened
+  if (item.serial < state_->opened_at) return;  // of a version before that of the opened checkpoint
   ++counts_.hashes;
   const auto found = state_->hashable.find(item.serial);
   const std::string recorded = hexadecimal(item.hash);
@@ -409,7 +411,7 @@ void Replay::check_end() {
   compare("ticks", end->ticks, state_->next_tick);
   compare("version", end->serial, engine.serial());
   // Ticks before the moment at which the session was opened were not counted.
-  if (state_->opened_at == 0) compare("dropped ticks", end->dropped, counts_.dropped - dropped_before_);
+  if (state_->opened_at == 0) compare("dropped ticks", end->dropped, state_->dropped);
   if (const std::uint64_t hash = engine.current()->content_hash(); hash != end->hash)
     record_mismatch(state_->next_tick, "voxels", hexadecimal(end->hash), hexadecimal(hash));
   if (engine.removed_mm3() != end->removed_mm3)

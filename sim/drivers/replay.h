@@ -89,6 +89,7 @@ class Replay {
     std::size_t events = 0;                     ///< number of checked events of the chronicle
     std::uint64_t next_tick = 0, replayed = 0;  ///< number of played ticks
     std::uint64_t opened_at = 0;                ///< serial at which the session was opened
+    std::uint64_t dropped = 0;                  ///< ticks dropped since the newest resume
     bool is_in_tick = false;                    ///< the last hand's part of the tick is missing
     /// Offset fields of tools that were built from earlier states, and will be adopted.
     std::vector<Checkpoint::Fields> fields;
@@ -126,7 +127,6 @@ class Replay {
   std::optional<Mismatch> mismatch_;
   volume::VoxelBox changed_{glm::ivec3(0), glm::ivec3(-1)};
   Counts counts_;
-  std::uint64_t dropped_before_ = 0;  ///< ticks before the newest resume, which the end does not count
 };
 
 }  // namespace trephine::sim

@@ -23,22 +23,22 @@ struct Outcome {
   volume::VoxelBox box = k_no_voxels;                    ///< voxels that may look different
   Status refused = std::nullopt;                         ///< reason why nothing was done
   std::size_t event_count = 0;                           ///< number of new events in the chronicle
-  Id job;                                                ///< that began or ended
+  Id job;                                                ///< job that began or ended
   std::optional<std::uint64_t> job_hash = std::nullopt;  ///< of the adopted result
 };
 
 /// A hand at the start of an operation.
 struct HandStart {
-  haptics::ServoHand feels;  ///< all hands share the base of their scenes
+  haptics::ServoHand feels;  ///< touchable data; the scenes of all hands have one base
   Instrument instrument;
-  std::vector<std::string> effects = {};  ///< of `feels`, in words
+  std::vector<std::string> effects = {};  ///< effects of `feels`, in the user's words
 };
 
-/// Runs a FreePieces job.
+/// Runs a FreePieces job on the state `input`. `solids`: fields of all matter that can be cut.
 std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& request,
                                              std::vector<volume::Field> solids, const OperationState& input);
 
-/// For one thread: the edit thread, or the only one in lockstep. A copy of a frozen engine is independent.
+/// For one thread: the edit thread, or in lockstep the only one. A copy of a frozen engine is independent.
 class Engine {
  public:
   /// `dt`: period of the servo, s. Borrows the modules.
@@ -49,13 +49,13 @@ class Engine {
          double dt, const Catalogue& catalogue = {},
          std::vector<std::shared_ptr<const Forbidden>> forbidden = {});
 
-  /// Requires the ticks of each hand in order.
+  /// Applies a tick. The ticks of each hand must arrive in order.
   Outcome apply(const haptics::ServoRecord& tick);
-  /// A refused command changes nothing.
+  /// Applies a command; a refused one changes nothing.
   Outcome apply(const Command& command);
 
   // ---- data for servos ----
-  /// The newest published state: the touchable scene and, after growth, the escape paths.
+  /// Newest published scene: touchable data and, after matter was restored, escape paths.
   const std::shared_ptr<const haptics::ServoScene>& servo_scene() const noexcept { return servo_scene_; }
   std::uint64_t serial() const noexcept { return servo_scene_->serial; }
   std::size_t hand_count() const noexcept { return trails_.size(); }
@@ -91,10 +91,11 @@ class Engine {
   haptics::Placement place_of(const Body& body) const;
   /// Models of the scene, without detached bodies.
   std::vector<const haptics::TouchItem*> models() const;
-  /// Current surface of a model, and whether that of any model changes with time.
+  /// Current surface of a model.
   std::shared_ptr<const haptics::MeshTree> look_of(const haptics::TouchItem& model) const;
+  /// True if the surface of any model changes with time.
   bool has_moving_surfaces() const;
-  /// Current depth images of a hand, of objects that it has been near.
+  /// Current depth images of a hand: of each object that it has been near.
   std::vector<DisplayedDepths> seen_depths(std::size_t hand) const;
   haptics::Placement place_of(const haptics::TouchItem& item) const;
 
@@ -123,13 +124,13 @@ class Engine {
   static constexpr const char* k_first_branch = "main";
   static constexpr std::size_t k_most_branches = 16;
   const Branch& branch() const noexcept { return branch_; }
-  const std::vector<Branch>& left_branches() const noexcept { return left_branches_; }
+  const std::vector<Branch>& other_branches() const noexcept { return left_branches_; }
   /// Bytes of tables, bricks and masks of all branches; shared ones count once. Traverses all of them.
   std::size_t history_bytes() const;
 
   // ---- longer work ----
   const std::vector<PendingJob>& jobs() const noexcept { return jobs_; }
-  /// Finds the module's job with such parameters; false for other types.
+  /// Finds the job with parameters of this type, and the index of its module; false if no module has it.
   bool find_job(const ValueType& parameters, const JobType*& type, std::size_t& module) const noexcept;
   /// Runs a pending job on this thread; returns the command that adopts it.
   AdoptJob finish_job(Id job);
@@ -149,8 +150,8 @@ class Engine {
   std::optional<Command> finish_depth_job();
   /// Submits the result of that job before AdoptDepths.
   void submit_result(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> output);
-  /// Serial of the next picture of an item for a hand. A DepthJob of that serial without a source submits the
-  /// set built from the picture.
+  /// Serial of the next picture of an item for a hand. The set made from that picture is submitted with a
+  /// DepthJob of this serial, without a source.
   std::uint64_t next_picture(std::int64_t item, std::size_t hand) const;
 
  private:

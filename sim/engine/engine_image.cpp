@@ -9,7 +9,7 @@ void Engine::for_each_kept(SomeEngine& engine, Image& image, Each&& each) {
   each(engine.now_, image.now);
   each(engine.fields_, image.fields);
   each(engine.branch_, image.branch);
-  each(engine.left_branches_, image.left_branches);
+  each(engine.left_branches_, image.other_branches);
   each(engine.last_entry_, image.last_entry);
   each(engine.growths_, image.growths);
   each(engine.edits_, image.edits);

@@ -82,7 +82,7 @@ struct EngineImage {
   std::vector<TouchFields> fields;
 
   Branch branch;
-  std::vector<Branch> left_branches;  ///< other branches, in the order in which they were first left
+  std::vector<Branch> other_branches;  ///< other branches, in the order in which they were first left
   std::uint64_t last_entry = 0, growths = 0, edits = 0;
   bool is_stroke_changed = false;
   volume::VoxelBox stroke_box = k_no_voxels;

@@ -92,7 +92,7 @@ void put_numbers(std::string& out, const EngineImage& image) {
 template <class Each>
 void for_branches(const EngineImage& image, Each&& each) {
   each(image.branch);
-  for (const Branch& one : image.left_branches) each(one);
+  for (const Branch& one : image.other_branches) each(one);
 }
 
 /// Writes a job without the state in which it began.
@@ -226,7 +226,7 @@ void CheckpointEncoder::put_state(std::string& out, const OperationState& state)
 void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint) {
   const EngineImage& image = checkpoint.image;
   for (const EngineImage::Hand& hand : image.hands) put_hand(out, hand);
-  put_count(out, image.left_branches.size());
+  put_count(out, image.other_branches.size());
   for_branches(image, [&](const Branch& branch) {
     put_text(out, branch.name);
     put_count(out, branch.history.size());

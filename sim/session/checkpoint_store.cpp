@@ -1,4 +1,5 @@
-// CheckpointStore: decodes checkpoints field by field. One file, in the order in which the encoder writes.
+// CheckpointStore: decodes checkpoints, in the order in which checkpoint_format.cpp encodes their fields.
+// One file: the order of the fields is visible at a glance.
 #include "sim/session/checkpoint_store.h"
 
 #include <algorithm>
@@ -120,7 +121,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   Engine start;
   std::map<std::pair<std::uint64_t, std::uint64_t>, const CheckpointIndex::Link*> links;
 
-  // Newest states read, which shorten the path to later links.
+  // Version and fields that were decoded last: later links of a chain are applied to them.
   std::uint64_t version_link = 0;
   std::shared_ptr<const volume::Version> version;
   struct LastField {
@@ -141,8 +142,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   std::map<std::uint64_t, StoredEntry> entries;  ///< of the first `entry_checkpoints` checkpoints
   std::size_t entry_checkpoints = 0;
 
-  /// Returns the bytes of the links up to `number`, oldest first: from the first one of the chain, or from
-  /// the one after `known` if that is newer, which sets `starts_after_known`.
+  /// Returns the bytes of the links of a chain up to link `number`, oldest first. They start after the link
+  /// `known`, and `starts_after_known` is set, or else at the newest link that needs no link before it.
   std::vector<std::string> links_to(std::uint64_t chain, std::uint64_t number, std::uint64_t known,
                                     bool& starts_after_known) {
     std::vector<std::string> result;
@@ -181,7 +182,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const bool is_same = last.field && last.scene == scene;
     if (is_same && last.link == link) return last.field;
     const std::shared_ptr<const volume::OffsetField>& untouched = scene->items[shape].offset;
-    if (!untouched) throw Broken{"a tool's field without a tool"};
+    if (!untouched) throw Broken{"an offset field without a round tool"};
     bool starts_after_known = false;
     const auto changes = links_to(chain, link, is_same ? last.link : ~std::uint64_t{0}, starts_after_known);
     last.field = value_or_throw(
@@ -191,7 +192,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     return last.field;
   }
 
-  /// Reads values of the types of `initial`; the engine may have lacked some of the last modules.
+  /// Reads values of the types of `initial`; the recording engine may have had only the first modules.
   std::vector<std::shared_ptr<const Value>> read_modules(
       ByteReader& in, const std::vector<std::shared_ptr<const Value>>& initial) {
     std::vector<std::shared_ptr<const Value>> modules = initial;
@@ -298,18 +299,18 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     std::vector<std::shared_ptr<const haptics::TouchScene>> scenes;
     std::vector<std::uint64_t> layouts;
   };
-  /// Skips the fields if `scene` is null.
+  /// Reads the offset fields of a scene; if it is null, skips them.
   OffsetJob::Offsets read_offsets(ByteReader& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
     OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_most));
     if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
-      throw Broken{"fields of other shapes than there are"};
+      throw Broken{"another number of offset fields than of shapes"};
     for (std::size_t s = 0; s < offsets.size(); ++s) {
       const std::uint64_t chain = in.count(), link = in.count();
       if (scene) offsets[s] = field_at(chain, link, scene, s);
     }
     return offsets;
   }
-  /// Returns the scene of a hand with an earlier tool; null if it no longer exists.
+  /// Returns the scene of a hand when it had the tool number `layout`; null if no hand still has that scene.
   std::shared_ptr<const haptics::TouchScene> scene_of(std::size_t hand, std::uint64_t layout,
                                                       const Hands& hands) const {
     if (hands.layouts[hand] == layout) return hands.scenes[hand];
@@ -342,15 +343,16 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       body.place = in.placement();
       const std::int64_t holder = in.signed_number();
       if (holder < -1 || holder >= static_cast<std::int64_t>(start.hand_count()))
-        throw Broken{"a body in no hand"};
+        throw Broken{"a body in an unknown hand"};
       body.holder = static_cast<int>(holder);
       if (holder >= 0) body.grip = in.placement();
       const auto is_used = [&](const auto& item) { return item.mover == body.mover; };
-      bool is_good = std::none_of(world.bodies.begin(), world.bodies.end(), is_used) &&
-                     (world.bodies.empty() || world.bodies.back().id.value < body.id.value);
+      bool is_valid = std::none_of(world.bodies.begin(), world.bodies.end(), is_used) &&
+                      (world.bodies.empty() || world.bodies.back().id.value < body.id.value);
       for (std::size_t h = 0; h < start.hand_count(); ++h)
-        is_good = is_good && std::none_of(start.scene(h).items.begin(), start.scene(h).items.end(), is_used);
-      if (!is_good) throw Broken{"a body in another's place"};
+        is_valid =
+            is_valid && std::none_of(start.scene(h).items.begin(), start.scene(h).items.end(), is_used);
+      if (!is_valid) throw Broken{"a body with the id or the mover of another"};
       world.bodies.push_back(std::move(body));
     }
     return world;
@@ -394,7 +396,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         throw Broken{"a forbidden structure's values"};
     return state;
   }
-  /// Reads a hand, with its initial scene or that of another tool.
+  /// Reads a hand, with its initial tool or another one.
   void read_hand(ByteReader& in, std::size_t h, EngineImage::Hand& hand) {
     ToolGeometry geometry{in.number(), {}};
     for (std::uint64_t remaining = in.count(haptics::TouchScene::k_most_balls); remaining > 0; --remaining)
@@ -431,11 +433,11 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
 
   void read_history(ByteReader& in, std::size_t i, const Hands& hands, EngineImage& image) {
     const auto& stored = entries_up_to(i);
-    std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>> output;  // branches share entries
+    std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>> entries_read;  // branches share entries
     const std::uint64_t others = in.count(Engine::k_most_branches - 1);
-    image.branch = read_branch(in, hands, stored, output);
+    image.branch = read_branch(in, hands, stored, entries_read);
     for (std::uint64_t remaining = others; remaining > 0; --remaining)
-      image.left_branches.push_back(read_branch(in, hands, stored, output));
+      image.other_branches.push_back(read_branch(in, hands, stored, entries_read));
     image.last_entry = in.count();
     image.growths = in.count();
     image.edits = in.count();
@@ -444,13 +446,13 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   }
 
   Branch read_branch(ByteReader& in, const Hands& hands, const std::map<std::uint64_t, StoredEntry>& stored,
-                     std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>>& output) {
+                     std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>>& entries_read) {
     Branch branch;
     branch.name = in.text();
     std::uint64_t number = 0;
     for (std::uint64_t remaining = in.count(Engine::k_most_strokes + 1); remaining > 0; --remaining) {
       number += static_cast<std::uint64_t>(in.signed_number());
-      std::shared_ptr<const HistoryEntry>& entry = output[number];
+      std::shared_ptr<const HistoryEntry>& entry = entries_read[number];
       if (!entry) entry = read_entry(number, hands, stored);
       branch.history.push_back(entry);
     }
@@ -466,18 +468,18 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     if (found == stored.end()) throw Broken{"a missing history entry"};
     HistoryEntry entry{number, found->second.box, {}, {}};
     entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
-                  output = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
+                  loaded = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
       try {
-        if (*output) return **output;
+        if (*loaded) return **loaded;
         if (shared->life.expired())
           return Error{.what = "the earlier history can no longer be read",
                        .expected = "its session to stay open while it is continued"};
         ByteReader place(bytes);
-        return *(*output = shared->read_place(place, hands));
+        return *(*loaded = shared->read_place(place, hands));
       } catch (const Broken& broken) {
         return error_of(broken);
       } catch (const std::bad_alloc&) {
-        return error_of({"more than there is memory for"});
+        return error_of({"more data than fit in memory"});
       }
     };
     return std::make_shared<const HistoryEntry>(std::move(entry));
@@ -501,7 +503,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       const auto* pieces = job.parameters->as<FreePieces>();
       if ((pieces && check_shape_of_pieces(anatomy, pieces->item, "")) ||
           (job.type && job.type->check && job.type->check(job.parameters->data(), anatomy)))
-        throw Broken{"a job that does not fit"};
+        throw Broken{"a job that does not fit the anatomy"};
       image.jobs.push_back(std::move(job));
     }
   }
@@ -519,7 +521,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     for (std::size_t h = 0; h < count; ++h) result.cores.emplace_back(in.text());
     for (std::uint64_t remaining = in.count(CheckpointMaker::k_most_records); remaining > 0; --remaining) {
       result.records.push_back(in.record());
-      if (result.records.back().hand >= count) throw Broken{"a tick of no hand"};
+      if (result.records.back().hand >= count) throw Broken{"a tick of an unknown hand"};
     }
     EngineImage& image = result.image;
     image.hands.resize(count);
@@ -541,7 +543,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       auto [scene, kept] = read_fields(in, hands);
       const bool is_twice = std::any_of(image.fields.begin(), image.fields.end(),
                                         [&, s = scene](const TouchFields& f) { return f.scene() == s; });
-      if (!scene || is_twice || !(scene->tool_radius > 0)) throw Broken{"a tool's field of no hand"};
+      if (!scene || is_twice || !(scene->tool_radius > 0)) throw Broken{"offset fields of an unknown tool"};
       std::vector<std::pair<std::uint64_t, volume::VoxelBox>> cuts(in.element_count());
       for (auto& [serial, box] : cuts) {
         serial = in.value<std::uint64_t>();
@@ -553,10 +555,10 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       Checkpoint::Fields& output = result.fields.emplace_back();
       output.serial = in.value<std::uint64_t>();
       output.hand = in.value<std::uint8_t>();
-      if (output.hand >= count) throw Broken{"a tool's field of no hand"};
+      if (output.hand >= count) throw Broken{"offset fields of an unknown hand"};
       output.offsets = read_offsets(in, hands.scenes[output.hand]);
     }
-    if (!in.is_at_end()) throw Broken{"more than there should be"};
+    if (!in.is_at_end()) throw Broken{"surplus bytes"};
     return result;
   }
 
@@ -591,7 +593,7 @@ Result<Checkpoint> CheckpointStore::read(std::size_t i) {
   } catch (const Broken& broken) {
     return Shared::error_of(broken);
   } catch (const std::bad_alloc&) {
-    return Shared::error_of({"more than there is memory for"});
+    return Shared::error_of({"more data than fit in memory"});
   }
 }
 

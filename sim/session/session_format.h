@@ -19,11 +19,11 @@ inline constexpr std::uint32_t k_session_layout = 11;  // 11: names of fields an
 /// input. A session of another revision can be viewed, but not verified. Modules have their own versions.
 inline constexpr std::uint32_t k_replay_revision = 15;
 
-/// Name and version of a module, or of a struct that has a table.
+/// Name and version of a module, or of a struct with a table of its fields.
 struct NamedVersion {
   std::string name;
   std::uint32_t version = 1;
-  std::string fields;  ///< of a struct: describe(Schema), for programs without its module
+  std::string fields;  ///< of a struct: its table as text (describe()), for programs without its module
 };
 
 /// All that a replay needs in addition to the scan itself. Contains no patient data: a scan is named only if
@@ -36,30 +36,30 @@ struct SessionHeader : SceneDescription {
   std::string program;    ///< version, commit and compiler
   std::string case_name;  ///< of a case folder or a built-in phantom; otherwise empty
   bool is_builtin = false;
-  std::vector<NamedVersion> modules;  ///< in their order of the catalogue
+  std::vector<NamedVersion> modules;  ///< in the order of the catalogue
   std::vector<NamedVersion> types;    ///< of commands and events; items refer to them by index
 };
 /// Adds the modules and types of a catalogue to a header.
 void describe(const Catalogue& catalogue, SessionHeader& header);
-/// Types of a header, as in this program; null for unknown types, or other versions.
+/// Types of this program, one per type of a header; null if this program has no such type or another version.
 using TypeList = std::vector<const ValueType*>;
 TypeList types_of(const SessionHeader& header, const Catalogue& catalogue);
 
 /// Input and output of the servo in a tick.
 struct TickItem {
-  haptics::ServoRecord record;  ///< inputs exact; of the outputs the force (as float), contact and version
-  std::uint32_t check = 0;      ///< output_check() of all exact outputs
+  haptics::ServoRecord record;  ///< exact inputs; of the outputs, logged_force(), contact and version
+  std::uint32_t check = 0;      ///< output_check() of the exact outputs
 };
 struct CommandItem {
   Command command;
 };
-/// An event: a fact, which a replay must reproduce.
+/// An event. It is a fact: a replay must reproduce it.
 struct EventItem {
   Event event;
 };
 /// A command or event of a module that this program does not have.
 struct UnknownItem {
-  std::size_t type = 0;  ///< index in the header's list
+  std::size_t type = 0;  ///< index in SessionHeader::types
   bool is_command = false;
 };
 /// A new version: its serial, the last tick that it includes, and all matter removed so far.
@@ -80,12 +80,12 @@ struct SessionEnd {
   std::uint64_t hash = 0;     ///< of the version
   std::uint64_t state = 0;    ///< OperationState::hash()
   double removed_mm3 = 0;
-  std::vector<Measure> measures = {};  ///< facts: measures at the end
+  std::vector<Measure> measures = {};  ///< at the end; facts
 };
 
-/// Hash of all outputs of a tick, bit by bit.
+/// Hash of proxy, normal, force, torque, contact and faults of a tick, bit by bit.
 std::uint32_t output_check(const haptics::ServoRecord& record) noexcept;
-/// Returns the force rounded to the grid of the session file, N.
+/// Returns the force rounded to the grid of the session file, 1/1024 N.
 glm::dvec3 logged_force(const glm::dvec3& force_world) noexcept;
 
 std::string encode(const SessionHeader& header);
@@ -103,12 +103,13 @@ Result<std::shared_ptr<const haptics::depth::DepthStream>> decode_stream(std::st
 std::string encode_scan(const volume::Volume& scan);
 Result<volume::Volume> decode_scan(std::string_view bytes);
 
-/// State of a hand's last tick in a block, relative to which the next is stored.
+/// Last tick of a hand in a block. The next one is stored relative to it.
 struct TickMemory {
   bool is_there = false;
   std::uint64_t tick = 0, version = 0;
   haptics::Pose pose;
-  /// On their grids: position and its last change, force in 1/1024 N, and orientation.
+  /// Position, its last change, force and orientation, in steps of their grids (k_place_grid, 1/1024 N,
+  /// k_turn_grid).
   std::array<std::int64_t, 3> place{}, moved{}, force{};
   std::array<std::int64_t, 4> turn{};
 };
@@ -118,8 +119,9 @@ class ItemEncoder {
  public:
   explicit ItemEncoder(TypeList types) : types_(std::move(types)) {}
   void add(const haptics::ServoRecord& record);
-  /// Requires that the type of the value is in the list, as does the next function.
+  /// Requires that the list of types has that of the command.
   void add(const CommandItem& item);
+  /// Requires that the list of types has that of the event.
   void add(const EventItem& item);
   void add(const VersionItem& item);
   void add(const HashItem& item);
@@ -172,7 +174,7 @@ struct BlockHead {
   std::uint64_t number = 0, first_tick = 0, length = 0;
 };
 inline constexpr std::uint32_t k_block_magic = 0x42505254;       // "TRPB"
-inline constexpr std::string_view k_session_magic = "TREPHSES";  // then the layout, 4 bytes, and 4 of zero
+inline constexpr std::string_view k_session_magic = "TREPHSES";  // then 4 bytes of layout, and 4 of zero
 inline constexpr std::uint64_t k_longest_block = std::uint64_t{1} << 34;
 
 std::uint64_t block_checksum(const BlockHead& head, std::string_view payload) noexcept;

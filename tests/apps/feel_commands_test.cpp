@@ -1,3 +1,4 @@
+// One file: contact from the command line, by path, by benchmark and by effect.
 // Bench feel, bench stability and audit as users run them.
 #include "haptics/methods/methods.h"
 #include "tests/apps/command_fixture.h"

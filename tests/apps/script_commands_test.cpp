@@ -140,6 +140,7 @@ TEST_F(Script, ErrorsAreReportedWithTheirLineBeforePlaying) {
       {"[[hands]]\neffects = [\"hum\"]\npath = \"rest.csv\"", "unknown effect"},
       {"[[do]]\nat = 1\ncommand = \"set-effect\"\nwith = 'effect=1 words=viscous damping=1'",
        "unknown field"},
+      {"[[do]]\nat = 1\nhand = 0.5\ncommand = \"undo\"", "hand is not a whole number"},
       {"speed = 2", "unknown key"},
       {"smallest_burr = 1", "unknown key"},
       {"\n[[expect", "the script is not TOML"},

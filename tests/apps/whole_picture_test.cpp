@@ -161,6 +161,7 @@ class Subject {
     picture_->wait();
   }
   Viewport& picture() { return *picture_; }
+  vtkRenderWindow* window() { return surface_->window(); }
   vtkCamera* camera() { return picture_->view().renderer()->GetActiveCamera(); }
   void look(char side, double nearer) {
     picture_->look_from(side);
@@ -238,6 +239,20 @@ TEST(WholePicture, OfEveryRealScanHasNoHoles) {
     shape.low = scan.threshold;
     expect_whole(scenes::scene_of(std::move(opened.value().volume), {}, shape),
                  std::filesystem::path(scan.file).parent_path().string());
+  }
+}
+
+/// The finished picture is in the window as soon as it is complete, also if it was drawn in batches.
+TEST(WholePicture, ACompletePictureIsShown) {
+  const haptics::TouchScene scene = scenes::phantom_scene("head", {});
+  Subject subject(scene);
+  for (const char side : {'A', 'L'}) {
+    subject.look(side, 1);
+    subject.picture().draw();
+    ASSERT_TRUE(subject.picture().complete());
+    const Picture complete = read(subject.window());
+    subject.picture().view().bone().render(true);
+    EXPECT_EQ(complete.colours, read(subject.window()).colours) << side;
   }
 }
 

@@ -102,7 +102,7 @@ TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
   child<QAction>(window, "command_add-anchor")->trigger();
-  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Touch the place"));
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Touch a position"));
   EXPECT_EQ(child<QAction>(window, "command_add-anchor")->shortcut(), QKeySequence("Ctrl+1"));
   const QPoint middle = window.canvas()->rect().center();
   const auto shown = [&] { return window.operation()->viewport().overlay_count(); };
@@ -250,7 +250,7 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
         20000);
   };
   take("Perforator");
-  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("made ready"));
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Preparing the tool"));
   ASSERT_TRUE(holds("perforator")) << child<QLabel>(window, "notice")->text().toStdString();
   const sim::InstrumentType* type = options_.catalogue->find_instrument("perforator");
   EXPECT_NEAR(window.operation()->state().tool_radius,
@@ -315,7 +315,7 @@ TEST_F(Window, OpensOneSceneAtATimeAndCancelsOnRequest) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return child<QProgressBar>(window, "opening")->value() > 2; }, 5000));
   keep(window, "opening");
   window.open_source("b");
-  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("One thing at a time"));
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("already being opened"));
   child<QDoubleSpinBox>(window, "low")->setValue(500);
   ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "use_shape")->isEnabled(); }, 5000));
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);

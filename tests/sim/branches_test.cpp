@@ -108,9 +108,9 @@ TEST(Branches, AreTheSameInReplayAndAfterSeek) {
     run.step(request.at(1e-3 * i));
     if (i % 900 == 450) begun += !run.apply(BeginBranch{std::string("b").append(std::to_string(i))}).refused;
     if (i % 700 == 350)
-      switched += !run.apply(SwitchBranch{run.engine().left_branches().empty()
+      switched += !run.apply(SwitchBranch{run.engine().other_branches().empty()
                                               ? "none"
-                                              : run.engine().left_branches()[0].name})
+                                              : run.engine().other_branches()[0].name})
                        .refused;
     if (i % 500 == 100) run.undo();
   }

@@ -172,6 +172,15 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     EXPECT_EQ(v.hash, live.engine().current()->content_hash());
     EXPECT_EQ(v.counts.dropped, report.dropped);
     EXPECT_EQ(report.dropped > 0, is_full);
+    // Ticks that are played twice are counted once.
+    auto again = SessionReader::open(path, catalogue);
+    ASSERT_TRUE(again.is_ok());
+    const auto sought = Replay::open(again.value(), small_bone().base);
+    ASSERT_TRUE(sought.is_ok());
+    for (const std::uint64_t tick :
+         {again.value().tick_count(), std::uint64_t{1}, again.value().tick_count()})
+      EXPECT_FALSE(sought.value()->seek(tick));
+    EXPECT_FALSE(sought.value()->mismatch()) << sought.value()->mismatch()->what;
     // The fault and its end are events of the session.
     auto opened = SessionReader::open(path, drilling_catalogue());
     ASSERT_TRUE(opened.is_ok());

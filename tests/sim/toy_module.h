@@ -13,7 +13,7 @@ namespace trephine::sim {
 struct ToyWorld {
   std::int64_t marks = 0;
   std::vector<glm::dvec3> places;
-  double flooded = 0;  ///< sum of the results of jobs
+  double flooded = 0;  ///< sum of the results of adopted ToyFlood jobs
   static const Schema& schema() {
     static constexpr Field fields[] = {field<&ToyWorld::marks>("marks"), field<&ToyWorld::places>("places"),
                                        field<&ToyWorld::flooded>("flooded")};
@@ -23,7 +23,7 @@ struct ToyWorld {
 };
 struct ToySettings {
   double radius = 1;
-  std::int64_t heard = 0;  ///< number of events
+  std::int64_t heard = 0;  ///< number of events that react() received
   static const Schema& schema() {
     static constexpr Field fields[] = {field<&ToySettings::radius>("radius", {.low = 0.5, .high = 3}),
                                        field<&ToySettings::heard>("heard")};
@@ -32,7 +32,7 @@ struct ToySettings {
   }
 };
 
-/// Remembers a position; at most ten.
+/// Adds a position to ToyWorld; at most ten are allowed.
 struct ToyMark {
   glm::dvec3 at{0.0};
   static const Schema& schema() {
@@ -41,7 +41,7 @@ struct ToyMark {
     return table;
   }
 };
-/// Removes a ball of the settings' radius.
+/// Removes a ball with the radius of ToySettings.
 struct ToyCarve {
   glm::dvec3 at{0.0};
   static const Schema& schema() {
@@ -50,13 +50,14 @@ struct ToyCarve {
     return table;
   }
 };
-/// Restores everything.
+/// Restores all removed matter.
 struct ToyMend {
   static const Schema& schema() {
     static constexpr Schema table{"toy-mend"};
     return table;
   }
 };
+/// Sets the radius of ToySettings.
 struct ToyResize {
   double radius = 1;
   static const Schema& schema() {
@@ -66,6 +67,7 @@ struct ToyResize {
     return table;
   }
 };
+/// Emitted by ToyMark, with the number of positions, and by the adoption of a ToyFlood.
 struct ToyMarked {
   std::int64_t count = 0;
   static const Schema& schema() {
@@ -74,8 +76,9 @@ struct ToyMarked {
     return table;
   }
 };
-/// A job of `milliseconds` (ms): the remaining volume and a ball at the requested position. It is rebased on
-/// changes made meanwhile; a strict one is discarded when the world changed.
+/// A job that takes `milliseconds` (ms) and makes a number from the state in which it started. Its adoption
+/// adds the number to ToyWorld::flooded and removes a ball at the requested position. The result of a strict
+/// job is invalid if matter was removed in the meantime.
 struct ToyFlood {
   glm::dvec3 at{0.0};
   double milliseconds = 0;
@@ -140,23 +143,23 @@ class Toy final : public Module {
     return {{"marks", static_cast<double>(toy_world(now).marks), ""}};
   }
 
-  /// Planted faults: the result of a job depends on more than its input, and so do its events.
+  /// Planted faults: the result of a job also depends on `salt`, and its event on `deafness`.
   static inline double salt = 0;
   static inline std::int64_t deafness = 0;
 
-  /// For operations whose modules are drilling and this one, or only this one.
+  /// Returns the undoable state of this module; the initial one if the operation lacks the module.
   static const ToyWorld& toy_world(const OperationState& state) {
-    static const ToyWorld none;
+    static const ToyWorld initial;
     const ToyWorld* world = state.undoable_of<ToyWorld>();
-    return world ? *world : none;
+    return world ? *world : initial;
   }
 
  private:
   struct Made final : JobResult {
-    double left = 0;
+    double number = 0;
     std::uint64_t hash() const override {
       MixHash all;
-      all.add(left);
+      all.add(number);
       return all.value();
     }
   };
@@ -164,8 +167,8 @@ class Toy final : public Module {
     std::this_thread::sleep_for(
         std::chrono::duration<double, std::milli>(static_cast<const ToyFlood*>(parameters)->milliseconds));
     auto output = std::make_shared<Made>();
-    output->left = static_cast<double>(input.state.world.version->content_hash() >> 12) +
-                   static_cast<double>(toy_world(input.state).marks) + salt;
+    output->number = static_cast<double>(input.state.world.version->content_hash() >> 12) +
+                     static_cast<double>(toy_world(input.state).marks) + salt;
     return output;
   }
   static bool is_result_valid(const void* parameters, const OperationState& input,
@@ -174,7 +177,7 @@ class Toy final : public Module {
            input.world.version->ledger().total() == now.world.version->ledger().total();
   }
   static void adopt(const void* parameters, const JobResult& result, ModuleWork& work) {
-    work.change_world<ToyWorld>().flooded += static_cast<const Made&>(result).left;
+    work.change_world<ToyWorld>().flooded += static_cast<const Made&>(result).number;
     work.raise_event(ToyMarked{deafness}, glm::dvec3(0));
     const glm::dvec3& at = static_cast<const ToyFlood*>(parameters)->at;
     work.remove({at, at, 0.8, false});

@@ -127,7 +127,7 @@ TEST(TakeOut, FreesASawnDiskAsThatDisk) {
     std::vector<std::uint8_t> goes(parts.parts().size(), 0);
     goes[static_cast<std::size_t>(off)] = 1;
     const RemovalReport report =
-        slab.editor.take_out(parts, goes, parts.parts()[static_cast<std::size_t>(off)].box);
+        slab.editor.remove_parts(parts, goes, parts.parts()[static_cast<std::size_t>(off)].box);
     const auto left = slab.editor.freeze();
     // Freed, not removed; the freed volume equals the piece's, to a fraction of its surface.
     EXPECT_EQ(left->ledger().total(), removed);
@@ -149,10 +149,10 @@ TEST(TakeOut, FreesASawnDiskAsThatDisk) {
           EXPECT_FALSE(slab.field.value(p) >= 0 && left->distance(p) > 0) << x << ' ' << y << ' ' << z;
         }
     // A second call finds nothing to free.
-    EXPECT_EQ(
-        slab.editor.take_out(rest, std::vector<std::uint8_t>(1, 0), {glm::ivec3(0), slab.volume->size - 1})
-            .bricks_changed,
-        0);
+    EXPECT_EQ(slab.editor
+                  .remove_parts(rest, std::vector<std::uint8_t>(1, 0), {glm::ivec3(0), slab.volume->size - 1})
+                  .bricks_changed,
+              0);
     // Removal there counts nothing twice.
     EXPECT_EQ(slab.editor.remove({slab.middle, slab.middle + glm::dvec3(2, 0, 0), 2, false}).removed_units,
               0);
@@ -184,7 +184,7 @@ TEST(TakeOut, KeepsNeighbouringParts) {
   ASSERT_EQ(parts.parts().size(), 2u);
   ASSERT_TRUE(parts.parts()[0].is_off);
   const auto before = part_surface(field, bits, cut, parts, 1);
-  editor.take_out(parts, {1, 0}, parts.parts()[0].box);
+  editor.remove_parts(parts, {1, 0}, parts.parts()[0].box);
   const auto left = editor.freeze();
   const SolidParts rest(field, bits, *left);
   ASSERT_EQ(rest.parts().size(), 1u);
@@ -219,7 +219,7 @@ TEST(TakeOut, NeighbouringDistancesDifferByAtMostTheirSpacing) {
       goes.push_back(part.is_off);
       if (part.is_off) box = part.box;
     }
-    slab.editor.take_out(parts, goes, box);
+    slab.editor.remove_parts(parts, goes, box);
     const auto left = slab.editor.publish();
     const CutLattice& lattice = left->lattice();
     int near = 0;

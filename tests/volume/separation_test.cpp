@@ -44,7 +44,7 @@ struct Cut {
         if (part.is_off) box = {glm::min(box.low, part.box.low), glm::max(box.high, part.box.high)};
       }
       if (box.high.x < 0) return;
-      editor.take_out(parts, goes, box);
+      editor.remove_parts(parts, goes, box);
     }
   }
 };

@@ -13,8 +13,8 @@ using glm::ivec3;
 
 namespace {
 
-constexpr double k_plane_margin = 1e-9;  // voxels; nearer to a lattice plane rounding may give another voxel
-constexpr double k_tie_margin = 1e-12;   // ray parameter; the order of closer crossings is uncertain
+constexpr double k_plane_margin = 1e-9;  // voxels; closer to a face, rounding may give another voxel
+constexpr double k_tie_margin = 1e-12;   // ray parameter; crossings closer than this are in uncertain order
 constexpr double k_far = 1 << 20;        // voxels; larger coordinates are too coarse for k_plane_margin
 constexpr int k_rays_per_batch = 4096;   // rays per task of a thread
 
@@ -74,10 +74,11 @@ class PlainWalk {
   }
 
  private:
-  /// Parameter at the lower face of voxel index `plane`.
+  /// Returns the ray parameter at the lower face of voxel index `plane` along axis `a`.
   double parameter(int a, int plane) const noexcept { return ((plane - 0.5) - start_[a]) * inverse_[a]; }
 
-  /// Moves to the voxel after `plane` of `axis`; false if it is outside the grid.
+  /// Moves to the voxel behind the lower face of voxel index `plane` along `axis`, which the ray crosses at
+  /// t; false if that voxel is outside the grid.
   bool move_past(int axis, int plane, double t) noexcept {
     t_ = t;
     axis_ = axis;
@@ -136,7 +137,7 @@ class PlainWalk {
       if (bits_.is_solid(voxel_) && (version_ == nullptr || version_->is_kept(voxel_))) return 1;
       const int a = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
       const double t = next[a];
-      // Uncertain: two planes at nearly the same parameter, or one at the ray's end.
+      // Uncertain if two faces are crossed at nearly the same parameter, or one at the ray's end.
       const int b = a == 2 ? 0 : a + 1, c = a == 0 ? 2 : a - 1;
       is_certain_ = is_certain_ && next[b] - t > k_tie_margin && next[c] - t > k_tie_margin &&
                     std::abs(t - 1) > k_tie_margin;

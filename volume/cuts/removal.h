@@ -16,8 +16,8 @@
 
 namespace trephine::volume {
 
-/// Sweep of a ball of `radius_mm` along a straight line, world frame. The version's lattice resolves its hole
-/// if it was made for such a radius; the hole of a smaller ball is cut as far as the lattice resolves it.
+/// Sweep of a ball of `radius_mm` along a straight line, world frame. The hole is resolved if the version's
+/// lattice was made for balls of this radius or smaller; otherwise it is as coarse as the lattice.
 struct Sweep {
   glm::dvec3 start_world{0.0};
   glm::dvec3 end_world{0.0};
@@ -31,8 +31,8 @@ struct RemovalReport {
   std::int64_t removed_units = 0;  ///< newly removed solid points, in units of RemovalLedger
   int bricks_changed = 0;
   VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
-  /// Sums over these units of the intensity of their voxel (as stored; below 0 counts as 0) and of its
-  /// square, for the mean and variance of the removed matter's density; 0 for Ledger::freed.
+  /// Sums over `removed_units` of the intensity of each unit's voxel (as stored; below 0 counts as 0) and of
+  /// its square, for mean and variance of the density of the removed matter; 0 for Ledger::freed.
   double intensity_sum = 0, intensity_square_sum = 0;
 };
 
@@ -41,10 +41,10 @@ void add(RemovalReport& sum, const RemovalReport& report) noexcept;
 /// Returns the smallest box that contains both; empty boxes (low > high) are ignored.
 VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept;
 
-/// Shape to remove that has no kernel in closed form; computes distances of samples brick by brick.
+/// Shape to remove other than a swept body: computes the distances of samples brick by brick.
 class RemovalField {
  public:
-  static constexpr int k_edge = k_brick + 2;  ///< samples along a brick's edge, one neighbour at each end
+  static constexpr int k_edge = k_brick + 2;  ///< samples along a brick's edge, and one more at each end
   /// Signed distances in mm, clamped to the band; negative where a sample is to be removed. x fastest.
   using Distances = std::array<float, k_edge * k_edge * k_edge>;
   enum class Reach : std::uint8_t {
@@ -75,22 +75,24 @@ class RemovalEditor {
 
   /// Edits the working state; readers do not see it before publish().
   RemovalReport remove(const Sweep& sweep);
-  /// Sweeps any body of revolution, which may turn: removes the union of poses at intervals of a quarter of
-  /// the lattice's finest step, so that the ridges between them are below 1 um for a burr of that lattice.
-  /// A ball is handled by remove(const Sweep&).
+  /// Sweeps a body of revolution that may turn: removes the union of its poses at intervals of a quarter of
+  /// the lattice's finest step. The ridges between poses are below 1 um for the burr for which the lattice
+  /// was made. A ball is passed to remove(const Sweep&).
   RemovalReport remove(const ToolSweep& sweep);
 
   /// Account of the removed matter: removed by a tool, or freed as part of a detached body.
   enum class Ledger : std::uint8_t { removed, freed };
-  /// Removes the shape of a field, linear between samples, in the bricks of these samples.
+  /// Removes the matter in which `field` is negative (linear between samples), in the bricks with any of
+  /// `samples`.
   RemovalReport remove(RemovalField& field, const VoxelBox& samples, Ledger ledger = Ledger::removed);
 
-  /// Removes whole parts (`is_removed`: one byte per part): all points near these voxels that are nearer to
-  /// samples of removed parts than to those of kept parts, and within the band of the former. The surface of
-  /// kept parts does not change if a sample of air separates them and no kept matter is within a step of
-  /// removed parts. The matter counts as freed, not as removed. `parts`: those of the working state.
-  RemovalReport take_out(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
-                         const VoxelBox& voxels);
+  /// Removes whole parts of the working state. `parts`: all its parts; `is_removed`: one byte per part;
+  /// `voxels`: box around the removed parts. Removes each point that is within the band of a sample of a
+  /// removed part and nearer to it than to any sample of a kept part. The surface of kept parts does not
+  /// change if a sample of air separates them from removed parts and no kept matter is within a step of
+  /// these. The matter counts as freed, not as removed.
+  RemovalReport remove_parts(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
+                             const VoxelBox& voxels);
   /// Returns the working state as an immutable version, whose masks keep changing until end_stroke().
   std::shared_ptr<const Version> publish();
   /// Ends the stroke: masks of published versions are never written again.
@@ -115,7 +117,7 @@ class RemovalEditor {
   Brick& swept_brick(const glm::ivec3& s, const BrickSweep& sweep);
   RemovalMask& editable_mask(Brick& brick, int n);
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
-  /// Possible changes are within `reach` (mm) of the box of these ends.
+  /// `reach`: largest distance (mm) of a change from the bounding box of `ends_world`.
   RemovalReport remove(const SweptShape& shape, std::span<const glm::dvec3> ends_world, double reach);
   void remove_in_brick(const SweptShape& shape, const glm::ivec3& low, RemovalReport& report);
 

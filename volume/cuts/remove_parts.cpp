@@ -14,9 +14,9 @@ namespace trephine::volume {
 
 namespace {
 
-/// Signed distances to the removed parts: half the difference of the distances to the nearest removed sample
-/// and to the nearest kept one, but positive farther than the band from removed samples. As for every
-/// distance field, the change between two points is at most their distance.
+/// Signed distances to the removed parts: half the difference between the distances to the nearest removed
+/// sample and to the nearest kept one; positive farther than the band from all removed samples. Lipschitz
+/// with constant 1, as every distance field.
 class SeparationDistances final : public RemovalField {
  public:
   SeparationDistances(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
@@ -27,8 +27,8 @@ class SeparationDistances final : public RemovalField {
     const glm::dmat3 inverse = glm::inverse(frame.axes());
     for (int a = 0; a < 3; ++a)
       halo_[a] = static_cast<int>(std::ceil(reach * glm::length(glm::row(inverse, a))));
-    // A row must fit in a word. If voxels are much finer along x the search is shorter along x, which changes
-    // no sign.
+    // A row of the window must fit in a word of 64 bits. On a lattice much finer along x, this shortens the
+    // search along x, which changes no sign.
     halo_.x = std::min(halo_.x, (64 - k_edge) / 2);
     for (int z = -halo_.z; z <= halo_.z; ++z)
       for (int y = -halo_.y; y <= halo_.y; ++y) {
@@ -117,8 +117,9 @@ class SeparationDistances final : public RemovalField {
 
 }  // namespace
 
-RemovalReport RemovalEditor::take_out(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
-                                      const VoxelBox& voxels) {
+RemovalReport RemovalEditor::remove_parts(const SolidParts& parts,
+                                          const std::vector<std::uint8_t>& is_removed,
+                                          const VoxelBox& voxels) {
   const CutLattice& lattice = next_->lattice_;
   SeparationDistances distances(parts, is_removed, *next_);
   return remove(

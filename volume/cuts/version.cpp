@@ -10,10 +10,10 @@
 
 namespace trephine::volume {
 
-RemovalMask::RemovalMask(int samples_per_edge)
-    : n(samples_per_edge),
-      words(static_cast<std::size_t>(k_brick * k_brick * k_brick * samples_per_edge * samples_per_edge *
-                                     samples_per_edge / 64)) {}
+RemovalMask::RemovalMask(int points_per_edge)
+    : n(points_per_edge),
+      words(static_cast<std::size_t>(k_brick * k_brick * k_brick * points_per_edge * points_per_edge *
+                                     points_per_edge / 64)) {}
 
 RemovalMask* RemovalMask::copy() const {
   auto* result = new RemovalMask(n);

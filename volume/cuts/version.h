@@ -18,7 +18,7 @@
 
 namespace trephine::volume {
 
-/// Shared ownership of an immutable T with a `references` counter inside; one pointer wide.
+/// Intrusive shared pointer, one pointer wide: T contains the counter `references`.
 template <class T>
 class Ref {
  public:
@@ -44,20 +44,22 @@ class Ref {
   T* object_ = nullptr;
 };
 
-/// Samples along the edge of a brick, bricks along that of a page; a region has k_page pages along its edge.
+/// Three levels of a table. Along each edge a brick has k_brick samples, a page k_page bricks, and a region
+/// k_page pages.
 inline constexpr int k_brick = 8;
 inline constexpr int k_page = 8;
 inline constexpr int k_page_samples = k_brick * k_page;
 inline constexpr int k_region_samples = k_page_samples * k_page;
 
 inline constexpr int k_point_shift_count = 1024;
-/// Shift of the counting points of a cell, -0.5 to 0.5 of their spacing, along one axis. Each cell has its
-/// own shift: aligned points would count a hole along their rows badly. `turn`: from point_shift_index().
-constexpr float point_shift(std::int32_t turn) noexcept {
-  return (static_cast<float>(turn) - 511.5f) / 1024.0f;
+/// Returns the shift of the points of a cell (RemovalMask) along one axis, -0.5 to 0.5 of their spacing.
+/// Cells have different shifts, since points aligned over many cells would miscount a hole along their rows.
+/// `index`: one component of point_shift_index().
+constexpr float point_shift(std::int32_t index) noexcept {
+  return (static_cast<float>(index) - 511.5f) / 1024.0f;
 }
-/// Shift index of the cell around a sample, 0 to k_point_shift_count - 1 along each axis; additive modulo
-/// k_point_shift_count.
+/// Returns the shift index of the cell around a sample, 0 to k_point_shift_count - 1 along each axis. It is
+/// linear in the sample, modulo k_point_shift_count.
 constexpr glm::uvec3 point_shift_index(const glm::ivec3& sample) noexcept {
   // Best of 300 random choices by the worst counting error of capsules along 15 directions.
   const glm::uvec3 s(sample);
@@ -66,19 +68,21 @@ constexpr glm::uvec3 point_shift_index(const glm::ivec3& sample) noexcept {
           (709u * s.x + 861u * s.y + 993u * s.z) % k_point_shift_count};
 }
 inline glm::vec3 point_shift(const glm::ivec3& sample) noexcept {
-  const glm::ivec3 turn(point_shift_index(sample));
-  return {point_shift(turn.x), point_shift(turn.y), point_shift(turn.z)};
+  const glm::ivec3 index(point_shift_index(sample));
+  return {point_shift(index.x), point_shift(index.y), point_shift(index.z)};
 }
 
 /// Removed points of each lattice cell (the cube around a sample): n^3 bits per cell, n = 4 or 8, point
-/// (i, j, k) at ((i + 0.5) + point_shift) / n - 0.5 steps from the sample. Read only by edits and ledgers.
+/// (i, j, k) at ((i + 0.5) + point_shift) / n - 0.5 steps from the sample. Contact and display do not read
+/// it.
 struct RemovalMask {
-  explicit RemovalMask(int samples_per_edge);
+  explicit RemovalMask(int points_per_edge);
   std::atomic<int> references{1};
-  std::uint64_t stroke = 0;  ///< stroke that may still write it
-  int n;
+  std::uint64_t stroke = 0;          ///< stroke that may still write it
+  int n;                             ///< points along the edge of a cell: 4 or 8
   std::vector<std::uint64_t> words;  ///< words_per_cell() for each cell of the brick, x fastest
-  /// Cells completely solid (or air) in the base, laid out as Brick::kept: their points need no evaluation.
+  /// Cells that are completely solid, or completely air, in the base, laid out as Brick::kept. Their points
+  /// need no evaluation.
   std::array<std::uint64_t, k_brick> base_solid{}, base_air{};
   /// Completely removed cells, laid out as Brick::kept.
   std::array<std::uint64_t, k_brick> full{};
@@ -97,7 +101,7 @@ struct Brick {
   std::atomic<int> references{1};
   std::uint64_t serial = 0;                                 ///< version that made it
   std::array<float, k_brick * k_brick * k_brick> distance;  ///< mm to the swept tool, negative inside
-  std::array<std::uint64_t, k_brick> kept;                  ///< bits of d > 0: word = z, byte = y, bit = x
+  std::array<std::uint64_t, k_brick> kept;                  ///< distance > 0: word = z, byte = y, bit = x
   Ref<RemovalMask> mask;
   /// True if every cell is deep inside the removal, so that further cuts change nothing. All such bricks of a
   /// volume share one object, without a mask.
@@ -182,8 +186,8 @@ class Version {
   void for_bricks_in(const glm::ivec3& low, const glm::ivec3& high, Each&& each) const {
     const glm::ivec3 first = glm::max(low, glm::ivec3(0)), last = glm::min(high, lattice_.size() - 1);
     if (brick_count_ == 0 || glm::any(glm::greaterThan(first, last))) return;
-    // Visits the children of a table at `corner`, 8 along each axis, `edge` samples long, that contain any of
-    // the samples.
+    // Calls visit(first sample, index) for the 8 x 8 x 8 children of the table at `corner` that contain any
+    // of the samples low .. high. `edge`: samples along the edge of a child.
     const auto for_children = [&](const glm::ivec3& corner, int edge, auto&& visit) {
       const glm::ivec3 a = glm::max((first - corner) / edge, glm::ivec3(0)),
                        b = glm::min((last - corner) / edge, glm::ivec3(7));
@@ -229,19 +233,20 @@ class Version {
   double distance(const glm::dvec3& p) const noexcept;
   /// Gradient of the trilinear distance, mm per voxel step.
   glm::dvec3 distance_gradient(const glm::dvec3& p) const noexcept;
-  /// Returns true if a brick contains a corner of the lattice cell of p (volume frame).
+  /// Returns true if a brick contains any of the eight samples around p (volume frame).
   bool is_near_cut(const glm::dvec3& p) const noexcept;
   /// Returns true if threads other than the edit thread may read masks (removed_share(), content_hash()).
   /// Masks of an unfrozen version change until its stroke ends; all other data never change.
   bool is_frozen() const noexcept {
     return !frozen_strokes_ || stroke_ <= frozen_strokes_->load(std::memory_order_acquire);
   }
-  /// Removed share of a voxel's cube, 0 to 1, by the masks.
+  /// Returns the removed share of a voxel's cube, 0 to 1, counted in the masks.
   double removed_share(const glm::ivec3& v) const noexcept;
-  /// ANDs is_kept() of `count` words (64 voxels each) of row (y, z), from `first_word` on, into `words`.
+  /// Clears the bits of removed voxels in `words`: bits of row (y, z) of the voxels, 64 voxels per word,
+  /// `count` words from `first_word` of the row on.
   void mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept;
 
-  /// Returns false if mask_row() cannot change those words of row (y, z).
+  /// Returns true if mask_row() with these arguments may clear a bit.
   bool has_brick(int y, int z, int first_word, int count) const noexcept;
 
   /// Hash (FNV-1a, 64 bit) of the removed matter: distances, kept bits and masks with their base bits. Equal

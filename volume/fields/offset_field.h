@@ -1,4 +1,4 @@
-// OffsetField: signed distance field for the centre of a round tool, near the offset surface at the tool's
+// OffsetField: signed distance of the centre of a round tool to the offset surface, which lies at the tool's
 // radius from a solid.
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace trephine::volume {
 
-/// u = radius - distance to the smooth solid of a shape and its cuts (mm): positive where the tool's centre
-/// must not be. Sampled on its own lattice (step_for), in bricks near u = 0; elsewhere u is +-far_mm().
+/// u = radius - distance to the smooth solid of a shape, less its cuts (mm): positive where the tool's centre
+/// must not be. Sampled on its own lattice (step_for()), in bricks near u = 0; elsewhere u is +-far_mm().
 /// Distances are exact to about a thousandth of a step where the nearest point is unique. Immutable; updates
 /// share unchanged bricks.
 class OffsetField {
@@ -28,13 +28,13 @@ class OffsetField {
     double seconds = 0;
   };
 
-  /// Step of the lattice (mm) for a ball in a volume: a twelfth of the radius, or if the voxels are coarser,
-  /// their size, but fine enough that the error of splines is below 0.1 mm and 2 % around a sharp tip of the
-  /// solid, where the curvature of the offset surface is largest. That limit holds in volumes up to 270 mm
-  /// along each side for a ball of 0.5 mm radius, up to 400 mm for 1 mm; larger volumes get coarser steps.
+  /// Returns the step of the lattice (mm) for a ball in a volume: the smallest spacing of the voxels, or less
+  /// where the error of splines around a sharp tip of the solid (the largest curvature of the offset surface)
+  /// would exceed 0.1 mm plus 2 % of the radius, but at least a twelfth of the radius. In volumes above 270
+  /// mm along each side (radius 0.5 mm) or 400 mm (radius 1 mm), steps and errors are larger.
   static double step_for(double radius_mm, const Volume& volume) noexcept;
   /// Builds the field of the whole volume. `version` null: no cuts; `soft`: the shape's smooth field or null.
-  /// Error if the radius is not above 0, above 20 mm, or larger than the volume. threads 0 = all cores.
+  /// Error unless the radius is above 0, at most 20 mm, and no larger than the volume. threads 0 = all cores.
   static Result<std::shared_ptr<const OffsetField>> build(const Field& field, const Occupancy& bits,
                                                           const Version* version, double radius_mm,
                                                           int threads = 0, Work* work = nullptr,
@@ -57,12 +57,12 @@ class OffsetField {
   }
   /// u (mm) at a lattice point; -far_mm() (free) beyond the lattice.
   double at(int x, int y, int z) const noexcept;
-  /// Loads the samples around lattice point v.
+  /// Loads the 27 samples around lattice point v.
   void load(const glm::ivec3& v, QuadraticPatch& patch) const noexcept;
-  /// Returns true if all samples read by the cube of v are far from the solid.
+  /// Returns true if all 27 samples around v are in bricks without data, far from the solid.
   bool is_free_around(const glm::ivec3& v) const noexcept;
-  /// Returns a box of lattice points around v whose cubes are all free; only v, or an empty box (low > high),
-  /// near the solid.
+  /// Returns a box of lattice points around v for all of which is_free_around() holds: most of v's brick, or
+  /// only v. Empty (low > high) if it does not hold for v.
   VoxelBox free_box(const glm::ivec3& v) const noexcept;
 
  private:

@@ -401,8 +401,8 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
   return pixel;
 }
 
-void DirectImage::draw(const RaycastRequest& request, const Version& version, std::span<const float> walls,
-                       int threads, std::span<DirectPixel> pixels) {
+void DirectImage::draw(const RaycastRequest& request, const Version& version,
+                       std::span<const float> obstacles, int threads, std::span<DirectPixel> pixels) {
   find_cut_blocks(version);
   const Frame& frame = scan_->frame;
   const dvec3 mm = frame.spacing();
@@ -448,7 +448,7 @@ void DirectImage::draw(const RaycastRequest& request, const Version& version, st
       for (int i = 0; i < columns; ++i) {
         const auto n =
             static_cast<std::size_t>(i) + static_cast<std::size_t>(columns) * static_cast<std::size_t>(j);
-        pixels[n] = cast.cast(i, j, walls.empty() ? 1e9 : static_cast<double>(walls[n]), count);
+        pixels[n] = cast.cast(i, j, obstacles.empty() ? 1e9 : static_cast<double>(obstacles[n]), count);
       }
     rays += count.rays, samples += count.samples, shaded += count.shaded, leaps += count.leaps;
   });

@@ -36,7 +36,7 @@ std::optional<ValueWindow> window_of_opacity(const TransferFunction& function, d
 
 /// Camera, world frame. Pixel (i, j) is counted from the upper left.
 struct Camera {
-  glm::dvec3 at{0.0};                        ///< centre of projection (parallel rays: of the image), mm
+  glm::dvec3 at{0.0};                        ///< centre of projection; of the image if rays are parallel; mm
   glm::dvec3 forward{0, 1, 0}, up{0, 0, 1};  ///< orthogonal unit vectors
   double height = 100;                       ///< height of the image at `distance`, mm
   double distance = 500;                     ///< mm; 0: parallel rays
@@ -83,7 +83,8 @@ struct RaycastRequest {
   const std::atomic<bool>* is_cancelled = nullptr;
 };
 
-/// Premultiplied colour, opacity, and the depth at which the opacity reaches 0.5, mm (0 if it does not).
+/// Premultiplied colour, opacity, and the distance along the ray at which the opacity reaches 0.5, mm (0 if
+/// it does not).
 struct DirectPixel {
   float red = 0, green = 0, blue = 0, opacity = 0, depth = 0;
 };
@@ -103,12 +104,13 @@ class DirectImage {
   void set_labels(std::vector<LabelAppearance> looks, int threads = 0);
   static constexpr int k_blur = 3;
 
-  /// Renders an image. `version`: of the scan, frozen or not. `walls`: distance to an opaque object along
-  /// each ray, mm; empty if there are no such objects. Any thread, one call at a time. The result is
-  /// identical for any number of threads.
-  void draw(const RaycastRequest& request, const Version& version, std::span<const float> walls, int threads,
-            std::span<DirectPixel> pixels);
+  /// Renders an image. `version`: of the scan, frozen or not. `obstacles`: distance along each ray to the
+  /// first opaque object, mm; empty if there are no such objects. Any thread, one call at a time. The result
+  /// is identical for any number of threads.
+  void draw(const RaycastRequest& request, const Version& version, std::span<const float> obstacles,
+            int threads, std::span<DirectPixel> pixels);
 
+  /// `leaps`: jumps across blocks without visible values.
   struct Counters {
     std::uint64_t rays = 0, samples = 0, shaded = 0, leaps = 0;
   };
@@ -134,7 +136,7 @@ class DirectImage {
   std::vector<std::uint32_t> visible_below_;  ///< per value: number of lower visible values
   std::vector<std::array<float, 4>> table_;   ///< per value: colour, and attenuation per mm
   std::vector<float> opacities_;              ///< per value: opacity of one step
-  double step_of_opacities_ = 0;              ///< mm
+  double step_of_opacities_ = 0;              ///< mm, the step for which opacities_ was computed
   std::vector<LabelAppearance> labels_;
   std::vector<std::uint8_t> near_labels_;  ///< per voxel: label within k_blur voxels; empty without labels_
   std::int16_t air_ = 0;

@@ -29,7 +29,7 @@ PartSurface part_surface(const Field& field, const Occupancy& bits,
   std::vector<std::uint8_t> is_other(parts.parts().size(), 1);
   is_other[static_cast<std::size_t>(part)] = 0;
   RemovalEditor editor(version, {});
-  editor.take_out(parts, is_other, {box.low - 2, box.high + 2});
+  editor.remove_parts(parts, is_other, {box.low - 2, box.high + 2});
   const auto isolated = editor.freeze();
 
   PartSurface surface;

@@ -27,8 +27,8 @@ struct SurfaceSource {
   const Version* version = nullptr;  ///< null: no cuts
   const Occupancy* bits = nullptr;   ///< bits of the field's shape; null: thresholds the volume
   bool is_open = false;              ///< leave holes where the solid reaches the grid's border
-  /// If true, makes the net of the voxels alone, every vertex the mean of its crossings, as a proxy touches
-  /// it cell by cell (volume/surface/local_net.h). Else cuts have the resolution of their lattice and sharp
+  /// True: the net of the voxel centres alone, each vertex the mean of its crossings, which a proxy touches
+  /// cell by cell (volume/surface/local_net.h). False: cuts have the resolution of their lattice, and sharp
   /// rims.
   bool is_of_voxels = false;
 };
@@ -41,7 +41,7 @@ Mesh surface_net(const SurfaceSource& source, int threads = 0);
 /// Cells along the edge of a chunk.
 inline constexpr int k_chunk = 32;
 
-/// Number of chunks of a volume along each axis; its cells are -1 .. size - 1.
+/// Returns the number of chunks along each axis of a volume, whose cells are -1 .. size - 1.
 inline glm::ivec3 chunk_grid(const glm::ivec3& size) { return (size + 1 + (k_chunk - 1)) / k_chunk; }
 /// Range of chunks, both ends included.
 struct ChunkRange {

@@ -1,4 +1,4 @@
-// Benchmarks of trephine-bench that print one table each.
+// Commands of trephine-bench: the command line of each benchmark, and the tables of most of them.
 // One file: the commands share the printing of their tables.
 #include <algorithm>
 #include <map>
@@ -27,7 +27,7 @@ Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
 }
 
-/// Our drilling and other methods, against the closed form.
+/// Drilling by this project and by other methods, compared with the exact volume and surface of the hole.
 void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
   Json rows = Json::array();
   outcome.text = "a burr of 4 mm moves through solid bone, 8 mm at 20 mm/s unless stated\n" +
@@ -71,12 +71,12 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
   }
 }
 
-/// Bits, components and a flood of them, starting from voxels.
+/// Times of occupancy bits, connected components and a flood fill, each from the voxels on.
 void bench_flood(int size, Outcome& outcome) {
   outcome.text += format_text(
       "floods and components of %d^3 int16, threshold included, ms, compared with ITK and SciPy\n"
-      "%-8s %5s %7s %9s %11s %7s %16s %18s %15s %5s\n",
-      size, "volume", "touch", "threads", "parts", "components", "flood", "ITK flood", "ITK components",
+      "%-8s %10s %7s %9s %11s %7s %16s %18s %15s %5s\n",
+      size, "volume", "neighbours", "threads", "parts", "components", "flood", "ITK flood", "ITK components",
       "SciPy label", "same");
   Json rows = Json::array();
   for (const bench::FloodRow& row : bench::run_flood_benchmark(size)) {
@@ -84,20 +84,15 @@ void bench_flood(int size, Outcome& outcome) {
       return theirs ? format_text("%.0f (%.0fx)", *theirs, *theirs / ours) : std::string("-");
     };
     outcome.text +=
-        format_text("%-8s %5d %7d %9lld %11.1f %7.1f %16s %18s %15s %5s\n", row.volume.c_str(),
+        format_text("%-8s %10d %7d %9lld %11.1f %7.1f %16s %18s %15s %5s\n", row.volume.c_str(),
                     row.has_corners ? 26 : 6, row.threads, row.count, row.components_ms, row.flood_ms,
                     with_ratio(row.itk_flood_ms, row.flood_ms).c_str(),
                     with_ratio(row.itk_components_ms, row.components_ms).c_str(),
                     with_ratio(row.scipy_ms, row.components_ms).c_str(), row.is_same ? "yes" : "NO");
-    Json one = {{"volume", row.volume},
-                {"touch", row.has_corners ? 26 : 6},
-                {"threads", row.threads},
-                {"parts", row.count},
-                {"flooded", row.flooded},
-
-                {"components_ms", row.components_ms},
-                {"flood_ms", row.flood_ms},
-                {"is_same", row.is_same}};
+    Json one = {{"volume", row.volume},     {"touch", row.has_corners ? 26 : 6},
+                {"threads", row.threads},   {"parts", row.count},
+                {"flooded", row.flooded},   {"components_ms", row.components_ms},
+                {"flood_ms", row.flood_ms}, {"is_same", row.is_same}};
     if (row.itk_flood_ms) one["itk_flood_ms"] = *row.itk_flood_ms;
     if (row.itk_components_ms) one["itk_components_ms"] = *row.itk_components_ms;
     if (row.scipy_ms) one["scipy_ms"] = *row.scipy_ms;
@@ -107,9 +102,10 @@ void bench_flood(int size, Outcome& outcome) {
   outcome.json["rows"] = rows;
 }
 
-/// Projections compared with plastimatch.
+/// X-ray images compared with those of plastimatch.
 void bench_xray(int size, bool is_quick, Outcome& outcome) {
-  // Relative to the largest sum. Plastimatch treats matter at the border differently.
+  // Largest allowed difference, relative to the largest sum. Plastimatch treats matter at the border
+  // differently.
   const auto most_rmse = [](const bench::XrayRow& row) {
     return row.volume == "solid" ? 0.25 / row.size : 1e-6;
   };
@@ -155,15 +151,15 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
   }
 }
 
-/// Ray casting compared with VTK's mappers.
+/// Ray casting compared with VTK's volume mappers.
 Status bench_render(int size, Outcome& outcome) {
   const auto surface = view::make_offscreen(512, 512);
   if (!surface) return surface.error();
   const auto gl = view::describe_gl();
   outcome.text += format_text(
-      "%d^3 int16 drawn directly, 512^2 pixels without light; OpenGL by %s\n%-16s %8s %8s %10s %15s %14s\n",
-      size, gl ? gl.value().c_str() : "nothing", "by", "step mm", "threads", "image ms", "after a cut ms",
-      "opacity error");
+      "%d^3 int16 ray-cast, 512^2 pixels without shading; OpenGL: %s\n%-16s %8s %8s %10s %15s %14s\n", size,
+      gl ? gl.value().c_str() : "not available", "program", "step mm", "threads", "image ms",
+      "after a cut ms", "opacity error");
   Json rows = Json::array();
   for (const bench::RenderRow& row : bench::run_render_benchmark(size, surface.value()->window())) {
     if (!row.is_there) {
@@ -210,10 +206,10 @@ void bench_reslice(int size, Outcome& outcome) {
   outcome.json["rows"] = rows;
 }
 
-/// Detection of freed pieces after each stroke of a saw.
+/// Detection of detached pieces after each stroke of a saw.
 void bench_separation(Outcome& outcome) {
   outcome.text += format_text(
-      "detection of pieces freed by a stroke: a saw around a flap of the built-in head, ms\n"
+      "detection of pieces that a stroke detaches: a saw around a flap of the built-in head, ms per stroke\n"
       "%6s %5s %8s %5s %6s %7s %6s %6s %12s %5s\n",
       "voxel", "burr", "samples", "held", "parted", "pending", "p50", "p99", "whole volume", "wrong");
   Json rows = Json::array();
@@ -237,6 +233,7 @@ void bench_separation(Outcome& outcome) {
   outcome.json["rows"] = rows;
 }
 
+/// Surface nets compared with VTK's flying edges.
 void bench_surface(int size, Outcome& outcome) {
   const bench::SurfaceResult r = bench::run_surface_benchmark(size);
   Json rows = Json::array();
@@ -269,6 +266,7 @@ void bench_surface(int size, Outcome& outcome) {
   outcome.json["drilled_chunk_us"] = to_json(r.drilled_chunk);
 }
 
+/// Times of a step of contact, of a tick of removal, and of an update of offset fields.
 void bench_step(int size, Outcome& outcome) {
   const bench::StepResult r = bench::run_step_benchmark(size);
   outcome.json["implicit"] = {{"size", size},
@@ -321,6 +319,7 @@ void bench_step(int size, Outcome& outcome) {
       r.field_update_ms.p50, r.field_update_ms.p99, r.hover_ms.p50, r.hover_ms.p99);
 }
 
+/// Rays through voxels, compared with NanoVDB, and judged.
 void bench_rays(int size, Outcome& outcome) {
   Json rows = Json::array();
   outcome.text += format_text("%-8s %-7s %10s %10s %8s %10s %8s %8s\n", "volume", "rays", "ray, ns",
@@ -349,6 +348,7 @@ void bench_rays(int size, Outcome& outcome) {
   outcome.json["rays"] = rows;
 }
 
+/// Time from the start of the process until a scan can be touched.
 Status bench_load(const std::string& src, Outcome& outcome) {
   auto opened = workbench::open_touch(src, {}, terminal_listener());
   if (!opened) return opened.error();
@@ -371,13 +371,13 @@ Status bench_load(const std::string& src, Outcome& outcome) {
   outcome.text += format_text(
       "%s: first possible touch %.2f s after the process began (start %.2f, read %.2f, bits %.3f)\n",
       source.name.c_str(), touch, start, source.read_seconds, bits);
-  outcome.text += format_text("held %.3f times the voxels' bytes; resident %.0f MB\n",
+  outcome.text += format_text("memory held: %.3f times the size of the voxels; resident: %.0f MB\n",
                               outcome.json["memory"]["held_over_voxels"].get<double>(),
                               static_cast<double>(resident_bytes()) / 1e6);
   return std::nullopt;
 }
 
-/// Returns the function of a command, with the result's schema; `bench` fills in text and rows.
+/// Returns the function of a command. `schema`: of its report; `bench` adds text and rows to the outcome.
 template <class Bench>
 Run run_of(std::shared_ptr<BenchArguments> a, const char* schema, const Bench& bench) {
   return [a, schema, bench]() -> Result<Outcome> {

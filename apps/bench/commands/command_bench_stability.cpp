@@ -171,12 +171,12 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
   for (const bench::EnergyRow& row : energies) {
     outcome.text +=
         format_text("  %-7s %8.1f %6d %10.3f %12.3f %8.3f\n", row.surface.c_str(), row.stiffness_over_bound,
-                    row.delay_ticks, row.most_generated, row.most_made_with, row.one_step_without);
+                    row.delay_ticks, row.most_generated, row.most_generated_with, row.one_step_without);
     outcome.json["energy"].push_back({{"surface", row.surface},
                                       {"contact_share", row.contact_share},
                                       {"contact_share_with", row.contact_share_with},
                                       {"most_made", row.most_generated},
-                                      {"most_made_with", row.most_made_with},
+                                      {"most_made_with", row.most_generated_with},
                                       {"stiffness_over_bound", row.stiffness_over_bound},
                                       {"delay_ticks", row.delay_ticks},
                                       {"balance_without", row.balance_without},

@@ -638,10 +638,8 @@ Run build(Options& options) {
   options
       .add("--plant", a->plant,
            "Show that the audit detects a fault, planted in one tick before it is judged: a fall through a "
-           "surface, a "
-           "force or a torque off its law, an energy off its ledger, a pull outside the cone of friction, a "
-           "round tip "
-           "in matter, or a proxy inside what depth images show")
+           "surface, a wrong force, torque or energy, a pull outside the cone of friction, a round tip in "
+           "matter, or a proxy inside what depth images show")
       .type("FAULT")
       .one_of({"fall", "force", "torque", "energy", "friction", "ball", "drawn"});
   return run_with(a, run_audit);

@@ -111,7 +111,7 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_demo{"demo", "Touch, slide and drill a burr hole by itself; pictures and a report",
+const Command k_demo{"demo", "Drill a burr hole automatically; write pictures and a report",
                      "  trephine demo\n  trephine demo SCANS/HEAD -o out-head --no-window", build};
 
 }  // namespace trephine::cli

@@ -180,8 +180,8 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   const double p50 = percentile(lateness_us, 50), p99 = percentile(lateness_us, 99);
   const bool is_late = p99 > 500;
   findings.push_back({"timer",
-                      format_text("1 kHz, late by %.0f us at the middle, %.0f us at 99 %%, at most %.0f us",
-                                  p50, p99, lateness_us.back()),
+                      format_text("1 kHz, late by %.0f us (median), %.0f us (99 %%), at most %.0f us", p50,
+                                  p99, lateness_us.back()),
                       is_late ? "close other programs; set the processor's governor to performance" : "",
                       is_late});
   Status unwritten;

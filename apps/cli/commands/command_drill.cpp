@@ -16,13 +16,14 @@ struct DrillArguments {
   std::string path, output;
   workbench::ShapeChoice shape;
   drilling::Burr burr;
-  double rate = 1000;
+  double rate = 1000;                   ///< Hz
   std::optional<double> smallest_burr;  ///< mm
   std::string method = haptics::k_default_method;
   workbench::RecordChoice record;
 };
 
-/// Reports the distance of the tool to forbidden structures and each visit inside; a visit fails the check.
+/// Reports the least distance of the tool from each forbidden structure, and each visit inside it. A visit
+/// sets the exit code to exit_check_failed.
 void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
   if (engine.forbidden().empty()) return;
   Json list = Json::array();
@@ -129,7 +130,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
   std::vector<double> tick_us;
   bool has_touched = false;
-  long hovering = 0;  // ticks in which a round burr may touch removed bone
+  long hovering = 0;  // ticks with contact in which a round burr may still touch bone that it removed
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
@@ -189,10 +190,10 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
         source.volume->contains(hand) && version.is_kept(hand) && scene.items[0].bits->is_solid(hand);
     if (distance > 3)
       notice(format_text(
-          is_inside ? "note: at its end the path is %.0f mm inside the bone, and the burr is held; lift "
-                      "it before it moves aside"
-                    : "note: at its end the hand is %.0f mm from the burr, which is caught under bone; "
-                      "lift it the way it came",
+          is_inside ? "note: the path ends %.0f mm inside the bone, which stops the burr; lift the burr out "
+                      "before it moves sideways"
+                    : "note: the path ends %.0f mm from the burr, which is caught under bone; lift it out "
+                      "along the path on which it came",
           distance));
   }
   if (run.engine().removed_mm3() == 0 && has_touched)

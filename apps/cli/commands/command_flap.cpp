@@ -193,7 +193,8 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
     else if (near.mm < sim::Forbidden::k_reach)
       outcome.text += format_text("the saw stays %.1f mm from %s\n", near.mm, name);
   }
-  if (engine.forbidden().empty()) outcome.text += "the plan has no forbidden structures: none was checked\n";
+  if (engine.forbidden().empty())
+    outcome.text += "the plan has no forbidden structures: no distance was checked\n";
   json["forbidden"] = distances;
   if (!a.target.empty()) {
     const bone_flap::Cover cover =
@@ -207,8 +208,9 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
                       {"covered_share", cover.share},
                       {"margin_mm", cover.margin},
                       {"depth_mm", cover.depth}};
-    outcome.text += format_text("%s: %.1f %% of its shadow under the opening, margin %.1f mm, %.0f mm deep\n",
-                                a.target.c_str(), 100 * cover.share, cover.margin, cover.depth);
+    outcome.text +=
+        format_text("%s: %.1f %% of its projection under the opening, margin %.1f mm, %.0f mm deep\n",
+                    a.target.c_str(), 100 * cover.share, cover.margin, cover.depth);
   }
   if (!planned.empty()) {
     const bone_flap::OutlineDistance distance = bone_flap::distance_from_plan(flap, planned);

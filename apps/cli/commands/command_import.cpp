@@ -278,7 +278,7 @@ Run build(Options& options) {
       .type("MM");
   options.add("--plan", a->plans, "Trajectories and landmarks: .mrk.json of 3D Slicer, .fcsv or .csv")
       .type("FILE");
-  options.add("--forbid", a->forbid, "Labels that must not be cut: drill watches them, and ends with 1")
+  options.add("--forbid", a->forbid, "Labels that must not be cut: drill exits with 1 if it enters one")
       .type("NAME,NAME");
   options.add("--screenshot", a->screenshot, "Also write a picture of the case").type("PNG");
   add_side(options, a->side);

@@ -365,7 +365,8 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
       ++plunges, plunge = std::max(plunge, breakthrough->plunge);
   json["breakthroughs"] = {{"count", plunges}, {"deepest_plunge_mm", plunge}};
   if (plunges > 0)
-    outcome.text += format_text("burrs broke through %d times, %.1f mm beyond at most\n", plunges, plunge);
+    outcome.text +=
+        format_text("burrs broke through %d times and plunged at most %.1f mm\n", plunges, plunge);
   json["forbidden"] = contacts_of(engine, o.frame, plane, outcome.text);
   outputs.write(arguments.slices, [&] { return draw(o, j, label, plane, arguments.slices); });
   if (Status error = outputs.result()) return *error;

@@ -198,7 +198,7 @@ Run build(Options& options) {
       .one_of({std::begin(imaging::k_sides), std::end(imaging::k_sides)})
       .shows_default();
   options.add("--ramp", a->ramp, "Transfer function: colour and opacity of intensities (bone)")
-      .one_of({std::begin(imaging::k_ramps), std::end(imaging::k_ramps)});
+      .one_of({std::begin(imaging::k_transfer_functions), std::end(imaging::k_transfer_functions)});
   options.add("--opacity", a->opacity, "Custom opacities: values, and the opacity of a millimetre of them")
       .type("V:O,V:O...");
   options.add("--slices", a->slices, "Samples across the whole scan (default: two per voxel)").type("N");
@@ -219,7 +219,7 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_render{"render", "Draw a scan, or a moment of a session, by ray casting, without a surface",
+const Command k_render{"render", "Volume rendering of a scan, or of a moment of a session",
                        "  trephine render head --ramp bone-and-skin -o render.png\n"
                        "  trephine render spine --from back --cutout \"L4 left pedicle\" -o along.png",
                        build};

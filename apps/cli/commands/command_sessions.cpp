@@ -134,7 +134,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["checkpoints"] = counts.checkpoints;
   json["strokes"] = engine.stroke_count();
   Json branches = Json::array({engine.branch().name});
-  for (const sim::Branch& branch : engine.left_branches()) branches.push_back(branch.name);
+  for (const sim::Branch& branch : engine.other_branches()) branches.push_back(branch.name);
   json["branches"] = branches;
   json["history_bytes"] = engine.history_bytes();
   json["removed_mm3_total"] = engine.removed_mm3();

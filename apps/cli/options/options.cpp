@@ -51,9 +51,19 @@ Option Options::keep(const char* names, CLI::Option* option,
     name->means = name->option.substr(2);
     std::replace(name->means.begin(), name->means.end(), '-', ' ');
   }
+  if (first_hidden_) option->group("");
   names_.push_back(std::move(name));
   return Option(option, &names_.back()->means);
 }
+
+void Options::begin_reference() { first_hidden_ = names_.size(); }
+void Options::end_reference(const std::string& title, const std::string& command) {
+  std::string text = title + " (described by: " + "trephine " + command + " --help):\n ";
+  for (std::size_t i = *first_hidden_; i < names_.size(); ++i) text += " " + names_[i]->option;
+  first_hidden_.reset();
+  app_->footer(text + "\n\n" + app_->get_footer());
+}
+std::string Options::command_name() const { return app_->get_name(); }
 
 template <class T>
 Option Options::add_any(const char* names, T& value, const std::string& help) {
@@ -198,8 +208,10 @@ Error Options::without_names(Error error) const {
   return error;
 }
 
-/// Adds the options for reading a scan.
+/// Adds the options for reading a scan; `info` describes them, and other commands refer to it.
 void add_reading(Options& options, workbench::SourceChoice& source) {
+  const bool is_described = options.command_name() == "info";
+  if (!is_described) options.begin_reference();
   options
       .add("--series", source.series,
            "Series of a folder with several, as info lists them (default: the best CT)")
@@ -225,6 +237,7 @@ void add_reading(Options& options, workbench::SourceChoice& source) {
       .add("--scale", source.scale,
            "Step of the stored values, in the file's units, if 16 bits hold no finer one")
       .type("STEP");
+  if (!is_described) options.end_reference("Scan options", "info");
 }
 
 Option add_source(Options& options, workbench::SourceChoice& source) {
@@ -272,30 +285,30 @@ Status check_range(double value, double low, double high, const char* option) {
                .expected = format_text("%g to %g", low, high)};
 }
 
-void add_objects(Options& options, ObjectArguments& things) {
-  options.add("--mesh", things.models, "A closed model to add").type("FILE");
-  options.add("--mesh-scale", things.scale, "Scale of the models: 1000 for metres")
+void add_objects(Options& options, ObjectArguments& objects) {
+  options.add("--mesh", objects.models, "A closed model to add").type("FILE");
+  options.add("--mesh-scale", objects.scale, "Scale of the models: 1000 for metres")
       .shows_default()
       .type("MM");
   options
-      .add("--mesh-frame", things.frame,
+      .add("--mesh-frame", objects.frame,
            "Directions of the models' axes (default: as the file states, else LPS)")
       .one_of({"LPS", "RAS"});
-  options.add("--screw", things.screws, "A screw to add: entry, tip and diameter, mm (LPS)")
+  options.add("--screw", objects.screws, "A screw to add: entry, tip and diameter, mm (LPS)")
       .type("X,Y,Z:X,Y,Z:D");
 }
 
 void reads(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
-           const ObjectArguments& things) {
+           const ObjectArguments& objects) {
   for (const std::string& input : {moment.source.path, moment.case_source}) outputs.reads(input);
-  for (const std::string& model : things.models) outputs.reads(model);
+  for (const std::string& model : objects.models) outputs.reads(model);
 }
 
 Result<std::unique_ptr<workbench::Moment>> open_with(workbench::MomentChoice moment,
-                                                     const ObjectArguments& things) {
-  for (const std::string& file : things.models)
-    moment.models.push_back({file, things.scale, things.frame, glm::dvec3(0.0)});
-  for (const std::string& text : things.screws) {
+                                                     const ObjectArguments& objects) {
+  for (const std::string& file : objects.models)
+    moment.models.push_back({file, objects.scale, objects.frame, glm::dvec3(0.0)});
+  for (const std::string& text : objects.screws) {
     const auto screw = data_tools::parse_screw(text);
     if (!screw) return screw.error();
     moment.models.push_back({"", 1, "", glm::dvec3(0.0), screw.value()});

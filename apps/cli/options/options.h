@@ -27,10 +27,10 @@ class Option {
   explicit Option(CLI::Option* option, std::string* means) : option_(option), means_(means) {}
   Option& type(const char* name);  ///< placeholder of the value in --help: "MM"
   Option& required();
-  Option& shows_default();
+  Option& shows_default();  ///< the initial value is shown in --help
   Option& one_of(std::vector<std::string> words);
-  /// Sets the option's name in errors of libraries; by default its own name without dashes: "smallest burr"
-  /// for --smallest-burr.
+  /// Sets the name that errors of libraries use for this value, so that the option's name can replace it. By
+  /// default the option without dashes: "smallest burr" for --smallest-burr.
   Option& means(const char* input);
 
  private:
@@ -55,7 +55,14 @@ class Options {
   Option add(const char* names, std::uint8_t& value, std::span<const std::string_view> words,
              const std::string& help);
 
-  /// Returns the error with names of library inputs replaced by option names.
+  /// Hides the options that are added next from --help, until end_reference(), which lists their names there
+  /// as the options that `command` --help describes.
+  void begin_reference();
+  void end_reference(const std::string& title, const std::string& command);
+  /// Returns the name of the command.
+  std::string command_name() const;
+
+  /// Returns the error with the name that a library uses for a value replaced by the option's name.
   Error in_words_of_options(Error error) const;
   /// Returns the error with the names of files and folders on the command line, and of files in those
   /// folders, replaced by the name of the option.
@@ -71,10 +78,12 @@ class Options {
 
   CLI::App* app_;
   struct Name {
-    std::string option, means, shown;
+    std::string option, means;
+    std::string shown;                                ///< last of its names: replaces file names in errors
     std::function<std::vector<std::string>()> texts;  ///< values on the command line
   };
   std::vector<std::unique_ptr<Name>> names_;
+  std::optional<std::size_t> first_hidden_;  ///< index in names_
 };
 
 // Common options of several commands.
@@ -92,13 +101,14 @@ struct ObjectArguments {
   double scale = 1;   ///< mm per unit of the models
   std::string frame;  ///< "LPS" or "RAS"; empty: as the files state
 };
-void add_objects(Options& options, ObjectArguments& things);
+void add_objects(Options& options, ObjectArguments& objects);
 /// Registers the files of the moment and of the models as inputs, which no output may overwrite.
 void reads(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
-           const ObjectArguments& things = {});
+           const ObjectArguments& objects = {});
 /// Opens the moment with the models and screws in it.
 Result<std::unique_ptr<workbench::Moment>> open_with(workbench::MomentChoice moment,
-                                                     const ObjectArguments& things);
+                                                     const ObjectArguments& objects);
+/// Adds a session, and the scan that it may require.
 void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source);
 /// Adds --from, the side of the camera.
 void add_side(Options& options, std::string& side);

@@ -265,6 +265,7 @@ int main(int argc, char** argv) {
   CHECK(trephine_scene_set_tool_radius(labelled, 2, &error) == TREPHINE_OK);
   CHECK(trephine_hand_create(labelled, 1000, &error) == NULL);
   CHECK(trephine_scene_prepare(labelled, &error) == TREPHINE_OK);
+  CHECK(trephine_scene_set_sides(labelled, 0, TREPHINE_BACK, &error) == TREPHINE_BAD_ARGUMENT);
   CHECK(trephine_surface_get(labelled, 0, &error) == NULL && strstr(error.text, "without a radius"));
   trephine_hand* round_tip = trephine_hand_create(labelled, 1000, &error);
   CHECK(round_tip != NULL);

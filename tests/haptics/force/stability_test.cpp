@@ -149,9 +149,9 @@ TEST(Stability, EnergyIsBoundedInsideTheBoundAndHeldByTheControllerBeyond) {
       EXPECT_LT(row.balance_without, -2);
     }
     // With it, at most the energy of one step, which with delayed forces may be detected a little late.
-    EXPECT_LT(row.most_made_with, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
+    EXPECT_LT(row.most_generated_with, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
     if (row.delay_ticks == 0) {
-      EXPECT_LT(row.most_made_with, 1.5 * step_inside);
+      EXPECT_LT(row.most_generated_with, 1.5 * step_inside);
       EXPECT_GE(row.balance_with, -1e-6);
     }
     // The surface is still there.

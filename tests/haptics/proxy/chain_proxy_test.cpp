@@ -79,7 +79,7 @@ struct Play {
 double energy(const TouchScene& scene, const Placement& tool, const Placement& hand) {
   const dvec3 d = tool.position_world - hand.position_world;
   const double a = angle_between(tool.rotation, hand.rotation);
-  return 0.5 * glm::dot(d, d) + 4 * gyration_square(scene) * (1 - std::cos(0.5 * a));
+  return 0.5 * glm::dot(d, d) + 4 * squared_gyration_radius(scene) * (1 - std::cos(0.5 * a));
 }
 double least_distance(const Solid& solid, const TouchScene& scene, const Placement& tool) {
   double least = 1e300;
@@ -129,7 +129,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
         double least = held, reach = 0.1;  // not over ridges into other valleys
         for (int n = 0; n < 6000; ++n) {
           if (n % 500 == 499) reach *= 0.5;
-          const double arm = std::sqrt(gyration_square(scene));
+          const double arm = std::sqrt(squared_gyration_radius(scene));
           const Placement next{
               best.position_world + reach * dvec3(between(-1, 1), between(-1, 1), between(-1, 1)),
               turn(reach / arm * dvec3(between(-1, 1), between(-1, 1), between(-1, 1))) * best.rotation};
@@ -152,7 +152,7 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
   const Solid plane = solids()[0];
   const double half = 15;
   const TouchScene scene = scene_with(plane, rod(half, 7));
-  const double square = gyration_square(scene);
+  const double square = squared_gyration_radius(scene);
   for (const double tilt : {0.0, 0.05, 0.2, -0.2})
     for (const double z : {1.5, 0.0, -4.0}) {
       Play run(scene);

@@ -13,7 +13,7 @@ namespace {
 
 using glm::dvec3;
 
-/// The scene with a tool of a radius (mm).
+/// Returns the scene with a ball of this radius (mm) as its tool.
 TouchScene with_radius(TouchScene s, double radius) {
   EXPECT_FALSE(set_tool_radius(s, radius).has_value());
   return s;
@@ -31,7 +31,7 @@ constexpr const char* k_round_methods[] = {"subvoxel", "scene",    "scene-sequen
 class RoundMethods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, RoundMethods, testing::ValuesIn(k_round_methods), suite_name);
 
-/// Fields are built once for all methods.
+/// The offset fields of a radius are built once, for all methods.
 TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
   for (const double radius : {0.5, 2.0, 6.0}) {
     const TouchScene scene = with_radius(scenes::phantom_scene("sphere", grid(128, 1.5)), radius);
@@ -52,7 +52,7 @@ TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
       }
       EXPECT_GT(play.contacts, 1800);
       EXPECT_EQ(play.judge.fall_throughs(), 0);
-      // The blur's error is sigma^2 / R = 0.05 mm; on cubes one lattice step more.
+      // The error by blur is sigma^2 / R = 0.05 mm; on cubes, the error is up to 1.6 steps of the lattice.
       EXPECT_LT(worst, solid == Solid::cubes ? 1.6 * step : 0.09 + 0.05 * step);
       if (solid == Solid::smooth) {
         EXPECT_LT(tangential, 0.03);
@@ -92,9 +92,9 @@ TEST(RoundTool, StaysOutOfNarrowerGapsAndNeverFallsThrough) {
       }
       EXPECT_EQ(play.judge.fall_throughs(), 0);
       EXPECT_GT(play.contacts, 300);
-      if (std::string(name) != "gyroid") {  // whose distance is only first order
+      if (std::string(name) != "gyroid") {  // the distance of a gyroid is exact only to first order
         const bool is_of_cubes = find_method(method)->solid == MethodInfo::Solid::cubes;
-        EXPECT_GT(least, 2.5 - (is_of_cubes ? 1.9 : 0.9));  // a voxel is 1.9 mm, the blur 1.3
+        EXPECT_GT(least, 2.5 - (is_of_cubes ? 1.9 : 0.9));  // mm; a voxel is 1.9 mm, the blur 1.3 mm
       }
     }
   }
@@ -130,11 +130,11 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsReadyAndIgnoresFieldsFro
   play.step({0, 0, 8});
   for (int i = 0; i < 60; ++i) play.step({0, 0, -8});
   EXPECT_NEAR(play.step({0, 0, -8}).proxy_world.z, 2, 0.1 + slack);
-  // Cut: the stale field holds the tool above the hole, bounded by the depth of the cut.
+  // After a cut, the stale field holds the tool above the hole.
   const volume::RemovalReport report = editor.remove({{0, 0, 3}, {0, 0, -6}, 5});
   play.set_version(editor.publish());
   EXPECT_NEAR(play.step({0, 0, -8}).proxy_world.z, 2, 0.1 + slack);
-  // The field's update arrives with a later version: down to a radius above the floor at -11.
+  // The updated field arrives with a later version: the tool descends to a radius above the floor at z = -11.
   const auto cut = editor.publish();
   play.set_version(cut, {play.scene.items[0].offset->updated(play.scene.items[0].field,
                                                              *play.scene.items[0].bits, *cut, report.box)});
@@ -147,7 +147,7 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsReadyAndIgnoresFieldsFro
   EXPECT_NEAR(std::sqrt(s.proxy_world.x * s.proxy_world.x + s.proxy_world.y * s.proxy_world.y), 3,
               0.35 + slack);
   EXPECT_EQ(play.judge.fall_throughs(), 0);
-  // Undo: the older version has its own field, and the tool is buried, not inside.
+  // Undo: the restored version has its own field again, in which the tool is buried in matter.
   editor.reset(untouched);
   play.set_version(editor.publish());
   EXPECT_TRUE(play.step({0, 0, -7}).is_buried);
@@ -175,7 +175,7 @@ TEST(RoundTool, OtherMethodsAndBadRadiiAreRefused) {
   EXPECT_EQ(scene.items[0].offset, nullptr);
 }
 
-/// A block or wall under thick slices, with the intensity falling linearly off its faces.
+/// Makes a wall perpendicular to x in thick slices; its intensity falls linearly away from its faces.
 TouchScene thick_slices(const dvec3& spacing, const dvec3& extent, double half_thickness) {
   const glm::ivec3 size(glm::ceil(extent / spacing));
   volume::Volume v = volume::make_volume(
@@ -212,7 +212,7 @@ TEST(RoundTool, AThinWallUnderThickSlicesIsNotPassed) {
             play.state.has_proxy && play.scene.base->frame.world_from_volume(play.state.proxy_volume).x > 0;
       }
       EXPECT_EQ(passed, 0) << slice << " " << radius;
-      // A sheet of two voxels loses some of its height to the splines.
+      // Splines lower the peak of a sheet of two voxels, so that its surface lies deeper.
       EXPECT_GT(nearest, radius - 0.1 - 0.02 * radius - 0.15) << slice << " " << radius;
     }
 }
@@ -240,20 +240,20 @@ TEST(RoundTool, ReachesTheEndOfItsOwnHoleUnderThickSlices) {
     worst = std::max(worst, glm::length(last.proxy_world - hip));
   }
   EXPECT_LT(worst, 1e-6);
-  // At its end and at its side the clearance between the two balls is free, to the accuracy of a lattice of
-  // that step.
-  for (const dvec3& way :
+  // At the end and at the side of the hole, the tool can move by the difference of the two radii, to the
+  // accuracy of the lattice.
+  for (const dvec3& direction :
        {glm::normalize(end - start), glm::normalize(glm::cross(end - start, dvec3(0, 0, 1)))}) {
-    for (int i = 1; i <= 60; ++i) last = play.step(end + (i / 20.0) * way);
+    for (int i = 1; i <= 60; ++i) last = play.step(end + (i / 20.0) * direction);
     EXPECT_TRUE(last.has_contact);
-    EXPECT_NEAR(glm::dot(last.proxy_world - end, way), k_radius - k_touch, 0.2);
-    for (int i = 60; i >= 0; --i) last = play.step(end + (i / 20.0) * way);
+    EXPECT_NEAR(glm::dot(last.proxy_world - end, direction), k_radius - k_touch, 0.2);
+    for (int i = 60; i >= 0; --i) last = play.step(end + (i / 20.0) * direction);
   }
   EXPECT_EQ(play.judge.fall_throughs(), 0);
 }
 
 /// On voxels larger than the ball, and on masks whose threshold is one of their two values, the ball stays
-/// out of the scan's own samples.
+/// out of the smooth solid of the scan.
 TEST(RoundTool, StaysOutOfCoarseVoxelsAndMasksAtTheirOwnValues) {
   struct Case {
     double voxel, slice, radius;
