@@ -421,7 +421,7 @@ const Command k_flap{
     "flap", "Cut a bone flap along an outline, and judge it",
     "  trephine flap head --at 0,-60,60 --diameter 40 --lift 30 --screenshot flap.png\n"
     "  trephine flap SCANS/HEAD --anchors outline.mrk.json -o open.mha --flap flap.stl --json\n"
-    "  trephine flap head-case --landmarks flap --saw 2.0 --target tumour --record flap.session",
+    "  trephine flap head-case --at -48.7,20,48.7 --diameter 50 --target tumour --record flap.session",
     build};
 
 }  // namespace trephine::cli
