@@ -186,14 +186,14 @@ class Flap {
     }
     for (const sim::Id& id : request_.leave)
       if (id.value == 0 || id.value > result_->pieces.size()) {
-        return LocatedError{"there is no piece " + std::to_string(id.value) + ": " +
-                                std::to_string(result_->pieces.size()) + " came off",
+        return LocatedError{"there is no piece " + std::to_string(id.value) +
+                                ": number of pieces: " + std::to_string(result_->pieces.size()),
                             surface_.pyramid().centre_world};
       }
     if (result_->pieces.empty() ||
         std::none_of(result_->pieces.begin(), result_->pieces.end(),
                      [](const FlapResult::Piece& piece) { return piece.event.is_detached; })) {
-      return LocatedError{"all pieces are to be left", surface_.pyramid().centre_world};
+      return LocatedError{"no piece is to be detached", surface_.pyramid().centre_world};
     }
     result_->cut.flaps = 1;
     result_->detached = sim::detach_parts(shape_, parts, fates, input_.solids, version_);
@@ -257,7 +257,8 @@ class Flap {
         if (!surface_.pyramid().contains(p)) return describe_leak(p);
         flood.push_back(v);
       }
-    return {"what lies within the outline still hangs on the rest", frame.world_from_volume(dvec3(*seed_))};
+    return {"the bone inside the outline is still connected to the rest",
+            frame.world_from_volume(dvec3(*seed_))};
   }
   LocatedError describe_leak(const dvec3& p) const {
     const dvec3 w = p - surface_.pyramid().apex_world;
@@ -270,7 +271,7 @@ class Flap {
         distance < line->from ? whole(line->from - distance) + " mm deeper than the saw went"
         : distance > line->to ? whole(distance - line->to) + " mm above where the saw began"
                               : "through a hole of the cut";
-    return {"what lies within the outline still hangs on the rest " +
+    return {"the bone inside the outline is still connected to the rest " +
                 between_anchors(line->side, surface_.pyramid().size()) + ", " + cause,
             p};
   }

@@ -123,7 +123,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
     for (std::size_t k = next - 1; k > first + half; --k) follow(k, from_next);
     if (const Line& one = lines_[first + half], &other = lines_[(first + half + 1) % n];
         one.is_bone && other.is_bone && std::abs(one.outer - other.outer) > 2 * k_jump) {
-      return LocatedError{"the skull's surface is not one " + between_anchors(one.side, sides) +
+      return LocatedError{"the skull's surface is not continuous " + between_anchors(one.side, sides) +
                               ": it jumps by " + whole(std::abs(one.outer - other.outer)) + " mm",
                           point_at(one, one.outer)};
     }
@@ -134,8 +134,8 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
     Line& line = lines_[i];
     if (!line.is_bone) continue;
     if (line.outer - line.inner > depth.thickest) {
-      return LocatedError{"the bone goes on deeper than " + whole(depth.thickest) + " mm " +
-                              between_anchors(line.side, sides) + ": that is no calvaria",
+      return LocatedError{"the bone is thicker than " + whole(depth.thickest) + " mm " +
+                              between_anchors(line.side, sides) + ": it is not calvaria",
                           point_at(line, line.outer - depth.thickest)};
     }
     if (line.inner <= k_nearest_apex) {

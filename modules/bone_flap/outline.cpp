@@ -39,7 +39,7 @@ LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
   const std::size_t n = anchors.size();
   if (n < 3) {
     return LocatedError{"the outline is open: it has " + std::to_string(n) +
-                            (n == 1 ? " anchor" : " anchors") + ", and three make the smallest",
+                            (n == 1 ? " anchor" : " anchors") + "; at least three are required",
                         n > 0 ? anchors[0] : dvec3(0)};
   }
   double longest = 0;
@@ -221,7 +221,7 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<dvec3>& anchors_wor
   result.centre_world /= weights;
   // Normals in all directions cancel.
   if (glm::length(normal_sum) < 0.2 * weights) {
-    return LocatedError{"the outline goes round the head: its normals look to all sides",
+    return LocatedError{"the outline encircles the head: its normals point in all directions",
                         result.centre_world};
   }
   result.normal_world = glm::normalize(normal_sum);
@@ -256,7 +256,7 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<dvec3>& anchors_wor
     }
   constexpr double k_least_mm2 = 30;
   if (0.5 * std::abs(twice_area) * distance * distance < k_least_mm2) {
-    return LocatedError{"the outline encloses next to nothing", result.centre_world};
+    return LocatedError{"the outline encloses almost no area", result.centre_world};
   }
   return result;
 }

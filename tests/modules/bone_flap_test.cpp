@@ -229,7 +229,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
       },
       [](const dvec3& p) { return Vault::shell(p / 1.12); });  // its top is beyond the last slice
   // Solid below: no calvaria. A post under the flap that leads to the side keeps it connected.
-  add("goes on deeper than 25 mm", between, 30, no_change,
+  add("is thicker than 25 mm", between, 30, no_change,
       [](const dvec3& p) { return 300 + 400 * (k_outer - glm::length(p)); });
   add("deeper than the saw went", dvec3(0, 0, 58), 30, no_change, [](const dvec3& p) {
     const bool is_post = p.z > 55 && std::abs(p.x) < 3 && std::abs(p.y) < 3;
@@ -239,8 +239,8 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
   });
   add("there is no bone at the seed", dvec3(0, 0, 60), 1, [](CutFlap& w) { w.seed = {dvec3(0, 0, 60)}; });
   add("the seed lies outside", dvec3(18, 0, 72.4), 1, [](CutFlap& w) { w.seed = {dvec3(18, 0, 72.4)}; });
-  add("there is no piece 2: 1 came off", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{2}}; });
-  add("encloses next to nothing", dvec3(0, 0, 74), 20, [&](CutFlap& w) {
+  add("there is no piece 2: number of pieces: 1", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{2}}; });
+  add("encloses almost no area", dvec3(0, 0, 74), 20, [&](CutFlap& w) {
     w.anchors = {a[0], 0.5 * (a[0] + a[1]) * dvec3(0.9, 0.9, 1), a[1]};
   });
   add("goes back on itself at anchor 2", a[1], 1, [&](CutFlap& w) {
@@ -252,7 +252,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
              {-15, -15}, {15, -15}, {15, 15}, {9, 15}, {9, -9}, {-9, -9}, {-9, 15}, {-15, 15}})
       w.anchors.push_back(k_outer * glm::normalize(dvec3(x, y, 73)));
   });
-  add("all pieces are to be left", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{1}}; });
+  add("no piece is to be detached", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{1}}; });
   for (const Case& one : cases) {
     SCOPED_TRACE(one.words);
     const Vault vault(dvec3(0.9), 6.5, one.hounsfield, 24);
