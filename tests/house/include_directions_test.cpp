@@ -1,4 +1,4 @@
-// Who may include whom: the table of docs/architecture.md, read off every source file.
+// Who may include whom: the table of docs/layout.md, read off every source file.
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
