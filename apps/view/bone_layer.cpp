@@ -1,3 +1,4 @@
+// BoneLayer: draws bone in batches and shows a kept picture in between.
 // One file, because the kept picture, its depth and the drawing into it share one set of buffers.
 #include "apps/view/bone_layer.h"
 
@@ -9,12 +10,10 @@
 #include <map>
 #include <vector>
 #include <vtkActor.h>
-#include <vtkActor2D.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
-#include <vtkMapper2D.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPlane.h>
@@ -22,20 +21,17 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
-#include <vtkPropCollection.h>
 #include <vtkProperty.h>
 #include <vtkRect.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
-#include <vtkRendererCollection.h>
 #include <vtkSmartPointer.h>
-#include <vtkTextActor.h>
-#include <vtkTextProperty.h>
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtk_glew.h>
 
 #include "apps/view/picture_cache.h"
+#include "apps/view/render_window.h"
 #include "apps/workbench/clock.h"
 
 namespace trephine::view {
@@ -178,7 +174,6 @@ class BoneLayer::Painter {
   void on_start();
   void on_end();
   /// Returns the time of the last change of any object on top of the bone.
-  vtkMTimeType top_change_time() const;
 
   vtkRenderWindow* window_;
   vtkRenderer *bone_, *tools_;
@@ -203,7 +198,7 @@ class BoneLayer::Painter {
   std::array<double, 16> kept_view_{};
   std::array<int, 2> kept_size_{};
   Clock::time_point moved_at_;
-  vtkMTimeType drawn_top_time_ = 0;  ///< top_change_time() of the last frame
+  vtkMTimeType drawn_top_time_ = 0;  ///< newest_change() of the other renderers at the last frame
   double triangles_per_ms_ = 3000;   ///< measured
 };
 
@@ -475,32 +470,6 @@ void BoneLayer::Painter::on_end() {
     can_keep_ = kept_.save(size[0], size[1]);
 }
 
-vtkMTimeType BoneLayer::Painter::top_change_time() const {
-  vtkMTimeType newest = 0;
-  const auto add = [&](vtkObject* object) {
-    if (object != nullptr) newest = std::max(newest, object->GetMTime());
-  };
-  vtkCollectionSimpleIterator renderers;
-  window_->GetRenderers()->InitTraversal(renderers);
-  while (vtkRenderer* renderer = window_->GetRenderers()->GetNextRenderer(renderers)) {
-    if (renderer == bone_) continue;
-    add(renderer->GetViewProps());
-    vtkCollectionSimpleIterator props;
-    renderer->GetViewProps()->InitTraversal(props);
-    while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(props)) {
-      add(prop);
-      if (!prop->GetVisibility()) continue;
-      newest = std::max(newest, prop->GetRedrawMTime());
-      if (auto* flat = vtkActor2D::SafeDownCast(prop); flat && flat->GetMapper()) {
-        add(flat->GetMapper());
-        add(flat->GetMapper()->GetInputDataObject(0, 0));
-      }
-      if (auto* text = vtkTextActor::SafeDownCast(prop)) add(text->GetTextProperty());
-    }
-  }
-  return newest;
-}
-
 bool BoneLayer::Painter::render(bool always) {
   if (!is_live_) {
     draw_all_once();
@@ -551,7 +520,8 @@ bool BoneLayer::Painter::render(bool always) {
   }
   // VTK fits the clipping range to the visible actors, which are only those drawn in this frame: restore it.
   camera->SetClippingRange(fitted_range_.data());
-  if (!always && pass_ == Pass::nothing && is_fine_ && top_change_time() == drawn_top_time_) return false;
+  if (!always && pass_ == Pass::nothing && is_fine_ && newest_change(window_, bone_) == drawn_top_time_)
+    return false;
   revision_ += pass_ != Pass::nothing;
   const bool was_changed = !changed_.is_empty();
   if (pass_ == Pass::rectangle) changed_ = {};
@@ -580,7 +550,7 @@ bool BoneLayer::Painter::render(bool always) {
       window_->Render();
     }
   }
-  drawn_top_time_ = top_change_time();
+  drawn_top_time_ = newest_change(window_, bone_);
   return true;
 }
 

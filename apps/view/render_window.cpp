@@ -2,17 +2,21 @@
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
+#include <algorithm>
 #include <cstdlib>
 #include <dlfcn.h>
+#include <vtkActor2D.h>
 #include <vtkBillboardTextActor3D.h>
 #include <vtkCallbackCommand.h>
 #include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkMapper2D.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
 #include <vtkPropCollection.h>
 #include <vtkRenderer.h>
 #include <vtkRendererCollection.h>
 #include <vtkTextActor.h>
+#include <vtkTextProperty.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
@@ -172,6 +176,32 @@ std::string png_of(vtkRenderWindow* window) {
 
 Status write_png(vtkRenderWindow* window, const std::string& path) {
   return data_tools::write_file_atomically(path, png_of(window));
+}
+
+std::uint64_t newest_change(vtkRenderWindow* window, const vtkRenderer* except) {
+  vtkMTimeType newest = 0;
+  const auto add = [&](vtkObject* object) {
+    if (object != nullptr) newest = std::max(newest, object->GetMTime());
+  };
+  vtkCollectionSimpleIterator renderers;
+  window->GetRenderers()->InitTraversal(renderers);
+  while (vtkRenderer* renderer = window->GetRenderers()->GetNextRenderer(renderers)) {
+    if (renderer == except) continue;
+    add(renderer->GetViewProps());
+    vtkCollectionSimpleIterator props;
+    renderer->GetViewProps()->InitTraversal(props);
+    while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(props)) {
+      add(prop);
+      if (!prop->GetVisibility()) continue;
+      newest = std::max(newest, prop->GetRedrawMTime());
+      if (auto* flat = vtkActor2D::SafeDownCast(prop); flat && flat->GetMapper()) {
+        add(flat->GetMapper());
+        add(flat->GetMapper()->GetInputDataObject(0, 0));
+      }
+      if (auto* text = vtkTextActor::SafeDownCast(prop)) add(text->GetTextProperty());
+    }
+  }
+  return newest;
 }
 
 }  // namespace trephine::view

@@ -1,12 +1,14 @@
 // DrawSurface: render target: a window on a display, or memory without a display.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "volume/base/error.h"
 
 class vtkRenderWindow;
+class vtkRenderer;
 
 namespace trephine::view {
 
@@ -29,6 +31,9 @@ Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height);
 /// Description of the OpenGL in use: "llvmpipe (LLVM 15), 4.5 (Core Profile) Mesa 22.3". Creates a temporary
 /// context.
 Result<std::string> describe_gl();
+
+/// Returns the newest modification time of what the window's renderers other than `except` show.
+std::uint64_t newest_change(vtkRenderWindow* window, const vtkRenderer* except);
 
 /// Contents of the window as a PNG file. The texts in the picture become its description.
 std::string png_of(vtkRenderWindow* window);

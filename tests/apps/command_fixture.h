@@ -12,6 +12,8 @@
 #include <string>
 #include <sys/wait.h>
 
+#include "apps/bench/scenes/scratch.h"
+
 namespace trephine::command_tests {
 
 namespace fs = std::filesystem;
@@ -24,12 +26,6 @@ struct Ended {
 
 class Command : public ::testing::Test {
  protected:
-  Command() {
-    std::string name = (fs::temp_directory_path() / "trephine-test-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~Command() override { fs::remove_all(folder_); }
-
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
   static std::string read(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
@@ -69,7 +65,8 @@ class Command : public ::testing::Test {
          << 45 - depth << "\n1.2,8.3,0.2," << 45 - depth << "\n";
     write(name, path.str());
   }
-  fs::path folder_;
+  scenes::Scratch scratch_;
+  const fs::path& folder_ = scratch_.path;
 };
 
 /// An NRRD file in text, cubes of 1 mm: value(x, y, z) of `size` voxels along each axis.

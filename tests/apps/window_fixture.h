@@ -26,6 +26,7 @@
 #include <vtkRenderWindow.h>
 
 #include "apps/bench/scenes/scenes.h"
+#include "apps/bench/scenes/scratch.h"
 #include "apps/window/qt_window.h"
 #include "data-tools/formats/open_volume.h"
 #include "haptics/device/device.h"
@@ -76,8 +77,6 @@ inline void answer_dialog_with(const std::string& path) {
 class Window : public ::testing::Test {
  protected:
   Window() {
-    std::string name = (fs::temp_directory_path() / "trephine-window-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
     scene_ = ball(64);
     options_.title = "ball";
     options_.width = 900;
@@ -106,7 +105,6 @@ class Window : public ::testing::Test {
       return OpenedScene{start_on(ball(48)), "reshaped", nullptr, "", {}, {}};
     };
   }
-  ~Window() override { fs::remove_all(folder_); }
 
   template <class T>
   T* child(MainWindow& window, const char* name) {
@@ -120,7 +118,8 @@ class Window : public ::testing::Test {
       window.grab().save(QString("%1/%2.png").arg(folder, name));
   }
 
-  fs::path folder_;
+  scenes::Scratch scratch_;
+  const fs::path& folder_ = scratch_.path;
   std::string session_;
   std::shared_ptr<const haptics::TouchScene> scene_;
   std::unique_ptr<sim::SessionWriter> recorder_;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "apps/bench/scenes/scenes.h"
+#include "apps/bench/scenes/scratch.h"
 #include "haptics/methods/methods.h"
 #include "haptics/proxy/implicit_proxy.h"
 #include "modules/drilling/burr.h"
@@ -42,13 +43,7 @@ inline const Catalogue& drilling_catalogue() {
 }
 
 /// A temporary folder, deleted afterwards.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "trephine-session-XXXXXX").string();
-    path = mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path); }
+struct Folder : scenes::Scratch {
   std::string file(const char* name) const { return (path / name).string(); }
 };
 
