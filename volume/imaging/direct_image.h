@@ -90,7 +90,8 @@ struct DirectPixel {
 };
 
 /// Ray caster for one scan. Interpolates trilinearly between voxels; removed matter is air, with an edge of
-/// half a voxel.
+/// half a voxel. The transfer function is integrated between samples, over which values change linearly
+/// (Engel et al. 2001), so that the distance between samples does not show as rings.
 class DirectImage {
  public:
   /// Makes one pass over the voxels. threads 0 = all cores.
@@ -123,9 +124,17 @@ class DirectImage {
 
  private:
   struct Cast;
+  static constexpr int k_edge = 8;              ///< voxels along a block's edge
+  static constexpr int k_lowest = -32768;       ///< lowest value
+  static constexpr float k_exp_per_unit = 256;  ///< entries of the table of e^-x per unit of x
   void find_cut_blocks(const Version& version);
   void measure_leaps();
   bool is_visible(int low, int high) const noexcept;  ///< true if any value low .. high is
+  static std::size_t entry_of(float value) noexcept;  ///< of table_
+  /// Mean colour and attenuation per mm of a layer in which the values change linearly.
+  std::array<float, 4> mean_of(float first, float second) const noexcept;
+  /// 1 - e^-depth: opacity of a layer by its optical depth.
+  float opacity_of(float depth) const noexcept;
 
   std::shared_ptr<const Volume> scan_;
   glm::ivec3 blocks_{0};
@@ -135,8 +144,8 @@ class DirectImage {
   std::vector<std::uint8_t> leaps_;           ///< per block: chessboard distance to the nearest visible block
   std::vector<std::uint32_t> visible_below_;  ///< per value: number of lower visible values
   std::vector<std::array<float, 4>> table_;   ///< per value: colour, and attenuation per mm
-  std::vector<float> opacities_;              ///< per value: opacity of one step
-  double step_of_opacities_ = 0;              ///< mm, the step for which opacities_ was computed
+  std::vector<std::array<double, 4>> sums_;   ///< per value: sums of table_ below it, colours weighted
+  std::vector<float> transmissions_;          ///< table of e^-x
   std::vector<LabelAppearance> labels_;
   std::vector<std::uint8_t> near_labels_;  ///< per voxel: label within k_blur voxels; empty without labels_
   std::int16_t air_ = 0;
