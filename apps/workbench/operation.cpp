@@ -317,6 +317,11 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
     SceneDescription touched;  // for a case, its first touchable structure is the shape
     if (Status error = add_touchable(source, choice.shape, {}, touched)) return *error;
     if (Status error = keep_largest(source, touched.structures[0].shape, listener)) return *error;
+  } else if (choice.shape.omits_holder && !choice.shape.is_made() && source.volume->is_hounsfield &&
+             !source.plan && !source.is_builtin) {
+    auto shape = choose_shape(source, choice.shape);
+    if (!shape) return shape.error();
+    if (Status error = omit_holder(source, shape.value(), listener)) return *error;
   }
   SceneDescription spec;
   sim::SceneData data(source.volume);

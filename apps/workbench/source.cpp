@@ -273,6 +273,21 @@ Status keep_largest(Source& source, const volume::Shape& shape, const Listener& 
   return std::nullopt;
 }
 
+Status omit_holder(Source& source, const volume::Shape& shape, const Listener& listener) {
+  volume::ShapeParts removed;
+  auto kept = volume::omit_parts_outside_body(source.volume, shape, removed);
+  if (!kept) return kept.error();
+  if (removed.count == 0) return std::nullopt;
+  listener.notice(format_text(
+      "left out: %d part%s outside the patient's body (a table, a head holder), %.1f %% of the size of the "
+      "bone; a threshold of your choice shows them",
+      removed.count, removed.count == 1 ? "" : "s",
+      100.0 * static_cast<double>(removed.others) / static_cast<double>(removed.largest)));
+  source.volume = std::move(kept).value();
+  source.is_altered = true;
+  return std::nullopt;
+}
+
 void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener) {
   const volume::ShapeParts parts = volume::parts_of(source.volume, shape);
   if (!parts.is_other_large()) return;

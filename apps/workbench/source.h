@@ -19,6 +19,8 @@ struct ShapeChoice {
   std::string window, label;
   bool is_auto = false;     ///< if nothing defines a threshold: that of the histogram (Otsu)
   bool is_largest = false;  ///< only the largest part of the shape
+  /// Omits a table or a head holder from a shape that was not chosen, of a CT without a plan.
+  bool omits_holder = false;
   bool is_made() const { return iso || !window.empty() || !label.empty(); }
 };
 
@@ -64,6 +66,9 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener 
 Status blur(Source& source, double sigma);
 /// Replaces the scan by one with the largest part of a shape only; reports the number of removed parts.
 Status keep_largest(Source& source, const volume::Shape& shape, const Listener& listener = {});
+/// Replaces the scan by one without the parts of a shape outside the patient's body, such as a table; reports
+/// them. Does not change a scan without such parts.
+Status omit_holder(Source& source, const volume::Shape& shape, const Listener& listener);
 /// Reports other parts of a shape that are large enough to disturb, such as a table or a head holder.
 void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener);
 /// Checks that need no scan.

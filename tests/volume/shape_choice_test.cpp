@@ -252,5 +252,53 @@ TEST(ThinFill, LeavesOuterSurfacesUnchanged) {
   EXPECT_EQ(count, 0);
 }
 
+/// Skull, jaw inside the tissue, and next to it a cushion and a holder; voxels of 1 x 1 x 2.5 mm.
+std::shared_ptr<Volume> head_in_holder(std::int16_t cushion, std::int16_t tissue = 40) {
+  const glm::dmat3 axes(glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 2.5));
+  auto scan = std::make_shared<Volume>(
+      make_volume({61, 71, 25}, Frame::from_axes(glm::dvec3(0), axes).value()).value());
+  scan->is_hounsfield = true;
+  for (int z = 0; z < 25; ++z)
+    for (int y = 0; y < 71; ++y)
+      for (int x = 0; x < 61; ++x) {
+        const double r = glm::length(glm::dvec3(x - 30, y - 30, 2.5 * (z - 12))),
+                     jaw = glm::length(glm::dvec3(x - 30, y - 50, 2.5 * (z - 12)));
+        scan->voxels[scan->index(x, y, z)] = r < 16 && r > 12 ? 900
+                                             : jaw < 3        ? 800
+                                             : r < 28         ? tissue
+                                             : y >= 69 ? 600
+                                             : y > 52         ? cushion
+                                                              : -1000;
+      }
+  return scan;
+}
+
+TEST(PartsOutsideTheBody, AreOmittedAndPartsInsideStay) {
+  const auto scan = head_in_holder(-950);
+  const Shape bone;
+  ShapeParts removed;
+  const auto kept = omit_parts_outside_body(scan, bone, removed);
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(removed.count, 1);
+  EXPECT_EQ(removed.others, 61 * 2 * 25);
+  const Volume& output = *kept.value();
+  EXPECT_EQ(output.window_voxels()[output.index(30, 69, 12)], -1000) << "the holder";
+  EXPECT_EQ(output.window_voxels()[output.index(30, 50, 12)], 800) << "the jaw";
+  EXPECT_EQ(output.window_voxels()[output.index(30, 44, 12)], 900) << "the skull";
+  for (std::size_t i = 0; i < scan->voxels.size(); ++i) ASSERT_EQ(output.voxels[i], scan->voxels[i]);
+}
+
+TEST(PartsOutsideTheBody, StayIfTheyTouchItOrIfThereIsNoTissue) {
+  ShapeParts removed;
+  const auto touching = head_in_holder(-200);  // a dense cushion connects holder and skin
+  EXPECT_EQ(omit_parts_outside_body(touching, Shape{}, removed).value(), touching);
+  EXPECT_EQ(removed.count, 0);
+  const auto specimen = head_in_holder(-950, -1000);
+  EXPECT_EQ(omit_parts_outside_body(specimen, Shape{}, removed).value(), specimen);
+  const auto uncalibrated = head_in_holder(-950);
+  uncalibrated->is_hounsfield = false;
+  EXPECT_EQ(omit_parts_outside_body(uncalibrated, Shape{}, removed).value(), uncalibrated);
+}
+
 }  // namespace
 }  // namespace trephine::volume

@@ -264,6 +264,109 @@ Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, co
   return with_parts(*volume, shape, parts, is_kept);
 }
 
+namespace {
+
+/// Cells of 2 x 2 x 2 voxels with tissue that are connected to given voxels.
+class Body {
+ public:
+  explicit Body(const Volume& volume)
+      : volume_size_(volume.size), size_((volume.size + 1) / 2), state_(count_of(size_), outside) {
+    constexpr int k_tissue = -300;  // HU; the cushions of tables and holders are below
+    for (int z = 0; z < volume.size.z; ++z)
+      for (int y = 0; y < volume.size.y; ++y) {
+        const std::int16_t* row = volume.voxels.data() + volume.index(0, y, z);
+        for (int x = 0; x < volume.size.x; ++x)
+          if (row[x] >= k_tissue) state_[index(glm::ivec3(x, y, z) / 2)] = tissue;
+      }
+  }
+  void add(std::size_t voxel) {
+    const std::size_t cell = cell_of(voxel);
+    if (state_[cell] == body) return;
+    state_[cell] = body;
+    front_.push_back(cell);
+    ++added_;
+  }
+  /// Adds all tissue that is connected to the added voxels.
+  void spread() {
+    const auto row = static_cast<std::size_t>(size_.x), slice = row * static_cast<std::size_t>(size_.y);
+    while (!front_.empty()) {
+      const std::size_t cell = front_.back();
+      front_.pop_back();
+      const glm::ivec3 p(static_cast<int>(cell % row), static_cast<int>(cell % slice / row),
+                         static_cast<int>(cell / slice));
+      for (int n = 0; n < 6; ++n) {
+        glm::ivec3 next = p;
+        next[n / 2] += n % 2 ? 1 : -1;
+        if (next[n / 2] < 0 || next[n / 2] >= size_[n / 2]) continue;
+        const std::size_t at = index(next);
+        if (state_[at] != tissue) continue;
+        state_[at] = body;
+        front_.push_back(at);
+        ++spread_;
+      }
+    }
+  }
+  /// True if at least half of the body was not added, but found by spreading.
+  bool is_mostly_tissue() const { return spread_ >= added_; }
+  bool contains(std::size_t voxel) const { return state_[cell_of(voxel)] == body; }
+
+ private:
+  enum State : std::uint8_t { outside, tissue, body };
+  static std::size_t count_of(const glm::ivec3& size) {
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+           static_cast<std::size_t>(size.z);
+  }
+  std::size_t index(const glm::ivec3& cell) const {
+    return static_cast<std::size_t>(cell.x) +
+           static_cast<std::size_t>(size_.x) *
+               (static_cast<std::size_t>(cell.y) +
+                static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(cell.z));
+  }
+  std::size_t cell_of(std::size_t voxel) const {
+    const auto x = static_cast<std::size_t>(volume_size_.x), y = static_cast<std::size_t>(volume_size_.y);
+    return index(glm::ivec3(static_cast<int>(voxel % x), static_cast<int>(voxel / x % y),
+                            static_cast<int>(voxel / (x * y))) /
+                 2);
+  }
+  glm::ivec3 volume_size_, size_;
+  std::vector<State> state_;
+  std::vector<std::size_t> front_;
+  std::size_t added_ = 0, spread_ = 0;  ///< cells
+};
+
+}  // namespace
+
+Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
+                                                              const Shape& shape, ShapeParts& removed) {
+  const SolidParts parts = find_parts(volume, shape);
+  int largest = 0;
+  const ShapeParts all = summary_of(parts, largest);
+  removed = {};
+  if (!volume->is_hounsfield || !all.is_other_large()) return volume;
+  Body body(*volume);
+  for_each_voxel(*volume, parts, [&](int part, std::size_t voxel) {
+    if (part == largest) body.add(voxel);
+  });
+  body.spread();
+  if (!body.is_mostly_tissue()) return volume;
+  std::vector<bool> is_kept(parts.parts().size(), false);
+  for_each_voxel(*volume, parts, [&](int part, std::size_t voxel) {
+    if (body.contains(voxel)) is_kept[static_cast<std::size_t>(part)] = true;
+  });
+  ShapeParts outside;
+  outside.largest = all.largest;
+  for (std::size_t p = 0; p < is_kept.size(); ++p) {
+    if (is_kept[p]) continue;
+    outside.others += parts.parts()[p].samples, ++outside.count;
+    outside.second = std::max(outside.second, parts.parts()[p].samples);
+  }
+  if (!outside.is_other_large()) return volume;
+  Result<Volume> copy = with_parts(*volume, shape, parts, is_kept);
+  if (!copy) return copy.error();
+  removed = outside;
+  return std::shared_ptr<const Volume>(std::make_shared<const Volume>(std::move(copy).value()));
+}
+
 Result<Volume> keep_seeded_parts(const std::shared_ptr<const Volume>& volume, const Shape& shape, double seed,
                                  double least_share, ShapeParts& removed) {
   const SolidParts parts = find_parts(volume, shape);

@@ -16,9 +16,9 @@ int otsu_threshold(const Volume& volume);
 struct ShapeParts {
   std::int64_t largest = 0, second = 0, others = 0;  ///< voxels; others: all parts except the largest
   int count = 0;                                     ///< number of parts
-  /// True if a second part is large enough to hide the largest, such as a table or a head holder.
+  /// True if the second largest part is large enough to hide the largest, such as a table or a head holder.
   bool is_other_large() const noexcept {
-    return count >= 2 && static_cast<double>(second) >= 0.005 * static_cast<double>(largest);
+    return static_cast<double>(second) >= 0.005 * static_cast<double>(largest) && second > 0;
   }
 };
 ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& shape);
@@ -27,6 +27,13 @@ ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& sh
 /// removed part of a window becomes air in Volume::shape_voxels, that of a label background in the labels.
 Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, const Shape& shape,
                                  ShapeParts& parts);
+
+/// Returns a copy without the parts of a CT's shape outside the patient's body, such as a table or a head
+/// holder: no tissue (-300 HU and above, in cells of two voxels) connects them to the largest part. Returns
+/// `volume` itself if there is no such part that is large, or no tissue around the largest part, as in a
+/// specimen. Changes voxels as keep_largest_part().
+Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
+                                                              const Shape& shape, ShapeParts& removed);
 
 /// Hysteresis threshold for windows: returns a copy with only those parts that contain an intensity of at
 /// least `seed` and have at least `least_share` of the largest such part's voxels. `removed`: the removed

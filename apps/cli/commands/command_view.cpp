@@ -46,6 +46,7 @@ class Host {
     if (!opened) return opened.error();
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
+    choice.shape.omits_holder = true;
     choice.models.clear();  // models belong to the frame of the first scan
     // The user can change this automatic threshold in the window.
     if (!opened.value().plan) choice.shape.is_auto = true;
@@ -140,6 +141,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (!device) return device.error();
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
+  choice.shape.omits_holder = true;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
   auto models = models_of(arguments.models);
   if (!models) return models.error();
@@ -157,7 +159,10 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
     print(text);
     notices.push_back(text);
   };
-  auto opened = workbench::open_operation(arguments.source, choice, listener);
+  // The window reshapes the scan as it was read.
+  auto original = workbench::open_source(arguments.source, listener);
+  if (!original) return original.error();
+  auto opened = workbench::make_operation(original.value(), choice, listener);
   if (!opened) return opened.error();
   const workbench::Operation& operation = opened.value();
   const workbench::Source& source = operation.source;
@@ -201,7 +206,8 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.recorder = recorder.get();
   if (recorder) options.session_file = record.file;
 
-  const auto host = std::make_shared<Host>(source, arguments.source.path, choice, record);
+  const auto host =
+      std::make_shared<Host>(std::move(original).value(), arguments.source.path, choice, record);
   options.host.open = [host](const std::string& path, const workbench::Listener& listener) {
     return host->open(path, listener);
   };
@@ -249,7 +255,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                    {"faults", r.servo.faults},
                    {"force_faults", r.force_faults}};
   outcome.text =
-      format_text("%zu triangles; frames: %d, the first after %.2f s, removed: %.1f mm3, strokes: %zu\n",
+      format_text("%zu triangles; frames: %d, the first after %.2f s, removed: %.1f mm³, strokes: %zu\n",
                   r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
   if (r.recording) notice("note: " + r.recording->message());
   if (recorder && (!is_autosave || recorder->has_edits())) {
