@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <string>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -28,6 +29,7 @@ constexpr int k_halo = 3;        // voxels around a chunk that its surface and n
 constexpr double k_level = 27;
 constexpr int k_membrane = 3;   // voxels; a flap strips a membrane of this thickness off a structure
 constexpr int k_torn_near = 3;  // voxels around a deep cut in which shallow cuts are drawn as well
+constexpr double k_turn = 6.283185307179586;
 constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane needs intact matter
 
 /// Colour (shares of 1) of structures whose name contains `part`.
@@ -92,6 +94,8 @@ struct OpenedStructures::Solid {
   void cut(const volume::Version& version, const VoxelBox& box);
   /// Smooths the drawn labels in a box, to remove their steps.
   void smooth(const VoxelBox& box);
+  /// Returns the label of the matter just below a point of the surface.
+  std::optional<int> label_below(const dvec3& at, const dvec3& normal) const;
   void paint(DrawMesh& mesh) const;
 
   std::shared_ptr<const volume::Volume> base;
@@ -216,20 +220,44 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh(const volume::Version& vers
   return meshes;
 }
 
-void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
+std::optional<int> OpenedStructures::Solid::label_below(const dvec3& at, const dvec3& normal) const {
   const double step = 0.5 * std::cbrt(base->frame.voxel_mm3());
+  for (int deep = 1; deep <= 4; ++deep) {
+    const ivec3 v = volume::voxel_of(base->frame.volume_from_world(at - deep * step * normal));
+    if (is_structure(v)) return base->labels[base->index(v.x, v.y, v.z)];
+  }
+  return std::nullopt;
+}
+
+void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
+  // Labels change in steps of a voxel. The shares of the labels around a vertex make their borders smooth;
+  // their cubes keep the borders narrow.
+  constexpr int k_directions = 8;
+  const double voxel = std::cbrt(base->frame.voxel_mm3());
   mesh.colours.reserve(mesh.vertices.size());
+  std::vector<double> shares(colours.size());
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    // The matter just below the surface.
-    int label = labels.front();
-    for (int deep = 1; deep <= 4; ++deep) {
-      const ivec3 v = volume::voxel_of(
-          base->frame.volume_from_world(dvec3(mesh.vertices[i]) - deep * step * dvec3(mesh.normals[i])));
-      if (!is_structure(v)) continue;
-      label = base->labels[base->index(v.x, v.y, v.z)];
-      break;
+    const dvec3 at(mesh.vertices[i]), normal(mesh.normals[i]);
+    const dvec3 other = std::abs(normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0),
+                right = glm::normalize(glm::cross(normal, other)), up = glm::cross(right, normal);
+    std::fill(shares.begin(), shares.end(), 0.0);
+    const auto add = [&](double distance, double angle, double weight) {
+      const dvec3 offset = distance * (std::cos(angle) * right + std::sin(angle) * up);
+      if (const auto label = label_below(at + offset, normal))
+        shares[static_cast<std::size_t>(*label)] += weight;
+    };
+    add(0, 0, 1);
+    for (int n = 0; n < k_directions; ++n) {
+      add(voxel, n * k_turn / k_directions, 0.7);
+      add(2 * voxel, (n + 0.5) * k_turn / k_directions, 0.35);
     }
-    mesh.colours.emplace_back(colours[static_cast<std::size_t>(label)]);
+    dvec3 colour(0);
+    double sum = 0;
+    for (std::size_t label = 0; label < shares.size(); ++label) {
+      const double weight = shares[label] * shares[label] * shares[label];
+      colour += weight * colours[label], sum += weight;
+    }
+    mesh.colours.emplace_back(sum > 0 ? colour / sum : colours[static_cast<std::size_t>(labels.front())]);
   }
 }
 
