@@ -13,6 +13,20 @@ using volume::ImagePlane;
 
 namespace {
 
+/// Fills the area of an object, half transparent. `inside`: per pixel of the plane, from the upper left.
+void fill(Panel& panel, const std::vector<std::uint8_t>& inside, const Panel::Colour& colour) {
+  for (int row = 0; row < panel.rows; ++row)
+    for (int column = 0; column < panel.columns; ++column) {
+      const auto at = [&](int from_row) {
+        return static_cast<std::size_t>(column) +
+               static_cast<std::size_t>(panel.columns) * static_cast<std::size_t>(from_row);
+      };
+      if (!inside[at(row)]) continue;
+      Panel::Colour& pixel = panel.pixels[at(panel.rows - 1 - row)];
+      for (std::size_t c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>((pixel[c] + colour[c]) / 2);
+    }
+}
+
 /// Returns the loop moved by `mm` to its left, inward, so that it is next to the outline of its neighbour.
 cross_section::Loop inset(const cross_section::Loop& loop, double mm) {
   cross_section::Loop moved;
@@ -75,6 +89,9 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
   for (const Thing& thing : subject.things) {
     auto cut = cut_of(plane, thing);
     if (!cut) return cut.error();
+    // Bone, as it appears in a slice, or metal.
+    fill(panel, cut.value().inside,
+         thing.is_piece ? Panel::Colour{230, 214, 186} : Panel::Colour{200, 220, 245});
     add(cut.value().outline, {255, 255, 255}, thing.name);
   }
   // Draw the plan only within 2 mm of the plane.

@@ -46,7 +46,7 @@ Status check_closed(const Thing& thing) {
   if (facts.volume > 0) return std::nullopt;
   return Error{.what = "the triangles of the model face inward",
                .where = thing.name,
-               .found = format_text("%.0f mm3 within its surface", facts.volume),
+               .found = format_text("%.0f mm³ within its surface", facts.volume),
                .expected = "triangles that are counter-clockwise seen from outside",
                .remedy = "flip its triangles in a mesh editor"};
 }

@@ -161,7 +161,7 @@ Result<std::string> compare(const haptics::TouchScene& scene, const ComparedStat
                                       side > 0 ? "RLAP" : "LRPA"),
                  sagittal =
                      draw_section(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APSI");
-  axial.title = workbench::format_text("Only in the first: %.0f mm3; only in the second: %.0f mm3",
+  axial.title = workbench::format_text("Only in the first: %.0f mm³; only in the second: %.0f mm³",
                                        difference.first_mm3, difference.second_mm3);
   axial.lines = {{{}, {90, 166, 255}, true, "only in the first"},
                  {{}, {255, 153, 38}, true, "only in the second"},

@@ -43,7 +43,7 @@ struct Legend {
     int row = 0;
   };
   std::vector<Entry> entries;
-  int rows = 1;
+  int rows = 0;
 
   Legend(const std::vector<Panel>& panels, int width) {
     std::set<std::string> names;
@@ -52,7 +52,7 @@ struct Legend {
       for (const Panel::Line& line : panel.lines) {
         if (line.name.empty() || !names.insert(line.name).second) continue;
         const double length = 9.5 * static_cast<double>(line.name.size()) + 24;
-        if (x > 12 && x + length > width) x = 12, ++rows;
+        if (entries.empty() || (x > 12 && x + length > width)) x = 12, ++rows;
         entries.push_back({line.name, line.colour, x, rows - 1});
         x += length;
       }
@@ -66,7 +66,9 @@ int size_within(const std::string& text, double room, int size) {
       static_cast<int>(room / (k_letter * std::max<double>(1, static_cast<double>(text.size())))), 9, size);
 }
 
-void add_text(vtkRenderer* to, const std::string& text, double x, double y, int size, bool is_right,
+enum class Align { left, centre, right };
+
+void add_text(vtkRenderer* to, const std::string& text, double x, double y, int size, Align align,
               const Panel::Colour& colour = {230, 230, 230}) {
   if (text.empty()) return;
   vtkNew<vtkTextActor> actor;
@@ -79,7 +81,8 @@ void add_text(vtkRenderer* to, const std::string& text, double x, double y, int 
   look->SetVerticalJustificationToCentered();
   look->SetBackgroundColor(0.07, 0.07, 0.08);
   look->SetBackgroundOpacity(0.4);  // for bright pictures
-  if (is_right) look->SetJustificationToRight();
+  if (align == Align::right) look->SetJustificationToRight();
+  if (align == Align::centre) look->SetJustificationToCentered();
   to->AddActor2D(actor);
 }
 
@@ -152,11 +155,17 @@ void add_bar(vtkRenderer* to, double left, double right, double y) {
 }  // namespace
 
 Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
-  const int columns = panels.size() > 1 ? 2 : 1,
-            rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
+  // Up to three panels form a row; more form two rows or, from seven on, rows of three.
+  const int count = static_cast<int>(panels.size()),
+            columns = count <= 3 ? count : std::min(3, (count + 1) / 2),
+            rows = (count + columns - 1) / columns;
   const int width = columns * edge, cell = k_head + edge;
   const Legend legend(panels, width);
-  const int height = rows * cell + 6 + legend.rows * k_foot;
+  const int height = rows * cell + legend.rows * k_foot + (legend.rows > 0 ? 6 : 0);
+  // Titles share one font size.
+  int title_size = 19;
+  for (const Panel& panel : panels)
+    title_size = std::min(title_size, size_within(panel.title, edge - 24, 19));
   auto surface = make_offscreen(width, height);
   if (!surface) return surface.error();
   vtkRenderWindow* window = surface.value()->window();
@@ -186,19 +195,18 @@ Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
       const double pixels_per_mm = edge / (panel.mm_per_pixel * std::max(panel.columns, panel.rows));
       const int mm = imaging::bar_length(0.25 * edge / pixels_per_mm);
       add_bar(text_layer, left + edge - 14 - mm * pixels_per_mm, left + edge - 14, low + 12);
-      add_text(text_layer, std::to_string(mm) + " mm", left + edge - 14, low + 27, 15, true);
+      add_text(text_layer, std::to_string(mm) + " mm", left + edge - 14, low + 27, 15, Align::right);
     }
-    add_text(text_layer, panel.title, left + 12, low + edge + 0.5 * k_head,
-             size_within(panel.title, edge - 24, 19), false);
+    add_text(text_layer, panel.title, left + 12, low + edge + 0.5 * k_head, title_size, Align::left);
     const double room = edge - 24 - (panel.is_to_scale ? 0.3 * edge : 0);
-    add_text(text_layer, panel.foot, left + 12, low + 16, size_within(panel.foot, room, 15), false);
-    add_text(text_layer, panel.left, left + 12, low + 0.5 * edge, 18, false);
-    add_text(text_layer, panel.right, left + edge - 12, low + 0.5 * edge, 18, true);
-    add_text(text_layer, panel.above, left + 0.5 * edge - 6, low + edge - 16, 18, false);
-    add_text(text_layer, panel.below, left + 0.5 * edge - 6, low + 40, 18, false);
+    add_text(text_layer, panel.foot, left + 12, low + 16, size_within(panel.foot, room, 15), Align::left);
+    add_text(text_layer, panel.left, left + 12, low + 0.5 * edge, 18, Align::left);
+    add_text(text_layer, panel.right, left + edge - 12, low + 0.5 * edge, 18, Align::right);
+    add_text(text_layer, panel.above, left + 0.5 * edge, low + edge - 16, 18, Align::centre);
+    add_text(text_layer, panel.below, left + 0.5 * edge, low + 40, 18, Align::centre);
   }
   for (const Legend::Entry& entry : legend.entries)
-    add_text(text_layer, entry.name, entry.x, 3 + (legend.rows - entry.row - 0.5) * k_foot, 17, false,
+    add_text(text_layer, entry.name, entry.x, 3 + (legend.rows - entry.row - 0.5) * k_foot, 17, Align::left,
              entry.colour);
   window->AddRenderer(text_layer);
   window->Render();

@@ -262,6 +262,9 @@ void ImagePane::paintEvent(QPaintEvent*) {
     QStringList lines = foot.trimmed().split('\n');
     for (QString& text : lines) text = metrics.elidedText(text, Qt::ElideRight, room - 12);
     write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, lines.join('\n'));
+    // Above the foot and the scale bar.
+    write(painter, inner.adjusted(0, 0, 0, -metrics.height() * std::max<double>(1, lines.size()) - 8),
+          Qt::AlignHCenter | Qt::AlignBottom, QString::fromStdString(panel->below));
     write_legend(painter, *panel, inner.adjusted(0, 0, 0, -metrics.height() * lines.size() - 8));
     const double ms = panes_->milliseconds(index_);
     QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);

@@ -1,12 +1,25 @@
 #include "apps/window/qt_notices.h"
 
 #include <QListWidget>
+#include <QMainWindow>
 #include <QScrollBar>
 #include <algorithm>
+#include <optional>
 
 namespace trephine::view {
 
 using workbench::EventLevel;
+
+namespace {
+
+/// Returns the colour of a message in the log; nullopt: that of the text.
+std::optional<QColor> colour_of(EventLevel level) {
+  if (level == EventLevel::danger) return QColor(255, 120, 100);
+  if (level == EventLevel::refusal) return QColor(246, 201, 68);
+  return std::nullopt;
+}
+
+}  // namespace
 
 NoticeLabel::NoticeLabel(QWidget* canvas) : QLabel(canvas) {
   setObjectName("notice_at_tool");
@@ -69,8 +82,7 @@ void EventLog::update_from(const Notices& notices) {
     const Notices::Entry& entry = notices.log()[i];
     auto* item = new QListWidgetItem(
         QString("%1 s   %2").arg(entry.session_time, 0, 'f', 1).arg(QString::fromStdString(entry.text)));
-    if (entry.level == EventLevel::danger) item->setForeground(QColor(255, 120, 100));
-    if (entry.level == EventLevel::refusal) item->setForeground(QColor(246, 201, 68));
+    if (const auto colour = colour_of(entry.level)) item->setForeground(*colour);
     list_->addItem(item);
   }
   while (list_->count() > static_cast<int>(Notices::k_most_logged)) delete list_->takeItem(0);
@@ -78,9 +90,39 @@ void EventLog::update_from(const Notices& notices) {
   if (follows) list_->scrollToBottom();
 }
 
+void EventLog::show_time(const Notices& notices, double seconds) {
+  if (isHidden() || list_->count() != static_cast<int>(notices.log().size())) return;
+  const auto& log = notices.log();
+  const auto later = std::find_if(log.begin(), log.end(),
+                                  [&](const Notices::Entry& entry) { return entry.session_time > seconds; });
+  const int past = static_cast<int>(later - log.begin());
+  if (past == past_) return;
+  past_ = past;
+  for (int i = 0; i < list_->count(); ++i) {
+    const auto colour = colour_of(log[static_cast<std::size_t>(i)].level);
+    list_->item(i)->setForeground(i >= past ? QBrush(QColor(118, 122, 132))
+                                  : colour  ? QBrush(*colour)
+                                            : QBrush());
+  }
+  list_->setCurrentRow(past - 1);
+  if (past > 0)
+    list_->scrollToItem(list_->item(past - 1), QAbstractItemView::PositionAtCenter);
+  else
+    list_->scrollToTop();
+}
+
+void EventLog::showEvent(QShowEvent* event) {
+  QDockWidget::showEvent(event);
+  // Eight lines at first; the user can change the height.
+  constexpr int k_lines = 8;
+  if (auto* window = qobject_cast<QMainWindow*>(parentWidget()))
+    window->resizeDocks({this}, {k_lines * (list_->fontMetrics().height() + 2) + 24}, Qt::Vertical);
+}
+
 void EventLog::clear() {
   list_->clear();
   count_ = 0;
+  past_ = -1;
 }
 
 }  // namespace trephine::view

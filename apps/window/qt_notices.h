@@ -30,11 +30,18 @@ class EventLog : public QDockWidget {
  public:
   explicit EventLog(QWidget* parent);
   void update_from(const Notices& notices);
+  /// For a replay, whose messages are all known: scrolls to the last message at or before `seconds`, and
+  /// greys the later ones.
+  void show_time(const Notices& notices, double seconds);
   void clear();
+
+ protected:
+  void showEvent(QShowEvent* event) override;
 
  private:
   QListWidget* list_;
   std::size_t count_ = 0;
+  int past_ = -1;  ///< messages up to the time of show_time(); -1: not called
 };
 
 }  // namespace trephine::view

@@ -371,6 +371,7 @@ void MainWindow::show_notices() {
       operation_ ? operation_->notice_level() : replay_notices_.shown_level(replay_->seconds()),
       {static_cast<int>(tip.x * canvas_->width()), static_cast<int>((1 - tip.y) * canvas_->height())});
   log_->update_from(operation_ ? operation_->notices() : replay_notices_);
+  if (replay_) log_->show_time(replay_notices_, replay_->seconds());
 }
 
 void MainWindow::show_state() {

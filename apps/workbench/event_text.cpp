@@ -45,20 +45,20 @@ EventText text_of(const sim::StructureTorn& e) {
   return {format_text("%s torn, %.2f mm deep.", e.structure.c_str(), e.deepest), Level::danger};
 }
 EventText text_of(const sim::PieceFreed& e) {
-  return {format_text("Body %u detached, %.0f mm3.", e.body.value, e.size), Level::outcome};
+  return {format_text("Body %u detached, %.0f mm³.", e.body.value, e.size), Level::outcome};
 }
 EventText text_of(const sim::DebrisFreed& e) {
-  return {format_text("%lld small part%s removed as debris, %.1f mm3.", static_cast<long long>(e.count),
+  return {format_text("%lld small part%s removed as debris, %.1f mm³.", static_cast<long long>(e.count),
                       e.count == 1 ? "" : "s", e.size),
           Level::record};
 }
 EventText text_of(const bone_flap::FlapCut& e) {
-  return {format_text("Bone flap of %.1f cm2 cut, %.0f mm3; the saw removed %.0f mm3.", e.area / 100,
+  return {format_text("Bone flap of %.1f cm² cut, %.0f mm³; the saw removed %.0f mm³.", e.area / 100,
                       e.flap_size, e.kerf_size),
           Level::outcome};
 }
 EventText text_of(const bone_flap::FlapPiece& e) {
-  return {format_text("Piece %lld of the flap: %.0f mm3, %s.", static_cast<long long>(e.number), e.size,
+  return {format_text("Piece %lld of the flap: %.0f mm³, %s.", static_cast<long long>(e.number), e.size,
                       e.is_detached ? "removed" : "left in place"),
           Level::record};
 }
@@ -68,7 +68,7 @@ EventText text_of(const bone_flap::FlapPreviewed& e) {
 }
 EventText text_of(const bone_flap::FlapFailed& e) { return {"No bone flap: " + e.reason, Level::refusal}; }
 EventText text_of(const cross_section::SectionMeasured& e) {
-  return {format_text("Section: bone %.1f mm2, models %.1f mm2, of which %.1f mm2 outside bone.", e.bone,
+  return {format_text("Section: bone %.1f mm², models %.1f mm², of which %.1f mm² outside bone.", e.bone,
                       e.models, e.outside),
           Level::outcome};
 }
@@ -78,12 +78,12 @@ EventText text_of(const measurement::Measured& e) {
           Level::outcome};
 }
 EventText text_of(const fluoroscopy::XrayTaken& e) {
-  return {format_text("X-ray %lld: primary %.0f degrees, secondary %.0f degrees, %.1f mGy cm2.",
+  return {format_text("X-ray %lld: primary %.0f degrees, secondary %.0f degrees, %.1f mGy cm².",
                       static_cast<long long>(e.number), e.primary, e.secondary, e.area_product),
           Level::record};
 }
 EventText text_of(const laminectomy::Judgement& e) {
-  return {format_text("%s: canal %.0f mm2 (%.0f mm2 before), its roof open along %.0f mm.",
+  return {format_text("%s: canal %.0f mm² (%.0f mm² before), its roof open along %.0f mm.",
                       e.vertebra.empty() ? "Vertebra" : e.vertebra.c_str(), e.canal_after, e.canal_before,
                       e.opened_length),
           Level::outcome};
@@ -101,7 +101,7 @@ EventText text_of(const drilling::PerforatorStopped& e) {
 }
 EventText text_of(const drilling::CraniotomeRefused& e) { return {"No cut: " + e.reason, Level::refusal}; }
 EventText text_of(const rongeur::Bite& e) {
-  return {format_text("Bite of %.0f mm3.", e.size), Level::outcome};
+  return {format_text("Bite of %.0f mm³.", e.size), Level::outcome};
 }
 EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.reason, Level::refusal}; }
 

@@ -113,7 +113,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
     if (!result) return result.error();
     listener.notice(format_text(
         "thin walls were closed in the shape (--fill-thin %.3g): %lld voxels (%.2g %% of the scan, "
-        "%.0f mm3) of %.0f and more count as %.0f; the scan stays as it is",
+        "%.0f mm³) of %.0f and more count as %.0f; the scan stays as it is",
         reach, static_cast<long long>(filled), percent_of_voxels(filled),
         static_cast<double>(filled) * source.volume->frame.voxel_mm3(), lowest, fill_value));
     if (filled > 0) take(source, std::move(result));

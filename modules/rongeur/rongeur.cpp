@@ -95,8 +95,8 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
   }
   if (const double size = bite_size(r, at, work); size > r.most) {
     work.raise_event(
-        BiteRefused{"it would take " + std::to_string(std::lround(size)) + " mm3, and a hand bites " +
-                    std::to_string(std::lround(r.most)) + " mm3. Take less of the edge, or thin the bone."},
+        BiteRefused{"it would take " + std::to_string(std::lround(size)) + " mm³, and a hand bites " +
+                    std::to_string(std::lround(r.most)) + " mm³. Take less of the edge, or thin the bone."},
         middle);
     return;
   }

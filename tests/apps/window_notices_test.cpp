@@ -15,11 +15,11 @@ using workbench::EventLevel;
 
 TEST(Notices, AreShownForSomeSecondsAndLoggedPermanently) {
   Notices notices;
-  notices.add({1, 1, EventLevel::outcome, "Bite of 30 mm3."});
+  notices.add({1, 1, EventLevel::outcome, "Bite of 30 mm³."});
   notices.add({2, 2, EventLevel::record, "The tool left dura."});
   notices.add({3, 3, EventLevel::danger, "Dura torn."});
   notices.add({4, 4, EventLevel::danger, "Dura torn."});
-  EXPECT_EQ(notices.shown(4), "Bite of 30 mm3.\nDura torn.");
+  EXPECT_EQ(notices.shown(4), "Bite of 30 mm³.\nDura torn.");
   EXPECT_EQ(notices.shown_level(4), EventLevel::danger);
   EXPECT_EQ(notices.shown(7), "Dura torn.");
   EXPECT_EQ(notices.shown(13), "");

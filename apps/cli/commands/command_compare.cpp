@@ -91,7 +91,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   const glm::dvec3& middle = difference.middle_world;
   if (difference.is_any()) outcome.json["middle_world_mm"] = {middle.x, middle.y, middle.z};
   outcome.text = format_text(
-      "first: %s\nsecond: %s\nonly in the first: %.1f mm3, only in the second: %.1f mm3\n",
+      "first: %s\nsecond: %s\nonly in the first: %.1f mm³, only in the second: %.1f mm³\n",
       first.value().title.c_str(), second.value().title.c_str(), difference.first_mm3, difference.second_mm3);
   if (bodies[0] + bodies[1] > 0)
     outcome.text += format_text("detached bodies do not count as bone: %zu in the first, %zu in the second\n",

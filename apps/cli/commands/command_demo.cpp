@@ -82,7 +82,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   if (Status error = data_tools::write_file_atomically(report_file, text_of_json(json) + "\n")) return *error;
   outcome.text = report.is_met() ? "" : checks_text(report);
   outcome.text += format_text(
-      "touched and drilled %s: %.0f mm3 removed%s, strongest force %.2f N\nservo: %llu steps, p50 "
+      "touched and drilled %s: %.0f mm³ removed%s, strongest force %.2f N\nservo: %llu steps, p50 "
       "%.1f us, p99 %.1f us\n"
       "pictures and report in %s/\n",
       source.name.c_str(), removed, is_through ? ", the burr hole is through" : "", report.strongest_force_n,

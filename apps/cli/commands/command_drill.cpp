@@ -176,9 +176,9 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["content_hash"] = hash_text(version.content_hash());
   json["memory"] = memory_report(scene, version);
   json["written"] = outputs.written();
-  outcome.text = format_text("removed %.2f mm3 in %zu steps\n", run.engine().removed_mm3(), times.size());
+  outcome.text = format_text("removed %.2f mm³ in %zu steps\n", run.engine().removed_mm3(), times.size());
   for (const auto& [name, mm3] : by_label.items())
-    outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
+    outcome.text += format_text("  %s %.2f mm³\n", name.c_str(), mm3.get<double>());
   report_measures(run.engine(), outcome);
   outcome.text += "written to " + arguments.output + "\n";
   report_forbidden(run.engine(), 1 / arguments.rate, outcome);

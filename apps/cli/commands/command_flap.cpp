@@ -120,7 +120,7 @@ Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dve
   if (const dvec3 sideways = from - glm::dot(from, view_normal) * view_normal;
       lift > 0 && glm::length(sideways) > 1e-6)
     from = glm::normalize(view_normal + 1.2 * glm::normalize(sideways));
-  picture.show_still(run.engine().current(), run.engine().overlays(), middle, from, 0.5, 0.8);
+  picture.show_still(run.engine().current(), run.engine().overlays(), middle, from, 0.8, 0.5);
   return view::write_png(surface.value()->window(), path);
 }
 
@@ -154,7 +154,7 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
   json["middle_world_mm"] = json_of(flap.centre);
   json["apex_world_mm"] = json_of(flap.apex);
   outcome.text +=
-      format_text("flap of %.1f cm2, %.0f mm3; the saw removed %.0f mm3 along %.0f mm2 of walls\n",
+      format_text("flap of %.1f cm², %.0f mm³; the saw removed %.0f mm³ along %.0f mm² of walls\n",
                   cut->area / 100, cut->flap_size, cut->kerf_size, cut->wall);
   Json pieces = Json::array();
   const sim::Chronicle& chronicle = engine.now().chronicle;
@@ -168,7 +168,7 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
                       {"is_detached", piece->is_detached},
                       {"is_at_border", piece->is_at_border}});
     if (cut->pieces > 1 || piece->is_at_border)
-      outcome.text += format_text("  piece %lld: %.0f mm3, %s%s\n", static_cast<long long>(piece->number),
+      outcome.text += format_text("  piece %lld: %.0f mm³, %s%s\n", static_cast<long long>(piece->number),
                                   piece->size, piece->is_detached ? "removed" : "left",
                                   piece->is_at_border ? ", cut by the scan's border" : "");
   }

@@ -339,7 +339,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   outcome.text =
       format_text("C-arm: primary %.1f, secondary %.1f degrees; %d x %d pixels of %.3f mm; %.2f s\n",
                   arm.primary, arm.secondary, view.columns, view.rows, arm.pixel, seconds);
-  outcome.text += format_text("an exposure of %.1f s at %.0f kV, %.0f mA: %.3f mGy, %.1f mGy cm2\n",
+  outcome.text += format_text("an exposure of %.1f s at %.0f kV, %.0f mA: %.3f mGy, %.1f mGy cm²\n",
                               shot.time, shot.voltage, shot.current, dose.kerma, dose.area_product);
   if (tissue_count > 0)
     outcome.text += format_text(

@@ -128,7 +128,7 @@ Result<Outcome> describe_session(const std::string& path) {
                                 events[i]["hand"].get<int>() + 1) +
                     events[i]["text"].get<std::string>() + "\n";
   if (session.end())
-    outcome.text += format_text("  removed %.2f mm3 at its end\n", session.end()->removed_mm3);
+    outcome.text += format_text("  removed %.2f mm³ at its end\n", session.end()->removed_mm3);
   if (dropped > 0)
     outcome.text +=
         format_text("  %llu ticks were dropped (full ring)\n", static_cast<unsigned long long>(dropped));

@@ -324,13 +324,13 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   json["is_at_border"] = o.is_at_border;
   if (o.is_at_border) notice("the scan ends within the vertebra: sizes and shares refer to the scanned part");
   Json facets = Json::array(), pars = Json::array();
-  outcome.text += format_text("canal: %.0f mm2 where it is narrowest (slice %d), now %.0f\n", j.canal_before,
+  outcome.text += format_text("canal: %.0f mm² where it is narrowest (slice %d), now %.0f\n", j.canal_before,
                               plane.slice(j.narrowest_at) + 1, j.canal_after);
   outcome.text +=
       o.widest_opened < 0
           ? "its roof is closed\n"
           : format_text(
-                "its roof is open along %.0f mm, %.1f mm wide at most (slice %d): there %.0f mm2, now %.0f\n",
+                "its roof is open along %.0f mm, %.1f mm wide at most (slice %d): there %.0f mm², now %.0f\n",
                 j.opened_length, j.opened_width, plane.slice(j.opened_at) + 1, j.opening_before,
                 j.opening_after);
   outcome.text +=

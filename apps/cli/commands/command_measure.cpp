@@ -65,14 +65,14 @@ std::string text_of(const Measured& m, bool is_hounsfield) {
           "tape: %.2f mm along the surface, %.2f taut, %.2f straight; points moved by up to %.1f mm\n",
           m.length, m.taut, m.straight, m.moved);
     case Kind::patch:
-      return format_text("patch: %.1f mm2 within %.1f mm; points moved by up to %.1f mm\n", m.area, m.length,
+      return format_text("patch: %.1f mm² within %.1f mm; points moved by up to %.1f mm\n", m.area, m.length,
                          m.moved);
     case Kind::part:
-      return format_text("part: %.1f mm3, its surface %.1f mm2\n", m.size, m.area);
+      return format_text("part: %.1f mm³, its surface %.1f mm²\n", m.size, m.area);
     case Kind::region:
       break;
   }
-  return format_text("region: mean %.1f%s, deviation %.1f, %.0f to %.0f, %.0f mm3\n", m.mean,
+  return format_text("region: mean %.1f%s, deviation %.1f, %.0f to %.0f, %.0f mm³\n", m.mean,
                      is_hounsfield ? " HU" : "", m.deviation, m.least, m.most, m.size);
 }
 

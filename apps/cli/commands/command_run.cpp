@@ -63,7 +63,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   const auto failed = std::count_if(report.checks.begin(), report.checks.end(),
                                     [](const workbench::ScriptCheck& check) { return !check.is_met; });
   outcome.text = checks_text(report);
-  outcome.text += format_text("%.1f s played in %.1f s, %.2f mm3 removed, at most %.2f N: ", report.seconds,
+  outcome.text += format_text("%.1f s played in %.1f s, %.2f mm³ removed, at most %.2f N: ", report.seconds,
                               played.value().played_seconds, removed, report.strongest_force_n);
   outcome.text += report.checks.empty() ? "nothing was expected\n"
                   : failed == 0         ? format_text("all of %zu checks met\n", report.checks.size())

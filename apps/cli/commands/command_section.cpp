@@ -47,7 +47,7 @@ std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& ob
     std::string name;
     for (const char c : object.name)
       name += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-    text += format_text("\"><title>%s, %.1f mm2</title></path>\n", name.c_str(), object.cut.area);
+    text += format_text("\"><title>%s, %.1f mm²</title></path>\n", name.c_str(), object.cut.area);
   }
   return text + "</svg>\n";
 }
@@ -110,7 +110,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   for (const SectionObject& object : objects) {
     json["objects"].push_back(
         {{"name", object.name}, {"area_mm2", object.cut.area}, {"outlines", object.cut.outline.size()}});
-    outcome.text += format_text("%s: %.1f mm2\n", object.name.c_str(), object.cut.area);
+    outcome.text += format_text("%s: %.1f mm²\n", object.name.c_str(), object.cut.area);
     has_models |= object.kind == SectionObject::Kind::model;
   }
   if (a.plane.width > 0)
@@ -127,11 +127,11 @@ Result<Outcome> run_section(const SectionArguments& a) {
     json["models_beyond_picture_mm2"] = beyond;
     if (beyond > 0.01 * whole + 1)
       outcome.text +=
-          format_text("of models %.1f mm2 are beyond the picture, and not included below\n", beyond);
+          format_text("of models %.1f mm² are beyond the picture, and not included below\n", beyond);
     json["models_mm2"] = areas.models;
     json["models_outside_bone_mm2"] = areas.outside;
     json["bone_is_by_labels"] = !objects[0].by_labels.empty();
-    outcome.text += format_text("of models %.1f mm2 are outside bone (red)\n", areas.outside);
+    outcome.text += format_text("of models %.1f mm² are outside bone (red)\n", areas.outside);
     for (const workbench::Moment::Thing& thing : moment.things)
       if (thing.screw) report_breach(thing, moment, outcome);
     if (objects[0].by_labels.empty() && areas.outside > 0)

@@ -147,12 +147,12 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["speed"] = seconds > 0 ? static_cast<double>(replay.next_tick()) / rate / seconds : 0;
   json["is_closed"] = session.reader->end().has_value();
   if (is_seeking)
-    outcome.text = format_text("opened at %.1f s in %.2f s; strokes: %zu, removed: %.2f mm3\n",
+    outcome.text = format_text("opened at %.1f s in %.2f s; strokes: %zu, removed: %.2f mm³\n",
                                static_cast<double>(replay.next_tick()) / rate, seconds, engine.stroke_count(),
                                engine.removed_mm3());
   else
     outcome.text = format_text(
-        "%.1f s replayed in %.2f s; commands: %llu, strokes: %zu, removed: %.2f mm3, at most %.2f N\n",
+        "%.1f s replayed in %.2f s; commands: %llu, strokes: %zu, removed: %.2f mm³, at most %.2f N\n",
         static_cast<double>(replay.next_tick()) / rate, seconds,
         static_cast<unsigned long long>(counts.commands), engine.stroke_count(), engine.removed_mm3(),
         strongest);
@@ -239,7 +239,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     after = shown.value().removed_mm3;
   }
   outcome.json["removed_mm3_total"] = after;
-  outcome.text = format_text("continued at %.1f s; removed %.2f mm3 before, %.2f mm3 now\n",
+  outcome.text = format_text("continued at %.1f s; removed %.2f mm³ before, %.2f mm³ now\n",
                              static_cast<double>(first_tick) / header.rate_hz, before, after);
   return outcome;
 }

@@ -162,7 +162,7 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
     if (is_stroke || row.units != 0) {
       json_row["removed_mm3"] = mm3 ? Json(*mm3 * static_cast<double>(row.units)) : Json();
       if (mm3 && row.units != 0)
-        text += format_text(row.units > 0 ? ", removed %.2f mm3" : ", put back %.2f mm3",
+        text += format_text(row.units > 0 ? ", removed %.2f mm³" : ", put back %.2f mm³",
                             *mm3 * static_cast<double>(std::abs(row.units)));
     }
     rows.push_back(std::move(json_row));
