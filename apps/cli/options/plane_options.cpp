@@ -38,7 +38,10 @@ void add_plane(Options& options, PlaneArguments& plane) {
       .one_of({"axial", "coronal", "sagittal"})
       .shows_default();
   options.add("--normal", plane.normal, "Perpendicular to this direction instead (LPS)").type("X,Y,Z");
-  options.add("--at", plane.at, "Centre of the plane, mm (LPS) (default: centre of the scan)").type("X,Y,Z");
+  options
+      .add("--at", plane.at,
+           "A position in the plane, mm (LPS), with --width also its centre (default: centre of the scan)")
+      .type("X,Y,Z");
   options.add("--trajectory", plane.trajectory, "Along this trajectory of the plan").type("NAME");
   options.add("--pixel", plane.pixel, "Pixel size").type("MM").shows_default();
   options.add("--width", plane.width, "Width of the square image, mm (default: the whole scan)").type("MM");
@@ -90,6 +93,11 @@ Result<ImagePlane> plane_of(const PlaneArguments& a, const workbench::Moment& mo
     const auto at = parse_point(a.at, "--at");
     if (!at) return at.error();
     plane.middle_world = at.value();
+    // Without a width the whole scan is shown: the position gives the plane, not the picture's centre.
+    if (!(a.width > 0)) {
+      const dvec3 centre = moment.scan->frame.world_from_volume(0.5 * (dvec3(moment.scan->size) - 1.0));
+      plane.middle_world = centre - plane.height(centre) * plane.normal();
+    }
   }
   const double width = a.width > 0 ? a.width : width_of(plane, *moment.scan);
   plane.columns = plane.rows = std::clamp(static_cast<int>(std::lround(width / a.pixel)), 1, 8192);
