@@ -62,8 +62,8 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& touch_stat
     const auto no_box = [](const ivec3&) { return volume::VoxelBox{ivec3(1), ivec3(0)}; };
     bool is_hit = false;
     for (int index = 0; index < item_count(scene); ++index) {
-      const bool is_front = holds(scene, state.around.passable, index, Side::front),
-                 is_back = holds(scene, state.around.passable, index, Side::back);
+      const bool is_front = blocks(scene, state.around.passable, index, Side::front),
+                 is_back = blocks(scene, state.around.passable, index, Side::back);
       if (!is_front && !is_back) continue;
       const DepthCube& cube = net_of(index).cube();
       if (!cast_on_cells(surface_of(index), cube.frame(), cube.size(), no_box, in_cube(index, from),

@@ -45,7 +45,7 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
   int hit_item = -1;  // the item of the last query in matter
   const auto query = [&](const dvec3& p, bool is_smooth) {
     for (int index = 0; index < item_count(scene); ++index) {
-      if (!holds(scene, state.around.passable, index, Side::front)) continue;
+      if (!blocks(scene, state.around.passable, index, Side::front)) continue;
       const TouchItem& item = item_of(scene, index);
       const dvec3 local = item.is_mesh() ? item.placement.local_from_world(p) : p;
       ++result.counters.cells;

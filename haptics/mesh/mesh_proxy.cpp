@@ -62,8 +62,9 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& touch_state
       FacetHit candidate;
       if (!trees_[static_cast<std::size_t>(index)]->cast(
               placement.local_from_world(from), placement.local_from_world(to), scene.tool_radius,
-              holds(scene, state.around.passable, index, Side::front),
-              holds(scene, state.around.passable, index, Side::back), candidate, result.counters.triangles) ||
+              blocks(scene, state.around.passable, index, Side::front),
+              blocks(scene, state.around.passable, index, Side::back), candidate,
+              result.counters.triangles) ||
           (is_hit && candidate.t >= hit.t))
         continue;
       hit = candidate;

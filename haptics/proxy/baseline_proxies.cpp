@@ -85,7 +85,7 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& touch_st
       dvec3 normal =
           voxel_normal(scene.items[static_cast<std::size_t>(s)].field, frame, v, result.counters.cells);
       const bool is_front = glm::dot(start - p, normal) >= 0 && glm::dot(end - p, normal) <= 0;
-      if (!holds(scene, state.around.passable, s, side_of(!is_front))) break;
+      if (!blocks(scene, state.around.passable, s, side_of(!is_front))) break;
       if (!is_front) normal = -normal;
       result.set_contact(s, side_of(!is_front), normal);
       // Stays in the tangent plane at the contact, as close to the HIP as possible.

@@ -155,7 +155,7 @@ void Chain::find_bounds() noexcept {
     const dvec3 p = ball(tool_, i);
     const ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(p) : ShapeSet{};
     for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
-      if (!walls_.may_hold(s, inside.contains(s))) continue;
+      if (!walls_.may_block(s, inside.contains(s))) continue;
       SceneWalls::WallList few;
       const int found = walls_.walls_at(s, inside, p, k_near * voxel_, few);
       for (int k = 0; k < found; ++k) add_bound(few[static_cast<std::size_t>(k)], i, p);
@@ -208,7 +208,7 @@ double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped_b
 void Chain::update_inside_flags() noexcept {
   bool may_enter = false;
   for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
-    may_enter = may_enter || (!walls_.is_mesh(s) && !walls_.holds(s, Side::front));
+    may_enter = may_enter || (!walls_.is_mesh(s) && !walls_.blocks(s, Side::front));
   for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
     const std::uint32_t bit = 1u << i;
     if ((state_.balls_inside & bit) == 0 && !may_enter) continue;
@@ -237,7 +237,7 @@ double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noe
 bool Chain::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
   constexpr int k_most_pushes = 8;
   const MeshTree& tree = walls_.tree_of(mesh);
-  const bool is_front = walls_.holds(mesh, Side::front), is_back = walls_.holds(mesh, Side::back);
+  const bool is_front = walls_.blocks(mesh, Side::front), is_back = walls_.blocks(mesh, Side::back);
   const double hair = 1e-5 * voxel_;
   // Finds the ball that the mesh would pass over first, and the push that prevents it.
   const auto find_push = [&](const Placement& to, dvec3& push) {

@@ -39,8 +39,8 @@ class SurfaceCaster {
 
   /// `is_hit`: another shape was met at hit.t, and only a nearer hit counts.
   bool cast(int s, const dvec3& a, const dvec3& b, FacetHit& hit, bool is_hit) const noexcept {
-    const bool is_front = holds(scene_, passable_, s, Side::front),
-               is_back = holds(scene_, passable_, s, Side::back);
+    const bool is_front = blocks(scene_, passable_, s, Side::front),
+               is_back = blocks(scene_, passable_, s, Side::back);
     if (!is_front && !is_back) return is_hit;
     const auto shape = static_cast<std::size_t>(s);
     const auto empty_box = [&](const ivec3& cell) {
@@ -73,7 +73,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
   if (!is_fresh && state.version != serial)
     for (int s = 0; s < static_cast<int>(scene.items.size()); ++s) {
       const bool was = state.inside.contains(s), is_now = caster.is_behind(s, state.proxy_volume);
-      if (was != is_now && holds(scene, state.around.passable, s, side_of(was)))
+      if (was != is_now && blocks(scene, state.around.passable, s, side_of(was)))
         result.is_buried = is_fresh = true;
     }
   if (is_fresh) {

@@ -75,8 +75,8 @@ struct ProxyState {
 };
 
 /// Returns true if this side of the shape blocks a proxy now.
-inline bool holds(const TouchScene& scene, const ShapeSet& passable, int shape, Side side) noexcept {
-  return holds(item_of(scene, shape).sides, side) && !passable.contains(shape);
+inline bool blocks(const TouchScene& scene, const ShapeSet& passable, int shape, Side side) noexcept {
+  return blocks(item_of(scene, shape).sides, side) && !passable.contains(shape);
 }
 
 struct ProxyInput {

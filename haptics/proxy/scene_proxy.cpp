@@ -56,7 +56,7 @@ void move_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls&
                  const Placements& placements, int mesh, double reach, ProxyState& state,
                  dvec3& proxy) noexcept {
   const MeshTree& tree = walls.tree_of(mesh);
-  if (!walls.holds(mesh, Side::front) || walls.holds(mesh, Side::back)) return;
+  if (!walls.blocks(mesh, Side::front) || walls.blocks(mesh, Side::back)) return;
   const double radius = scene.tool_radius, off = radius + 2 * tree.gap();
   if (distance_to(scene, layout, placements, mesh, proxy) > radius) return;  // outside its box: not covered
   const Placement& place = walls.placement_of(mesh);
@@ -108,7 +108,7 @@ int find_left_shape(const TouchScene& scene, const SceneLayout& layout, const To
   for (std::size_t d = 0; d < layout.depths().size(); ++d) {
     const depth::DepthSet* set = depth::set_in(touch_state, static_cast<int>(d));
     const int shape = layout.depths()[d];
-    if (set == nullptr || !walls.holds(shape, Side::front)) continue;
+    if (set == nullptr || !walls.blocks(shape, Side::front)) continue;
     const Placement& place = walls.placement_of(shape);
     const dvec3 from = place.local_from_world(start);
     bool leaves = false;
@@ -223,8 +223,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
     };
     /// Moves around walls that block a push; `a`: previous position of the tool in the mesh's frame.
     const auto push_aside = [&](std::size_t m, int shape, const dvec3& a) {
-      const bool is_front = holds(scene, around.passable, shape, Side::front),
-                 is_back = holds(scene, around.passable, shape, Side::back);
+      const bool is_front = blocks(scene, around.passable, shape, Side::front),
+                 is_back = blocks(scene, around.passable, shape, Side::back);
       constexpr int k_most_rounds = 8;
       for (int round = 0; round < k_most_rounds; ++round) {
         const dvec3 b = next[m].local_from_world(start);
@@ -250,8 +250,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       if (before == next[m] || shape < 0) continue;
       const TouchItem& mesh = item_of(scene, shape);
       const dvec3 a = before.local_from_world(start), along = next[m].world_from_local(a);
-      const bool may_touch = holds(scene, around.passable, shape, Side::front) ||
-                             holds(scene, around.passable, shape, Side::back);
+      const bool may_touch = blocks(scene, around.passable, shape, Side::front) ||
+                             blocks(scene, around.passable, shape, Side::back);
       if (state.touched == shape && may_touch) {
         result.carried_world = along - start;
         const bool is_rough =
@@ -260,8 +260,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       }
       const dvec3 b = next[m].local_from_world(start);
       FacetHit hit;
-      if (!tree_of(shape).cast(a, b, scene.tool_radius, holds(scene, around.passable, shape, Side::front),
-                               holds(scene, around.passable, shape, Side::back), hit,
+      if (!tree_of(shape).cast(a, b, scene.tool_radius, blocks(scene, around.passable, shape, Side::front),
+                               blocks(scene, around.passable, shape, Side::back), hit,
                                result.counters.triangles))
         continue;
       const double approach = -glm::dot(b - a, hit.normal_world);

@@ -30,8 +30,8 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
       const Placement& placement = placement_of(mesh, input);
       FacetHit candidate;
       if (!mesh.tree->cast(placement.local_from_world(a), placement.local_from_world(b), scene.tool_radius,
-                           holds(scene, state.around.passable, i, Side::front),
-                           holds(scene, state.around.passable, i, Side::back), candidate,
+                           blocks(scene, state.around.passable, i, Side::front),
+                           blocks(scene, state.around.passable, i, Side::back), candidate,
                            counters.triangles) ||
           (is_hit && candidate.t >= hit.t))
         continue;

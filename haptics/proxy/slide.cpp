@@ -21,7 +21,7 @@ bool Slide<Walls>::begin() noexcept {
       // A change of the scene may have moved the proxy through a side that does not block; blocking sides are
       // tested below.
       const bool was = inside_.contains(s);
-      if (walls_.holds(s, side_of(was))) continue;
+      if (walls_.blocks(s, side_of(was))) continue;
       inside_.set(s, walls_.is_solid(s, start_));
     }
   if (!is_fresh) {
@@ -59,7 +59,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
   is_in_solid_ = false;
   for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
     const bool is_inside = inside_.contains(s);
-    if (!walls_.may_hold(s, is_inside)) continue;
+    if (!walls_.may_block(s, is_inside)) continue;
     typename Walls::WallList walls;
     const int found = walls_.walls_at(s, inside_, p, within, walls);
     for (int i = 0; i < found; ++i) {

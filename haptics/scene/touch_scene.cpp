@@ -203,7 +203,7 @@ Status set_tool_radius(TouchScene& scene, double radius, int threads) {
                  .expected = "0 to 6 mm",
                  .remedy = "use a smaller ball, or a point"};
   for (const TouchItem& shape : scene.items)
-    if (!shape.is_mesh() && holds(shape.sides, Side::back))
+    if (!shape.is_mesh() && blocks(shape.sides, Side::back))
       return Error{.what = "contact from inside needs a tool without a radius",
                    .where = shape.field.shape().name,
                    .found = "its back is touchable",

@@ -49,7 +49,7 @@ Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
 /// Side of a surface, or both: front = toward free space, back = within the solid. The C interface uses these
 /// numbers.
 enum class Side : std::uint8_t { none = 0, front = 1, back = 2, both = 3 };
-constexpr bool holds(Side sides, Side one) { return (static_cast<int>(sides) & static_cast<int>(one)) != 0; }
+constexpr bool blocks(Side sides, Side one) { return (static_cast<int>(sides) & static_cast<int>(one)) != 0; }
 /// Returns the side that blocks a proxy inside a solid, or outside.
 constexpr Side side_of(bool is_inside) { return is_inside ? Side::back : Side::front; }
 

@@ -39,7 +39,7 @@ MotionEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dve
       const bool is_inside = is_in_grid && grid.is_solid_within(static_cast<std::size_t>(s), v);
       const bool was_inside = inside.contains(s);
       if (is_inside == was_inside) continue;
-      if (walk.face().axis >= 0 && holds(scene, passable, s, side_of(was_inside)))
+      if (walk.face().axis >= 0 && blocks(scene, passable, s, side_of(was_inside)))
         return {true, walk.t_enter(), before, walk.face(), s, was_inside};
       inside.flip(s);
     }
@@ -84,7 +84,7 @@ bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3&
     for (std::size_t s = 0; s < scene.items.size(); ++s) {
       const bool was_inside = state.inside.contains(static_cast<int>(s));
       if (grid.is_solid(s, v) != was_inside &&
-          holds(scene, state.around.passable, static_cast<int>(s), side_of(was_inside)))
+          blocks(scene, state.around.passable, static_cast<int>(s), side_of(was_inside)))
         result.is_buried = is_fresh = true;
     }
   }

@@ -257,7 +257,7 @@ const Placement& SceneWalls::placement_of(int shape) const noexcept {
 
 bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double tolerance,
                             Reach& reach) noexcept {
-  const bool is_front = holds(shape, Side::front), is_back = holds(shape, Side::back);
+  const bool is_front = blocks(shape, Side::front), is_back = blocks(shape, Side::back);
   if (!is_front && !is_back) return false;
   const Placement& placement = placement_of(shape);
   const dvec3 from = placement.local_from_world(frame().world_from_volume(a)),
@@ -395,7 +395,7 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
   const dvec3 at = placement_of(shape).local_from_world(frame().world_from_volume(p));
   const MeshTree& tree = tree_of(shape);
   const double radius = scene_.tool_radius;
-  const bool is_front = holds(shape, Side::front), is_back = holds(shape, Side::back);
+  const bool is_front = blocks(shape, Side::front), is_back = blocks(shape, Side::back);
   // Collects the nearest few, nearest first.
   constexpr std::size_t k_most = 12;
   std::array<MeshTree::Near, k_most> nearest;

@@ -74,12 +74,12 @@ class SceneWalls {
 
   const volume::Frame& frame() const noexcept { return layout_.frame(); }
   int next_shape(int s) const noexcept { return state_.around.near.next(s); }
-  bool holds(int shape, Side side) const noexcept {
-    return haptics::holds(scene_, state_.around.passable, shape, side);
+  bool blocks(int shape, Side side) const noexcept {
+    return haptics::blocks(scene_, state_.around.passable, shape, side);
   }
   /// As in SmoothWalls; a mesh has no inside, and its facets have their own sides.
-  bool may_hold(int shape, bool is_inside) const noexcept {
-    return is_mesh(shape) || holds(shape, side_of(is_inside));
+  bool may_block(int shape, bool is_inside) const noexcept {
+    return is_mesh(shape) || blocks(shape, side_of(is_inside));
   }
   /// As SmoothWalls::reach; `skipped`: a shape that is not tested.
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance,

@@ -192,10 +192,10 @@ bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
 }
 
 bool SmoothWalls::is_covered(int shape, const ShapeSet& inside, const ivec3& v) noexcept {
-  if (end_ - begin_ < 2 || !is_near_cut(v) || inside.contains(shape) || !holds(shape, Side::front))
+  if (end_ - begin_ < 2 || !is_near_cut(v) || inside.contains(shape) || !blocks(shape, Side::front))
     return false;
   for (int other = next_shape(0); other < ShapeSet::k_most; other = next_shape(other + 1)) {
-    if (other == shape || inside.contains(other) || !holds(other, Side::front)) continue;
+    if (other == shape || inside.contains(other) || !blocks(other, Side::front)) continue;
     if (!(patch(other, v).patch.least() > 0)) continue;
     if (other < shape || !(patch(shape, v).patch.least() > 0))
       return true;  // of two shapes that fill it the first stays
@@ -363,7 +363,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
             (is_round_ ? offset(static_cast<std::size_t>(s)).is_free_around(v) : is_air_around(s, v)))
           break;
         if (is_covered(s, inside, v)) break;
-        if (holds(s, side_of(is_inside))) {
+        if (blocks(s, side_of(is_inside))) {
           Wall wall;
           const double free = reach_in_cube(s, is_inside, v, leg, from, std::min(t1, reach.t), wall);
           if (free < std::min(t1, reach.t)) reach = {free, true, wall};

@@ -68,10 +68,12 @@ class SmoothWalls {
     if (near_) s = near_->next(s < begin_ ? begin_ : s);
     return s < end_ ? s : ShapeSet::k_most;
   }
-  bool holds(int shape, Side side) const noexcept { return haptics::holds(*scene_, *passable_, shape, side); }
+  bool blocks(int shape, Side side) const noexcept {
+    return haptics::blocks(*scene_, *passable_, shape, side);
+  }
 
   /// Returns true if the shape may have a wall for a proxy inside or outside of it.
-  bool may_hold(int shape, bool is_inside) const noexcept { return holds(shape, side_of(is_inside)); }
+  bool may_block(int shape, bool is_inside) const noexcept { return blocks(shape, side_of(is_inside)); }
 
   /// Returns the free part of the motion from a toward b (volume frame): proven by bounds on the polynomials
   /// of every cube that the motion meets, so that no solid, however thin, is passed. Stops within `tolerance`

@@ -72,7 +72,7 @@ Status check_radius(const haptics::TouchScene& scene, const Instrument& instrume
   if (Status error = haptics::check_tool_balls(radius, balls)) return error;
   if (Status error = check_tool_radius(*scene.base, radius)) return error;
   for (const haptics::TouchItem& shape : haptics::base_shapes(scene))
-    if (radius > 0 && haptics::holds(shape.sides, haptics::Side::back))
+    if (radius > 0 && haptics::blocks(shape.sides, haptics::Side::back))
       return Error{.what = "contact from inside needs a tool without a radius",
                    .where = haptics::name_of(shape),
                    .found = "its back is touchable",

@@ -110,7 +110,7 @@ class Ball {
     const double penetration_mm = judge_.penetration_mm(centre_world, [&](const glm::dvec3& at) {
       const glm::dvec3 p = scene_.base->frame.volume_from_world(at);
       for (std::size_t s = 0; s < solids_.size(); ++s)
-        if (static_cast<int>(s) != popped && haptics::holds(scene_.items[s].sides, haptics::Side::front) &&
+        if (static_cast<int>(s) != popped && haptics::blocks(scene_.items[s].sides, haptics::Side::front) &&
             solids_[s].is_solid(p))
           return true;
       return false;
@@ -159,26 +159,26 @@ class TouchableSolids {
     return is_cut || has_moved || is_switched;
   }
   const haptics::MethodInfo& method() const { return *haptics::find_method(servo_hand_->method->name()); }
-  /// True if the segment from a to b (volume frame of the anatomy) meets a solid that holds this hand from
+  /// True if the segment from a to b (volume frame of the anatomy) meets a solid that blocks this hand from
   /// its front. `popped`: an item that the proxy passes through. `is_still`: ignore models that move.
   bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool is_still = false) const {
     const haptics::TouchScene& scene = *servo_hand_->scene;
-    const auto holds = [&](std::size_t item) {
-      return haptics::holds(scene.items[item].sides, haptics::Side::front) &&
+    const auto blocks = [&](std::size_t item) {
+      return haptics::blocks(scene.items[item].sides, haptics::Side::front) &&
              !servo_hand_->untouchable.contains(static_cast<int>(item)) && popped != static_cast<int>(item);
     };
     for (std::size_t s = 0; s < cut_.size(); ++s)
-      if (holds(s) && cut_[s].meets(a, b)) return true;
+      if (blocks(s) && cut_[s].meets(a, b)) return true;
     const glm::dvec3 from = scene.base->frame.world_from_volume(a),
                      to = scene.base->frame.world_from_volume(b);
     for (const Uncut& uncut : uncut_) {
       const volume::Frame& frame = uncut.volume->frame;
-      if (holds(uncut.item) && uncut.solid.meets(frame.volume_from_world(from), frame.volume_from_world(to)))
+      if (blocks(uncut.item) && uncut.solid.meets(frame.volume_from_world(from), frame.volume_from_world(to)))
         return true;
     }
     for (const Model& model : models_) {
       const haptics::TouchItem& item = scene.items[model.item];
-      if (!holds(model.item) || (is_still && item.mover >= 0)) continue;
+      if (!blocks(model.item) || (is_still && item.mover >= 0)) continue;
       const haptics::Placement model_placement = placement(item);
       const glm::dvec3 p = model_placement.local_from_world(from), q = model_placement.local_from_world(to);
       if (a == b ? is_in(model, p, scene.tool_radius) : model.wall.is_entered(p, q)) return true;

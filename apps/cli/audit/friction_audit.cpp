@@ -44,13 +44,13 @@ void FrictionAudit::set_solid(const std::shared_ptr<const haptics::ServoHand>& h
   }
   const std::size_t shapes = base_shapes(scene).size();
   if (shapes + models_.size() != scene.items.size() || !scene.tool_balls.empty()) return;
-  const auto holds = [&](std::size_t i) {
-    return haptics::holds(scene.items[i].sides, haptics::Side::front) &&
+  const auto blocks = [&](std::size_t i) {
+    return haptics::blocks(scene.items[i].sides, haptics::Side::front) &&
            !hand->untouchable.contains(static_cast<int>(i));
   };
   for (std::size_t i = 0; i < models_.size(); ++i) {
     const haptics::TouchItem& item = scene.items[shapes + i];
-    models_[i].holds = holds(shapes + i);
+    models_[i].blocks = blocks(shapes + i);
     const auto mover = static_cast<std::size_t>(item.mover);
     models_[i].placement =
         item.mover >= 0 && mover < hand->placement_count ? hand->placements[mover] : item.placement;
@@ -58,7 +58,7 @@ void FrictionAudit::set_solid(const std::shared_ptr<const haptics::ServoHand>& h
   if (haptics::find_method(hand->method->name())->solid != haptics::MethodInfo::Solid::smooth) return;
   const auto state = std::shared_ptr<const haptics::TouchState>(hand, &hand->state);
   for (std::size_t s = 0; s < shapes; ++s) {
-    if (!holds(s)) continue;
+    if (!blocks(s)) continue;
     const auto offset = scenes::touch_offset_field(scene, state.get(), s);
     solids_.push_back(
         {scenes::touched_smooth_solid(scene, state, s), offset ? offset->frame() : scene.base->frame});
@@ -112,7 +112,7 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
       most = std::max(most, least);
     }
     for (const Model& model : models_) {
-      if (!model.holds) continue;
+      if (!model.blocks) continue;
       const double reach = model.radius + k_model_reach_mm;
       most = std::max(most, model.radius - model.wall->distance(model.placement.local_from_world(p), reach));
     }
@@ -142,7 +142,7 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
 void FrictionAudit::add_facets(const dvec3& proxy_world, std::vector<dvec3>& walls) const {
   for (const Model& model : models_) {
     const dvec3 p = model.placement.local_from_world(proxy_world);
-    if (!model.holds ||
+    if (!model.blocks ||
         std::abs(model.wall->distance(p, k_model_reach_mm + model.radius) - model.radius) > k_facet_slack_mm)
       continue;
     for (const dvec3& push : model.wall->pushes_near(p, k_facet_slack_mm, k_model_reach_mm + model.radius))

@@ -42,7 +42,7 @@ class FrictionAudit {
     std::shared_ptr<const verify::MeshWall> wall;
     haptics::Placement placement;
     double radius;  ///< radius of the tool, mm
-    bool holds = true;
+    bool blocks = true;
   };
   /// Adds the facets of models that touch the tool at the proxy.
   void add_facets(const glm::dvec3& proxy_world, std::vector<glm::dvec3>& walls) const;
