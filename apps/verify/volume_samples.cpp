@@ -32,7 +32,7 @@ double field(const Volume& base, const Shape& shape, int x, int y, int z) {
 SolidVoxels solid_voxels(std::shared_ptr<const Volume> base, const Shape& shape,
                          std::shared_ptr<const Version> version) {
   return [base = std::move(base), shape, version = std::move(version)](int x, int y, int z) {
-    return field(*base, shape, x, y, z) >= 0 && (!version || version->distance_at(x, y, z) > 0);
+    return field(*base, shape, x, y, z) >= 0 && (!version || version->voxel_distance(x, y, z) > 0);
   };
 }
 
@@ -67,9 +67,10 @@ SmoothSolid smooth_solid(std::shared_ptr<const Volume> base, const Shape& shape,
   if (version && !version->is_untouched()) {
     // Samples of the cut, numbered from the sample at the centre of voxel 0.
     const glm::ivec3 first = version->lattice().centre_of(glm::ivec3(0));
-    fields.push_back(
-        {[version, first](int x, int y, int z) { return version->distance_of(first + glm::ivec3(x, y, z)); },
-         version->lattice().per_voxel()});
+    fields.push_back({[version, first](int x, int y, int z) {
+                        return version->sample_distance(first + glm::ivec3(x, y, z));
+                      },
+                      version->lattice().per_voxel()});
   }
   return SmoothSolid(std::move(fields));
 }

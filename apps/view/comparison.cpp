@@ -107,7 +107,7 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
           if (other_brick == &brick || (only_missing_in_other && other_brick != nullptr)) return;
           for_samples([&](const glm::ivec3& in) {
             const glm::ivec3 s = low + in;
-            const double distance = version.distance_of(s), other_distance = other.distance_of(s);
+            const double distance = version.sample_distance(s), other_distance = other.sample_distance(s);
             if (distance == other_distance) return;
             // Far from both surfaces the sample represents its whole cell.
             const bool is_far = std::min(std::abs(distance), std::abs(other_distance)) > reach;

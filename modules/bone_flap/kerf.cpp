@@ -397,7 +397,7 @@ std::int64_t Kerf::count_holes(const Field& bone, const volume::Version& rest) c
           for (int x = from; x <= to; ++x) each(glm::ivec3(x, y, z));
     };
     for_samples(-1, volume::k_brick, [&](const glm::ivec3& offset) {
-      is_solid[index(offset)] = rest.distance_of(low + offset) > 0 &&
+      is_solid[index(offset)] = rest.sample_distance(low + offset) > 0 &&
                                 bone.value(lattice_.volume_from_lattice(dvec3(low + offset))) >= 0;
     });
     // One side of the pyramid after the other: its strips are coplanar.

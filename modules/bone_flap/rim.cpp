@@ -64,7 +64,7 @@ volume::RemovalField::Reach Rim::find(const ivec3& low, double band, Distances& 
         const ivec3 s = first + ivec3(x, y, z);
         // Sawn walls are resolved between samples, the scan's own surface is not.
         const bool is_bone = bone_.value(lattice.volume_from_lattice(dvec3(s))) >= 0;
-        share_[sample] = is_bone ? std::clamp(0.5 + rest_.distance_of(s) / step, 0.0, 1.0) : 0;
+        share_[sample] = is_bone ? std::clamp(0.5 + rest_.sample_distance(s) / step, 0.0, 1.0) : 0;
         is_any = is_any || share_[sample] > 0;
         is_all = is_all && share_[sample] == 1;
       }

@@ -36,7 +36,7 @@ double removed_share(const Version& version, const ivec3& voxel, double softness
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x)
-        sum += std::clamp(0.5 - version.distance_of({x, y, z}) / softness, 0.0, 1.0);
+        sum += std::clamp(0.5 - version.sample_distance({x, y, z}) / softness, 0.0, 1.0);
   const ivec3 per = lattice.per_voxel();
   return sum / (static_cast<double>(per.x) * per.y * per.z);
 }

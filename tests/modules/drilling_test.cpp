@@ -148,7 +148,7 @@ TEST(Drilling, TheProxyNeverFallsThroughDuringDrilling) {
   sim::Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
   std::shared_ptr<const volume::Version> seen = run.engine().current();
   verify::FallThroughJudge judge(scene.base->size, [&](int x, int y, int z) {
-    return scene.base->voxels[scene.base->index(x, y, z)] >= 300 && seen->distance_at(x, y, z) > 0;
+    return scene.base->voxels[scene.base->index(x, y, z)] >= 300 && seen->voxel_distance(x, y, z) > 0;
   });
   const haptics::PosePath path = scenes::rough_walk(dvec3(-9, -9, -7), dvec3(9, 9, 3), 0.4, 15000, 21);
   for (const auto& s : path.samples()) {

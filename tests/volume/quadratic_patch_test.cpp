@@ -37,7 +37,7 @@ TEST(QuadraticPatch, EqualsTheSumOfSplinesWithItsDerivativesAndBounds) {
   const Field fields[] = {Field(*base, Shape{}), Field(*base, window), Field(*base, label)};
   std::vector<verify::Samples> samples;
   for (const Field& f : fields) samples.push_back([&f](int x, int y, int z) { return f.at(x, y, z); });
-  samples.push_back([&](int x, int y, int z) { return version->distance_at(x, y, z); });
+  samples.push_back([&](int x, int y, int z) { return version->voxel_distance(x, y, z); });
   const verify::SmoothSolid judge({{samples[0]}, {samples[1]}, {samples[2]}, {samples[3]}});
 
   std::uint64_t n = 0;

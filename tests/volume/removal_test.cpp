@@ -109,7 +109,7 @@ void expect_brute_force(const BruteForceCase& c) {
         for (const Sweep& s : sweeps) d = std::min(d, capsule_distance(p, s));
         d -= allowance;
         const double clamped = std::clamp(d, -version->band_mm(), version->band_mm());
-        ASSERT_NEAR(version->distance_of(sample), clamped, 2e-5);
+        ASSERT_NEAR(version->sample_distance(sample), clamped, 2e-5);
         const Brick* brick = version->brick_at(sample);
         if (std::abs(d) > 1e-5) {
           ASSERT_EQ(brick == nullptr || brick->is_kept(x & 7, y & 7, z & 7), d > 0);
@@ -317,7 +317,7 @@ TEST(Removal, ContinuingASweepChangesNothing) {
     for (int z = 0; z < 40; ++z)
       for (int y = 0; y < 40; ++y)
         for (int x = 0; x < 48; ++x) {
-          ASSERT_NEAR(results[0]->distance_at(x, y, z), results[1]->distance_at(x, y, z), 2e-5);
+          ASSERT_NEAR(results[0]->voxel_distance(x, y, z), results[1]->voxel_distance(x, y, z), 2e-5);
           kept_differently += results[0]->is_kept({x, y, z}) != results[1]->is_kept({x, y, z});
         }
     EXPECT_EQ(kept_differently, 0);
@@ -472,7 +472,7 @@ TEST(Channel, ReadersSeeWholeVersionsWhileEditsGoOn) {
         for (int i = 0; i < 40; ++i) {
           const glm::ivec3 v(random() % 64, random() % 64, random() % 64);
           if (i % 8 == 0) std::this_thread::yield();
-          if (version->is_kept(v) != (version->distance_at(v.x, v.y, v.z) > 0)) ++torn;
+          if (version->is_kept(v) != (version->voxel_distance(v.x, v.y, v.z) > 0)) ++torn;
         }
         ++looks;
       }

@@ -229,7 +229,7 @@ TEST(TakeOut, NeighbouringDistancesDifferByAtMostTheirSpacing) {
           for (int a = 0; a < 3; ++a) {
             glm::ivec3 to(x, y, z), by(0);
             by[a] = 1;
-            const double change = std::abs(left->distance_of(to) - left->distance_of(to - by));
+            const double change = std::abs(left->sample_distance(to) - left->sample_distance(to - by));
             ASSERT_LE(change, 1.0001 * glm::length(lattice.frame().vector_world_from_volume(by)) + 0.05);
             near += change > 0;
           }

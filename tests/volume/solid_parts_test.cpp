@@ -73,7 +73,7 @@ struct Flooded {
             if (!version.has_brick(lattice.low_of(v), lattice.high_of(v)) && !asked.contains({v.x, v.y, v.z}))
               what = field.at(v.x, v.y, v.z) >= 0;
             else if (field.value(lattice.volume_from_lattice(glm::dvec3(s))) >= 0)
-              what = version.distance_of(s) > 0 ? 1 : 2;
+              what = version.sample_distance(s) > 0 ? 1 : 2;
           }
           state.push_back(what);
         }

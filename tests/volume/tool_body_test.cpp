@@ -361,7 +361,7 @@ TEST(ToolSweep, SamplesEqualTheLeastDistanceOverAllPoses) {
             const double along = glm::dot(w, at.axis_world);
             d = std::min(d, body.distance(along, glm::length(w - along * at.axis_world)));
           }
-          const double found = version->distance_of({x, y, z});
+          const double found = version->sample_distance({x, y, z});
           d = std::clamp(d, -version->band_mm(), version->band_mm());
           worst = std::max(worst, std::abs(found - d));
           deepest = std::min(deepest, found);

@@ -125,7 +125,7 @@ TEST(VersionChanges, BrokenBytesAreRefused) {
       on.reset(result.value());
       on.remove(random_sweep(random, *cut.base));
       for (int x = 0; x < cut.base->size.x; ++x)
-        EXPECT_LE(std::abs(result.value()->distance_at(x, 30, 25)), 2 * result.value()->band_mm());
+        EXPECT_LE(std::abs(result.value()->voxel_distance(x, 30, 25)), 2 * result.value()->band_mm());
     }
   }
 }

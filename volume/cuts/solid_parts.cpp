@@ -165,7 +165,7 @@ void SolidParts::add_fine_runs(const Field& field, int y, int z) {
           glm::ivec3 s(low.x + k.x * x, low.y + i, low.z + j);
           for (const int end = s.x + k.x; s.x < end; ++s.x) {
             if (field.value(lattice_.volume_from_lattice(glm::dvec3(s))) < 0) continue;
-            const bool is_removed = !(version_->distance_of(s) > 0);
+            const bool is_removed = !(version_->sample_distance(s) > 0);
             if (fine_runs_.size() > first && fine_runs_.back().high == s.x - 1 &&
                 fine_runs_.back().is_removed == is_removed)
               ++fine_runs_.back().high;

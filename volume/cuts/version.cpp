@@ -139,7 +139,7 @@ namespace {
 CellCorners distance_corners(const Version& version, const glm::ivec3& c) noexcept {
   CellCorners d;
   for (int k = 0; k < 8; ++k)
-    d[static_cast<std::size_t>(k)] = version.distance_of(c + glm::ivec3(k & 1, k >> 1 & 1, k >> 2 & 1));
+    d[static_cast<std::size_t>(k)] = version.sample_distance(c + glm::ivec3(k & 1, k >> 1 & 1, k >> 2 & 1));
   return d;
 }
 }  // namespace

@@ -213,7 +213,7 @@ class Version {
   }
   /// Distance (mm) of a sample to the swept tool, clamped to +-band; +band where nothing was cut or beyond
   /// the lattice.
-  double distance_of(const glm::ivec3& s) const noexcept {
+  double sample_distance(const glm::ivec3& s) const noexcept {
     if (!lattice_.contains(s)) return band_mm_;
     const Brick* brick = brick_at(s);
     return brick ? static_cast<double>(brick->distance[Brick::index(s.x & 7, s.y & 7, s.z & 7)]) : band_mm_;
@@ -226,8 +226,8 @@ class Version {
     return brick == nullptr || brick->is_kept(s.x & 7, s.y & 7, s.z & 7);
   }
   /// Distance (mm) at a voxel's centre, also beyond the grid.
-  double distance_at(int x, int y, int z) const noexcept {
-    return distance_of(lattice_.centre_of({x, y, z}));
+  double voxel_distance(int x, int y, int z) const noexcept {
+    return sample_distance(lattice_.centre_of({x, y, z}));
   }
   /// Distance (mm) at p (volume frame), trilinear between samples.
   double distance(const glm::dvec3& p) const noexcept;

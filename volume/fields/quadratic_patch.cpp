@@ -65,8 +65,8 @@ void QuadraticPatch::load_distance(const Version& version, const glm::ivec3& s) 
     for (int k = 0; k < 3; ++k)
       for (int j = 0; j < 3; ++j) {
         const int y = low.y + j, z = low.z + k;
-        rows_[k][j] = Lanes(version.distance_of({low.x, y, z}), version.distance_of({s.x, y, z}),
-                            version.distance_of({high.x, y, z}));
+        rows_[k][j] = Lanes(version.sample_distance({low.x, y, z}), version.sample_distance({s.x, y, z}),
+                            version.sample_distance({high.x, y, z}));
       }
     return;
   }

@@ -114,7 +114,7 @@ void FineNet::fill(Block& block) const {
     for (int y = 0; y <= k_.y; ++y)
       for (int x = 0; x <= k_.x; ++x)
         block.solid[sample_index({x, y, z})] =
-            field_at(block.corners, {x, y, z}, k_) >= 0 && version_.distance_of(low + ivec3(x, y, z)) > 0;
+            field_at(block.corners, {x, y, z}, k_) >= 0 && version_.sample_distance(low + ivec3(x, y, z)) > 0;
   separate_ambiguous_faces(block);
 }
 
@@ -192,7 +192,7 @@ const NetCase& FineNet::case_of(const ivec3& lattice_cell, int config) const {
   if (block_of(other) == nullptr) {
     const ivec3 coarse = cell_of(other);
     const auto is_kept = [this](const ivec3& v) {
-      return source_.field->at(v.x, v.y, v.z) >= 0 && version_.distance_at(v.x, v.y, v.z) > 0;
+      return source_.field->at(v.x, v.y, v.z) >= 0 && version_.voxel_distance(v.x, v.y, v.z) > 0;
     };
     int corners = 0;
     for (int i = 0; i < 8; ++i) corners |= static_cast<int>(is_kept(coarse + corner(i))) << i;
@@ -220,7 +220,7 @@ void FineNet::place_vertices(Block& block, std::uint32_t first_id, std::vector<g
         float g[8], d[8];
         for (int i = 0; i < 8; ++i) {
           g[i] = static_cast<float>(field_at(block.corners, offset + corner(i), k_));
-          d[i] = static_cast<float>(version_.distance_of(low + offset + corner(i)));
+          d[i] = static_cast<float>(version_.sample_distance(low + offset + corner(i)));
         }
         std::array<glm::vec3, 4> out;
         place_patches(g, d, true, config, net, true, out.data());

@@ -22,9 +22,9 @@ inline float cut_crossing(const Version& version, const glm::ivec3& solid, const
   const glm::ivec3 step = air - solid, start = lattice.centre_of(solid);
   const glm::ivec3 length = glm::abs(step) * lattice.per_voxel();
   const int count = std::max({length.x, length.y, length.z});
-  auto previous = static_cast<float>(version.distance_of(start));
+  auto previous = static_cast<float>(version.sample_distance(start));
   for (int i = 1; i <= count; ++i) {
-    const auto d = static_cast<float>(version.distance_of(start + i * step));
+    const auto d = static_cast<float>(version.sample_distance(start + i * step));
     if (d <= 0) return (static_cast<float>(i - 1) + previous / (previous - d)) / static_cast<float>(count);
     previous = d;
   }
@@ -147,7 +147,7 @@ class NetVertices {
       if (!(net.edges >> e & 1)) continue;
       const int axis = e / 4, low = net_edge_corner(e), high = low | 1 << axis;
       const glm::ivec3 at = corner(low);
-      const bool is_low_solid = g[low] >= 0 && source_.version->distance_at(at.x, at.y, at.z) > 0;
+      const bool is_low_solid = g[low] >= 0 && source_.version->voxel_distance(at.x, at.y, at.z) > 0;
       const int in = is_low_solid ? low : high, air = is_low_solid ? high : low;
       float t = g[air] < 0 ? g[in] / (g[in] - g[air]) : 1;
       t = std::min(t, cut_crossing(*source_.version, corner(in), corner(air)));
