@@ -264,10 +264,10 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
   image.set_transfer_function({{0, dvec3(1), 0}, {500, dvec3(1), 0.6}, {1000, dvec3(1), 0.9}});
   const double wide = scene.base->frame.spacing().x * scene.base->size.x;
   volume::RaycastRequest request;
-  request.eye.forward = {0, 1, 0}, request.eye.up = {0, 0, 1};
-  request.eye.at = middle - dvec3(0, 3 * wide, 0);
-  request.eye.distance = 3 * wide, request.eye.height = 1.2 * wide;
-  request.eye.columns = request.eye.rows = k_pixels;
+  request.camera.forward = {0, 1, 0}, request.camera.up = {0, 0, 1};
+  request.camera.at = middle - dvec3(0, 3 * wide, 0);
+  request.camera.distance = 3 * wide, request.camera.height = 1.2 * wide;
+  request.camera.columns = request.camera.rows = k_pixels;
   std::vector<volume::DirectPixel> pixels(static_cast<std::size_t>(k_pixels) * k_pixels);
   for (const int slices : is_quick ? std::vector{200} : std::vector{200, 500, 1000, 2000}) {
     FrameRow row;

@@ -40,11 +40,11 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
   const dvec3 from = glm::normalize(dvec3(0.55, -1, 0.38));
   constexpr double k_half_angle = 14 * 3.14159265358979 / 180;
   const double distance = 0.5 * mm * size / std::tan(k_half_angle) * 1.25;
-  request.eye.at = middle + distance * from;
-  request.eye.forward = -from;
-  request.eye.up = glm::normalize(dvec3(0, 0, 1) - from.z * from);
-  request.eye.distance = distance, request.eye.height = 2 * distance * std::tan(k_half_angle);
-  request.eye.columns = request.eye.rows = k_pixels;
+  request.camera.at = middle + distance * from;
+  request.camera.forward = -from;
+  request.camera.up = glm::normalize(dvec3(0, 0, 1) - from.z * from);
+  request.camera.distance = distance, request.camera.height = 2 * distance * std::tan(k_half_angle);
+  request.camera.columns = request.camera.rows = k_pixels;
   request.is_shaded = false;
 
   volume::DirectImage image(scan);
@@ -115,7 +115,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
                             {size / 2, size / 2, size / 8}};
     for (int a = 0; a < 3; ++a) {
       asked.origin[a] = scan->frame.origin()[a];
-      asked.eye[a] = request.eye.at[a], asked.aim[a] = middle[a], asked.up[a] = request.eye.up[a];
+      asked.eye[a] = request.camera.at[a], asked.aim[a] = middle[a], asked.up[a] = request.camera.up[a];
     }
     RenderPeerAnswer answer;
     row.is_there = peer != nullptr && peer(asked, window, answer) && answer.greys.size() == exact.size();

@@ -118,12 +118,12 @@ void Panes::request_drawn(std::size_t index) {
       is_moving ? std::clamp(std::sqrt(k_budget * pixels_per_ms_ / pixel_count), 0.08, 1.0) : 1.0;
   pane.is_coarse = share < 0.95;
   volume::RaycastRequest request;
-  request.eye = eye_;
+  request.camera = eye_;
   request.openings.plane = clip_;
-  request.eye.columns =
+  request.camera.columns =
       std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
-  request.eye.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
-  if (const Status error = volume::check(request.eye)) {
+  request.camera.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
+  if (const Status error = volume::check(request.camera)) {
     pane.is_stale = pane.is_coarse = false;
     pane.problem = error->message(), ++pane.changes;
     return;

@@ -90,19 +90,19 @@ std::array<glm::ivec3, 2> Renderer::visible_box(const std::shared_ptr<const volu
 
 Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& request, int threads) {
   prepare(subject.scan, threads);
-  const volume::Camera& eye = request.eye;
-  const std::size_t count = static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(eye.rows);
+  const volume::Camera& camera = request.camera;
+  const std::size_t count = static_cast<std::size_t>(camera.columns) * static_cast<std::size_t>(camera.rows);
   pixels_.resize(count);
   walls_.clear();
-  const dvec3 lamp = glm::normalize(-eye.forward + 0.45 * eye.up - 0.35 * eye.right());
+  const dvec3 lamp = glm::normalize(-camera.forward + 0.45 * camera.up - 0.35 * camera.right());
   if (!subject.things.empty()) {
     walls_.assign(count, 1e9F);
     colours_.assign(count, {});
-    parallel_for(eye.rows, threads, [&](int row) {
-      for (int column = 0; column < eye.columns; ++column) {
-        const volume::Camera::Ray ray = eye.ray(column, row);
+    parallel_for(camera.rows, threads, [&](int row) {
+      for (int column = 0; column < camera.columns; ++column) {
+        const volume::Camera::Ray ray = camera.ray(column, row);
         const auto n = static_cast<std::size_t>(column) +
-                       static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(row);
+                       static_cast<std::size_t>(camera.columns) * static_cast<std::size_t>(row);
         constexpr double k_far = 50000;  // mm
         for (const Thing& thing : subject.things) {
           haptics::FacetHit hit;
@@ -124,28 +124,29 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
   }
   image_->draw(request, *subject.version, walls_, threads, pixels_);
   Panel panel;
-  panel.columns = eye.columns, panel.rows = eye.rows, panel.mm_per_pixel = eye.pixel();
+  panel.columns = camera.columns, panel.rows = camera.rows, panel.mm_per_pixel = camera.pixel();
   panel.pixels.resize(count);
-  for (int row = 0; row < eye.rows; ++row) {
+  for (int row = 0; row < camera.rows; ++row) {
     // Background: darker below, as in the window.
-    const double up = 1 - row / static_cast<double>(eye.rows);
+    const double up = 1 - row / static_cast<double>(camera.rows);
     const dvec3 sky = 255.0 * ((1 - up) * dvec3(0.10, 0.12, 0.16) + up * dvec3(0.30, 0.34, 0.40));
-    for (int column = 0; column < eye.columns; ++column) {
+    for (int column = 0; column < camera.columns; ++column) {
       const auto n = static_cast<std::size_t>(column) +
-                     static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(row);
+                     static_cast<std::size_t>(camera.columns) * static_cast<std::size_t>(row);
       const volume::DirectPixel& p = pixels_[n];
       const bool is_thing = !walls_.empty() && walls_[n] < 1e8F;
       const dvec3 background = is_thing ? dvec3(colours_[n][0], colours_[n][1], colours_[n][2]) : sky;
       const dvec3 blended =
           255.0 * dvec3(p.red, p.green, p.blue) + (1.0 - static_cast<double>(p.opacity)) * background;
       Panel::Colour& out =
-          panel.pixels[static_cast<std::size_t>(column) +
-                       static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(eye.rows - 1 - row)];
+          panel
+              .pixels[static_cast<std::size_t>(column) + static_cast<std::size_t>(camera.columns) *
+                                                             static_cast<std::size_t>(camera.rows - 1 - row)];
       for (std::size_t c = 0; c < 3; ++c)
         out[c] = static_cast<std::uint8_t>(std::clamp(blended[static_cast<int>(c)] + 0.5, 0.0, 255.0));
     }
   }
-  set_letters(panel, eye.right(), eye.up);
+  set_letters(panel, camera.right(), camera.up);
   return panel;
 }
 

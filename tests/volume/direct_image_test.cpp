@@ -91,7 +91,7 @@ struct BruteForceRay {
     return true;
   }
   double opacity(int i, int j) const {
-    const Camera::Ray ray = request.eye.ray(i, j);
+    const Camera::Ray ray = request.camera.ray(i, j);
     const auto world = [&](double t) { return ray.from + t * ray.along; };
     const auto value_at = [&](double t) { return value(scan.frame.volume_from_world(world(t))); };
     double depth = 0;
@@ -160,8 +160,8 @@ TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
     for (const dvec3& at : {dvec3(0, -200, 0), dvec3(150, 80, 60), dvec3(-20, 5, 190), dvec3(8, -3, 1)})
       for (int opening = 0; opening < 3; ++opening) {
         RaycastRequest request;
-        request.eye = eye_at(at, 24, 46);
-        if (opening == 2) request.eye.distance = 0;
+        request.camera = eye_at(at, 24, 46);
+        if (opening == 2) request.camera.distance = 0;
         if (opening == 1)
           request.openings.plane = Openings::Plane{{1, 2, 0}, glm::normalize(dvec3(0.3, -1, 0.2))};
         if (opening == 1) request.openings.tubes = {{{0, -30, 0}, {0, 0, 0}, 3}};
@@ -209,14 +209,14 @@ TEST(DirectImage, BallConvergesToItsChordWithTheStep) {
   double before = 1;
   for (const double step : {2.0, 1.0, 0.5, 0.25}) {
     RaycastRequest request;
-    request.eye = eye_at({0, -300, 0}, 40, 36);
+    request.camera = eye_at({0, -300, 0}, 40, 36);
     request.step = step;
     std::vector<DirectPixel> drawn(1600);
     image.draw(request, untouched, {}, 2, drawn);
     double square = 0;
     for (int j = 0; j < 40; ++j)
       for (int i = 0; i < 40; ++i) {
-        const Camera::Ray ray = request.eye.ray(i, j);
+        const Camera::Ray ray = request.camera.ray(i, j);
         const double b = glm::dot(ray.from, ray.along), root = b * b - glm::dot(ray.from, ray.from) + 14 * 14;
         if (std::abs(14 - std::sqrt(14 * 14 - root)) < 1) continue;  // the rim is soft
         const double is = root > 0 ? 1 - std::pow(0.95, 2 * std::sqrt(root)) : 0;
@@ -248,7 +248,7 @@ TEST(DirectImage, EndsOnWallsHidesLabelsAndReportsDepth) {
   DirectImage image(scan, 1);
   image.set_transfer_function({{500, {1, 0, 0}, 0}, {1000, {1, 0, 0}, 0.9}});
   RaycastRequest request;
-  request.eye = eye_at({0, -100, 0}, 1, 1);
+  request.camera = eye_at({0, -100, 0}, 1, 1);
   DirectPixel pixel;
   image.draw(request, untouched, {}, 1, {&pixel, 1});
   EXPECT_GT(pixel.opacity, 0.99);

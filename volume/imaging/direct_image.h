@@ -75,7 +75,7 @@ struct LabelAppearance {
 };
 
 struct RaycastRequest {
-  Camera eye;
+  Camera camera;
   double step = 0;  ///< mm between samples; 0: half the smallest spacing
   bool is_shaded = true;
   Openings openings;

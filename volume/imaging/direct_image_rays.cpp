@@ -211,12 +211,12 @@ struct DirectImage::Cast {
 };
 
 DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) const noexcept {
-  Progress progress{.ray = request.eye.ray(i, j),
+  Progress progress{.ray = request.camera.ray(i, j),
                     .from = {},
                     .along = {},
                     .toward_eye = {},
-                    .toward_lamp = vec3(glm::normalize(-request.eye.forward + 0.45 * request.eye.up -
-                                                       0.35 * request.eye.right())),
+                    .toward_lamp = vec3(glm::normalize(-request.camera.forward + 0.45 * request.camera.up -
+                                                       0.35 * request.camera.right())),
                     .pixel = {},
                     .count = &count};
   const Camera::Ray& ray = progress.ray;
@@ -390,7 +390,7 @@ void DirectImage::draw(const RaycastRequest& request, const Version& version,
                   scan_->size.y > 1 ? row : 0,
                   scan_->size.z > 1 ? slice : 0};
   std::atomic<std::uint64_t> rays{0}, samples{0}, shaded{0}, leaps{0};
-  const int columns = request.eye.columns, rows = request.eye.rows;
+  const int columns = request.camera.columns, rows = request.camera.rows;
   parallel_for((rows + k_tile - 1) / k_tile, threads, [&](int tile) {
     Counters count;
     if (request.is_cancelled != nullptr && *request.is_cancelled) return;

@@ -153,7 +153,8 @@ Result<Outcome> run_render(const RenderArguments& a) {
   imaging::Renderer renderer;
   renderer.set_transfer_function(ramp);
   renderer.set_labels(std::move(looks));
-  request.eye = imaging::eye_from(a.from, scan.frame, renderer.visible_box(moment.scan, 0), a.size, a.size);
+  request.camera =
+      imaging::eye_from(a.from, scan.frame, renderer.visible_box(moment.scan, 0), a.size, a.size);
   const imaging::Subject subject = imaging::subject_of(moment);
   const auto clock = Clock::now();
   imaging::Panel panel = renderer.draw(subject, request, 0);
