@@ -309,8 +309,8 @@ int trephine_operation_event(const trephine_operation* operation, size_t index, 
     event->tick = source.tick;
     event->hand = source.hand;
     for (int a = 0; a < 3; ++a) event->place[a] = source.place_world[a];
-    copy_text(event->name, source.what.name());
-    copy_text(event->words, source.what.words());
+    copy_text(event->name, source.value.name());
+    copy_text(event->words, source.value.words());
     return std::nullopt;
   });
 }

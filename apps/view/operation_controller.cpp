@@ -133,7 +133,7 @@ void OperationController::collect_notices() {
   for (const sim::Event& event : state_.events) {
     workbench::EventText text = workbench::describe_event(event);
     notices_.add({now, session_time(event.tick), text.level, std::move(text.text)});
-    if (const auto* fault = event.what.as<sim::FaultEvent>()) report_.force_faults += !fault->is_cleared;
+    if (const auto* fault = event.value.as<sim::FaultEvent>()) report_.force_faults += !fault->is_cleared;
   }
   if (state_.refused)
     notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,

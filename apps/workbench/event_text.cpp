@@ -154,11 +154,11 @@ bool has_event_text(const sim::ValueType& type) { return find_row(type) != nullp
 
 EventText describe_event(const sim::Event& event) {
   EventText result;
-  if (const Row* row = find_row(event.what.type())) {
-    result = row->describe(event.what);
+  if (const Row* row = find_row(event.value.type())) {
+    result = row->describe(event.value);
   } else {
-    const std::string words = event.what.words();
-    result.text = std::string(event.what.name()) + (words.empty() ? "" : " " + words);
+    const std::string words = event.value.words();
+    result.text = std::string(event.value.name()) + (words.empty() ? "" : " " + words);
   }
   if (!result.text.empty() && result.text[0] >= 'a' && result.text[0] <= 'z')
     result.text[0] = static_cast<char>(result.text[0] - 'a' + 'A');

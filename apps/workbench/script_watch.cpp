@@ -233,7 +233,7 @@ std::optional<double> ScriptWatch::value_of(const std::string& measurement, int 
     double count = 0;
     const sim::Chronicle& chronicle = engine.now().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i)
-      count += chronicle[i].hand == hand && chronicle[i].what.name() == measurement.substr(k_events.size());
+      count += chronicle[i].hand == hand && chronicle[i].value.name() == measurement.substr(k_events.size());
     return count;
   }
   if (measurement.starts_with(k_nearest))

@@ -381,10 +381,10 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
                  .expected = "at most " + std::to_string(k_most_anchors),
                  .remedy = "remove some of them"};
   };
-  if (command.what.as<AddAnchor>()) return check_count("add-anchor", count + 1);
-  if (const auto* move = command.what.as<MoveAnchor>())
+  if (command.request.as<AddAnchor>()) return check_count("add-anchor", count + 1);
+  if (const auto* move = command.request.as<MoveAnchor>())
     return check_number("move-anchor number", move->number);
-  if (const auto* remove = command.what.as<RemoveAnchor>())
+  if (const auto* remove = command.request.as<RemoveAnchor>())
     return check_number("remove-anchor number", remove->number);
   // The cut must be wider than the distance of any two neighbouring samples.
   const auto check_saw = [&](const char* where, Saw saw) -> Status {
@@ -396,13 +396,13 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
                  .expected = "at least " + std::to_string(1.01 * diagonal) + " mm",
                  .remedy = "begin the operation with a smallest burr as wide as the saw"};
   };
-  if (const auto* preview = command.what.as<PreviewFlap>()) {
+  if (const auto* preview = command.request.as<PreviewFlap>()) {
     if (Status error =
             check_count("preview-flap anchors", static_cast<std::int64_t>(preview->anchors.size())))
       return error;
     return check_saw("preview-flap saw", preview->saw);
   }
-  const auto* request = command.what.as<CutFlap>();
+  const auto* request = command.request.as<CutFlap>();
   if (request == nullptr) return std::nullopt;
   if (Status error = check_count("cut-flap anchors", static_cast<std::int64_t>(request->anchors.size())))
     return error;
@@ -420,11 +420,11 @@ void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {
   const auto at = [&](std::int64_t number) { return anchors.begin() + (number - 1); };
   settings.problem.clear();
   forget_preview(settings);
-  if (const auto* add = command.what.as<AddAnchor>())
+  if (const auto* add = command.request.as<AddAnchor>())
     anchors.push_back(add->at);
-  else if (const auto* move = command.what.as<MoveAnchor>())
+  else if (const auto* move = command.request.as<MoveAnchor>())
     *at(move->number) = move->at;
-  else if (const auto* remove = command.what.as<RemoveAnchor>())
+  else if (const auto* remove = command.request.as<RemoveAnchor>())
     anchors.erase(remove->number == 0 ? anchors.end() - 1 : at(remove->number));
   else
     anchors.clear();

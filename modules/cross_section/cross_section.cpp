@@ -42,7 +42,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
     // Pose set by the latest command that moved the model.
     haptics::Placement pose = item.placement;
     for (const auto& [name, command] : input.state.settings.latest_commands)
-      if (const auto* moved = command.what.as<sim::PlaceModel>();
+      if (const auto* moved = command.request.as<sim::PlaceModel>();
           moved != nullptr && moved->mover == item.mover)
         pose = {moved->position,
                 {moved->rotation[0], moved->rotation[1], moved->rotation[2], moved->rotation[3]}};
@@ -110,9 +110,9 @@ std::span<const sim::ValueType* const> CrossSection::events() const {
 }
 
 Status CrossSection::allows(const sim::Command& command, const sim::OperationState&) const {
-  if (const auto* plane = command.what.as<SectionPlane>())
+  if (const auto* plane = command.request.as<SectionPlane>())
     return check_normal(plane->normal, "section-plane normal");
-  const auto* measure = command.what.as<MeasureSection>();
+  const auto* measure = command.request.as<MeasureSection>();
   if (measure == nullptr) return std::nullopt;
   if (measure->width / measure->pixel > 4096)
     return Error{.what = "the section has too many pixels",
@@ -123,7 +123,7 @@ Status CrossSection::allows(const sim::Command& command, const sim::OperationSta
 }
 
 void CrossSection::apply(const sim::Command& command, sim::ModuleWork& work) const {
-  if (const auto* plane = command.what.as<SectionPlane>())
+  if (const auto* plane = command.request.as<SectionPlane>())
     static_cast<SectionPlane&>(work.change_settings<SectionState>()) = *plane;
 }
 

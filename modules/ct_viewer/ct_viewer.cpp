@@ -16,7 +16,7 @@ std::span<const sim::ValueType* const> CtViewer::commands() const {
 }
 
 Status CtViewer::allows(const sim::Command& command, const sim::OperationState&) const {
-  const auto* look = command.what.as<LookAt>();
+  const auto* look = command.request.as<LookAt>();
   if (look == nullptr) return std::nullopt;
   constexpr double k_far = 1e4;  // mm
   for (int a = 0; a < 3; ++a)
@@ -30,8 +30,8 @@ Status CtViewer::allows(const sim::Command& command, const sim::OperationState&)
 
 void CtViewer::apply(const sim::Command& command, sim::ModuleWork& work) const {
   auto& settings = work.change_settings<CtViewerState>();
-  if (const auto* look = command.what.as<LookAt>()) settings.at = look->at, settings.is_looking = true;
-  if (const auto* window = command.what.as<SetGreyWindow>())
+  if (const auto* look = command.request.as<LookAt>()) settings.at = look->at, settings.is_looking = true;
+  if (const auto* window = command.request.as<SetGreyWindow>())
     settings.level = window->level, settings.width = window->width, settings.is_window = true;
 }
 

@@ -425,7 +425,7 @@ std::vector<sim::Measure> Drilling::measures(const sim::OperationState& operatio
     if (const auto* state = hand.state.as<CraniotomeState>()) hottest = std::max(hottest, state->hottest);
   }
   for (std::size_t i = 0; i < operation.chronicle.size(); ++i)
-    if (const auto* through = operation.chronicle[i].what.as<Breakthrough>())
+    if (const auto* through = operation.chronicle[i].value.as<Breakthrough>())
       ++breakthroughs, plunge = std::max(plunge, through->plunge);
   std::vector<sim::Measure> result;
   if (hottest > 0) result.push_back({"warmest bone, above body temperature", hottest, "K"});

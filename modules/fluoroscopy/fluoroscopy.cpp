@@ -31,9 +31,9 @@ std::span<const sim::ValueType* const> Fluoroscopy::events() const {
 }
 
 Status Fluoroscopy::allows(const sim::Command& command, const sim::OperationState& operation) const {
-  if (const auto* arm = command.what.as<CArm>()) return check(*arm);
+  if (const auto* arm = command.request.as<CArm>()) return check(*arm);
   const auto* state = operation.persistent_of<FluoroscopyState>();
-  if (command.what.as<Shoot>() != nullptr && state != nullptr && !state->is_placed)
+  if (command.request.as<Shoot>() != nullptr && state != nullptr && !state->is_placed)
     return Error{
         .what = "the C-arm's position is not set", .where = "shoot", .expected = "a c-arm command first"};
   return std::nullopt;
@@ -41,10 +41,10 @@ Status Fluoroscopy::allows(const sim::Command& command, const sim::OperationStat
 
 void Fluoroscopy::apply(const sim::Command& command, sim::ModuleWork& work) const {
   auto& state = work.change_settings<FluoroscopyState>();
-  if (const auto* arm = command.what.as<CArm>()) {
+  if (const auto* arm = command.request.as<CArm>()) {
     static_cast<CArm&>(state) = *arm;
     state.is_placed = true;
-  } else if (const auto* shot = command.what.as<Shoot>()) {
+  } else if (const auto* shot = command.request.as<Shoot>()) {
     const Dose dose = dose_of(state, *shot);
     ++state.shots;
     state.seconds += shot->time, state.kerma += dose.kerma, state.area_product += dose.area_product;

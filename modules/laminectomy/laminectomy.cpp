@@ -127,7 +127,7 @@ std::span<const sim::ValueType* const> Laminectomy::events() const {
 }
 
 Status Laminectomy::allows(const sim::Command& command, const sim::OperationState&) const {
-  const auto* request = command.what.as<JudgeLaminectomy>();
+  const auto* request = command.request.as<JudgeLaminectomy>();
   if (request == nullptr) return std::nullopt;
   if (request->canal.size() > 1)
     return Error{.what = "more than one position in the canal",

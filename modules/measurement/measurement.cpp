@@ -317,7 +317,7 @@ std::span<const sim::ValueType* const> Measurement::commands() const {
 }
 
 void Measurement::apply(const sim::Command& command, sim::ModuleWork& work) const {
-  if (command.what.as<ClearMeasures>() != nullptr)
+  if (command.request.as<ClearMeasures>() != nullptr)
     work.change_settings<MeasurementState>() = MeasurementState{};
 }
 
@@ -327,7 +327,7 @@ std::span<const sim::ValueType* const> Measurement::events() const {
 }
 
 Status Measurement::allows(const sim::Command& command, const sim::OperationState&) const {
-  const auto* request = command.what.as<Measure>();
+  const auto* request = command.request.as<Measure>();
   if (request == nullptr) return std::nullopt;
   const std::size_t count = request->at.size();
   const bool is_valid = request->kind == Kind::ruler                                   ? count == 2

@@ -195,8 +195,8 @@ std::span<const sim::ValueType* const> RongeurModule::events() const {
 std::vector<sim::Measure> RongeurModule::measures(const sim::OperationState& operation) const {
   double bites = 0, refused = 0;
   for (std::size_t i = 0; i < operation.chronicle.size(); ++i) {
-    bites += operation.chronicle[i].what.as<Bite>() != nullptr;
-    refused += operation.chronicle[i].what.as<BiteRefused>() != nullptr;
+    bites += operation.chronicle[i].value.as<Bite>() != nullptr;
+    refused += operation.chronicle[i].value.as<BiteRefused>() != nullptr;
   }
   if (bites + refused == 0) return {};
   return {{"bites", bites, ""}, {"bites refused", refused, ""}};

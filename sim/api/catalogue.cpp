@@ -96,9 +96,9 @@ Result<Command> Catalogue::command(std::string_view name, std::string_view words
                  .expected = known,
                  .remedy = "choose one of these"};
   }
-  Value what = Value::of(*type);
-  if (Status error = what.set(words)) return *error;
-  return Command(std::move(what), static_cast<std::uint8_t>(hand));
+  Value request = Value::of(*type);
+  if (Status error = request.set(words)) return *error;
+  return Command(std::move(request), static_cast<std::uint8_t>(hand));
 }
 
 Status Catalogue::check() const {

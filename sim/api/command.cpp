@@ -7,8 +7,8 @@
 
 namespace trephine::sim {
 
-bool is_derived_data(const Value& what) noexcept {
-  return what.as<AdoptFields>() || what.as<AdoptDepths>() || what.as<AdoptPicture>();
+bool is_derived_data(const Value& request) noexcept {
+  return request.as<AdoptFields>() || request.as<AdoptDepths>() || request.as<AdoptPicture>();
 }
 
 const Schema& Undo::schema() {

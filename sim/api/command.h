@@ -11,10 +11,10 @@ namespace trephine::sim {
 struct Command {
   Command() = default;
   template <HasSchema T>
-  Command(T request, std::uint8_t hand_index = 0) : what(std::move(request)), hand(hand_index) {}
-  Command(Value request, std::uint8_t hand_index) : what(std::move(request)), hand(hand_index) {}
+  Command(T request, std::uint8_t hand_index = 0) : request(std::move(request)), hand(hand_index) {}
+  Command(Value request, std::uint8_t hand_index) : request(std::move(request)), hand(hand_index) {}
 
-  Value what;
+  Value request;
   std::uint8_t hand = 0;
 };
 
@@ -144,6 +144,6 @@ struct CancelJob {
 };
 
 /// True for commands that adopt derived data: issued by drivers many times a second, not by a user.
-bool is_derived_data(const Value& what) noexcept;
+bool is_derived_data(const Value& request) noexcept;
 
 }  // namespace trephine::sim

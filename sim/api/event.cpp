@@ -50,7 +50,7 @@ void Chronicle::add(Event event) {
   hash_.add(event.tick);
   hash_.add(std::uint64_t{event.hand});
   for (int a = 0; a < 3; ++a) hash_.add(event.place_world[a]);
-  add_value(hash_, event.what);
+  add_value(hash_, event.value);
   newest_.push_back(std::move(event));
   if (newest_.size() < k_chunk) return;
   full_.push_back(std::make_shared<const std::vector<Event>>(std::exchange(newest_, {})));

@@ -13,7 +13,7 @@ struct Event {
   std::uint64_t tick = 0;
   std::uint8_t hand = 0;
   glm::dvec3 place_world{0.0};
-  Value what;
+  Value value;  ///< a struct with a table of its fields
 };
 
 /// Faults of the force that a hand's servo latched, or that were reset.

@@ -22,7 +22,7 @@ std::uint64_t OperationState::hash() const {
   }
   for (const auto& [key, command] : settings.latest_commands) {
     add_bytes(result, key);
-    add_value(result, command.what);
+    add_value(result, command.request);
   }
   for (const Instrument& hand : settings.hands) {
     add_value(result, hand.parameters);

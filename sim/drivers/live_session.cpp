@@ -159,7 +159,7 @@ bool LiveSession::take_picture() {
     picture.swap(picture_);
   }
   if (!picture) return false;
-  AdoptPicture request = *picture->what.as<AdoptPicture>();
+  AdoptPicture request = *picture->request.as<AdoptPicture>();
   request.serial = static_cast<std::int64_t>(engine_.next_picture(request.item, picture->hand));
   request.time = engine_.seconds();
   depths_.submit([this, request = std::move(request), hand = picture->hand]() -> Background::Result {
@@ -321,7 +321,7 @@ Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
   const std::lock_guard guard(lock_);
   if (seconds > edit_report_.longest_command_seconds) {
     edit_report_.longest_command_seconds = seconds;
-    edit_report_.longest_command = command.what.is_empty() ? "" : command.what.name();
+    edit_report_.longest_command = command.request.is_empty() ? "" : command.request.name();
   }
   state_.tool = engine_.now().settings.hands[0].parameters;  // ticks do not change it
   update_state(outcome);

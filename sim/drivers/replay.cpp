@@ -328,7 +328,7 @@ void Replay::add_change(const Outcome& outcome) {
 
 void Replay::run_command(const Command& command) {
   ++counts_.commands;
-  if (const auto* adopt = command.what.as<AdoptFields>())
+  if (const auto* adopt = command.request.as<AdoptFields>())
     for (const Checkpoint::Fields& result : state_->fields)
       if (result.serial == static_cast<std::uint64_t>(adopt->serial) && result.hand == command.hand) {
         OffsetJob job;
@@ -337,19 +337,19 @@ void Replay::run_command(const Command& command) {
         state_->engine.submit_result(job, result.offsets);
       }
   const Outcome outcome = state_->engine.apply(command);
-  const std::string name(command.what.name());
+  const std::string name(command.request.name());
   if (outcome.refused)
-    record_mismatch(state_->next_tick, "command", name + ' ' + command.what.words(),
+    record_mismatch(state_->next_tick, "command", name + ' ' + command.request.words(),
                     outcome.refused->message());
   const auto compare = [&](const auto* adopt, const char* what) {
     if (adopt && outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
       record_mismatch(state_->next_tick, what, hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
                       hexadecimal(*outcome.job_hash));
   };
-  compare(command.what.as<AdoptDepths>(), "depth images");
-  compare(command.what.as<AdoptPicture>(), "a depth picture");
-  compare(command.what.as<AdoptJob>(), "job");
-  if (command.what.as<Resume>()) {
+  compare(command.request.as<AdoptDepths>(), "depth images");
+  compare(command.request.as<AdoptPicture>(), "a depth picture");
+  compare(command.request.as<AdoptJob>(), "job");
+  if (command.request.as<Resume>()) {
     ++counts_.resumes;
     state_->dropped = 0;
     state_->servo.restart(state_->next_tick);
@@ -362,13 +362,13 @@ void Replay::check(const EventItem& item) {
   ++counts_.events;
   const Chronicle& chronicle = state_->engine.now().chronicle;
   const auto words = [](const Event& e) {
-    return std::string(e.what.name()) + ' ' + e.what.words() + " at tick " + std::to_string(e.tick);
+    return std::string(e.value.name()) + ' ' + e.value.words() + " at tick " + std::to_string(e.tick);
   };
   if (state_->events >= chronicle.size())
     return record_mismatch(item.event.tick, "event", words(item.event), "none");
   const Event& replayed = chronicle[state_->events++];
   if (replayed.tick != item.event.tick || replayed.hand != item.event.hand ||
-      replayed.place_world != item.event.place_world || !(replayed.what == item.event.what))
+      replayed.place_world != item.event.place_world || !(replayed.value == item.event.value))
     record_mismatch(item.event.tick, "event", words(item.event), words(replayed));
 }
 

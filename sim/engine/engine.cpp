@@ -92,10 +92,10 @@ Outcome Engine::apply(const Command& command) {
   Outcome outcome;
   if ((outcome.refused = check(command))) {
     // Results that were submitted for it are discarded.
-    if (const auto* adopt = command.what.as<AdoptJob>())
+    if (const auto* adopt = command.request.as<AdoptJob>())
       std::erase_if(results_, [&](const auto& kept) { return kept.first == adopt->job; });
-    if (command.what.as<AdoptFields>()) submitted_fields_.clear();
-    if (command.what.as<AdoptDepths>() || command.what.as<AdoptPicture>()) submitted_depths_.clear();
+    if (command.request.as<AdoptFields>()) submitted_fields_.clear();
+    if (command.request.as<AdoptDepths>() || command.request.as<AdoptPicture>()) submitted_depths_.clear();
     return outcome;
   }
   carry_out(command, outcome);
@@ -105,27 +105,27 @@ Outcome Engine::apply(const Command& command) {
 
 /// Checks everything that can be wrong with a command, before any change.
 Status Engine::check(const Command& command) const {
-  if (command.what.is_empty()) return Error{.what = "an empty command", .expected = "a command"};
-  const ValueType& type = command.what.type();
-  if (Status error = command.what.check()) return error;
+  if (command.request.is_empty()) return Error{.what = "an empty command", .expected = "a command"};
+  const ValueType& type = command.request.type();
+  if (Status error = command.request.check()) return error;
   if (command.hand >= hand_count())
     return Error{.what = "unknown hand",
-                 .where = std::string(command.what.name()),
+                 .where = std::string(command.request.name()),
                  .found = std::to_string(command.hand + 1),
                  .expected = "1 to " + std::to_string(hand_count())};
   if (const InstrumentType* instrument = instrument_of(command)) {
     if (instrument->check)
-      if (Status error = instrument->check(command.what.data(), *tools_[command.hand].scene)) return error;
-    if (Status error = check_effect_of(Instrument(*instrument, command.what), command.hand)) return error;
+      if (Status error = instrument->check(command.request.data(), *tools_[command.hand].scene)) return error;
+    if (Status error = check_effect_of(Instrument(*instrument, command.request), command.hand)) return error;
 
   } else if (!holds(catalogue_.all(), type) || catalogue_.is_event(type)) {
     return Error{.what = "no module of this session knows the command",
-                 .found = std::string(command.what.name()),
+                 .found = std::string(command.request.name()),
                  .expected = "a command of its modules"};
   }
   const auto requested_job = [&]() -> std::optional<Id> {
-    if (const auto* adopt = command.what.as<AdoptJob>()) return adopt->job;
-    if (const auto* cancel = command.what.as<CancelJob>()) return cancel->job;
+    if (const auto* adopt = command.request.as<AdoptJob>()) return adopt->job;
+    if (const auto* cancel = command.request.as<CancelJob>()) return cancel->job;
     return std::nullopt;
   }();
   if (requested_job && std::none_of(jobs_.begin(), jobs_.end(),
@@ -136,7 +136,7 @@ Status Engine::check(const Command& command) const {
   if (Status error = check_branch(command)) return error;
   if (Status error = check_target_entry(command)) return error;
   // Commands of derived data are never refused.
-  if (is_derived_data(command.what) || command.what.as<AdoptJob>() || command.what.as<Resume>())
+  if (is_derived_data(command.request) || command.request.as<AdoptJob>() || command.request.as<Resume>())
     return std::nullopt;
   for (const Module* module : catalogue_.modules())
     if (Status error = module->allows(command, now_)) return error;
@@ -144,7 +144,7 @@ Status Engine::check(const Command& command) const {
 }
 
 void Engine::carry_out(const Command& command, Outcome& outcome) {
-  const Value& request = command.what;
+  const Value& request = command.request;
   if (change_branch(command, outcome)) {
   } else if (request.as<Resume>()) {
     end_stroke();
@@ -200,10 +200,10 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
 /// Returns the instrument with such parameters: the hand's own, or one of the modules'. Null for other
 /// commands.
 const InstrumentType* Engine::instrument_of(const Command& command) const noexcept {
-  const ValueType& type = command.what.type();
+  const ValueType& type = command.request.type();
   if (const InstrumentType* held = now_.settings.hands[command.hand].type; held && held->parameters == &type)
     return held;
-  const InstrumentType* known = catalogue_.find_instrument(command.what.name());
+  const InstrumentType* known = catalogue_.find_instrument(command.request.name());
   return known && known->parameters == &type ? known : nullptr;
 }
 

@@ -83,24 +83,24 @@ Status Engine::check_room_for_bodies() const {
 
 Status Engine::check_body(const Command& command) const {
   const std::vector<Body>& bodies = now_.world.bodies;
-  const auto* request = command.what.as<FreePieces>();
+  const auto* request = command.request.as<FreePieces>();
   const JobType* job = nullptr;
-  if (std::size_t module = 0; !request && !find_job(command.what.type(), job, module)) job = nullptr;
+  if (std::size_t module = 0; !request && !find_job(command.request.type(), job, module)) job = nullptr;
   const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
   if (request)
     if (Status error = check_shape_of_pieces(anatomy, request->item, "free-pieces item")) return error;
   if (job && job->check)
-    if (Status error = job->check(command.what.data(), anatomy)) return error;
+    if (Status error = job->check(command.request.data(), anatomy)) return error;
   if (request || (job && job->frees_bodies)) {
     if (Status error = check_room_for_bodies()) return error;
     if (free_movers().empty())
       return Error{.what = "too many detached bodies",
-                   .where = std::string(command.what.name()),
+                   .where = std::string(command.request.name()),
                    .found = std::to_string(bodies.size()) + " bodies",
                    .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers) +
                                " with models that move",
                    .remedy = "discard a body"};
-  } else if (const auto* hold = command.what.as<HoldBody>()) {
+  } else if (const auto* hold = command.request.as<HoldBody>()) {
     const auto body = find_body(bodies, hold->body);
     if (body == bodies.end()) return no_body("hold-body", hold->body);
     if (body->holder >= 0)
@@ -118,10 +118,10 @@ Status Engine::check_body(const Command& command) const {
       return Error{.what = "the hand's position is unknown",
                    .where = "hold-body",
                    .expected = "a hand whose device has sent a position"};
-  } else if (command.what.as<ReleaseBody>()) {
+  } else if (command.request.as<ReleaseBody>()) {
     if (find_held_body(bodies, command.hand) == bodies.end())
       return Error{.what = "the hand holds no body", .where = "release-body", .expected = "a held body"};
-  } else if (const auto* place = command.what.as<PlaceBody>()) {
+  } else if (const auto* place = command.request.as<PlaceBody>()) {
     const auto body = find_body(bodies, place->body);
     if (body == bodies.end()) return no_body("place-body", place->body);
     if (body->holder >= 0)
@@ -131,7 +131,7 @@ Status Engine::check_body(const Command& command) const {
                    .expected = "a released body",
                    .remedy = "release the body first"};
     return check_rotation(place->rotation, "place-body rotation");
-  } else if (const auto* discard = command.what.as<DiscardBody>()) {
+  } else if (const auto* discard = command.request.as<DiscardBody>()) {
     if (find_body(bodies, discard->body) == bodies.end()) return no_body("discard-body", discard->body);
   }
   return std::nullopt;
@@ -140,26 +140,26 @@ Status Engine::check_body(const Command& command) const {
 /// Returns false for other commands.
 bool Engine::change_body(const Command& command, Outcome& outcome) {
   std::vector<Body>& bodies = now_.world.bodies;
-  if (const auto* hold = command.what.as<HoldBody>()) {
+  if (const auto* hold = command.request.as<HoldBody>()) {
     Body& body = *find_body(bodies, hold->body);
     body.holder = command.hand;
     body.grip = work_[command.hand].place->inverse() * body.place;
-  } else if (command.what.as<ReleaseBody>()) {
+  } else if (command.request.as<ReleaseBody>()) {
     release_body(*find_held_body(bodies, command.hand));
-  } else if (const auto* place = command.what.as<PlaceBody>()) {
+  } else if (const auto* place = command.request.as<PlaceBody>()) {
     const std::vector<double>& q = place->rotation;
     find_body(bodies, place->body)->place = {place->position, {q[0], q[1], q[2], q[3]}};
-  } else if (const auto* discard = command.what.as<DiscardBody>()) {
+  } else if (const auto* discard = command.request.as<DiscardBody>()) {
     bodies.erase(find_body(bodies, discard->body));
   } else {
     return false;
   }
   // A body with a new pose counts as a new item there, so that it pushes no hand.
-  const bool is_elsewhere = command.what.as<DiscardBody>() || command.what.as<PlaceBody>();
+  const bool is_elsewhere = command.request.as<DiscardBody>() || command.request.as<PlaceBody>();
   use_bodies(is_elsewhere ? Bodies::others : Bodies::same);
   publish(Change::cut);
   outcome.is_changed = true;
-  if (command.what.as<HoldBody>()) return true;  // the release is the undoable change
+  if (command.request.as<HoldBody>()) return true;  // the release is the undoable change
   is_stroke_changed_ = outcome.is_edit = true;
   return true;
 }

@@ -16,8 +16,8 @@ auto find_branch(Branches& all, const std::string& name) {
 }  // namespace
 
 Status Engine::check_branch(const Command& command) const {
-  const auto* begin = command.what.as<BeginBranch>();
-  const auto* other = command.what.as<SwitchBranch>();
+  const auto* begin = command.request.as<BeginBranch>();
+  const auto* other = command.request.as<SwitchBranch>();
   if (!begin && !other) return std::nullopt;
   const std::string& name = begin ? begin->name : other->name;
   const bool is_there = find_branch(left_branches_, name) != left_branches_.end();
@@ -57,11 +57,11 @@ Status Engine::check_branch(const Command& command) const {
 /// Checks that the history entry to which the command leads can be read.
 Status Engine::check_target_entry(const Command& command) const {
   std::size_t target = branch_.position;
-  if (command.what.as<Undo>() && can_undo())
+  if (command.request.as<Undo>() && can_undo())
     target -= is_stroke_changed_ ? 0 : 1;  // the stroke will end first
-  else if (command.what.as<Redo>() && can_redo() && !is_stroke_changed_)
+  else if (command.request.as<Redo>() && can_redo() && !is_stroke_changed_)
     ++target;
-  else if (const auto* request = command.what.as<SwitchBranch>())
+  else if (const auto* request = command.request.as<SwitchBranch>())
     return check_entry(*[&] {
       const Branch& branch = *find_branch(left_branches_, request->name);
       return branch.history[branch.position];
@@ -79,7 +79,7 @@ Status Engine::check_entry(const HistoryEntry& entry) const {
 
 /// Returns false for other commands.
 bool Engine::change_branch(const Command& command, Outcome& outcome) {
-  const Value& request = command.what;
+  const Value& request = command.request;
   if (request.as<Undo>()) {
     end_stroke();
     if (branch_.position > 0) {

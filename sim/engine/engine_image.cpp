@@ -54,8 +54,8 @@ Status Engine::restore(const EngineImage& image) {
     if (!is_ending)
       for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
     for (const auto& [key, command] : now_.settings.latest_commands) {
-      const auto* effect = command.what.as<SetEffect>();
-      if ((effect && effect->words.empty()) != is_ending || command.what.as<ToolGeometry>()) continue;
+      const auto* effect = command.request.as<SetEffect>();
+      if ((effect && effect->words.empty()) != is_ending || command.request.as<ToolGeometry>()) continue;
       Status error = effect ? Status() : check_setting(command);
       std::int64_t number = 0;
       Change change = Change::cut;

@@ -24,7 +24,7 @@ bool Engine::find_job(const ValueType& parameters, const JobType*& type, std::si
 void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome) {
   job.id = outcome.job = {++last_job_};
   job.hand = command.hand;
-  job.parameters = std::make_shared<const Value>(command.what);
+  job.parameters = std::make_shared<const Value>(command.request);
   job.input = snapshot();
   job.growths = growths_;
   job.edits = edits_;

@@ -13,7 +13,7 @@ namespace {
 /// Returns the key of a command in PersistentState::latest_commands.
 std::string key_of(const Command& command, std::int64_t number) {
   const std::string digits = std::to_string(number);
-  return std::string(command.what.name()) + '/' + std::to_string(command.hand) + '/' +
+  return std::string(command.request.name()) + '/' + std::to_string(command.hand) + '/' +
          std::string(digits.size() < 10 ? 10 - digits.size() : 0, '0') + digits;
 }
 
@@ -90,14 +90,14 @@ Status check_radius(const haptics::TouchScene& scene, const Instrument& instrume
 Status Engine::check_setting(const Command& command) const {
   const haptics::ServoHand& hand = hands_[command.hand];
   const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
-  if (const auto* item = command.what.as<SwitchItem>()) {
+  if (const auto* item = command.request.as<SwitchItem>()) {
     if (item->item < haptics::item_count(anatomy)) return std::nullopt;
     return Error{.what = "unknown item",
                  .where = "switch-item",
                  .found = std::to_string(item->item),
                  .expected = "0 to " + std::to_string(haptics::item_count(anatomy) - 1)};
   }
-  if (const auto* place = command.what.as<PlaceModel>()) {
+  if (const auto* place = command.request.as<PlaceModel>()) {
     if (std::none_of(tools_.begin(), tools_.end(),
                      [&](const HandTool& one) { return has_mover(*one.scene, place->mover); }))
       return Error{.what = "unknown moving model",
@@ -106,17 +106,17 @@ Status Engine::check_setting(const Command& command) const {
                    .expected = "the mover of a model"};
     return check_rotation(place->rotation, "place-model rotation");
   }
-  if (const auto* depths = command.what.as<AdoptDepths>()) return check_depths(*depths, command.hand);
-  if (const auto* picture = command.what.as<AdoptPicture>()) return check_picture(*picture, command.hand);
-  if (const auto* effect = command.what.as<SetEffect>();
+  if (const auto* depths = command.request.as<AdoptDepths>()) return check_depths(*depths, command.hand);
+  if (const auto* picture = command.request.as<AdoptPicture>()) return check_picture(*picture, command.hand);
+  if (const auto* effect = command.request.as<SetEffect>();
       effect && effect->effect.value == k_instruments_effect)
     return Error{.what = "this effect belongs to the instrument",
                  .where = "set-effect",
                  .found = std::to_string(k_instruments_effect),
                  .expected = "a smaller number"};
-  if (const auto* effect = command.what.as<SetEffect>())
+  if (const auto* effect = command.request.as<SetEffect>())
     if (const auto laws = laws_with_effect(hand, *effect); !laws) return laws.error();
-  if (const auto* geometry = command.what.as<ToolGeometry>())
+  if (const auto* geometry = command.request.as<ToolGeometry>())
     return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius, geometry->balls);
   return std::nullopt;
 }
@@ -141,26 +141,26 @@ bool Engine::use_effect_of_instrument(std::size_t hand) {
 /// mover or law.
 bool Engine::set(const Command& command, std::int64_t& number, Change& change, Status& error) {
   haptics::ServoHand& hand = hands_[command.hand];
-  if (const auto* item = command.what.as<SwitchItem>()) {
+  if (const auto* item = command.request.as<SwitchItem>()) {
     hand.set_touchable(static_cast<int>(number = item->item), item->is_touchable);
     // An item that becomes touchable may enclose the tool.
     if (item->is_touchable) change = Change::growth;
-  } else if (const auto* place = command.what.as<PlaceModel>()) {
+  } else if (const auto* place = command.request.as<PlaceModel>()) {
     number = place->mover;
     const std::vector<double>& q = place->rotation;
     for (haptics::ServoHand& one : hands_)
       if (has_mover(*one.scene, number))
         one.set_placement(static_cast<int>(number), {place->position, {q[0], q[1], q[2], q[3]}});
-  } else if (const auto* depths = command.what.as<AdoptDepths>()) {
+  } else if (const auto* depths = command.request.as<AdoptDepths>()) {
     number = depths->item;
     if (!use_depths(*depths, command.hand))
       error = Error{.what = "the parameters of the depth images are invalid",
                     .where = "adopt-depths",
                     .found = std::to_string(number)};
-  } else if (const auto* picture = command.what.as<AdoptPicture>()) {
+  } else if (const auto* picture = command.request.as<AdoptPicture>()) {
     number = picture->item;
     use_picture(*picture, command.hand);
-  } else if (const auto* effect = command.what.as<SetEffect>()) {
+  } else if (const auto* effect = command.request.as<SetEffect>()) {
     number = effect->effect.value;
     auto laws = laws_with_effect(hand, *effect);
     if (laws)
@@ -179,7 +179,7 @@ bool Engine::record_setting(const Command& command) {
   Status error;  // excluded by check()
   if (!set(command, number, change, error)) return false;
   Command latest = command;
-  if (latest.what.as<PlaceModel>()) latest.hand = 0;  // for all hands
+  if (latest.request.as<PlaceModel>()) latest.hand = 0;  // for all hands
   now_.settings.latest_commands.insert_or_assign(key_of(latest, number), latest);
   publish(change);
   return true;

@@ -55,7 +55,7 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
 }
 
 void PieceWatch::after_command(const Engine& engine, const Command& command, const Outcome& outcome) {
-  if (std::exchange(is_command_due_, false) && command.what.as<FreePieces>()) {
+  if (std::exchange(is_command_due_, false) && command.request.as<FreePieces>()) {
     if (outcome.refused)
       refused_at_ = engine.now().world.bodies.size();
     else
@@ -68,7 +68,7 @@ bool PieceWatch::was_outdated(const Engine& engine) const {
   constexpr std::size_t k_back = 64;  // the event is among the newest
   const Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = chronicle.size(); i-- > 0 && chronicle.size() - i <= k_back;)
-    if (const auto* discarded = chronicle[i].what.as<JobDiscarded>(); discarded && discarded->job == job_)
+    if (const auto* discarded = chronicle[i].value.as<JobDiscarded>(); discarded && discarded->job == job_)
       return discarded->reason == k_world_changed;
   return false;
 }

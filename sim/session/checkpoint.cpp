@@ -47,18 +47,18 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
 
 void CheckpointMaker::add(const Command& command, const Engine& engine, const Outcome& outcome) {
   if (outcome.refused || !is_faithful_) return;
-  if (command.what.as<Resume>()) {
+  if (command.request.as<Resume>()) {
     servo_.restart(engine.now().next_tick);
     pending_.reset();
   }
-  const auto* adopt = command.what.as<AdoptFields>();
+  const auto* adopt = command.request.as<AdoptFields>();
   const auto offsets_of = [&](const haptics::ServoScene& scene) -> const OffsetJob::Offsets& {
     return scene.hands[command.hand].state.offsets;
   };
   count(adopt ? work_of(offsets_of(*servo_.newest()), offsets_of(*engine.servo_scene()))
-        : command.what.as<AdoptJob>() ? k_of_job
-        : outcome.is_changed          ? k_of_history
-                                      : 1);
+        : command.request.as<AdoptJob>() ? k_of_job
+        : outcome.is_changed             ? k_of_history
+                                         : 1);
   if (outcome.is_changed) servo_.publish(engine.servo_scene());
   if (pending_ && adopt && outcome.is_changed &&
       static_cast<std::uint64_t>(adopt->serial) <= pending_->image.serial)

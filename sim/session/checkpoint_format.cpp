@@ -211,7 +211,7 @@ void CheckpointEncoder::put_state(std::string& out, const OperationState& state)
   for (const auto& [key, command] : state.settings.latest_commands) {
     put_text(out, key);
     put(out, command.hand);
-    put_value(out, command.what);
+    put_value(out, command.request);
   }
   put_count(out, state.chronicle.size());
   put_count(out, state.chronicle.undos);
@@ -296,7 +296,7 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
     put(events, event.tick);
     put(events, event.hand);
     put(events, event.place_world);
-    put_value(events, event.what);
+    put_value(events, event.value);
   }
   tail_.events = chronicle.size();
   tail_.places.resize(checkpoint.image.hands.size());

@@ -235,8 +235,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       event.tick = in.value<std::uint64_t>();
       event.hand = in.value<std::uint8_t>();
       event.place_world = in.place();
-      event.what = read_value(in);
-      if (event.what.is_empty()) throw Broken{"an event without a name"};
+      event.value = read_value(in);
+      if (event.value.is_empty()) throw Broken{"an event without a name"};
       events.push_back(std::move(event));
     }
   }
@@ -383,8 +383,9 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       std::string key(in.text());
       Command command;
       command.hand = in.value<std::uint8_t>();
-      command.what = read_value(in);
-      if (command.what.is_empty() || command.hand >= start.hand_count()) throw Broken{"an invalid command"};
+      command.request = read_value(in);
+      if (command.request.is_empty() || command.hand >= start.hand_count())
+        throw Broken{"an invalid command"};
       state.settings.latest_commands.emplace(std::move(key), std::move(command));
     }
     const std::uint64_t count = in.count(all_events.size());

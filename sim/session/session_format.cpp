@@ -185,7 +185,7 @@ void ItemEncoder::put_value(const Value& value) {
 void ItemEncoder::add(const CommandItem& item) {
   put(bytes_, k_command);
   put(bytes_, item.command.hand);
-  put_value(item.command.what);
+  put_value(item.command.request);
 }
 
 void ItemEncoder::add(const EventItem& item) {
@@ -193,7 +193,7 @@ void ItemEncoder::add(const EventItem& item) {
   put(bytes_, item.event.hand);
   put(bytes_, item.event.tick);
   put(bytes_, item.event.place_world);
-  put_value(item.event.what);
+  put_value(item.event.value);
 }
 
 void ItemEncoder::add(const VersionItem& item) {
@@ -253,7 +253,7 @@ Result<LogItem> ItemDecoder::next_value(std::uint8_t kind) {
   Result<Value> value = Value::from_bytes(*types_[type], fields);
   if (!value) return value.error();
   if (is_command) return LogItem{CommandItem{{std::move(value).value(), event.hand}}};
-  event.what = std::move(value).value();
+  event.value = std::move(value).value();
   return LogItem{EventItem{std::move(event)}};
 }
 

@@ -199,7 +199,7 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
     const std::lock_guard guard(lock_);
     items_.add(CommandItem{command});
     record_outcome(engine, outcome);
-    if (!is_derived_data(command.what)) {
+    if (!is_derived_data(command.request)) {
       ask_sync(engine);
       was_in_stroke_ = engine.is_in_stroke();
     }
@@ -215,7 +215,7 @@ void SessionWriter::record_outcome(const Engine& engine, const Outcome& outcome)
   if (outcome.is_edit) has_edits_ = true;
   for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i) {
     items_.add(EventItem{chronicle[i]});
-    if (!chronicle[i].what.as<FaultEvent>()) has_edits_ = true;  // worth keeping
+    if (!chronicle[i].value.as<FaultEvent>()) has_edits_ = true;  // worth keeping
   }
   if (!outcome.is_changed) return;
   items_.add(VersionItem{engine.serial(), last_tick_, engine.current()->ledger().total()});

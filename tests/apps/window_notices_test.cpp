@@ -45,7 +45,7 @@ class SleeperModule final : public sim::Module {
     return all;
   }
   void apply(const sim::Command& command, sim::ModuleWork&) const override {
-    if (const auto* sleeper = command.what.as<Sleeper>())
+    if (const auto* sleeper = command.request.as<Sleeper>())
       std::this_thread::sleep_for(std::chrono::duration<double>(sleeper->seconds));
   }
 };

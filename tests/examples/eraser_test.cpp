@@ -47,7 +47,7 @@ TEST(Eraser, ErasesRaisesEventsCountsUndoesAndOpensAnywhere) {
     EXPECT_NEAR(erased(run.engine()), run.engine().removed_mm3(), 1e-6);
     const Chronicle& events = run.engine().now().chronicle;
     ASSERT_EQ(events.size(), 3u);
-    EXPECT_NEAR(events[0].what.as<Erased>()->amount, first, 1e-6);
+    EXPECT_NEAR(events[0].value.as<Erased>()->amount, first, 1e-6);
     EXPECT_EQ(run.engine().measures().back().name, "erased");
 
     // The overlay: a flag at the end of the newest stroke.

@@ -51,7 +51,7 @@ struct Bench {
     std::vector<std::pair<Event, dvec3>> all;
     const sim::Chronicle& chronicle = run->engine().now().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i)
-      if (const auto* one = chronicle[i].what.as<Event>()) all.emplace_back(*one, chronicle[i].place_world);
+      if (const auto* one = chronicle[i].value.as<Event>()) all.emplace_back(*one, chronicle[i].place_world);
     return all;
   }
   template <class State>
@@ -117,7 +117,7 @@ TEST(Craniotome, StartsOnlyInABurrHole) {
     EXPECT_EQ(there.engine().removed_mm3(), removed);
     const sim::Chronicle& chronicle = there.engine().now().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i)
-      if (const auto* event = chronicle[i].what.as<CraniotomeRefused>()) {
+      if (const auto* event = chronicle[i].value.as<CraniotomeRefused>()) {
         ++refused;
         EXPECT_NE(event->reason.find(place.why), std::string::npos) << event->reason;
       }

@@ -294,7 +294,7 @@ TEST(Fluoroscopy, ShotsAreEventsAndCounted) {
   const sim::Chronicle& all = run.engine().now().chronicle;
   std::vector<const XrayTaken*> shots;
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (const auto* shot = all[i].what.as<XrayTaken>()) shots.push_back(shot);
+    if (const auto* shot = all[i].value.as<XrayTaken>()) shots.push_back(shot);
   ASSERT_EQ(shots.size(), 2u);
   EXPECT_EQ(shots[1]->number, 2);
   EXPECT_TRUE(static_cast<const CArm&>(*shots[1]) == arm);

@@ -302,7 +302,7 @@ TEST(Laminectomy, IsJudgedByCommand) {
   EXPECT_EQ(measure("canal"), 0);
   const auto outcome = [&]() -> const sim::Value& {
     const sim::Chronicle& all = run.engine().now().chronicle;
-    return all[all.size() - 1].what;
+    return all[all.size() - 1].value;
   };
   EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{"L4"}, 0}).refused.has_value());
   ASSERT_NE(outcome().as<Judgement>(), nullptr);

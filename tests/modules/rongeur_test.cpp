@@ -45,7 +45,7 @@ std::vector<Event> events(const sim::Lockstep& run) {
   std::vector<Event> all;
   const sim::Chronicle& chronicle = run.engine().now().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
-    if (const auto* one = chronicle[i].what.as<Event>()) all.push_back(*one);
+    if (const auto* one = chronicle[i].value.as<Event>()) all.push_back(*one);
   return all;
 }
 

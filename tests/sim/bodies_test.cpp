@@ -16,7 +16,7 @@ namespace {
 const PieceFreed* find_freed(const Engine& engine) {
   const Chronicle& all = engine.now().chronicle;
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (const auto* freed = all[i].what.as<PieceFreed>()) return freed;
+    if (const auto* freed = all[i].value.as<PieceFreed>()) return freed;
   return nullptr;
 }
 
@@ -156,7 +156,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
   run.apply(run.engine().finish_job(begun.job));
   const Chronicle& events = run.engine().now().chronicle;
   ASSERT_EQ(events.size(), 1u);
-  EXPECT_EQ(events[0].what.as<JobDiscarded>()->reason, "nothing came off");
+  EXPECT_EQ(events[0].value.as<JobDiscarded>()->reason, "nothing came off");
 
   // Two hands, one body.
   const haptics::PosePath first = resting(), second = sawing();
@@ -173,7 +173,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
     run.step(cuts);
     run.apply(adopt);
     EXPECT_TRUE(run.engine().now().world.bodies.empty());
-    EXPECT_EQ(events[1].what.as<JobDiscarded>()->reason, "the world changed");
+    EXPECT_EQ(events[1].value.as<JobDiscarded>()->reason, "the world changed");
   }
   free_now(run);
   ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
@@ -391,15 +391,15 @@ TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
   EXPECT_EQ(run.engine().snapshot()->world.version->content_hash(), before);
   const Chronicle& events = run.engine().now().chronicle;
   ASSERT_GT(events.size(), 0u);
-  const auto* discarded = events[events.size() - 1].what.as<JobDiscarded>();
+  const auto* discarded = events[events.size() - 1].value.as<JobDiscarded>();
   ASSERT_NE(discarded, nullptr);
   EXPECT_NE(discarded->reason.find("there is room for 8"), std::string::npos) << discarded->reason;
   // All of them are debris if larger bodies are requested.
   const Outcome begun = run.apply(FreePieces{0, 60});
   run.apply(run.engine().finish_job(begun.job));
   const Event& last = events[events.size() - 1];
-  const auto* debris = last.what.as<DebrisFreed>();
-  ASSERT_NE(debris, nullptr) << last.what.words();
+  const auto* debris = last.value.as<DebrisFreed>();
+  ASSERT_NE(debris, nullptr) << last.value.words();
   EXPECT_GT(debris->count, 3);
   EXPECT_GT(debris->size, 10);
   EXPECT_TRUE(run.engine().now().world.bodies.empty());

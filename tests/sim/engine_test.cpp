@@ -67,7 +67,7 @@ TEST(Engine, ARandomLogGivesOneStateThroughLockstepReplayAndSeek) {
         }
         (outcome.refused ? refused : taken) += 1;
         jobs += outcome.job_hash.has_value();
-        undone += command.what.as<Undo>() && outcome.is_changed;
+        undone += command.request.as<Undo>() && outcome.is_changed;
       }
     }
     EXPECT_FALSE(writer->finish(run.engine()));
@@ -164,7 +164,7 @@ TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
     EXPECT_EQ(Toy::toy_world(*last).flooded != 0, !is_strict);
     std::size_t discarded = 0;
     for (std::size_t i = 0; i < last->chronicle.size(); ++i)
-      discarded += last->chronicle[i].what.as<JobDiscarded>() != nullptr;
+      discarded += last->chronicle[i].value.as<JobDiscarded>() != nullptr;
     EXPECT_EQ(discarded, is_strict ? 1u : 0u);
     const Verdict v = replay(path, bench.scene.base, toys());
     expect_same(v);
@@ -347,7 +347,7 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
   EXPECT_FALSE(engine.apply(round).refused);
   EXPECT_FALSE(engine.apply(engine.finish_job(begun.job)).is_changed);
   EXPECT_EQ(engine.scene().tool_radius, 0.4);
-  EXPECT_EQ(engine.now().chronicle[0].what.as<JobDiscarded>()->job.value, begun.job.value);
+  EXPECT_EQ(engine.now().chronicle[0].value.as<JobDiscarded>()->job.value, begun.job.value);
 }
 
 // The hash of a geometry job's result differs only by radius and by cuts.

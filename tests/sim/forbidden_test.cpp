@@ -100,9 +100,9 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   }
   const auto events = of_dura(run.engine());
   ASSERT_EQ(events.size(), 3u);
-  const auto* entered = events[0]->what.as<ForbiddenEntered>();
-  const auto* torn = events[1]->what.as<StructureTorn>();
-  const auto* left = events[2]->what.as<ForbiddenLeft>();
+  const auto* entered = events[0]->value.as<ForbiddenEntered>();
+  const auto* torn = events[1]->value.as<StructureTorn>();
+  const auto* left = events[2]->value.as<ForbiddenLeft>();
   ASSERT_TRUE(entered && torn && left);
   EXPECT_NEAR(torn->deepest, k_tears, 0.05);
   EXPECT_NEAR(static_cast<double>(events[1]->tick - events[0]->tick), 1000 * k_tears / 9, 12);
@@ -158,7 +158,7 @@ TEST(Forbidden, EventsReportWhatAVisitDid) {
     std::vector<std::string_view> events;
     const Chronicle& all = run.engine().now().chronicle;
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (all[i].what.name().starts_with("structure-")) events.push_back(all[i].what.name());
+      if (all[i].value.name().starts_with("structure-")) events.push_back(all[i].value.name());
     ASSERT_EQ(events.size(), 1u) << visit.deep << visit.is_pressed;
     EXPECT_EQ(events[0], visit.event) << visit.deep << visit.is_pressed;
   }
@@ -270,7 +270,7 @@ TEST(Forbidden, OnlyThePathOfTheToolItselfCounts) {
   go({6, 0, -4});
   EXPECT_FALSE(run.engine().watch(0, 0).is_inside);
   const Chronicle& all = run.engine().now().chronicle;
-  EXPECT_TRUE(all[all.size() - 1].what.as<ForbiddenLeft>());
+  EXPECT_TRUE(all[all.size() - 1].value.as<ForbiddenLeft>());
   // A burr that only touches: the ball is on the surface for any attitude of the stylus, and a hand that
   // moves up and down enters nothing.
   Lockstep touch(guarded.engine({4, 60, 40}), {}, 1000);

@@ -52,7 +52,7 @@ struct Plate {
 std::size_t count_pieces(const Engine& engine) {
   std::size_t count = 0;
   const Chronicle& chronicle = engine.now().chronicle;
-  for (std::size_t i = 0; i < chronicle.size(); ++i) count += chronicle[i].what.as<PieceFreed>() != nullptr;
+  for (std::size_t i = 0; i < chronicle.size(); ++i) count += chronicle[i].value.as<PieceFreed>() != nullptr;
   return count;
 }
 

@@ -187,7 +187,7 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     std::vector<std::string> events;
     for (LogItem item; opened.value().next(item).value();)
       if (const auto* event = std::get_if<EventItem>(&item))
-        if (const auto* fault = event->event.what.as<FaultEvent>())
+        if (const auto* fault = event->event.value.as<FaultEvent>())
           events.push_back(fault->is_cleared ? "cleared" : fault->names);
     ASSERT_GE(events.size(), 2u);
     // The fade comes first, also if the ring is small.

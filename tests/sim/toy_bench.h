@@ -96,7 +96,7 @@ inline Command random_command(std::mt19937& random, const std::vector<PendingJob
 
 /// The command with the hash of the job's result in AdoptJob, as in a live operation.
 inline Command with_hash(Command command, const Engine& engine) {
-  if (auto* adopt = command.what.as<AdoptJob>())
+  if (auto* adopt = command.request.as<AdoptJob>())
     for (const PendingJob& job : engine.jobs())
       if (job.id == adopt->job) {
         const bool fits =

@@ -114,7 +114,7 @@ class Toy final : public Module {
   Value settings() const override { return ToySettings{}; }
 
   Status allows(const Command& command, const OperationState& now) const override {
-    if (command.what.as<ToyMark>() && toy_world(now).marks >= 10)
+    if (command.request.as<ToyMark>() && toy_world(now).marks >= 10)
       return Error{.what = "too many marks",
                    .where = "toy-mark",
                    .found = "10",
@@ -123,16 +123,16 @@ class Toy final : public Module {
     return std::nullopt;
   }
   void apply(const Command& command, ModuleWork& work) const override {
-    if (const auto* mark = command.what.as<ToyMark>()) {
+    if (const auto* mark = command.request.as<ToyMark>()) {
       ToyWorld& world = work.change_world<ToyWorld>();
       world.marks += 1;
       world.places.push_back(mark->at);
       work.raise_event(ToyMarked{world.marks}, mark->at);
-    } else if (const auto* carve = command.what.as<ToyCarve>()) {
+    } else if (const auto* carve = command.request.as<ToyCarve>()) {
       work.remove({carve->at, carve->at, work.settings<ToySettings>().radius, false});
-    } else if (command.what.as<ToyMend>()) {
+    } else if (command.request.as<ToyMend>()) {
       work.restore_all();
-    } else if (const auto* resize = command.what.as<ToyResize>()) {
+    } else if (const auto* resize = command.request.as<ToyResize>()) {
       work.change_settings<ToySettings>().radius = resize->radius;
     }
   }

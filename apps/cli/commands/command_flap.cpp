@@ -98,7 +98,7 @@ template <class T>
 const T* last_event(const sim::Engine& engine, dvec3* at = nullptr) {
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = chronicle.size(); i-- > 0;)
-    if (const T* event = chronicle[i].what.as<T>()) {
+    if (const T* event = chronicle[i].value.as<T>()) {
       if (at) *at = chronicle[i].place_world;
       return event;
     }
@@ -159,7 +159,7 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
   Json pieces = Json::array();
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i) {
-    const auto* piece = chronicle[i].what.as<FlapPiece>();
+    const auto* piece = chronicle[i].value.as<FlapPiece>();
     if (piece == nullptr) continue;
     pieces.push_back({{"number", piece->number},
                       {"mm3", piece->size},

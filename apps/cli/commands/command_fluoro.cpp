@@ -53,7 +53,7 @@ Result<fluoroscopy::XrayTaken> go_to_shot(workbench::Moment& moment, int number)
   std::int64_t count = 0;
   const sim::Chronicle& chronicle = moment.state()->chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i) {
-    const auto* event = chronicle[i].what.as<fluoroscopy::XrayTaken>();
+    const auto* event = chronicle[i].value.as<fluoroscopy::XrayTaken>();
     if (event == nullptr) continue;
     ++count;
     if (event->number != number) continue;

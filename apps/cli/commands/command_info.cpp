@@ -64,10 +64,10 @@ Result<Outcome> describe_session(const std::string& path) {
       faults |= r.raised;
       strongest = std::max(strongest, glm::length(r.force_world));
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
-      const sim::Value& what = command->command.what;
-      undos += what.as<sim::Undo>() != nullptr;
-      redos += what.as<sim::Redo>() != nullptr;
-      if (const auto* remark = what.as<sim::Note>()) print_line(last, command->command.hand, remark->text);
+      const sim::Value& request = command->command.request;
+      undos += request.as<sim::Undo>() != nullptr;
+      redos += request.as<sim::Redo>() != nullptr;
+      if (const auto* remark = request.as<sim::Note>()) print_line(last, command->command.hand, remark->text);
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
       print_line(event->event.tick, event->event.hand, workbench::describe_event(event->event).text);
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {

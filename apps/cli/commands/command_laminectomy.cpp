@@ -214,7 +214,7 @@ Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& fr
     std::string slices;
     const sim::Chronicle& chronicle = engine.now().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
-      const auto* entered = chronicle[i].what.as<sim::ForbiddenEntered>();
+      const auto* entered = chronicle[i].value.as<sim::ForbiddenEntered>();
       if (entered == nullptr || entered->structure != name) continue;
       const double height = frame.local(chronicle[i].place_world).z;
       // Skip contacts at other vertebrae.
@@ -361,7 +361,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   int plunges = 0;
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
-    if (const auto* breakthrough = chronicle[i].what.as<drilling::Breakthrough>())
+    if (const auto* breakthrough = chronicle[i].value.as<drilling::Breakthrough>())
       ++plunges, plunge = std::max(plunge, breakthrough->plunge);
   json["breakthroughs"] = {{"count", plunges}, {"deepest_plunge_mm", plunge}};
   if (plunges > 0)

@@ -164,7 +164,7 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
   if (is_recorded) {  // report the session's own measurements
     const sim::Chronicle& chronicle = moment.state()->chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i)
-      if (const auto* recorded = chronicle[i].what.as<Measured>()) measures.push_back(*recorded);
+      if (const auto* recorded = chronicle[i].value.as<Measured>()) measures.push_back(*recorded);
     if (measures.empty()) outcome.text += "nothing was measured in this session\n";
   }
   for (const Measure& request : requests)

@@ -49,16 +49,16 @@ class Timeline {
       units_ = version->removed_units;
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
       // Commands of derived data are not listed.
-      const sim::Value& what = command->command.what;
-      if (what.is_empty() || sim::is_derived_data(what)) return;
+      const sim::Value& request = command->command.request;
+      if (request.is_empty() || sim::is_derived_data(request)) return;
       end_stroke();
-      const std::string words = what.words();
+      const std::string words = request.words();
       rows_.push_back({last_, "command", command->command.hand,
-                       std::string(what.name()).append(words.empty() ? "" : " ").append(words)});
+                       std::string(request.name()).append(words.empty() ? "" : " ").append(words)});
       rows_.back().branch = branches_.back();
       open_command_ = rows_.size();
-      if (const auto* begin = what.as<sim::BeginBranch>()) branches_.push_back(begin->name);
-      if (const auto* other = what.as<sim::SwitchBranch>()) {
+      if (const auto* begin = request.as<sim::BeginBranch>()) branches_.push_back(begin->name);
+      if (const auto* other = request.as<sim::SwitchBranch>()) {
         std::erase(branches_, other->name);
         branches_.push_back(other->name);
       }

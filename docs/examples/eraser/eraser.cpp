@@ -89,7 +89,7 @@ std::span<const sim::ValueType* const> EraserModule::events() const {
 
 /// Called before each command of any module is executed.
 Status EraserModule::allows(const sim::Command& command, const sim::OperationState& now) const {
-  if (!command.what.as<Eraser>()) return std::nullopt;
+  if (!command.request.as<Eraser>()) return std::nullopt;
   const double most = now.persistent_of<EraserLimit>()->most, amount = now.undoable_of<EraserTotal>()->amount;
   if (amount < most) return std::nullopt;
   return Error{.what = "the eraser is used up",
@@ -100,12 +100,12 @@ Status EraserModule::allows(const sim::Command& command, const sim::OperationSta
 }
 
 void EraserModule::apply(const sim::Command& command, sim::ModuleWork& work) const {
-  if (const auto* limit = command.what.as<LimitEraser>())
+  if (const auto* limit = command.request.as<LimitEraser>())
     work.change_settings<EraserLimit>().most = limit->most;
 }
 
 void EraserModule::react(const sim::Event& event, sim::ModuleState& state) const {
-  const auto* erased = event.what.as<Erased>();
+  const auto* erased = event.value.as<Erased>();
   if (!erased) return;
   auto& total = state.change_world<EraserTotal>();
   total.amount += erased->amount;
