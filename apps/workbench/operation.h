@@ -64,8 +64,8 @@ struct Operation {
   double build_seconds = 0;  ///< duration of building bits, fields and methods
 
   /// Scene of the first hand.
-  const std::shared_ptr<const haptics::TouchScene>& scene() const { return start.hands[0].feels.scene; }
-  const haptics::ProxyMethod& method() const { return *start.hands[0].feels.method; }
+  const std::shared_ptr<const haptics::TouchScene>& scene() const { return start.hands[0].touch.scene; }
+  const haptics::ProxyMethod& method() const { return *start.hands[0].touch.method; }
   haptics::ServoOptions servo() const;
   sim::Engine engine() const;
 };

@@ -25,17 +25,17 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
                std::vector<std::shared_ptr<const Forbidden>> forbidden)
     : catalogue_(catalogue),
       dt_(dt),
-      editor_(haptics::untouched(*hands.at(0).feels.scene), haptics::solids_of(*hands[0].feels.scene)),
+      editor_(haptics::untouched(*hands.at(0).touch.scene), haptics::solids_of(*hands[0].touch.scene)),
       trails_(hands.size()),
       work_(hands.size()),
       forbidden_(std::move(forbidden)) {
   now_.watches.resize(hands.size() * forbidden_.size());
   for (std::size_t h = 0; h < hands.size(); ++h) {
-    const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].feels.scene;
+    const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].touch.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
-    tools_.push_back({scene, hands[h].feels.method, 0, hands[h].feels.method->name()});
+    tools_.push_back({scene, hands[h].touch.method, 0, hands[h].touch.method->name()});
     depths_.emplace_back(*scene, dt_);
-    hands_.push_back(std::move(hands[h].feels));
+    hands_.push_back(std::move(hands[h].touch));
     now_.settings.hands.push_back(std::move(hands[h].instrument));
   }
   for (const Module* module : catalogue_.modules()) {

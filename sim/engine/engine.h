@@ -29,9 +29,9 @@ struct Outcome {
 
 /// A hand at the start of an operation.
 struct HandStart {
-  haptics::ServoHand feels;  ///< touchable data; the scenes of all hands have one base
+  haptics::ServoHand touch;  ///< touchable data; the scenes of all hands have one base
   Instrument instrument;
-  std::vector<std::string> effects = {};  ///< effects of `feels`, in the user's words
+  std::vector<std::string> effects = {};  ///< effects of `touch`, in the user's words
 };
 
 /// Runs a FreePieces job on the state `input`. `solids`: fields of all matter that can be cut.

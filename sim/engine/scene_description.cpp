@@ -327,12 +327,12 @@ SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMet
 }
 
 SceneDescription describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options) {
-  SceneDescription spec = describe_scene(*hands[0].feels.scene, *hands[0].feels.method, options, {});
+  SceneDescription spec = describe_scene(*hands[0].touch.scene, *hands[0].touch.method, options, {});
   for (const HandStart& hand : hands) {
     HandSpec& result = spec.hands.emplace_back(hand.instrument);
-    result.tool_radius = hand.feels.scene->tool_radius;
-    result.tool_balls = hand.feels.scene->tool_balls;
-    result.method = hand.feels.method->name();
+    result.tool_radius = hand.touch.scene->tool_radius;
+    result.tool_balls = hand.touch.scene->tool_balls;
+    result.method = hand.touch.method->name();
     result.effects = hand.effects;
   }
   return spec;

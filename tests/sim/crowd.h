@@ -53,8 +53,8 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
   const SceneDescription spec = crowded_spec(scene);
   auto hands = build_scene(spec, data_of(scene), drilling_catalogue());
   ASSERT_TRUE(hands.is_ok()) << hands.error().message();
-  EXPECT_EQ(hands.value().hands[0].feels.scene->tool_radius, 0);
-  EXPECT_EQ(hands.value().hands[1].feels.scene->tool_radius, 0.8);
+  EXPECT_EQ(hands.value().hands[0].touch.scene->tool_radius, 0);
+  EXPECT_EQ(hands.value().hands[1].touch.scene->tool_radius, 0.8);
   WriterOptions options;
   options.is_embedding = true;
   options.checkpoint_work = checkpoint_work;

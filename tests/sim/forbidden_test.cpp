@@ -309,7 +309,7 @@ TEST(Forbidden, SessionsKeepItAndAnUnguardedSceneHasNoCost) {
     auto start = build_scene(header, data_of(scene), drilling_catalogue());
     ASSERT_TRUE(start.is_ok()) << start.error().message();
     ASSERT_EQ(start.value().forbidden.size(), 1u);
-    EXPECT_EQ(start.value().hands[0].feels.scene->items.size(), 1u);
+    EXPECT_EQ(start.value().hands[0].touch.scene->items.size(), 1u);
     auto writer = SessionWriter::create(path, header, data_of(scene), drilling_catalogue()).value();
     Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue(),
                         std::move(start.value().forbidden)),

@@ -41,9 +41,9 @@ struct SawBench {
     EXPECT_FALSE(method->prepare(scene));
   }
   Engine engine() const {
-    const haptics::ServoHand feels(haptics::borrowed(scene), haptics::borrowed(*method),
+    const haptics::ServoHand touch(haptics::borrowed(scene), haptics::borrowed(*method),
                                    haptics::TouchState(nullptr));
-    return Engine({{feels, {}}, {feels, drilling::burr({2 * k_saw, 60, 40, true})}}, 1e-3,
+    return Engine({{touch, {}}, {touch, drilling::burr({2 * k_saw, 60, 40, true})}}, 1e-3,
                   drilling_catalogue());
   }
   std::unique_ptr<SessionWriter> writer(const std::string& path, const WriterOptions& options) const {
