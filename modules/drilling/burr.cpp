@@ -84,7 +84,7 @@ double BurrTick::sweep_to(const ToolPose& pose) {
       body_.is_ball()
           ? work_.remove(volume::Sweep{from.at_world, pose.at_world, body_.radius, state_.has_centre})
           : work_.remove(volume::ToolSweep{body_, from, pose, state_.has_centre});
-  const double mm3 = work_.left().mm3_of(report.removed_units);
+  const double mm3 = work_.remaining().mm3_of(report.removed_units);
   // Engaged cross-section: the volume over a path of at least k_engaged_mm, at most that of the body.
   state_.bite_mm3 += mm3;
   state_.bite_mm += travel_between(from, pose);
@@ -97,7 +97,7 @@ double BurrTick::sweep_to(const ToolPose& pose) {
   state_.centre = pose.at_world;
   state_.shaft = pose.axis_world;
   state_.has_centre = true;
-  return is_force_controlled() ? mm3 * relative_energy(report, work_.left().base()) : mm3;
+  return is_force_controlled() ? mm3 * relative_energy(report, work_.remaining().base()) : mm3;
 }
 
 void BurrTick::turn_axis() noexcept {
@@ -177,7 +177,8 @@ void BurrTick::drill() {
   // is intermittent. While the burr cuts, and for a short path after, it counts as in contact.
   state_.free_mm = tick_.has_contact ? 0 : state_.free_mm + glm::length(hip - state_.hip);
   state_.hip = hip;
-  if (state_.free_mm > k_memory_voxels * work_.left().base().frame.diagonal_mm()) state_.has_centre = false;
+  if (state_.free_mm > k_memory_voxels * work_.remaining().base().frame.diagonal_mm())
+    state_.has_centre = false;
   if (!tick_.has_contact && !state_.has_centre) return;
   const Cutting conditions = cutting();
   const double rate = is_force_controlled() ? drilling::removal_rate(conditions) : burr_.removal_rate;

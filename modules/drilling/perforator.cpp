@@ -54,10 +54,10 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   };
   const volume::ToolPose current{state.centre, state.shaft};
   if (!continues || glm::length(current.at_world - previous.at_world) > 0)
-    state.removal_budget_mm3 -=
-        work.left().mm3_of(work.remove(volume::ToolSweep{outer, outer_pose(continues ? previous : current),
-                                                         outer_pose(current), continues})
-                               .removed_units);
+    state.removal_budget_mm3 -= work.remaining().mm3_of(
+        work.remove(volume::ToolSweep{outer, outer_pose(continues ? previous : current), outer_pose(current),
+                                      continues})
+            .removed_units);
   if (!state.has_begun && work.removed().removed_units > 0)
     state.has_begun = true, state.begun_tip = tip_of(p, state);
   const double depth = glm::dot(state.begun_tip - tip_of(p, state), state.shaft);

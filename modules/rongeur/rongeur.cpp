@@ -101,7 +101,7 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
     return;
   }
   const volume::RemovalReport report = work.remove(volume::ToolSweep{r.bite(), at, at});
-  if (report.removed_units > 0) work.raise_event(Bite{work.left().mm3_of(report.removed_units)}, middle);
+  if (report.removed_units > 0) work.raise_event(Bite{work.remaining().mm3_of(report.removed_units)}, middle);
 }
 
 /// Returns the ball whose distance to forbidden structures is watched. It is as wide as the jaws, and rests

@@ -18,7 +18,7 @@ class Work {
   volume::RemovalReport remove(const volume::ToolSweep& sweep);
 
   /// Remaining matter, including all removals so far.
-  const volume::Version& left() const noexcept { return editor_->working(); }
+  const volume::Version& remaining() const noexcept { return editor_->working(); }
   bool is_matter(const glm::dvec3& p_world) const noexcept { return editor_->is_matter(p_world); }
   void raise_event(Value value, const glm::dvec3& place_world);
 

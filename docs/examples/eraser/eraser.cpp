@@ -29,7 +29,7 @@ void step(const Eraser& eraser, EraserState& state, const sim::InstrumentInput& 
   if (input.tick.pose.is_pressed()) {
     const auto removed =
         work.remove({state.is_on ? state.last : position, position, 0.5 * eraser.diameter, false});
-    state.amount += work.left().mm3_of(removed.removed_units);
+    state.amount += work.remaining().mm3_of(removed.removed_units);
     state.is_on = true;
     state.last = position;
   } else if (state.is_on) {
