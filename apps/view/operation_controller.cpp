@@ -206,7 +206,7 @@ void OperationController::touch_scenery() {
         state_.newest.shape == scenery_ && r.has_contact && (!behind || *behind > 1 + 2 * pixel);
     hidden_pictures_ += is_hidden;
     constexpr double k_least = 2;  // mm
-    if (!is_hidden && seen->edge > k_least) live_.see(picture, scenery_, seen->at, seen->edge);
+    if (!is_hidden && seen->edge > k_least) live_.submit_picture(picture, scenery_, seen->at, seen->edge);
     // A hand that was in the scenery before the picture arrived is moved in front of it.
     const double deepest = depth_mm_ + 2 * state_.tool_radius + 4;
     if (!is_hidden && !r.has_contact && behind && *behind > -state_.tool_radius && *behind < deepest) {

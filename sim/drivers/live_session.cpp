@@ -144,8 +144,8 @@ void LiveSession::draw_depths() {
   });
 }
 
-void LiveSession::see(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch,
-                      double edge, std::uint8_t hand) {
+void LiveSession::submit_picture(haptics::depth::DepthPicture picture, std::int64_t item,
+                                 const glm::dvec3& touch, double edge, std::uint8_t hand) {
   Command command(adopt_picture_command(picture, item, touch, edge), hand);
   const std::lock_guard guard(lock_);
   picture_ = std::move(command);

@@ -78,8 +78,8 @@ class LiveSession {
   /// Submits a depth picture of a streamed item (DepthSource::is_streamed()) for a hand; any thread. Some
   /// milliseconds later, the hand touches the item as the picture shows it, in the clip volume of `edge` mm
   /// around `touch` (mm, item's frame). A newer picture replaces a pending one.
-  void see(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch, double edge,
-           std::uint8_t hand = 0);
+  void submit_picture(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch,
+                      double edge, std::uint8_t hand = 0);
   /// Resets latched faults after their cause is removed: the force starts from zero, and the proxy from the
   /// last free position. Any thread.
   void reset_faults() noexcept { wants_reset_ = true; }

@@ -57,7 +57,7 @@ class Replay {
   const haptics::ProxyStep& proxy_step() const noexcept {
     return state_->servo.cores()[record_.hand].last_step();
   }
-  std::shared_ptr<const haptics::TouchState> seen() const noexcept {
+  std::shared_ptr<const haptics::TouchState> touch_state() const noexcept {
     const auto hand = servo_hand();
     return {hand, &hand->state};
   }
