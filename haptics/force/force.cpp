@@ -72,7 +72,7 @@ dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const Tou
   return smoothed_;
 }
 
-dvec3 ForceModel::turn(const ProxyStep& proxy, const TouchScene& scene) noexcept {
+dvec3 ForceModel::torque(const ProxyStep& proxy, const TouchScene& scene) noexcept {
   dvec3 torque(0);
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);

@@ -50,7 +50,7 @@ class ForceModel {
   /// Returns the force, N. Servo thread.
   glm::dvec3 step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
   /// Returns the torque of a tool of several balls, N mm. Call after step().
-  glm::dvec3 turn(const ProxyStep& proxy, const TouchScene& scene) noexcept;
+  glm::dvec3 torque(const ProxyStep& proxy, const TouchScene& scene) noexcept;
   /// Clears the state of the torque, for a change of the tool.
   void forget_turn() noexcept {
     smoothed_turn_ = glm::dvec3(0);

@@ -263,7 +263,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     record.press_world = requested_force_;
     dvec3 torque(0);
     if (!scene.tool_balls.empty())
-      torque = (force_cap_ < force_limit_ ? force_cap_ / force_limit_ : 1) * force_.turn(step_, scene);
+      torque = (force_cap_ < force_limit_ ? force_cap_ / force_limit_ : 1) * force_.torque(step_, scene);
     active_force_ = dvec3(0);
     if (hand.laws) {
       // As in the record, so that a replay has the same input.
