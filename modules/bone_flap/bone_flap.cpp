@@ -88,7 +88,8 @@ class Flap {
     const auto pyramid = make_pyramid(anchors_of(request_, *input_.state.persistent_of<FlapSettings>()),
                                       request_.distance, shape_.field);
     if (!pyramid) return pyramid.error();
-    if (auto error = surface_.make(pyramid.value(), shape_.field, width_of(request_.saw), depth_of(request_)))
+    if (auto error =
+            surface_.make(pyramid.value(), shape_.field, width_of(request_.saw), limits_of(request_)))
       return error;
     FlapState& world = result_->cut;
     world.centre = surface_.pyramid().centre_world, world.normal = surface_.pyramid().normal_world,

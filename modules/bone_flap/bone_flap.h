@@ -41,7 +41,7 @@ struct CutFlap {
   std::vector<sim::Id> leave = {};            ///< numbers of pieces that are not detached; 1 is the largest
   double smoothing = 0;                       ///< mm, sigma of a Gaussian over the rim; 0: sharp
   double smallest = 50;                       ///< mm3; smaller pieces are debris
-  double hole = 5, space = 3, thickest = 25;  ///< mm; see Depth
+  double hole = 5, space = 3, thickest = 25;  ///< mm; see SawLimits
   std::int64_t item = 0;                      ///< index of the skull's shape in the anatomy
   static const sim::Schema& schema();
 };

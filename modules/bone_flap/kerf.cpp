@@ -55,7 +55,8 @@ std::string between_anchors(std::size_t side, std::size_t count) {
   return "between anchors " + std::to_string(side + 1) + " and " + std::to_string((side + 1) % count + 1);
 }
 
-LocatedStatus CutSurface::make(const Pyramid& pyramid, const Field& bone, double width, const Depth& depth) {
+LocatedStatus CutSurface::make(const Pyramid& pyramid, const Field& bone, double width,
+                               const SawLimits& limits) {
   pyramid_ = pyramid;
   width_ = width;
   lines_.clear();
@@ -70,12 +71,12 @@ LocatedStatus CutSurface::make(const Pyramid& pyramid, const Field& bone, double
       lines_.push_back({i, w / far, far, far, 0, 0, k == 0, false});
     }
   }
-  if (auto error = find_tables(bone, depth)) return error;
-  if (auto error = check_holes(depth.hole)) return error;
+  if (auto error = find_tables(bone, limits)) return error;
+  if (auto error = check_holes(limits.hole)) return error;
   return check_scan(bone.volume());
 }
 
-LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
+LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits) {
   const std::size_t n = lines_.size(), sides = pyramid_.size();
   // Upper bound of the rise of a skull of 60 mm radius above a side, mm.
   const auto rise_of_side = [&](std::size_t side) {
@@ -88,7 +89,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
                                                    pyramid_.anchor(line.side + 1) - pyramid_.apex_world));
     return runs_along(bone, pyramid_.apex_world + offset * across, line.along,
                       std::max(k_nearest_apex, line.outer - k_inward), line.outer + rise_of_side(line.side),
-                      depth.space, &labels);
+                      limits.space, &labels);
   };
   std::vector<std::vector<Run>> central_runs(n);
   std::vector<double> chord(n);
@@ -133,10 +134,10 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
   for (std::size_t i = 0; i < n; ++i) {
     Line& line = lines_[i];
     if (!line.is_bone) continue;
-    if (line.outer - line.inner > depth.thickest) {
-      return LocatedError{"the bone is thicker than " + whole(depth.thickest) + " mm " +
+    if (line.outer - line.inner > limits.thickest) {
+      return LocatedError{"the bone is thicker than " + whole(limits.thickest) + " mm " +
                               between_anchors(line.side, sides) + ": it is not calvaria",
-                          point_at(line, line.outer - depth.thickest)};
+                          point_at(line, line.outer - limits.thickest)};
     }
     if (line.inner <= k_nearest_apex) {
       return LocatedError{"the apex lies in the bone", pyramid_.apex_world};
@@ -147,7 +148,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const Depth& depth) {
       edge.outer = chord[i];
       const std::vector<Run> runs = runs_of(edge, offset);
       if (const Run* run = nearest(runs, line.outer, k_jump)) {
-        line.from = std::min(line.from, std::max(run->low, line.outer - depth.thickest));
+        line.from = std::min(line.from, std::max(run->low, line.outer - limits.thickest));
         line.to = std::max(line.to, run->high);
       }
     }

@@ -13,7 +13,7 @@ namespace trephine::bone_flap {
 inline constexpr double k_overcut = 0.25;
 
 /// Limits for the bone on the saw's path, mm.
-struct Depth {
+struct SawLimits {
   double hole = 5;       ///< widest gap in the bone along the outline that is bridged: a suture
   double space = 3;      ///< widest air gap between the tables that is sawn through
   double thickest = 25;  ///< thicker bone is not calvaria
@@ -36,7 +36,8 @@ class CutSurface {
   };
 
   /// Computes the surface for a saw of `width` mm. Fails if the outline leaves the calvaria.
-  LocatedStatus make(const Pyramid& pyramid, const volume::Field& bone, double width, const Depth& depth);
+  LocatedStatus make(const Pyramid& pyramid, const volume::Field& bone, double width,
+                     const SawLimits& limits);
 
   const Pyramid& pyramid() const noexcept { return pyramid_; }
   const std::vector<Line>& lines() const noexcept { return lines_; }  ///< in the order of the anchors
@@ -78,7 +79,7 @@ class CutSurface {
   static bool crosses(const Strip& strip, const glm::dvec3& a, const glm::dvec3& b) noexcept;
 
  private:
-  LocatedStatus find_tables(const volume::Field& bone, const Depth& depth);
+  LocatedStatus find_tables(const volume::Field& bone, const SawLimits& limits);
   LocatedStatus check_holes(double largest);
   LocatedStatus check_scan(const volume::Volume& scan) const;
 

@@ -28,14 +28,14 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const FlapSettings& settings = *input.state.persistent_of<FlapSettings>();
   auto output = std::make_shared<PreviewResult>();
-  const Depth depth = depth_of({});
+  const SawLimits limits = limits_of({});
   const auto pyramid = make_pyramid(anchors_of(request, settings), request.distance, bone);
   CutSurface surface;
   LocatedStatus error;
   if (!pyramid)
     error = pyramid.error();
   else
-    error = surface.make(pyramid.value(), bone, width_of(request.saw), depth);
+    error = surface.make(pyramid.value(), bone, width_of(request.saw), limits);
   if (!error && surface.wall_mm2(bone, *input.state.world.version) <
                     0.01 * surface.wall_mm2(bone, volume::Version(input.anatomy.base)))
     error = LocatedError{"no bone left to cut: this outline was cut before", pyramid.value().centre_world};

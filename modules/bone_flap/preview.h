@@ -6,7 +6,7 @@
 
 namespace trephine::bone_flap {
 
-inline Depth depth_of(const CutFlap& request) { return {request.hole, request.space, request.thickest}; }
+inline SawLimits limits_of(const CutFlap& request) { return {request.hole, request.space, request.thickest}; }
 /// Returns the anchors of a request, or the drawn anchors if it has no anchors.
 template <class Request>
 const std::vector<glm::dvec3>& anchors_of(const Request& request, const FlapSettings& settings) {

@@ -154,8 +154,8 @@ TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
     const volume::Field bone(of, {"bone", 300});
     const Pyramid pyramid = make_pyramid(outline.anchors, outline.height, bone).value();
     CutSurface sheet;
-    Depth depth;
-    EXPECT_FALSE(sheet.make(pyramid, bone, 1.6, depth));
+    SawLimits limits;
+    EXPECT_FALSE(sheet.make(pyramid, bone, 1.6, limits));
     double least = 1e300, most = 0;
     for (const CutSurface::Line& line : sheet.lines()) {
       const double r = glm::length(sheet.point_at(line, line.inner));
