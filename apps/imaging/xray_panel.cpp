@@ -43,9 +43,9 @@ void draw_in(Panel& panel, const Subject& subject, const View& view, double pixe
   }
 }
 
-std::vector<fluoroscopy::Thing> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
-                                             double energy) {
-  std::vector<fluoroscopy::Thing> things;
+std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
+                                                  double energy) {
+  std::vector<fluoroscopy::XrayObject> things;
   for (const Thing& thing : subject.things)
     things.push_back({thing.tree, thing.place, fluoroscopy::attenuation(metal, energy), thing.is_piece});
   return things;

@@ -20,8 +20,8 @@ void draw_in(Panel& panel, const Subject& subject, const fluoroscopy::View& view
 
 /// Returns the objects of a subject for X-rays: pieces with the attenuation of the scan, others of metal.
 /// `energy`: keV.
-std::vector<fluoroscopy::Thing> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
-                                             double energy);
+std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
+                                                  double energy);
 
 /// Takes successive X-rays of one operation, and reuses what did not change.
 class XrayCamera {

@@ -121,30 +121,31 @@ double VolumeXray::anatomy(const Ray& ray, double from, double to, std::size_t t
 }
 
 /// Replaces the scan's attenuation inside the objects by that of the objects.
-Status VolumeXray::add_objects(const View& view, std::span<const Thing> things, int threads,
+Status VolumeXray::add_objects(const View& view, std::span<const XrayObject> objects, int threads,
                                std::vector<double>& sums) {
   struct Hit {
     std::size_t pixel;
     double t;
     int into;
-    std::size_t thing;
+    std::size_t object;
   };
   std::vector<Hit> hits;
-  for (std::size_t i = 0; i < things.size(); ++i) {
+  for (std::size_t i = 0; i < objects.size(); ++i) {
     std::vector<dvec3> vertices;
-    vertices.reserve(things[i].tree->vertices().size());
-    for (const dvec3& v : things[i].tree->vertices()) vertices.push_back(things[i].place.world_from_local(v));
-    if (!for_crossings(view, {vertices, things[i].tree->triangles()}, [&](const Crossing& c) {
+    vertices.reserve(objects[i].tree->vertices().size());
+    for (const dvec3& v : objects[i].tree->vertices())
+      vertices.push_back(objects[i].place.world_from_local(v));
+    if (!for_crossings(view, {vertices, objects[i].tree->triangles()}, [&](const Crossing& c) {
           hits.push_back({index_of(view, c.column, c.row), c.t, c.into, i});
         }))
       return Error{.what = "an object reaches the C-arm's source",
-                   .where = "things",
+                   .where = "objects",
                    .found = std::to_string(i + 1),
                    .expected = "all of the object in front of the source",
                    .remedy = "move the C-arm"};
   }
   std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
-    return a.pixel != b.pixel ? a.pixel < b.pixel : a.t != b.t ? a.t < b.t : a.thing < b.thing;
+    return a.pixel != b.pixel ? a.pixel < b.pixel : a.t != b.t ? a.t < b.t : a.object < b.object;
   });
   std::vector<std::size_t> first;
   for (std::size_t i = 0; i < hits.size(); ++i)
@@ -160,15 +161,15 @@ Status VolumeXray::add_objects(const View& view, std::span<const Thing> things, 
               row = static_cast<int>(pixel / static_cast<std::size_t>(view.columns));
     const Ray ray = ray_in(scan_->frame, view, column, row);
     const double length = length_of(view, column, row);
-    std::vector<int> depth(things.size(), 0);
+    std::vector<int> depth(objects.size(), 0);
     for (std::size_t i = begin; i + 1 < end; ++i) {
-      depth[hits[i].thing] += hits[i].into;
+      depth[hits[i].object] += hits[i].into;
       if (!(hits[i].t < hits[i + 1].t)) continue;
-      // Implants have priority over pieces of bone; among several, the first in `things`.
-      const Thing* inside = nullptr;
-      for (std::size_t k = 0; k < things.size(); ++k)
-        if (depth[k] > 0 && (inside == nullptr || (inside->is_of_scan && !things[k].is_of_scan)))
-          inside = &things[k];
+      // Implants have priority over pieces of bone; among several, the first in `objects`.
+      const XrayObject* inside = nullptr;
+      for (std::size_t k = 0; k < objects.size(); ++k)
+        if (depth[k] > 0 && (inside == nullptr || (inside->is_of_scan && !objects[k].is_of_scan)))
+          inside = &objects[k];
       if (inside == nullptr) continue;
       double integral = inside->attenuation * (hits[i + 1].t - hits[i].t);
       if (inside->is_of_scan) {
@@ -185,7 +186,7 @@ Status VolumeXray::add_objects(const View& view, std::span<const Thing> things, 
 }
 
 Status VolumeXray::project(const View& view, std::shared_ptr<const volume::Version> version,
-                           std::span<const Thing> things, volume::RaySum method, int threads) {
+                           std::span<const XrayObject> objects, volume::RaySum method, int threads) {
   counters_ = {};
   const bool is_new = !view_ || !is_same(*view_, view) || method_ != method;
   const std::vector<ivec3> changed = removed_.update(lines_, std::move(version), threads);
@@ -206,7 +207,7 @@ Status VolumeXray::project(const View& view, std::shared_ptr<const volume::Versi
   }
   std::vector<double> sums(whole_.size());
   for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = whole_[i] - removed_sums_[i];
-  if (Status error = add_objects(view, things, threads, sums)) return error;
+  if (Status error = add_objects(view, objects, threads, sums)) return error;
   for (double& sum : sums) sum = std::max(sum, 0.0);  // rounding where all matter was removed
   sums_ = std::move(sums);
   return std::nullopt;

@@ -10,7 +10,7 @@
 namespace trephine::fluoroscopy {
 
 /// Closed object in addition to the scan. It replaces the matter inside it.
-struct Thing {
+struct XrayObject {
   std::shared_ptr<const haptics::MeshTree> tree;
   haptics::Placement place;  ///< pose in the world
   double attenuation = 0;    ///< 1/mm
@@ -35,7 +35,7 @@ class VolumeXray {
   /// traced again, with the bits of a whole image. Error if an object reaches the source; sums() is then
   /// unchanged.
   Status project(const View& view, std::shared_ptr<const volume::Version> version,
-                 std::span<const Thing> things, volume::RaySum method, int threads = 0);
+                 std::span<const XrayObject> objects, volume::RaySum method, int threads = 0);
 
   /// Returns the integral of attenuation along each pixel's ray, row by row of the whole view: the
   /// transmission is exp(-sum). 0 where collimators are closed.
@@ -70,7 +70,8 @@ class VolumeXray {
            static_cast<std::size_t>(tiles_across_) * static_cast<std::size_t>(row / k_tile);
   }
   double anatomy(const volume::Ray& ray, double from, double to, std::size_t tile) const;
-  Status add_objects(const View& view, std::span<const Thing> things, int threads, std::vector<double>& sums);
+  Status add_objects(const View& view, std::span<const XrayObject> objects, int threads,
+                     std::vector<double>& sums);
 
   std::shared_ptr<const volume::Volume> scan_;
   volume::LineIntegrals lines_;

@@ -167,7 +167,7 @@ TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
   CArm arm = small_arm(201, 0.5);
   const View view(arm);  // along y
   const double radius = 3;
-  Thing rod;
+  XrayObject rod;
   rod.tree = std::make_shared<const haptics::MeshTree>(cylinder({-20, 0, 0}, {20, 0, 0}, radius, 720));
   rod.attenuation = attenuation(Matter::titanium, 60);
   ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), {}, RaySum::exact, 2).has_value());
@@ -183,11 +183,11 @@ TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
   const double bone = weights_of_hounsfield(60).of(800);
   EXPECT_NEAR(xray.sums()[pixel(-10)] - without[pixel(-10)], titanium - bone * 2 * radius, 2e-3);
   // Two that overlap count once; a piece of the scan at its original position adds nothing.
-  const Thing twice[2] = {rod, rod};
+  const XrayObject twice[2] = {rod, rod};
   const std::vector<double> once = xray.sums();
   ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), twice, RaySum::exact, 2).has_value());
   EXPECT_EQ(xray.sums(), once);
-  Thing piece = rod;
+  XrayObject piece = rod;
   piece.is_of_scan = true, piece.attenuation = 0;
   ASSERT_FALSE(
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
@@ -251,13 +251,13 @@ TEST(VolumeXray, BeadsAppearWhereThePosePutsThem) {
   const auto scan =
       scan_of({100, 100, 40}, axes, [](const dvec3& p) { return glm::length(p) < 35 ? 40.0 : -1000.0; });
   const dvec3 beads[5] = {{0, 0, 0}, {20, 3, 8}, {-14, 11, -9}, {5, -19, 16}, {-9, -6, 21}};
-  std::vector<Thing> things;
+  std::vector<XrayObject> objects;
   for (const dvec3& bead : beads) {
-    Thing thing;
-    thing.tree = std::make_shared<const haptics::MeshTree>(
+    XrayObject object;
+    object.tree = std::make_shared<const haptics::MeshTree>(
         cylinder(bead - dvec3(0, 0, 1), bead + dvec3(0, 0, 1), 1, 60));
-    thing.attenuation = attenuation(Matter::steel, 60);
-    things.push_back(thing);
+    object.attenuation = attenuation(Matter::steel, 60);
+    objects.push_back(object);
   }
   VolumeXray xray(scan, 60, 2);
   for (int pose = 0; pose < 6; ++pose) {
@@ -269,7 +269,7 @@ TEST(VolumeXray, BeadsAppearWhereThePosePutsThem) {
     const std::vector<double> without = xray.sums();
     for (int b = 0; b < 5; ++b) {
       ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan),
-                                {&things[static_cast<std::size_t>(b)], 1}, RaySum::exact, 2)
+                                {&objects[static_cast<std::size_t>(b)], 1}, RaySum::exact, 2)
                        .has_value());
       double all = 0, x = 0, y = 0;
       for (int j = 0; j < 1440; ++j)
