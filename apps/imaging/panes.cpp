@@ -26,10 +26,10 @@ Panes::Panes(std::size_t count) : panes_(count), worker_(count) {
 void Panes::show(Subject subject, bool is_changed) {
   const bool is_new_scan = subject.scan != subject_.scan;
   if (is_new_scan) forget();
-  is_changed |= is_new_scan || subject.things.size() != subject_.things.size();
-  for (std::size_t i = 0; !is_changed && i < subject.things.size(); ++i)
-    is_changed = subject.things[i].tree != subject_.things[i].tree ||
-                 !(subject.things[i].place == subject_.things[i].place);
+  is_changed |= is_new_scan || subject.objects.size() != subject_.objects.size();
+  for (std::size_t i = 0; !is_changed && i < subject.objects.size(); ++i)
+    is_changed = subject.objects[i].tree != subject_.objects[i].tree ||
+                 !(subject.objects[i].place == subject_.objects[i].place);
   is_changed |= subject.version != subject_.version;
   const auto is_newer = [&](std::size_t i) { return subject.depths[i].set != subject_.depths[i].set; };
   bool has_newer_depths = subject.depths.size() != subject_.depths.size();

@@ -95,7 +95,7 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
   pixels_.resize(count);
   walls_.clear();
   const dvec3 lamp = glm::normalize(-camera.forward + 0.45 * camera.up - 0.35 * camera.right());
-  if (!subject.things.empty()) {
+  if (!subject.objects.empty()) {
     walls_.assign(count, 1e9F);
     colours_.assign(count, {});
     parallel_for(camera.rows, threads, [&](int row) {
@@ -104,18 +104,18 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
         const auto n = static_cast<std::size_t>(column) +
                        static_cast<std::size_t>(camera.columns) * static_cast<std::size_t>(row);
         constexpr double k_far = 50000;  // mm
-        for (const Thing& thing : subject.things) {
+        for (const Object& object : subject.objects) {
           haptics::FacetHit hit;
           int visited = 0;
-          if (!thing.tree->cast(thing.place.local_from_world(ray.from),
-                                thing.place.local_from_world(ray.from + k_far * ray.along), true, true, hit,
-                                visited) ||
+          if (!object.tree->cast(object.place.local_from_world(ray.from),
+                                 object.place.local_from_world(ray.from + k_far * ray.along), true, true, hit,
+                                 visited) ||
               k_far * hit.t >= static_cast<double>(walls_[n]))
             continue;
           walls_[n] = static_cast<float>(k_far * hit.t);
-          const dvec3 normal = thing.place.rotation * hit.normal_world;
+          const dvec3 normal = object.place.rotation * hit.normal_world;
           const double light = 0.25 + 0.75 * std::max(0.0, glm::dot(normal, lamp));
-          const dvec3 colour = light * (thing.is_piece ? dvec3(235, 212, 165) : dvec3(176, 190, 205));
+          const dvec3 colour = light * (object.is_piece ? dvec3(235, 212, 165) : dvec3(176, 190, 205));
           for (std::size_t c = 0; c < 3; ++c)
             colours_[n][c] = static_cast<std::uint8_t>(std::clamp(colour[static_cast<int>(c)], 0.0, 255.0));
         }
@@ -134,8 +134,8 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
       const auto n = static_cast<std::size_t>(column) +
                      static_cast<std::size_t>(camera.columns) * static_cast<std::size_t>(row);
       const volume::DirectPixel& p = pixels_[n];
-      const bool is_thing = !walls_.empty() && walls_[n] < 1e8F;
-      const dvec3 background = is_thing ? dvec3(colours_[n][0], colours_[n][1], colours_[n][2]) : sky;
+      const bool is_object = !walls_.empty() && walls_[n] < 1e8F;
+      const dvec3 background = is_object ? dvec3(colours_[n][0], colours_[n][1], colours_[n][2]) : sky;
       const dvec3 blended =
           255.0 * dvec3(p.red, p.green, p.blue) + (1.0 - static_cast<double>(p.opacity)) * background;
       Panel::Colour& out =

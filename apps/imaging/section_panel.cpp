@@ -57,14 +57,14 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
   for (std::size_t i = 0; i < subject.structures.size(); ++i)
     add(Kind::structure, subject.structures[i], colour_of(*subject.scan, subject.structures[i], i));
   std::size_t pieces = 0, models = 0;
-  for (const Thing& thing : subject.things) {
-    auto cut = cut_of(plane, thing);
+  for (const Object& object : subject.objects) {
+    auto cut = cut_of(plane, object);
     if (!cut) return cut.error();
-    objects.push_back(
-        {thing.is_piece ? Kind::piece : Kind::model, thing.name,
-         thing.is_piece ? k_pieces[pieces++ % std::size(k_pieces)] : k_models[models++ % std::size(k_models)],
-         std::move(cut).value()});
-    if (thing.screw) objects.back().uncounted = head_and_tip(plane, *thing.screw);
+    objects.push_back({object.is_piece ? Kind::piece : Kind::model, object.name,
+                       object.is_piece ? k_pieces[pieces++ % std::size(k_pieces)]
+                                       : k_models[models++ % std::size(k_models)],
+                       std::move(cut).value()});
+    if (object.screw) objects.back().uncounted = head_and_tip(plane, *object.screw);
   }
   return objects;
 }

@@ -86,13 +86,13 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
           scan.label_names[label]);
     }
   }
-  for (const Thing& thing : subject.things) {
-    auto cut = cut_of(plane, thing);
+  for (const Object& object : subject.objects) {
+    auto cut = cut_of(plane, object);
     if (!cut) return cut.error();
     // Bone, as it appears in a slice, or metal.
     fill(panel, cut.value().inside,
-         thing.is_piece ? Panel::Colour{230, 214, 186} : Panel::Colour{200, 220, 245});
-    add(cut.value().outline, {255, 255, 255}, thing.name);
+         object.is_piece ? Panel::Colour{230, 214, 186} : Panel::Colour{200, 220, 245});
+    add(cut.value().outline, {255, 255, 255}, object.name);
   }
   // Draw the plan only within 2 mm of the plane.
   constexpr double k_near = 2;

@@ -10,7 +10,7 @@ namespace trephine::imaging {
 using workbench::format_text;
 
 Subject subject_of(const workbench::Moment& moment) {
-  Subject subject{moment.scan, moment.version, moment.shape, {}, moment.things, {}};
+  Subject subject{moment.scan, moment.version, moment.shape, {}, moment.objects, {}};
   if (!moment.plan) return subject;
   for (const data_tools::CaseStructure& s : moment.plan->structures)
     if (s.is_forbidden) subject.structures.push_back(s.shape);
@@ -32,35 +32,35 @@ bool is_spine(const volume::Volume& scan) {
   return has_vertebra;
 }
 
-Status check_closed(const Thing& thing) {
+Status check_closed(const Object& object) {
   data_tools::PolygonModel model;
-  model.vertices = thing.tree->vertices(), model.triangles = thing.tree->triangles();
+  model.vertices = object.tree->vertices(), model.triangles = object.tree->triangles();
   const data_tools::ModelFacts facts = data_tools::facts_of(model);
   if (facts.open_edges + facts.turned_edges > 0)
     return Error{.what = "a model is not a closed surface",
-                 .where = thing.name,
+                 .where = object.name,
                  .found = format_text("%zu open edges, %zu between triangles that face opposite sides",
                                       facts.open_edges, facts.turned_edges),
                  .expected = "neither",
                  .remedy = "close the surface in a mesh editor"};
   if (facts.volume > 0) return std::nullopt;
   return Error{.what = "the triangles of the model face inward",
-               .where = thing.name,
+               .where = object.name,
                .found = format_text("%.0f mm³ within its surface", facts.volume),
                .expected = "triangles that are counter-clockwise seen from outside",
                .remedy = "flip its triangles in a mesh editor"};
 }
 
-Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Thing& thing) {
-  if (Status error = check_closed(thing)) return *error;
+Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Object& object) {
+  if (Status error = check_closed(object)) return *error;
   cross_section::SectionMesh mesh;
-  for (const glm::dvec3& v : thing.tree->vertices())
-    mesh.vertices_world.push_back(thing.place.world_from_local(v));
-  mesh.triangles = thing.tree->triangles();
+  for (const glm::dvec3& v : object.tree->vertices())
+    mesh.vertices_world.push_back(object.place.world_from_local(v));
+  mesh.triangles = object.tree->triangles();
   auto cut = cross_section::cut_mesh(plane, mesh);
   if (cut) return cut;
   Error error = cut.error();
-  error.where = thing.name;
+  error.where = object.name;
   return error;
 }
 

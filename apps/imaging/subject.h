@@ -6,7 +6,7 @@
 
 namespace trephine::imaging {
 
-using Thing = workbench::Moment::Thing;
+using Object = workbench::Moment::Object;
 
 /// A value that refers to immutable data; any thread may use a copy.
 struct Subject {
@@ -14,7 +14,7 @@ struct Subject {
   std::shared_ptr<const volume::Version> version;
   std::optional<volume::Shape> bone;      ///< nullopt if no shape is chosen
   std::vector<volume::Shape> structures;  ///< forbidden structures
-  std::vector<Thing> things;
+  std::vector<Object> objects;
   std::vector<std::array<glm::dvec3, 2>> plan;    ///< lines, world, mm
   std::vector<sim::DisplayedDepths> depths = {};  ///< objects that the hand touches by depth images
 };
@@ -24,8 +24,8 @@ Subject subject_of(const workbench::Moment& moment);
 bool is_spine(const volume::Volume& scan);
 
 /// Returns an error that names the object if its surface is not closed, or faces inward.
-Status check_closed(const Thing& thing);
+Status check_closed(const Object& object);
 /// Cuts the surface of a model, a screw or a piece with a plane. Error: the surface is not closed.
-Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Thing& thing);
+Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Object& object);
 
 }  // namespace trephine::imaging

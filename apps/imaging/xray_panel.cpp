@@ -45,10 +45,10 @@ void draw_in(Panel& panel, const Subject& subject, const View& view, double pixe
 
 std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
                                                   double energy) {
-  std::vector<fluoroscopy::XrayObject> things;
-  for (const Thing& thing : subject.things)
-    things.push_back({thing.tree, thing.place, fluoroscopy::attenuation(metal, energy), thing.is_piece});
-  return things;
+  std::vector<fluoroscopy::XrayObject> objects;
+  for (const Object& object : subject.objects)
+    objects.push_back({object.tree, object.place, fluoroscopy::attenuation(metal, energy), object.is_piece});
+  return objects;
 }
 
 Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads) {
@@ -58,8 +58,8 @@ Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm&
     beyond_.clear();
   }
   const View view(arm);
-  const auto things = xray_objects(subject, fluoroscopy::Matter::titanium, k_energy);
-  if (Status error = xray_->project(view, subject.version, things, volume::RaySum::joseph, threads))
+  const auto objects = xray_objects(subject, fluoroscopy::Matter::titanium, k_energy);
+  if (Status error = xray_->project(view, subject.version, objects, volume::RaySum::joseph, threads))
     return *error;
   if (!(arm == arm_) || beyond_.empty()) {
     arm_ = arm;

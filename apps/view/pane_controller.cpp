@@ -26,7 +26,7 @@ imaging::Subject subject_of(const PaneInput& input) {
     for (const sim::Overlay& overlay : *input.overlays)
       if (overlay.surface &&
           (overlay.kind == sim::Overlay::Kind::bone || overlay.kind == sim::Overlay::Kind::metal))
-        subject.things.push_back(
+        subject.objects.push_back(
             {overlay.name, overlay.surface, overlay.place, overlay.kind == sim::Overlay::Kind::bone, false});
   if (input.plan != nullptr)
     for (const sim::Overlay& overlay : *input.plan)

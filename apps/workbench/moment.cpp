@@ -49,7 +49,7 @@ Result<const data_tools::CaseTrajectory*> find_trajectory(const Moment& moment, 
 
 Status go_to(Moment& moment, std::uint64_t tick) {
   OpenedSession& session = *moment.session;
-  std::erase_if(moment.things, [](const Moment::Thing& thing) { return !thing.is_external; });
+  std::erase_if(moment.objects, [](const Moment::Object& object) { return !object.is_external; });
   if (Status error = session.replay->seek(tick)) return error;
   moment.seconds = static_cast<double>(tick) / session.reader->header().rate_hz;
   sim::Engine& engine = session.replay->engine();
@@ -64,9 +64,9 @@ Status go_to(Moment& moment, std::uint64_t tick) {
     if (!moment.shape && !item.is_mesh() && &item.field.volume() == scene.base.get())
       moment.shape = item.field.shape();
   for (const haptics::TouchItem* model : engine.models())
-    moment.things.push_back({model->name, engine.look_of(*model), engine.place_of(*model)});
+    moment.objects.push_back({model->name, engine.look_of(*model), engine.place_of(*model)});
   for (const sim::Body& body : bodies)
-    moment.things.push_back(
+    moment.objects.push_back(
         {format_text("piece %u", body.id.value), body.piece->tree, engine.place_of(body), true});
   return std::nullopt;
 }
@@ -108,13 +108,13 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
       return shape.error();
   }
   for (const ModelChoice& model_choice : choice.models) {
-    auto model = load_model(model_choice, moment->things.size() + 1, listener);
+    auto model = load_model(model_choice, moment->objects.size() + 1, listener);
     if (!model) return model.error();
     haptics::Placement place;
     place.position_world = model_choice.at_world;
-    moment->things.push_back({model_choice.screw ? format_text("screw %zu", moment->things.size() + 1)
-                                                 : format_text("model %zu", moment->things.size() + 1),
-                              std::move(model).value(), place, false, true, model_choice.screw});
+    moment->objects.push_back({model_choice.screw ? format_text("screw %zu", moment->objects.size() + 1)
+                                                  : format_text("model %zu", moment->objects.size() + 1),
+                               std::move(model).value(), place, false, true, model_choice.screw});
   }
   return moment;
 }

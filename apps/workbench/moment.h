@@ -16,7 +16,7 @@ struct MomentChoice {
 /// Must not be moved once opened.
 struct Moment {
   /// A closed or open surface at its current pose.
-  struct Thing {
+  struct Object {
     std::string name;  ///< "model 1", "piece 2": never the name of a file
     std::shared_ptr<const haptics::MeshTree> tree;
     haptics::Placement place;                                       ///< world
@@ -30,7 +30,7 @@ struct Moment {
   std::shared_ptr<const volume::Volume> scan;
   std::shared_ptr<const volume::Version> version;  ///< frozen
   std::optional<volume::Shape> shape;              ///< empty: no shape chosen
-  std::vector<Thing> things;
+  std::vector<Object> objects;
   std::optional<data_tools::CasePlan> plan;
   double seconds = 0;  ///< time in the session
 

@@ -33,7 +33,7 @@ constexpr std::string_view k_metals[] = {"titanium", "steel"};
 struct FluoroArguments {
   workbench::MomentChoice moment;
   std::string view, isocentre, collimate, pose, output, dicom, sums;
-  ObjectArguments things;
+  ObjectArguments objects;
   std::optional<double> primary, secondary, to_detector, to_patient, pixel;
   std::optional<double> energy, shot;
   int size = 0, rays = 1;
@@ -213,7 +213,7 @@ Status write_dicom(const std::string& path, const std::vector<float>& received, 
 
 Result<Outcome> run_fluoro(const FluoroArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment, a.things);
+  reads(outputs, a.moment, a.objects);
   outputs.reads(a.pose);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   outputs.writes("dicom", a.dicom);
@@ -232,7 +232,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
         check_range(a.rays, 1, 4, "--supersampling"), check_range(a.edge, 0, 10, "--edge"),
         check_range(a.size, 0, 8192, "--pixels"), check_range(a.shot.value_or(1), 1, 1e9, "--shot")})
     if (error) return *error;
-  const auto opened = open_with(a.moment, a.things);
+  const auto opened = open_with(a.moment, a.objects);
   if (!opened) return opened.error();
   std::optional<fluoroscopy::XrayTaken> session_shot;
   if (a.shot) {
@@ -262,8 +262,8 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
                  .found = format_text("%.1f, %.1f, %.1f", arm.isocentre.x, arm.isocentre.y, arm.isocentre.z),
                  .expected = "a beam through the scan",
                  .remedy = "omit the isocentre to use the middle of the scan"};
-  for (const auto& thing : moment.things)
-    if (Status error = imaging::check_closed(thing)) return *error;
+  for (const auto& object : moment.objects)
+    if (Status error = imaging::check_closed(object)) return *error;
 
   // The image, and, side by side with it, the image of the other kind if requested.
   const bool is_surface = a.integration == static_cast<std::uint8_t>(Integration::surface);
@@ -288,9 +288,9 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
                                   (view.open.row_high - view.open.row_low);
   if (!is_surface || a.is_side_by_side) {
     fluoroscopy::VolumeXray xray(moment.scan, energy);
-    const auto things = imaging::xray_objects(imaging::subject_of(moment), matter, energy);
+    const auto objects = imaging::xray_objects(imaging::subject_of(moment), matter, energy);
     const bool is_exact = a.integration == static_cast<std::uint8_t>(Integration::exact);
-    if (Status error = xray.project(fine, moment.version, things,
+    if (Status error = xray.project(fine, moment.version, objects,
                                     is_exact ? volume::RaySum::exact : volume::RaySum::joseph))
       return *error;
     (is_surface ? other : sums) = xray.sums();
@@ -404,7 +404,7 @@ Run build(Options& options) {
       "Integration along rays: interpolated between voxels, exact through voxels as boxes, or by surfaces");
   options.add("--energy", a->energy, "Energy of the photons, keV (60)").type("KEV");
   options.add("--edge", a->edge, "Surfaces: contribution of a ray that only grazes bone").shows_default();
-  add_objects(options, a->things);
+  add_objects(options, a->objects);
   options.add("--metal", a->metal, k_metals, "Metal of the models");
   options.add("--supersampling", a->rays, "Rays along the edge of a pixel, 1 to 4").type("N").shows_default();
   options

@@ -17,7 +17,7 @@ namespace {
 
 struct RenderArguments {
   workbench::MomentChoice moment;
-  ObjectArguments things;
+  ObjectArguments objects;
   std::string from = "oblique", ramp, opacity, clip, output;
   std::vector<std::string> hidden, translucent, cutouts;
   double radius = 8, share = 0.15;
@@ -116,7 +116,7 @@ Status set_openings(const RenderArguments& a, const workbench::Moment& moment, v
 
 Result<Outcome> run_render(const RenderArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment, a.things);
+  reads(outputs, a.moment, a.objects);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   for (const Status& error :
@@ -124,7 +124,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
         check_range(a.share, 0, 1, "--share"),
         a.slices == 0 ? Status() : check_range(a.slices, 50, 20000, "--slices")})
     if (error) return *error;
-  const auto opened = open_with(a.moment, a.things);
+  const auto opened = open_with(a.moment, a.objects);
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   const volume::Volume& scan = *moment.scan;
@@ -194,7 +194,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
 Run build(Options& options) {
   auto a = std::make_shared<RenderArguments>();
   add_moment(options, a->moment);
-  add_objects(options, a->things);
+  add_objects(options, a->objects);
   options.add("--from", a->from, "Side of the camera")
       .one_of({std::begin(imaging::k_sides), std::end(imaging::k_sides)})
       .shows_default();

@@ -23,7 +23,7 @@ struct SectionArguments {
   workbench::MomentChoice moment;
   PlaneArguments plane;
   std::string output, svg;
-  ObjectArguments things;
+  ObjectArguments objects;
 };
 
 std::string hex(const imaging::Panel::Colour& c) { return format_text("#%02x%02x%02x", c[0], c[1], c[2]); }
@@ -53,18 +53,19 @@ std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& ob
 }
 
 /// Adds the breach of a screw to the report; searches the whole scan, not only the plane.
-void report_breach(const workbench::Moment::Thing& thing, const workbench::Moment& moment, Outcome& outcome) {
-  const imaging::ScrewBreach breach = imaging::breach_of(*thing.screw, imaging::subject_of(moment));
-  Json json = {{"name", thing.name}, {"meets_bone", breach.has_bone}, {"breach_mm", breach.mm}};
+void report_breach(const workbench::Moment::Object& object, const workbench::Moment& moment,
+                   Outcome& outcome) {
+  const imaging::ScrewBreach breach = imaging::breach_of(*object.screw, imaging::subject_of(moment));
+  Json json = {{"name", object.name}, {"meets_bone", breach.has_bone}, {"breach_mm", breach.mm}};
   if (!breach.has_bone) {
-    outcome.text += thing.name + ": its axis meets no bone\n";
+    outcome.text += object.name + ": its axis meets no bone\n";
   } else if (breach.mm < 0.05) {
-    outcome.text += thing.name + ": its whole shaft is in bone\n";
+    outcome.text += object.name + ": its whole shaft is in bone\n";
   } else {
     const std::string side = imaging::side_of_patient(breach.outward);
     outcome.text +=
         format_text("%s: its shaft reaches %.1f mm out of bone toward %s, %.0f mm from its entry\n",
-                    thing.name.c_str(), breach.mm, side.c_str(), breach.from_entry_mm);
+                    object.name.c_str(), breach.mm, side.c_str(), breach.from_entry_mm);
     json["toward"] = side;
     json["from_entry_mm"] = breach.from_entry_mm;
     json["at_world_mm"] = json_of(breach.at_world);
@@ -74,12 +75,12 @@ void report_breach(const workbench::Moment::Thing& thing, const workbench::Momen
 
 Result<Outcome> run_section(const SectionArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment, a.things);
+  reads(outputs, a.moment, a.objects);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   outputs.writes("svg", a.svg);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(a.plane)) return *error;
-  const auto opened = open_with(a.moment, a.things);
+  const auto opened = open_with(a.moment, a.objects);
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   if (!moment.shape)
@@ -132,8 +133,8 @@ Result<Outcome> run_section(const SectionArguments& a) {
     json["models_outside_bone_mm2"] = areas.outside;
     json["bone_is_by_labels"] = !objects[0].by_labels.empty();
     outcome.text += format_text("of models %.1f mm² are outside bone (red)\n", areas.outside);
-    for (const workbench::Moment::Thing& thing : moment.things)
-      if (thing.screw) report_breach(thing, moment, outcome);
+    for (const workbench::Moment::Object& object : moment.objects)
+      if (object.screw) report_breach(object, moment, outcome);
     if (objects[0].by_labels.empty() && areas.outside > 0)
       outcome.text +=
           "bone is judged by its window alone, which excludes cancellous bone: import labels of the bones "
@@ -149,7 +150,7 @@ Run build(Options& options) {
   add_moment(options, a->moment);
   add_shape(options, a->moment.shape);
   add_plane(options, a->plane);
-  add_objects(options, a->things);
+  add_objects(options, a->objects);
   options.add("-o,--output", a->output, "Write the filled section").type("PNG");
   options.add("--svg", a->svg, "Write the outlines, in mm").type("FILE");
   return run_with(a, run_section);

@@ -18,7 +18,7 @@ namespace {
 struct SliceArguments {
   workbench::MomentChoice moment;
   PlaneArguments plane;
-  ObjectArguments things;
+  ObjectArguments objects;
   std::string output, window, level, probe;
   std::uint8_t slab = 0;
   double thickness = 0;
@@ -51,7 +51,7 @@ Result<GreyWindow> window_of(const SliceArguments& a, const volume::Volume& scan
 
 Result<Outcome> run_slice(const SliceArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment, a.things);
+  reads(outputs, a.moment, a.objects);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(a.plane)) return *error;
@@ -60,7 +60,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
                  .where = "--slab",
                  .found = format_text("%g mm", a.thickness),
                  .expected = "0 to 500 mm"};
-  const auto opened = open_with(a.moment, a.things);
+  const auto opened = open_with(a.moment, a.objects);
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   const volume::Volume& scan = *moment.scan;
@@ -117,7 +117,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
     // Outlines of the untouched scan, without detached pieces.
     imaging::Subject before = subject;
     before.version = nullptr;
-    std::erase_if(before.things, [](const imaging::Thing& thing) { return thing.is_piece; });
+    std::erase_if(before.objects, [](const imaging::Object& object) { return object.is_piece; });
     if (Status error = add_panel(ct_viewer::Blend::before, before)) return *error;
     panels.back().title = "before";
   }
@@ -142,7 +142,7 @@ Run build(Options& options) {
   auto a = std::make_shared<SliceArguments>();
   add_moment(options, a->moment);
   add_plane(options, a->plane);
-  add_objects(options, a->things);
+  add_objects(options, a->objects);
   std::vector<std::string> names;
   for (const ct_viewer::NamedWindow& window : ct_viewer::k_windows) names.emplace_back(window.name);
   options.add("--window", a->window, "Grey window of CT (bone)").one_of(names);

@@ -68,14 +68,14 @@ Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment, 
     objects[0].weight -= objects[1].weight;  // the body contains the bone
   }
   const double bone_weight = objects[0].weight;
-  for (const workbench::Moment::Thing& thing : moment.things) {
+  for (const workbench::Moment::Object& source : moment.objects) {
     fluoroscopy::SurfaceObject& object = objects.emplace_back();
-    for (const dvec3& v : thing.tree->vertices())
-      object.vertices_world.push_back(thing.place.world_from_local(v));
-    object.triangles = thing.tree->triangles();
+    for (const dvec3& v : source.tree->vertices())
+      object.vertices_world.push_back(source.place.world_from_local(v));
+    object.triangles = source.tree->triangles();
     object.normals_world = fluoroscopy::vertex_normals({object.vertices_world, object.triangles});
-    object.weight = thing.is_piece ? bone_weight : fluoroscopy::attenuation(choice.metal, energy);
-    object.edge = thing.is_piece ? choice.edge : 0;
+    object.weight = source.is_piece ? bone_weight : fluoroscopy::attenuation(choice.metal, energy);
+    object.edge = source.is_piece ? choice.edge : 0;
   }
   return fluoroscopy::project_surfaces(view, objects);
 }
