@@ -153,9 +153,9 @@ void MainWindow::ask_path_and_save(const char* title, const char* suggestion, co
 /// Returns an error if the file cannot be written or would overwrite a file that is open here.
 Status MainWindow::check_save(const std::string& file, data_tools::OutputKind kind) const {
   data_tools::OutputSet outputs;
-  for (const std::string& input : options_.in_use) outputs.reads(input);
-  outputs.reads(options_.session_file);
-  outputs.writes("file", file, kind);
+  for (const std::string& input : options_.in_use) outputs.add_input(input);
+  outputs.add_input(options_.session_file);
+  outputs.add_output("file", file, kind);
   return outputs.check();
 }
 

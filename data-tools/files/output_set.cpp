@@ -125,11 +125,11 @@ Status check_extension(OutputKind kind, const std::string& path) {
                                                                : "choose this extension"};
 }
 
-void OutputSet::reads(const std::string& path) {
+void OutputSet::add_input(const std::string& path) {
   if (!path.empty()) inputs_.push_back(path);
 }
 
-void OutputSet::writes(std::string name, const std::string& path, OutputKind kind) {
+void OutputSet::add_output(std::string name, const std::string& path, OutputKind kind) {
   if (!path.empty()) outputs_.push_back({std::move(name), path, kind});
 }
 

@@ -24,9 +24,9 @@ Status check_extension(OutputKind kind, const std::string& path);
 class OutputSet {
  public:
   /// Declares an input: a file, a folder and its contents, or a header and its voxels. Ignores an empty path.
-  void reads(const std::string& path);
+  void add_input(const std::string& path);
   /// Declares an output; `name` is its name in reports ("output"). Ignores an empty path.
-  void writes(std::string name, const std::string& path, OutputKind kind = OutputKind::any);
+  void add_output(std::string name, const std::string& path, OutputKind kind = OutputKind::any);
   /// Checks in advance that every output can be written and replaces no input.
   Status check() const;
 

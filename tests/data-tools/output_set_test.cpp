@@ -83,24 +83,24 @@ TEST_F(Outputs, AreNeverInputsNorEachOther) {
       {"b.mhd", "b-01.csv", false},   {"b.mhd", "b.csv", true},         {"none", "none", false}};
   for (const auto& c : cases) {
     OutputSet outputs;
-    outputs.reads(file(c.input));
-    outputs.writes("output", file(c.output));
+    outputs.add_input(file(c.input));
+    outputs.add_output("output", file(c.output));
     EXPECT_EQ(!outputs.check().has_value(), c.is_allowed) << c.input << " " << c.output;
   }
   OutputSet twice;
-  twice.writes("output", file("x.mha"), OutputKind::volume);
-  twice.writes("labels", file("./linked/../x.mha"), OutputKind::volume);
+  twice.add_output("output", file("x.mha"), OutputKind::volume);
+  twice.add_output("labels", file("./linked/../x.mha"), OutputKind::volume);
   ASSERT_TRUE(twice.check().has_value());
   EXPECT_NE(twice.check()->found.find("output and labels"), std::string::npos);
   OutputSet kind;
-  kind.writes("output", file("x.png"), OutputKind::volume);
+  kind.add_output("output", file("x.png"), OutputKind::volume);
   EXPECT_EQ(kind.check()->expected, ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb");
 }
 
 /// Every failure is reported, together with the files that were written.
 TEST_F(Outputs, AFailingOneDoesNotAffectOthers) {
   OutputSet outputs;
-  for (const char* name : {"a", "b", "c"}) outputs.writes(name, file(name));
+  for (const char* name : {"a", "b", "c"}) outputs.add_output(name, file(name));
   ASSERT_FALSE(outputs.check().has_value());
   outputs.write(file("a"), [&] { return write_file_atomically(file("a"), "a"); });
   outputs.write(file("b"), [&]() -> Status { return cannot_write(file("b"), ENOSPC); });

@@ -34,8 +34,8 @@ Result<view::ComparedState> state_at(sim::Replay& replay, std::uint64_t tick, do
 
 Result<Outcome> run_compare(const CompareArguments& arguments) {
   data_tools::OutputSet outputs;
-  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.reads(input);
-  outputs.writes("output", arguments.output, data_tools::OutputKind::picture);
+  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.add_input(input);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   for (const double time : {arguments.at.value_or(0), arguments.with.value_or(0)})
     if (!(time >= 0))

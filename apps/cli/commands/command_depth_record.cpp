@@ -47,8 +47,8 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
   auto models = models_of(arguments.models);
   if (!models) return models.error();
   data_tools::OutputSet outputs;
-  for (const std::string& file : arguments.models.depths) outputs.reads(file);
-  outputs.writes("output", arguments.output, data_tools::OutputKind::folder);
+  for (const std::string& file : arguments.models.depths) outputs.add_input(file);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::folder);
   if (Status error = outputs.check()) return *error;
   auto video = workbench::record_video(models.value(), request, terminal_listener());
   if (!video) return video.error();

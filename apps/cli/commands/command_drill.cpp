@@ -95,8 +95,8 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   const drilling::Burr& burr = arguments.burr;
   data_tools::OutputSet outputs;
   for (const std::string& input : {arguments.source.path, arguments.path, arguments.record.file})
-    outputs.reads(input);
-  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+    outputs.add_input(input);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::volume);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(arguments.record)) return *error;
   if (burr.is_round && burr.is_kinematic)

@@ -68,9 +68,9 @@ Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
 
 Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   data_tools::OutputSet outputs;
-  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
-  outputs.writes("labels", arguments.labels_output, data_tools::OutputKind::volume);
-  outputs.writes("case", arguments.case_output, data_tools::OutputKind::folder);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.add_output("labels", arguments.labels_output, data_tools::OutputKind::volume);
+  outputs.add_output("case", arguments.case_output, data_tools::OutputKind::folder);
   if (Status error = outputs.check()) return *error;
   if (arguments.output.empty() && arguments.case_output.empty())
     return Error{.what = "no output given", .expected = "-o FILE or --case FOLDER"};
@@ -135,8 +135,8 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
 
 Result<Outcome> run_mesh(const MeshArguments& arguments) {
   data_tools::OutputSet outputs;
-  outputs.reads(arguments.source.path);
-  outputs.writes("output", arguments.output, data_tools::OutputKind::mesh);
+  outputs.add_input(arguments.source.path);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::mesh);
   if (Status error = outputs.check()) return *error;
   auto opened = workbench::open_touch(arguments.source, arguments.shape, terminal_listener());
   if (!opened) return opened.error();
@@ -182,10 +182,10 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
                  .expected = "a folder's name",
                  .remedy = "omit --as to write one file"};
   data_tools::OutputSet outputs;
-  outputs.reads(arguments.source.path);
-  outputs.writes("output", arguments.output,
-                 is_folder ? data_tools::OutputKind::folder : data_tools::OutputKind::volume);
-  outputs.writes("labels", arguments.labels_output, data_tools::OutputKind::volume);
+  outputs.add_input(arguments.source.path);
+  outputs.add_output("output", arguments.output,
+                     is_folder ? data_tools::OutputKind::folder : data_tools::OutputKind::volume);
+  outputs.add_output("labels", arguments.labels_output, data_tools::OutputKind::volume);
   if (Status error = outputs.check()) return *error;
   auto opened = workbench::open_source(arguments.source, terminal_listener());
   if (!opened) return opened.error();

@@ -249,10 +249,10 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   data_tools::OutputSet outputs;
   for (const std::string& input :
        {arguments.source.path, arguments.anchors, arguments.planned, arguments.record.file})
-    outputs.reads(input);
-  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
-  outputs.writes("flap", arguments.flap, data_tools::OutputKind::mesh);
-  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+    outputs.add_input(input);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.add_output("flap", arguments.flap, data_tools::OutputKind::mesh);
+  outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(arguments.record)) return *error;
   CutFlap request = arguments.request;

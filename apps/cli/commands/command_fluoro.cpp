@@ -213,11 +213,11 @@ Status write_dicom(const std::string& path, const std::vector<float>& received, 
 
 Result<Outcome> run_fluoro(const FluoroArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment, a.objects);
-  outputs.reads(a.pose);
-  outputs.writes("output", a.output, data_tools::OutputKind::picture);
-  outputs.writes("dicom", a.dicom);
-  outputs.writes("sums", a.sums);
+  add_inputs(outputs, a.moment, a.objects);
+  outputs.add_input(a.pose);
+  outputs.add_output("output", a.output, data_tools::OutputKind::picture);
+  outputs.add_output("dicom", a.dicom);
+  outputs.add_output("sums", a.sums);
   if (Status error = outputs.check()) return *error;
   for (const auto& [path, extension, option] :
        {std::tuple(&a.dicom, ".dcm", "--dicom"), std::tuple(&a.sums, ".mha", "--sums")})

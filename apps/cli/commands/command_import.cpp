@@ -189,10 +189,10 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
                  .found = "a byte that is no UTF-8",
                  .expected = "a name in UTF-8"};
   data_tools::OutputSet outputs;
-  for (const std::string& input : {arguments.source.path, arguments.labels}) outputs.reads(input);
-  for (const std::string& input : arguments.plans) outputs.reads(input);
-  outputs.writes("output", target.string(), data_tools::OutputKind::folder);
-  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  for (const std::string& input : {arguments.source.path, arguments.labels}) outputs.add_input(input);
+  for (const std::string& input : arguments.plans) outputs.add_input(input);
+  outputs.add_output("output", target.string(), data_tools::OutputKind::folder);
+  outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   const auto start = Clock::now();
   auto opened = workbench::open_source(arguments.source, terminal_listener());

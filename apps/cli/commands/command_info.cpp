@@ -213,8 +213,8 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   if (arguments.is_listing) return list_series(arguments.source.path);
   if (is_session) return describe_session(arguments.source.path);
   data_tools::OutputSet outputs;
-  outputs.reads(arguments.source.path);
-  outputs.writes("chart", arguments.chart, data_tools::OutputKind::picture);
+  outputs.add_input(arguments.source.path);
+  outputs.add_output("chart", arguments.chart, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   auto opened = workbench::open_source(arguments.source, terminal_listener());
   if (!opened) return opened.error();

@@ -240,8 +240,8 @@ Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& fr
 
 Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   data_tools::OutputSet outputs;
-  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.reads(input);
-  outputs.writes("slices", arguments.slices, data_tools::OutputKind::picture);
+  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.add_input(input);
+  outputs.add_output("slices", arguments.slices, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (arguments.vertebra.empty() && arguments.canal.empty())
     return Error{.what = "no vertebra selected",

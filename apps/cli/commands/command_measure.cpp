@@ -131,8 +131,8 @@ std::string markups_text(const std::vector<Measured>& measures) {
 
 Result<Outcome> run_measure(const MeasureArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment);
-  outputs.writes("markups", a.markups);
+  add_inputs(outputs, a.moment);
+  outputs.add_output("markups", a.markups);
   if (Status error = outputs.check()) return *error;
   if (!a.markups.empty() && !data_tools::has_extension(a.markups, ".json"))
     return Error{.what = "invalid extension of markups", .where = "--markups", .expected = "NAME.mrk.json"};

@@ -116,8 +116,8 @@ Status set_openings(const RenderArguments& a, const workbench::Moment& moment, v
 
 Result<Outcome> run_render(const RenderArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment, a.objects);
-  outputs.writes("output", a.output, data_tools::OutputKind::picture);
+  add_inputs(outputs, a.moment, a.objects);
+  outputs.add_output("output", a.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   for (const Status& error :
        {check_range(a.size, 16, 4096, "--pixels"), check_range(a.radius, 0.1, 100, "--cutout-radius"),

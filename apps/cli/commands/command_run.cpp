@@ -35,8 +35,8 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   request.in_use = workbench::files_of(request.script, request.folder);
   request.in_use.insert(request.in_use.end(), {arguments.script, arguments.record.file});
   data_tools::OutputSet outputs;
-  for (const std::string& file : request.in_use) outputs.reads(file);
-  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  for (const std::string& file : request.in_use) outputs.add_input(file);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::volume);
   if (Status error = outputs.check()) return *error;
   auto played = play_script(request);
   if (!played) return played.error();

@@ -75,9 +75,9 @@ void report_breach(const workbench::Moment::Object& object, const workbench::Mom
 
 Result<Outcome> run_section(const SectionArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment, a.objects);
-  outputs.writes("output", a.output, data_tools::OutputKind::picture);
-  outputs.writes("svg", a.svg);
+  add_inputs(outputs, a.moment, a.objects);
+  outputs.add_output("output", a.output, data_tools::OutputKind::picture);
+  outputs.add_output("svg", a.svg);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(a.plane)) return *error;
   const auto opened = open_with(a.moment, a.objects);

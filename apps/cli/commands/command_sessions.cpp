@@ -38,10 +38,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
                  .expected = "--show alone",
                  .remedy = "omit one of them"};
   data_tools::OutputSet outputs;
-  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.reads(input);
-  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
-  outputs.writes("steps", arguments.steps, data_tools::OutputKind::table);
-  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.add_input(input);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.add_output("steps", arguments.steps, data_tools::OutputKind::table);
+  outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (arguments.until && !(*arguments.until >= 0 && std::isfinite(*arguments.until)))
     return Error{.what = "the time is out of range",

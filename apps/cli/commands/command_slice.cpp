@@ -51,8 +51,8 @@ Result<GreyWindow> window_of(const SliceArguments& a, const volume::Volume& scan
 
 Result<Outcome> run_slice(const SliceArguments& a) {
   data_tools::OutputSet outputs;
-  reads(outputs, a.moment, a.objects);
-  outputs.writes("output", a.output, data_tools::OutputKind::picture);
+  add_inputs(outputs, a.moment, a.objects);
+  outputs.add_output("output", a.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(a.plane)) return *error;
   if (!(a.thickness >= 0 && a.thickness <= 500))

@@ -106,10 +106,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   choice.models = std::move(models).value();
   if (Status error = check(choice)) return *error;
   data_tools::OutputSet outputs;
-  for (const std::string& model : arguments.models.files()) outputs.reads(model);
+  for (const std::string& model : arguments.models.files()) outputs.add_input(model);
   for (const std::string& input : {arguments.source.path, arguments.path, arguments.record.file})
-    outputs.reads(input);
-  outputs.writes("output", arguments.output, data_tools::OutputKind::table);
+    outputs.add_input(input);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::table);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(arguments.record)) return *error;
 

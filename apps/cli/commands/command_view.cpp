@@ -131,9 +131,9 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (Status error = check(arguments.record)) return *error;
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
   data_tools::OutputSet outputs;
-  outputs.reads(arguments.source.path);
-  for (const std::string& file : arguments.models.files()) outputs.reads(file);
-  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  outputs.add_input(arguments.source.path);
+  for (const std::string& file : arguments.models.files()) outputs.add_input(file);
+  outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
     notice("note: no display; the picture is drawn without a window");

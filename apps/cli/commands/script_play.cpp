@@ -101,11 +101,11 @@ Result<PlayedScript> play_script(const ScriptRequest& request) {
   if (!request.pictures.empty()) {
     if (Status error = data_tools::make_folder(request.pictures)) return *error;
     data_tools::OutputSet outputs;
-    for (const std::string& file : request.in_use) outputs.reads(file);
-    for (const std::string& output : request.outputs) outputs.writes("output", output);
+    for (const std::string& file : request.in_use) outputs.add_input(file);
+    for (const std::string& output : request.outputs) outputs.add_output("output", output);
     for (const data_tools::ScriptPicture& picture : request.script.pictures)
-      outputs.writes(picture.file, (fs::path(request.pictures) / picture.file).string(),
-                     data_tools::OutputKind::picture);
+      outputs.add_output(picture.file, (fs::path(request.pictures) / picture.file).string(),
+                         data_tools::OutputKind::picture);
     if (Status error = outputs.check()) return *error;
   }
   if (request.is_live && !(request.script.rate_hz >= 250 && request.script.rate_hz <= 10000))

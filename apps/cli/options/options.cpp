@@ -298,10 +298,10 @@ void add_objects(Options& options, ObjectArguments& objects) {
       .type("X,Y,Z:X,Y,Z:D");
 }
 
-void reads(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
-           const ObjectArguments& objects) {
-  for (const std::string& input : {moment.source.path, moment.case_source}) outputs.reads(input);
-  for (const std::string& model : objects.models) outputs.reads(model);
+void add_inputs(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
+                const ObjectArguments& objects) {
+  for (const std::string& input : {moment.source.path, moment.case_source}) outputs.add_input(input);
+  for (const std::string& model : objects.models) outputs.add_input(model);
 }
 
 Result<std::unique_ptr<workbench::Moment>> open_with(workbench::MomentChoice moment,

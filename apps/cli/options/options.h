@@ -103,8 +103,8 @@ struct ObjectArguments {
 };
 void add_objects(Options& options, ObjectArguments& objects);
 /// Registers the files of the moment and of the models as inputs, which no output may overwrite.
-void reads(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
-           const ObjectArguments& objects = {});
+void add_inputs(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
+                const ObjectArguments& objects = {});
 /// Opens the moment with the models and screws in it.
 Result<std::unique_ptr<workbench::Moment>> open_with(workbench::MomentChoice moment,
                                                      const ObjectArguments& objects);
