@@ -70,8 +70,8 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
     reader.fail(value, "the lower limit of the window is above its upper limit", "", "low <= high",
                 "swap the two values");
   }
-  s.is_touchable = reader.claim(t, "touchable").value_or(true);
-  s.is_forbidden = reader.claim(t, "forbidden").value_or(false);
+  s.is_touchable = reader.boolean(t, "touchable").value_or(true);
+  s.is_forbidden = reader.boolean(t, "forbidden").value_or(false);
   s.material.stiffness = reader.number(t, "stiffness", 0, 100);
   s.material.damping = reader.number(t, "damping", 0, 1);
   s.material.static_friction = reader.number(t, "static_friction", 0, 10);
@@ -121,7 +121,7 @@ ScanQuality read_quality(TomlReader& reader, const toml::value& value) {
   });
   quality.slice_step = reader.number(t, "slice_step", 0, 1e6).value_or(0);
   quality.edges = static_cast<int>(reader.number(t, "edges", 0, 1e6).value_or(0));
-  quality.is_rough = reader.claim(t, "rough").value_or(false);
+  quality.is_rough = reader.boolean(t, "rough").value_or(false);
   return quality;
 }
 
@@ -242,7 +242,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   if (!name) reader.fail(root, "the case has no name", "", "name = \"...\"");
   plan.name = name.value_or("");
   plan.modality = reader.text(top, "modality").value_or("");
-  plan.is_hounsfield = reader.claim(top, "hounsfield").value_or(false);
+  plan.is_hounsfield = reader.boolean(top, "hounsfield").value_or(false);
   if (const auto labels = top.find("labels"); labels != top.end()) {
     const toml::table& t = reader.table(labels->second, {"names", "colours"});
     plan.label_names.emplace_back("background");

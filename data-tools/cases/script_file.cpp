@@ -120,10 +120,10 @@ ScriptModel read_model(TomlReader& reader, const toml::value& value) {
   model.line = TomlReader::line_of(value);
   model.file = reader.text(t, "file").value_or("");
   model.at = reader.point(t, "at").value_or(model.at);
-  model.is_depth = reader.claim(t, "depth").value_or(false);
+  model.is_depth = reader.boolean(t, "depth").value_or(false);
   model.beat = reader.number(t, "depth_beat", 1e-3, 1000).value_or(model.beat);
   model.rate = reader.number(t, "depth_rate", 10, 1000).value_or(model.rate);
-  model.is_repeating = reader.claim(t, "depth_repeats").value_or(false);
+  model.is_repeating = reader.boolean(t, "depth_repeats").value_or(false);
   if (const auto screw = reader.text(t, "screw")) {
     const auto place = parse_screw(*screw);
     if (place)
@@ -158,7 +158,7 @@ ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::si
   picture.aim = reader.point(t, "aim").value_or(picture.aim);
   picture.distance = reader.number(t, "distance", 1, 5000);
   picture.caption = reader.text(t, "caption").value_or("");
-  picture.has_tool = reader.claim(t, "tool").value_or(true);
+  picture.has_tool = reader.boolean(t, "tool").value_or(true);
   if (!picture.file.ends_with(".png") || picture.file.find('/') != std::string::npos ||
       picture.file.starts_with('.'))
     reader.fail(value, "invalid file name of a picture", picture.file,
@@ -205,7 +205,7 @@ ScriptCommand read_command(TomlReader& reader, const toml::value& value, std::si
   command.name = name.value_or("");
   command.hand = read_hand(reader, value, t, hands);
   command.words = reader.text(t, "with", k_longest_words).value_or("");
-  command.is_refused = reader.claim(t, "refused").value_or(false);
+  command.is_refused = reader.boolean(t, "refused").value_or(false);
   return command;
 }
 
@@ -247,9 +247,9 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.iso = reader.number(top, "iso", -1e6, 1e6);
   script.window = reader.text(top, "window").value_or("");
   script.label = reader.text(top, "label").value_or("");
-  script.is_auto = reader.claim(top, "auto").value_or(false);
-  script.is_largest = reader.claim(top, "largest").value_or(false);
-  script.takes_plan = reader.claim(top, "plan").value_or(false);
+  script.is_auto = reader.boolean(top, "auto").value_or(false);
+  script.is_largest = reader.boolean(top, "largest").value_or(false);
+  script.takes_plan = reader.boolean(top, "plan").value_or(false);
   script.rate_hz = reader.number(top, "rate", 10, 100000).value_or(1000);
   script.static_friction = reader.number(top, "static_friction", 0, 10);
   script.dynamic_friction = reader.number(top, "dynamic_friction", 0, 10);

@@ -58,7 +58,7 @@ class TomlReader {
          "\"text\" of 1 to " + std::to_string(most) + " characters");
     return std::nullopt;
   }
-  std::optional<bool> claim(const toml::table& t, const std::string& key) {
+  std::optional<bool> boolean(const toml::table& t, const std::string& key) {
     const auto it = t.find(key);
     if (it == t.end()) return std::nullopt;
     if (it->second.is_boolean()) return it->second.as_boolean();
