@@ -62,7 +62,7 @@ void Panes::forget() {
   arm_ = {};
 }
 
-bool Panes::sees(PaneKind kind) const noexcept {
+bool Panes::shows(PaneKind kind) const noexcept {
   for (const Pane& pane : panes_)
     if (pane.kind == kind && pane.is_visible) return true;
   return false;
@@ -80,7 +80,7 @@ void Panes::make_slices_stale(bool includes_sections) {
     pane.is_stale |= pane.kind <= PaneKind::tool || (includes_sections && pane.kind == PaneKind::section);
 }
 
-void Panes::look_at(const dvec3& world) {
+void Panes::set_focus(const dvec3& world) {
   if (world == at_) return;
   at_ = world;
   make_slices_stale(true);
@@ -153,7 +153,7 @@ void Panes::scroll(std::size_t index, int slices) {
   // One step is the spacing of the scan's own slices in this direction.
   const dvec3 n = image_plane->normal(), step = subject_.scan->frame.vector_volume_from_world(n);
   const double most = std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)});
-  look_at(at_ + slices / most * n);
+  set_focus(at_ + slices / most * n);
 }
 
 void Panes::zoom(std::size_t index, double factor, const dvec2& around) {

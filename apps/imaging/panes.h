@@ -31,8 +31,8 @@ class Panes {
   /// Discards the subject and all images, before another scan is shown.
   void forget();
   /// Moves the focus, in which the slices meet (world, mm).
-  void look_at(const glm::dvec3& world);
-  const glm::dvec3& looked_at() const noexcept { return at_; }
+  void set_focus(const glm::dvec3& world);
+  const glm::dvec3& focus() const noexcept { return at_; }
   /// Sets the tool's tip (world, mm) and the direction of its shaft, out of the body (unit).
   void show_tool(const glm::dvec3& tip, const glm::dvec3& shaft);
   /// Sets the normal of sections (world, any length above 0).
@@ -104,7 +104,7 @@ class Panes {
   /// Counter that changes whenever the pane must be redrawn.
   std::uint64_t changes(std::size_t pane) const noexcept { return panes_[pane].changes; }
   /// True if a pane of this kind is visible.
-  bool sees(PaneKind kind) const noexcept;
+  bool shows(PaneKind kind) const noexcept;
   /// True if all visible panes show the newest state at full resolution.
   bool is_up_to_date() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }

@@ -53,7 +53,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
     if (const auto* viewer = current->as<ct_viewer::CtViewerState>()) {
       const auto* old_viewer = previous ? previous->as<ct_viewer::CtViewerState>() : nullptr;
       if (viewer->is_looking && (!old_viewer || !old_viewer->is_looking || old_viewer->at != viewer->at))
-        panes_.look_at(viewer->at);
+        panes_.set_focus(viewer->at);
       if (viewer->is_window && (!old_viewer || !old_viewer->is_window ||
                                 !(static_cast<const ct_viewer::GreyWindow&>(*old_viewer) == *viewer)))
         panes_.set_window(*viewer);
@@ -66,7 +66,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       if (!has_changed || (is_first && section->normal == dvec3(0, 0, 1) && section->at == dvec3(0)))
         continue;
       panes_.turn_section(section->normal);
-      panes_.look_at(section->at);
+      panes_.set_focus(section->at);
       clip_.reset();
       if (section->is_clipping) clip_ = Clip{section->at, section->normal};
     } else if (const auto* arm = current->as<fluoroscopy::FluoroscopyState>()) {
@@ -97,8 +97,8 @@ bool PaneController::frame(const PaneInput& input) {
   tool_.reset();
   if (input.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
-  if (follows_tool && r.has_contact) panes_.look_at(tip);
-  if (panes_.is_live() && !panes_.sees(imaging::PaneKind::xray)) set_live(false);
+  if (follows_tool && r.has_contact) panes_.set_focus(tip);
+  if (panes_.is_live() && !panes_.shows(imaging::PaneKind::xray)) set_live(false);
   if (panes_.is_live()) {
     exposed_ += input.elapsed;
     if (exposed_ >= 1) report_exposure();
@@ -122,7 +122,7 @@ void PaneController::place_arm() {
 void PaneController::set_preset(std::size_t preset) {
   fluoroscopy::CArm arm = panes_.arm();
   fluoroscopy::set_preset(arm, fluoroscopy::k_presets[preset]);
-  arm.isocentre = panes_.looked_at();
+  arm.isocentre = panes_.focus();
   is_placed_ = true;
   panes_.set_arm(arm);
   if (tell) tell(arm);

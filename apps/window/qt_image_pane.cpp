@@ -168,14 +168,14 @@ QPointF ImagePane::place(const Panel& panel, const dvec2& mm) const {
 void ImagePane::refresh(const std::array<dvec3, 2>* tool) {
   panes_->set_size(index_, width(), height(), isVisible());
   if (!isVisible()) return;
-  const bool has_moved = panes_->looked_at() != shown_at_ || (tool != nullptr) != has_tool_ ||
+  const bool has_moved = panes_->focus() != shown_at_ || (tool != nullptr) != has_tool_ ||
                          (tool != nullptr && (*tool)[0] != shown_tip_);
   if (const QSignalBlocker quiet(live_); live_->isChecked() != panes_->is_live())
     live_->setChecked(panes_->is_live());
   const bool is_new_image = panes_->changes(index_) != shown_changes_;
   if (!is_new_image && !has_moved) return;
   shown_changes_ = panes_->changes(index_);
-  shown_at_ = panes_->looked_at();
+  shown_at_ = panes_->focus();
   has_tool_ = tool != nullptr;
   if (tool != nullptr) tool_ = *tool, shown_tip_ = (*tool)[0];
   if (const Panel* panel = panes_->panel(index_); panel != nullptr && is_new_image) {
@@ -209,7 +209,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
   }
   // Crosshair of the other planes, with a gap at the focus.
   if (imaging::is_planar(kind) && panel != nullptr)
-    if (const auto at = panes_->pixel(index_, panes_->looked_at())) {
+    if (const auto at = panes_->pixel(index_, panes_->focus())) {
       constexpr double k_gap = 9;
       const QPointF p(at->x + 0.5, at->y + 0.5);
       QColor c = colour_of(kind);
@@ -306,7 +306,7 @@ void ImagePane::mouseMoveEvent(QMouseEvent* event) {
     return on_turn(0.4 * step.x(), 0.4 * step.y());
   if (!imaging::is_planar(panes_->kind(index_))) return;
   if (event->modifiers() & Qt::ShiftModifier) {
-    if (const auto at = panes_->world(index_, {last_.x(), last_.y()})) panes_->look_at(*at), on_look();
+    if (const auto at = panes_->world(index_, {last_.x(), last_.y()})) panes_->set_focus(*at), on_look();
   } else if (event->buttons() & Qt::MiddleButton) {
     panes_->pan(index_, {step.x(), step.y()});
   } else if (event->buttons() & Qt::RightButton) {

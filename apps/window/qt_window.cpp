@@ -253,7 +253,7 @@ void MainWindow::set_clip() {
   clip_share_->setEnabled(clip_->currentIndex() > 0 && clip_->currentIndex() < 5);
   const imaging::Panes& panes = panes_.panes();
   viewport()->set_clip({axes[clip_->currentIndex()], 0.01 * clip_share_->value(),
-                        followed_clip_ ? followed_clip_->at : panes.looked_at(),
+                        followed_clip_ ? followed_clip_->at : panes.focus(),
                         followed_clip_ ? followed_clip_->normal : panes.section_normal()});
 }
 

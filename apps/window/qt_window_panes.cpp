@@ -106,7 +106,7 @@ void MainWindow::build_panes_menu() {
   follow->setCheckable(true);
   follow->setChecked(true);
   add(menu, "mark_place", tr("&Mark this position in the session"), {}, [this] {
-    if (operation_) operation_->apply(ct_viewer::LookAt{panes_.panes().looked_at()});
+    if (operation_) operation_->apply(ct_viewer::LookAt{panes_.panes().focus()});
   });
   add(menu, "open_at_section", tr("&Clip the picture at the section"), {}, [this] {
     // The last entry of the clip box.
@@ -176,7 +176,7 @@ void MainWindow::show_scan_facts() {
 /// Updates the panes for one frame, if any is visible.
 void MainWindow::show_panes(double elapsed) {
   const bool sees_depths =
-      grid_->arrangement() != Layout::picture && panes_.panes().sees(imaging::PaneKind::depths);
+      grid_->arrangement() != Layout::picture && panes_.panes().shows(imaging::PaneKind::depths);
   if (operation_) operation_->show_clip_volumes(sees_depths);
   if (replay_) replay_->show_clip_volumes(sees_depths);
   if (grid_->arrangement() == Layout::picture)

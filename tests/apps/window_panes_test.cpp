@@ -74,14 +74,14 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
 
   touch(window);
   const auto follows = [&] {
-    return glm::length(panes.looked_at() - window.operation()->state().newest.proxy_world) < 0.5;
+    return glm::length(panes.focus() - window.operation()->state().newest.proxy_world) < 0.5;
   };
   ASSERT_TRUE(QTest::qWaitFor(follows, 5000));
   drill(window, 10);
   ASSERT_TRUE(settle(window));
   keep(window, "panes_slices");
   window.pane_controller().follows_tool = false;
-  panes.look_at(panes.looked_at() + 1.0 * window.operation()->state().newest.normal_world);
+  panes.set_focus(panes.focus() + 1.0 * window.operation()->state().newest.normal_world);
   EXPECT_LT(panes.probe().value_or(0), -500) << "air is where the burr was";
   ASSERT_TRUE(settle(window));
 
@@ -90,7 +90,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   const std::size_t axial = 1;
   ASSERT_EQ(panes.kind(axial), imaging::PaneKind::axial);
   const auto middle_colour = [&] {
-    const auto at = panes.pixel(axial, panes.looked_at());
+    const auto at = panes.pixel(axial, panes.focus());
     const imaging::Panel& panel = *panes.panel(axial);
     const int column = static_cast<int>(std::lround(at->x)),
               row = panel.rows - 1 - static_cast<int>(std::lround(at->y));
@@ -108,14 +108,14 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   QTest::keyClick(pane, Qt::Key_T);
 
   // A slice on, a slice back; shift and the mouse; greys; zoom and reset.
-  const glm::dvec3 before = panes.looked_at();
+  const glm::dvec3 before = panes.focus();
   QTest::keyClick(pane, Qt::Key_Right);
-  EXPECT_NEAR(std::abs(panes.looked_at().z - before.z), scene_->base->frame.spacing().z, 1e-9);
+  EXPECT_NEAR(std::abs(panes.focus().z - before.z), scene_->base->frame.spacing().z, 1e-9);
   QTest::keyClick(pane, Qt::Key_B);
-  EXPECT_NEAR(panes.looked_at().z, before.z, 1e-9);
+  EXPECT_NEAR(panes.focus().z, before.z, 1e-9);
   QMouseEvent move(QEvent::MouseMove, QPointF(60, 90), Qt::NoButton, Qt::NoButton, Qt::ShiftModifier);
   QApplication::sendEvent(pane, &move);
-  EXPECT_NEAR(glm::length(panes.looked_at() - *panes.world(axial, {60, 90})), 0, 1e-9);
+  EXPECT_NEAR(glm::length(panes.focus() - *panes.world(axial, {60, 90})), 0, 1e-9);
   const double width = panes.window().width;
   QTest::mousePress(pane, Qt::LeftButton, {}, QPoint(100, 100));
   QMouseEvent drag(QEvent::MouseMove, QPointF(150, 100), Qt::NoButton, Qt::LeftButton, Qt::NoModifier);
@@ -234,7 +234,7 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
   open(window);
   imaging::Panes& panes = window.pane_controller().panes();
   child<QToolButton>(window, "xray_shoot_1")->click();
-  const glm::dvec3 at = panes.looked_at();
+  const glm::dvec3 at = panes.focus();
   const auto goes_left = [&](std::size_t pane) {
     return panes.pixel(pane, at + glm::dvec3(5, 0, 0))->x < panes.pixel(pane, at)->x - 1;
   };
