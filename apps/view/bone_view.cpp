@@ -196,11 +196,11 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
     };
     observe(vtkCommand::StartEvent, [](vtkObject*, unsigned long, void* data, void*) {
       auto* parts = static_cast<Parts*>(data);
-      parts->scenery->depth.before(parts->scenery->renderer, parts->window);
+      parts->scenery->depth.read_before(parts->scenery->renderer, parts->window);
     });
     observe(vtkCommand::EndEvent, [](vtkObject*, unsigned long, void* data, void*) {
       auto* parts = static_cast<Parts*>(data);
-      parts->scenery->depth.after(parts->scenery->renderer, parts->window);
+      parts->scenery->depth.read_after(parts->scenery->renderer, parts->window);
     });
   }
   vtkRenderer* on_top = p.on_top = is_live ? p.front.Get() : p.renderer.Get();

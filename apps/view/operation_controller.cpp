@@ -242,7 +242,7 @@ void OperationController::touch_scenery() {
   const bool is_same_place = glm::length(proxy - requested_at_) < 1;
   if (is_same_view && (is_same_place || (knows(hip) && knows(proxy)))) return;
   requested_eye_ = eye, requested_mesh_ = mesh, requested_at_ = proxy;
-  viewport_.ask_depth(proxy, k_edge);
+  viewport_.request_depth(proxy, k_edge);
 }
 
 bool OperationController::grasp_or_release() {

@@ -46,7 +46,7 @@ std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const in
 
 }  // namespace
 
-void ScreenDepth::before(vtkRenderer* renderer, vtkRenderWindow* window) {
+void ScreenDepth::read_before(vtkRenderer* renderer, vtkRenderWindow* window) {
   ++counters_.draws;
   is_reading_ = false;
   if (!request_ || pending_) return;
@@ -78,7 +78,7 @@ void ScreenDepth::before(vtkRenderer* renderer, vtkRenderWindow* window) {
   read(0);
 }
 
-void ScreenDepth::after(vtkRenderer*, vtkRenderWindow*) {
+void ScreenDepth::read_after(vtkRenderer*, vtkRenderWindow*) {
   if (!is_reading_) return;
   is_reading_ = false;
   read(1);
@@ -106,7 +106,7 @@ void ScreenDepth::read(std::size_t which) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(from));
 }
 
-std::optional<ScreenDepth::Seen> ScreenDepth::take() {
+std::optional<ScreenDepth::Seen> ScreenDepth::take_result() {
   if (!pending_ || fence_ == nullptr) return std::nullopt;
   if (glClientWaitSync(static_cast<GLsync>(fence_), GL_SYNC_FLUSH_COMMANDS_BIT, 0) == GL_TIMEOUT_EXPIRED)
     return std::nullopt;

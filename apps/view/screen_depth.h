@@ -19,10 +19,10 @@ namespace trephine::view {
 class ScreenDepth {
  public:
   /// Requests the depth of a cube of `edge` mm around `at` (world), read in the next frame.
-  void ask(const glm::dvec3& at, double edge) noexcept { request_ = Request{at, edge}; }
+  void request(const glm::dvec3& at, double edge) noexcept { request_ = Request{at, edge}; }
   /// Call in that frame with a current GL context, before and after the scenery is drawn.
-  void before(vtkRenderer* renderer, vtkRenderWindow* window);
-  void after(vtkRenderer* renderer, vtkRenderWindow* window);
+  void read_before(vtkRenderer* renderer, vtkRenderWindow* window);
+  void read_after(vtkRenderer* renderer, vtkRenderWindow* window);
   /// Depth of the scenery, without other objects.
   struct Seen {
     haptics::depth::DepthPicture picture;  ///< in the world
@@ -30,7 +30,7 @@ class ScreenDepth {
     double edge;  ///< edge of the part of the requested cube that the picture shows, mm
   };
   /// Returns the result if the graphics card has finished. The GL context must be current.
-  std::optional<Seen> take();
+  std::optional<Seen> take_result();
   /// Frees the GL resources; the context must still exist.
   void release();
 

@@ -427,13 +427,13 @@ void Viewport::set_plan(sim::Overlays plan) {
   show({}, {});
 }
 
-void Viewport::ask_depth(const dvec3& at, double edge) {
-  if (ScreenDepth* depth = view_.screen_depth()) depth->ask(at, edge);
+void Viewport::request_depth(const dvec3& at, double edge) {
+  if (ScreenDepth* depth = view_.screen_depth()) depth->request(at, edge);
 }
 
 std::optional<ScreenDepth::Seen> Viewport::take_depth() {
   ScreenDepth* depth = view_.screen_depth();
-  return depth != nullptr && view_.is_drawable() ? depth->take() : std::nullopt;
+  return depth != nullptr && view_.is_drawable() ? depth->take_result() : std::nullopt;
 }
 
 std::optional<double> Viewport::draw() {

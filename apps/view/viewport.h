@@ -109,7 +109,7 @@ class Viewport {
   glm::dvec3 normal_at(const volume::Version& version, const glm::dvec3& p_world) const;
 
   /// Requests the screen depth of scenery in a cube of `edge` mm around `at`, read in the next frame.
-  void ask_depth(const glm::dvec3& at, double edge);
+  void request_depth(const glm::dvec3& at, double edge);
   /// Returns the requested depth; nullopt if there is no scenery or the depth is not ready.
   std::optional<ScreenDepth::Seen> take_depth();
   BoneView& view() noexcept { return view_; }
