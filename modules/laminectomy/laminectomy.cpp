@@ -86,12 +86,12 @@ Judgement judgement_of(const Outcome& o, const std::string& vertebra) {
   j.vertebra = vertebra;
   const CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
   j.canal_before = narrow.area(false), j.canal_after = std::max(0.0, narrow.area(true));
-  j.narrowest_at = o.place_of(o.narrowest);
+  j.narrowest_at = o.position_of(o.narrowest);
   j.opened_length = o.opened_length;
   j.opened_at = j.narrowest_at;
   if (o.widest_opened >= 0) {
     j.opened_width = o.sections[static_cast<std::size_t>(o.widest_opened)].opening();
-    j.opened_at = o.place_of(o.widest_opened);
+    j.opened_at = o.position_of(o.widest_opened);
     const CanalSection& open = o.sections[static_cast<std::size_t>(o.widest_opened)];
     j.opening_before = std::max(0.0, open.area(false)), j.opening_after = std::max(0.0, open.area(true));
   }

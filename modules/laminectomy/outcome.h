@@ -39,7 +39,7 @@ struct Outcome {
   std::array<Pars, 2> pars;
 
   /// Returns the centre of the canal in a section, mm, world.
-  glm::dvec3 place_of(int section) const {
+  glm::dvec3 position_of(int section) const {
     return frame.world({0, 0, sections[static_cast<std::size_t>(section)].z});
   }
 };
