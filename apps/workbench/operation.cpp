@@ -389,9 +389,9 @@ sim::Overlays plan_overlays(const data_tools::CasePlan& plan) {
     for (int a = 0; a < 3; ++a) {
       glm::dvec3 arm(0);
       arm[a] = k_cross;
-      overlay.lines.push_back({l.place_world - arm, l.place_world + arm});
+      overlay.lines.push_back({l.position_world - arm, l.position_world + arm});
     }
-    overlay.labels.push_back({l.place_world, l.name});
+    overlay.labels.push_back({l.position_world, l.name});
   }
   return overlay.lines.empty() ? sim::Overlays{} : sim::Overlays{std::move(overlay)};
 }

@@ -401,7 +401,7 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
   for (const CaseLandmark& l : plan.landmarks) {
     out += "\n[[landmarks]]\n";
     line("name", quoted(l.name));
-    point("at", l.place_world);
+    point("at", l.position_world);
   }
   return out;
 }

@@ -36,7 +36,7 @@ struct CaseTrajectory {
 /// A named point, world frame (LPS, mm).
 struct CaseLandmark {
   std::string name;
-  glm::dvec3 place_world{0.0};
+  glm::dvec3 position_world{0.0};
 };
 
 /// Contents of case.toml; docs/file-formats.md describes every key.

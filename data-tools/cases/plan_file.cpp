@@ -84,7 +84,7 @@ Result<PlanFile> read_markups(const std::string& text, const std::string& where)
       landmark.name = text_of(point, "label");
       for (std::size_t a = 0; a < 3; ++a) {
         if (!(*position)[a].is_number()) return format_error;
-        landmark.place_world[static_cast<int>(a)] =
+        landmark.position_world[static_cast<int>(a)] =
             (*signs)[static_cast<int>(a)] * (*position)[a].get<double>();
       }
       points.push_back(std::move(landmark));
@@ -99,7 +99,7 @@ Result<PlanFile> read_markups(const std::string& text, const std::string& where)
       std::string name = text_of(markup, "name");
       if (name.empty()) name = common_name(points[0].name, points[1].name);
       if (name.empty()) name = "line-" + std::to_string(line_count);
-      plan.trajectories.push_back({name, points[0].place_world, points[1].place_world, 0});
+      plan.trajectories.push_back({name, points[0].position_world, points[1].position_world, 0});
     } else {
       for (CaseLandmark& point : points) {
         if (point.name.empty()) point.name = "point-" + std::to_string(plan.landmarks.size() + 1);

@@ -41,7 +41,7 @@ double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
   double sum = 0, pushes = 0;
   for (std::size_t i = 0; i < proxy.contacts.size(); ++i) {
     const ToolContact& contact = proxy.contacts[i];
-    const dvec3 middle = contact.place_world + scene.tool_radius * contact.normal_world;
+    const dvec3 middle = contact.point_world + scene.tool_radius * contact.normal_world;
     sum += contact.push * stiffness_at(scene, contact.shape, contact.side, middle, contact.normal_world);
     pushes += contact.push;
   }

@@ -94,7 +94,7 @@ inline constexpr int k_max_waypoints = 32;
 
 /// A contact of a tool of several balls.
 struct ToolContact {
-  glm::dvec3 place_world, normal_world;  ///< mm; unit, toward the tool
+  glm::dvec3 point_world, normal_world;  ///< mm; unit, toward the tool
   double push;                           ///< mm; the force is this times the stiffness
   int shape;
   Side side;

@@ -49,7 +49,7 @@ void add_value(MixHash& hash, const Value& value) {
 void Chronicle::add(Event event) {
   hash_.add(event.tick);
   hash_.add(std::uint64_t{event.hand});
-  for (int a = 0; a < 3; ++a) hash_.add(event.place_world[a]);
+  for (int a = 0; a < 3; ++a) hash_.add(event.position_world[a]);
   add_value(hash_, event.value);
   newest_.push_back(std::move(event));
   if (newest_.size() < k_chunk) return;

@@ -12,7 +12,7 @@ namespace trephine::sim {
 struct Event {
   std::uint64_t tick = 0;
   std::uint8_t hand = 0;
-  glm::dvec3 place_world{0.0};
+  glm::dvec3 position_world{0.0};
   Value value;  ///< a struct with a table of its fields
 };
 

@@ -14,8 +14,8 @@ volume::RemovalReport Work::remove(const volume::ToolSweep& sweep) {
   return report;
 }
 
-void Work::raise_event(Value value, const glm::dvec3& place_world) {
-  events_->push_back({tick_, hand_, place_world, std::move(value)});
+void Work::raise_event(Value value, const glm::dvec3& position_world) {
+  events_->push_back({tick_, hand_, position_world, std::move(value)});
 }
 
 }  // namespace trephine::sim

@@ -20,7 +20,7 @@ class Work {
   /// Remaining matter, including all removals so far.
   const volume::Version& remaining() const noexcept { return editor_->working(); }
   bool is_matter(const glm::dvec3& p_world) const noexcept { return editor_->is_matter(p_world); }
-  void raise_event(Value value, const glm::dvec3& place_world);
+  void raise_event(Value value, const glm::dvec3& position_world);
 
   /// Sum of all reports of remove().
   const volume::RemovalReport& removed() const noexcept { return removed_; }

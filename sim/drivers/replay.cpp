@@ -368,7 +368,7 @@ void Replay::check(const EventItem& item) {
     return record_mismatch(item.event.tick, "event", words(item.event), "none");
   const Event& replayed = chronicle[state_->events++];
   if (replayed.tick != item.event.tick || replayed.hand != item.event.hand ||
-      replayed.place_world != item.event.place_world || !(replayed.value == item.event.value))
+      replayed.position_world != item.event.position_world || !(replayed.value == item.event.value))
     record_mismatch(item.event.tick, "event", words(item.event), words(replayed));
 }
 

@@ -295,7 +295,7 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
     const Event& event = chronicle[i];
     put(events, event.tick);
     put(events, event.hand);
-    put(events, event.place_world);
+    put(events, event.position_world);
     put_value(events, event.value);
   }
   tail_.events = chronicle.size();

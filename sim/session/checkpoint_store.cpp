@@ -234,7 +234,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       Event event;
       event.tick = in.value<std::uint64_t>();
       event.hand = in.value<std::uint8_t>();
-      event.place_world = in.place();
+      event.position_world = in.place();
       event.value = read_value(in);
       if (event.value.is_empty()) throw Broken{"an event without a name"};
       events.push_back(std::move(event));

@@ -192,7 +192,7 @@ void ItemEncoder::add(const EventItem& item) {
   put(bytes_, k_event);
   put(bytes_, item.event.hand);
   put(bytes_, item.event.tick);
-  put(bytes_, item.event.place_world);
+  put(bytes_, item.event.position_world);
   put_value(item.event.value);
 }
 
@@ -242,7 +242,7 @@ Result<LogItem> ItemDecoder::next_value(std::uint8_t kind) {
   std::uint8_t type = 0;
   std::uint32_t length = 0;
   const bool is_whole = get(bytes_, event.hand) &&
-                        (is_command || (get(bytes_, event.tick) && get(bytes_, event.place_world))) &&
+                        (is_command || (get(bytes_, event.tick) && get(bytes_, event.position_world))) &&
                         get(bytes_, type) && get(bytes_, length) && bytes_.size() >= length;
   if (!is_whole) return broken("it ends early");
   if (event.hand >= last_.size()) return broken("a hand that cannot be");

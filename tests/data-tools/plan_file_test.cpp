@@ -57,7 +57,7 @@ TEST_F(Plans, MarkupsKeepTheirFrame) {
     EXPECT_EQ(t.target_world, signs * glm::dvec3(12, -50, 31));
     ASSERT_EQ(plan.value().landmarks.size(), 1U);
     EXPECT_EQ(plan.value().landmarks[0].name, "nasion");
-    EXPECT_EQ(plan.value().landmarks[0].place_world, signs * glm::dvec3(0, 80, 5));
+    EXPECT_EQ(plan.value().landmarks[0].position_world, signs * glm::dvec3(0, 80, 5));
     EXPECT_EQ(plan.value().notices.size(), 1U) << "the point that was not placed";
   }
   expect_refused("a.mrk.json", markups("scanner"), "LPS or RAS");
@@ -83,7 +83,7 @@ TEST_F(Plans, TablesDeclareTheirColumnsAndFrame) {
   ASSERT_TRUE(slicer.is_ok()) << slicer.error().message();
   ASSERT_EQ(slicer.value().landmarks.size(), 1U);
   EXPECT_EQ(slicer.value().landmarks[0].name, "inion");
-  EXPECT_EQ(slicer.value().landmarks[0].place_world, glm::dvec3(-10, -20, 30));
+  EXPECT_EQ(slicer.value().landmarks[0].position_world, glm::dvec3(-10, -20, 30));
   EXPECT_TRUE(slicer.value().notices.empty());
   expect_refused("a.csv", "a,b,c\n1,2,3\n", "columns");
   expect_refused("a.csv", "a,b,c\n1,2,3\n", "a.csv:1");
@@ -104,7 +104,7 @@ TEST_F(Plans, CasesKeepLandmarks) {
   ASSERT_TRUE(again.is_ok()) << again.error().message();
   ASSERT_EQ(again.value().landmarks.size(), 1U);
   EXPECT_EQ(again.value().landmarks[0].name, "nasion");
-  EXPECT_EQ(again.value().landmarks[0].place_world, glm::dvec3(0.125, -80, 5));
+  EXPECT_EQ(again.value().landmarks[0].position_world, glm::dvec3(0.125, -80, 5));
 }
 
 TEST_F(Plans, CasesKeepTheColoursOfLabels) {

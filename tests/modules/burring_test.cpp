@@ -98,7 +98,7 @@ Trace press_on(const haptics::TouchScene& scene, const Burr& burr, double rate, 
   const sim::Chronicle& all = run.engine().now().chronicle;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (const auto* one = all[i].value.as<Breakthrough>())
-      trace.through = *one, trace.through_at = all[i].place_world;
+      trace.through = *one, trace.through_at = all[i].position_world;
   for (const sim::Measure& one : run.engine().measures())
     if (one.unit == "K") trace.hottest = one.value;
   trace.end = hand.at.z;

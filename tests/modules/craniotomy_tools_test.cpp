@@ -51,7 +51,8 @@ struct Bench {
     std::vector<std::pair<Event, dvec3>> all;
     const sim::Chronicle& chronicle = run->engine().now().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i)
-      if (const auto* one = chronicle[i].value.as<Event>()) all.emplace_back(*one, chronicle[i].place_world);
+      if (const auto* one = chronicle[i].value.as<Event>())
+        all.emplace_back(*one, chronicle[i].position_world);
     return all;
   }
   template <class State>

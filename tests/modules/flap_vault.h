@@ -103,7 +103,7 @@ std::vector<std::pair<T, dvec3>> events_of(const sim::Engine& engine) {
   std::vector<std::pair<T, dvec3>> all;
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
-    if (const T* one = chronicle[i].value.as<T>()) all.emplace_back(*one, chronicle[i].place_world);
+    if (const T* one = chronicle[i].value.as<T>()) all.emplace_back(*one, chronicle[i].position_world);
   return all;
 }
 

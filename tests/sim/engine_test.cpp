@@ -406,7 +406,7 @@ TEST(Engine, EventsMeasuresAndGuardsOfModules) {
   ASSERT_TRUE(eleventh.refused);
   EXPECT_EQ(eleventh.refused->what, "too many marks");
   EXPECT_EQ(engine.now().chronicle.size(), 10u);
-  EXPECT_EQ(engine.now().chronicle[3].place_world, dvec3(3, 0, 0));
+  EXPECT_EQ(engine.now().chronicle[3].position_world, dvec3(3, 0, 0));
   engine.apply(Undo{});
   EXPECT_EQ(Toy::toy_world(engine.now()).marks, 9);
   // Events and settings are kept.

@@ -109,7 +109,7 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   EXPECT_EQ(entered->structure, "dura");
   EXPECT_TRUE(entered->is_working);
   EXPECT_NEAR(static_cast<double>(events[0]->tick), first, 30);  // a quarter of a mm
-  EXPECT_NEAR(events[0]->place_world.z, Guarded::k_bottom + 1.5, 0.26);
+  EXPECT_NEAR(events[0]->position_world.z, Guarded::k_bottom + 1.5, 0.26);
   EXPECT_NEAR(left->deepest, -nearest, 0.25);
   EXPECT_NEAR(left->seconds, 1e-3 * (last - first), 0.06);
   // Events are not undoable.

@@ -35,7 +35,7 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
       const auto* entered = chronicle[i].value.as<sim::ForbiddenEntered>();
       const auto* left = chronicle[i].value.as<sim::ForbiddenLeft>();
-      const glm::dvec3& position = chronicle[i].place_world;
+      const glm::dvec3& position = chronicle[i].position_world;
       if (entered && entered->structure == name)
         visits.push_back({{"at_seconds", static_cast<double>(chronicle[i].tick) * dt},
                           {"position_world_mm", {position.x, position.y, position.z}},
@@ -78,7 +78,7 @@ void report_measures(const sim::Engine& engine, Outcome& outcome) {
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
     if (const auto* breakthrough = chronicle[i].value.as<drilling::Breakthrough>()) {
-      const glm::dvec3& position = chronicle[i].place_world;
+      const glm::dvec3& position = chronicle[i].position_world;
       breakthroughs.push_back({{"position_world_mm", {position.x, position.y, position.z}},
                                {"thrust_n", breakthrough->thrust},
                                {"plunge_mm", breakthrough->plunge},

@@ -49,7 +49,7 @@ Result<Points> anchors_of(const FlapArguments& a, const workbench::Operation& op
     Points points;
     if (operation.source.plan)
       for (const data_tools::CaseLandmark& landmark : operation.source.plan->landmarks)
-        if (landmark.name.starts_with(start)) points.push_back(landmark.place_world);
+        if (landmark.name.starts_with(start)) points.push_back(landmark.position_world);
     if (points.empty())
       return Error{.what = "the case has no landmarks with this prefix",
                    .where = option,
@@ -64,7 +64,7 @@ Result<Points> anchors_of(const FlapArguments& a, const workbench::Operation& op
     for (const std::string& text : plan.value().notices) notice(text);
     Points points;
     for (const data_tools::CaseLandmark& landmark : plan.value().landmarks)
-      points.push_back(landmark.place_world);
+      points.push_back(landmark.position_world);
     if (points.empty())
       return Error{.what = "the file has no points",
                    .where = "anchors",
@@ -99,7 +99,7 @@ const T* last_event(const sim::Engine& engine, dvec3* at = nullptr) {
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = chronicle.size(); i-- > 0;)
     if (const T* event = chronicle[i].value.as<T>()) {
-      if (at) *at = chronicle[i].place_world;
+      if (at) *at = chronicle[i].position_world;
       return event;
     }
   return nullptr;
@@ -163,7 +163,7 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
     if (piece == nullptr) continue;
     pieces.push_back({{"number", piece->number},
                       {"mm3", piece->size},
-                      {"position_world_mm", json_of(chronicle[i].place_world)},
+                      {"position_world_mm", json_of(chronicle[i].position_world)},
                       {"is_seed", piece->is_seed},
                       {"is_detached", piece->is_detached},
                       {"is_at_border", piece->is_at_border}});

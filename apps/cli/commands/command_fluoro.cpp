@@ -157,14 +157,14 @@ Json add_plan(imaging::Panel& panel, const View& view, const CArm& arm, const wo
                     {"target_pixel", pixel(t.target_world)}});
   }
   for (const data_tools::CaseLandmark& l : moment.plan->landmarks) {
-    const auto at = imaging::in_panel(view, arm.pixel, l.place_world);
+    const auto at = imaging::in_panel(view, arm.pixel, l.position_world);
     const double r = 0.006 * arm.pixel * view.columns;
     if (at)
       panel.lines.push_back({{*at - dvec2(r, 0), *at + dvec2(0, r), *at + dvec2(r, 0), *at - dvec2(0, r)},
                              {90, 220, 255},
                              true,
                              "plan"});
-    rows.push_back({{"name", l.name}, {"pixel", pixel(l.place_world)}});
+    rows.push_back({{"name", l.name}, {"pixel", pixel(l.position_world)}});
   }
   return rows;
 }

@@ -102,7 +102,7 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
         unique_name(t.name, std::span(plan.trajectories).first(plan.trajectories.size() - 1));
   }
   for (const data_tools::CaseLandmark& l : read.value().landmarks) {
-    check_inside(l.name, l.place_world);
+    check_inside(l.name, l.position_world);
     plan.landmarks.push_back(l);
     plan.landmarks.back().name =
         unique_name(l.name, std::span(plan.landmarks).first(plan.landmarks.size() - 1));

@@ -254,7 +254,8 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
     json["trajectories"] = trajectories;
     Json landmarks = Json::array();
     for (const data_tools::CaseLandmark& l : source.plan->landmarks)
-      landmarks.push_back({{"name", l.name}, {"at", {l.place_world.x, l.place_world.y, l.place_world.z}}});
+      landmarks.push_back(
+          {{"name", l.name}, {"at", {l.position_world.x, l.position_world.y, l.position_world.z}}});
     json["landmarks"] = landmarks;
   }
   // Quality stored in the case, or measured here.
@@ -302,8 +303,8 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
           t.entry_world.y, t.entry_world.z, t.target_world.x, t.target_world.y, t.target_world.z);
   if (source.plan)
     for (const data_tools::CaseLandmark& l : source.plan->landmarks)
-      outcome.text += format_text("  landmark %s: (%.1f, %.1f, %.1f) mm\n", l.name.c_str(), l.place_world.x,
-                                  l.place_world.y, l.place_world.z);
+      outcome.text += format_text("  landmark %s: (%.1f, %.1f, %.1f) mm\n", l.name.c_str(),
+                                  l.position_world.x, l.position_world.y, l.position_world.z);
   for (const auto& [name, value] : source.facts)
     if (name != "modality") outcome.text += "  " + name + ": " + value + "\n";
   outcome.text += series_text(source.series);

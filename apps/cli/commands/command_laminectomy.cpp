@@ -216,11 +216,11 @@ Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& fr
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
       const auto* entered = chronicle[i].value.as<sim::ForbiddenEntered>();
       if (entered == nullptr || entered->structure != name) continue;
-      const double height = frame.local(chronicle[i].place_world).z;
+      const double height = frame.local(chronicle[i].position_world).z;
       // Skip contacts at other vertebrae.
       if (height < frame.low || height > frame.high) continue;
-      const int slice = plane.slice(chronicle[i].place_world);
-      contacts.push_back({{"position_world_mm", json_of(chronicle[i].place_world)},
+      const int slice = plane.slice(chronicle[i].position_world);
+      contacts.push_back({{"position_world_mm", json_of(chronicle[i].position_world)},
                           {"slice", slice + 1},
                           {"tick", chronicle[i].tick},
                           {"is_working", entered->is_working}});

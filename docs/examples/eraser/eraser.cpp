@@ -109,7 +109,7 @@ void EraserModule::react(const sim::Event& event, sim::ModuleState& state) const
   if (!erased) return;
   auto& total = state.change_world<EraserTotal>();
   total.amount += erased->amount;
-  total.at = event.place_world;
+  total.at = event.position_world;
 }
 
 /// Returns a flag at the end of the newest stroke, as data that any view can draw.

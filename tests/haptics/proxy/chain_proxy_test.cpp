@@ -178,10 +178,10 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
       dvec3 push(0), moment(0);
       for (std::size_t i = 0; i < r.contacts.size(); ++i) {
         const ToolContact& contact = r.contacts[i];
-        EXPECT_NEAR(contact.place_world.z, 0, 0.05);
+        EXPECT_NEAR(contact.point_world.z, 0, 0.05);
         EXPECT_NEAR(contact.normal_world.z, 1, 1e-3);
         push += contact.push * contact.normal_world;
-        moment += glm::cross(contact.place_world - r.proxy_world, contact.push * contact.normal_world);
+        moment += glm::cross(contact.point_world - r.proxy_world, contact.push * contact.normal_world);
       }
       ASSERT_GT(r.contacts.size(), 0u);
       EXPECT_GT(r.normal_world.z, 0.99);
