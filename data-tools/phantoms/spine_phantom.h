@@ -39,7 +39,7 @@ class SpinePhantom {
   std::array<double, 3> bone_distances(const glm::dvec3& p_world) const noexcept;
   /// Converts a point of a vertebra (0: L3) to the world, mm. `p` is relative to the centre of its body: x to
   /// the left, y to the back, z up, in mm of the reference L3.
-  glm::dvec3 place(int vertebra, const glm::dvec3& p) const noexcept {
+  glm::dvec3 world_point(int vertebra, const glm::dvec3& p) const noexcept {
     return vertebrae_[static_cast<std::size_t>(vertebra)].world(p);
   }
   /// Returns two pairs of screws per vertebra: pedicle screws with the most bone around them, and cortical

@@ -87,10 +87,10 @@ struct Spine {
 /// A block in the vertebra's own frame (mm, from the middle of its canal at the lamina): `aside` to either
 /// side, all behind `front`, between two heights, moved by `shift` to the left.
 Cut block(const SpinePhantom& spine, double aside, double front, double low, double high, double shift = 0) {
-  const dvec3 middle = spine.place(k_l4, {0, 24, 0}),
-              left = glm::normalize(spine.place(k_l4, {1, 24, 0}) - middle),
-              back = glm::normalize(spine.place(k_l4, {0, 25, 0}) - middle),
-              up = glm::normalize(spine.place(k_l4, {0, 24, 1}) - middle);
+  const dvec3 middle = spine.world_point(k_l4, {0, 24, 0}),
+              left = glm::normalize(spine.world_point(k_l4, {1, 24, 0}) - middle),
+              back = glm::normalize(spine.world_point(k_l4, {0, 25, 0}) - middle),
+              up = glm::normalize(spine.world_point(k_l4, {0, 24, 1}) - middle);
   return [=](const dvec3& w) {
     const dvec3 p(glm::dot(w - middle, left), glm::dot(w - middle, back), glm::dot(w - middle, up));
     return std::max({std::abs(p.x - shift) - aside, front - p.y, low - p.z, p.z - high});
@@ -150,11 +150,11 @@ TEST(LaminectomyOutcome, AFrameFollowsItsVertebra) {
       const auto frame = find_vertebra({spine.bone, v + 1}, nullptr);
       ASSERT_TRUE(frame) << frame.error().reason;
       o.frame = frame.value();
-      const dvec3 up = glm::normalize(exact.place(v, {0, 24, 1}) - exact.place(v, {0, 24, 0}));
+      const dvec3 up = glm::normalize(exact.world_point(v, {0, 24, 1}) - exact.world_point(v, {0, 24, 0}));
       const double off = std::acos(std::min(1.0, glm::dot(o.frame.up, up))) * 57.3;
       EXPECT_LT(off, 1.5) << v << " " << spacing.z << " " << shear;
       EXPECT_LT(std::abs(glm::dot(o.frame.left, dvec3(0, 1, 0))), 0.05);
-      const dvec3 middle = o.frame.local(exact.place(v, {0, 24, 0}));
+      const dvec3 middle = o.frame.local(exact.world_point(v, {0, 24, 0}));
       EXPECT_LT(std::abs(middle.x), 0.5);
       EXPECT_LT(std::abs(middle.y), 3);
     }
@@ -180,7 +180,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
       // Behind, the line between the outer edges of the bone left on both sides of the trough.
       pixels.cut = trough;
       double edge = 0;
-      const dvec3 corner = o.frame.local(exact.place(k_l4, {0, 24, 0}));
+      const dvec3 corner = o.frame.local(exact.world_point(k_l4, {0, 24, 0}));
       for (double y = 0; y < 20; y += 0.02)
         for (const double x : {corner.x + 6.02, corner.x - 6.02}) {
           if (pixels.is_bone(x, y)) edge = std::max(edge, y);
@@ -272,7 +272,7 @@ TEST(LaminectomyOutcome, ReportsWhyNoVertebraIsFound) {
   EXPECT_FALSE(judged(-1, &air));
   EXPECT_FALSE(judged(-1, &beyond));
   // Without a label a position in the canal suffices.
-  const dvec3 canal = SpinePhantom(1).place(k_l4, {0, 24, 0});
+  const dvec3 canal = SpinePhantom(1).world_point(k_l4, {0, 24, 0});
   const auto found = judged(-1, &canal);
   ASSERT_TRUE(found) << found.error().reason;
   const Outcome& outcome = found.value();
