@@ -1,4 +1,4 @@
-# What `cmake --install` and `cpack -G DEB` make: library, dev, command and window.
+# Packages of `cmake --install` and `cpack -G DEB`: library, dev, command and window.
 include(CMakePackageConfigHelpers)
 
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/trephine)

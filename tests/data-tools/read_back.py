@@ -21,7 +21,7 @@ def run(*words):
 
 
 def phantom(trephine, folder):
-    """A volume with shear and noise; as raw bytes, what it is, without anybody's reader."""
+    """A volume with shear and noise; as raw bytes, what it is, without a reader."""
     path = f"{folder}/v.nrrd"
     run(trephine, "phantom", "shell", "--size", "31,27,23", "--spacing", "2.5,3.5,4", "--seed", "7", "-o", path)
     head, voxels = open(path, "rb").read().split(b"\n\n", 1)
@@ -91,7 +91,7 @@ def main(trephine, folder):
     if shutil.which("dcmdump"):
         check_dcmtk(folder)
         asked.append("dcmtk")
-    print("read alike by:", ", ".join(asked) or "nobody, none is installed")
+    print("read the same by:", ", ".join(asked) or "no program: none is installed")
     shutil.rmtree(folder)
     return 0 if asked else 77
 

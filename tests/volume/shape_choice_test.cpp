@@ -266,7 +266,7 @@ std::shared_ptr<Volume> head_in_holder(std::int16_t cushion, std::int16_t tissue
         scan->voxels[scan->index(x, y, z)] = r < 16 && r > 12 ? 900
                                              : jaw < 3        ? 800
                                              : r < 28         ? tissue
-                                             : y >= 69 ? 600
+                                             : y >= 69        ? 600
                                              : y > 52         ? cushion
                                                               : -1000;
       }
