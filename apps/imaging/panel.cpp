@@ -23,6 +23,19 @@ void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& 
   panel.above = direction_letters(up_world), panel.below = direction_letters(-up_world);
 }
 
+void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& target) {
+  constexpr Panel::Colour k_colour{90, 220, 255};
+  constexpr double k_turn = 6.283185307179586;
+  constexpr int k_corners = 24;
+  panel.lines.push_back({{entry, target}, k_colour, false, "plan (ring: entry)"});
+  Panel::Line ring{{}, k_colour, true, "plan (ring: entry)"};
+  const double radius = 0.008 * panel.mm_per_pixel * panel.columns;
+  for (int i = 0; i < k_corners; ++i)
+    ring.places.push_back(
+        entry + radius * glm::dvec2(std::cos(i * k_turn / k_corners), std::sin(i * k_turn / k_corners)));
+  panel.lines.push_back(std::move(ring));
+}
+
 void mirror(Panel& panel) {
   for (int row = 0; row < panel.rows; ++row) {
     const auto begin = panel.pixels.begin() + static_cast<std::ptrdiff_t>(row) * panel.columns;

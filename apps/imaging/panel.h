@@ -35,6 +35,8 @@ std::string direction_letters(const glm::dvec3& direction_world);
 int bar_length(double longest) noexcept;
 /// Sets the letters at the panel's edges from the directions of its right and upper edge.
 void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world);
+/// Adds a planned trajectory, with a ring around its entry. Positions in mm from the panel's centre.
+void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& target);
 /// Exchanges left and right: pixels, lines and letters.
 void mirror(Panel& panel);
 

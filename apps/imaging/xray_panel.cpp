@@ -39,7 +39,7 @@ std::optional<dvec2> in_panel(const View& view, double pixel, const dvec3& world
 void draw_in(Panel& panel, const Subject& subject, const View& view, double pixel) {
   for (const auto& [a, b] : subject.plan) {
     const auto from = in_panel(view, pixel, a), to = in_panel(view, pixel, b);
-    if (from && to) panel.lines.push_back({{*from, *to}, {90, 220, 255}, false, "plan"});
+    if (from && to) add_trajectory(panel, *from, *to);
   }
 }
 

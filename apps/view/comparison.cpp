@@ -155,17 +155,22 @@ Result<std::string> compare(const haptics::TouchScene& scene, const ComparedStat
     if (!panel) return panel.error();
     panels.push_back(std::move(panel).value());
   }
-  // The patient's left is on the same side as in the pictures above.
-  const double side = from.y > 0.3 ? -1 : 1;
-  imaging::Panel axial = draw_section(scene, *first.version, *second.version, at, {side, 0, 0}, {0, -side, 0},
-                                      side > 0 ? "RLAP" : "LRPA"),
+  // The patient's left is on the same side as in the pictures above; the back is upward if seen from there.
+  const dvec3 picture_right = glm::cross(std::abs(from.z) > 0.9 ? dvec3(0, -1, 0) : dvec3(0, 0, 1), from);
+  const double right = picture_right.x < -0.1 ? -1 : 1, up = from.y > 0.3 && std::abs(from.z) <= 0.9 ? 1 : -1;
+  const std::string letters = std::string(right > 0 ? "RL" : "LR") + (up < 0 ? "AP" : "PA");
+  imaging::Panel axial = draw_section(scene, *first.version, *second.version, at, {right, 0, 0}, {0, up, 0},
+                                      letters.c_str()),
                  sagittal =
                      draw_section(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APSI");
-  axial.title = workbench::format_text("Only in the first: %.0f mm³; only in the second: %.0f mm³",
-                                       difference.first_mm3, difference.second_mm3);
-  axial.lines = {{{}, {90, 166, 255}, true, "only in the first"},
-                 {{}, {255, 153, 38}, true, "only in the second"},
-                 {{}, {200, 60, 60}, true, "removed in both"}};
+  axial.title = difference.second_mm3 > 0
+                    ? workbench::format_text("Only in the first: %.0f mm³; only in the second: %.0f mm³",
+                                             difference.first_mm3, difference.second_mm3)
+                    : workbench::format_text("Removed in the second: %.0f mm³", difference.first_mm3);
+  axial.lines.push_back(
+      {{}, {90, 166, 255}, true, difference.second_mm3 > 0 ? "only in the first" : "removed in the second"});
+  if (difference.second_mm3 > 0) axial.lines.push_back({{}, {255, 153, 38}, true, "only in the second"});
+  if (!first.version->is_untouched()) axial.lines.push_back({{}, {200, 60, 60}, true, "removed in both"});
   axial.foot =
       "slice " + std::to_string(1 + static_cast<int>(std::lround(scan.frame.volume_from_world(at).z)));
   panels.push_back(std::move(axial));

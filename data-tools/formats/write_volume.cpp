@@ -30,7 +30,7 @@ glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexc
   const double hue = std::fmod(0.08 + 0.618033988749895 * label, 1.0) * 6;
   const auto share = [hue](double peak) {
     const double distance = std::min(std::abs(hue - peak), 6 - std::abs(hue - peak));
-    return std::floor(1000 * (0.38 + 0.46 * std::clamp(2 - distance, 0.0, 1.0)) + 0.5) / 1000;
+    return std::floor(1000 * (0.35 + 0.54 * std::clamp(2 - distance, 0.0, 1.0)) + 0.5) / 1000;
   };
   return {share(0), share(2), share(4)};
 }

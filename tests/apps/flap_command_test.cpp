@@ -42,7 +42,7 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   // The flap was cut before the first tick: the first state is the one before it.
   const Json compared = json("compare f.session --scan h");
   EXPECT_GT(compared["only_in_first_mm3"], flap["kerf_mm3"].get<double>());
-  EXPECT_EQ(compared["first"], "before anything");
+  EXPECT_EQ(compared["first"], "untouched");
 
   // The outline from a file, in the frame of another program, and from the case's plan; judged against
   // itself.

@@ -245,7 +245,7 @@ class CreaseBuilder {
   }
   /// On noisy bone a cube may have many sheets. All but k_most_sheets are added to the one that they resemble
   /// most, which then has the union of their surface points; it is numbered by the first of its group.
-  static constexpr std::size_t k_most_sheets = 6;
+  static constexpr std::size_t k_most_sheets = 8;
   using Groups = std::array<CreaseSheets::Mask, k_most_sheets>;
   static Groups grouped(CreaseSheets::Mask sheets, const std::array<Sample*, 27>& around) {
     Groups groups{};

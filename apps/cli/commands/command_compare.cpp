@@ -24,9 +24,9 @@ Result<view::ComparedState> state_at(sim::Replay& replay, std::uint64_t tick, do
   sim::Engine& engine = replay.engine();
   engine.freeze();
   view::ComparedState state;
-  state.title =
-      format_text("%s, %.3f s, %zu steps", engine.branch().name.c_str(),
-                  static_cast<double>(std::min(tick, reader.tick_count())) / rate, engine.stroke_count());
+  state.title = format_text("%s, %.1f s, %zu stroke%s", engine.branch().name.c_str(),
+                            static_cast<double>(std::min(tick, reader.tick_count())) / rate,
+                            engine.stroke_count(), engine.stroke_count() == 1 ? "" : "s");
   state.version = engine.current();
   state.overlays = engine.overlays();
   return state;
@@ -62,7 +62,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   const auto first_state = [&]() -> Result<view::ComparedState> {
     if (!arguments.at) {
       view::ComparedState untouched;
-      untouched.title = "before anything";
+      untouched.title = "untouched";
       untouched.version = session.replay->engine().untouched();
       return untouched;
     }

@@ -149,7 +149,7 @@ Json add_plan(imaging::Panel& panel, const View& view, const CArm& arm, const wo
   for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
     const auto from = imaging::in_panel(view, arm.pixel, t.entry_world),
                to = imaging::in_panel(view, arm.pixel, t.target_world);
-    if (from && to) panel.lines.push_back({{*from, *to}, {90, 220, 255}, false, "plan"});
+    if (from && to) imaging::add_trajectory(panel, *from, *to);
     rows.push_back({{"name", t.name},
                     {"entry_world_mm", json_of(t.entry_world)},
                     {"target_world_mm", json_of(t.target_world)},

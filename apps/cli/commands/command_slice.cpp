@@ -128,9 +128,11 @@ Result<Outcome> run_slice(const SliceArguments& a) {
       : a.thickness > 0
           ? format_text("%s of %.1f mm", std::string(volume::k_slabs[a.slab]).c_str(), a.thickness)
           : std::string(a.plane.normal.empty() ? a.plane.plane : "oblique");
-  panels.back().foot =
-      format_text("%.1f, %.1f, %.1f; window %.0f / %.0f", plane.middle_world.x, plane.middle_world.y,
-                  plane.middle_world.z, window.value().width, window.value().level);
+  const auto position =
+      a.plane.at.empty() ? Result<dvec3>(plane.middle_world) : parse_point(a.plane.at, "--at");
+  const dvec3 p = position ? position.value() : plane.middle_world;
+  panels.back().foot = format_text("at %.1f, %.1f, %.1f; window %.0f / %.0f", p.x, p.y, p.z,
+                                   window.value().width, window.value().level);
   if (a.is_blended)
     panels.back().lines.push_back({{}, imaging::Panel::Colour{254, 161, 38}, true, "removed"});
   outputs.write(a.output,

@@ -22,11 +22,20 @@ bool intersects(const ImagePlane& plane, const volume::Volume& scan) {
 }
 
 /// Width (mm) of the square around the plane's centre that shows the whole scan, at most 1000.
-double width_of(const ImagePlane& plane, const volume::Volume& scan) {
+double width_of(const ImagePlane& plane, const workbench::Moment& moment) {
   double most = 0;
-  for (const dvec3& corner : volume::corners_world(scan.frame, glm::ivec3(0), scan.size - 1)) {
-    const glm::dvec2 p = plane.from_world(corner);
+  const auto add = [&](const dvec3& world) {
+    const glm::dvec2 p = plane.from_world(world);
     most = std::max({most, std::abs(p.x), std::abs(p.y)});
+  };
+  for (const dvec3& corner : volume::corners_world(moment.scan->frame, glm::ivec3(0), moment.scan->size - 1))
+    add(corner);
+  for (const workbench::Moment::Object& object : moment.objects) {
+    if (!object.is_piece) continue;
+    const dvec3 &low = object.tree->low(), &high = object.tree->high();
+    for (int n = 0; n < 8; ++n)
+      add(object.place.world_from_local(
+          {n & 1 ? high.x : low.x, n & 2 ? high.y : low.y, n & 4 ? high.z : low.z}));
   }
   return std::min(2 * most, 1000.0);
 }
@@ -99,7 +108,7 @@ Result<ImagePlane> plane_of(const PlaneArguments& a, const workbench::Moment& mo
       plane.middle_world = centre - plane.height(centre) * plane.normal();
     }
   }
-  const double width = a.width > 0 ? a.width : width_of(plane, *moment.scan);
+  const double width = a.width > 0 ? a.width : width_of(plane, moment);
   plane.columns = plane.rows = std::clamp(static_cast<int>(std::lround(width / a.pixel)), 1, 8192);
   if (Status error = volume::check(plane)) return *error;
   if (!intersects(plane, *moment.scan)) {
