@@ -19,7 +19,6 @@ struct Wall {
   bool is_cut = false;      ///< the distance to removed matter; else the field of the scan
   bool is_back = false;     ///< keeps the proxy inside: the function is minus the field
   std::uint32_t facet = 0;  ///< of a mesh
-  int sheet = -1;           ///< of a creased cube (volume/fields/crease_sheets.h); -1: the field itself
   friend bool operator==(const Wall&, const Wall&) = default;
 };
 
@@ -112,16 +111,13 @@ class SmoothWalls {
     return std::min({mm.x, mm.y, mm.z});
   }
   /// Returns true if a motion is free whenever this wall leaves it free: one shape, touched from outside.
-  bool is_only_wall(const Wall& wall) const noexcept {
-    return end_ - begin_ == 1 && !wall.is_back && wall.sheet < 0;
-  }
+  bool is_only_wall(const Wall& wall) const noexcept { return end_ - begin_ == 1 && !wall.is_back; }
   /// Returns true if the cube of voxel v may contain a cut.
   bool is_near_cut(const glm::ivec3& v) const noexcept;
 
   /// Finds the walls of one shape on which p, on the side `is_inside`, may rest: the freer one from outside,
-  /// field and cut from inside; of a creased cube the sheets nearest to p. Returns their number; `within` is
-  /// for walls of other kinds.
-  using WallList = std::array<Wall, 4>;
+  /// field and cut from inside. Returns their number; `within` is for walls of other kinds.
+  using WallList = std::array<Wall, 2>;
   int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within,
                WallList& walls) noexcept;
 
@@ -130,10 +126,10 @@ class SmoothWalls {
     volume::QuadraticPatch patch;
     volume::QuadraticPatch::HessianBound hessian_bound;
     glm::ivec3 voxel;  ///< for a cut the sample
-    int key;           ///< k_cut, or shape and sheet as key_of()
+    int key;           ///< shape, or k_cut
     bool has_hessian_bound;
   };
-  static constexpr int k_cut = 1000, k_cached = 8, k_sheet_shift = 16;
+  static constexpr int k_cut = 1000, k_cached = 6;
 
   const volume::OffsetField& offset(std::size_t shape) const noexcept {
     return touch_state_->offset(*scene_, shape);
@@ -142,17 +138,6 @@ class SmoothWalls {
     return is_round_ ? offset(static_cast<std::size_t>(begin_)).size() : volume_->size;
   }
   Cached& patch(int key, const glm::ivec3& v) noexcept;
-  /// Returns the sheets (a bit each) of the cube of v; 0 if it is not creased.
-  volume::CreaseSheets::Mask sheets_at(int shape, const glm::ivec3& v) const noexcept {
-    return is_round_ ? offset(static_cast<std::size_t>(shape)).sheets_at(v) : 0;
-  }
-  /// Returns the key of the patch of a wall in a cube: that of its sheet if the cube has it, else of the
-  /// field.
-  int key_of(const Wall& wall, const glm::ivec3& v) const noexcept {
-    if (wall.is_cut) return k_cut;
-    const bool has_sheet = wall.sheet >= 0 && (sheets_at(wall.shape, v) >> wall.sheet & 1) != 0;
-    return has_sheet ? wall.shape | (wall.sheet + 1) << k_sheet_shift : wall.shape;
-  }
   /// Returns bounds in the frame of all points, also of a cut's patch, which is per lattice step.
   const volume::QuadraticPatch::HessianBound& hessian_bound_of(Cached& cached) const noexcept;
   /// Returns value and derivatives of the cut, per voxel step, from the patch around a sample.
@@ -166,9 +151,6 @@ class SmoothWalls {
   int empty_distance(int shape, const glm::ivec3& v) const noexcept;
   /// Returns true if there is no matter within one voxel of v, of the shape or of its extension into others.
   bool is_air_around(int shape, const glm::ivec3& v) const noexcept;
-  /// Finds the sheets of a creased cube that are nearest to p, and differ in direction.
-  int sheets_near(int shape, volume::CreaseSheets::Mask sheets, const glm::dvec3& p,
-                  WallList& walls) noexcept;
   /// A motion a + t along, and the steps of t below which the proof ends.
   struct Leg {
     const glm::dvec3 &a, &along;
@@ -179,8 +161,8 @@ class SmoothWalls {
   double reach_in_cube(int shape, bool is_inside, const glm::ivec3& v, const Leg& leg, double t0, double t1,
                        Wall& blocker) noexcept;
   /// As reach_in_cube(), where the cut, if any, has one polynomial: all in the cube of `sample`.
-  double reach_in_piece(const Wall& field, const glm::ivec3& v, const glm::ivec3* sample, const Leg& leg,
-                        double t0, double t1, Wall& blocker) noexcept;
+  double reach_in_piece(int shape, bool is_inside, const glm::ivec3& v, const glm::ivec3* sample,
+                        const Leg& leg, double t0, double t1, Wall& blocker) noexcept;
   /// Returns true if, near a cut, all matter of the shape in the cube of v is also matter of another shape
   /// that blocks there: then the cut alone bounds both, with the walls of the other one. This applies where a
   /// soft shape extends into its neighbour and ends there, which a tool in a hole would meet.

@@ -1,6 +1,7 @@
 #include "modules/fluoroscopy/c_arm.h"
 
 #include <cmath>
+#include <cstdio>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 

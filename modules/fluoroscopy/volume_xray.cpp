@@ -1,6 +1,7 @@
 #include "modules/fluoroscopy/volume_xray.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>

@@ -1,5 +1,6 @@
 #include "volume/cuts/rays.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 

@@ -1,6 +1,7 @@
 #include "volume/fields/offset_changes.h"
 
 #include <cmath>
+#include <utility>
 
 #include "volume/base/bytes.h"
 

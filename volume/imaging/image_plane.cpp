@@ -1,6 +1,7 @@
 #include "volume/imaging/image_plane.h"
 
 #include <cmath>
+#include <cstdio>
 #include <glm/geometric.hpp>
 #include <string>
 

@@ -1,5 +1,6 @@
 // RaycastRequest: checks and helpers for transfer functions and cameras.
 #include <cmath>
+#include <cstdio>
 #include <glm/geometric.hpp>
 
 #include "volume/imaging/direct_image.h"
