@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <vector>
 
 #include "volume/base/parallel.h"
@@ -83,6 +84,21 @@ void for_each_voxel(const Volume& volume, const SolidParts& parts, const Use& us
     }
 }
 
+/// Calls use(voxel) for each voxel of one part, until it returns false.
+template <class Use>
+void for_voxels_of(const Volume& volume, const SolidParts& parts, int part, const Use& use) {
+  const CutLattice lattice(volume);
+  const auto& [low, high] = parts.parts()[static_cast<std::size_t>(part)].box;
+  std::vector<int> row(static_cast<std::size_t>(high.x - low.x + 1));
+  for (int z = low.z; z <= high.z; ++z)
+    for (int y = low.y; y <= high.y; ++y) {
+      const glm::ivec3 sample = lattice.centre_of({low.x, y, z});  // one sample per voxel
+      parts.row(sample.x, sample.y, sample.z, static_cast<int>(row.size()), row.data());
+      for (std::size_t x = 0; x < row.size(); ++x)
+        if (row[x] == part && !use(glm::ivec3(low.x + static_cast<int>(x), y, z))) return;
+    }
+}
+
 Error empty_shape_error(const Shape& shape, const Volume& volume) {
   return Error{.what = "no voxel has this shape",
                .found = "no voxel of " + describe(shape, volume.is_hounsfield),
@@ -108,13 +124,17 @@ Result<Volume> with_parts(const Volume& volume, const Shape& shape, const SolidP
   Volume& copy = result.value();
   const std::int16_t lowest = *std::min_element(volume.voxels.span().begin(), volume.voxels.span().end());
   const std::int16_t air = volume.is_hounsfield ? std::max<std::int16_t>(lowest, -1000) : lowest;
-  for_each_voxel(volume, parts, [&](int part, std::size_t voxel) {
-    if (is_kept[static_cast<std::size_t>(part)]) return;
-    if (shape.is_label())
-      copy.labels[voxel] = 0;
-    else
-      copy.shape_voxels[voxel] = air;
-  });
+  for (std::size_t part = 0; part < is_kept.size(); ++part) {
+    if (is_kept[part]) continue;
+    for_voxels_of(volume, parts, static_cast<int>(part), [&](const glm::ivec3& v) {
+      const std::size_t voxel = volume.index(v.x, v.y, v.z);
+      if (shape.is_label())
+        copy.labels[voxel] = 0;
+      else
+        copy.shape_voxels[voxel] = air;
+      return true;
+    });
+  }
   return result;
 }
 
@@ -264,98 +284,36 @@ Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, co
   return with_parts(*volume, shape, parts, is_kept);
 }
 
-namespace {
-
-/// Cells of 2 x 2 x 2 voxels with tissue that are connected to given voxels.
-class Body {
- public:
-  explicit Body(const Volume& volume)
-      : volume_size_(volume.size), size_((volume.size + 1) / 2), state_(count_of(size_), outside) {
-    constexpr int k_tissue = -300;  // HU; the cushions of tables and holders are below
-    for (int z = 0; z < volume.size.z; ++z)
-      for (int y = 0; y < volume.size.y; ++y) {
-        const std::int16_t* row = volume.voxels.data() + volume.index(0, y, z);
-        for (int x = 0; x < volume.size.x; ++x)
-          if (row[x] >= k_tissue) state_[index(glm::ivec3(x, y, z) / 2)] = tissue;
-      }
-  }
-  void add(std::size_t voxel) {
-    const std::size_t cell = cell_of(voxel);
-    if (state_[cell] == body) return;
-    state_[cell] = body;
-    front_.push_back(cell);
-    ++added_;
-  }
-  /// Adds all tissue that is connected to the added voxels.
-  void spread() {
-    const auto row = static_cast<std::size_t>(size_.x), slice = row * static_cast<std::size_t>(size_.y);
-    while (!front_.empty()) {
-      const std::size_t cell = front_.back();
-      front_.pop_back();
-      const glm::ivec3 p(static_cast<int>(cell % row), static_cast<int>(cell % slice / row),
-                         static_cast<int>(cell / slice));
-      for (int n = 0; n < 6; ++n) {
-        glm::ivec3 next = p;
-        next[n / 2] += n % 2 ? 1 : -1;
-        if (next[n / 2] < 0 || next[n / 2] >= size_[n / 2]) continue;
-        const std::size_t at = index(next);
-        if (state_[at] != tissue) continue;
-        state_[at] = body;
-        front_.push_back(at);
-        ++spread_;
-      }
-    }
-  }
-  /// True if at least half of the body was not added, but found by spreading.
-  bool is_mostly_tissue() const { return spread_ >= added_; }
-  bool contains(std::size_t voxel) const { return state_[cell_of(voxel)] == body; }
-
- private:
-  enum State : std::uint8_t { outside, tissue, body };
-  static std::size_t count_of(const glm::ivec3& size) {
-    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
-           static_cast<std::size_t>(size.z);
-  }
-  std::size_t index(const glm::ivec3& cell) const {
-    return static_cast<std::size_t>(cell.x) +
-           static_cast<std::size_t>(size_.x) *
-               (static_cast<std::size_t>(cell.y) +
-                static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(cell.z));
-  }
-  std::size_t cell_of(std::size_t voxel) const {
-    const auto x = static_cast<std::size_t>(volume_size_.x), y = static_cast<std::size_t>(volume_size_.y);
-    return index(glm::ivec3(static_cast<int>(voxel % x), static_cast<int>(voxel / x % y),
-                            static_cast<int>(voxel / (x * y))) /
-                 2);
-  }
-  glm::ivec3 volume_size_, size_;
-  std::vector<State> state_;
-  std::vector<std::size_t> front_;
-  std::size_t added_ = 0, spread_ = 0;  ///< cells
-};
-
-}  // namespace
-
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
                                                               const Shape& shape, ShapeParts& removed) {
+  constexpr double k_tissue = -300;  // HU; the cushions of tables and holders are below
+  removed = {};
+  if (!volume->is_hounsfield || shape.is_label() || shape.low < k_tissue) return volume;
   const SolidParts parts = find_parts(volume, shape);
   int largest = 0;
   const ShapeParts all = summary_of(parts, largest);
-  removed = {};
-  if (!volume->is_hounsfield || !all.is_other_large()) return volume;
-  Body body(*volume);
-  for_each_voxel(*volume, parts, [&](int part, std::size_t voxel) {
-    if (part == largest) body.add(voxel);
-  });
-  body.spread();
-  if (!body.is_mostly_tissue()) return volume;
-  std::vector<bool> is_kept(parts.parts().size(), false);
-  for_each_voxel(*volume, parts, [&](int part, std::size_t voxel) {
-    if (body.contains(voxel)) is_kept[static_cast<std::size_t>(part)] = true;
-  });
+  if (!all.is_other_large()) return volume;
+  // Every part of the shape is in one part of the tissue.
+  Shape tissue = shape;
+  tissue.low = k_tissue, tissue.high = std::numeric_limits<double>::infinity();
+  const SolidParts bodies = find_parts(volume, tissue);
+  const CutLattice lattice(*volume);
+  const auto body_of = [&](int part) {
+    int body = SolidParts::k_air;
+    for_voxels_of(*volume, parts, part, [&](const glm::ivec3& v) {
+      body = bodies.part_of(lattice.centre_of(v));
+      return false;
+    });
+    return body;
+  };
+  const int body = body_of(largest);
+  // Without tissue around the bone there is no body, as in a specimen.
+  if (bodies.parts()[static_cast<std::size_t>(body)].samples < 2 * all.largest) return volume;
+  std::vector<bool> is_kept(parts.parts().size(), true);
   ShapeParts outside;
   outside.largest = all.largest;
   for (std::size_t p = 0; p < is_kept.size(); ++p) {
+    is_kept[p] = body_of(static_cast<int>(p)) == body;
     if (is_kept[p]) continue;
     outside.others += parts.parts()[p].samples, ++outside.count;
     outside.second = std::max(outside.second, parts.parts()[p].samples);

@@ -29,7 +29,7 @@ Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, co
                                  ShapeParts& parts);
 
 /// Returns a copy without the parts of a CT's shape outside the patient's body, such as a table or a head
-/// holder: no tissue (-300 HU and above, in cells of two voxels) connects them to the largest part. Returns
+/// holder: no tissue (-300 HU and above) connects them to the largest part. Returns
 /// `volume` itself if there is no such part that is large, or no tissue around the largest part, as in a
 /// specimen. Changes voxels as keep_largest_part().
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
