@@ -87,9 +87,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   sync_folder(path);
   for (const auto& model : data.models) writer->write_block(BlockKind::model, 0, encode_model(*model));
   for (const auto& stream : data.streams) writer->write_block(BlockKind::stream, 0, encode_stream(*stream));
-  if (options.is_embedding)
-    for (const auto& volume : data.volumes) writer->write_block(BlockKind::scan, 0, encode_scan(*volume));
-  writer->scan_ = data.volumes[0];
+  writer->volumes_ = data.volumes;
   writer->writer_ = std::thread([w = writer.get()] { w->write_loop(); });
   writer->background_ = std::thread([w = writer.get()] { w->background_loop(); });
   return writer;
@@ -306,11 +304,13 @@ void SessionWriter::write_loop() {
 }
 
 void SessionWriter::background_loop() {
-  // The scan's hash comes first; it takes a while for a large scan.
-  if (scan_) {
-    const std::uint64_t hash = volume::content_hash(*scan_);
+  // The scan comes first; a large one takes a second, for which the operation need not wait.
+  if (!volumes_.empty()) {
+    const std::uint64_t hash = volume::content_hash(*volumes_[0]);
     write_block(BlockKind::scan_hash, 0, std::string(reinterpret_cast<const char*>(&hash), sizeof hash));
-    scan_.reset();
+    if (options_.is_embedding)
+      for (const auto& volume : volumes_) write_block(BlockKind::scan, 0, encode_scan(*volume));
+    volumes_.clear();
   }
   using Clock = std::chrono::steady_clock;
   const auto period =

@@ -111,8 +111,9 @@ class SessionWriter {
   int file_;
   std::string path_, where_;
   WriterOptions options_;
-  std::shared_ptr<const volume::Volume> scan_;  ///< null once its hash is written
-  mutable std::mutex lock_;                     ///< of items and requests; locked only while copying
+  /// The scans of a new session; empty once the hash and, if requested, the volumes are written.
+  std::vector<std::shared_ptr<const volume::Volume>> volumes_;
+  mutable std::mutex lock_;  ///< of items and requests; locked only while copying
   std::mutex file_lock_;
   std::condition_variable write_wake_, background_wake_, encoded_;
   ItemEncoder items_;
