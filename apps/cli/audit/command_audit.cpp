@@ -1,23 +1,15 @@
-// audit: judges every tick and voxel of a session with independent code. One file, because all judges observe
-// the same replay and contribute to one report.
+// audit: judges every tick and voxel of a session with independent code.
 #include <algorithm>
 #include <array>
 #include <deque>
 #include <glm/geometric.hpp>
 #include <optional>
 
-#include "apps/bench/scenes/promise.h"
-#include "apps/cli/audit/drawn_judge.h"
-#include "apps/cli/audit/friction_audit.h"
+#include "apps/cli/audit/audited_hand.h"
 #include "apps/cli/commands.h"
-#include "apps/verify/ball_judge.h"
-#include "apps/verify/force_judge.h"
-#include "apps/verify/mesh_judge.h"
 #include "apps/verify/traversal_audit.h"
 #include "data-tools/files/atomic_file.h"
 #include "haptics/force/effects.h"
-#include "haptics/mesh/mesh_tree.h"
-#include "haptics/methods/methods.h"
 
 namespace trephine::cli {
 
@@ -28,30 +20,6 @@ struct AuditArguments {
   std::uint64_t rays = 1'000'000, seed = 7;
   std::string plant;  ///< fault that is planted in one tick before it is judged: see the option
 };
-
-const haptics::Material& touched_material(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
-  const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
-  return r.side == haptics::Side::back && shape.back_material ? *shape.back_material : shape.material;
-}
-
-/// Stiffness (N/mm) at the proxy by the documented ramp: from the intensity one voxel below the surface.
-double stiffness_at(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
-  const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
-  const double soft = touched_material(scene, r).stiffness;
-  if (!shape.ramp || shape.is_mesh()) return soft;
-  const volume::Volume& volume = shape.field.volume();
-  const glm::dvec3& spacing = volume.frame.spacing();
-  const double voxel = std::min({spacing.x, spacing.y, spacing.z});
-  const double offset = r.side == haptics::Side::back ? voxel : -(scene.tool_radius + voxel);
-  const auto intensity =
-      verify::intensity_at(volume, volume.frame.volume_from_world(r.proxy_world + offset * r.normal_world));
-  if (!intensity) return soft;
-  const haptics::StiffnessRamp& ramp = *shape.ramp;
-  if (*intensity <= ramp.intensity) return soft;
-  if (*intensity >= ramp.dense_intensity) return ramp.dense_stiffness;
-  return soft + (ramp.dense_stiffness - soft) * (*intensity - ramp.intensity) /
-                    (ramp.dense_intensity - ramp.intensity);
-}
 
 /// Returns the judge's law of an effect that a session header lists.
 verify::EffectLaw law_of(const std::string& words) {
@@ -88,210 +56,6 @@ verify::EffectLaw law_of(const std::string& words) {
   return law;
 }
 
-/// Judges the position of a round tip by the scan's own samples and cuts.
-class Ball {
- public:
-  explicit Ball(const haptics::TouchScene& scene)
-      : scene_(scene), judge_(scene.tool_radius), least_move_(0.01 * scene.tool_radius) {
-    const glm::dvec3& spacing = scene.base->frame.spacing();
-    allowed_ = std::min(0.1, 0.2 * std::max({spacing.x, spacing.y, spacing.z})) + 0.02 * scene.tool_radius;
-  }
-  void set_version(const std::shared_ptr<const volume::Version>& version) {
-    solids_.clear();
-    for (const haptics::TouchItem& shape : base_shapes(scene_))
-      solids_.push_back(verify::smooth_solid(scene_.base, shape.field.shape(), version, shape.soft));
-    is_new_ = true;
-  }
-  /// Judges the tip's centre if the tip has moved or a cut was made. `popped`: the shape that the proxy
-  /// passes through after pop-through; -1 if no shape.
-  void judge_centre(const glm::dvec3& centre_world, int popped) {
-    if (!is_new_ && glm::length(centre_world - last_) < least_move_) return;
-    is_new_ = false, last_ = centre_world;
-    const double penetration_mm = judge_.penetration_mm(centre_world, [&](const glm::dvec3& at) {
-      const glm::dvec3 p = scene_.base->frame.volume_from_world(at);
-      for (std::size_t s = 0; s < solids_.size(); ++s)
-        if (static_cast<int>(s) != popped && haptics::blocks(scene_.items[s].sides, haptics::Side::front) &&
-            solids_[s].is_solid(p))
-          return true;
-      return false;
-    });
-    ++judged_;
-    sunk_ += penetration_mm > allowed_;
-    deepest_ = std::max(deepest_, penetration_mm);
-  }
-  long judged() const { return judged_; }
-  long sunk() const { return sunk_; }
-  double deepest_mm() const { return deepest_; }
-  double allowed_mm() const { return allowed_; }
-
- private:
-  const haptics::TouchScene& scene_;
-  verify::BallJudge judge_;
-  double least_move_, allowed_;
-  std::vector<verify::SmoothSolid> solids_;
-  bool is_new_ = true;
-  glm::dvec3 last_{0.0};
-  long judged_ = 0, sunk_ = 0;
-  double deepest_ = 0;
-};
-
-/// Touchable solids of one hand, read from samples and triangles with the judges' own code: shapes of the
-/// anatomy at the current tick, shapes of other scans, and models at their placements.
-class TouchableSolids {
- public:
-  /// Adopts the state of a tick. Returns true if the solid differs from the previous one.
-  bool update(const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
-    const bool is_other_scene = !servo_hand_ || servo_hand_->scene != servo_hand->scene;
-    const bool is_cut = is_other_scene || servo_hand_->state.version != servo_hand->state.version ||
-                        servo_hand_->state.offsets != servo_hand->state.offsets;
-    const bool has_moved = is_other_scene || servo_hand_->placement_count != servo_hand->placement_count ||
-                           servo_hand_->placements != servo_hand->placements;
-    const bool is_switched = is_other_scene || !(servo_hand_->untouchable == servo_hand->untouchable);
-    servo_hand_ = servo_hand;
-    const haptics::TouchScene& scene = *servo_hand->scene;
-    if (is_other_scene) update_scene(scene);
-    if (is_cut) {
-      cut_.clear();
-      const auto state = std::shared_ptr<const haptics::TouchState>(servo_hand, &servo_hand->state);
-      for (std::size_t s = 0; s < base_shapes(scene).size(); ++s)
-        cut_.emplace_back(method(), scene, state, s);
-    }
-    return is_cut || has_moved || is_switched;
-  }
-  const haptics::MethodInfo& method() const { return *haptics::find_method(servo_hand_->method->name()); }
-  /// True if the segment from a to b (volume frame of the anatomy) meets a solid that blocks this hand from
-  /// its front. `popped`: an item that the proxy passes through. `is_still`: ignore models that move.
-  bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool is_still = false) const {
-    const haptics::TouchScene& scene = *servo_hand_->scene;
-    const auto blocks = [&](std::size_t item) {
-      return haptics::blocks(scene.items[item].sides, haptics::Side::front) &&
-             !servo_hand_->untouchable.contains(static_cast<int>(item)) && popped != static_cast<int>(item);
-    };
-    for (std::size_t s = 0; s < cut_.size(); ++s)
-      if (blocks(s) && cut_[s].meets(a, b)) return true;
-    const glm::dvec3 from = scene.base->frame.world_from_volume(a),
-                     to = scene.base->frame.world_from_volume(b);
-    for (const Uncut& uncut : uncut_) {
-      const volume::Frame& frame = uncut.volume->frame;
-      if (blocks(uncut.item) && uncut.solid.meets(frame.volume_from_world(from), frame.volume_from_world(to)))
-        return true;
-    }
-    for (const Model& model : models_) {
-      const haptics::TouchItem& item = scene.items[model.item];
-      if (!blocks(model.item) || (is_still && item.mover >= 0)) continue;
-      const haptics::Placement model_placement = placement(item);
-      const glm::dvec3 p = model_placement.local_from_world(from), q = model_placement.local_from_world(to);
-      if (a == b ? is_in(model, p, scene.tool_radius) : model.wall.is_entered(p, q)) return true;
-    }
-    return false;
-  }
-  bool has_movers() const {
-    for (const haptics::TouchItem& item : servo_hand_->scene->items)
-      if (item.depth) return true;
-    return std::any_of(models_.begin(), models_.end(),
-                       [&](const Model& m) { return servo_hand_->scene->items[m.item].mover >= 0; });
-  }
-  haptics::Placement placement(const haptics::TouchItem& item) const {
-    const auto mover = static_cast<std::size_t>(item.mover);
-    return item.mover >= 0 && mover < servo_hand_->placement_count ? servo_hand_->placements[mover]
-                                                                   : item.placement;
-  }
-
- private:
-  struct Uncut {
-    std::size_t item;
-    std::shared_ptr<const volume::Volume> volume;
-    scenes::Promise solid;
-  };
-  struct Model {
-    std::size_t item;
-    verify::MeshWall wall;
-    glm::dvec3 low, high;
-  };
-  /// True if the model contains the tool's centre, or a point just inside the surface of a ball.
-  static bool is_in(const Model& model, const glm::dvec3& p, double radius) {
-    for (int a = 0; a < 3; ++a)
-      if (p[a] < model.low[a] - radius || p[a] > model.high[a] + radius) return false;
-    if (model.wall.is_inside(p)) return true;
-    constexpr int k_points = 300;
-    for (int i = 0; radius > 0 && i < k_points; ++i) {  // evenly spread, on a spiral
-      const double z = 1 - (2 * i + 1.0) / k_points, turn = 2.399963229728653 * i,
-                   flat = std::sqrt(1 - z * z);
-      if (model.wall.is_inside(p +
-                               0.999 * radius * glm::dvec3(flat * std::cos(turn), flat * std::sin(turn), z)))
-        return true;
-    }
-    return false;
-  }
-  void update_scene(const haptics::TouchScene& scene) {
-    uncut_.clear();
-    models_.clear();
-    for (std::size_t i = base_shapes(scene).size(); i < scene.items.size(); ++i) {
-      const haptics::TouchItem& item = scene.items[i];
-      if (!item.is_mesh()) {
-        haptics::TouchScene item_scene;
-        for (const auto& other : scene.others)
-          if (other.get() == &item.field.volume()) item_scene.base = other;
-        item_scene.items = {item};
-        item_scene.tool_radius = scene.tool_radius;
-        uncut_.push_back({i, item_scene.base, scenes::Promise(method(), item_scene)});
-        continue;
-      }
-      if (item.depth) continue;  // its triangles change over time; DrawnJudge judges it
-      const glm::dvec3 size = item.tree->high() - item.tree->low();
-      models_.push_back({i,
-                         verify::MeshWall(item.tree->vertices(), item.tree->triangles(),
-                                          std::max({size.x, size.y, size.z, 1e-3}) / 32),
-                         item.tree->low(), item.tree->high()});
-    }
-  }
-
-  std::shared_ptr<const haptics::ServoHand> servo_hand_;
-  std::vector<scenes::Promise> cut_;  ///< of the anatomy's shapes
-  std::vector<Uncut> uncut_;
-  std::vector<Model> models_;
-};
-
-/// Judges of one hand, and the surface that it popped through.
-struct Hand {
-  explicit Hand(const verify::ForceLaw& law)
-      : falls([this](const glm::dvec3& a, const glm::dvec3& b) { return solids.meets(a, b, popped_shape); }),
-        force(law) {}
-  Hand(const Hand&) = delete;
-  Hand& operator=(const Hand&) = delete;
-
-  TouchableSolids solids;
-  verify::FallThroughJudge falls;
-  verify::ForceJudge force;
-  DrawnJudge drawn;
-  FrictionAudit friction;
-  std::optional<Ball> ball;  ///< for round tools, by a method that touches the smooth solid
-  std::shared_ptr<const haptics::TouchScene> scene;
-  std::shared_ptr<const haptics::LawSet> laws;
-  int popped_shape = -1;
-  double rearm = 0;
-  glm::dvec3 popped_at{0.0};
-
-  /// Updates pop-through: a surface pressed harder than its pop force lets the next ticks through, until the
-  /// hand has left the location.
-  void pop(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
-    const glm::dvec3& at = r.pose.position_world;
-    if (popped_shape >= 0) {
-      if (glm::length(at - popped_at) < rearm) return;
-      popped_shape = -1;
-      falls.restart();  // the proxy may be inside
-      return;
-    }
-    if (!r.has_contact || r.is_escaping) return;
-    const haptics::Material& material = touched_material(scene, r);
-    const double pressed = stiffness_at(scene, r) * glm::dot(r.proxy_world - at, r.normal_world);
-    if (!(material.pop_force > 0) || !(pressed > material.pop_force)) return;
-    popped_shape = r.shape;
-    rearm = material.pop_rearm;
-    popped_at = at;
-  }
-};
-
 /// Replays a session and judges every tick: the path met no solid, the force obeys its law, the energy ledger
 /// is consistent.
 Result<Outcome> audit_session(const AuditArguments& arguments) {
@@ -321,18 +85,19 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   law.is_passive = header.force.is_passive, law.delay_ticks = header.force.delay_ticks;
   law.device_damping = header.force.device_damping;
   law.torque_limit = header.force.torque_limit, law.torque_slew = header.force.torque_slew_limit;
-  std::deque<Hand> judges;
+  std::deque<AuditedHand> judges;
   for (std::size_t h = 0; h < header.hands.size(); ++h) judges.emplace_back(law);
   long balls = 0, sunk = 0;
   double deepest = 0, allowed = 0;
-  const auto add_ball_results = [&](Hand& hand) {
+  const auto add_ball_results = [&](AuditedHand& hand) {
     if (!hand.ball) return;
     balls += hand.ball->judged(), sunk += hand.ball->sunk();
     deepest = std::max(deepest, hand.ball->deepest_mm());
     allowed = std::max(allowed, hand.ball->allowed_mm());
     hand.ball.reset();
   };
-  const auto update_hand = [&](Hand& hand, const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
+  const auto update_hand = [&](AuditedHand& hand,
+                               const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
     if (hand.scene != servo_hand->scene) {
       add_ball_results(hand);
       hand.scene = servo_hand->scene;
@@ -379,7 +144,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (!stepped) return stepped.error();
     if (!stepped.value()) break;
     const haptics::ServoRecord& r = replay.record();
-    Hand& hand = judges[r.hand];
+    AuditedHand& hand = judges[r.hand];
     update_hand(hand, replay.servo_hand());
     const haptics::TouchScene& scene = *hand.scene;
     if (!scene.tool_balls.empty())
@@ -390,7 +155,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                    .remedy = "trephine replay --verify compares its bits"};
     const bool is_fresh = replay.counts().resumes != resumes;
     if (is_fresh || replay.counts().dropped != dropped)
-      for (Hand& each : judges) {
+      for (AuditedHand& each : judges) {
         each.force.restart(is_fresh);
         each.falls.restart();
         each.drawn.restart();
@@ -482,7 +247,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  .expected = "0.1 mm deep in contact in its second half",
                  .remedy = "audit it without --plant"};
   if (arguments.plant == "drawn" &&
-      std::none_of(judges.begin(), judges.end(), [](const Hand& hand) { return hand.drawn.sunk > 0; }))
+      std::none_of(judges.begin(), judges.end(), [](const AuditedHand& hand) { return hand.drawn.sunk > 0; }))
     return Error{.what = "the planted fault has no effect at this tick",
                  .where = data_tools::file_name(arguments.session),
                  .found = "a proxy 1.5 mm behind a surface, where the object is thinner than that",
@@ -492,7 +257,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_drawn = 0, allowed_drawn = 0;
   long drawn = 0, drawn_sunk = 0, passable = 0;
   FrictionAudit::Found friction;
-  for (Hand& hand : judges) {
+  for (AuditedHand& hand : judges) {
     drawn += hand.drawn.judged, drawn_sunk += hand.drawn.sunk;
     passable += hand.drawn.passable;
     deepest_drawn = std::max(deepest_drawn, hand.drawn.deepest);
