@@ -163,7 +163,7 @@ Json add_plan(imaging::Panel& panel, const View& view, const CArm& arm, const wo
       panel.lines.push_back({{*at - dvec2(r, 0), *at + dvec2(0, r), *at + dvec2(r, 0), *at - dvec2(0, r)},
                              {90, 220, 255},
                              true,
-                             "plan"});
+                             "landmark"});
     rows.push_back({{"name", l.name}, {"pixel", pixel(l.position_world)}});
   }
   return rows;

@@ -89,7 +89,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
                  .expected = "--iso, --range, --label or --auto"};
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
-  const ImagePlane& plane = placed.value();
+  const auto& [plane, position] = placed.value();
   const auto cut = imaging::section_objects(imaging::subject_of(moment), plane);
   if (!cut) return cut.error();
   const std::vector<SectionObject>& objects = cut.value();
@@ -105,8 +105,8 @@ Result<Outcome> run_section(const SectionArguments& a) {
                    {"pixels", plane.columns}};
   json["objects"] = Json::array();
   const dvec3 n = plane.normal();
-  outcome.text = format_text("section at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f\n",
-                             plane.middle_world.x, plane.middle_world.y, plane.middle_world.z, n.x, n.y, n.z);
+  outcome.text = format_text("section at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f\n", position.x,
+                             position.y, position.z, n.x, n.y, n.z);
   bool has_models = false;
   for (const SectionObject& object : objects) {
     json["objects"].push_back(

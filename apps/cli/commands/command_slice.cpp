@@ -66,7 +66,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
   const volume::Volume& scan = *moment.scan;
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
-  const ImagePlane& plane = placed.value();
+  const auto& [plane, position] = placed.value();
   const auto clock = Clock::now();
   const ct_viewer::SliceValues values = ct_viewer::slice_values(
       scan, *moment.version, plane, {a.thickness, static_cast<volume::Slab::Kind>(a.slab)});
@@ -85,10 +85,9 @@ Result<Outcome> run_slice(const SliceArguments& a) {
                    {"slab_mm", a.thickness}};
   json["window"] = {{"level", window.value().level}, {"width", window.value().width}};
   json["image_seconds"] = seconds;
-  outcome.text =
-      format_text("slice at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f; window %.0f wide around %.0f\n",
-                  plane.middle_world.x, plane.middle_world.y, plane.middle_world.z, n.x, n.y, n.z,
-                  window.value().width, window.value().level);
+  outcome.text = format_text(
+      "slice at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f; window %.0f wide around %.0f\n", position.x,
+      position.y, position.z, n.x, n.y, n.z, window.value().width, window.value().level);
   if (a.has_labels && scan.label_names.size() < 2) outcome.text += "the scan has no labels\n";
   if ((a.is_side_by_side || a.is_blended) && moment.version->is_untouched())
     outcome.text += "nothing was cut away\n";
@@ -128,11 +127,8 @@ Result<Outcome> run_slice(const SliceArguments& a) {
       : a.thickness > 0
           ? format_text("%s of %.1f mm", std::string(volume::k_slabs[a.slab]).c_str(), a.thickness)
           : std::string(a.plane.normal.empty() ? a.plane.plane : "oblique");
-  const auto position =
-      a.plane.at.empty() ? Result<dvec3>(plane.middle_world) : parse_point(a.plane.at, "--at");
-  const dvec3 p = position ? position.value() : plane.middle_world;
-  panels.back().foot = format_text("at %.1f, %.1f, %.1f; window %.0f / %.0f", p.x, p.y, p.z,
-                                   window.value().width, window.value().level);
+  panels.back().foot = format_text("at %.1f, %.1f, %.1f; window %.0f / %.0f", position.x, position.y,
+                                   position.z, window.value().width, window.value().level);
   if (a.is_blended)
     panels.back().lines.push_back({{}, imaging::Panel::Colour{254, 161, 38}, true, "removed"});
   outputs.write(a.output,

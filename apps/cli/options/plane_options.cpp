@@ -70,8 +70,9 @@ Status check(const PlaneArguments& a) {
   return std::nullopt;
 }
 
-Result<ImagePlane> plane_of(const PlaneArguments& a, const workbench::Moment& moment) {
-  ImagePlane plane;
+Result<PlacedPlane> plane_of(const PlaneArguments& a, const workbench::Moment& moment) {
+  PlacedPlane placed;
+  ImagePlane& plane = placed.plane;
   plane.pixel = a.pixel;
   plane.middle_world = moment.scan->frame.world_from_volume(0.5 * (dvec3(moment.scan->size) - 1.0));
   orient_plane(plane, a.plane);
@@ -98,10 +99,11 @@ Result<ImagePlane> plane_of(const PlaneArguments& a, const workbench::Moment& mo
                    .found = a.normal,
                    .expected = "a direction of nonzero length"};
   }
+  placed.position_world = plane.middle_world;
   if (!a.at.empty()) {
     const auto at = parse_point(a.at, "--at");
     if (!at) return at.error();
-    plane.middle_world = at.value();
+    placed.position_world = plane.middle_world = at.value();
     // Without a width the whole scan is shown: the position gives the plane, not the picture's centre.
     if (!(a.width > 0)) {
       const dvec3 centre = moment.scan->frame.world_from_volume(0.5 * (dvec3(moment.scan->size) - 1.0));
@@ -112,13 +114,13 @@ Result<ImagePlane> plane_of(const PlaneArguments& a, const workbench::Moment& mo
   plane.columns = plane.rows = std::clamp(static_cast<int>(std::lround(width / a.pixel)), 1, 8192);
   if (Status error = volume::check(plane)) return *error;
   if (!intersects(plane, *moment.scan)) {
-    const dvec3 p = plane.middle_world;
+    const dvec3 p = placed.position_world;
     return Error{.what = "the plane does not intersect the scan",
                  .where = "--at",
                  .found = format_text("%.1f, %.1f, %.1f", p.x, p.y, p.z),
                  .expected = "a plane through the scan"};
   }
-  return plane;
+  return placed;
 }
 
 }  // namespace trephine::cli

@@ -13,7 +13,11 @@ struct PlaneArguments {
 void add_plane(Options& options, PlaneArguments& plane);
 /// Checks that need no scan.
 Status check(const PlaneArguments& plane);
+struct PlacedPlane {
+  volume::ImagePlane plane;
+  glm::dvec3 position_world{0.0};  ///< the requested position, mm; by default the plane's centre
+};
 /// Returns the plane. Error: unknown trajectory, or the plane does not intersect the scan.
-Result<volume::ImagePlane> plane_of(const PlaneArguments& plane, const workbench::Moment& moment);
+Result<PlacedPlane> plane_of(const PlaneArguments& plane, const workbench::Moment& moment);
 
 }  // namespace trephine::cli
