@@ -42,7 +42,7 @@ Result<imaging::Panel> draw_state(const haptics::TouchScene& scene, const Compar
 /// Draws a section of the scan, tinted by the difference of the states.
 imaging::Panel draw_section(const haptics::TouchScene& scene, const volume::Version& first,
                             const volume::Version& second, const dvec3& at, const dvec3& right,
-                            const dvec3& up, std::string_view letters) {
+                            const dvec3& up) {
   constexpr double k_width = 100, k_pixel = 0.25;  // mm
   const volume::Field& bone = scene.items[0].field;
   const volume::Frame& frame = bone.volume().frame;
@@ -53,8 +53,7 @@ imaging::Panel draw_section(const haptics::TouchScene& scene, const volume::Vers
   const double dark = is_ct ? -200 : bone.shape().is_label() ? 0 : bone.shape().low - 500;
   const double bright = is_ct ? 1400 : dark + 2000;
   imaging::Panel panel;
-  std::string* const edges[] = {&panel.left, &panel.right, &panel.above, &panel.below};
-  for (std::size_t i = 0; i < 4; ++i) edges[i]->push_back(letters[i]);
+  imaging::set_letters(panel, right, up);
   panel.columns = panel.rows = static_cast<int>(k_width / k_pixel);
   panel.mm_per_pixel = k_pixel;
   for (int j = 0; j < panel.rows; ++j)
@@ -140,6 +139,11 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
   return difference;
 }
 
+AxialDirections axial_directions(const dvec3& from) {
+  const dvec3 upward = Viewport::upward_from(from), right = glm::cross(upward, from);
+  return {{right.x < -0.1 ? -1.0 : 1.0, 0, 0}, {0, from.y > 0.3 && upward.z > 0 ? 1.0 : -1.0, 0}};
+}
+
 Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
                             const ComparedState& second) {
   const Difference difference = difference_between(scene, *first.version, *second.version);
@@ -155,14 +159,9 @@ Result<std::string> compare(const haptics::TouchScene& scene, const ComparedStat
     if (!panel) return panel.error();
     panels.push_back(std::move(panel).value());
   }
-  // The patient's left is on the same side as in the pictures above; the back is upward if seen from there.
-  const dvec3 picture_right = glm::cross(std::abs(from.z) > 0.9 ? dvec3(0, -1, 0) : dvec3(0, 0, 1), from);
-  const double right = picture_right.x < -0.1 ? -1 : 1, up = from.y > 0.3 && std::abs(from.z) <= 0.9 ? 1 : -1;
-  const std::string letters = std::string(right > 0 ? "RL" : "LR") + (up < 0 ? "AP" : "PA");
-  imaging::Panel axial = draw_section(scene, *first.version, *second.version, at, {right, 0, 0}, {0, up, 0},
-                                      letters.c_str()),
-                 sagittal =
-                     draw_section(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APSI");
+  const AxialDirections axes = axial_directions(from);
+  imaging::Panel axial = draw_section(scene, *first.version, *second.version, at, axes.right, axes.up),
+                 sagittal = draw_section(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1});
   axial.title = difference.second_mm3 > 0
                     ? workbench::format_text("Only in the first: %.0f mm³; only in the second: %.0f mm³",
                                              difference.first_mm3, difference.second_mm3)

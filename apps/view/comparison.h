@@ -25,6 +25,13 @@ struct Difference {
 Difference difference_between(const haptics::TouchScene& scene, const volume::Version& first,
                               const volume::Version& second);
 
+/// Directions of an axial slice in which the patient's left is on the same side as in a picture of
+/// show_still() from `from` (unit): up to the back if that is seen, else to the front.
+struct AxialDirections {
+  glm::dvec3 right, up;
+};
+AxialDirections axial_directions(const glm::dvec3& from);
+
 /// Returns a picture as PNG: both states from a camera that shows the difference, and two sections of the
 /// scan through its middle, in which matter only in the first is blue, only in the second orange, and removed
 /// in both red.

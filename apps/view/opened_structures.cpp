@@ -232,7 +232,20 @@ std::optional<int> OpenedStructures::Solid::label_below(const dvec3& at, const d
 void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
   // Labels change in steps of a voxel. The shares of the labels around a vertex make their borders smooth;
   // their cubes keep the borders narrow.
-  constexpr int k_directions = 8;
+  struct Near {
+    double right, up;  ///< voxels
+    double weight;
+  };
+  static const std::vector<Near> k_near = [] {
+    constexpr int k_directions = 8;
+    std::vector<Near> all{{0, 0, 1}};
+    for (int n = 0; n < k_directions; ++n) {
+      const double inner = n * k_turn / k_directions, outer = (n + 0.5) * k_turn / k_directions;
+      all.push_back({std::cos(inner), std::sin(inner), 0.7});
+      all.push_back({2 * std::cos(outer), 2 * std::sin(outer), 0.35});
+    }
+    return all;
+  }();
   const double voxel = std::cbrt(base->frame.voxel_mm3());
   mesh.colours.reserve(mesh.vertices.size());
   std::vector<double> shares(colours.size());
@@ -241,16 +254,9 @@ void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
     const dvec3 other = std::abs(normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0),
                 right = glm::normalize(glm::cross(normal, other)), up = glm::cross(right, normal);
     std::fill(shares.begin(), shares.end(), 0.0);
-    const auto add = [&](double distance, double angle, double weight) {
-      const dvec3 offset = distance * (std::cos(angle) * right + std::sin(angle) * up);
-      if (const auto label = label_below(at + offset, normal))
-        shares[static_cast<std::size_t>(*label)] += weight;
-    };
-    add(0, 0, 1);
-    for (int n = 0; n < k_directions; ++n) {
-      add(voxel, n * k_turn / k_directions, 0.7);
-      add(2 * voxel, (n + 0.5) * k_turn / k_directions, 0.35);
-    }
+    for (const Near& near : k_near)
+      if (const auto label = label_below(at + voxel * (near.right * right + near.up * up), normal))
+        shares[static_cast<std::size_t>(*label)] += near.weight;
     dvec3 colour(0);
     double sum = 0;
     for (std::size_t label = 0; label < shares.size(); ++label) {

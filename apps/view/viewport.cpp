@@ -399,6 +399,10 @@ dvec3 Viewport::obliquely(const dvec3& out) {
                         dvec3(0, 0, 0.15));
 }
 
+dvec3 Viewport::upward_from(const dvec3& from) {
+  return std::abs(from.z) > 0.9 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
+}
+
 void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
                           std::span<const sim::Overlay> overlays, const dvec3& at, const dvec3& from,
                           double share, double nearer) {
@@ -406,8 +410,7 @@ void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
   wait();
   dvec3 low, high;
   view_.bounds(low, high);
-  view_.aim_camera(glm::mix(0.5 * (low + high), at, share), from,
-                   std::abs(from.z) > 0.9 ? dvec3(0, -1, 0) : dvec3(0, 0, 1),
+  view_.aim_camera(glm::mix(0.5 * (low + high), at, share), from, upward_from(from),
                    nearer * BoneView::distance_of(low, high));
   view_.show(StylusLook{.is_visible = false});
   const haptics::ServoRecord nowhere;

@@ -77,6 +77,8 @@ class Viewport {
                   double share, double nearer);
   /// Direction (unit) from `out` a little to the side and up, so that depth is visible.
   static glm::dvec3 obliquely(const glm::dvec3& out);
+  /// Returns the direction that is upward in pictures of show_still() from `from` (unit).
+  static glm::dvec3 upward_from(const glm::dvec3& from);
   /// Shows all of the bone from one of A P L R S I, or from the front left above (0).
   void look_from(char side) { view_.look_from(side, seen_low_, seen_high_); }
   /// Shows the view of a surgeon who works at a position: from outside, slightly oblique.

@@ -5,6 +5,7 @@
 #include <QScrollBar>
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 namespace trephine::view {
 
@@ -115,6 +116,7 @@ void EventLog::showEvent(QShowEvent* event) {
   QDockWidget::showEvent(event);
   // Eight lines at first; the user can change the height.
   constexpr int k_lines = 8;
+  if (std::exchange(was_shown_, true)) return;
   if (auto* window = qobject_cast<QMainWindow*>(parentWidget()))
     window->resizeDocks({this}, {k_lines * (list_->fontMetrics().height() + 2) + 24}, Qt::Vertical);
 }

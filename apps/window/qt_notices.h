@@ -41,6 +41,7 @@ class EventLog : public QDockWidget {
  private:
   QListWidget* list_;
   std::size_t count_ = 0;
+  bool was_shown_ = false;
   int past_ = -1;  ///< messages up to the time of show_time(); -1: not called
 };
 

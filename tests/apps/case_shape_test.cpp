@@ -1,7 +1,9 @@
 // A case keeps every voxel of its scan for any shape chosen in it; the cleaned shape is stored next to the
 // scan.
 #include <algorithm>
+#include <glm/geometric.hpp>
 
+#include "apps/workbench/operation.h"
 #include "apps/workbench/source.h"
 #include "data-tools/cases/case_folder.h"
 #include "tests/apps/command_fixture.h"
@@ -69,6 +71,50 @@ TEST(Threshold, IsThatOfASpineIfOnlyVertebraeAreLabelled) {
   EXPECT_EQ(low_with({"", "vertebral artery"}), 300);
   source.facts = {{"body part", "LSPINE"}};
   EXPECT_EQ(low_with({}), 150);
+}
+
+/// A skull in its head, in a holder that it does not touch.
+workbench::Source head_in_holder() {
+  volume::Volume scan =
+      volume::make_volume({40, 48, 40}, volume::Frame::from_axes({}, glm::dmat3(1)).value()).value();
+  scan.is_hounsfield = true;
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 40; ++x) {
+        const double r = glm::length(glm::dvec3(x - 20, y - 20, z - 20));
+        scan.voxels[scan.index(x, y, z)] = y >= 47 ? 600 : r < 18 ? (r > 9 && r < 12 ? 900 : 40) : -1000;
+      }
+  workbench::Source source;
+  source.volume = std::make_shared<const volume::Volume>(std::move(scan));
+  return source;
+}
+
+TEST(HeadHolder, IsLeftOutUnlessTheShapeIsChosen) {
+  std::vector<std::string> notices;
+  workbench::Listener listener;
+  listener.notice = [&](const std::string& text) { notices.push_back(text); };
+  const auto holder_value = [&](const workbench::OperationChoice& choice, bool& is_altered) {
+    auto opened = workbench::make_operation(head_in_holder(), choice, listener);
+    EXPECT_TRUE(opened);
+    const volume::Volume& scan = *opened.value().source.volume;
+    is_altered = opened.value().source.is_altered;
+    return scan.window_voxels()[scan.index(20, 47, 20)];
+  };
+  const auto is_reported = [&] {
+    return std::any_of(notices.begin(), notices.end(),
+                       [](const std::string& text) { return text.find("left out: 1 part") == 0; });
+  };
+  workbench::OperationChoice choice;
+  choice.shape.omits_holder = true;
+  bool is_altered = false;
+  EXPECT_EQ(holder_value(choice, is_altered), -1000);
+  EXPECT_TRUE(is_altered) << "a session must contain the scan";
+  EXPECT_TRUE(is_reported());
+  notices.clear();
+  choice.shape.iso = 300;
+  EXPECT_EQ(holder_value(choice, is_altered), 600);
+  EXPECT_FALSE(is_altered);
+  EXPECT_FALSE(is_reported());
 }
 
 TEST_F(CaseShape, LeavesTheScanUnchanged) {

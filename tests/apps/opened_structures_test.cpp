@@ -1,6 +1,7 @@
 // OpenedStructures: structures below an opening are drawn, and drawn whole until something penetrates them.
 #include "apps/view/opened_structures.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <map>
 
@@ -130,6 +131,54 @@ TEST(OpenedStructures, ANerveThatWasCutThroughIsMissing) {
     EXPECT_EQ(cut.in_axis, 0u);
     EXPECT_GT(cut.vertices, 0u) << "its stumps";
   }
+}
+
+/// Labels change in steps of a voxel; the drawn border of two structures, at 20 degrees to the voxels, does
+/// not.
+TEST(OpenedStructures, BordersBetweenThemAreSmooth) {
+  const double slope = 0.364;
+  const auto border = [&](double x) { return 10 + slope * x; };
+  const haptics::TouchScene scene = below_bone({"background", "skull", "dura", "venous_sinus"},
+                                               [&](int x, int y, int) { return y < border(x) ? 2 : 3; });
+  const auto versions = haptics::untouched(scene);
+  volume::RemovalEditor editor(versions, {scene.items[0].field});
+  editor.remove({dvec3(8, 12, k_inner_table + 1), dvec3(30, 20, k_inner_table + 1), 7});
+  OpenedStructures structures(scene);
+  structures.request_all(editor.freeze());
+  structures.finish();
+  // On each edge of a triangle the border is where the colour is half way between both.
+  std::vector<double> smooth, planted;  // distances from the border
+  const auto add_crossing = [&](const dvec3& a, const dvec3& b, double blue_a, double blue_b,
+                                std::vector<double>& distances) {
+    if ((blue_a > 0.5) == (blue_b > 0.5)) return;
+    const dvec3 at = glm::mix(a, b, (0.5 - blue_a) / (blue_b - blue_a));
+    distances.push_back((at.y - border(at.x)) / std::sqrt(1 + slope * slope));
+  };
+  const auto is_blue_voxel = [&](const dvec3& v) {
+    return std::floor(v.y + 0.5) >= border(std::floor(v.x + 0.5)) ? 1.0 : 0.0;
+  };
+  for (const ChunkMesh& chunk : structures.take())
+    for (std::size_t t = 0; t < chunk.fine.triangles.size(); ++t) {
+      const std::size_t i = chunk.fine.triangles[t], j = chunk.fine.triangles[t % 3 == 2 ? t - 2 : t + 1];
+      const dvec3 a(chunk.fine.vertices[i]), b(chunk.fine.vertices[j]);
+      if (chunk.fine.normals[i].z < 0.9f || a.x < 11 || a.x > 27) continue;
+      const auto blue = [&](std::size_t vertex) {
+        return (0.70 - static_cast<double>(chunk.fine.colours[vertex].r)) / (0.70 - 0.36);
+      };
+      add_crossing(a, b, blue(i), blue(j), smooth);
+      add_crossing(a, b, is_blue_voxel(a), is_blue_voxel(b), planted);
+    }
+  ASSERT_GT(smooth.size(), 20u);
+  const auto deviation = [](const std::vector<double>& all) {
+    double sum = 0, squares = 0;
+    for (const double d : all) sum += d, squares += d * d;
+    const double count = static_cast<double>(all.size()), mean = sum / count;
+    return std::sqrt(squares / count - mean * mean);
+  };
+  std::printf("border straight within %.2f voxels (rms); by the nearest voxel %.2f\n", deviation(smooth),
+              deviation(planted));
+  EXPECT_LT(deviation(smooth), 0.15);
+  EXPECT_GT(deviation(planted), 0.18);
 }
 
 TEST(OpenedStructures, ScansWithoutThemCostNothing) {

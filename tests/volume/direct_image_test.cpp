@@ -264,6 +264,49 @@ TEST(DirectImage, EndsOnWallsHidesLabelsAndReportsDepth) {
   EXPECT_EQ(pixel.opacity, 0) << "something opaque lies before it";
 }
 
+/// The distance between samples must not show as rings: a layer thinner than a step is as opaque at the usual
+/// step as at much shorter ones.
+TEST(DirectImage, ThinLayersShowNoRings) {
+  const auto scan = scan_of({80, 80, 80}, dmat3(0.5), [](const dvec3& p) {
+    return -1000 + 2000 * std::clamp((14 - glm::length(p)) / 1.6 + 0.5, 0.0, 1.0);
+  });
+  const TransferFunction layer{
+      {0, dvec3(1), 0}, {100, dvec3(1), 0.9}, {200, dvec3(1), 0.9}, {300, dvec3(1), 0}};
+  DirectImage image(scan, 2);
+  image.set_transfer_function(layer);
+  const Version untouched(scan);
+  RaycastRequest request;
+  request.camera = eye_at({10, -300, 20}, 80, 20);
+  const auto opacities = [&](double step) {
+    request.step = step;
+    std::vector<DirectPixel> pixels(80 * 80);
+    image.draw(request, untouched, {}, 2, pixels);
+    std::vector<double> result;
+    for (const DirectPixel& pixel : pixels) result.push_back(pixel.opacity);
+    return result;
+  };
+  const auto fine = opacities(0.02), usual = opacities(0);
+  // Planted: the transfer function at the samples alone.
+  request.step = 0;
+  const BruteForceRay ray{*scan, untouched, layer, request, 0.25};
+  double worst = 0, planted = 0;
+  for (int j = 0; j < 80; j += 5)
+    for (int i = 0; i < 80; i += 5) {
+      const auto n = static_cast<std::size_t>(j * 80 + i);
+      worst = std::max(worst, std::abs(usual[n] - fine[n]));
+      const Camera::Ray line = request.camera.ray(i, j);
+      double depth = 0;
+      for (double t = 270; t < 350; t += ray.step) {
+        const double value = ray.value(scan->frame.volume_from_world(line.from + t * line.along));
+        depth -= ray.step * std::log(value <= 300 ? ray.passes(value) : 1.0);
+      }
+      planted = std::max(planted, std::abs(1 - std::exp(-depth) - fine[n]));
+    }
+  std::printf("opacity within %.3f of fine steps; by samples alone %.3f\n", worst, planted);
+  EXPECT_LT(worst, 0.05);
+  EXPECT_GT(planted, 0.2);
+}
+
 TEST(DirectImage, ChecksTransferFunctionsAndFindsTheirWindows) {
   EXPECT_TRUE(check(TransferFunction{}).has_value());
   EXPECT_TRUE(check(TransferFunction{{0, dvec3(1), 0}, {0, dvec3(1), 1}}).has_value());
