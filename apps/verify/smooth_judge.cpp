@@ -110,6 +110,22 @@ std::uint64_t SmoothSolid::next_number() {
 double SmoothSolid::value(std::size_t f, const dvec3& p) const {
   const dvec3 q = p * dvec3(fields_[f].per_voxel);
   const ivec3 v = nearest_sample(q);
+  const std::uint64_t parts = f == 0 && parts_.parts_at ? parts_.parts_at(v) : 0;
+  if (parts == 0) return value_of(f, fields_[f].samples, q, v);
+  double largest = -1e300;
+  for (int part = 0; part < 64; ++part)
+    if (parts >> part & 1)
+      largest = std::max(largest, value_of(
+                                      f + 100 + static_cast<std::size_t>(part),
+                                      [&](int x, int y, int z) {
+                                        return parts_.samples(part, v, {x, y, z});
+                                      },
+                                      q, v));
+  return largest;
+}
+
+/// Returns the value at q, in samples, of a field with number f in the cube of v.
+double SmoothSolid::value_of(std::size_t f, const Samples& samples, const dvec3& q, const ivec3& v) const {
   // Most queries are near the previous ones: cache the samples of some cubes.
   struct Cube {
     std::uint64_t number = 0;
@@ -125,7 +141,7 @@ double SmoothSolid::value(std::size_t f, const dvec3& p) const {
     cube.number = number_, cube.field = f, cube.middle = v;
     for (int n = 0; n < 27; ++n)
       cube.samples[static_cast<std::size_t>(n)] =
-          fields_[f].samples(v.x + n % 3 - 1, v.y + n / 3 % 3 - 1, v.z + n / 9 - 1);
+          samples(v.x + n % 3 - 1, v.y + n / 3 % 3 - 1, v.z + n / 9 - 1);
   }
   const auto weights = [](double at, int middle) {
     return std::array<double, 3>{basis(at - (middle - 1)), basis(at - middle), basis(at - (middle + 1))};
@@ -142,39 +158,59 @@ bool SmoothSolid::is_solid(const dvec3& p) const {
   return true;
 }
 
+namespace {
+
+/// Returns the Bernstein form of a field along a segment, a to b in samples, inside the cube of v.
+Coefficients bernstein_along(const Samples& field, const ivec3& v, const dvec3& a, const dvec3& b) {
+  double samples[3][3][3];
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i < 3; ++i) samples[k][j][i] = field(v.x + i - 1, v.y + j - 1, v.z + k - 1);
+  Coefficients values{};
+  for (int t = 0; t <= k_degree; ++t) {
+    const dvec3 p = a + (static_cast<double>(t) / k_degree) * (b - a) - dvec3(v);
+    // Weights of this cube's polynomial, even if rounding puts p just outside the cube.
+    const auto weights = [](double x, double w[3]) {
+      w[0] = 0.5 * (0.5 - x) * (0.5 - x), w[1] = 0.75 - x * x, w[2] = 0.5 * (0.5 + x) * (0.5 + x);
+    };
+    double wx[3], wy[3], wz[3];
+    weights(p.x, wx), weights(p.y, wy), weights(p.z, wz);
+    for (int k = 0; k < 3; ++k)
+      for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i)
+          values[static_cast<std::size_t>(t)] += wx[i] * wy[j] * wz[k] * samples[k][j][i];
+  }
+  Coefficients bernstein{};
+  const auto& inverse = bernstein_from_values();
+  for (std::size_t i = 0; i <= k_degree; ++i)
+    for (std::size_t j = 0; j <= k_degree; ++j) bernstein[i] += inverse[i][j] * values[j];
+  return bernstein;
+}
+
+}  // namespace
+
 /// Returns true if a segment inside one cube of every field meets no solid.
 bool SmoothSolid::is_free_in_cube(const dvec3& from, const dvec3& to) const {
+  if (parts_.parts_at) {
+    const ivec3 v = nearest_sample(0.5 * (from + to));
+    if (const std::uint64_t parts = parts_.parts_at(v); parts != 0) {
+      for (int part = 0; part < 64; ++part) {
+        if ((parts >> part & 1) == 0) continue;
+        const Samples samples = [&](int x, int y, int z) { return parts_.samples(part, v, {x, y, z}); };
+        if (!is_free_polynomial({bernstein_along(samples, v, from, to)}, 48)) return false;
+      }
+      return true;
+    }
+  }
   std::vector<Coefficients> polynomials;
   for (const auto& [field, per_voxel] : fields_) {
     const dvec3 a = from * dvec3(per_voxel), b = to * dvec3(per_voxel);
     const ivec3 v = nearest_sample(0.5 * (a + b));
-    double samples[3][3][3], most = -1e300;
-    for (int k = 0; k < 3; ++k)
-      for (int j = 0; j < 3; ++j)
-        for (int i = 0; i < 3; ++i) {
-          samples[k][j][i] = field(v.x + i - 1, v.y + j - 1, v.z + k - 1);
-          most = std::max(most, samples[k][j][i]);
-        }
+    double most = -1e300;
+    for (int n = 0; n < 27; ++n)
+      most = std::max(most, field(v.x + n % 3 - 1, v.y + n / 3 % 3 - 1, v.z + n / 9 - 1));
     if (most < 0) return true;
-    Coefficients values{};
-    for (int t = 0; t <= k_degree; ++t) {
-      const dvec3 p = a + (static_cast<double>(t) / k_degree) * (b - a) - dvec3(v);
-      // Weights of this cube's polynomial, even if rounding puts p just outside the cube.
-      const auto weights = [](double x, double w[3]) {
-        w[0] = 0.5 * (0.5 - x) * (0.5 - x), w[1] = 0.75 - x * x, w[2] = 0.5 * (0.5 + x) * (0.5 + x);
-      };
-      double wx[3], wy[3], wz[3];
-      weights(p.x, wx), weights(p.y, wy), weights(p.z, wz);
-      for (int k = 0; k < 3; ++k)
-        for (int j = 0; j < 3; ++j)
-          for (int i = 0; i < 3; ++i)
-            values[static_cast<std::size_t>(t)] += wx[i] * wy[j] * wz[k] * samples[k][j][i];
-    }
-    Coefficients bernstein{};
-    const auto& inverse = bernstein_from_values();
-    for (std::size_t i = 0; i <= k_degree; ++i)
-      for (std::size_t j = 0; j <= k_degree; ++j) bernstein[i] += inverse[i][j] * values[j];
-    polynomials.push_back(bernstein);
+    polynomials.push_back(bernstein_along(field, v, a, b));
   }
   return is_free_polynomial(polynomials, 48);
 }

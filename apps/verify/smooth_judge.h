@@ -20,12 +20,22 @@ struct SampledField {
   glm::ivec3 per_voxel{1};
 };
 
+/// Parts of a field in some cubes: there the solid is the union of those of its parts.
+struct FieldParts {
+  /// Parts of a cube, a bit each; 0: the field itself.
+  std::function<std::uint64_t(const glm::ivec3& cube)> parts_at;
+  /// Sample of a part of a cube at one of its 27 lattice points.
+  std::function<double(int part, const glm::ivec3& cube, const glm::ivec3& at)> samples;
+};
+
 /// Solid where every field is >= 0: that of a shape, and the distance to removed matter.
 class SmoothSolid {
  public:
   explicit SmoothSolid(std::vector<SampledField> fields) : fields_(std::move(fields)) {}
   /// Solid of one field on the voxels.
   explicit SmoothSolid(Samples field) : fields_{{std::move(field), glm::ivec3(1)}} {}
+  SmoothSolid(Samples field, FieldParts parts)
+      : fields_{{std::move(field), glm::ivec3(1)}}, parts_(std::move(parts)) {}
 
   /// Returns the complement of a solid of one field, to judge a tool that is held from within.
   SmoothSolid complement() const {
@@ -33,7 +43,8 @@ class SmoothSolid {
   }
   std::size_t field_count() const { return fields_.size(); }
   const glm::ivec3& per_voxel(std::size_t f) const { return fields_[f].per_voxel; }
-  /// Returns the value of field f at p (volume frame), as a sum over 27 of its samples.
+  /// Returns the value of field f at p (volume frame), as a sum over 27 of its samples; where it has parts,
+  /// the largest value of one.
   double value(std::size_t f, const glm::dvec3& p) const;
   bool is_solid(const glm::dvec3& p) const;
   /// Returns true if the segment meets no solid: decided on the Bernstein form of the polynomials in each
@@ -44,7 +55,9 @@ class SmoothSolid {
  private:
   static std::uint64_t next_number();
   bool is_free_in_cube(const glm::dvec3& a, const glm::dvec3& b) const;
+  double value_of(std::size_t f, const Samples& samples, const glm::dvec3& q, const glm::ivec3& v) const;
   std::vector<SampledField> fields_;
+  FieldParts parts_;                      ///< of the first field, on the voxels; empty: none
   std::uint64_t number_ = next_number();  ///< copies have the same samples, and share it
 };
 

@@ -74,6 +74,13 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
       if (plane.steepness > 0 && plane.room < within) ++count;
     }
   }
+  if (stopping_.shape >= 0 && count < k_max_planes) {
+    bool is_known = false;
+    for (int k = 0; k < count; ++k) is_known = is_known || planes[k].wall == stopping_;
+    Plane& plane = planes[count];
+    if (!is_known) plane_of(stopping_, p, plane);
+    if (!is_known && plane.steepness > 0 && plane.room < within) ++count;
+  }
   if (count == 0 || frozen_count_ == 0) return;
   const glm::dvec3 here = frame_.world_from_volume(p);
   for (int i = frozen_count_ - 1; i >= 0 && count < k_max_planes; --i) {
@@ -88,6 +95,44 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
     plane.room = room;
     plane.steepness = 1;
   }
+}
+
+/// After a wall stopped a motion at `at`: if that is a step of the solid, moves up to its end, and has its
+/// wall among the planes of the next leg.
+template <class Walls>
+void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept {
+  stopping_ = wall.is_step || wall.sheet >= 0 ? wall : Wall{};
+  // The way up may meet the faces of further cubes.
+  constexpr int k_most_faces = 3;
+  if (!wall.is_step || result_.waypoint_count + k_most_faces + 4 > k_max_waypoints) return;
+  const ShapeSet inside = inside_;
+  const int count = result_.waypoint_count;
+  glm::bvec3 is_kept(false);
+  glm::dvec3 out(0);
+  for (int k = 0; k < planes.count; ++k)
+    if (!planes[k].is_frozen) out -= planes[k].normal;
+  away_from_all(planes, out);
+  glm::dvec3 p = at;
+  Wall step = wall;
+  for (int i = 0; i < k_most_faces; ++i) {
+    Plane plane;
+    plane_of(step, p, plane);
+    const glm::dvec3 above =
+        walls_.above_step(step, p, frame_.vector_volume_from_world(out - plane.normal), is_kept);
+    if (above == p) break;
+    const Reach reach = walls_.reach(p, above, inside_, landing());
+    p += reach.t * (above - p);
+    add(p);
+    if (!reach.is_blocked) {
+      at = p;
+      add_waypoint(at);
+      return;
+    }
+    if (!reach.wall.is_step) break;
+    step = reach.wall;
+  }
+  inside_ = inside;
+  result_.waypoint_count = count;
 }
 
 template <class Walls>
@@ -176,6 +221,23 @@ bool Slide<Walls>::is_short_way_free(const Plane& first, const Plane& last, cons
          free_step(d, glm::dot(end.gradient, down), bound.along(down)) >= 1;
 }
 
+/// Turns a direction away from all walls: where several sheets have one flank, the mean of the normals may
+/// lead into another.
+template <class Walls>
+void Slide<Walls>::away_from_all(const Planes& planes, glm::dvec3& out) noexcept {
+  constexpr double k_least = 0.1;  // cosine
+  constexpr int k_most_turns = 12;
+  if (planes.count < 3) return;
+  for (int i = 0; i < k_most_turns; ++i) {
+    const double size = glm::length(out);
+    int worst = 0;
+    for (int k = 1; k < planes.count; ++k)
+      if (glm::dot(out, planes[k].normal) > glm::dot(out, planes[worst].normal)) worst = k;
+    if (glm::dot(out, planes[worst].normal) < -k_least * size) return;
+    out -= size / (i + 1) * planes[worst].normal;
+  }
+}
+
 /// Moves from one point on the walls to another through a point lifted off them, each leg proven. `at`: the
 /// point reached. Returns false if a wall stopped it.
 template <class Walls>
@@ -198,6 +260,7 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
         0.0, 0.5 * std::max(glm::dot(first[k].jet.gradient, along), -glm::dot(last[k].jet.gradient, along)));
     lift = std::max(lift, (curved + slope) / std::min(first[k].steepness, last[k].steepness));
   }
+  if (is_creased(first)) away_from_all(first, out);
   const double size = glm::length(out);
   if (!(size > 1e-6)) return false;
   // Between several walls the outward direction is oblique to each of them.
@@ -219,9 +282,11 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
   const Reach up = walls_.reach(from, middle, inside, landing());
   if (up.is_blocked) {
     at = from + up.t * (middle - from);
-    if (up.t <= 0) return false;
-    inside_ = inside;
-    add(at);
+    if (up.t > 0) {
+      inside_ = inside;
+      add(at);
+    }
+    climb_step(up.wall, first, at);
     return false;
   }
   add(middle);
@@ -234,6 +299,7 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
       inside_ = inside;
       add(at);
     }
+    climb_step(down.wall, first, at);
     return false;
   }
   inside_ = inside;
@@ -249,6 +315,7 @@ void Slide<Walls>::run() noexcept {
   add(at);
   add_waypoint(at);
   Planes &planes = planes_, &moved = moved_planes_;
+  double longest_creased = 1e300;  // mm
   for (int stage = 0; stage < k_max_stages && result_.waypoint_count + 4 <= k_max_waypoints; ++stage) {
     // Straight to the HIP, unless a touched wall faces it.
     if (stage > 0) planes_at(at, k_touch * voxel_mm_, planes);
@@ -270,6 +337,7 @@ void Slide<Walls>::run() noexcept {
         add_waypoint(at);
         if (result_.shape < 0) landing_ = result_.waypoint_count - 1;
       }
+      climb_step(straight.wall, planes, at);
       planes_at(at, 4 * k_touch * voxel_mm_, planes);
       if constexpr (requires { walls_.is_mesh(0); }) {
         // The wall that stopped the motion is active, in addition to the near ones.
@@ -306,12 +374,17 @@ void Slide<Walls>::run() noexcept {
     glm::dvec3 to = at;
     bool is_settled = false, is_lower = false;
     double slid = 0;
-    double longest = k_stage * voxel_mm_;
+    double longest = std::min(k_stage * voxel_mm_, longest_creased);
     for (int k = 0; k < planes.count; ++k)
       if (!planes[k].is_frozen) longest = walls_.longest_leg(planes[k].wall, longest);
+    const bool has_sheets = is_creased(planes);
     for (double limit = longest; limit > k_shortest_stage * voxel_mm_; limit = 0.3 * std::min(limit, slid)) {
       moved.copy_from(planes);
-      if (!solve(at, limit, to, moved, is_settled)) break;
+      if (!solve(at, limit, to, moved, is_settled)) {
+        if (!has_sheets) break;
+        slid = limit;
+        continue;
+      }
       slid = glm::length(frame_.vector_world_from_volume(to - at));
       is_lower = energy(to) < energy_here;
       if (is_lower || slid < 1e-9 * voxel_mm_) break;
@@ -322,6 +395,7 @@ void Slide<Walls>::run() noexcept {
       if (is_held_by_friction(at, planes, to, moved)) break;
     }
     const glm::dvec3 before = at;
+    const Wall last_stopping = std::exchange(stopping_, {});
     const bool has_arrived = advance(before, to, planes, moved, at);
     add_waypoint(at);
     if (has_arrived) set_touched(moved[0]);
@@ -336,8 +410,11 @@ void Slide<Walls>::run() noexcept {
           is_held = is_held && !moved[k].is_frozen && glm::dot(moved[k].normal, rest) > 0;
         if (is_held) break;
       }
-    } else if (at == before) {
-      break;
+    } else if (at == before && (stopping_.shape < 0 || stopping_ == last_stopping)) {
+      // A sheet that ends on the way has led into another wall: the next leg is shorter.
+      longest_creased = 0.3 * slid;
+      if (!has_sheets || !(longest_creased > k_shortest_stage * voxel_mm_)) break;
+      continue;
     }
     freeze(before, planes[0]);
   }
@@ -347,6 +424,7 @@ void Slide<Walls>::run() noexcept {
 /// Ends at the nearest waypoint, with friction along the path to it.
 template <class Walls>
 void Slide<Walls>::finish() noexcept {
+  stopping_ = {};
   result_.waypoint_count = best_count_;
   glm::dvec3 proxy = result_.path_volume[static_cast<std::size_t>(best_count_ - 1)];
   result_.has_contact = proxy != hip_;

@@ -87,6 +87,12 @@ class Slide {
       best_inside_ = inside_;
     }
   }
+  /// Returns true if a wall is a sheet of a creased cube or a step at its face.
+  static bool is_creased(const Planes& planes) noexcept {
+    for (int k = 0; k < planes.count; ++k)
+      if (!planes[k].is_frozen && (planes[k].wall.sheet >= 0 || planes[k].wall.is_step)) return true;
+    return false;
+  }
   bool has_friction(const Wall& wall) const noexcept {
     const Material& material = material_of(scene_, wall.shape, side_of(wall.is_back));
     return material.static_friction > 0 || material.dynamic_friction > 0;
@@ -131,6 +137,8 @@ class Slide {
                          const glm::dvec3& middle, const glm::dvec3& to,
                          const volume::QuadraticPatch::HessianBound& bound) noexcept;
   void freeze(const glm::dvec3& p, const Plane& plane) noexcept;
+  void away_from_all(const Planes& planes, glm::dvec3& out) noexcept;
+  void climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept;
   void finish() noexcept;
 
   const TouchScene& scene_;
@@ -148,6 +156,7 @@ class Slide {
   Planes planes_, moved_planes_;
   std::array<FrozenPlane, 3> frozen_;
   int frozen_count_ = 0;
+  Wall stopping_;                     ///< the sheet or step that stopped the last motion; shape -1: none
   bool is_friction_applied_ = false;  ///< friction was applied to a stage
   bool is_in_solid_ = false;          ///< the point of the last planes_at() was in a solid
 };

@@ -101,6 +101,9 @@ class SceneWalls {
   double sample_mm(const Wall& wall) noexcept { return walls_of(part_of(wall.shape)).sample_mm(wall); }
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,
              bool&) const noexcept {}
+  /// As in SmoothWalls; p for a mesh.
+  glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, const glm::dvec3& out,
+                        glm::bvec3& is_kept) noexcept;
   using WallList = std::array<Wall, 4>;
   /// Finds the walls of a shape at p. For a mesh: the facets within `within` mm of the tool, except those
   /// behind others.

@@ -1,6 +1,7 @@
 #include "haptics/walls/smooth_walls.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -58,6 +59,9 @@ SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
   fresh.has_hessian_bound = false;
   if (key == k_cut)
     fresh.patch.load_distance(*version_, v);
+  else if (is_round_ && key >> k_sheet_shift != 0)
+    offset(static_cast<std::size_t>(key & ((1 << k_sheet_shift) - 1)))
+        .load_sheet((key >> k_sheet_shift) - 1, v, fresh.patch);
   else if (is_round_)
     offset(static_cast<std::size_t>(key)).load(v, fresh.patch);
   else if (const TouchItem& shape = scene_->items[static_cast<std::size_t>(key)]; shape.soft)
@@ -116,8 +120,8 @@ volume::Jet SmoothWalls::jet(const Wall& wall, const dvec3& p) noexcept {
     jet = patch(k_cut, at.sample).patch.jet(at.at);
     if (is_fine_) rescale(jet, lattice.scale());
   } else {
-    const ivec3 v = volume::voxel_of(p);
-    jet = patch(wall.shape, v).patch.jet(p - dvec3(v));
+    const Cached& cached = patch_of(wall, volume::voxel_of(p));
+    jet = cached.patch.jet(p - dvec3(cached.voxel));
   }
   if (wall.is_back) {
     jet.value = -jet.value;
@@ -133,8 +137,8 @@ volume::ValueAndGradient SmoothWalls::value_and_gradient(const Wall& wall, const
   if (wall.is_cut) {
     field = cut_value_and_gradient(version_->lattice().point_of(p));
   } else {
-    const ivec3 v = volume::voxel_of(p);
-    field = patch(wall.shape, v).patch.value_and_gradient(p - dvec3(v));
+    const Cached& cached = patch_of(wall, volume::voxel_of(p));
+    field = cached.patch.value_and_gradient(p - dvec3(cached.voxel));
   }
   if (wall.is_back) {
     field.value = -field.value;
@@ -164,13 +168,15 @@ volume::QuadraticPatch::HessianBound SmoothWalls::hessian_bound(const Wall& wall
 
 volume::QuadraticPatch::HessianBound SmoothWalls::bound_over(const Wall& wall, const CubeSpan& cubes,
                                                              bool& is_whole) noexcept {
-  const int key = wall.is_cut ? k_cut : wall.shape;
   const auto& [low, high] = cubes;
   is_whole = true;
-  volume::QuadraticPatch::HessianBound bound = hessian_bound_of(patch(key, low));
+  const auto bound_at = [&](const ivec3& v) -> const volume::QuadraticPatch::HessianBound& {
+    return hessian_bound_of(wall.is_cut ? patch(k_cut, v) : patch_of(wall, v));
+  };
+  volume::QuadraticPatch::HessianBound bound = bound_at(low);
   if (low == high) return bound;
   const auto add = [&](const ivec3& v) {
-    const auto& here = hessian_bound_of(patch(key, v));
+    const auto& here = bound_at(v);
     bound.own = glm::max(bound.own, here.own);
     bound.cross = glm::max(bound.cross, here.cross);
   };
@@ -188,7 +194,14 @@ volume::QuadraticPatch::HessianBound SmoothWalls::bound_over(const Wall& wall, c
 
 bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
   if (value_and_gradient({shape, false, false}, p).value < 0) return false;
-  return !is_near_cut(volume::voxel_of(p)) || value_and_gradient({shape, true, false}, p).value >= 0;
+  const ivec3 cube = volume::voxel_of(p);
+  if (const volume::CreaseSheets::Mask sheets = sheets_at(shape, cube); sheets != 0) {
+    for (volume::CreaseSheets::Mask rest = sheets; rest != 0; rest &= rest - 1)
+      if (value_and_gradient({shape, false, false, 0, std::countr_zero(rest), cube}, p).value >= 0)
+        return true;
+    return false;
+  }
+  return !is_near_cut(cube) || value_and_gradient({shape, true, false}, p).value >= 0;
 }
 
 bool SmoothWalls::is_covered(int shape, const ShapeSet& inside, const ivec3& v) noexcept {
@@ -209,6 +222,9 @@ int SmoothWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, dou
   if (is_covered(shape, inside, volume::voxel_of(p))) return 0;
   const bool has_cut = is_near_cut(volume::voxel_of(p));
   walls[0] = {shape, false, is_inside};
+  if (const volume::CreaseSheets::Mask sheets = is_inside ? 0 : sheets_at(shape, volume::voxel_of(p));
+      sheets != 0)
+    return sheets_near(shape, sheets, p, walls);
   if (!has_cut) return 1;
   walls[1] = {shape, true, is_inside};
   if (is_inside) return 2;
@@ -222,8 +238,71 @@ int SmoothWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, dou
   return 1;
 }
 
-double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, const ivec3* sample,
-                                   const Leg& leg, double t0, double t1, Wall& blocker) noexcept {
+dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, const dvec3& out,
+                              glm::bvec3& is_kept) noexcept {
+  constexpr double k_free = 1e-6, k_most_square = 1;  // voxels, their square
+  const ivec3 here = volume::voxel_of(p);
+  dvec3 way = out;
+  for (int a = 0; a < 3; ++a) {
+    is_kept[a] = is_kept[a] || here[a] != wall.cube[a];
+    if (is_kept[a]) way[a] = 0;
+  }
+  dvec3 q = p;
+  for (int i = 0; i < 4; ++i) {
+    const volume::ValueAndGradient s = value_and_gradient(wall, q);
+    const double slack = k_free * glm::length(s.gradient), slope = -glm::dot(s.gradient, way);
+    if (s.value + slack <= 0) return q;
+    if (!(slope > 0)) return p;
+    q += (s.value + 2 * slack) / slope * way;
+    if (!(glm::dot(q - p, q - p) < k_most_square)) return p;
+  }
+  return p;
+}
+
+int SmoothWalls::sheets_near(int shape, volume::CreaseSheets::Mask sheets, const dvec3& p,
+                             WallList& walls) noexcept {
+  // Cones overlap: the nearest of several sheets with nearly the same normal counts.
+  constexpr double k_same = 0.995;  // cosine
+  struct Near {
+    double depth;  // mm; negative in free space
+    dvec3 normal;
+    int sheet;
+  };
+  const ivec3 cube = volume::voxel_of(p);
+  std::array<Near, std::tuple_size_v<WallList>> kept;
+  std::size_t count = 0;
+  for (volume::CreaseSheets::Mask rest = sheets; rest != 0; rest &= rest - 1) {
+    const int sheet = std::countr_zero(rest);
+    const volume::ValueAndGradient s = value_and_gradient({shape, false, false, 0, sheet, cube}, p);
+    const dvec3 gradient = frame().gradient_world_from_volume(s.gradient);
+    const double steepness = glm::length(gradient);
+    if (!(steepness > 0)) continue;
+    const Near near{s.value / steepness, gradient / steepness, sheet};
+    std::size_t place = 0;
+    while (place < count && glm::dot(kept[place].normal, near.normal) < k_same) ++place;
+    if (place < count) {
+      if (near.depth > kept[place].depth) kept[place] = near;
+      continue;
+    }
+    if (count == kept.size()) {
+      // Replaces the farthest.
+      place = static_cast<std::size_t>(
+          std::min_element(kept.begin(), kept.end(),
+                           [](const Near& a, const Near& b) { return a.depth < b.depth; }) -
+          kept.begin());
+      if (near.depth <= kept[place].depth) continue;
+    } else {
+      ++count;
+    }
+    kept[place] = near;
+  }
+  for (std::size_t i = 0; i < count; ++i) walls[i] = {shape, false, false, 0, kept[i].sheet, cube};
+  return static_cast<int>(count);
+}
+
+double SmoothWalls::reach_in_piece(const Wall& field, const ivec3& v, const ivec3* sample, const Leg& leg,
+                                   double t0, double t1, Wall& blocker) noexcept {
+  const bool is_inside = field.is_back;
   const dvec3 &a = leg.a, &along = leg.along, origin = a - dvec3(v);
   const volume::CutLattice& lattice = version_->lattice();
   const auto in_cube = [&](double t) {
@@ -233,7 +312,7 @@ double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, co
   // Returns the free part of the leg from t that field or cut alone proves, forward or backward.
   const auto proven = [&](bool is_cut, double t, double direction) {
     volume::ValueAndGradient s;
-    Cached& cached = patch(is_cut ? k_cut : shape, is_cut ? *sample : v);
+    Cached& cached = is_cut ? patch(k_cut, *sample) : patch_of(field, v);
     if (is_cut)
       s = cut_value_and_gradient({*sample, in_cube(t)});
     else
@@ -266,17 +345,31 @@ double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, co
     if (end - backward <= t) return t1;
     if (backward > leg.least_step) end -= backward;
   }
-  blocker = {shape, by_cut, is_inside};
+  blocker = {field.shape, by_cut, is_inside, 0, by_cut ? -1 : field.sheet, v};
   return t;
 }
 
 double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, const Leg& leg, double t0,
                                   double t1, Wall& blocker) noexcept {
-  if (!is_near_cut(v)) return reach_in_piece(shape, is_inside, v, nullptr, leg, t0, t1, blocker);
+  const Wall field{shape, false, is_inside};
+  if (!is_near_cut(v)) {
+    const double free = reach_in_piece(field, v, nullptr, leg, t0, t1, blocker);
+    const volume::CreaseSheets::Mask sheets = free < t1 && !is_inside ? sheets_at(shape, v) : 0;
+    if (sheets == 0) return free;
+    // A motion that is free of the field is free of all its sheets.
+    double end = t1;
+    for (volume::CreaseSheets::Mask rest = sheets; rest != 0 && end > free; rest &= rest - 1) {
+      Wall sheet;
+      const Wall one{shape, false, false, 0, std::countr_zero(rest), v};
+      if (const double t = reach_in_piece(one, v, nullptr, leg, free, end, sheet); t < end)
+        end = t, blocker = sheet;
+    }
+    return end;
+  }
   const volume::CutLattice& lattice = version_->lattice();
   if (!is_fine_) {
     const ivec3 sample = lattice.centre_of(v);
-    return reach_in_piece(shape, is_inside, v, &sample, leg, t0, t1, blocker);
+    return reach_in_piece(field, v, &sample, leg, t0, t1, blocker);
   }
   // Without matter the cut need not be evaluated.
   if (!is_inside && patch(shape, v).patch.most() < 0) return t1;
@@ -305,7 +398,7 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
       if (walk.is_done()) end = t1;
     }
     ++counters_->voxels;
-    const double free = reach_in_piece(shape, is_inside, v, &sample, leg, t, end, blocker);
+    const double free = reach_in_piece(field, v, &sample, leg, t, end, blocker);
     if (free < end) return free;
     t = end;
   }
@@ -415,7 +508,17 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
       }
     }
     cube(v, walk.t_enter(), walk.t_exit(), reach, false);
-    if (reach.is_blocked) return reach;
+    if (reach.is_blocked) {
+      // The solid may end in steps where creased cubes end: the motion stays clear of the face, so that
+      // rounding cannot put its end into the next cube.
+      constexpr double k_clear = 1e-7;  // voxels
+      if (is_round_ && reach.t <= walk.t_enter()) {
+        reach.t = std::max(0.0, walk.t_enter() - k_clear / glm::length(along));
+        if (v != first && offset(static_cast<std::size_t>(reach.wall.shape)).has_sheets())
+          reach.wall.is_step = true, reach.wall.cube = v;
+      }
+      return reach;
+    }
     walk.advance();
   }
   return reach;

@@ -19,7 +19,15 @@ struct Wall {
   bool is_cut = false;      ///< the distance to removed matter; else the field of the scan
   bool is_back = false;     ///< keeps the proxy inside: the function is minus the field
   std::uint32_t facet = 0;  ///< of a mesh
-  friend bool operator==(const Wall&, const Wall&) = default;
+  int sheet = -1;           ///< of a creased cube (volume/fields/crease_sheets.h); -1: the field itself
+  /// Cube of a sheet: its polynomial continues in creased cubes without the sheet, which another contains
+  /// there. Of a step: everywhere.
+  glm::ivec3 cube{0};
+  bool is_step = false;  ///< the solid ends in a step at a face of `cube`, which stopped a motion
+  friend bool operator==(const Wall& a, const Wall& b) noexcept {
+    return a.shape == b.shape && a.is_cut == b.is_cut && a.is_back == b.is_back && a.facet == b.facet &&
+           a.sheet == b.sheet && a.is_step == b.is_step && (!a.is_step || a.cube == b.cube);
+  }
 };
 
 /// Free part of a motion.
@@ -111,13 +119,22 @@ class SmoothWalls {
     return std::min({mm.x, mm.y, mm.z});
   }
   /// Returns true if a motion is free whenever this wall leaves it free: one shape, touched from outside.
-  bool is_only_wall(const Wall& wall) const noexcept { return end_ - begin_ == 1 && !wall.is_back; }
+  bool is_only_wall(const Wall& wall) const noexcept {
+    return end_ - begin_ == 1 && !wall.is_back && wall.sheet < 0 && !wall.is_step;
+  }
   /// Returns true if the cube of voxel v may contain a cut.
   bool is_near_cut(const glm::ivec3& v) const noexcept;
 
+  /// Where creased cubes end, the solid may end in a step. Returns the point next to p, in direction `out`,
+  /// at which a wall that is a step is free; p if there is none near. `is_kept`: the coordinates that stay,
+  /// to which it adds those of the face between p and the step.
+  glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, const glm::dvec3& out,
+                        glm::bvec3& is_kept) noexcept;
+
   /// Finds the walls of one shape on which p, on the side `is_inside`, may rest: the freer one from outside,
-  /// field and cut from inside. Returns their number; `within` is for walls of other kinds.
-  using WallList = std::array<Wall, 2>;
+  /// field and cut from inside; of a creased cube the sheets nearest to p. Returns their number; `within` is
+  /// for walls of other kinds.
+  using WallList = std::array<Wall, 4>;
   int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within,
                WallList& walls) noexcept;
 
@@ -126,10 +143,10 @@ class SmoothWalls {
     volume::QuadraticPatch patch;
     volume::QuadraticPatch::HessianBound hessian_bound;
     glm::ivec3 voxel;  ///< for a cut the sample
-    int key;           ///< shape, or k_cut
+    int key;           ///< k_cut, or shape and sheet as in patch_of()
     bool has_hessian_bound;
   };
-  static constexpr int k_cut = 1000, k_cached = 6;
+  static constexpr int k_cut = 1000, k_cached = 8, k_sheet_shift = 16;
 
   const volume::OffsetField& offset(std::size_t shape) const noexcept {
     return touch_state_->offset(*scene_, shape);
@@ -138,6 +155,20 @@ class SmoothWalls {
     return is_round_ ? offset(static_cast<std::size_t>(begin_)).size() : volume_->size;
   }
   Cached& patch(int key, const glm::ivec3& v) noexcept;
+  /// Returns the sheets (a bit each) of the cube of v; 0 if it is not creased.
+  volume::CreaseSheets::Mask sheets_at(int shape, const glm::ivec3& v) const noexcept {
+    return is_round_ ? offset(static_cast<std::size_t>(shape)).sheets_at(v) : 0;
+  }
+  /// Returns the patch of a wall for points in the cube `at`; not of a cut.
+  Cached& patch_of(const Wall& wall, const glm::ivec3& at) noexcept {
+    volume::CreaseSheets::Mask sheets = wall.sheet < 0 ? 0 : sheets_at(wall.shape, at);
+    glm::ivec3 v = at;
+    if (wall.is_step || (sheets != 0 && (sheets >> wall.sheet & 1) == 0)) {
+      v = wall.cube;
+      sheets = wall.sheet < 0 ? 0 : sheets_at(wall.shape, v);
+    }
+    return patch(sheets != 0 ? wall.shape | (wall.sheet + 1) << k_sheet_shift : wall.shape, v);
+  }
   /// Returns bounds in the frame of all points, also of a cut's patch, which is per lattice step.
   const volume::QuadraticPatch::HessianBound& hessian_bound_of(Cached& cached) const noexcept;
   /// Returns value and derivatives of the cut, per voxel step, from the patch around a sample.
@@ -151,6 +182,9 @@ class SmoothWalls {
   int empty_distance(int shape, const glm::ivec3& v) const noexcept;
   /// Returns true if there is no matter within one voxel of v, of the shape or of its extension into others.
   bool is_air_around(int shape, const glm::ivec3& v) const noexcept;
+  /// Finds the sheets of a creased cube that are nearest to p, and differ in direction.
+  int sheets_near(int shape, volume::CreaseSheets::Mask sheets, const glm::dvec3& p,
+                  WallList& walls) noexcept;
   /// A motion a + t along, and the steps of t below which the proof ends.
   struct Leg {
     const glm::dvec3 &a, &along;
@@ -161,8 +195,8 @@ class SmoothWalls {
   double reach_in_cube(int shape, bool is_inside, const glm::ivec3& v, const Leg& leg, double t0, double t1,
                        Wall& blocker) noexcept;
   /// As reach_in_cube(), where the cut, if any, has one polynomial: all in the cube of `sample`.
-  double reach_in_piece(int shape, bool is_inside, const glm::ivec3& v, const glm::ivec3* sample,
-                        const Leg& leg, double t0, double t1, Wall& blocker) noexcept;
+  double reach_in_piece(const Wall& field, const glm::ivec3& v, const glm::ivec3* sample, const Leg& leg,
+                        double t0, double t1, Wall& blocker) noexcept;
   /// Returns true if, near a cut, all matter of the shape in the cube of v is also matter of another shape
   /// that blocks there: then the cut alone bounds both, with the walls of the other one. This applies where a
   /// soft shape extends into its neighbour and ends there, which a tool in a hole would meet.

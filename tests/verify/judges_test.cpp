@@ -372,7 +372,7 @@ TEST(SmoothSolid, BlocksPathsThroughMatterHoweverThin) {
   EXPECT_FALSE(solid.is_free({0, 0, 0}, {10, 0.4, 0.7}));
   EXPECT_TRUE(solid.is_free({0, 0, 0}, {4, 3, 2}));
   EXPECT_FALSE(solid.is_free({5, 0, 0}, {5, 0, 0}));
-  const SmoothSolid cut({{wall}, {[](int, int y, int) { return y - 10.0; }}});
+  const SmoothSolid cut(std::vector<SampledField>{{wall}, {[](int, int y, int) { return y - 10.0; }}});
   EXPECT_TRUE(cut.is_free({0, 0, 0}, {10, 0.4, 0.7}));
   EXPECT_FALSE(cut.is_free({0, 14, 0}, {10, 14.4, 0.7}));
 }

@@ -8,12 +8,14 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
+#include <limits>
 #include <mutex>
 #include <optional>
 
 #include "volume/base/deterministic_math.h"
 #include "volume/base/parallel.h"
 #include "volume/base/work_counters.h"
+#include "volume/fields/crease_builder.h"
 #include "volume/fields/smooth_surface.h"
 #include "volume/fields/wavefront.h"
 
@@ -25,10 +27,11 @@ using glm::ivec3;
 namespace {
 
 constexpr int k_edge = SampleBrick::k_edge;
-constexpr double k_steps_per_radius = 12;  // of the lattice
-constexpr double k_band = 2.5;             // steps on each side of the offset surface that are sampled
-constexpr double k_refined = 2.2;          // steps within which distances are exact
-constexpr int k_tile = 96;                 // lattice points along the edge of a tile
+constexpr double k_steps_per_radius = 12;       // of the lattice
+constexpr double k_band = 2.5;                  // steps on each side of the offset surface that are sampled
+constexpr double k_refined = 2.2;               // steps within which distances are exact
+constexpr int k_tile = 96;                      // lattice points along the edge of a tile
+constexpr double k_least_creased_radius = 1.5;  // steps; samples of smaller tools are inside the solid
 
 }  // namespace
 
@@ -77,6 +80,7 @@ class OffsetField::Builder {
       const std::lock_guard lock(mutex);
       work.samples += part.samples;
       work.cells += part.cells;
+      work.creased += part.creased;
     });
   }
 
@@ -321,18 +325,40 @@ class OffsetField::Builder {
     return selection;
   }
 
+  /// u at the lattice points in and around a tile, each computed once.
+  class TileSamples {
+   public:
+    TileSamples(const VoxelBox& box) : low_(box.low), size_(box.high - box.low + 1) {
+      values_.assign(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
+                         static_cast<std::size_t>(size_.z),
+                     std::numeric_limits<float>::quiet_NaN());
+    }
+    float& at(const ivec3& v) {
+      const ivec3 c = v - low_;
+      return values_[static_cast<std::size_t>(c.x) +
+                     static_cast<std::size_t>(size_.x) *
+                         (static_cast<std::size_t>(c.y) +
+                          static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(c.z))];
+    }
+
+   private:
+    ivec3 low_, size_;
+    std::vector<float> values_;
+  };
+
   void build_tile(const VoxelBox& tile, Work& work) {
     const Selection is_selected = select(tile);
     const auto& [low, high] = is_selected.box;
     if (glm::any(glm::greaterThan(low, high))) return;
     const double reach = out_.radius_ + (k_band + 1) * out_.step_;
-    const ivec3 halo = out_.steps_within(reach) + 1;
+    const int margin = has_sheets() ? CreaseBuilder::k_margin : 0;
+    const ivec3 halo = out_.steps_within(reach) + 1 + margin;
     // The lattice is parallel to the volume's axes, so a box of it is a box of voxels.
     const ivec3 voxel_low = glm::max(ivec3(glm::floor(voxel(dvec3(low - halo)))), ivec3(0)),
                 voxel_high = glm::min(ivec3(glm::ceil(voxel(dvec3(high + halo)))), field_.volume().size - 1);
     const VoxelKinds kinds(*this, voxel_low, voxel_high);
     const Matter is_matter(*this, kinds);
-    const LatticeBox box{dvec3(low), dvec3(high), shortest_step_};
+    const LatticeBox box{dvec3(low - margin), dvec3(high + margin), shortest_step_};
     const std::vector<SurfacePoint> points = sample_surface(kinds, box, reach);
     work.samples += points.size();
     std::optional<Wavefront> wavefront;
@@ -340,11 +366,17 @@ class OffsetField::Builder {
       wavefront.emplace(out_.frame_, box, halo, points);
       wavefront->spread(out_.step_, reach, inner_reach(), is_matter);
     }
-    fill_bricks(is_selected, wavefront, points, is_matter, work);
+    std::optional<TileSamples> samples;
+    if (has_sheets() && wavefront) samples.emplace(VoxelBox{low - margin, high + margin});
+    fill_bricks(is_selected, wavefront, points, is_matter, samples, work);
+    if (samples) build_sheets({low, high}, wavefront, points, is_matter, *samples, work);
   }
+  /// True for the build of the untouched solid; updates keep its sheets.
+  bool has_sheets() const { return out_.sheets_ != nullptr && previous_ == nullptr; }
 
   void fill_bricks(const Selection& is_selected, const std::optional<Wavefront>& wavefront,
-                   const std::vector<SurfacePoint>& points, const Matter& is_matter, Work& work) {
+                   const std::vector<SurfacePoint>& points, const Matter& is_matter,
+                   std::optional<TileSamples>& samples, Work& work) {
     const ivec3 first = is_selected.box.low / k_edge, last = is_selected.box.high / k_edge;
     for (int bz = first.z; bz <= last.z; ++bz)
       for (int by = first.y; by <= last.y; ++by)
@@ -355,7 +387,7 @@ class OffsetField::Builder {
           if (!previous_ && !is_reached(wavefront, corner))
             slot = {nullptr, is_matter.is_solid_box(corner, corner + (k_edge - 1))};
           else
-            fill(slot, corner, is_selected, wavefront, points, is_matter, work);
+            fill(slot, corner, is_selected, wavefront, points, is_matter, samples, work);
         }
   }
   static bool is_reached(const std::optional<Wavefront>& wavefront, const ivec3& corner) {
@@ -368,7 +400,7 @@ class OffsetField::Builder {
   /// Computes the selected samples of the brick at `corner`; stores a brick only near the offset surface.
   void fill(SampleSlot& slot, const ivec3& corner, const Selection& is_selected,
             const std::optional<Wavefront>& wavefront, const std::vector<SurfacePoint>& points,
-            const Matter& is_matter, Work& work) const {
+            const Matter& is_matter, std::optional<TileSamples>& samples, Work& work) const {
     const float far = static_cast<float>(out_.far_);
     auto brick = slot.brick ? std::make_shared<SampleBrick>(*slot.brick) : std::make_shared<SampleBrick>();
     if (!slot.brick) brick->values.fill(slot.is_solid ? far : -far);
@@ -378,6 +410,7 @@ class OffsetField::Builder {
       if (!is_selected(v)) continue;
       float& u = brick->values[static_cast<std::size_t>(k)];
       const float value = static_cast<float>(sample(v, wavefront, points, is_matter, work));
+      if (samples) samples->at(v) = value;
       // After a removal u must not increase anywhere, not even by rounding.
       if (previous_ && value >= u) continue;
       u = value;
@@ -419,6 +452,27 @@ class OffsetField::Builder {
         distance = std::min(distance, surface_.distance(at, points[other], is_found));
     }
     return distance;
+  }
+
+  /// Computes the sheets of the creased cubes of a tile.
+  void build_sheets(const VoxelBox& tile, const std::optional<Wavefront>& wavefront,
+                    const std::vector<SurfacePoint>& points, const Matter& is_matter, TileSamples& samples,
+                    Work& work) {
+    CreaseBuilder builder({out_.frame_, field_.volume().frame, surface_, out_.radius_, out_.step_, out_.far_},
+                          points);
+    work.creased += builder.build(
+        tile,
+        [&](const ivec3& v) {
+          float& u = samples.at(v);
+          if (std::isnan(u)) u = static_cast<float>(sample(v, wavefront, points, is_matter, work));
+          return static_cast<double>(u);
+        },
+        [&](const ivec3& v) {
+          // The sampled distance is too long by less than half a step.
+          return wavefront->nearest(v) != Wavefront::k_none &&
+                 std::abs(wavefront->distance(v) - out_.radius_) < (CreaseBuilder::k_band + 0.5) * out_.step_;
+        },
+        is_matter, *out_.sheets_);
   }
 
   /// Converts lattice coordinates to the volume frame.
@@ -495,8 +549,11 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   result->pages_.resize(static_cast<std::size_t>(result->pages_size_.x) *
                         static_cast<std::size_t>(result->pages_size_.y) *
                         static_cast<std::size_t>(result->pages_size_.z));
+  if (radius >= k_least_creased_radius * step)
+    result->sheets_ = std::make_shared<CreaseSheets>(result->slots_size_);
   Work total;
   Builder(*result, field, bits, version, nullptr, {}, soft).run(threads, total);
+  if (total.creased == 0) result->sheets_ = nullptr;
   total.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = total;
   return std::shared_ptr<const OffsetField>(std::move(result));
@@ -540,7 +597,8 @@ std::size_t OffsetField::bytes() const noexcept {
   std::size_t bricks = 0;
   for (const auto& page : pages_)
     for (const SampleSlot& slot : page->entries) bricks += slot.brick != nullptr;
-  return pages_.size() * (sizeof(Page) + sizeof pages_[0]) + bricks * sizeof(SampleBrick);
+  return pages_.size() * (sizeof(Page) + sizeof pages_[0]) + bricks * sizeof(SampleBrick) +
+         (sheets_ ? sheets_->bytes() : 0);
 }
 
 double OffsetField::at(int x, int y, int z) const noexcept {
@@ -553,6 +611,28 @@ double OffsetField::at(int x, int y, int z) const noexcept {
 void OffsetField::load(const ivec3& v, QuadraticPatch& patch) const noexcept {
   const SampleBrick* brick = contains(v) ? slot({v.x >> 3, v.y >> 3, v.z >> 3}).brick.get() : nullptr;
   load_around(v, brick, patch, [this](int x, int y, int z) { return at(x, y, z); });
+}
+
+double OffsetField::sheet_at(int sheet, const ivec3& cube, const ivec3& v) const noexcept {
+  CreaseSheets::Samples samples;
+  sheets_->load(sheet, cube, samples);
+  const ivec3 c = v - cube + 1;
+  return std::min(at(v.x, v.y, v.z),
+                  static_cast<double>(samples[static_cast<std::size_t>(c.x + 3 * c.y + 9 * c.z)]));
+}
+
+void OffsetField::load_sheet(int sheet, const ivec3& v, QuadraticPatch& patch) const noexcept {
+  CreaseSheets::Samples samples;
+  sheets_->load(sheet, v, samples);
+  std::size_t n = 0;
+  for (int k = -1; k <= 1; ++k)
+    for (int j = -1; j <= 1; ++j, n += 3) {
+      const auto value = [&](std::size_t i) {
+        const double u = at(v.x + static_cast<int>(i) - 1, v.y + j, v.z + k);
+        return std::min(u, static_cast<double>(samples[n + i]));
+      };
+      patch.set_row(j + 1, k + 1, value(0), value(1), value(2));
+    }
 }
 
 bool OffsetField::is_free_around(const ivec3& v) const noexcept {

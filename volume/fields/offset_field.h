@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "volume/cuts/version.h"
+#include "volume/fields/crease_sheets.h"
 #include "volume/fields/sample_brick.h"
 #include "volume/fields/soft_field.h"
 #include "volume/scan/field.h"
@@ -17,7 +18,8 @@ namespace trephine::volume {
 
 /// u = radius - distance to the smooth solid of a shape, less its cuts (mm): positive where the tool's centre
 /// must not be. Sampled on its own lattice (step_for()), in bricks near u = 0; elsewhere u is +-far_mm().
-/// Distances are exact to about a thousandth of a step where the nearest point is unique. Immutable; updates
+/// Distances are exact to about a thousandth of a step where the nearest point is unique; at concave creases,
+/// where it is not, sheets (CreaseSheets) have the distances to each flank. Immutable; updates
 /// share unchanged bricks.
 class OffsetField {
  public:
@@ -25,6 +27,7 @@ class OffsetField {
   struct Work {
     std::size_t samples = 0;  ///< sampled surface points
     std::size_t cells = 0;    ///< lattice points with a computed distance
+    std::size_t creased = 0;  ///< creased cubes
     double seconds = 0;
   };
 
@@ -57,6 +60,18 @@ class OffsetField {
   }
   /// u (mm) at a lattice point; -far_mm() (free) beyond the lattice.
   double at(int x, int y, int z) const noexcept;
+  /// Returns the sheets (a bit each) of a creased cube; 0 for other cubes, in which the field alone
+  /// determines the solid.
+  CreaseSheets::Mask sheets_at(const glm::ivec3& v) const noexcept {
+    return sheets_ ? sheets_->sheets_at(v) : 0;
+  }
+  /// Returns true if the field may have creased cubes.
+  bool has_sheets() const noexcept { return sheets_ != nullptr; }
+  /// u (mm) of a sheet of a creased cube at one of the cube's lattice points: at most that of the field,
+  /// since removed matter counts in every sheet.
+  double sheet_at(int sheet, const glm::ivec3& cube, const glm::ivec3& v) const noexcept;
+  /// Loads the 27 samples of a sheet of the creased cube around lattice point v.
+  void load_sheet(int sheet, const glm::ivec3& v, QuadraticPatch& patch) const noexcept;
   /// Loads the 27 samples around lattice point v.
   void load(const glm::ivec3& v, QuadraticPatch& patch) const noexcept;
   /// Returns true if all 27 samples around v are in bricks without data, far from the solid.
@@ -94,6 +109,7 @@ class OffsetField {
   glm::ivec3 size_{0}, slots_size_{0}, pages_size_{0};
   double radius_ = 0, step_ = 0, far_ = 0;
   std::vector<std::shared_ptr<Page>> pages_;  ///< never written after the build
+  std::shared_ptr<CreaseSheets> sheets_;      ///< of the solid without cuts; null: no creased cubes
 };
 
 }  // namespace trephine::volume

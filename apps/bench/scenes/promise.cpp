@@ -17,7 +17,11 @@ std::shared_ptr<const volume::OffsetField> touch_offset_field(const haptics::Tou
 verify::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
                                          std::shared_ptr<const haptics::TouchState> seen, std::size_t shape) {
   if (const auto offset = touch_offset_field(scene, seen.get(), shape))
-    return verify::SmoothSolid([offset](int x, int y, int z) { return offset->at(x, y, z); });
+    return verify::SmoothSolid([offset](int x, int y, int z) { return offset->at(x, y, z); },
+                               {[offset](const glm::ivec3& cube) { return offset->sheets_at(cube); },
+                                [offset](int sheet, const glm::ivec3& cube, const glm::ivec3& at) {
+                                  return offset->sheet_at(sheet, cube, at);
+                                }});
   const haptics::TouchItem& touched = scene.items[shape];
   return verify::smooth_solid(scene.base, touched.field.shape(), seen ? seen->version : nullptr,
                               touched.soft);

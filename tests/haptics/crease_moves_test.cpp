@@ -1,0 +1,158 @@
+// Balls in creases: random motions in grooves, pits and slots. The judge is the closed form of the distance;
+// a ball must not rest while a free way leads nearer to the hand.
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <gtest/gtest.h>
+#include <numeric>
+#include <random>
+
+#include "haptics/methods/methods.h"
+#include "volume/fields/offset_field.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+using volume::Frame;
+using volume::Volume;
+
+constexpr double k_degree = 0.017453292519943295;
+
+/// A concave shape of planes: the distance to the nearest one is the distance of every free point.
+struct Crease {
+  const char* name;
+  std::vector<dvec3> normals;  ///< into free space; all planes contain the origin
+  double radius;
+  double distance(const dvec3& p) const {
+    double least = 1e9;
+    for (const dvec3& n : normals) least = std::min(least, glm::dot(n, p));
+    return least;
+  }
+};
+
+Crease crease(const char* name, int flanks, double degrees, double radius, const glm::dquat& turn) {
+  const double sine = std::sin(0.5 * degrees * k_degree), cosine = std::cos(0.5 * degrees * k_degree);
+  Crease result{name, {}, radius};
+  for (int i = 0; i < flanks; ++i) {
+    const double angle = 360.0 / flanks * i * k_degree;
+    result.normals.push_back(turn * dvec3(-cosine * std::cos(angle), -cosine * std::sin(angle), sine));
+  }
+  return result;
+}
+
+struct Moves {
+  int contacts = 0, hangs = 0, resting = 0;
+  double deepest = 0;  ///< mm of penetration of the ball
+};
+
+/// Moves the hand at random around the crease, and counts the steps in which the ball rests although the
+/// exact solid has a free way that is 0.25 mm nearer to the hand.
+Moves move_in(const Crease& crease, const glm::dmat3& axes, bool has_noise, const char* method_name,
+              int steps) {
+  const ivec3 size(glm::ceil(14.0 / dvec3(glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2]))));
+  const dvec3 origin = -0.5 * (axes * (dvec3(size) - 1.0));
+  Volume volume = volume::make_volume(size, Frame::from_axes(origin, axes).value()).value();
+  std::mt19937_64 random(7);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+  };
+  const auto direction = [&] {
+    dvec3 d;
+    do d = dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+    while (!(glm::length(d) > 0.1 && glm::length(d) < 1));
+    return glm::normalize(d);
+  };
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        volume.voxels[volume.index(x, y, z)] = static_cast<std::int16_t>(
+            std::lround(std::clamp(300 - 300 * crease.distance(volume.frame.world_from_volume({x, y, z})) +
+                                       (has_noise ? uniform(-45, 45) : 0.0),
+                                   -1000.0, 3000.0)));
+  TouchScene scene;
+  scene.base = std::make_shared<const Volume>(std::move(volume));
+  const volume::Field field(*scene.base, volume::Shape{});
+  auto bits = std::make_shared<volume::Occupancy>(volume::Occupancy::build(*scene.base, volume::Shape{}));
+  scene.tool_radius = crease.radius;
+  scene.items.push_back({field, bits, {0.5, 0, 0, 0}, Side::front});
+  scene.items[0].offset = volume::OffsetField::build(field, *bits, nullptr, crease.radius, 1).value();
+  auto method = make_method(method_name).value();
+  EXPECT_FALSE(method->prepare(scene));
+  const auto state =
+      std::make_shared<TouchState>(untouched(scene), TouchState::OffsetFields{scene.items[0].offset});
+
+  const dvec3 up = glm::normalize(std::accumulate(crease.normals.begin(), crease.normals.end(), dvec3(0)));
+  const dvec3 along = crease.normals.size() == 2
+                          ? glm::normalize(glm::cross(crease.normals[0], crease.normals[1]))
+                          : dvec3(0);
+  Moves result;
+  ProxyState proxy;
+  dvec3 hand = 5.0 * up, goal = hand, last(0);
+  int still = 0;
+  bool is_hanging = false;
+  for (int i = 0; i < steps; ++i) {
+    if (glm::length(goal - hand) < 0.1)
+      goal = uniform(-3, 3) * along + uniform(-1, 3) * crease.radius * up +
+             uniform(0, 0.8) * crease.radius * direction();
+    if (i % 100 > 40) hand += 0.1 * glm::normalize(goal - hand + 1e-6 * up);
+    const ProxyStep step = method->step(scene, *state, proxy, {hand});
+    const dvec3 ball = step.proxy_world;
+    EXPECT_FALSE(step.is_buried);
+    result.deepest = std::max(result.deepest, crease.radius - crease.distance(ball));
+    result.contacts += step.has_contact;
+    still = step.has_contact && glm::length(ball - last) < 1e-5 ? still + 1 : 0;
+    last = ball;
+    if (still == 0) is_hanging = false;
+    if (still >= 15 && still % 15 == 0 && glm::length(hand - ball) > 0.3) {
+      ++result.resting;
+      // Descends toward the hand by random steps in free space.
+      dvec3 at = ball;
+      const auto is_free = [&](const dvec3& p) { return crease.distance(p) > crease.radius + 0.01; };
+      for (int round = 0; round < 40; ++round) {
+        dvec3 best = at;
+        for (int n = 0; n < 60; ++n) {
+          dvec3 way = direction();
+          if (glm::dot(way, hand - at) < 0) way = -way;
+          const dvec3 to = at + uniform(0.05, 0.3) * way;
+          if (glm::length(hand - to) > glm::length(hand - best) - 0.02) continue;
+          bool is_way_free = true;
+          for (int k = 1; k <= 6; ++k) is_way_free = is_way_free && is_free(glm::mix(at, to, k / 6.0));
+          if (is_way_free) best = to;
+        }
+        if (best == at) break;
+        at = best;
+      }
+      is_hanging = glm::length(hand - ball) - glm::length(hand - at) > 0.25;
+    }
+    result.hangs += is_hanging;
+  }
+  return result;
+}
+
+TEST(BallsInCreases, FollowTheHandWhereverTheClosedFormIsFree) {
+  const glm::dquat turn = glm::normalize(glm::dquat(0.8, 0.31, -0.4, 0.22));
+  const glm::dmat3 fine(0.3), thick(dvec3(0.3, 0, 0), dvec3(0, 0.3, 0), dvec3(0, 0, 0.8)),
+      sheared(dvec3(0.3, 0, 0), dvec3(0.1, 0.29, 0), dvec3(0.1, -0.08, 0.33));
+  Moves sum;
+  const auto add = [&](const Crease& one, const glm::dmat3& axes, bool has_noise, const char* method) {
+    const Moves moves = move_in(one, axes, has_noise, method, 4000);
+    std::printf("%-16s radius %.1f: %4d contacts, hangs in %d; ball at most %.3f mm deep\n", one.name,
+                one.radius, moves.contacts, moves.hangs, moves.deepest);
+    EXPECT_LT(moves.deepest, 0.15);
+    sum.contacts += moves.contacts, sum.hangs += moves.hangs, sum.resting += moves.resting;
+  };
+  add(crease("groove of 25°", 2, 25, 1, turn), fine, false, "subvoxel");
+  add(crease("groove of 50°", 2, 50, 1, turn), thick, true, "scene");
+  add(crease("groove of 90°", 2, 90, 1.7, turn), sheared, true, "subvoxel");
+  add(crease("pit of 3 flanks", 3, 45, 0.8, turn), sheared, false, "subvoxel");
+  add(crease("pit of 4 flanks", 4, 60, 1, turn), fine, true, "scene");
+  add(crease("pit of 4 flanks", 4, 80, 0.6, turn), thick, false, "scene");
+  std::printf("hangs in %d of %d contacts; judged %d times\n", sum.hangs, sum.contacts, sum.resting);
+  EXPECT_GT(sum.resting, 100);
+  EXPECT_LE(sum.hangs, sum.contacts / 500);
+}
+
+}  // namespace
+}  // namespace trephine::haptics
