@@ -125,9 +125,9 @@ class SmoothWalls {
   /// Returns true if the cube of voxel v may contain a cut.
   bool is_near_cut(const glm::ivec3& v) const noexcept;
 
-  /// Where creased cubes end, the solid may end in a step. Returns the point next to p, in direction `out`,
-  /// at which a wall that is a step is free; p if there is none near. `is_kept`: the coordinates that stay,
-  /// to which it adds those of the face between p and the step.
+  /// Returns the point next to p in direction `out` at which a wall that is a step does not block, or p if
+  /// no point near does. Adds the coordinates of the face between p and the step to `is_kept`, and changes
+  /// none of these.
   glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, const glm::dvec3& out,
                         glm::bvec3& is_kept) noexcept;
 

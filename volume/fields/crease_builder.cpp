@@ -30,7 +30,7 @@ const std::array<glm::dvec3, CreaseBuilder::k_cones>& axes() {
 }  // namespace
 
 CreaseSheets::Mask CreaseBuilder::cones_of(const glm::dvec3& normal) noexcept {
-  constexpr double k_cosine = 0.866;
+  constexpr double k_cosine = 0.92;
   const double length = glm::length(normal);
   if (!(length > 0)) return (CreaseSheets::Mask{1} << k_cones) - 1;
   CreaseSheets::Mask cones = 0;

@@ -177,12 +177,12 @@ class CreaseBuilder {
               const auto value = [&](int i) { return u_at(v + glm::ivec3(i, j, k)); };
               patch.set_row(j + 1, k + 1, value(-1), value(0), value(1));
             }
-          // At the corners too: neighbours agree on their common face, so that creased cubes end where the
-          // spline is right again.
+          // At the corners too, where no clamped sample counts: neighbours agree there, so that creased cubes
+          // end where the spline is right again.
           const auto is_flat_at = [&](const glm::dvec3& at) {
-            const glm::dvec3 slope =
-                offset_.lattice.gradient_world_from_volume(patch.value_and_gradient(at).gradient);
-            return glm::dot(slope, slope) < k_slope * k_slope;
+            const ValueAndGradient field = patch.value_and_gradient(at);
+            const glm::dvec3 slope = offset_.lattice.gradient_world_from_volume(field.gradient);
+            return std::abs(field.value) < 1.5 * offset_.step && glm::dot(slope, slope) < k_slope * k_slope;
           };
           bool is_creased = is_flat_at(glm::dvec3(0));
           for (int n = 0; n < 8 && !is_creased; ++n)
@@ -226,7 +226,7 @@ class CreaseBuilder {
     const auto slack = static_cast<float>(k_slack * offset_.step);
     const auto contains = [&](std::size_t outer, std::size_t inner) {
       for (const Sample* s : around)
-        if (s->u[outer] < s->u[inner]) return false;
+        if (s->u[outer] + slack < s->u[inner]) return false;
       return true;
     };
     CreaseSheets::Mask kept = 0;
