@@ -31,7 +31,7 @@ constexpr double k_steps_per_radius = 12;       // of the lattice
 constexpr double k_band = 2.5;                  // steps on each side of the offset surface that are sampled
 constexpr double k_refined = 2.2;               // steps within which distances are exact
 constexpr int k_tile = 96;                      // lattice points along the edge of a tile
-constexpr double k_least_creased_radius = 1.5;  // steps; samples of smaller tools are inside the solid
+constexpr double k_least_creased_radius = 1.9;  // steps; samples of smaller tools are inside the solid
 
 }  // namespace
 
