@@ -80,10 +80,12 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
       std::vector<cross_section::Loop> outline;
       for (const cross_section::Loop& loop : cut.outline)
         outline.push_back(inset(loop, plane.pixel * std::max(plane.columns, plane.rows) / 500));
+      std::string name = scan.label_names[label];
+      std::replace(name.begin(), name.end(), '_', ' ');
       add(outline,
           {static_cast<std::uint8_t>(255 * share.x), static_cast<std::uint8_t>(255 * share.y),
            static_cast<std::uint8_t>(255 * share.z)},
-          scan.label_names[label]);
+          name);
     }
   }
   for (const Object& object : subject.objects) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

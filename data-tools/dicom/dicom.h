@@ -1,7 +1,7 @@
 // open_dicom(): reads DICOM volumes. Headers, geometry and checks are our own; GDCM decompresses pixels.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

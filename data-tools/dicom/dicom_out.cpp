@@ -9,6 +9,7 @@
 #include "data-tools/dicom/dicom_writer.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/subprocess.h"
+#include "data-tools/formats/open_volume.h"
 #include "data-tools/formats/reader_support.h"
 #include "data-tools/formats/write_volume.h"
 

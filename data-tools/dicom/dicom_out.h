@@ -1,7 +1,7 @@
 // write_dicom_series(): writes a volume as a series of derived, anonymous images, with GDCM.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

@@ -1,7 +1,7 @@
 // open_dicom_segmentation(): reads DICOM segmentations (SEG), label maps on their own grid.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

@@ -4,7 +4,7 @@
 
 #include "data-tools/dicom/dicom_file.h"
 #include "data-tools/dicom/dicom_stack.h"
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

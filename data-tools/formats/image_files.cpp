@@ -18,6 +18,7 @@
 #include <zlib.h>
 
 #include "data-tools/files/atomic_file.h"
+#include "data-tools/formats/open_volume.h"
 #include "data-tools/formats/quiet_streams.h"
 #include "data-tools/formats/reader_support.h"
 #include "data-tools/formats/voxel_values.h"

@@ -1,7 +1,7 @@
 // open_image_file(): reads MetaImage, and writes MetaImage and NRRD, with ITK's ImageIO.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 #include "data-tools/formats/write_volume.h"
 
 namespace trephine::data_tools {

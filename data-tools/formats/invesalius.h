@@ -1,7 +1,7 @@
 // open_invesalius(): reads the scan of an InVesalius project (.inv3), an archive.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

@@ -2,7 +2,7 @@
 // (ITK 5.2 rejects affines with rounded, almost right angles, which are common.)
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 #include "data-tools/formats/write_volume.h"
 
 namespace trephine::data_tools {

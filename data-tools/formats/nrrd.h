@@ -1,7 +1,7 @@
 // open_nrrd(): reads NRRD with teem, the reference implementation.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

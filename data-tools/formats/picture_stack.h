@@ -2,7 +2,7 @@
 // per file in the order of the names, or as pages of one TIFF.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

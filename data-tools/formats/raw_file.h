@@ -1,7 +1,7 @@
 // open_raw(): reads numbers without a header, in a stated layout.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

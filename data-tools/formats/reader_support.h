@@ -2,7 +2,7 @@
 #pragma once
 
 #include "data-tools/files/subprocess.h"
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 

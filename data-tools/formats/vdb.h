@@ -2,7 +2,7 @@
 // is assumed for others, with a notice.
 #pragma once
 
-#include "data-tools/formats/open_volume.h"
+#include "data-tools/formats/opened_volume.h"
 #include "data-tools/formats/write_volume.h"
 
 namespace trephine::data_tools {

@@ -352,9 +352,8 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   fluoroscopy::Display display;
   display.is_logarithmic = !a.is_linear, display.is_inverted = a.is_film;
   imaging::Panel panel = imaging::xray_panel(received, view, arm.pixel, display, hidden);
-  panel.title = format_text("%s: primary %.0f\u00b0, secondary %.0f\u00b0",
-                            std::string(k_integrations[a.integration]).c_str(), arm.primary, arm.secondary);
-  panel.foot = format_text("%.1f mGy cm\u00b2", dose.area_product);
+  panel.title = format_text("X-ray: primary %.0f\u00b0, secondary %.0f\u00b0", arm.primary, arm.secondary);
+  panel.foot = format_text("dose-area product %.1f mGy cm\u00b2", dose.area_product);
   json["plan"] = add_plan(panel, view, arm, moment);
   std::vector<imaging::Panel> panels{panel};
   if (a.is_side_by_side) {

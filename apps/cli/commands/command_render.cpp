@@ -185,8 +185,10 @@ Result<Outcome> run_render(const RenderArguments& a) {
     json["window"] = nullptr;
     outcome.text += "nothing of it is opaque enough to be touched\n";
   }
-  panel.title =
-      a.opacity.empty() ? (a.ramp.empty() ? (scan.is_hounsfield ? "bone" : "grey") : a.ramp) : "own ramp";
+  const std::string usual = scan.is_hounsfield ? "bone" : "grey";
+  panel.title = "Volume rendering: " + (!a.opacity.empty() ? "custom opacity"
+                                        : a.ramp.empty()   ? usual
+                                                           : a.ramp);
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, a.size); });
   return finished(outputs, std::move(outcome), "no picture requested: -o PICTURE.png\n");
 }

@@ -70,6 +70,8 @@ Result<Outcome> run_script(const RunArguments& arguments) {
                                 : format_text("%zu of %zu checks FAILED\n", static_cast<std::size_t>(failed),
                                               report.checks.size());
   if (!arguments.output.empty()) outcome.text += "written to " + arguments.output + "\n";
+  if (!request.pictures.empty() && played.value().pictures.empty())
+    outcome.text += "no pictures written: the script has no [[pictures]]\n";
   if (!played.value().pictures.empty())
     outcome.text +=
         format_text("%zu pictures in %s/\n", played.value().pictures.size(), request.pictures.c_str());
