@@ -2,18 +2,25 @@
 
 namespace trephine::volume {
 
+namespace {
+
+/// Returns the lowest lattice point of the brick of v.
+glm::ivec3 low_of(const glm::ivec3& v) { return v - (v & (SampleBrick::k_edge - 1)); }
+
+}  // namespace
+
+float CreaseSheets::sample(int sheet, const glm::ivec3& cube, const glm::ivec3& v) const noexcept {
+  return brick_of(cube)->sample(sheet, Brick::point_index(v, low_of(cube)));
+}
+
 void CreaseSheets::load(int sheet, const glm::ivec3& v, Samples& samples) const noexcept {
   const Brick& brick = *brick_of(v);
-  const glm::ivec3 low = v - (v & (SampleBrick::k_edge - 1));
-  const Mask below = (Mask{1} << sheet) - 1;
+  const glm::ivec3 low = low_of(v);
   std::size_t n = 0;
   for (int z = -1; z <= 1; ++z)
     for (int y = -1; y <= 1; ++y)
-      for (int x = -1; x <= 1; ++x) {
-        const std::size_t index = Brick::point_index(v + glm::ivec3(x, y, z), low);
-        const auto before = static_cast<std::size_t>(std::popcount(brick.points.at(index) & below));
-        samples[n++] = brick.samples[brick.first[brick.points.rank(index)] + before];
-      }
+      for (int x = -1; x <= 1; ++x)
+        samples[n++] = brick.sample(sheet, Brick::point_index(v + glm::ivec3(x, y, z), low));
 }
 
 std::size_t CreaseSheets::bytes() const noexcept {

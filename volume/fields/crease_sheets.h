@@ -36,7 +36,10 @@ class CreaseSheets {
     const Brick* brick = brick_of(v);
     return brick == nullptr ? 0 : brick->cubes.at(SampleBrick::index_of(v));
   }
-  /// Loads the samples of a sheet of the creased cube around v. The cube must have the sheet.
+  /// Returns the sample of a sheet of a creased cube at one of the 27 lattice points around it. The cube must
+  /// have the sheet.
+  float sample(int sheet, const glm::ivec3& cube, const glm::ivec3& v) const noexcept;
+  /// Loads all samples of a sheet of the creased cube around v. The cube must have the sheet.
   void load(int sheet, const glm::ivec3& v, Samples& samples) const noexcept;
   std::size_t bytes() const noexcept;
 
@@ -76,6 +79,11 @@ class CreaseSheets {
     MaskTable<k_reach * k_reach * k_reach> points;
     std::vector<std::uint32_t> first;  ///< by point: of its samples
     std::vector<float> samples;        ///< of each point in the order of its sheets
+    /// Returns the sample of a sheet at the point with an index.
+    float sample(int sheet, std::size_t point) const noexcept {
+      const auto below = static_cast<std::size_t>(std::popcount(points.at(point) & ((Mask{1} << sheet) - 1)));
+      return samples[first[points.rank(point)] + below];
+    }
     /// Returns the index of a lattice point read by the cubes of the brick that begins at `low`.
     static std::size_t point_index(const glm::ivec3& v, const glm::ivec3& low) noexcept {
       const glm::ivec3 p = v - low + 1;
