@@ -73,8 +73,8 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (!request.pictures.empty() && played.value().pictures.empty())
     outcome.text += "no pictures written: the script has no [[pictures]]\n";
   if (!played.value().pictures.empty())
-    outcome.text +=
-        format_text("%zu pictures in %s/\n", played.value().pictures.size(), request.pictures.c_str());
+    outcome.text += format_text("%zu picture%s in %s/\n", played.value().pictures.size(),
+                                played.value().pictures.size() == 1 ? "" : "s", request.pictures.c_str());
   if (report.recording) {  // the recording failed; other outputs are kept
     notice("note: " + report.recording->message());
     json["recording"] = report.recording->message();
