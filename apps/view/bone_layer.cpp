@@ -62,6 +62,13 @@ Tint tint_of(std::size_t shape, const std::optional<dvec3>& colour) {
   return {0.85 * *colour, glm::mix(*colour, dvec3(1), 0.2), 0.45 * *colour, 0.7 * *colour};
 }
 
+dvec3 colour_of(const Tint& tint, const VertexMatter& matter) {
+  const auto density = static_cast<double>(matter.density);
+  return glm::mix(glm::mix(tint.spongy, tint.compact, density),
+                  glm::mix(tint.cut_spongy, tint.cut_compact, density),
+                  static_cast<double>(matter.freshness));
+}
+
 vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& meshes, const Tint& tint) {
   std::size_t vertices = 0, triangles = 0;
   for (const DrawMesh* m : meshes) vertices += m->vertices.size(), triangles += m->triangles.size() / 3;
@@ -82,13 +89,10 @@ vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& me
   std::size_t first = 0;
   for (const DrawMesh* m : meshes) {
     for (std::size_t i = 0; i < m->vertices.size(); ++i) {
-      const double fresh = static_cast<double>(m->freshness[i]), density = static_cast<double>(m->density[i]);
       const Tint vertex_tint = m->colours.empty() ? tint : tint_of(0, dvec3(m->colours[i]));
-      const dvec3 old = glm::mix(vertex_tint.spongy, vertex_tint.compact, density),
-                  cut = glm::mix(vertex_tint.cut_spongy, vertex_tint.cut_compact, density);
       // Ambient light, reduced by occlusion.
       const double light = 0.28 + 0.72 * static_cast<double>(m->openness[i]);
-      const dvec3 color = light * glm::mix(old, cut, fresh);
+      const dvec3 color = light * colour_of(vertex_tint, {m->freshness[i], m->density[i]});
       for (int a = 0; a < 3; ++a) {
         *p++ = m->vertices[i][a];
         *n++ = m->normals[i][a];
@@ -115,6 +119,8 @@ vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& me
 vtkPolyDataMapper* mapper_of(vtkActor* actor) { return static_cast<vtkPolyDataMapper*>(actor->GetMapper()); }
 
 }  // namespace
+
+dvec3 bone_colour(const VertexMatter& matter) { return colour_of(k_tints[0], matter); }
 
 class BoneLayer::Painter {
  public:

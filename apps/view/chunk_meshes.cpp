@@ -74,7 +74,41 @@ double depth_mm(const volume::Field& field, const dvec3& p) {
   return slope > 0 ? field.value(p) / slope : field.value(p) > 0 ? 1e300 : -1e300;
 }
 
+/// Returns 0 at the surface of the scan, rising to 1 a quarter of a voxel diagonal below it. p: volume frame.
+double cut_share(const volume::Field& field, const dvec3& p) {
+  constexpr double k_rim = 0.25;  // voxel diagonals within which a cut face takes the surface's colour
+  return std::clamp(depth_mm(field, p) / (k_rim * field.volume().frame.diagonal_mm()), 0.0, 1.0);
+}
+
+/// Returns the density of the matter below p (volume frame) as DrawMesh::density. `inward_mm`: way from p to
+/// the place where it is read, world.
+float density_below(const volume::Field& field, const dvec3& p, const dvec3& inward_mm) {
+  const volume::Volume& base = field.volume();
+  if (!base.is_hounsfield || field.shape().is_label()) return 1;
+  const double below = field.shape().low + field.value(p + base.frame.vector_volume_from_world(inward_mm));
+  return static_cast<float>(std::clamp((below - 250) / 1100, 0.0, 1.0));
+}
+
+/// Depth below a surface at which its density is read, voxel diagonals.
+constexpr double k_density_depth = 0.7;
+
 }  // namespace
+
+VertexMatter matter_of_detached(const haptics::TouchScene& scene, const dvec3& p_world,
+                                const dvec3& normal_world) {
+  const volume::Field* deepest = nullptr;
+  double most = -1e300;
+  for (const haptics::TouchItem& item : scene.items) {
+    if (item.is_mesh()) continue;
+    const double value = item.field.value(item.field.volume().frame.volume_from_world(p_world));
+    if (deepest == nullptr || value > most) deepest = &item.field, most = value;
+  }
+  if (deepest == nullptr) return {};
+  const volume::Frame& frame = deepest->volume().frame;
+  const dvec3 p = frame.volume_from_world(p_world);
+  return {static_cast<float>(cut_share(*deepest, p)),
+          density_below(*deepest, p, -k_density_depth * frame.diagonal_mm() * normal_world)};
+}
 
 ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,
                           const glm::ivec3& chunk, volume::NetScratch* scratch, CutsOfShape cuts) {
@@ -102,7 +136,6 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   for (auto* values : {&fine.freshness, &fine.openness, &fine.density}) values->reserve(count);
   fine.vertices.reserve(count);
   const double voxel = 0.5 * frame.diagonal_mm();
-  constexpr double k_rim = 0.5;  // voxels below the scan's surface within which a cut face takes its colour
   const double fresh_mm = std::min(voxel, 0.95 * version.band_mm());  // distance drawn as freshly cut
   for (std::size_t i = 0; i < count; ++i) {
     const dvec3 p(mesh.vertices[i]), normal(fine.normals[i]);
@@ -110,16 +143,10 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
     float fresh = 0;
     if (is_cut && version.is_near_cut(p))
       fresh = static_cast<float>(std::clamp(1.6 - std::abs(version.distance(p)) / fresh_mm * 1.6, 0.0, 1.0) *
-                                 std::clamp(depth_mm(touch.field, p) / (k_rim * voxel), 0.0, 1.0));
+                                 cut_share(touch.field, p));
     fine.freshness.push_back(fresh);
     fine.openness.push_back(openness_at(scene, version, p, normal));
-    float density = 1;
-    if (base.is_hounsfield && !touch.field.shape().is_label()) {
-      const double below = touch.field.shape().low +
-                           touch.field.value(p - frame.vector_volume_from_world(1.4 * voxel * normal));
-      density = static_cast<float>(std::clamp((below - 250) / 1100, 0.0, 1.0));
-    }
-    fine.density.push_back(density);
+    fine.density.push_back(density_below(touch.field, p, -k_density_depth * frame.diagonal_mm() * normal));
   }
   // Cubes of three voxels, or four for a large scan: sufficient while a skull is turned.
   const double cells = base.voxels.size() > 20'000'000 ? 4 : 3;

@@ -38,6 +38,15 @@ struct ChunkMesh {
   DrawMesh fine, coarse;
 };
 
+/// Properties of a vertex that determine its colour; see DrawMesh.
+struct VertexMatter {
+  float freshness = 0, density = 1;
+};
+/// Returns the matter at a vertex of detached bone, at its position before it was detached: a vertex below
+/// the surface of the scan lies on a cut.
+VertexMatter matter_of_detached(const haptics::TouchScene& scene, const glm::dvec3& p_world,
+                                const glm::dvec3& normal_world);
+
 enum class CutsOfShape { applied, ignored };
 
 /// Meshes one chunk of a shape in a version. Ignored cuts still affect the light.

@@ -19,6 +19,7 @@
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkSphereSource.h>
+#include <vtkUnsignedCharArray.h>
 
 namespace trephine::view {
 
@@ -47,7 +48,8 @@ Colour colour_of(sim::Overlay::Kind kind) {
   return {0.35, 0.80, 0.95};
 }
 
-vtkSmartPointer<vtkPolyData> make_surface(const haptics::MeshTree& tree) {
+vtkSmartPointer<vtkPolyData> make_surface(
+    const haptics::MeshTree& tree, const std::function<dvec3(const dvec3&, const dvec3&)>& vertex_colour) {
   std::vector<dvec3> normals(tree.vertices().size(), dvec3(0));
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> triangles;
@@ -63,14 +65,21 @@ vtkSmartPointer<vtkPolyData> make_surface(const haptics::MeshTree& tree) {
   }
   vtkNew<vtkFloatArray> directions;
   directions->SetNumberOfComponents(3);
-  for (const dvec3& n : normals) {
+  vtkNew<vtkUnsignedCharArray> colours;
+  colours->SetNumberOfComponents(3);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const dvec3& n = normals[i];
     const dvec3 unit = glm::length(n) > 0 ? glm::normalize(n) : dvec3(0, 0, 1);
     directions->InsertNextTuple3(unit.x, unit.y, unit.z);
+    if (!vertex_colour) continue;
+    const dvec3 colour = 255.0 * vertex_colour(tree.vertices()[i], unit);
+    colours->InsertNextTuple3(colour.x, colour.y, colour.z);
   }
   auto data = vtkSmartPointer<vtkPolyData>::New();
   data->SetPoints(points);
   data->SetPolys(triangles);
   data->GetPointData()->SetNormals(directions);
+  if (vertex_colour) data->GetPointData()->SetScalars(colours);
   return data;
 }
 
@@ -172,7 +181,10 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
     if (overlay.surface) {
       Parts::Surface& surface = p.surfaces[overlay.surface.get()];
       if (!surface.actor) {
-        surface = {overlay.surface, make_actor(make_surface(*overlay.surface), colour)};
+        const bool is_coloured = bone_colour && overlay.kind == sim::Overlay::Kind::bone;
+        surface = {overlay.surface,
+                   make_actor(make_surface(*overlay.surface, is_coloured ? bone_colour : nullptr), colour)};
+        if (is_coloured) surface.actor->GetMapper()->ScalarVisibilityOn();
         p.renderer->AddActor(surface.actor);
       }
       surface.is_shown = true;

@@ -1,6 +1,7 @@
 // OverlayLayer: draws overlays: surfaces, lines and labels given as data.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -18,6 +19,10 @@ class OverlayLayer {
   ~OverlayLayer();
   OverlayLayer(const OverlayLayer&) = delete;
   OverlayLayer& operator=(const OverlayLayer&) = delete;
+
+  /// Returns the colour of a vertex of detached bone, shares of 1, from its position in the frame of the
+  /// surface and its unit normal. Empty: bone has one colour.
+  std::function<glm::dvec3(const glm::dvec3& p, const glm::dvec3& normal)> bone_colour;
 
   /// Replaces the shown overlays. `hands`: placement of each hand, for the objects that it holds.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands);

@@ -74,6 +74,9 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
     seen_low_ = glm::min(seen_low_, least), seen_high_ = glm::max(seen_high_, most);
   }
   view_.bone().set_room(room_low, room_high);
+  view_.overlays().bone_colour = [this](const dvec3& p, const dvec3& normal) {
+    return bone_colour(matter_of_detached(*scene_, p, normal));
+  };
   view_.overlays().labels().is_hidden = [this](const dvec3& at) {
     constexpr double k_deep = 6;  // mm; a point on the surface of bone is not hidden by it
     if (!version_) return false;

@@ -117,6 +117,24 @@ TEST(HeadHolder, IsLeftOutUnlessTheShapeIsChosen) {
   EXPECT_FALSE(is_reported());
 }
 
+/// A head and its holder in NRRD: what surrounds the head is not drawn unless requested.
+TEST_F(CaseShape, ARenderingLeavesOutAHolder) {
+  write("held.nrrd", nrrd(40, [](int x, int y, int z) {
+          const double r = glm::length(glm::dvec3(x - 20, y - 18, z - 20));
+          return y >= 39 ? 600 : r < 17 ? (r > 9 && r < 12 ? 900 : 40) : -1000;
+        }));
+  const auto picture = [&](const std::string& options) {
+    const Ended ran = run("render held.nrrd --hounsfield --from front --pixels 64 -o r.png " + options);
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_EQ(ran.out.find("left out: 1 part") != std::string::npos, options.find("sur") == std::string::npos)
+        << ran.out;
+    return read(file("r.png"));
+  };
+  const std::string bone = picture(""), skin = picture("--ramp bone-and-skin");
+  EXPECT_NE(bone, picture("--surroundings"));
+  EXPECT_NE(skin, picture("--ramp bone-and-skin --surroundings"));
+}
+
 TEST_F(CaseShape, LeavesTheScanUnchanged) {
   write("raw.nrrd", nrrd(32, box_on_a_table));
   const data_tools::OpenedCase opened =

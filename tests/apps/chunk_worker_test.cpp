@@ -56,6 +56,29 @@ TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
   EXPECT_GT(triangles, 5000u);
 }
 
+/// A detached piece has the colours of bone: old on the surface of the scan, cut within it.
+TEST(ChunkWorker, DetachedBoneIsCutWithinTheScan) {
+  const haptics::TouchScene scene = shell(48);
+  const volume::Version untouched(scene.base);
+  const volume::Mesh mesh = volume::surface_net({&scene.items[0].field, &untouched, nullptr, false});
+  ASSERT_GT(mesh.vertices.size(), 100u);
+  float most = 0;
+  for (const glm::vec3& vertex : mesh.vertices.span()) {
+    const glm::dvec3 p = scene.base->frame.world_from_volume(glm::dvec3(vertex));
+    most = std::max(most, matter_of_detached(scene, p, glm::normalize(p)).freshness);
+  }
+  EXPECT_LT(most, 0.35F);
+  glm::dvec3 deepest(0);
+  double value = -1e300;
+  for (int z = 0; z < 48; ++z)
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 48; ++x)
+        if (const double v = scene.items[0].field.value(glm::dvec3(x, y, z)); v > value)
+          value = v, deepest = glm::dvec3(x, y, z);
+  const glm::dvec3 inside = scene.base->frame.world_from_volume(deepest);
+  EXPECT_EQ(matter_of_detached(scene, inside, glm::dvec3(1, 0, 0)).freshness, 1);
+}
+
 /// A label is drawn in its chosen colour, other bone in the default colour.
 TEST(ChunkWorker, LabelsHaveTheirColour) {
   volume::Volume labelled = volume::make_volume(glm::ivec3(12), volume::Frame(), true).value();

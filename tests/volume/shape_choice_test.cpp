@@ -300,5 +300,20 @@ TEST(PartsOutsideTheBody, StayIfTheyTouchItOrIfThereIsNoTissue) {
   EXPECT_EQ(omit_parts_outside_body(uncalibrated, Shape{}, removed).value(), uncalibrated);
 }
 
+TEST(PartsOutsideTheBody, OfAnySizeAreOmittedOnRequest) {
+  const auto scan = head_in_holder(-950);
+  for (int y = 60; y < 71; ++y)
+    for (int z = 0; z < 25; ++z)
+      for (int x = 0; x < 61; ++x)
+        if (x != 30 || z != 12) scan->voxels[scan->index(x, y, z)] = -1000;  // leaves a splinter
+  Shape skull;
+  ShapeParts removed;
+  EXPECT_EQ(omit_parts_outside_body(scan, skull, removed).value(), scan);
+  const auto kept = omit_parts_outside_body(scan, skull, removed, PartSize::any).value();
+  EXPECT_EQ(removed.count, 1);
+  EXPECT_EQ(kept->window_voxels()[kept->index(30, 70, 12)], -1000);
+  EXPECT_EQ(kept->window_voxels()[kept->index(30, 50, 12)], 800) << "the jaw";
+}
+
 }  // namespace
 }  // namespace trephine::volume

@@ -285,14 +285,18 @@ Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, co
 }
 
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
-                                                              const Shape& shape, ShapeParts& removed) {
+                                                              const Shape& shape, ShapeParts& removed,
+                                                              PartSize size) {
   constexpr double k_tissue = -300;  // HU; the cushions of tables and holders are below
   removed = {};
   if (!volume->is_hounsfield || shape.is_label() || shape.low < k_tissue) return volume;
   const SolidParts parts = find_parts(volume, shape);
   int largest = 0;
   const ShapeParts all = summary_of(parts, largest);
-  if (!all.is_other_large()) return volume;
+  const auto is_enough = [&](const ShapeParts& p) {
+    return size == PartSize::any ? p.second > 0 : p.is_other_large();
+  };
+  if (!is_enough(all)) return volume;
   // Every part of the shape is in one part of the tissue.
   Shape tissue = shape;
   tissue.low = k_tissue, tissue.high = std::numeric_limits<double>::infinity();
@@ -308,7 +312,8 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
   };
   const int body = body_of(largest);
   // Without tissue around the bone there is no body, as in a specimen.
-  if (bodies.parts()[static_cast<std::size_t>(body)].samples < 2 * all.largest) return volume;
+  if (size == PartSize::large && bodies.parts()[static_cast<std::size_t>(body)].samples < 2 * all.largest)
+    return volume;
   std::vector<bool> is_kept(parts.parts().size(), true);
   ShapeParts outside;
   outside.largest = all.largest;
@@ -318,7 +323,7 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
     outside.others += parts.parts()[p].samples, ++outside.count;
     outside.second = std::max(outside.second, parts.parts()[p].samples);
   }
-  if (!outside.is_other_large()) return volume;
+  if (!is_enough(outside)) return volume;
   Result<Volume> copy = with_parts(*volume, shape, parts, is_kept);
   if (!copy) return copy.error();
   removed = outside;

@@ -28,12 +28,16 @@ ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& sh
 Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, const Shape& shape,
                                  ShapeParts& parts);
 
+enum class PartSize { large, any };
+
 /// Returns a copy without the parts of a CT's shape outside the patient's body, such as a table or a head
 /// holder: no tissue (-300 HU and above) connects them to the largest part. Returns
 /// `volume` itself if there is no such part that is large, or no tissue around the largest part, as in a
-/// specimen. Changes voxels as keep_largest_part().
+/// specimen. PartSize::any removes small parts, too, and does not require tissue around the largest part.
+/// Changes voxels as keep_largest_part().
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
-                                                              const Shape& shape, ShapeParts& removed);
+                                                              const Shape& shape, ShapeParts& removed,
+                                                              PartSize size = PartSize::large);
 
 /// Hysteresis threshold for windows: returns a copy with only those parts that contain an intensity of at
 /// least `seed` and have at least `least_share` of the largest such part's voxels. `removed`: the removed

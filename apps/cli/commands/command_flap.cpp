@@ -31,7 +31,7 @@ struct FlapArguments {
   std::string anchors, landmarks, planned;  ///< file; prefix of the case's landmarks; file
   std::string at, seed;                     ///< x,y,z, mm
   double diameter = 60;
-  int corners = 8;
+  int corners = 32;
   std::vector<std::string> leave;
   CutFlap request;
   std::string target;

@@ -7,7 +7,7 @@
 #include "apps/imaging/render_panel.h"
 #include "apps/view/slice_picture.h"
 #include "data-tools/files/output_set.h"
-#include "data-tools/formats/write_volume.h"
+#include "volume/cuts/shape_choice.h"
 
 namespace trephine::cli {
 
@@ -22,7 +22,7 @@ struct RenderArguments {
   std::vector<std::string> hidden, translucent, cutouts;
   double radius = 8, share = 0.15;
   int size = 720, slices = 0;
-  bool is_flat = false;
+  bool is_flat = false, shows_surroundings = false;
 };
 
 /// Parses "150:0,300:0.5,1200:0.9"; each point has the colour of the nearest point of `colours`.
@@ -114,6 +114,28 @@ Status set_openings(const RenderArguments& a, const workbench::Moment& moment, v
   return std::nullopt;
 }
 
+/// Returns the scan without visible parts outside the patient's body, such as a head holder; reports them.
+Result<std::shared_ptr<const volume::Volume>> without_surroundings(std::shared_ptr<const volume::Volume> scan,
+                                                                   const volume::TransferFunction& ramp,
+                                                                   std::string& notice) {
+  constexpr double k_tissue = -300, k_bone = 300;  // HU
+  const auto first = std::find_if(ramp.begin(), ramp.end(), [](const auto& p) { return p.opacity > 0; });
+  // Opacity rises from the point before the first visible one.
+  const double visible_from = first == ramp.begin() || first == ramp.end() ? k_tissue : (first - 1)->value;
+  volume::Shape visible;
+  visible.low = std::clamp(visible_from, k_tissue, k_bone);
+  volume::Shape bone = visible;
+  bone.low = std::max(visible.low, 160.0);
+  volume::ShapeParts removed;
+  auto kept = volume::omit_parts_outside_body(scan, bone, removed);
+  if (!kept || removed.count == 0) return kept;
+  notice = format_text(
+      "left out: %d part%s outside the patient's body (a table, a head holder); --surroundings shows %s\n",
+      removed.count, removed.count == 1 ? "" : "s", removed.count == 1 ? "it" : "them");
+  if (visible.low == bone.low) return kept;
+  return volume::omit_parts_outside_body(scan, visible, removed, volume::PartSize::any);
+}
+
 Result<Outcome> run_render(const RenderArguments& a) {
   data_tools::OutputSet outputs;
   add_inputs(outputs, a.moment, a.objects);
@@ -150,12 +172,18 @@ Result<Outcome> run_render(const RenderArguments& a) {
   std::vector<volume::LabelAppearance> looks;
   if (Status error = set_label_looks(a, scan, looks)) return *error;
 
+  imaging::Subject subject = imaging::subject_of(moment);
+  std::string notice;
+  if (!a.shows_surroundings) {
+    auto kept = without_surroundings(subject.scan, ramp, notice);
+    if (!kept) return kept.error();
+    subject.scan = std::move(kept).value();
+  }
   imaging::Renderer renderer;
   renderer.set_transfer_function(ramp);
   renderer.set_labels(std::move(looks));
   request.camera =
-      imaging::eye_from(a.from, scan.frame, renderer.visible_box(moment.scan, 0), a.size, a.size);
-  const imaging::Subject subject = imaging::subject_of(moment);
+      imaging::eye_from(a.from, scan.frame, renderer.visible_box(subject.scan, 0), a.size, a.size);
   const auto clock = Clock::now();
   imaging::Panel panel = renderer.draw(subject, request, 0);
   const double seconds = seconds_since(clock);
@@ -171,7 +199,8 @@ Result<Outcome> run_render(const RenderArguments& a) {
   for (const volume::TransferPoint& p : ramp)
     json["ramp"].push_back({{"value", p.value}, {"colour", json_of(p.colour)}, {"opacity_mm", p.opacity}});
   outcome.text = format_text("%d x %d from %s in %.0f ms: %.1f million samples\n", a.size, a.size,
-                             a.from.c_str(), 1e3 * seconds, 1e-6 * static_cast<double>(counters.samples));
+                             a.from.c_str(), 1e3 * seconds, 1e-6 * static_cast<double>(counters.samples)) +
+                 notice;
   if (!scan.is_hounsfield && a.ramp.empty() && a.opacity.empty())
     outcome.text +=
         "its values are not Hounsfield units; for CT without this information pass --hounsfield\n";
@@ -189,6 +218,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
   panel.title = "Volume rendering: " + (!a.opacity.empty() ? "custom opacity"
                                         : a.ramp.empty()   ? usual
                                                            : a.ramp);
+  panel.is_to_scale = true;
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, a.size); });
   return finished(outputs, std::move(outcome), "no picture requested: -o PICTURE.png\n");
 }
@@ -214,6 +244,8 @@ Run build(Options& options) {
   options.add("--translucent", a->translucent, "A label that is drawn translucent; may be repeated")
       .type("LABEL");
   options.add("--share", a->share, "Remaining share of a translucent label's opacity").shows_default();
+  options.add("--surroundings", a->shows_surroundings,
+              "Show what no tissue connects to the body: a table, a head holder");
   options.add("--flat", a->is_flat, "Draw without light and shade");
   options.add("--pixels", a->size, "Pixels of the picture's edges").type("N").shows_default();
   options.add("-o,--output", a->output, "Write the picture").type("PNG");
