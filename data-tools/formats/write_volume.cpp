@@ -26,11 +26,14 @@ using volume::Volume;
 glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexcept {
   if (static_cast<std::size_t>(label) < chosen.size())
     return glm::dvec3(chosen[static_cast<std::size_t>(label)]) / 255.0;
-  // Hues at multiples of the golden angle: successive labels differ strongly.
+  // Hues at multiples of the golden angle: successive labels differ strongly. Every fifth returns near a used
+  // hue, in another brightness.
+  constexpr double k_brightness[][2] = {{0.35, 0.54}, {0.68, 0.32}, {0.2, 0.42}};  // least, range
+  const auto& [least, range] = k_brightness[label > 0 ? (label - 1) / 5 % 3 : 0];
   const double hue = std::fmod(0.08 + 0.618033988749895 * label, 1.0) * 6;
-  const auto share = [hue](double peak) {
+  const auto share = [&](double peak) {
     const double distance = std::min(std::abs(hue - peak), 6 - std::abs(hue - peak));
-    return std::floor(1000 * (0.35 + 0.54 * std::clamp(2 - distance, 0.0, 1.0)) + 0.5) / 1000;
+    return std::floor(1000 * (least + range * std::clamp(2 - distance, 0.0, 1.0)) + 0.5) / 1000;
   };
   return {share(0), share(2), share(4)};
 }

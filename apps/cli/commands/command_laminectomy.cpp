@@ -54,9 +54,7 @@ class Plane {
       bool is_left = false, is_removed = false;
       for (double depth = 0; depth <= outcome_.roof_back; depth += k_step) {
         const dvec3 p = scan.frame.volume_from_world(outcome_.frame.world({-x, depth, middle_z + y}));
-        const glm::ivec3 v = volume::voxel_of(p);
-        if (!scan.contains(v)) continue;
-        if (label >= 0 && scan.labels[scan.index(v.x, v.y, v.z)] != label) continue;
+        if (!scan.contains(volume::voxel_of(p)) || (label >= 0 && label_share(p, label) < 0.5)) continue;
         pixel.intensity = std::max(pixel.intensity, intensity_.value(p));
         if (bone_.value(p) < 0) continue;
         (version_.distance(p) > 0 ? is_left : is_removed) = true;
@@ -84,11 +82,12 @@ class Plane {
   /// Returns the panel of pixel_at(x, y), with x and y in mm from the centre.
   template <class PixelAt>
   static imaging::Panel image(const PixelAt& pixel_at) {
-    constexpr double k_edge = 80, k_pixel = 0.25;                                   // mm
+    constexpr double k_edge = 96, k_pixel = 0.25;                                   // mm
     constexpr double k_dark = -200, k_bright = 1200, k_gone[3] = {0.9, 0.25, 0.2};  // HU; a tint
     imaging::Panel panel;
     panel.columns = panel.rows = static_cast<int>(k_edge / k_pixel);
     panel.mm_per_pixel = k_pixel;
+    panel.is_to_scale = true;
     panel.pixels.reserve(static_cast<std::size_t>(panel.rows * panel.rows));
     for (int j = 0; j < panel.rows; ++j)
       for (int i = 0; i < panel.rows; ++i) {
@@ -102,6 +101,19 @@ class Plane {
         panel.pixels.push_back(colour);
       }
     return panel;
+  }
+  /// Share of a label at p (volume frame), interpolated between the centres of voxels.
+  double label_share(const dvec3& p, int label) const {
+    const volume::Volume& scan = bone_.volume();
+    const glm::ivec3 low(glm::floor(p));
+    const dvec3 t = p - dvec3(low);
+    double share = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::ivec3 step(corner & 1, corner >> 1 & 1, corner >> 2), v = low + step;
+      if (!scan.contains(v) || scan.labels[scan.index(v.x, v.y, v.z)] != label) continue;
+      share += (step.x ? t.x : 1 - t.x) * (step.y ? t.y : 1 - t.y) * (step.z ? t.z : 1 - t.z);
+    }
+    return share;
   }
   static volume::Shape whole() {
     volume::Shape shape;
