@@ -73,7 +73,8 @@ Status omit_holder(Source& source, const volume::Shape& shape, const Listener& l
 void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener);
 /// Checks that need no scan.
 Status check(const ShapeChoice& choice);
-/// Returns the chosen shape. The default for CT, with a notice, is bone from 300 HU (a spine: 150 HU). Error
+/// Returns the chosen shape. The default for CT, with a notice, is bone from 300 HU (a spine, or a CT
+/// with much cancellous bone: 150 HU). Error
 /// if there is no default.
 Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice,
                                    const Listener& listener = {});

@@ -73,6 +73,25 @@ TEST(Threshold, IsThatOfASpineIfOnlyVertebraeAreLabelled) {
   EXPECT_EQ(low_with({}), 150);
 }
 
+TEST(Threshold, IsThatOfASpineWhereMuchBoneIsCancellous) {
+  std::string notice;
+  workbench::Listener listener;
+  listener.notice = [&](const std::string& text) { notice = text; };
+  const auto low_with = [&](int cancellous) {
+    volume::Volume scan =
+        volume::make_volume({10, 10, 10}, volume::Frame::from_axes({}, glm::dmat3(1)).value()).value();
+    scan.is_hounsfield = true;
+    for (std::size_t i = 0; i < 1000; ++i)
+      scan.voxels[i] = i < 200 ? 900 : i < 200 + static_cast<std::size_t>(cancellous) ? 180 : 40;
+    workbench::Source source;
+    source.volume = std::make_shared<const volume::Volume>(std::move(scan));
+    return workbench::choose_shape(source, {}, listener).value().low;
+  };
+  EXPECT_EQ(low_with(60), 300);
+  EXPECT_EQ(low_with(100), 150);
+  EXPECT_NE(notice.find("there are 50 of 150 to 300 HU"), std::string::npos) << notice;
+}
+
 /// A skull in its head, in a holder that it does not touch.
 workbench::Source head_in_holder() {
   volume::Volume scan =
