@@ -79,6 +79,17 @@ class Loader {
       has_all_rescales = has_all_rescales && slice.has_rescale;
       types.insert(slice.rescale_type);
     }
+    // Some slices with and some without a rescale would mix two scales.
+    if (const auto lacking = std::find_if(stack_->slices.begin(), stack_->slices.end(),
+                                          [](const DicomSlice& slice) { return !slice.has_rescale; });
+        lacking != stack_->slices.end() &&
+        std::any_of(stack_->slices.begin(), stack_->slices.end(),
+                    [](const DicomSlice& slice) { return slice.has_rescale; }))
+      return Error{.what = "some slices lack rescale slope and intercept",
+                   .where = where_,
+                   .found = lacking->place.name + " lacks them, other slices have them",
+                   .expected = "a rescale in all slices or in none",
+                   .remedy = "export the series again, or remove the files without it"};
     const bool is_ct = modality() == "CT";
     const bool states_hounsfield = types.size() == 1 && (types.begin()->empty() || *types.begin() == "HU");
     opened.modality = modality();

@@ -85,6 +85,27 @@ void swap_to_native(void* header, int version) {
     swap_nifti_header(header, version);
 }
 
+/// Returns scl_slope of a header in native byte order; 1 for Analyze 7.5.
+float slope_of(const void* header, int version) {
+  if (version == 0) return 1;
+  return version == 2 ? static_cast<float>(static_cast<const nifti_2_header*>(header)->scl_slope)
+                      : static_cast<const nifti_1_header*>(header)->scl_slope;
+}
+
+/// States what is wrong with a header that the library refuses.
+std::string header_fault(const void* header, int version) {
+  if (header == nullptr) return "no NIfTI header";
+  std::array<std::int64_t, 8> dim{};
+  for (std::size_t i = 0; i < dim.size(); ++i)
+    dim[i] = version == 2 ? static_cast<const nifti_2_header*>(header)->dim[i]
+                          : static_cast<const nifti_1_header*>(header)->dim[i];
+  if (dim[0] < 1 || dim[0] > 7) return "dim[0] = " + std::to_string(dim[0]) + ", the number of dimensions";
+  for (std::int64_t i = 1; i <= dim[0]; ++i)
+    if (const std::int64_t size = dim[static_cast<std::size_t>(i)]; size < 1)
+      return "dim[" + std::to_string(i) + "] = " + std::to_string(size) + ", a size";
+  return "no valid NIfTI header";
+}
+
 /// Returns true if the file can contain `bytes` of voxels; a compressed file at most 1100 times its size.
 bool can_hold(const nifti_image& image, std::size_t bytes) {
   std::error_code error;
@@ -203,13 +224,13 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
                  .found = "a name ending in .nii",
                  .expected = "a compressed file ends in .nii.gz",
                  .remedy = "rename it"};
-  if (!is_valid) return read_error("no NIfTI header");
+  if (!is_valid) return read_error(header_fault(header.get(), version));
   const int datatype = version == 2 ? static_cast<nifti_2_header*>(header.get())->datatype
                                     : static_cast<nifti_1_header*>(header.get())->datatype;
   if (nifti_is_valid_datatype(datatype) == 0)
     return read_error("voxels of an unknown type (" + std::to_string(datatype) + ")");
   const Image image(nifti_image_read(path.c_str(), 0), &nifti_image_free);
-  if (!image) return read_error("no NIfTI header");
+  if (!image) return read_error(header_fault(header.get(), version));
   if (image->ndim < 3 || image->nu > 1 || image->nv > 1 || image->nw > 1)
     return read_error(std::to_string(image->ndim) + " dimensions instead of 3");
   const auto volumes = static_cast<std::size_t>(std::max<std::int64_t>(image->nt, 1));
@@ -223,6 +244,12 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
                    .expected = "a spacing above 0 mm on each axis",
                    .remedy = "export the volume again"};
 
+  if (const int code = image->xyz_units;
+      code != NIFTI_UNITS_METER && code != NIFTI_UNITS_MICRON && code != NIFTI_UNITS_MM && version != 0)
+    notices.push_back("the file does not state its unit of lengths (code " + std::to_string(code) +
+                      "): millimetres are assumed");
+  if (const float slope = slope_of(header.get(), version); !std::isfinite(slope))
+    notices.emplace_back("the slope of its values is not a number: the stored numbers are used");
   const double unit = image->xyz_units == NIFTI_UNITS_METER    ? 1000
                       : image->xyz_units == NIFTI_UNITS_MICRON ? 1e-3
                                                                : 1;
@@ -281,7 +308,12 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   Buffer<char> voxels(bytes);
   if (!read_voxels(*image, voxels)) return read_error("fewer voxels than its header states");
   const auto values = reader_of(*image, voxels.data() + index.value() * volume_bytes);
-  if (!values) return read_error(std::string("voxels of type ") + nifti_datatype_string(image->datatype));
+  if (!values)
+    return Error{.what = "the NIfTI file contains no grey values",
+                 .where = where,
+                 .found = std::string("voxels of type ") + nifti_datatype_string(image->datatype),
+                 .expected = "one real number per voxel",
+                 .remedy = "export one channel, or the magnitude"};
   const std::size_t notice_count = opened.notices.size();
   if (Status error = fill_voxels(opened.volume, *values, options.scale, where, opened.notices)) return *error;
   opened.is_rounded = opened.notices.size() > notice_count;

@@ -10,6 +10,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <locale>
+#include <map>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -226,6 +227,60 @@ std::string missing_data_file(const std::string& path) {
   return "";
 }
 
+/// Fields of a header by name, and its length in bytes.
+struct HeaderText {
+  std::map<std::string, std::string> fields;
+  std::string repeated;  ///< a field that appears twice; empty: none does
+  std::size_t bytes = 0;
+  bool has_end = false;  ///< an empty line before the voxels
+  std::string operator[](const char* name) const {
+    const auto found = fields.find(name);
+    return found == fields.end() ? "" : found->second;
+  }
+};
+HeaderText header_text(const std::string& path) {
+  HeaderText text;
+  std::ifstream in(path, std::ios::binary);
+  std::size_t lines = 0;
+  for (std::string line; std::getline(in, line) && lines++ < 100'000;) {
+    text.bytes += line.size() + 1;
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+    text.has_end = line.empty();
+    if (text.has_end) break;
+    const std::size_t colon = line.find(": ");
+    if (line[0] == '#' || colon == std::string::npos) continue;
+    const std::string name = line.substr(0, colon);
+    if (!text.fields.emplace(name, line.substr(colon + 2)).second) text.repeated = name;
+  }
+  return text;
+}
+
+/// States what is wrong with a header that the library refuses.
+std::string header_fault(const HeaderText& text) {
+  if (!text.repeated.empty()) return "two fields " + text.repeated;
+  for (const char* name : {"type", "dimension", "sizes", "encoding"})
+    if (text[name].empty()) return std::string("no field ") + name;
+  std::size_t size_count = 0;
+  std::istringstream sizes(text["sizes"]);
+  sizes.imbue(std::locale::classic());
+  for (std::string size; sizes >> size; ++size_count)
+    if (const long long number = std::strtoll(size.c_str(), nullptr, 10); number < 1 || number > 1'000'000)
+      return "sizes: " + text["sizes"];
+  if (std::to_string(size_count) != text["dimension"])
+    return "dimension: " + text["dimension"] + ", sizes: " + text["sizes"];
+  const std::string type = text["type"];
+  const bool is_byte = type.find("char") != std::string::npos || type.find("int8") != std::string::npos;
+  if (text["endian"].empty() && !is_byte && text["encoding"] != "ascii" && text["encoding"] != "text" &&
+      text["encoding"] != "txt")
+    return "no field endian, for " + type + " in encoding " + text["encoding"];
+  for (const char* name : {"space directions", "space origin", "spacings"})
+    for (const char* word : {"nan", "NaN", "inf"})
+      if (text[name].find(word) != std::string::npos) return std::string(name) + ": " + text[name];
+  for (const char* name : {"line skip", "lineskip", "byte skip", "byteskip"})
+    if (!text[name].empty()) return std::string(name) + ": " + text[name];
+  return "no valid NRRD header";
+}
+
 /// Loads a file, or only its header; false on failure.
 bool load(Nrrd* nrrd, const std::string& path, bool reads_voxels) {
   const std::unique_ptr<NrrdIoState, NrrdIoState* (*)(NrrdIoState*)> io_state(nrrdIoStateNew(),
@@ -253,7 +308,8 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
     return read_error("no file " + name + " with the voxels");
   // Read the header before allocating memory.
   const File header(nrrdNew(), nrrdNuke);
-  if (!load(header.get(), path, false)) return read_error("no valid NRRD header");
+  const HeaderText text = header_text(path);
+  if (!load(header.get(), path, false)) return read_error(header_fault(text));
   if (header->type == nrrdTypeBlock || header->type <= 0) return read_error("voxels of an unknown type");
   const Result<Layout> layout = layout_of(*header, options, where);
   if (!layout) return layout.error();
@@ -321,6 +377,11 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
   else if (Status error = fill_voxels(opened.volume, values, options.scale, where, opened.notices))
     return *error;
   opened.is_rounded = !opened.notices.empty();
+  std::error_code failure;
+  const std::size_t file_bytes = std::filesystem::file_size(path, failure);
+  if (text.has_end && text["encoding"] == "raw" && text["data file"].empty() && text["datafile"].empty() &&
+      !failure && file_bytes > text.bytes + bytes)
+    opened.notices.push_back(counted(file_bytes - text.bytes - bytes, "byte") + " after the voxels ignored");
   opened.segments = segments_of(*file);
   // Layers of segments are read one by one.
   if (volumes > 1 && opened.segments.empty()) add_volume_notice(opened, index.value(), volumes);

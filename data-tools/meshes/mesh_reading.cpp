@@ -278,6 +278,41 @@ Result<PolygonModel> read_by_vtk(const std::string& path, ModelFile& file) {
   return model;
 }
 
+/// Checks that an STL file is whole: VTK reads what there is.
+Status check_stl(const std::string& path) {
+  constexpr std::size_t k_head = 84, k_triangle = 50;  // bytes, of a binary file
+  std::ifstream in(path, std::ios::binary);
+  std::string head(k_head, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  std::error_code failure;
+  const std::size_t bytes = std::filesystem::file_size(path, failure);
+  const auto error = [&](const std::string& found, const std::string& expected) {
+    return Error{.what = "the model file is incomplete",
+                 .where = file_name(path),
+                 .found = found,
+                 .expected = expected,
+                 .remedy = "copy or export it again"};
+  };
+  std::uint32_t count = 0;
+  if (head.size() == k_head) std::memcpy(&count, head.data() + k_head - 4, sizeof count);
+  const bool is_binary_size = head.size() == k_head && bytes == k_head + k_triangle * count;
+  if (head.starts_with("solid") && !is_binary_size) {
+    constexpr std::size_t k_tail = 400;
+    in.clear();
+    in.seekg(static_cast<std::streamoff>(bytes > k_tail ? bytes - k_tail : 0));
+    const std::string tail((std::istreambuf_iterator<char>(in)), {});
+    if (tail.find("endsolid") == std::string::npos)
+      return error("no \"endsolid\" at its end", "text that ends with \"endsolid\"");
+    return std::nullopt;
+  }
+  if (is_binary_size) return std::nullopt;
+  if (head.size() < k_head) return error(std::to_string(bytes) + " bytes", "at least 84 bytes");
+  return error(std::to_string((bytes - k_head) / k_triangle) + " whole triangles in " +
+                   std::to_string(bytes) + " bytes",
+               "the " + std::to_string(count) + " triangles that its header states");
+}
+
 /// Result of the child process in shared memory: the sizes, or an error.
 struct SharedModel {
   std::size_t vertices = 0, corners = 0;
@@ -391,6 +426,8 @@ Result<PolygonModel> read_polygon_model(const std::string& path, double scale, c
                  .found = other,
                  .expected = "polygons (POLYDATA)",
                  .remedy = "extract its surface and export that"};
+  if (has_end(".stl"))
+    if (Status error = check_stl(path)) return *error;
   ModelFile file;
   auto model = read_in_subprocess(path, file);
   if (!model) return model.error();

@@ -110,7 +110,16 @@ Result<PolygonModel> read_ply(const std::string& text, const std::string& name) 
     } else if (word == "element") {
       PlyElement element;
       element.name = type;
-      if (!(words >> element.count) || element.count > (1u << 30)) return header_error;
+      std::string count;
+      words >> count;
+      const long long number = std::strtoll(count.c_str(), nullptr, 10);
+      if (count.empty() || number < 0 || number > (1ll << 30))
+        return Error{.what = "an impossible number of elements",
+                     .where = name,
+                     .found = "element " + type + " " + count,
+                     .expected = "0 to 1073741824",
+                     .remedy = "export it again"};
+      element.count = static_cast<std::size_t>(number);
       elements.push_back(element);
     } else if (word == "property") {
       if (elements.empty()) return header_error;

@@ -122,6 +122,9 @@ TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
   EXPECT_EQ(report["mismatch"]["what"], "file");
   EXPECT_GT(report["ticks"], 100) << "blocks are short, so most of it is there";
   EXPECT_EQ(run("resume damaged.session --path p.csv").exit_code, 2);
+  const Ended audited = run("audit damaged.session");
+  EXPECT_EQ(audited.exit_code, 1);
+  EXPECT_NE(audited.out.find("the session is damaged"), std::string::npos) << audited.out;
   // A torn end is not damage: it replays up to there, and continues.
   write("torn.session", whole.substr(0, whole.size() - 3000));
   EXPECT_EQ(run("replay torn.session --verify").exit_code, 0);

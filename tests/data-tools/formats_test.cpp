@@ -147,6 +147,46 @@ TEST_F(Formats, ANiftiThatContradictsItselfIsRefusedUntilTheUserDecides) {
   EXPECT_NEAR(open("shifted.nii", options).frame.origin().x, 0, 1e-6);
 }
 
+TEST_F(Formats, WhatANiftiDoesNotStateIsReported) {
+  const std::string voxels = bytes_of(ramp<std::int16_t>());
+  std::string all = nifti({voxels}, DT_INT16, 16, {4, 3, 2});
+  put("a.nii", all);
+  open("a.nii");
+  EXPECT_EQ(notices_.find("unit of lengths"), std::string::npos);
+  all[123] = 0;  // xyzt_units
+  put("a.nii", all);
+  EXPECT_EQ(open("a.nii").frame.spacing(), glm::dvec3(2));
+  EXPECT_NE(notices_.find("does not state its unit of lengths"), std::string::npos) << notices_;
+  const float no_slope = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(all.data() + 112, &no_slope, sizeof no_slope);
+  put("a.nii", all);
+  EXPECT_EQ(open("a.nii").voxels[23], 23);
+  EXPECT_NE(notices_.find("the slope of its values is not a number"), std::string::npos) << notices_;
+  all[42] = all[43] = 0;  // dim[1]
+  put("a.nii", all);
+  expect_refused("a.nii", {"dim[1] = 0"});
+  put("a.nii", nifti({voxels}, DT_RGB24, 24, {4, 2, 2}));
+  expect_refused("a.nii", {"RGB24", "one real number per voxel"});
+}
+
+TEST_F(Formats, FaultsOfAnNrrdHeaderAreNamed) {
+  const std::string voxels = bytes_of(ramp<std::int16_t>()),
+                    place = "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n";
+  put("a.nrrd", nrrd(place) + voxels + "tail");
+  EXPECT_EQ(open("a.nrrd").voxels[23], 23);
+  EXPECT_NE(notices_.find("4 bytes after the voxels ignored"), std::string::npos) << notices_;
+  const auto fault = [&](const std::string& from, const std::string& to, const std::string& words) {
+    std::string text = nrrd(place);
+    text.replace(text.find(from), from.size(), to);
+    put("a.nrrd", text + voxels);
+    expect_refused("a.nrrd", {words});
+  };
+  fault("endian: little\n", "", "no field endian");
+  fault("sizes: 4 3 2", "sizes: 4 3", "dimension: 3, sizes: 4 3");
+  fault("sizes: 4 3 2", "sizes: 4 -3 2", "sizes: 4 -3 2");
+  fault("(0,0,1)", "(0,0,nan)", "space directions");
+}
+
 /// Separate header and voxels; Analyze, which states no position; NIfTI-2.
 TEST_F(Formats, VariantsOfNiftiAreRead) {
   const std::string voxels = bytes_of(ramp<std::int16_t>());

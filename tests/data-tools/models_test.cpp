@@ -182,6 +182,32 @@ TEST(PolygonModels, DamagedModelsAreRefusedWithoutOutput) {
   EXPECT_FALSE(read_polygon_model(scratch / "missing.ply"));
 }
 
+/// VTK reads the triangles that are there, whatever the file states.
+TEST(PolygonModels, AnIncompleteStlIsRefused) {
+  const Scratch scratch;
+  std::string binary(80, '\0');
+  const std::uint32_t count = 2;
+  binary.append(reinterpret_cast<const char*>(&count), sizeof count);
+  for (int triangle = 0; triangle < 2; ++triangle) {
+    const float numbers[12] = {0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, static_cast<float>(triangle)};
+    binary.append(reinterpret_cast<const char*>(numbers), sizeof numbers).append(2, '\0');
+  }
+  const std::string text =
+      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  const auto error_of = [&](const std::string& content) {
+    write_text(scratch / "a.stl", content);
+    const auto model = read_polygon_model(scratch / "a.stl");
+    return model ? std::string() : model.error().message();
+  };
+  EXPECT_EQ(error_of(binary), "");
+  EXPECT_EQ(error_of(text + "endsolid a\n"), "");
+  EXPECT_NE(error_of(binary.substr(0, 150)).find("1 whole triangles"), std::string::npos);
+  EXPECT_NE(error_of(binary + std::string(50, '\0')).find("2 triangles that its header states"),
+            std::string::npos);
+  EXPECT_NE(error_of(binary.substr(0, 60)).find("at least 84 bytes"), std::string::npos);
+  EXPECT_NE(error_of(text).find("endsolid"), std::string::npos);
+}
+
 TEST(PolygonModels, RealModelsAreRead) {
   const std::string data = real_data();
   if (data.empty() || !fs::exists(data + "/meshes")) GTEST_SKIP() << "no real data here";

@@ -271,8 +271,9 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     worst_energy = std::max(worst_energy, hand.force.worst_energy_nmm());
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
-  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 && sunk == 0 &&
-                            drawn_sunk == 0 && passable == 0 && friction.outside == 0 &&
+  const bool is_damaged = session.reader->is_damaged();
+  const bool is_certified = !is_damaged && fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 &&
+                            sunk == 0 && drawn_sunk == 0 && passable == 0 && friction.outside == 0 &&
                             (allowed == 0 || balls > 0);
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
   outcome.json["method"] = header.hands[0].method;
@@ -306,6 +307,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     outcome.json["allowed_ball_mm"] = allowed;
   }
   outcome.json["is_same_as_recorded"] = is_same;
+  outcome.json["is_damaged"] = is_damaged;
   outcome.json["is_certified"] = is_certified;
   outcome.text = format_text(
       "%llu ticks with %s, %ld of them judged: fell through %ld times; %ld forces off their law (worst %.1e "
@@ -339,6 +341,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   if (is_on_screen)
     outcome.text += "touch by images of the screen is not judged: the session does not contain the images\n";
   if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter\n";
+  if (is_damaged) outcome.text += "the session is damaged: what follows the damage was not judged\n";
   outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;
 }
