@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "haptics/proxy/proxy_method.h"
+#include "haptics/proxy/proxy_step.h"
 #include "haptics/scene/touch_scene.h"
 
 namespace trephine::bench {

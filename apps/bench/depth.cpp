@@ -10,10 +10,10 @@
 #include "apps/bench/peers.h"
 #include "apps/bench/scenes/scenes.h"
 #include "data-tools/phantoms/phantoms.h"
+#include "haptics/baselines/lomi.h"
 #include "haptics/depth/depth_cube.h"
 #include "haptics/depth/depth_model.h"
 #include "haptics/depth/depth_rules.h"
-#include "haptics/depth/lomi.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/methods/methods.h"
 #include "volume/base/deterministic_math.h"
@@ -40,7 +40,7 @@ DepthCube six_images(double pixel) {
 }
 
 /// Time of a search, us, the median of many; `error`: mm, rms.
-double search_us(const DepthCube& cube, const depth::LomiOptions& options, double& error) {
+double search_us(const DepthCube& cube, const haptics::baselines::LomiOptions& options, double& error) {
   constexpr int k_searches = 1000;
   const auto inside = [&](const dvec3& p) {
     return cube.is_inside(cube.frame().volume_from_world(p), Layers::outermost);
@@ -54,8 +54,8 @@ double search_us(const DepthCube& cube, const depth::LomiOptions& options, doubl
     // A hand at 1 m/s: half of a map deep, slightly to the side.
     const dvec3 out = direction(n), aside = 0.3 * direction(n + 7000);
     const auto begin = Clock::now();
-    const depth::LomiRest rest = depth::find_rest((20 + options.resolution) * out, 19.5 * out + aside,
-                                                  options, inside, inside_smoothly);
+    const haptics::baselines::LomiRest rest = haptics::baselines::find_rest(
+        (20 + options.resolution) * out, 19.5 * out + aside, options, inside, inside_smoothly);
     us.push_back(1e6 * seconds_since(begin));
     const double off = glm::length(rest.place) - 20;
     sum += off * off;

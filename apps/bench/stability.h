@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/proxy/proxy_method.h"
+#include "haptics/proxy/proxy_step.h"
 #include "haptics/scene/touch_scene.h"
 
 namespace trephine::bench {

@@ -1,5 +1,6 @@
 // The trephine command.
 #include "apps/cli/command_line.h"
+#include "haptics/baselines/baselines.h"
 
 int main(int argc, char** argv) {
   using namespace trephine::cli;
@@ -8,6 +9,7 @@ int main(int argc, char** argv) {
       &k_flap,    &k_laminectomy, &k_fluoro, &k_section, &k_slice,  &k_measure, &k_depth_record,
       &k_render,  &k_view,        &k_demo,   &k_run,     &k_replay, &k_resume,  &k_timeline,
       &k_compare, &k_modules,     &k_doctor, &k_audit};
+  trephine::haptics::baselines::add_methods();  // for sessions that were recorded with them
   return run_program({"trephine", "trephine: surgery on real CT and MRI volumes that you can feel",
                       "Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n"
                       "  trephine COMMAND --help",

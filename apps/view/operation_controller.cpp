@@ -198,15 +198,15 @@ void OperationController::touch_scenery() {
   if (scenery_ < 0) return;
   const haptics::ServoRecord& r = state_.newest;
   const dvec3 hip = r.pose.position_world, proxy = r.has_contact ? r.proxy_world : hip;
-  if (const std::optional<ScreenDepth::Seen> seen = viewport_.take_depth()) {
-    const haptics::depth::DepthPicture& picture = seen->picture;
-    const double pixel = glm::length(seen->at - picture.place.position_world) / picture.camera.fx;
+  if (const std::optional<ScreenDepth::Reading> depth = viewport_.take_depth()) {
+    const haptics::depth::DepthPicture& picture = depth->picture;
+    const double pixel = glm::length(depth->at - picture.place.position_world) / picture.camera.fx;
     const std::optional<double> behind = picture.behind(proxy);
     const bool is_hidden =
         state_.newest.shape == scenery_ && r.has_contact && (!behind || *behind > 1 + 2 * pixel);
     hidden_pictures_ += is_hidden;
     constexpr double k_least = 2;  // mm
-    if (!is_hidden && seen->edge > k_least) live_.submit_picture(picture, scenery_, seen->at, seen->edge);
+    if (!is_hidden && depth->edge > k_least) live_.submit_picture(picture, scenery_, depth->at, depth->edge);
     // A hand that was in the scenery before the picture arrived is moved in front of it.
     const double deepest = depth_mm_ + 2 * state_.tool_radius + 4;
     if (!is_hidden && !r.has_contact && behind && *behind > -state_.tool_radius && *behind < deepest) {

@@ -68,12 +68,12 @@ void ScreenDepth::read_before(vtkRenderer* renderer, vtkRenderWindow* window) {
   range(column, whole.width, left, columns);
   range(row, whole.height, top, rows);
   if (columns < 4 || rows < 4) return;
-  Seen seen{{}, request.at, request.edge};
-  seen.picture.camera = {columns, rows, whole.fx, whole.fy, whole.cx - left, whole.cy - top};
-  seen.picture.place = placement;
+  Reading reading{{}, request.at, request.edge};
+  reading.picture.camera = {columns, rows, whole.fx, whole.fy, whole.cx - left, whole.cy - top};
+  reading.picture.place = placement;
   camera->GetClippingRange(near_, far_);
   corner_ = {left, whole.height - top - rows};
-  pending_ = std::move(seen);
+  pending_ = std::move(reading);
   is_reading_ = true;
   read(0);
 }
@@ -106,13 +106,13 @@ void ScreenDepth::read(std::size_t which) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(from));
 }
 
-std::optional<ScreenDepth::Seen> ScreenDepth::take_result() {
+std::optional<ScreenDepth::Reading> ScreenDepth::take_result() {
   if (!pending_ || fence_ == nullptr) return std::nullopt;
   if (glClientWaitSync(static_cast<GLsync>(fence_), GL_SYNC_FLUSH_COMMANDS_BIT, 0) == GL_TIMEOUT_EXPIRED)
     return std::nullopt;
   glDeleteSync(static_cast<GLsync>(std::exchange(fence_, nullptr)));
-  Seen seen = *std::exchange(pending_, std::nullopt);
-  const DepthCamera& c = seen.picture.camera;
+  Reading reading = *std::exchange(pending_, std::nullopt);
+  const DepthCamera& c = reading.picture.camera;
   const auto count = static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
   std::array<std::vector<float>, 2> read;
   GLint pack = 0;
@@ -137,9 +137,9 @@ std::optional<ScreenDepth::Seen> ScreenDepth::take_result() {
         depths[at(row)] =
             haptics::depth::perspective_distance(near_, far_, static_cast<double>(read[1][from]));
     }
-  seen.picture.keep(depths);
-  seen.edge = std::min(seen.edge, seen.picture.known_around(seen.at));
-  return seen;
+  reading.picture.keep(depths);
+  reading.edge = std::min(reading.edge, reading.picture.known_around(reading.at));
+  return reading;
 }
 
 void ScreenDepth::release() {

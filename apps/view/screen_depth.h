@@ -24,13 +24,13 @@ class ScreenDepth {
   void read_before(vtkRenderer* renderer, vtkRenderWindow* window);
   void read_after(vtkRenderer* renderer, vtkRenderWindow* window);
   /// Depth of the scenery, without other objects.
-  struct Seen {
+  struct Reading {
     haptics::depth::DepthPicture picture;  ///< in the world
     glm::dvec3 at;
     double edge;  ///< edge of the part of the requested cube that the picture shows, mm
   };
   /// Returns the result if the graphics card has finished. The GL context must be current.
-  std::optional<Seen> take_result();
+  std::optional<Reading> take_result();
   /// Frees the GL resources; the context must still exist.
   void release();
 
@@ -48,8 +48,8 @@ class ScreenDepth {
     double edge;
   };
   std::optional<Request> request_;
-  std::optional<Seen> pending_;  ///< result of the frame that is being read
-  glm::ivec2 corner_{0};         ///< lower left pixel
+  std::optional<Reading> pending_;  ///< result of the frame that is being read
+  glm::ivec2 corner_{0};            ///< lower left pixel
   double near_ = 1, far_ = 2;
   std::array<unsigned, 2> buffers_{};
   void* fence_ = nullptr;

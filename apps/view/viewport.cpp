@@ -437,7 +437,7 @@ void Viewport::request_depth(const dvec3& at, double edge) {
   if (ScreenDepth* depth = view_.screen_depth()) depth->request(at, edge);
 }
 
-std::optional<ScreenDepth::Seen> Viewport::take_depth() {
+std::optional<ScreenDepth::Reading> Viewport::take_depth() {
   ScreenDepth* depth = view_.screen_depth();
   return depth != nullptr && view_.is_drawable() ? depth->take_result() : std::nullopt;
 }

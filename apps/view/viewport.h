@@ -113,7 +113,7 @@ class Viewport {
   /// Requests the screen depth of scenery in a cube of `edge` mm around `at`, read in the next frame.
   void request_depth(const glm::dvec3& at, double edge);
   /// Returns the requested depth; nullopt if there is no scenery or the depth is not ready.
-  std::optional<ScreenDepth::Seen> take_depth();
+  std::optional<ScreenDepth::Reading> take_depth();
   BoneView& view() noexcept { return view_; }
   std::size_t triangle_count() const { return view_.bone().triangle_count(); }
   bool is_complete() const;

@@ -123,7 +123,7 @@ dvec3 ForceGuard::step(const dvec3& requested, std::uint32_t faults) noexcept {
   return last_ = apply_limits(force, last_, options_.force_limit, options_.slew_limit * dt_);
 }
 
-dvec3 ForceGuard::turn(const dvec3& torque) noexcept {
+dvec3 ForceGuard::limited_torque(const dvec3& torque) noexcept {
   if (!is_finite(torque)) latched_ |= fault_not_finite;
   if (latched_ & fault_not_finite) return last_torque_ = dvec3(0);
   // The fade is 1 while no fault is latched.

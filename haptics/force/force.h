@@ -6,7 +6,7 @@
 #include <glm/vec3.hpp>
 #include <string>
 
-#include "haptics/proxy/proxy_method.h"
+#include "haptics/proxy/proxy_step.h"
 
 namespace trephine::haptics {
 
@@ -52,13 +52,13 @@ class ForceModel {
   /// Returns the torque of a tool of several balls, N mm. Call after step().
   glm::dvec3 torque(const ProxyStep& proxy, const TouchScene& scene) noexcept;
   /// Clears the state of the torque, for a change of the tool.
-  void forget_turn() noexcept {
+  void reset_torque() noexcept {
     smoothed_turn_ = glm::dvec3(0);
     had_turn_ = false;
   }
   /// Forgets the last stretch of the spring, so that its next change is not damped; the smoothed force
   /// continues.
-  void let_go() noexcept { had_contact_ = had_turn_ = false; }
+  void forget_stretch() noexcept { had_contact_ = had_turn_ = false; }
   /// Clears all state: the force starts from zero.
   void reset() noexcept;
   double alpha() const noexcept { return alpha_; }  ///< converted to the period
@@ -84,9 +84,9 @@ class ForceGuard {
   glm::dvec3 step(const glm::dvec3& requested, std::uint32_t faults) noexcept;
   /// Returns the limited torque of the same tick, N mm. Call after step(), whose faults apply. Not required
   /// while no torque is requested and no torque was rendered.
-  glm::dvec3 turn(const glm::dvec3& requested) noexcept;
+  glm::dvec3 limited_torque(const glm::dvec3& requested) noexcept;
   double torque_limit() const noexcept { return options_.torque_limit; }
-  bool is_turning() const noexcept { return last_torque_ != glm::dvec3(0); }
+  bool has_torque() const noexcept { return last_torque_ != glm::dvec3(0); }
   void reset() noexcept;
   const glm::dvec3& last() const noexcept { return last_; }  ///< last output, N
   double fade() const noexcept { return fade_; }             ///< factor, 1 to 0 after a latched fault

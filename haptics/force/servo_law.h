@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "haptics/device/pose_path.h"
-#include "haptics/proxy/proxy_method.h"
+#include "haptics/proxy/proxy_step.h"
 
 namespace trephine::haptics {
 

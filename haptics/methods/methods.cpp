@@ -1,15 +1,14 @@
 #include "haptics/methods/methods.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "haptics/depth/depth_proxy.h"
-#include "haptics/depth/lomi_proxy.h"
 #include "haptics/mesh/mesh_proxy.h"
-#include "haptics/proxy/baseline_proxies.h"
 #include "haptics/proxy/chain_proxy.h"
 #include "haptics/proxy/explicit_proxy.h"
 #include "haptics/proxy/implicit_proxy.h"
-#include "haptics/proxy/path_proxy.h"
 #include "haptics/proxy/scene_proxy.h"
-#include "haptics/proxy/sequential_proxy.h"
 #include "haptics/proxy/subvoxel_proxy.h"
 
 namespace trephine::haptics {
@@ -18,101 +17,87 @@ namespace {
 
 using Solid = MethodInfo::Solid;
 
-struct Entry {
-  MethodInfo info;
-  std::unique_ptr<ProxyMethod> (*make)();
-};
-
 template <class Method>
 std::unique_ptr<ProxyMethod> make() {
   return std::make_unique<Method>();
 }
 
-constexpr Entry k_entries[] = {
+constexpr MethodEntry k_entries[] = {
     {{"subvoxel", "exact contact with the smooth reconstruction, all walls at once", "this project",
       Solid::smooth, false, false},
      make<SubvoxelProxy>},
     {{"implicit", "voxel cubes as walls, iterated ray casts",
       "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.1.1", Solid::cubes},
      make<ImplicitProxy>},
-    {{"path", "voxel cubes as walls, A* around their corners",
-      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.1.2", Solid::cubes},
-     make<PathProxy>},
     {{"explicit", "triangles of the surface net along the motion, a god-object on them",
       "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.2; Zilles and Salisbury 1995",
       Solid::net},
      make<ExplicitProxy>},
-    {{"explicit-cubes", "as explicit, with triangles of marching cubes",
-      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.2; Lorensen and Cline 1987",
-      Solid::marching_cubes},
-     make<ExplicitCubesProxy>},
     {{"mesh",
       "the whole surface as a polygonal model, a god-object on its triangles; with a radius a virtual ball",
       "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997", Solid::net, true, false},
      make<MeshProxy>},
     {{"scene", "volumes and polygonal models in one solve", "this project", Solid::smooth, false, false},
      make<SceneProxy>},
-    {{"scene-sequential", "a god-object on the models, then each volume after it",
-      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 4.2.2", Solid::cubes},
-     make<SequentialProxy>},
     {{"depth", "depth images along three axes with every layer, a god-object on the net of their crossings",
       "this project; Ju, Losasso, Schaefer and Warren 2002", Solid::images, true, false},
      make<DepthProxy>},
-    {{"lomi", "depth images from six sides, the nearest free voxel of a map that is never stored",
-      "Kim, Kyung and others 2009 (Presence 18:340)", Solid::nothing, true},
-     make<LomiProxy>},
-    {{"lomi-parts", "as lomi, with concave objects decomposed, so that six cameras see all surfaces",
-      "Kim, Kyung and others 2009 (Presence 18:340)", Solid::nothing, true},
-     make<LomiPartsProxy>},
-    {{"raystep", "fixed steps along the motion, nearest voxels, binary transfer functions",
-      "Rizzi, Luciano and Banerjee 2010", Solid::nothing},
-     make<RaystepProxy>},
-    {{"plane", "a tangent plane, found at a tenth of the rate",
-      "Adachi, Kumano and Ogino 1995; Mark et al. 1996", Solid::nothing},
-     make<PlaneProxy>},
-    {{"gradient", "a force field without a proxy", "Avila and Sobierajski 1996", Solid::nothing},
-     make<GradientProxy>},
 };
 
 /// Method for tools of several balls, which the other methods do not support.
-constexpr Entry k_chain{{"chain", "a rigid tool of balls, six degrees of freedom, on the walls of scene",
-                         "this project; Ortega, Redon and Coquillart 2007", Solid::nothing, false, false},
-                        make<ChainProxy>};
+constexpr MethodEntry k_chain{
+    {"chain", "a rigid tool of balls, six degrees of freedom, on the walls of scene",
+     "this project; Ortega, Redon and Coquillart 2007", Solid::nothing, false, false},
+    make<ChainProxy>};
+
+struct Catalogue {
+  std::vector<MethodInfo> infos;  ///< without the chain
+  std::vector<MethodEntry> entries{std::begin(k_entries), std::end(k_entries)};
+
+  Catalogue() {
+    for (const MethodEntry& entry : entries) infos.push_back(entry.info);
+  }
+};
+Catalogue& catalogue() {
+  static Catalogue catalogue;
+  return catalogue;
+}
+
+const MethodEntry* find_entry(const std::string& name) {
+  for (const MethodEntry& entry : catalogue().entries)
+    if (name == entry.info.name) return &entry;
+  return name == k_chain.info.name ? &k_chain : nullptr;
+}
+
+std::string names_of(bool has_baselines) {
+  std::string names;
+  for (const MethodInfo& info : catalogue().infos)
+    if (has_baselines || !info.is_baseline) names += (names.empty() ? "" : ", ") + std::string(info.name);
+  return names;
+}
 
 }  // namespace
 
-std::span<const MethodInfo> method_catalogue() {
-  static const auto infos = [] {
-    std::array<MethodInfo, std::size(k_entries)> all{};
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = k_entries[i].info;
-    return all;
-  }();
-  return infos;
+void add_methods(std::span<const MethodEntry> entries) {
+  for (const MethodEntry& entry : entries) {
+    if (find_entry(entry.info.name) != nullptr) continue;
+    catalogue().entries.push_back(entry);
+    catalogue().infos.push_back(entry.info);
+  }
 }
 
-std::string method_names() {
-  std::string names;
-  for (const Entry& entry : k_entries) names += (names.empty() ? "" : ", ") + std::string(entry.info.name);
-  return names;
-}
+std::span<const MethodInfo> method_catalogue() { return catalogue().infos; }
 
-std::string user_method_names() {
-  std::string names;
-  for (const Entry& entry : k_entries)
-    if (!entry.info.is_baseline) names += (names.empty() ? "" : ", ") + std::string(entry.info.name);
-  return names;
-}
+std::string method_names() { return names_of(true); }
+std::string user_method_names() { return names_of(false); }
 
 const MethodInfo* find_method(const std::string& name) {
-  for (const Entry& entry : k_entries)
-    if (name == entry.info.name) return &entry.info;
-  return name == k_chain.info.name ? &k_chain.info : nullptr;
+  const MethodEntry* entry = find_entry(name);
+  return entry != nullptr ? &entry->info : nullptr;
 }
 
 Result<std::unique_ptr<ProxyMethod>> make_method(const std::string& name) {
-  for (const Entry& entry : k_entries)
-    if (name == entry.info.name) return entry.make();
-  if (name == k_chain.info.name) return k_chain.make();
+  if (const MethodEntry* entry = find_entry(name)) return entry->make();
   return Error{.what = "unknown method",
                .where = "method",
                .found = name,

@@ -1,4 +1,4 @@
-// MethodInfo: catalogue of all contact methods, by the names that commands and sessions use.
+// MethodInfo: catalogue of contact methods, by the names that commands and sessions use.
 #pragma once
 
 #include <memory>
@@ -23,7 +23,15 @@ struct MethodInfo {
 
 inline constexpr const char* k_default_method = "subvoxel";
 
-/// Returns all methods, for help and errors; the default comes first.
+struct MethodEntry {
+  MethodInfo info;
+  std::unique_ptr<ProxyMethod> (*make)();
+};
+/// Adds methods of a program to the catalogue; names that exist are ignored. Call it before other threads use
+/// the catalogue.
+void add_methods(std::span<const MethodEntry> entries);
+
+/// Returns all methods, for help and errors; the default comes first. Valid until the next add_methods().
 std::span<const MethodInfo> method_catalogue();
 /// Returns the names, separated by commas.
 std::string method_names();

@@ -1,6 +1,7 @@
 // ChainProxy: contact of a rigid tool of several balls, with six degrees of freedom.
 #pragma once
 
+#include "haptics/proxy/proxy_method.h"
 #include "haptics/walls/scene_walls.h"
 
 namespace trephine::haptics {

@@ -2,7 +2,7 @@
 // that stop it.
 #pragma once
 
-#include "haptics/proxy/proxy_method.h"
+#include "haptics/proxy/proxy_step.h"
 
 namespace trephine::haptics {
 

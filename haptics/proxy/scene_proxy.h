@@ -1,6 +1,7 @@
 // SceneProxy: contact with several volumes and polygonal models.
 #pragma once
 
+#include "haptics/proxy/proxy_method.h"
 #include "haptics/walls/scene_walls.h"
 
 namespace trephine::haptics {

@@ -1,5 +1,6 @@
 #include "haptics/proxy/slide.h"
 
+#include "haptics/proxy/slide_crease_impl.h"
 #include "haptics/proxy/slide_friction_impl.h"
 #include "haptics/proxy/slide_impl.h"
 
@@ -97,44 +98,6 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
   }
 }
 
-/// After a wall stopped a motion at `at`: if that is a step of the solid, moves up to its end, and has its
-/// wall among the planes of the next leg.
-template <class Walls>
-void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept {
-  stopping_ = wall.is_step || wall.sheet >= 0 ? wall : Wall{};
-  // The way up may meet the faces of further cubes.
-  constexpr int k_most_faces = 3;
-  if (!wall.is_step || result_.waypoint_count + k_most_faces + 4 > k_max_waypoints) return;
-  const ShapeSet inside = inside_;
-  const int count = result_.waypoint_count;
-  glm::bvec3 is_kept(false);
-  glm::dvec3 out(0);
-  for (int k = 0; k < planes.count; ++k)
-    if (!planes[k].is_frozen) out -= planes[k].normal;
-  away_from_all(planes, out);
-  glm::dvec3 p = at;
-  Wall step = wall;
-  for (int i = 0; i < k_most_faces; ++i) {
-    Plane plane;
-    plane_of(step, p, plane);
-    const glm::dvec3 above =
-        walls_.above_step(step, p, frame_.vector_volume_from_world(out - plane.normal), is_kept);
-    if (above == p) break;
-    const Reach reach = walls_.reach(p, above, inside_, landing());
-    p += reach.t * (above - p);
-    add(p);
-    if (!reach.is_blocked) {
-      at = p;
-      add_waypoint(at);
-      return;
-    }
-    if (!reach.wall.is_step) break;
-    step = reach.wall;
-  }
-  inside_ = inside;
-  result_.waypoint_count = count;
-}
-
 template <class Walls>
 void Slide<Walls>::freeze(const glm::dvec3& p, const Plane& plane) noexcept {
   if (frozen_count_ == static_cast<int>(frozen_.size())) {
@@ -221,23 +184,6 @@ bool Slide<Walls>::is_short_way_free(const Plane& first, const Plane& last, cons
          free_step(d, glm::dot(end.gradient, down), bound.along(down)) >= 1;
 }
 
-/// Turns a direction away from all walls: where several sheets have one flank, the mean of the normals may
-/// lead into another.
-template <class Walls>
-void Slide<Walls>::away_from_all(const Planes& planes, glm::dvec3& out) noexcept {
-  constexpr double k_least = 0.1;  // cosine
-  constexpr int k_most_turns = 12;
-  if (planes.count < 3) return;
-  for (int i = 0; i < k_most_turns; ++i) {
-    const double size = glm::length(out);
-    int worst = 0;
-    for (int k = 1; k < planes.count; ++k)
-      if (glm::dot(out, planes[k].normal) > glm::dot(out, planes[worst].normal)) worst = k;
-    if (glm::dot(out, planes[worst].normal) < -k_least * size) return;
-    out -= size / (i + 1) * planes[worst].normal;
-  }
-}
-
 /// Moves from one point on the walls to another through a point lifted off them, each leg proven. `at`: the
 /// point reached. Returns false if a wall stopped it.
 template <class Walls>
@@ -308,6 +254,15 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
   return true;
 }
 
+/// Returns the free share of the way from `at` to the HIP, less what rounding may add to it on a very long
+/// way: the end must be free.
+template <class Walls>
+double Slide<Walls>::backed_off(double t, const glm::dvec3& at) const noexcept {
+  constexpr double k_long = 1000, k_rounding = 4e-12;  // voxels; share of the way
+  const glm::dvec3 way = hip_ - at;
+  return glm::dot(way, way) > k_long * k_long ? t - k_rounding : t;
+}
+
 template <class Walls>
 void Slide<Walls>::run() noexcept {
   if (!begin()) return;
@@ -331,8 +286,8 @@ void Slide<Walls>::run() noexcept {
         add_waypoint(hip_);
         break;
       }
-      if (straight.t > 0) {
-        at += straight.t * (hip_ - at);
+      if (const double t = backed_off(straight.t, at); t > 0) {
+        at += t * (hip_ - at);
         add(at);
         add_waypoint(at);
         if (result_.shape < 0) landing_ = result_.waypoint_count - 1;
@@ -399,8 +354,12 @@ void Slide<Walls>::run() noexcept {
     const bool has_arrived = advance(before, to, planes, moved, at);
     add_waypoint(at);
     if (has_arrived) set_touched(moved[0]);
-    if (is_friction_applied_)
-      break;  // friction set the end; a wall that stopped the motion earlier is for the next step
+    if (is_friction_applied_) {
+      // Friction set the end; a wall that stopped the motion earlier is for the next step, but for a step of
+      // the solid, which is climbed.
+      if (!has_arrived && stopping_.is_step) climb_to(to, at);
+      break;
+    }
     if (has_arrived) {
       // Settled on walls that all still face the HIP: no point is nearer.
       if (is_settled) {

@@ -10,7 +10,8 @@ namespace trephine::haptics {
 namespace {
 
 /// Adds the flanks of a groove sharper than samples can show, which is one smooth wall with a narrow bottom:
-/// the tool is held by the flanks, two samples to either side. Returns false if the wall is no such groove.
+/// the tool is held by the flanks, two samples to either side. Returns false if the wall is no such groove,
+/// or if its flanks have walls of their own.
 template <class Walls>
 bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, double coefficient,
                               HoldingWalls& holding) noexcept {
@@ -28,6 +29,7 @@ bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, dou
   constexpr double k_sharp = 0.5;  // bend per sample, times a sample: a radius of two
   const double sample_mm = walls_.sample_mm(plane.wall);
   if (!(bend * sample_mm > k_sharp)) return false;
+  if (walls_.is_near_crease(plane.wall.shape, frame_.volume_from_world(p_world))) return false;
   const glm::dvec3 across = half >= 0 ? (half + root) * u + uw * w : uw * u + (root - half) * w;
   const double size = glm::length(across);
   if (!(size > 0)) return false;

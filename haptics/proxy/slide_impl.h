@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <span>
 
 #include "haptics/proxy/friction.h"
 #include "haptics/proxy/slide.h"
@@ -136,9 +137,11 @@ class Slide {
   bool is_short_way_free(const Plane& first, const Plane& last, const glm::dvec3& from,
                          const glm::dvec3& middle, const glm::dvec3& to,
                          const volume::QuadraticPatch::HessianBound& bound) noexcept;
+  double backed_off(double t, const glm::dvec3& at) const noexcept;
   void freeze(const glm::dvec3& p, const Plane& plane) noexcept;
   void away_from_all(const Planes& planes, glm::dvec3& out) noexcept;
   void climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept;
+  void climb_to(const glm::dvec3& to, glm::dvec3& at) noexcept;
   void finish() noexcept;
 
   const TouchScene& scene_;

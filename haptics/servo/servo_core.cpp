@@ -161,7 +161,7 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
     state_.version = ~std::uint64_t{0};
     state_.has_turn = false;
     state_.balls_inside = 0;
-    force_.forget_turn();
+    force_.reset_torque();
   }
   reported_not_ready_ = ShapeSet{};
   state_.touched = -1;
@@ -299,7 +299,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
   }
   record.raised = faults;
   record.force_world = guard_.step(requested_force_, faults);
-  if (is_turning_) record.torque_world = guard_.turn(torque_);
+  if (is_turning_) record.torque_world = guard_.limited_torque(torque_);
   record.faults = guard_.faults();
   if (is_passive_) {
     passivity_.set_rendered(passive_part(record.force_world));
@@ -382,7 +382,7 @@ Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   tick_ += count;
   for (; count > 0; --count) {
     last_force_ = guard_.step(requested_force_, faults);
-    if (is_turning_) last_torque_ = guard_.turn(torque_);
+    if (is_turning_) last_torque_ = guard_.limited_torque(torque_);
     if (guard_.is_faded()) break;
   }
   return {last_force_, last_torque_};
@@ -401,7 +401,7 @@ void ServoCore::begin_lead(const ServoHand& hand, const dvec3& hip_world) noexce
   if (!is_escaping_) {
     // The spring starts unstretched at the hand, at any distance.
     anchor_volume_ = frame.volume_from_world(hip_world);
-    force_.let_go();
+    force_.forget_stretch();
     const double reach = glm::length(out - hip_world);
     energy_.discarded += 0.5 * material_of(*hand.scene, touched_item_, Side::front).stiffness * reach * reach;
   }

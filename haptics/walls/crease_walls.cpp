@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <span>
 #include <tuple>
 
 #include "haptics/walls/smooth_walls.h"
@@ -13,15 +14,45 @@ namespace trephine::haptics {
 using glm::dvec3;
 using glm::ivec3;
 
-dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, const dvec3& out,
+namespace {
+
+/// Returns a direction against all of the covectors, if there is one.
+dvec3 way_against(std::span<const dvec3> gradients) noexcept {
+  constexpr double k_least = 0.1;  // cosine
+  constexpr int k_most_turns = 12;
+  dvec3 way(0);
+  for (const dvec3& gradient : gradients) way -= gradient;
+  if (way == dvec3(0) && !gradients.empty()) way = -gradients[0];
+  for (int i = 0; i < k_most_turns && !gradients.empty(); ++i) {
+    const double size = glm::length(way);
+    const dvec3& worst = *std::max_element(
+        gradients.begin(), gradients.end(),
+        [&](const dvec3& a, const dvec3& b) { return glm::dot(way, a) < glm::dot(way, b); });
+    if (glm::dot(way, worst) < -k_least * size) break;
+    way -= size / (i + 1) * worst;
+  }
+  return way;
+}
+
+}  // namespace
+
+dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const dvec3> normals_world,
                               glm::bvec3& is_kept) noexcept {
   constexpr double k_free = 1e-6, k_most_square = 1;  // voxels, their square
+  constexpr double k_across = 0.05;  // of a gradient: the share below which its wall is across the way
   const ivec3 here = volume::voxel_of(p);
-  dvec3 way = out;
-  for (int a = 0; a < 3; ++a) {
-    is_kept[a] = is_kept[a] || here[a] != wall.cube[a];
-    if (is_kept[a]) way[a] = 0;
+  for (int a = 0; a < 3; ++a) is_kept[a] = is_kept[a] || here[a] != wall.cube[a];
+  std::array<dvec3, 8> gradients;
+  std::size_t count = 0;
+  for (const dvec3& normal : normals_world) {
+    dvec3 g = normal * frame().axes();
+    const double whole = glm::length(g);
+    for (int a = 0; a < 3; ++a)
+      if (is_kept[a]) g[a] = 0;
+    const double size = glm::length(g);
+    if (size > k_across * whole && count < gradients.size()) gradients[count++] = g / size;
   }
+  const dvec3 way = way_against(std::span(gradients.data(), count));
   dvec3 q = p;
   for (int i = 0; i < 4; ++i) {
     const volume::ValueAndGradient s = value_and_gradient(wall, q);
@@ -32,6 +63,13 @@ dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, const dvec3& out
     if (!(glm::dot(q - p, q - p) < k_most_square)) return p;
   }
   return p;
+}
+
+bool SmoothWalls::is_near_crease(int shape, const dvec3& p) const noexcept {
+  const ivec3 cube = volume::voxel_of(p);
+  for (int n = 0; n < 27; ++n)
+    if (sheets_at(shape, cube + ivec3(n % 3, n / 3 % 3, n / 9) - 1) != 0) return true;
+  return false;
 }
 
 int SmoothWalls::sheets_near(int shape, volume::CreaseSheets::Mask sheets, const dvec3& p,

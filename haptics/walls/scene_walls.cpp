@@ -383,14 +383,19 @@ volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall,
           {glm::dot(map[1], bent[2]), glm::dot(map[0], bent[2]), glm::dot(map[0], bent[1])}};
 }
 
-dvec3 SceneWalls::above_step(const Wall& wall, const dvec3& p, const dvec3& out,
+dvec3 SceneWalls::above_step(const Wall& wall, const dvec3& p, std::span<const dvec3> normals_world,
                              glm::bvec3& is_kept) noexcept {
   if (is_mesh(wall.shape)) return p;
   const int i = part_of(wall.shape);
-  const dvec3 own = in_part(i, p),
-              above = walls_of(i).above_step(wall, own, part(i).from_scene * out, is_kept);
+  const dvec3 own = in_part(i, p), above = walls_of(i).above_step(wall, own, normals_world, is_kept);
   if (above == own) return p;
   return frame().volume_from_world(part(i).frame->world_from_volume(above));
+}
+
+bool SceneWalls::is_near_crease(int shape, const dvec3& p) noexcept {
+  if (is_mesh(shape)) return false;
+  const int i = part_of(shape);
+  return walls_of(i).is_near_crease(shape, in_part(i, p));
 }
 
 int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, double within,

@@ -102,8 +102,9 @@ class SceneWalls {
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,
              bool&) const noexcept {}
   /// As in SmoothWalls; p for a mesh.
-  glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, const glm::dvec3& out,
+  glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, std::span<const glm::dvec3> normals_world,
                         glm::bvec3& is_kept) noexcept;
+  bool is_near_crease(int shape, const glm::dvec3& p) noexcept;
   using WallList = std::array<Wall, 4>;
   /// Finds the walls of a shape at p. For a mesh: the facets within `within` mm of the tool, except those
   /// behind others.

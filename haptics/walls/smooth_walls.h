@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
+#include <span>
 #include <utility>
 
-#include "haptics/proxy/proxy_method.h"
+#include "haptics/proxy/proxy_step.h"
+#include "haptics/scene/touch_state.h"
 #include "volume/fields/quadratic_patch.h"
 #include "volume/scan/traversal.h"
 
@@ -122,13 +124,15 @@ class SmoothWalls {
   bool is_only_wall(const Wall& wall) const noexcept {
     return end_ - begin_ == 1 && !wall.is_back && wall.sheet < 0 && !wall.is_step;
   }
+  /// Returns true if one of the cubes around p is creased: there each flank has a wall of its own.
+  bool is_near_crease(int shape, const glm::dvec3& p) const noexcept;
   /// Returns true if the cube of voxel v may contain a cut.
   bool is_near_cut(const glm::ivec3& v) const noexcept;
 
-  /// Returns the point next to p in direction `out` at which a wall that is a step does not block, or p if
-  /// no point near does. Adds the coordinates of the face between p and the step to `is_kept`, and changes
-  /// none of these.
-  glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, const glm::dvec3& out,
+  /// Returns a point next to p, away from the walls with these unit normals (into the solid), at which a wall
+  /// that is a step does not block; p if no point near does. Adds the coordinates of the face between p and
+  /// the step to `is_kept`, and changes none of these.
+  glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, std::span<const glm::dvec3> normals_world,
                         glm::bvec3& is_kept) noexcept;
 
   /// Finds the walls of one shape on which p, on the side `is_inside`, may rest: the freer one from outside,

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 
-#include "haptics/proxy/proxy_method.h"
+#include "haptics/proxy/proxy_step.h"
+#include "haptics/scene/touch_state.h"
 #include "volume/surface/cell_samples.h"
 
 namespace trephine::haptics {

@@ -40,7 +40,7 @@ std::array<const ValueType*, 9> own_events() noexcept {
 
 }  // namespace
 
-bool holds(std::span<const ValueType* const> all, const ValueType& type) noexcept {
+bool contains(std::span<const ValueType* const> all, const ValueType& type) noexcept {
   return std::find(all.begin(), all.end(), &type) != all.end();
 }
 
@@ -72,9 +72,9 @@ const ValueType* Catalogue::find(std::string_view name) const noexcept {
 }
 
 bool Catalogue::is_event(const ValueType& type) const noexcept {
-  return holds(own_events(), type) ||
+  return contains(own_events(), type) ||
          std::any_of(modules_.begin(), modules_.end(),
-                     [&](const Module* module) { return holds(module->events(), type); });
+                     [&](const Module* module) { return contains(module->events(), type); });
 }
 
 bool Catalogue::is_command(const ValueType& type) const noexcept {

@@ -8,7 +8,7 @@
 namespace trephine::sim {
 
 /// True if `type` is one of `all`.
-bool holds(std::span<const ValueType* const> all, const ValueType& type) noexcept;
+bool contains(std::span<const ValueType* const> all, const ValueType& type) noexcept;
 
 /// Modules of a program, passed to an engine and to the reader of a session.
 class Catalogue {

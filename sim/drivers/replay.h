@@ -53,13 +53,9 @@ class Replay {
     return state_->records[static_cast<std::size_t>(hand)];
   }
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
-  /// Result of the proxy method in the last tick, and its touch state.
+  /// Result of the proxy method in the last tick.
   const haptics::ProxyStep& proxy_step() const noexcept {
     return state_->servo.cores()[record_.hand].last_step();
-  }
-  std::shared_ptr<const haptics::TouchState> touch_state() const noexcept {
-    const auto hand = servo_hand();
-    return {hand, &hand->state};
   }
   /// Scene of the hand of the last tick.
   std::shared_ptr<const haptics::ServoHand> servo_hand() const noexcept {

@@ -126,7 +126,7 @@ DepthSets::DepthSets(const haptics::TouchScene& scene, double tick) : tick_(tick
   newest_.resize(items_.size());
 }
 
-std::optional<std::size_t> DepthSets::place_of(std::int64_t item) const noexcept {
+std::optional<std::size_t> DepthSets::index_of(std::int64_t item) const noexcept {
   const auto found = std::find(items_.begin(), items_.end(), item);
   if (found == items_.end()) return std::nullopt;
   return static_cast<std::size_t>(found - items_.begin());
@@ -184,7 +184,7 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
 }
 
 void DepthSets::take(std::int64_t item, std::shared_ptr<DepthSet> result) {
-  std::shared_ptr<const DepthSet>& current = newest_[*place_of(item)];
+  std::shared_ptr<const DepthSet>& current = newest_[*index_of(item)];
   const std::uint64_t serial = result->serial;
   result->follow(current.get());
   result->serial = serial;  // a set that is sent again keeps its serial

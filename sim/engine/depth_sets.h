@@ -70,7 +70,7 @@ class DepthSets {
   /// Replaces the set of an item.
   void take(std::int64_t item, std::shared_ptr<haptics::depth::DepthSet> result);
   /// Returns the index of an item in newest(); empty if it is not touched by depth images.
-  std::optional<std::size_t> place_of(std::int64_t item) const noexcept;
+  std::optional<std::size_t> index_of(std::int64_t item) const noexcept;
   std::uint64_t next_serial(std::size_t place) const noexcept;
 
  private:

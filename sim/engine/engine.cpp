@@ -118,7 +118,7 @@ Status Engine::check(const Command& command) const {
       if (Status error = instrument->check(command.request.data(), *tools_[command.hand].scene)) return error;
     if (Status error = check_effect_of(Instrument(*instrument, command.request), command.hand)) return error;
 
-  } else if (!holds(catalogue_.all(), type) || catalogue_.is_event(type)) {
+  } else if (!contains(catalogue_.all(), type) || catalogue_.is_event(type)) {
     return Error{.what = "no module of this session knows the command",
                  .found = std::string(command.request.name()),
                  .expected = "a command of its modules"};
@@ -170,7 +170,7 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     const auto* picture = request.as<AdoptPicture>();
     if (depths || picture)
       outcome.job_hash = depths_[command.hand]
-                             .newest()[*depths_[command.hand].place_of(depths ? depths->item : picture->item)]
+                             .newest()[*depths_[command.hand].index_of(depths ? depths->item : picture->item)]
                              ->hash();
   } else if (change_body(command, outcome)) {
   } else if (request.as<ToolGeometry>() || request.as<FreePieces>()) {
@@ -189,7 +189,7 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     if (find_job(request.type(), job.type, job.module)) return begin_job(command, std::move(job), outcome);
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       const Module& module = *catalogue_.modules()[m];
-      if (!holds(module.commands(), request.type())) continue;
+      if (!contains(module.commands(), request.type())) continue;
       ModuleWork work(Work(editor_, pending_events_, now_.next_tick, command.hand), state_of(m));
       module.apply(command, work);
       return finish(work, outcome);

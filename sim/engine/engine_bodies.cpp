@@ -206,7 +206,7 @@ std::vector<DisplayedDepths> Engine::seen_depths(std::size_t hand) const {
   std::vector<DisplayedDepths> result;
   const double time = seconds();
   for (int i = 0; i < haptics::item_count(scene()); ++i)
-    if (const auto at = depths_[hand].place_of(i))
+    if (const auto at = depths_[hand].index_of(i))
       if (const auto& set = depths_[hand].newest()[*at]) {
         const haptics::Placement drawn = place_of(haptics::item_of(scene(), i));
         result.push_back({i, set, drawn, drawn * set->displacement_at(time)});

@@ -155,7 +155,7 @@ void Engine::submit_result(const DepthJob& job, std::shared_ptr<const haptics::d
 }
 
 Status Engine::check_depths(const AdoptDepths& request, std::size_t hand) const {
-  if (!depths_[hand].place_of(request.item))
+  if (!depths_[hand].index_of(request.item))
     return Error{.what = "this item has no depth images",
                  .where = "adopt-depths",
                  .found = std::to_string(request.item),
@@ -191,7 +191,7 @@ bool Engine::use_depths(const AdoptDepths& request, std::uint8_t hand) {
 
 Status Engine::check_picture(const AdoptPicture& request, std::size_t hand) const {
   const haptics::TouchScene& scene = *tools_[hand].scene;
-  if (!depths_[hand].place_of(request.item) ||
+  if (!depths_[hand].index_of(request.item) ||
       !haptics::item_of(scene, static_cast<int>(request.item)).depth->is_streamed())
     return Error{.what = "this item does not take pictures",
                  .where = "adopt-picture",
@@ -214,7 +214,7 @@ void Engine::use_picture(const AdoptPicture& request, std::uint8_t hand) {
 }
 
 std::uint64_t Engine::next_picture(std::int64_t item, std::size_t hand) const {
-  const auto place = depths_[hand].place_of(item);
+  const auto place = depths_[hand].index_of(item);
   return place ? depths_[hand].next_serial(*place) : 1;
 }
 

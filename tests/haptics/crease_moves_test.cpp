@@ -160,5 +160,140 @@ TEST(BallsInCreases, FollowTheHandWhereverTheClosedFormIsFree) {
   EXPECT_GT(faulty.hangs, faulty.contacts / 50) << "planted: the proxy is held";
 }
 
+/// Distances of a traverse along a groove from the closed form, mm.
+struct Traverse {
+  double lag = 0;     ///< behind the hand, along the groove
+  double height = 0;  ///< of the centre at rest, above that of the formula
+  int outside = 0;    ///< contacts with one flank whose force is outside the friction cone
+  int one_flank = 0;  ///< contacts with one flank
+};
+
+/// Moves the hand along an endless groove, oblique to the voxels, and back; 2 mm below the position at rest.
+Traverse traverse(double degrees, double radius, int seed, double friction) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(seed));
+  const auto uniform = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
+  const glm::dquat turn = glm::normalize(glm::dquat(uniform(), uniform(), uniform(), uniform()));
+  const Crease groove = crease("groove", 2, degrees, radius, turn);
+  const double rest = radius / std::sin(0.5 * degrees * k_degree), voxel = 0.4;
+  const dvec3 up = glm::normalize(groove.normals[0] + groove.normals[1]),
+              along = glm::normalize(glm::cross(groove.normals[0], groove.normals[1])),
+              middle = dvec3(uniform(), uniform(), uniform()) * 0.3;
+  const ivec3 size(static_cast<int>(std::ceil(2 * (radius + 5) / voxel)));
+  Volume volume = volume::make_volume(
+                      size, Frame::from_axes(-0.5 * voxel * (dvec3(size) - 1.0), glm::dmat3(voxel)).value())
+                      .value();
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x) {
+        // The ball rests near the middle of the volume.
+        const dvec3 p = volume.frame.world_from_volume({x, y, z}) - middle + rest * up;
+        volume.voxels[volume.index(x, y, z)] = static_cast<std::int16_t>(
+            std::lround(std::clamp(300 - 300 * groove.distance(p), -1000.0, 3000.0)));
+      }
+  TouchScene scene;
+  scene.base = std::make_shared<const Volume>(std::move(volume));
+  const volume::Field field(*scene.base, volume::Shape{});
+  auto bits = std::make_shared<volume::Occupancy>(volume::Occupancy::build(*scene.base, volume::Shape{}));
+  scene.tool_radius = radius;
+  scene.items.push_back({field, bits, {0.5, 0, friction, friction}, Side::front});
+  scene.items[0].offset = volume::OffsetField::build(field, *bits, nullptr, radius, 1).value();
+  auto method = make_method("subvoxel").value();
+  EXPECT_FALSE(method->prepare(scene));
+  const auto state =
+      std::make_shared<TouchState>(untouched(scene), TouchState::OffsetFields{scene.items[0].offset});
+  Traverse result;
+  ProxyState proxy;
+  const auto leg = [&](const dvec3& from, const dvec3& to, int steps, bool is_measured) {
+    for (int i = 0; i < steps + 30; ++i) {
+      const dvec3 hand = middle + glm::mix(from, to, std::min(1.0, i / static_cast<double>(steps)));
+      const ProxyStep step = method->step(scene, *state, proxy, {hand});
+      EXPECT_FALSE(step.is_buried);
+      const dvec3 ball = step.proxy_world - middle;
+      if (is_measured && friction == 0) {
+        result.lag = std::max(result.lag, std::abs(glm::dot(ball + middle - hand, along)));
+        result.height = std::max(result.height, std::abs(glm::dot(ball, up)));
+      }
+      const double first = glm::dot(groove.normals[0], ball + rest * up) - radius,
+                   second = glm::dot(groove.normals[1], ball + rest * up) - radius;
+      if (!step.has_contact || i == 0 || std::max(first, second) < 0.12) continue;
+      ++result.one_flank;
+      const dvec3 normal = groove.normals[first < second ? 0 : 1], pull = hand - step.proxy_world;
+      const double press = -glm::dot(pull, normal);
+      result.outside += glm::length(pull + press * normal) > 1.1 * friction * press + 0.02;
+    }
+  };
+  const dvec3 deep = -2.0 * up;
+  leg(-3.0 * along + 0.7 * up, -3.0 * along + deep, 60, false);
+  leg(-3.0 * along + deep, 3.0 * along + deep, 150, true);
+  leg(3.0 * along + deep, -3.0 * along + deep, 150, true);
+  // Over one flank, and back.
+  const dvec3 aside = glm::normalize(glm::cross(up, along));
+  leg(-3.0 * along + deep, 2.0 * along + 2.0 * aside - 0.5 * up, 150, false);
+  return result;
+}
+
+/// Tangent spheres of 1 mm touch wide grooves near their rounded bottom, whose normals are between those of
+/// the flanks: it must not count where the ball cannot touch it.
+TEST(BallsInCreases, FollowTheHandAlongWideGrooves) {
+  Traverse worst;
+  for (const double degrees : {60.0, 82.0, 96.0, 108.0})
+    for (const double radius : {0.8, 1.0, 1.7})
+      for (int seed = 0; seed < 3; ++seed) {
+        const Traverse one = traverse(degrees, radius, 100 * seed + static_cast<int>(degrees), 0);
+        EXPECT_LT(one.lag, 0.2) << degrees << " degrees, radius " << radius << ", seed " << seed;
+        EXPECT_LT(one.height, 0.05) << degrees << " degrees, radius " << radius << ", seed " << seed;
+        worst.lag = std::max(worst.lag, one.lag), worst.height = std::max(worst.height, one.height);
+      }
+  std::printf("36 grooves: %.3f mm behind the hand, %.3f mm off the height at rest\n", worst.lag,
+              worst.height);
+}
+
+/// Only the touched flank holds a ball, not the bottom of the groove next to it.
+TEST(BallsInCreases, FrictionIsThatOfTheTouchedFlank) {
+  int contacts = 0, outside = 0;
+  for (int seed = 0; seed < 8; ++seed) {
+    const Traverse one = traverse(85 + 3 * seed, seed % 2 == 0 ? 1 : 2, seed, 0.3);
+    contacts += one.one_flank, outside += one.outside;
+  }
+  std::printf("%d of %d contacts with one flank outside the cone\n", outside, contacts);
+  EXPECT_GT(contacts, 300);
+  EXPECT_LE(outside, contacts / 200);
+}
+
+/// A hand may leap to where rounding is larger than the distance that a proxy keeps from a wall.
+TEST(LongLeaps, EndOutsideTheSolid) {
+  const ivec3 size(30);
+  Volume volume = volume::make_volume(size, Frame::from_axes(dvec3(-7.25), glm::dmat3(0.5)).value()).value();
+  for (int z = 0; z < 30; ++z)
+    for (int y = 0; y < 30; ++y)
+      for (int x = 0; x < 30; ++x)
+        volume.voxels[volume.index(x, y, z)] =
+            static_cast<std::int16_t>(std::lround(300 - 300 * (0.5 * z - 7.25)));
+  TouchScene scene;
+  scene.base = std::make_shared<const Volume>(std::move(volume));
+  const volume::Field field(*scene.base, volume::Shape{});
+  scene.items.push_back(
+      {field,
+       std::make_shared<volume::Occupancy>(volume::Occupancy::build(*scene.base, volume::Shape{})),
+       {0.5, 0, 0, 0},
+       Side::front});
+  const auto state = std::make_shared<TouchState>(untouched(scene));
+  std::mt19937_64 random(5);
+  const auto uniform = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
+  for (const char* name : {"subvoxel", "scene"}) {
+    auto method = make_method(name).value();
+    ASSERT_FALSE(method->prepare(scene));
+    int buried = 0;
+    for (int leap = 0; leap < 1000; ++leap) {
+      ProxyState proxy;
+      const dvec3 far = 9e5 * dvec3(uniform(), uniform(), uniform());
+      for (const dvec3& hand :
+           {dvec3(3 * uniform(), 3 * uniform(), 1), far, dvec3(0, 0, -2), dvec3(0, 0, -1)})
+        buried += method->step(scene, *state, proxy, {hand}).is_buried;
+    }
+    EXPECT_EQ(buried, 0) << name;
+  }
+}
+
 }  // namespace
 }  // namespace trephine::haptics

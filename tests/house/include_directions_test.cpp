@@ -59,7 +59,7 @@ const std::map<std::string, std::vector<std::string>> k_outsiders{
     {"gtest/", {"tests/"}},
 };
 
-/// What is wrong with `include` in `file` (relative paths), or "".
+/// Returns the fault of an `include` in `file` (relative paths), or an empty text.
 std::string fault(const std::string& file, const std::string& include, bool is_quoted) {
   const std::string room = file.substr(0, file.find('/'));
   if (is_quoted) {

@@ -1,5 +1,5 @@
-// Which headers are public: the lists in the CMakeLists.txt of libraries. The others are their own. And files
-// that are long say why.
+// Tests that headers outside the lists of the CMakeLists.txt are private to their libraries, and that long
+// files say why.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

@@ -37,7 +37,7 @@ constexpr Phrase k_opening{R"(^(Of|What|Where|Which|Whence|How|The same)\b)",
 /// The most phrases that each room may have. Lower a count when phrases go; never raise one.
 const std::map<std::string, int> k_most{
     {"README.md", 0},  {"volume", 0},  {"haptics", 0}, {"sim", 0},           {"modules", 0},
-    {"data-tools", 0}, {"apps", 0},    {"tests", 2},   {"docs", 0},          {"cmake", 0},
+    {"data-tools", 0}, {"apps", 0},    {"tests", 0},   {"docs", 0},          {"cmake", 0},
     {"packaging", 0},  {"demo.sh", 0}, {"test.sh", 0}, {"CMakeLists.txt", 0}};
 
 struct Text {

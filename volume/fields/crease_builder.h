@@ -98,11 +98,14 @@ class CreaseBuilder {
     if (cubes.empty()) return 0;
     const PointBins bins(points_, 2 * offset_.step);
     std::vector<CreaseSheets::Mask> cones;
-    cones.reserve(points_.size());
-    for (const SurfacePoint& point : points_)
-      cones.push_back(cones_of(-offset_.volume.gradient_world_from_volume(
-          offset_.surface.jet(false, offset_.volume.volume_from_world(glm::dvec3(point.at_world)))
-              .gradient)));
+    cones.reserve(points_.size()), normals_.reserve(points_.size());
+    for (const SurfacePoint& point : points_) {
+      const glm::dvec3 out = -offset_.volume.gradient_world_from_volume(
+          offset_.surface.jet(false, offset_.volume.volume_from_world(glm::dvec3(point.at_world))).gradient);
+      cones.push_back(cones_of(out));
+      normals_.emplace_back(glm::dot(out, out) > 0 ? glm::normalize(out) : glm::dvec3(0));
+    }
+    contacts_.assign(points_.size(), Contact::unknown);
     // The samples that the cubes read.
     low_ = tile.low - k_margin, size_ = tile.high - tile.low + 1 + 2 * k_margin;
     std::vector<std::uint32_t> number(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
@@ -147,6 +150,9 @@ class CreaseBuilder {
     std::array<float, k_cones> u;                ///< mm
     CreaseSheets::Mask refined = 0;              ///< the sheets whose u is exact
   };
+  static constexpr double k_slack = 0.03;  ///< steps; sampled distances are too long by as much
+  /// Whether a ball that touches a surface point is free there.
+  enum class Contact : std::uint8_t { unknown, possible, impossible };
   struct Creased {
     glm::ivec3 cube;
     CreaseSheets::Mask sheets;
@@ -191,30 +197,63 @@ class CreaseBuilder {
         }
     return cubes;
   }
-  /// Returns the distances of lattice point v to the sampled points of each cone. Inside the solid all sheets
-  /// have the field's value.
+  /// Returns true if a ball that touches point i has its centre within `far` of a lattice point, and meets
+  /// other points there: the bottom of a groove. The answer is the same for every lattice point.
+  bool is_out_of_reach(std::uint32_t i, const glm::vec3& from, const PointBins& bins) {
+    constexpr double k_depth = 0.1;  // steps
+    const glm::vec3 centre = points_[i].at_world + static_cast<float>(offset_.radius) * normals_[i];
+    // All points near a centre within this distance are known.
+    if (normals_[i] == glm::vec3(0) || glm::distance(centre, from) > static_cast<float>(offset_.far))
+      return false;
+    if (contacts_[i] == Contact::unknown) {
+      const double free = offset_.radius - k_depth * offset_.step;
+      const auto square = static_cast<float>(free * free);
+      contacts_[i] = Contact::possible;
+      bins.for_near(glm::dvec3(centre), free, [&](std::uint32_t k) {
+        const glm::vec3 separation = centre - points_[k].at_world;
+        if (glm::dot(separation, separation) < square) contacts_[i] = Contact::impossible;
+      });
+    }
+    return contacts_[i] == Contact::impossible;
+  }
+
+  /// Returns the distances of lattice point v to the sampled points of each cone. Points that a ball cannot
+  /// touch do not count, such as those of the rounded bottom of a groove, whose normals are between those of
+  /// its flanks; where they are the nearest, the tangent plane of the nearest other point replaces them. Inside
+  /// the solid all sheets have the field's value.
   Sample sample(const glm::ivec3& v, bool is_matter, const std::vector<CreaseSheets::Mask>& cones,
-                const PointBins& bins) const {
+                const PointBins& bins) {
     Sample result;
     result.nearest.fill(k_none);
     result.u.fill(static_cast<float>(is_matter ? offset_.far : -offset_.far));
     if (is_matter) return result;
     const glm::dvec3 at = offset_.lattice.world_from_volume(glm::dvec3(v));
     const double reach = offset_.radius + offset_.far;
-    std::array<float, k_cones> square;
+    std::array<float, k_cones> square, square_of_all;
     square.fill(static_cast<float>(reach * reach));
+    square_of_all = square;
     const glm::vec3 from(at);
     bins.for_near(at, reach, [&](std::uint32_t i) {
       const glm::vec3 separation = from - points_[i].at_world;
       const float s = glm::dot(separation, separation);
       for (CreaseSheets::Mask rest = cones[i]; rest != 0; rest &= rest - 1) {
         const auto cone = static_cast<std::size_t>(std::countr_zero(rest));
-        if (s < square[cone]) square[cone] = s, result.nearest[cone] = i;
+        square_of_all[cone] = std::min(square_of_all[cone], s);
+        if (s < square[cone] && !is_out_of_reach(i, from, bins)) square[cone] = s, result.nearest[cone] = i;
       }
     });
-    for (std::size_t cone = 0; cone < k_cones; ++cone)
-      if (result.nearest[cone] != k_none)
-        result.u[cone] = clamped(std::sqrt(static_cast<double>(square[cone])));
+    for (std::size_t cone = 0; cone < k_cones; ++cone) {
+      const std::uint32_t i = result.nearest[cone];
+      if (i == k_none) continue;
+      double distance = std::sqrt(static_cast<double>(square[cone]));
+      if (square_of_all[cone] < square[cone]) {
+        const double least = std::sqrt(static_cast<double>(square_of_all[cone])) - k_slack * offset_.step;
+        const auto by_plane = static_cast<double>(glm::dot(from - points_[i].at_world, normals_[i]));
+        distance = std::clamp(by_plane, std::min(least, distance), distance);
+        result.refined |= CreaseSheets::Mask{1} << cone;
+      }
+      result.u[cone] = clamped(distance);
+    }
     return result;
   }
   float clamped(double distance) const {
@@ -222,7 +261,6 @@ class CreaseBuilder {
   }
   /// Returns the sheets of a cube that may be solid in it, and that no other contains up to k_slack.
   CreaseSheets::Mask sheets_of(const std::array<Sample*, 27>& around) const {
-    constexpr double k_slack = 0.03;  // steps; sampled distances are too long by as much
     const auto slack = static_cast<float>(k_slack * offset_.step);
     const auto contains = [&](std::size_t outer, std::size_t inner) {
       for (const Sample* s : around)
@@ -297,13 +335,16 @@ class CreaseBuilder {
       u = clamped(offset_.surface.distance(at, points_[nearest], is_found));
     }
     for (std::size_t other = 0; other < k_cones; ++other)
-      if (s.nearest[other] == nearest) s.u[other] = u, s.refined |= CreaseSheets::Mask{1} << other;
+      if (s.nearest[other] == nearest && (s.refined >> other & 1) == 0)
+        s.u[other] = u, s.refined |= CreaseSheets::Mask{1} << other;
     return u;
   }
 
   Offset offset_;
   const std::vector<SurfacePoint>& points_;
-  glm::ivec3 low_{0}, size_{0};  ///< lattice points of the tile and its margin
+  std::vector<glm::vec3> normals_;  ///< by point: unit, out of the solid; 0 if unknown
+  std::vector<Contact> contacts_;   ///< by point
+  glm::ivec3 low_{0}, size_{0};     ///< lattice points of the tile and its margin
 };
 
 }  // namespace trephine::volume

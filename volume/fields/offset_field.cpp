@@ -36,7 +36,12 @@ double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   const dvec3 extent = spacing * dvec3(volume.size);
   const double least =
       deterministic_exp(deterministic_log(extent.x * extent.y * extent.z / k_most_points) / 3);
-  return std::max({radius / k_steps_per_radius, std::min(voxel, std::max(most, least))});
+  double step = std::min(voxel, std::max(most, least));
+  // A slightly smaller step gives sheets to a small tool.
+  constexpr double k_finer = 0.7;
+  if (radius < k_least_creased_radius * step && radius >= k_finer * k_least_creased_radius * step)
+    step = std::max(least, radius / (1.02 * k_least_creased_radius));
+  return std::max(radius / k_steps_per_radius, step);
 }
 
 Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field, const Occupancy& bits,

@@ -1,6 +1,7 @@
 // Entry point of trephine-bench.
 #include "apps/bench/commands/bench_commands.h"
 #include "apps/cli/command_line.h"
+#include "haptics/baselines/baselines.h"
 
 int main(int argc, char** argv) {
   namespace bench = trephine::bench;
@@ -9,6 +10,7 @@ int main(int argc, char** argv) {
       &bench::k_step,       &bench::k_rays,      &bench::k_surface, &bench::k_flood,
       &bench::k_separation, &bench::k_xray,      &bench::k_reslice, &bench::k_render,
       &bench::k_load,       &bench::k_dicom,     &bench::k_open,    &bench::k_soak};
+  trephine::haptics::baselines::add_methods();
   return trephine::cli::run_program(
       {"trephine-bench",
        "trephine-bench: benchmarks of trephine, together with other libraries in the same run",

@@ -142,11 +142,11 @@ TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   options.torque_limit = 100;
   options.torque_slew_limit = 10000;
   ForceGuard guard(options, 1e-3);
-  EXPECT_FALSE(guard.is_turning());
+  EXPECT_FALSE(guard.has_torque());
   glm::dvec3 last(0);
   for (int i = 0; i < 40; ++i) {
     guard.step(glm::dvec3(0), 0);
-    const glm::dvec3 torque = guard.turn({0, 300, 0});
+    const glm::dvec3 torque = guard.limited_torque({0, 300, 0});
     ASSERT_LE(glm::length(torque), 100 * (1 + 1e-12));
     ASSERT_LE(glm::length(torque - last), 10 * (1 + 1e-9));
     last = torque;
@@ -156,13 +156,13 @@ TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   // A lost device: gone within the fade.
   for (int i = 0; i < 60; ++i) {
     guard.step(glm::dvec3(0), i == 0 ? fault_lost_device : 0u);
-    last = guard.turn({0, 300, 0});
+    last = guard.limited_torque({0, 300, 0});
   }
   EXPECT_EQ(last, glm::dvec3(0));
   EXPECT_TRUE(guard.is_faded());
   guard.reset();
   guard.step(glm::dvec3(0), 0);
-  EXPECT_EQ(guard.turn({std::nan(""), 0, 0}), glm::dvec3(0));
+  EXPECT_EQ(guard.limited_torque({std::nan(""), 0, 0}), glm::dvec3(0));
   EXPECT_TRUE(guard.faults() & fault_not_finite);
 }
 

@@ -1,18 +1,20 @@
 // Lomi: the published method of touching depth images, unchanged.
-#include "haptics/depth/lomi.h"
+#include "haptics/baselines/lomi.h"
 
 #include <cmath>
 #include <set>
 #include <tuple>
 
+#include "haptics/baselines/depth_parts.h"
+#include "haptics/baselines/lomi_proxy.h"
 #include "haptics/depth/depth_items.h"
-#include "haptics/depth/depth_parts.h"
 #include "haptics/depth/depth_rules.h"
-#include "haptics/depth/lomi_proxy.h"
 #include "tests/haptics/depth/model_play.h"
 
 namespace trephine::haptics::depth {
 namespace {
+
+using namespace baselines;
 
 using glm::dvec3;
 using glm::ivec3;

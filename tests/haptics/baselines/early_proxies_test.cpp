@@ -1,10 +1,10 @@
-#include "haptics/proxy/baseline_proxies.h"
+#include "haptics/baselines/early_proxies.h"
 
 #include <cmath>
 
 #include "tests/haptics/proxy/method_play.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 namespace {
 
 using glm::dvec3;
@@ -101,4 +101,4 @@ TEST(GradientProxy, PushesAlongTheGradientAndPopsThroughThinMatter) {
 }
 
 }  // namespace
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

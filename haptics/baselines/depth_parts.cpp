@@ -1,9 +1,9 @@
-#include "haptics/depth/depth_parts.h"
+#include "haptics/baselines/depth_parts.h"
 
 #include <algorithm>
 #include <glm/common.hpp>
 
-namespace trephine::haptics::depth {
+namespace trephine::haptics::baselines {
 
 using glm::dvec3;
 using glm::ivec3;
@@ -34,13 +34,13 @@ bool is_in(const ivec3& size, const dvec3& p) noexcept {
 
 }  // namespace
 
-DepthParts::DepthParts(const DepthCube& cube) { divide(cube, {ivec3(0), cube.size() - 1}); }
+DepthParts::DepthParts(const depth::DepthCube& cube) { divide(cube, {ivec3(0), cube.size() - 1}); }
 
-void DepthParts::divide(const DepthCube& cube, const Box& box) {
+void DepthParts::divide(const depth::DepthCube& cube, const Box& box) {
   const std::size_t node = nodes_.size();
   nodes_.emplace_back();
   const auto is_whole_along = [&](int axis) {
-    const auto [u, v] = across(axis);
+    const auto [u, v] = depth::across(axis);
     for (int j = box.low[v]; j <= box.high[v]; ++j)
       for (int i = box.low[u]; i <= box.high[u]; ++i)
         if (section_between(cube.ray(axis, i, j), box.low[axis] - 0.5, box.high[axis] + 0.5).layers > 1)
@@ -72,12 +72,12 @@ DepthParts::Box DepthParts::part_of(const ivec3& size, const ivec3& place) const
   return box;
 }
 
-bool DepthParts::is_inside(const DepthCube& cube, const dvec3& p) const noexcept {
+bool DepthParts::is_inside(const depth::DepthCube& cube, const dvec3& p) const noexcept {
   if (!is_in(cube.size(), p)) return false;
   const ivec3 at(glm::floor(p + 0.5));
   const Box box = part_of(cube.size(), at);
   for (int axis = 0; axis < 3; ++axis) {
-    const auto [u, v] = across(axis);
+    const auto [u, v] = depth::across(axis);
     const RaySection section =
         section_between(cube.ray(axis, at[u], at[v]), box.low[axis] - 0.5, box.high[axis] + 0.5);
     if (section.layers == 0 || p[axis] < section.enters || p[axis] > section.ends) return false;
@@ -85,13 +85,13 @@ bool DepthParts::is_inside(const DepthCube& cube, const dvec3& p) const noexcept
   return true;
 }
 
-bool DepthParts::is_inside_smoothly(const DepthCube& cube, const dvec3& p) const noexcept {
+bool DepthParts::is_inside_smoothly(const depth::DepthCube& cube, const dvec3& p) const noexcept {
   const ivec3& size = cube.size();
   for (int axis = 0; axis < 3; ++axis)
     if (!(p[axis] >= 0 && p[axis] <= size[axis] - 1)) return is_inside(cube, p);
   const Box box = part_of(size, ivec3(glm::floor(p + 0.5)));
   for (int axis = 0; axis < 3; ++axis) {
-    const auto [u, v] = across(axis);
+    const auto [u, v] = depth::across(axis);
     const int i = std::min(static_cast<int>(p[u]), size[u] - 2),
               j = std::min(static_cast<int>(p[v]), size[v] - 2);
     const double s = p[u] - i, t = p[v] - j;
@@ -116,4 +116,4 @@ bool DepthParts::is_inside_smoothly(const DepthCube& cube, const dvec3& p) const
   return true;
 }
 
-}  // namespace trephine::haptics::depth
+}  // namespace trephine::haptics::baselines

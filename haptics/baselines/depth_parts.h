@@ -4,7 +4,7 @@
 
 #include "haptics/depth/depth_cube.h"
 
-namespace trephine::haptics::depth {
+namespace trephine::haptics::baselines {
 
 /// Boxes of a cube's lattice, halved until along at least one axis no ray has more than one layer of matter.
 /// Cameras on the faces of each box see only its contents. Immutable when made; queries: any thread, no
@@ -12,11 +12,11 @@ namespace trephine::haptics::depth {
 class DepthParts {
  public:
   /// Borrows the cube for this call only. n log n in its pixels.
-  explicit DepthParts(const DepthCube& cube);
+  explicit DepthParts(const depth::DepthCube& cube);
 
   /// As DepthCube with Layers::outermost, but by the cameras of the box that contains p.
-  bool is_inside(const DepthCube& cube, const glm::dvec3& p) const noexcept;
-  bool is_inside_smoothly(const DepthCube& cube, const glm::dvec3& p) const noexcept;
+  bool is_inside(const depth::DepthCube& cube, const glm::dvec3& p) const noexcept;
+  bool is_inside_smoothly(const depth::DepthCube& cube, const glm::dvec3& p) const noexcept;
 
   std::size_t count() const noexcept { return (nodes_.size() + 1) / 2; }
   std::size_t bytes() const noexcept { return nodes_.capacity() * sizeof(Node); }
@@ -31,10 +31,10 @@ class DepthParts {
     int split = 0;             ///< first lattice point of the second half
     std::uint32_t second = 0;  ///< node of the second half; that of the first half follows its parent
   };
-  void divide(const DepthCube& cube, const Box& box);
+  void divide(const depth::DepthCube& cube, const Box& box);
   Box part_of(const glm::ivec3& size, const glm::ivec3& place) const noexcept;
 
   std::vector<Node> nodes_;
 };
 
-}  // namespace trephine::haptics::depth
+}  // namespace trephine::haptics::baselines

@@ -1,4 +1,4 @@
-#include "haptics/proxy/baseline_proxies.h"
+#include "haptics/baselines/early_proxies.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "haptics/walls/barrier.h"
 #include "haptics/walls/solid_grid.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 
 using glm::dvec3;
 using glm::ivec3;
@@ -182,4 +182,4 @@ ProxyStep GradientProxy::step(const TouchScene& scene, const TouchState& touch_s
   return result;
 }
 
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-namespace trephine::haptics::depth {
+namespace trephine::haptics::baselines {
 
 struct LomiOptions {
   double resolution = 0.2;   ///< mm, of a voxel, and of the search along the motion
@@ -179,4 +179,4 @@ LomiRest find_rest(const glm::dvec3& from, const glm::dvec3& hip, const LomiOpti
   return rest;
 }
 
-}  // namespace trephine::haptics::depth
+}  // namespace trephine::haptics::baselines

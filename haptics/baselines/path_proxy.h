@@ -3,7 +3,7 @@
 
 #include "haptics/proxy/proxy_method.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 
 /// The motion to the HIP is traversed exactly; from where a wall stops it, A* over the free voxels finds the
 /// voxel nearest to the HIP's projection on the wall's plane, within `k_depth` voxels of that plane; the
@@ -19,4 +19,4 @@ class PathProxy final : public ProxyMethod {
                  const ProxyInput& input) const noexcept override;
 };
 
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

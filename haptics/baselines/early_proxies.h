@@ -3,7 +3,7 @@
 
 #include "haptics/proxy/proxy_method.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 
 /// Fixed steps of k = 0.1 mm along the motion (delta = k / |end - start|), the nearest voxel at each looked
 /// up in binary transfer functions; the normal by central differences at the voxel, negated on the back; the
@@ -43,4 +43,4 @@ class GradientProxy final : public ProxyMethod {
                  const ProxyInput& input) const noexcept override;
 };
 
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

@@ -1,4 +1,4 @@
-#include "haptics/proxy/sequential_proxy.h"
+#include "haptics/baselines/sequential_proxy.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -6,7 +6,7 @@
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/walls/scene_walls.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 
 using glm::dvec3;
 
@@ -165,4 +165,4 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& touch
   return result;
 }
 
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

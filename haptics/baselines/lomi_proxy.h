@@ -1,11 +1,11 @@
 // LomiProxy: contact by six depth images; any drawable object can be touched from outside.
 #pragma once
 
-#include "haptics/depth/depth_parts.h"
-#include "haptics/depth/lomi.h"
+#include "haptics/baselines/depth_parts.h"
+#include "haptics/baselines/lomi.h"
 #include "haptics/proxy/proxy_method.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 
 /// The published method: a search along the motion at the desired resolution, the nearest free voxel of a
 /// local occupancy map that is never stored, and that voxel divided by 27 four times. prepare() draws the
@@ -32,9 +32,9 @@ class LomiProxy : public ProxyMethod {
   bool is_inside(std::size_t item, const glm::dvec3& p, bool is_smooth) const noexcept;
 
   Objects objects_;
-  std::vector<depth::DepthCube> cubes_;   ///< one per item
-  std::vector<depth::DepthParts> parts_;  ///< one per item, for Objects::parts
-  depth::LomiOptions options_;
+  std::vector<depth::DepthCube> cubes_;  ///< one per item
+  std::vector<DepthParts> parts_;        ///< one per item, for Objects::parts
+  LomiOptions options_;
 };
 
 /// Variant that decomposes concave objects, so that cavities and the undersides of overhangs are touched.
@@ -43,4 +43,4 @@ class LomiPartsProxy final : public LomiProxy {
   LomiPartsProxy() noexcept : LomiProxy(Objects::parts) {}
 };
 
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

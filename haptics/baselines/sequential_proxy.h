@@ -3,7 +3,7 @@
 
 #include "haptics/proxy/implicit_proxy.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 
 /// The pipeline of the thesis "A Surface-based Volume Haptics Approach" (4.2.2): a god-object on the meshes
 /// follows the hand, then every volume alone follows that god-object, and the one with the shortest
@@ -42,4 +42,4 @@ class SequentialProxy final : public ProxyMethod {
   ImplicitProxy method_;
 };
 
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

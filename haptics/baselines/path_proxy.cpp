@@ -1,11 +1,11 @@
-#include "haptics/proxy/path_proxy.h"
+#include "haptics/baselines/path_proxy.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
 
 #include "haptics/walls/barrier.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 
 using glm::dvec3;
 using glm::ivec3;
@@ -187,4 +187,4 @@ ProxyStep PathProxy::step(const TouchScene& scene, const TouchState& touch_state
                       });
 }
 
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

@@ -1,9 +1,9 @@
-#include "haptics/depth/lomi_proxy.h"
+#include "haptics/baselines/lomi_proxy.h"
 
 #include "haptics/depth/depth_items.h"
 #include "haptics/depth/depth_rules.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::baselines {
 
 using depth::DepthCube;
 using glm::dvec3;
@@ -67,7 +67,7 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
     begin_at_hip(hip, input.hip_world, state, result);
     return result;
   }
-  const depth::LomiRest rest = depth::find_rest(from, input.hip_world, options_, inside, inside_smoothly);
+  const LomiRest rest = find_rest(from, input.hip_world, options_, inside, inside_smoothly);
   result.counters.iterations = rest.asked;
   result.add_waypoint(state.proxy_volume);
   if (!rest.is_blocked()) {
@@ -99,4 +99,4 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
   return result;
 }
 
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::baselines

@@ -1,0 +1,82 @@
+// Slide in creases: the way over steps where creased cubes end. Included by slide.cpp only.
+#pragma once
+
+#include "haptics/proxy/slide_impl.h"
+
+namespace trephine::haptics {
+namespace {
+
+/// Turns a direction away from all walls: where several sheets have one flank, the mean of the normals may
+/// lead into another.
+template <class Walls>
+void Slide<Walls>::away_from_all(const Planes& planes, glm::dvec3& out) noexcept {
+  constexpr double k_least = 0.1;  // cosine
+  constexpr int k_most_turns = 12;
+  if (planes.count < 3) return;
+  for (int i = 0; i < k_most_turns; ++i) {
+    const double size = glm::length(out);
+    int worst = 0;
+    for (int k = 1; k < planes.count; ++k)
+      if (glm::dot(out, planes[k].normal) > glm::dot(out, planes[worst].normal)) worst = k;
+    if (glm::dot(out, planes[worst].normal) < -k_least * size) return;
+    out -= size / (i + 1) * planes[worst].normal;
+  }
+}
+
+/// After a wall stopped a motion at `at`: if that is a step of the solid, moves up to its end, and has its
+/// wall among the planes of the next leg.
+template <class Walls>
+void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept {
+  stopping_ = wall.is_step || wall.sheet >= 0 ? wall : Wall{};
+  // The way up may meet the faces of further cubes.
+  constexpr int k_most_faces = 3;
+  if (!wall.is_step || result_.waypoint_count + k_most_faces + 4 > k_max_waypoints) return;
+  const ShapeSet inside = inside_;
+  const int count = result_.waypoint_count;
+  glm::bvec3 is_kept(false);
+  glm::dvec3 p = at;
+  Wall step = wall;
+  for (int i = 0; i < k_most_faces; ++i) {
+    Plane plane;
+    plane_of(step, p, plane);
+    std::array<glm::dvec3, k_max_planes + 1> normals{plane.normal};
+    std::size_t normal_count = 1;
+    for (int k = 0; k < planes.count; ++k)
+      if (!planes[k].is_frozen) normals[normal_count++] = planes[k].normal;
+    const glm::dvec3 above = walls_.above_step(step, p, std::span(normals.data(), normal_count), is_kept);
+    if (above == p) break;
+    const Reach reach = walls_.reach(p, above, inside_, landing());
+    p += reach.t * (above - p);
+    add(p);
+    if (!reach.is_blocked) {
+      at = p;
+      add_waypoint(at);
+      return;
+    }
+    if (!reach.wall.is_step) break;
+    step = reach.wall;
+  }
+  inside_ = inside;
+  result_.waypoint_count = count;
+}
+
+/// After a climb to `at`, goes on to a point on the walls, over further steps if necessary.
+template <class Walls>
+void Slide<Walls>::climb_to(const glm::dvec3& to, glm::dvec3& at) noexcept {
+  constexpr int k_most_climbs = 3;
+  for (int i = 0; i < k_most_climbs && result_.waypoint_count + 4 <= k_max_waypoints; ++i) {
+    planes_at(at, k_touch * voxel_mm_, planes_);
+    moved_planes_.copy_from(planes_);
+    const glm::dvec3 from = at, from_world = frame_.world_from_volume(from),
+                     to_world = frame_.world_from_volume(to);
+    if (planes_.count == 0 || !update_planes(moved_planes_, to_world, to_world - from_world)) return;
+    stopping_ = {};
+    const bool has_arrived = advance(from, to, planes_, moved_planes_, at);
+    add_waypoint(at);
+    if (has_arrived) set_touched(moved_planes_[0]);
+    if (has_arrived || at == from || !stopping_.is_step) return;
+  }
+}
+
+}  // namespace
+}  // namespace trephine::haptics
