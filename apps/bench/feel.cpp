@@ -29,7 +29,7 @@ struct Judges {
   Ideal ideal;
 
   explicit Judges(const FeelScene& s) : ideal(s) {}
-  /// RMS distance of an exact hand on the smooth solid from the analytic surface, voxels.
+  /// RMS distance of an ideal proxy on the smooth solid from the analytic surface, voxels.
   double floor_voxels(const FeelScene& s) {
     if (floor_) return *floor_;
     double square = 0;

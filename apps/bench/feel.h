@@ -43,14 +43,14 @@ struct FeelRow {
   double radius_mm = 0;
   long steps = 0, contacts = 0;
   std::optional<double>
-      method_error_voxels;  ///< largest distance, over all steps, from an exact hand on the same solid
+      method_error_voxels;  ///< largest distance, over all steps, from an ideal proxy on the same solid
   std::optional<double> total_rms_voxels;   ///< distance from the analytic surface
-  std::optional<double> floor_rms_voxels;   ///< that of an exact hand on the smooth solid of the samples
+  std::optional<double> floor_rms_voxels;   ///< that of an ideal proxy on the smooth solid of the samples
   std::optional<double> deepest_voxels;     ///< in the analytic shape
-  std::optional<double> most_off_mm;        ///< largest distance from an exact hand on the analytic shape
+  std::optional<double> most_off_mm;        ///< largest distance from an ideal proxy on the analytic shape
   std::optional<double> direction_rms_deg;  ///< of the raw force
   std::optional<double> tangential_p50_mm, tangential_p99_mm;
-  std::optional<double> force_rms_n;  ///< stiffness times the distance from the exact hand's proxy
+  std::optional<double> force_rms_n;  ///< stiffness times the distance from the ideal proxy
   std::optional<double>
       rendered_rms_n;           ///< force with damping and smoothing, minus stiffness times exact offset
   double rough_n = 0;           ///< RMS of the raw force above 20 Hz
@@ -58,10 +58,11 @@ struct FeelRow {
   double jump_n = 0;            ///< mean change of the raw force when the proxy enters another voxel
   double most_change_n = 0;     ///< largest change of the raw force between two ticks in contact
   long fall_throughs = 0, stuck = 0;
-  long parted = 0;  ///< number of times that the proxy came to rest at another position than the exact hand's
+  long parted =
+      0;  ///< number of times that the proxy came to rest at another position than the ideal proxy's
   long ghosts =
-      0;  ///< steps in contact while the exact hand is free and the proxy more than a voxel from the HIP
-  long missed = 0;  ///< steps without contact while the exact hand presses by more than a voxel
+      0;  ///< steps in contact while the ideal proxy is free and the proxy more than a voxel from the HIP
+  long missed = 0;  ///< steps without contact while the ideal proxy presses by more than a voxel
   long buried = 0;  ///< steps that reported growth; nothing grows in these scenes
   StepTimes time_us;
   std::optional<double> instructions;  ///< per step in contact, counted one by one; on one scene

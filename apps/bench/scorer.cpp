@@ -214,7 +214,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
     }
     pending_.push_back(e);
   }
-  // Stuck: more than a voxel from the exact hand, ten steps in a row, and not held by a wall. If contact is
+  // Stuck: more than a voxel from the ideal proxy, ten steps in a row, and not held by a wall. If contact is
   // missed in matter no proxy can have parted.
   const bool is_fallen_through = is_missed && ideal_.is_in_matter(hip);
   switch (judged_.judge(i, proxy, !is_fallen_through && glm::length(proxy - wanted) > voxel)) {

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "apps/bench/feel.h"
-#include "apps/verify/ideal_hand.h"
+#include "apps/verify/ideal_proxy.h"
 #include "haptics/force/force.h"
 #include "haptics/scene/touch_scene.h"
 
 namespace trephine::bench {
 
-/// Path of an exact hand on one solid, from the start of a motion.
+/// Path of an ideal proxy on one solid, from the start of a motion.
 struct ExactHand {
   using Go = std::function<glm::dvec3(const glm::dvec3& proxy, const glm::dvec3& hip_from,
                                       const glm::dvec3& hip_to)>;
@@ -50,8 +50,8 @@ class Ideal {
   mutable ExactHand on_smooth_, on_cubes_;
 };
 
-/// Compares a proxy with an exact hand. If the proxy rests at another local minimum, it gets its own exact
-/// hand from there.
+/// Compares a proxy with an ideal proxy. If the proxy rests at another local minimum, it gets its own ideal
+/// proxy from there.
 class ExactHandTracker {
  public:
   ExactHandTracker(const ExactHand& hand, const FeelScene& scene, double voxel)
@@ -63,7 +63,7 @@ class ExactHandTracker {
     stuck,  ///< for ten steps, and not held by a wall
     parted
   };
-  /// The exact hand's proxy at this step.
+  /// The ideal proxy at this step.
   const glm::dvec3& at(std::size_t i);
   /// `is_away`: more than a voxel off. Call after at().
   Verdict judge(std::size_t i, const glm::dvec3& proxy, bool is_away);
@@ -90,8 +90,8 @@ class Scorer {
   void finish(FeelRow& row);
 
  private:
-  /// Contribution of a step to the errors, added once the proxy is known not to have parted from the exact
-  /// hand.
+  /// Contribution of a step to the errors, added once the proxy is known not to have parted from the ideal
+  /// proxy.
   struct Errors {
     double distance = 0, off = 0, aside = 0, unrendered = 0;
     std::optional<double> degrees;

@@ -215,7 +215,7 @@ void Panes::set_camera(const volume::Camera& eye, const std::optional<volume::Op
 }
 
 void Panes::set_transfer_function(std::string_view name) {
-  if (name != ramp_) ramp_ = name;
+  if (name != transfer_) transfer_ = name;
   for (Pane& pane : panes_)
     if (pane.kind == PaneKind::drawn) {
       if (pane.is_cancelled) *pane.is_cancelled = true;
@@ -226,7 +226,7 @@ void Panes::set_transfer_function(std::string_view name) {
 void Panes::set_label_opacity(std::size_t label, double opacity) {
   looks_.resize(std::max(looks_.size(), label + 1));
   looks_[label].opacity = opacity;
-  set_transfer_function(ramp_);  // redraws
+  set_transfer_function(transfer_);  // redraws
 }
 
 void Panes::set_arm(const fluoroscopy::CArm& arm) {

@@ -74,7 +74,7 @@ class Panes {
   void set_camera(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip);
   /// Selects the transfer function by a name of k_transfer_functions.
   void set_transfer_function(std::string_view name);
-  const std::string& ramp() const noexcept { return ramp_; }
+  const std::string& transfer_function() const noexcept { return transfer_; }
   /// Sets the factor of a label's opacity: 0 hides it.
   void set_label_opacity(std::size_t label, double opacity);
 
@@ -156,7 +156,7 @@ class Panes {
   fluoroscopy::CArm arm_;
   volume::Camera eye_;
   std::optional<volume::Openings::Plane> clip_;
-  std::string ramp_ = "bone", xray_note_;
+  std::string transfer_ = "bone", xray_note_;
   std::vector<volume::LabelAppearance> looks_;  ///< by label, for ray casting
   bool has_eye_ = false;
   double pixels_per_ms_ = 2000;  ///< speed of recent ray casting

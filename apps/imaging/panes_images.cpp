@@ -106,7 +106,7 @@ void Panes::request_drawn(std::size_t index) {
   Pane& pane = panes_[index];
   if (!has_eye_) return;
   if (!pane.renderer) {
-    pane.renderer = std::make_shared<Renderer>(ramp_);
+    pane.renderer = std::make_shared<Renderer>(transfer_);
     pane.renderer->set_labels(looks_);
   }
   const auto now = std::chrono::steady_clock::now();
@@ -133,7 +133,7 @@ void Panes::request_drawn(std::size_t index) {
   if (!pane.is_coarse) request.is_cancelled = pane.is_cancelled.get();
   worker_.request(
       index,
-      [renderer = pane.renderer, subject = subject_, request, name = ramp_,
+      [renderer = pane.renderer, subject = subject_, request, name = transfer_,
        given_up = pane.is_cancelled]() -> Result<Panel> {
         Panel panel = renderer->draw(subject, request, k_threads);
         if (request.is_cancelled != nullptr && *given_up) return Panel();

@@ -60,10 +60,10 @@ volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
   return eye;
 }
 
-void Renderer::set_transfer_function(const TransferFunction& ramp) {
-  ramp_ = ramp;
+void Renderer::set_transfer_function(const TransferFunction& transfer) {
+  transfer_ = transfer;
   name_.clear();
-  is_ramp_new_ = true;
+  is_transfer_new_ = true;
 }
 
 void Renderer::set_labels(std::vector<volume::LabelAppearance> looks) {
@@ -76,10 +76,10 @@ void Renderer::prepare(const std::shared_ptr<const volume::Volume>& scan, int th
     scan_ = scan;
     image_ = std::make_unique<volume::DirectImage>(scan_, threads);
     image_->set_labels(labels_, threads);
-    if (!name_.empty()) ramp_ = transfer_function_of(name_, *scan);
-    is_ramp_new_ = true;
+    if (!name_.empty()) transfer_ = transfer_function_of(name_, *scan);
+    is_transfer_new_ = true;
   }
-  if (std::exchange(is_ramp_new_, false)) image_->set_transfer_function(ramp_, threads);
+  if (std::exchange(is_transfer_new_, false)) image_->set_transfer_function(transfer_, threads);
 }
 
 std::array<glm::ivec3, 2> Renderer::visible_box(const std::shared_ptr<const volume::Volume>& scan,

@@ -26,8 +26,8 @@ class Renderer {
  public:
   Renderer() = default;
   /// Uses a named transfer function, which is created with the scan.
-  explicit Renderer(std::string ramp) : name_(std::move(ramp)) {}
-  void set_transfer_function(const volume::TransferFunction& ramp);
+  explicit Renderer(std::string transfer) : name_(std::move(transfer)) {}
+  void set_transfer_function(const volume::TransferFunction& transfer);
   void set_labels(std::vector<volume::LabelAppearance> looks);
   /// Low and high corner of the voxels that may be visible; the whole scan if no voxel is visible.
   std::array<glm::ivec3, 2> visible_box(const std::shared_ptr<const volume::Volume>& scan, int threads);
@@ -40,10 +40,10 @@ class Renderer {
 
   std::shared_ptr<const volume::Volume> scan_;
   std::unique_ptr<volume::DirectImage> image_;
-  std::string name_;  ///< name of the transfer function; empty: ramp_ was set
-  volume::TransferFunction ramp_;
+  std::string name_;  ///< name of the transfer function; empty: transfer_ was set
+  volume::TransferFunction transfer_;
   std::vector<volume::LabelAppearance> labels_;
-  bool is_ramp_new_ = true;
+  bool is_transfer_new_ = true;
   std::vector<volume::DirectPixel> pixels_;
   std::vector<float> walls_;            ///< distance of the nearest object by pixel, mm
   std::vector<Panel::Colour> colours_;  ///< colour of the nearest object by pixel

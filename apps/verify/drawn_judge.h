@@ -1,5 +1,5 @@
-// MovingModel: depth of a position in a drawn model, by solid angles over all of its triangles, or by the
-// four pixels around it. Uses no image, net or tree.
+// MovingModel: depth of a position in a drawn model, from the solid angles of its triangles. behind_pixels():
+// depth of a position behind a depth image.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@ class MovingModel {
  public:
   MovingModel(std::vector<std::vector<glm::dvec3>> keys, std::vector<std::uint32_t> triangles, double beat,
               bool is_repeating);
-  /// Returns the depth of p (model frame) in matter at `time` (s), mm; negative if free, by at least that.
+  /// Returns the depth of p (model frame) in matter at `time` (s), mm. If p is free: minus a lower bound of
+  /// its distance from matter.
   double depth(const glm::dvec3& p, double time) const;
 
  private:

@@ -83,10 +83,10 @@ void MainWindow::build_panes_menu() {
     add(slab, QString("slab_%1").arg(mm), mm == 0 ? QString("One slice") : QString("Mean of %1 mm").arg(mm),
         {}, [this, mm] { panes_.panes().set_slab(mm); });
   QMenu* render_menu = menu->addMenu(tr("&Volume rendering"));
-  for (const std::string_view ramp : imaging::k_transfer_functions) {
-    const QString name = QString::fromUtf8(ramp.data(), static_cast<int>(ramp.size()));
-    add(render_menu, "ramp_" + name, words_of(ramp), {},
-        [this, ramp] { panes_.panes().set_transfer_function(ramp); });
+  for (const std::string_view transfer : imaging::k_transfer_functions) {
+    const QString name = QString::fromUtf8(transfer.data(), static_cast<int>(transfer.size()));
+    add(render_menu, "transfer_" + name, words_of(transfer), {},
+        [this, transfer] { panes_.panes().set_transfer_function(transfer); });
   }
   render_menu->addSeparator();
   // Fill in the labels of the current scan when the menu opens.
@@ -140,7 +140,8 @@ void MainWindow::fill_structures(QMenu* menu) {
 /// Previews the window of values that the transfer function shows; the user can apply it like one of his own.
 void MainWindow::use_drawn_window() {
   const auto window = volume::window_of_opacity(
-      imaging::transfer_function_of(panes_.panes().ramp(), *scene_->base), imaging::k_touch_opacity);
+      imaging::transfer_function_of(panes_.panes().transfer_function(), *scene_->base),
+      imaging::k_touch_opacity);
   if (!window || !low_->isEnabled()) return show_message(tr("The solid shape cannot be chosen here."));
   low_->setValue(window->low.value_or(low_->minimum()));
   high_->setValue(window->high.value_or(high_->maximum()));

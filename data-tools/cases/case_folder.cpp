@@ -59,7 +59,9 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
   s.shape.high = high.value_or(std::numeric_limits<double>::infinity());
   if (label) {
     s.shape.label = static_cast<int>(*label);
-    if (low || high || *label != s.shape.label)
+    if (*label != s.shape.label)
+      reader.fail(value, "the label is not a whole number", std::to_string(*label), "1 to 255");
+    if (low || high)
       reader.fail(value, "a structure is either a window or a label", "both", "low and high, or label");
     if (static_cast<std::size_t>(s.shape.label) >= std::max<std::size_t>(label_count, 1))
       reader.fail(value, "unknown label", std::to_string(s.shape.label),
@@ -164,7 +166,7 @@ Status read_shape(const std::string& path, const CasePlan& plan, volume::Volume&
   for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
     std::int16_t& value = scan.shape_voxels[i];
     if (value < 0 || static_cast<std::size_t>(value) > plan.shape_values.size())
-      return Error{.what = "the description of a value of the shape is missing",
+      return Error{.what = "the shape contains a value that case.toml does not describe",
                    .where = file_name(path) + "/" + k_shape_file,
                    .found = std::to_string(value),
                    .expected = "0 to " + std::to_string(plan.shape_values.size()),
@@ -270,7 +272,8 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
       for (const toml::value& v : values->second.as_array()) {
         const std::int64_t value = v.is_integer() ? v.as_integer() : INT64_MAX;
         if (value < INT16_MIN || value > INT16_MAX)
-          reader.fail(v, "a value of the shape is not an intensity", "", "a whole number of -32768 to 32767");
+          reader.fail(v, "a value of the shape is not an intensity", "",
+                      "a whole number from -32768 to 32767");
         plan.shape_values.push_back(static_cast<std::int16_t>(value));
       }
     }

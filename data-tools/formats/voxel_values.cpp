@@ -60,7 +60,7 @@ ValueStep step_for(const ValueStatistics& statistics) {
 }
 
 Error too_coarse(const std::string& where, const ValueStatistics& statistics) {
-  return Error{.what = "16 bits would lose more of the values than their noise",
+  return Error{.what = "rounding to 16 bits would exceed the noise of the values",
                .where = where,
                .found = "values up to " + short_number(statistics.most()) + ", noise of " +
                         short_number(statistics.noise()),
@@ -134,7 +134,7 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
 }
 
 std::string guess_hounsfield(volume::Volume& volume) {
-  // Much air, or most values below water are air: characteristic of CT.
+  // Characteristic of CT: much air, and most of the values below water are air.
   std::size_t air = 0, below = 0, least_count = 0;
   std::int16_t least = 32767;
   for (const std::int16_t v : volume.voxels.span()) {

@@ -5,8 +5,8 @@
 
 namespace trephine::haptics::baselines {
 
-/// Fixed steps of k = 0.1 mm along the motion (delta = k / |end - start|), the nearest voxel at each looked
-/// up in binary transfer functions; the normal by central differences at the voxel, negated on the back; the
+/// Samples the motion in steps of k = 0.1 mm (delta = k / |end - start|). Each sample looks up the nearest
+/// voxel in a binary transfer function. The normal is the central difference there, negated on the back. The
 /// proxy continues in the tangent plane at the contact ("Haptic Interaction with Volumetric Datasets Using
 /// Surface-based Haptic Libraries", 3.2 - 3.4). Passes thin matter between two steps, and matter under the
 /// tangent plane. Cost: proportional to speed.

@@ -1,5 +1,5 @@
-// find_rest(): proxy by look-ups of single points in depth images: the published method (Kim et al. 2009),
-// reproduced with its faults as a baseline.
+// find_rest(): proxy by look-ups of single points in depth images: the local occupancy map instance (LOMI) of
+// Kim et al. 2009, reproduced with its faults as a baseline.
 #pragma once
 
 #include <algorithm>
@@ -143,7 +143,7 @@ glm::dvec3 search_physical_lomi(const glm::dvec3& middle, const glm::dvec3& hip,
   return best;
 }
 
-/// Divides the proxy's voxel by 27, then the free part nearest to the HIP, `levels` times in all.
+/// Divides the proxy's voxel into 27 parts, then the free part nearest to the HIP, `levels` times in all.
 template <class Inside>
 glm::dvec3 sub_voxelize(glm::dvec3 position, const glm::dvec3& hip, double voxel, int levels,
                         const Inside& inside_smoothly, LomiRest& rest) noexcept {

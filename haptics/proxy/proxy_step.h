@@ -143,7 +143,7 @@ struct ProxyResult {
   bool is_buried = false;
   /// Motion of the touched object at the contact since the last step, mm; method `scene`.
   glm::dvec3 carried_world{0.0};
-  glm::dvec3 turn_world{0.0};  ///< rotation from hand to tool of several balls, by turn_between(), radians
+  glm::dvec3 turn_world{0.0};  ///< rotation from hand to tool of several balls: axis times 2 sin(angle / 2)
   int waypoint_count = 0;
   ProxyCounters counters;
 

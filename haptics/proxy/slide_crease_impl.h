@@ -1,4 +1,4 @@
-// Slide in creases: the way over steps where creased cubes end. Included by slide.cpp only.
+// Slide in creases: motion over the steps at the border of creased cubes. Included by slide.cpp only.
 #pragma once
 
 #include "haptics/proxy/slide_impl.h"
@@ -23,12 +23,12 @@ void Slide<Walls>::away_from_all(const Planes& planes, glm::dvec3& out) noexcept
   }
 }
 
-/// After a wall stopped a motion at `at`: if that is a step of the solid, moves up to its end, and has its
-/// wall among the planes of the next leg.
+/// Called after a wall stopped a motion at `at`. If the wall is a step of the solid, moves the proxy to the
+/// top of the step. The wall is then one of the planes of the next leg.
 template <class Walls>
 void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept {
   stopping_ = wall.is_step || wall.sheet >= 0 ? wall : Wall{};
-  // The way up may meet the faces of further cubes.
+  // The motion up may meet the faces of further cubes.
   constexpr int k_most_faces = 3;
   if (!wall.is_step || result_.waypoint_count + k_most_faces + 4 > k_max_waypoints) return;
   const ShapeSet inside = inside_;

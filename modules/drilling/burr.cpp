@@ -262,11 +262,12 @@ sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrStat
   return ball_at(tick.proxy_world - lowest_point(body, shaft, tick.normal_world), shaft);
 }
 
-/// A smaller body would leave no hole in the session's lattice, and a contact ball must fit into the cut.
+/// Checks the size of a body: below the smallest burr of the session it would leave no hole in the lattice,
+/// and a contact ball must fit into the cut.
 Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene& scene) {
   if (Status error = volume::check(body)) return error;
   if (!scene.tool_balls.empty() && !is_round)
-    return Error{.what = "a burr without a radius cannot touch with balls",
+    return Error{.what = "a burr that touches as a point cannot use a tool of several balls",
                  .where = "burr",
                  .found = std::to_string(scene.tool_balls.size()) + " balls",
                  .expected = "a round burr, a tool of one ball, or a point"};
@@ -362,8 +363,7 @@ sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   if (!burr.is_round) return needs;
   const double radius = needs.touch_radius = touch_radius(burr, anatomy);
   if (body.is_ball() && burr.shaft == 0) return needs;
-  // Balls inside the body from its tip along the shaft, at most half of their width apart: the gaps between
-  // them are less deep than an eighth of it.
+  // Balls inside the body, from its tip along the shaft: one radius apart or less, farther on long shafts.
   const double first = body.low() + radius, last = std::max(first, body.high() - radius + burr.shaft);
   const int gaps = std::clamp(static_cast<int>(std::ceil((last - first) / radius)), 0,
                               static_cast<int>(haptics::TouchScene::k_most_balls) - 1);

@@ -12,17 +12,18 @@ namespace trephine::fluoroscopy {
 struct SurfaceObject {
   std::vector<glm::dvec3> vertices_world, normals_world;  ///< mm; unit normals, one per vertex
   std::vector<std::uint32_t> triangles;                   ///< three indices per triangle
-  /// Per triangle: true at the end of a scan, where there is no edge term; may be empty.
+  /// Per triangle: true on the border of the scan, where there is no edge term; may be empty.
   std::vector<std::uint8_t> is_wall = {};
   double weight = 0.02;  ///< attenuation, 1/mm
   double edge = 0;       ///< edge term of a grazing ray (no unit); zero for a ray along the normal
 };
 
 /// Ray lengths within the objects times weight, and edge terms: a pixel's transmission is
-/// exp(-(within + edges)). Row by row of the whole view; closed pixels are 0.
+/// exp(-(within + edges)). Row by row of the whole view; pixels outside the collimator's opening are 0.
 struct SurfaceXray {
   std::vector<double> within, edges;
-  /// Number of rays that do not leave an object as often as they enter it, over all objects: 0 if closed.
+  /// Number of rays that do not leave an object as often as they enter it, over all objects: 0 if all objects
+  /// are closed surfaces.
   std::int64_t unbalanced = 0;
 };
 /// Projects all objects. Integers are summed: the order of triangles changes no bit. Error if an object

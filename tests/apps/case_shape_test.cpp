@@ -149,9 +149,9 @@ TEST_F(CaseShape, ARenderingLeavesOutAHolder) {
         << ran.out;
     return read(file("r.png"));
   };
-  const std::string bone = picture(""), skin = picture("--ramp bone-and-skin");
+  const std::string bone = picture(""), skin = picture("--transfer-function bone-and-skin");
   EXPECT_NE(bone, picture("--surroundings"));
-  EXPECT_NE(skin, picture("--ramp bone-and-skin --surroundings"));
+  EXPECT_NE(skin, picture("--transfer-function bone-and-skin --surroundings"));
 }
 
 TEST_F(CaseShape, LeavesTheScanUnchanged) {

@@ -471,7 +471,7 @@ TEST_F(Command, TouchAcceptsAMethodAndARadius) {
   const struct {
     const char *arguments, *word;
   } bad[] = {
-      {"touch s.mha --path p.csv -o t.csv --method gost", "subvoxel, implicit, path, explicit"},
+      {"touch s.mha --path p.csv -o t.csv --method gost", "subvoxel, implicit, explicit, mesh"},
       {"touch s.mha --path p.csv -o t.csv --radius 7", "0 to 6 mm"},
       {"touch s.mha --path p.csv -o t.csv --radius -1", "0 to 6 mm"},
       {"touch s.mha --path p.csv -o t.csv --radius 2 --method raystep", "method subvoxel"},

@@ -417,12 +417,13 @@ TEST_F(Command, AScanIsRenderedDirectly) {
       "DimSize = 16 16 16\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
   for (int i = 0; i < 16 * 16 * 16; ++i) mr += static_cast<char>(i % 16 > 3 && i % 16 < 12 ? 90 + i % 7 : 3);
   write("mr.mha", mr);
-  EXPECT_EQ(json("render mr.mha --pixels 64")["ramp"].size(), 3u);
+  EXPECT_EQ(json("render mr.mha --pixels 64")["transfer_function"].size(), 3u);
   const Json own = json("render mr.mha --pixels 64 --opacity=-40:0,-20:0.4,0:0.4,100:0");
   EXPECT_NEAR(own["window"]["low"].get<double>(), -35, 1);
   EXPECT_NEAR(own["window"]["high"].get<double>(), 75, 1);
-  EXPECT_NE(run("render mr.mha --ramp bone").err.find("--ramp grey"), std::string::npos);
-  for (const char* bad : {"--ramp gold", "--opacity 5", "--opacity 5:0,4:1", "--opacity 5:2",
+  EXPECT_NE(run("render mr.mha --transfer-function bone").err.find("--transfer-function grey"),
+            std::string::npos);
+  for (const char* bad : {"--transfer-function gold", "--opacity 5", "--opacity 5:0,4:1", "--opacity 5:2",
                           "--opacity '5:0;6:1'", "--size 9", "--size 5000", "--slices 3", "--clip 1,2,3",
                           "--clip 0,0,0:0,0,0", "--cutout nowhere", "--hide nothing", "--translucent nothing",
                           "--share 2", "--cutout-radius 0", "--from nowhere", "-o spine.txt"})

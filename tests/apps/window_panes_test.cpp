@@ -313,7 +313,7 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(drawn)->pixels != whole && settle(window); }, 5000));
   keep(window, "panes_drawn_open");
   // The touched shape is the drawn one.
-  child<QAction>(window, "ramp_skin")->trigger();
+  child<QAction>(window, "transfer_skin")->trigger();
   child<QAction>(window, "touch_what_is_drawn")->trigger();
   EXPECT_LT(child<QDoubleSpinBox>(window, "low")->value(), -300);
   EXPECT_TRUE(child<QPushButton>(window, "use_shape")->isEnabled());

@@ -11,7 +11,7 @@
 #include "apps/verify/fall_through.h"
 #include "apps/verify/force_judge.h"
 #include "apps/verify/friction_judge.h"
-#include "apps/verify/ideal_hand.h"
+#include "apps/verify/ideal_proxy.h"
 #include "apps/verify/mesh_judge.h"
 #include "apps/verify/passage_judge.h"
 #include "apps/verify/smooth_judge.h"

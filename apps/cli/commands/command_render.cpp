@@ -18,7 +18,7 @@ namespace {
 struct RenderArguments {
   workbench::MomentChoice moment;
   ObjectArguments objects;
-  std::string from = "oblique", ramp, opacity, clip, output;
+  std::string from = "oblique", transfer, opacity, clip, output;
   std::vector<std::string> hidden, translucent, cutouts;
   double radius = 8, share = 0.15;
   int size = 720, slices = 0;
@@ -28,7 +28,7 @@ struct RenderArguments {
 /// Parses "150:0,300:0.5,1200:0.9"; each point has the colour of the nearest point of `colours`.
 Result<volume::TransferFunction> parse_opacity(const std::string& text,
                                                const volume::TransferFunction& colours) {
-  volume::TransferFunction ramp;
+  volume::TransferFunction transfer;
   const char* at = text.c_str();
   while (*at != 0) {
     char* end = nullptr;
@@ -48,14 +48,14 @@ Result<volume::TransferFunction> parse_opacity(const std::string& text,
       return std::abs(a.value - point.value) < std::abs(b.value - point.value);
     });
     point.colour = nearest->colour;
-    ramp.push_back(point);
+    transfer.push_back(point);
   }
-  if (text.empty()) ramp.clear();
-  if (Status error = volume::check(ramp)) {
+  if (text.empty()) transfer.clear();
+  if (Status error = volume::check(transfer)) {
     error->where = "--opacity, " + error->where;
     return *error;
   }
-  return ramp;
+  return transfer;
 }
 
 /// Returns the value of a label by its name. Error: unknown label, with the known names.
@@ -116,12 +116,14 @@ Status set_openings(const RenderArguments& a, const workbench::Moment& moment, v
 
 /// Returns the scan without visible parts outside the patient's body, such as a head holder; reports them.
 Result<std::shared_ptr<const volume::Volume>> without_surroundings(std::shared_ptr<const volume::Volume> scan,
-                                                                   const volume::TransferFunction& ramp,
+                                                                   const volume::TransferFunction& transfer,
                                                                    std::string& notice) {
   constexpr double k_tissue = -300, k_bone = 300;  // HU
-  const auto first = std::find_if(ramp.begin(), ramp.end(), [](const auto& p) { return p.opacity > 0; });
+  const auto first =
+      std::find_if(transfer.begin(), transfer.end(), [](const auto& p) { return p.opacity > 0; });
   // Opacity rises from the point before the first visible one.
-  const double visible_from = first == ramp.begin() || first == ramp.end() ? k_tissue : (first - 1)->value;
+  const double visible_from =
+      first == transfer.begin() || first == transfer.end() ? k_tissue : (first - 1)->value;
   volume::Shape visible;
   visible.low = std::clamp(visible_from, k_tissue, k_bone);
   volume::Shape bone = visible;
@@ -150,17 +152,19 @@ Result<Outcome> run_render(const RenderArguments& a) {
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   const volume::Volume& scan = *moment.scan;
-  if (!scan.is_hounsfield && !a.ramp.empty() && a.ramp != "grey")
-    return Error{.what = "this transfer function needs Hounsfield units",
-                 .where = "--ramp",
-                 .found = a.ramp,
-                 .expected = "a CT",
-                 .remedy = "pass --ramp grey, or opacities in the values of the scan: --opacity"};
-  volume::TransferFunction ramp = imaging::transfer_function_of(a.ramp.empty() ? "bone" : a.ramp, scan);
+  if (!scan.is_hounsfield && !a.transfer.empty() && a.transfer != "grey")
+    return Error{
+        .what = "this transfer function needs Hounsfield units",
+        .where = "--transfer-function",
+        .found = a.transfer,
+        .expected = "a CT",
+        .remedy = "pass --transfer-function grey, or opacities in the values of the scan: --opacity"};
+  volume::TransferFunction transfer =
+      imaging::transfer_function_of(a.transfer.empty() ? "bone" : a.transfer, scan);
   if (!a.opacity.empty()) {
-    auto custom = parse_opacity(a.opacity, ramp);
+    auto custom = parse_opacity(a.opacity, transfer);
     if (!custom) return custom.error();
-    ramp = std::move(custom).value();
+    transfer = std::move(custom).value();
   }
   volume::RaycastRequest request;
   request.is_shaded = !a.is_flat;
@@ -175,12 +179,12 @@ Result<Outcome> run_render(const RenderArguments& a) {
   imaging::Subject subject = imaging::subject_of(moment);
   std::string notice;
   if (!a.shows_surroundings) {
-    auto kept = without_surroundings(subject.scan, ramp, notice);
+    auto kept = without_surroundings(subject.scan, transfer, notice);
     if (!kept) return kept.error();
     subject.scan = std::move(kept).value();
   }
   imaging::Renderer renderer;
-  renderer.set_transfer_function(ramp);
+  renderer.set_transfer_function(transfer);
   renderer.set_labels(std::move(looks));
   request.camera =
       imaging::eye_from(a.from, scan.frame, renderer.visible_box(subject.scan, 0), a.size, a.size);
@@ -191,19 +195,19 @@ Result<Outcome> run_render(const RenderArguments& a) {
   Outcome outcome{new_report("render"), "", exit_done};
   Json& json = outcome.json;
   const auto counters = renderer.counters();
-  const auto window = volume::window_of_opacity(ramp, imaging::k_touch_opacity);
+  const auto window = volume::window_of_opacity(transfer, imaging::k_touch_opacity);
   json["image_seconds"] = seconds;
   json["rays"] = counters.rays;
   json["samples"] = counters.samples;
-  json["ramp"] = Json::array();
-  for (const volume::TransferPoint& p : ramp)
-    json["ramp"].push_back({{"value", p.value}, {"colour", json_of(p.colour)}, {"opacity_mm", p.opacity}});
+  json["transfer_function"] = Json::array();
+  for (const volume::TransferPoint& p : transfer)
+    json["transfer_function"].push_back(
+        {{"value", p.value}, {"colour", json_of(p.colour)}, {"opacity_mm", p.opacity}});
   outcome.text = format_text("%d x %d from %s in %.0f ms: %.1f million samples\n", a.size, a.size,
                              a.from.c_str(), 1e3 * seconds, 1e-6 * static_cast<double>(counters.samples)) +
                  notice;
-  if (!scan.is_hounsfield && a.ramp.empty() && a.opacity.empty())
-    outcome.text +=
-        "its values are not Hounsfield units; for CT without this information pass --hounsfield\n";
+  if (!scan.is_hounsfield && a.transfer.empty() && a.opacity.empty())
+    outcome.text += "The scan does not state Hounsfield units. If it is a CT, pass --hounsfield.\n";
   if (window) {
     json["window"] = {{"low", window->low ? Json(*window->low) : Json()},
                       {"high", window->high ? Json(*window->high) : Json()}};
@@ -212,12 +216,12 @@ Result<Outcome> run_render(const RenderArguments& a) {
                                 window->high ? format_text("%.0f", *window->high).c_str() : "");
   } else {
     json["window"] = nullptr;
-    outcome.text += "nothing of it is opaque enough to be touched\n";
+    outcome.text += "No value reaches an opacity of 0.1 per mm, so there is nothing to touch.\n";
   }
   const std::string usual = scan.is_hounsfield ? "bone" : "grey";
-  panel.title = "Volume rendering: " + (!a.opacity.empty() ? "custom opacity"
-                                        : a.ramp.empty()   ? usual
-                                                           : a.ramp);
+  panel.title = "Volume rendering: " + (!a.opacity.empty()   ? "custom opacity"
+                                        : a.transfer.empty() ? usual
+                                                             : a.transfer);
   panel.is_to_scale = true;
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, a.size); });
   return finished(outputs, std::move(outcome), "no picture requested: -o PICTURE.png\n");
@@ -230,11 +234,13 @@ Run build(Options& options) {
   options.add("--from", a->from, "Side of the camera")
       .one_of({std::begin(imaging::k_sides), std::end(imaging::k_sides)})
       .shows_default();
-  options.add("--ramp", a->ramp, "Transfer function: colour and opacity of intensities (bone)")
+  options
+      .add("--transfer-function", a->transfer, "Transfer function: colour and opacity of intensities (bone)")
       .one_of({std::begin(imaging::k_transfer_functions), std::end(imaging::k_transfer_functions)});
-  options.add("--opacity", a->opacity, "Custom opacities: values, and the opacity of a millimetre of them")
-      .type("V:O,V:O...");
-  options.add("--slices", a->slices, "Samples across the whole scan (default: two per voxel)").type("N");
+  options.add("--opacity", a->opacity, "Custom opacities per mm, at intensities").type("V:O,V:O...");
+  options
+      .add("--slices", a->slices, "Number of samples along the diagonal of the scan (default: two per voxel)")
+      .type("N");
   options.add("--clip", a->clip, "Show nothing in front of this plane: a position and a direction (LPS)")
       .type("X,Y,Z:X,Y,Z");
   options.add("--cutout", a->cutouts, "Show nothing along this trajectory of the plan; may be repeated")
@@ -245,7 +251,7 @@ Run build(Options& options) {
       .type("LABEL");
   options.add("--share", a->share, "Remaining share of a translucent label's opacity").shows_default();
   options.add("--surroundings", a->shows_surroundings,
-              "Show what no tissue connects to the body: a table, a head holder");
+              "Also show parts that are not connected to the body, such as a table");
   options.add("--flat", a->is_flat, "Draw without light and shade");
   options.add("--pixels", a->size, "Pixels of the picture's edges").type("N").shows_default();
   options.add("-o,--output", a->output, "Write the picture").type("PNG");
@@ -255,7 +261,7 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_render{"render", "Volume rendering of a scan, or of a moment of a session",
-                       "  trephine render head --ramp bone-and-skin -o render.png\n"
+                       "  trephine render head --transfer-function bone-and-skin -o render.png\n"
                        "  trephine render spine --from back --cutout \"L4 left pedicle\" -o along.png",
                        build};
 

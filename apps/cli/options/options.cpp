@@ -91,7 +91,7 @@ Option Options::add(const char* names, std::uint64_t& value, const std::string& 
     errno = 0;
     std::strtoull(text.c_str(), nullptr, 10);
     const bool is_number = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-    return is_number && errno != ERANGE ? "" : text + " is no whole number from 0 to 18446744073709551615";
+    return is_number && errno != ERANGE ? "" : text + " is not a whole number from 0 to 18446744073709551615";
   };
   option->check(check_whole)->type_name(type);
   return keep(names, option);
@@ -212,11 +212,11 @@ Error Options::without_names(Error error) const {
 void add_reading(Options& options, workbench::SourceChoice& source) {
   const bool is_described = options.command_name() == "info";
   if (!is_described) options.begin_reference();
-  options
-      .add("--series", source.series,
-           "Series of a folder with several, as info lists them (default: the best CT)")
+  options.add("--series", source.series, "Number of the series, as listed by info (default: the best CT)")
       .type("N");
-  options.add("--volume", source.volume, "Volume of a series or file with several: echoes, phases, 4-D")
+  options
+      .add("--volume", source.volume,
+           "Number of the volume, if a series or file has several: echoes, phases, 4-D")
       .type("N");
   options.add("--resample", source.is_resampled, "Interpolate slices that are missing or uneven");
   options.add("--padding-to-air", source.maps_padding, "Replace the scanner's padding value by air (CT)");
@@ -235,7 +235,7 @@ void add_reading(Options& options, workbench::SourceChoice& source) {
   options.add("--qform", source.takes_qform, "Use the qform of a NIfTI whose sform and qform disagree");
   options
       .add("--scale", source.scale,
-           "Step of the stored values, in the file's units, if 16 bits hold no finer one")
+           "Step of the stored values, in the file's units, for values that need more than 16 bits")
       .type("STEP");
   if (!is_described) options.end_reference("Scan options", "info");
 }
@@ -250,7 +250,8 @@ Option add_source(Options& options, workbench::SourceChoice& source) {
 }
 
 void add_shape(Options& options, workbench::ShapeChoice& shape) {
-  options.add("--iso", shape.iso, "Solid from this value upwards (CT: HU; default 300)").type("V");
+  options.add("--iso", shape.iso, "Solid from this value upwards (CT: HU; default 300, spines 150; MR: none)")
+      .type("V");
   options.add("--range", shape.window, "Solid between two values; either end may be empty").type("LO:HI");
   options.add("--auto", shape.is_auto, "Solid from the threshold that separates the histogram best (MR)");
   options.add("--largest", shape.is_largest, "Largest connected part only: no table, no head holder");
@@ -335,17 +336,17 @@ Result<glm::dvec3> parse_point(const std::string& text, const char* option) {
   if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &at.x, &at.y, &at.z, &extra) == 3 &&
       std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)}) <= 1e6)
     return at;
-  return Error{.what = "a position needs three numbers",
+  return Error{.what = "the position is invalid",
                .where = option,
                .found = text,
-               .expected = "X,Y,Z in mm, for example 0,-90,20"};
+               .expected = "X,Y,Z in mm, each at most 1e6, for example 0,-90,20"};
 }
 
 Option add_path(Options& options, std::string& path) {
   return options
       .add("--path", path,
            "CSV with t,x,y,z[,qx,qy,qz,qw][,button]: seconds; mm with x to the patient's left, y to the "
-           "back, z up (LPS); without a button column it is pressed throughout")
+           "back, z up (LPS); without this column the button is down throughout")
       .type("PATH.csv");
 }
 

@@ -47,8 +47,8 @@ struct OwnHoleCase {
 class OwnHole : public testing::TestWithParam<OwnHoleCase> {};
 
 struct HoleReport {
-  long held_inside = 0, free_outside = 0;      ///< points whose state is wrong by more than a tenth of a mm
-  double ledger_error = 0, touched_error = 0;  ///< relative errors: of the swept volume, and of the ledger
+  long held_inside = 0, free_outside = 0;  ///< points whose state is wrong by more than a tenth of a mm
+  double ledger_error = 0, free_volume_error = 0;  ///< relative errors: of the ledger, and of the free volume
 };
 
 /// Cuts a hole three burrs long through the middle of the scene, with a direction and an offset from `seed`,
@@ -97,7 +97,7 @@ HoleReport probe_hole(const TouchScene& scene, const volume::CutLattice& lattice
   const double swept = k_pi * r * r * (3 * burr) + 4.0 / 3 * k_pi * r * r * r;
   const double ledger = version->mm3_of(version->ledger().total());
   report.ledger_error = std::abs(ledger / swept - 1);
-  report.touched_error = std::abs(static_cast<double>(touched) * step * step * step / ledger - 1);
+  report.free_volume_error = std::abs(static_cast<double>(touched) * step * step * step / ledger - 1);
   return report;
 }
 
@@ -117,7 +117,7 @@ TEST_P(OwnHole, IsFreeAndAsLargeAsTheLedgerReports) {
     EXPECT_EQ(report.held_inside, 0);
     EXPECT_EQ(report.free_outside, 0);
     EXPECT_LT(report.ledger_error, 0.001);
-    EXPECT_LT(report.touched_error, 0.01);
+    EXPECT_LT(report.free_volume_error, 0.01);
   }
 }
 
@@ -127,7 +127,7 @@ TEST(OwnHole, CutOnTheVoxelsASmallBurrIsHeldInItsHole) {
   const TouchScene scene = block_for(clinical);
   const HoleReport report = probe_hole(scene, volume::CutLattice(*scene.base), clinical.burr, 1);
   EXPECT_GT(report.held_inside, 100);
-  EXPECT_GT(report.touched_error, 0.1);
+  EXPECT_GT(report.free_volume_error, 0.1);
 }
 
 /// A point that moves down a burr's hole, 0.15 mm from its wall, by each method that touches cuts exactly;

@@ -1,4 +1,4 @@
-#include "apps/verify/ideal_hand.h"
+#include "apps/verify/ideal_proxy.h"
 
 #include <algorithm>
 #include <array>
