@@ -8,6 +8,8 @@
 #include "apps/bench/scenes/promise.h"
 #include "apps/bench/scenes/scenes.h"
 #include "apps/verify/mesh_judge.h"
+#include "apps/verify/passage_judge.h"
+#include "haptics/depth/depth_proxy.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/methods/methods.h"
 #include "volume/base/deterministic_math.h"
@@ -42,6 +44,14 @@ class Judge {
     // Vertices in the volume frame; the judged scenes use values that floats represent exactly.
     for (const haptics::TouchItem& mesh : scene.items) {
       if (!mesh.is_mesh()) continue;
+      if (method_.solid == MethodInfo::Solid::images) {
+        std::vector<dvec3> vertices;
+        for (const dvec3& p : mesh.tree->vertices()) vertices.push_back(mesh.placement.world_from_local(p));
+        // The method may be off by a pixel, but must not come out on the other side.
+        drawn_.emplace_back(verify::MeshWall(vertices, mesh.tree->triangles(), 1.0),
+                            haptics::DepthProxy::k_pixel);
+        continue;
+      }
       std::vector<glm::vec3> vertices;
       std::vector<std::uint32_t> triangles;
       for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
@@ -53,6 +63,20 @@ class Judge {
       meshes_.push_back(std::make_unique<verify::MeshWall>(vertices, triangles));
     }
   }
+  /// Begins at another position.
+  void restart() {
+    judge.restart();
+    for (verify::PassageJudge& model : drawn_) model.restart();
+  }
+  /// Judges the path of a step through models that the method knows by depth images only.
+  void judge_drawn(const haptics::ProxyStep& step) {
+    const volume::Frame& frame = scene_.base->frame;
+    for (verify::PassageJudge& model : drawn_)
+      for (std::size_t i = 1; i < static_cast<std::size_t>(step.waypoint_count); ++i)
+        passages_ += model.goes(frame.world_from_volume(step.path_volume[i - 1]),
+                                frame.world_from_volume(step.path_volume[i]));
+  }
+  long fall_throughs() const { return judge.fall_throughs() + passages_; }
   void set_seen(std::shared_ptr<const haptics::TouchState> seen) {
     if (is_held_from_within(scene_)) {
       outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
@@ -77,6 +101,8 @@ class Judge {
   std::vector<std::unique_ptr<scenes::Promise>> promises_;  ///< one per shape
   std::optional<verify::SmoothSolid> outside_;              ///< for a tool that must stay inside
   std::vector<std::unique_ptr<verify::MeshWall>> meshes_;
+  std::vector<verify::PassageJudge> drawn_;
+  long passages_ = 0;
 
  public:
   verify::FallThroughJudge judge;
@@ -192,7 +218,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     if (i % 2000 == 0) {  // a new start anywhere, with a cleared state
       hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
       state = {};
-      judge.judge.restart();
+      judge.restart();
       was_free = false;
     }
     if (i % 50 == 0) {
@@ -235,12 +261,13 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     }
     judge.judge.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
                             frame.volume_from_world(hip), step.has_contact, step.is_buried});
+    judge.judge_drawn(step);
     row.contacts += step.has_contact;
     row.not_finite += !std::isfinite(step.proxy_world.x + step.proxy_world.y + step.proxy_world.z +
                                      step.normal_world.x + step.normal_world.y + step.normal_world.z);
     ++row.steps;
   }
-  row.fall_throughs = judge.judge.fall_throughs();
+  row.fall_throughs = judge.fall_throughs();
   row.buried = judge.judge.buried_starts();
   return row;
 }
