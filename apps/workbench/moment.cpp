@@ -63,8 +63,15 @@ Status go_to(Moment& moment, std::uint64_t tick) {
   for (const haptics::TouchItem& item : scene.items)
     if (!moment.shape && !item.is_mesh() && &item.field.volume() == scene.base.get())
       moment.shape = item.field.shape();
-  for (const haptics::TouchItem* model : engine.models())
-    moment.objects.push_back({model->name, engine.look_of(*model), engine.place_of(*model)});
+  for (const haptics::TouchItem* model : engine.models()) {
+    Moment::Object object{model->name, engine.look_of(*model), engine.place_of(*model)};
+    object.screw = data_tools::recognized_screw(object.tree->vertices());
+    if (object.screw) {
+      object.screw->entry_world = object.place.world_from_local(object.screw->entry_world);
+      object.screw->tip_world = object.place.world_from_local(object.screw->tip_world);
+    }
+    moment.objects.push_back(std::move(object));
+  }
   for (const sim::Body& body : bodies)
     moment.objects.push_back(
         {format_text("piece %u", body.id.value), body.piece->tree, engine.place_of(body), true});

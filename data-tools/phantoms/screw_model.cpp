@@ -43,9 +43,12 @@ Result<ScrewPosition> parse_screw(std::string_view text) {
   return screw;
 }
 
+namespace {
+constexpr std::uint32_t k_facets = 32;
+constexpr double k_head_length = 6, k_head_width = 1.5;  // mm; diameters
+}  // namespace
+
 ScrewModel screw_model(const ScrewPosition& screw) {
-  constexpr std::uint32_t k_facets = 32;
-  constexpr double k_head_length = 6, k_head_width = 1.5;  // mm; diameters
   const dvec3 along = glm::normalize(screw.tip_world - screw.entry_world);
   const dvec3 u =
       glm::normalize(glm::cross(along, std::abs(along.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(1, 0, 0)));
@@ -81,6 +84,24 @@ ScrewModel screw_model(const ScrewPosition& screw) {
     add(last + i, last + j, tip);
   }
   return model;
+}
+
+std::optional<ScrewPosition> recognized_screw(std::span<const dvec3> vertices_world) {
+  constexpr std::size_t k_rings = 4;
+  constexpr double k_tolerance = 1e-3;  // mm
+  if (vertices_world.size() != k_rings * k_facets + 2) return std::nullopt;
+  const dvec3 &head = vertices_world[k_rings * k_facets], &tip = vertices_world.back();
+  const double length = glm::length(tip - head);
+  if (!(length > k_head_length)) return std::nullopt;
+  ScrewPosition screw;
+  screw.tip_world = tip;
+  screw.entry_world = head + k_head_length / length * (tip - head);
+  screw.diameter = 2 * glm::length(vertices_world[2 * k_facets] - screw.entry_world);
+  if (!(screw.diameter > 0)) return std::nullopt;
+  const ScrewModel model = screw_model(screw);
+  for (std::size_t i = 0; i < vertices_world.size(); ++i)
+    if (!(glm::length(model.vertices_world[i] - vertices_world[i]) < k_tolerance)) return std::nullopt;
+  return screw;
 }
 
 }  // namespace trephine::data_tools

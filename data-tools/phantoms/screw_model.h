@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -27,5 +29,8 @@ struct ScrewModel {
 inline constexpr double k_screw_tip = 1;
 /// Returns a shaft with a pointed tip, and a head of 1.5 diameters that extends 6 mm outside the entry.
 ScrewModel screw_model(const ScrewPosition& screw);
+/// Returns the position of a screw from the vertices of its screw_model(), as a session stores them; empty
+/// for any other model.
+std::optional<ScrewPosition> recognized_screw(std::span<const glm::dvec3> vertices_world);
 
 }  // namespace trephine::data_tools

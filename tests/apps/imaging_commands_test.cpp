@@ -170,7 +170,13 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   for (std::size_t at = 0; (at = drawn.find("fill=\"", at)) != std::string::npos; ++at)
     colours.insert(drawn.substr(at + 6, 7));
   EXPECT_EQ(colours.size(), 5u);  // one colour per object; no nerve root is in the plane
-  EXPECT_GT(section["models_outside_bone_mm2"], 100);
+  // The screws of a session are judged as screws: their heads do not count.
+  EXPECT_GT(section["models_outside_bone_mm2"], 25);
+  EXPECT_LT(section["models_outside_bone_mm2"], 60);
+  ASSERT_EQ(section["screws"].size(), 2u);
+  EXPECT_LT(section["screws"][0]["breach_mm"], 0.5);
+  EXPECT_GT(section["screws"][1]["breach_mm"], 3);
+  EXPECT_EQ(section["screws"][1]["toward"], "the patient's right");
   if (!is_whole()) return;
   // The part of a screw beyond the picture is reported.
   const Json narrow = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5 --width 40" + plane);

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "data-tools/phantoms/head_phantom.h"
+#include "data-tools/phantoms/screw_model.h"
 #include "data-tools/phantoms/spine_phantom.h"
 
 namespace trephine::data_tools {
@@ -152,6 +153,19 @@ double clearance(const SpinePhantom& spine, std::size_t vertebra, const dvec3& e
   for (double t = 6; t <= length; t += 0.25)  // nearer to the entry it may leave the bone again
     least = std::min(least, -spine.bone_distances(entry + (target - entry) * (t / length))[vertebra]);
   return least;
+}
+
+TEST(Phantoms, AScrewIsRecognizedByItsVertices) {
+  const ScrewPosition screw{{-18.8, 37.8, 6.6}, {-6.5, -9.5, 4.1}, 6.5};
+  std::vector<glm::dvec3> vertices = screw_model(screw).vertices_world;
+  const auto found = recognized_screw(vertices);
+  ASSERT_TRUE(found);
+  EXPECT_LT(glm::length(found->entry_world - screw.entry_world), 1e-9);
+  EXPECT_LT(glm::length(found->tip_world - screw.tip_world), 1e-9);
+  EXPECT_NEAR(found->diameter, 6.5, 1e-9);
+  vertices[40].x += 0.01;
+  EXPECT_FALSE(recognized_screw(vertices));
+  EXPECT_FALSE(recognized_screw(std::span(vertices).first(100)));
 }
 
 TEST(Phantoms, ScrewsOfThePlanAreWellCentredInTheirPedicles) {
