@@ -296,8 +296,12 @@ Status keep_largest(Source& source, const volume::Shape& shape, const Listener& 
 }
 
 Status omit_holder(Source& source, const volume::Shape& shape, const Listener& listener) {
+  // The blurred rim of such a part goes, too: volume rendering shows it.
+  constexpr double k_rim = 150;  // HU
+  volume::Shape wide = shape;
+  if (wide.low > k_rim) wide.low = k_rim;
   volume::ShapeParts removed;
-  auto kept = volume::omit_parts_outside_body(source.volume, shape, removed);
+  auto kept = volume::omit_parts_outside_body(source.volume, wide, removed);
   if (!kept) return kept.error();
   if (removed.count == 0) return std::nullopt;
   listener.notice(format_text(

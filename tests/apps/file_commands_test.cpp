@@ -182,8 +182,8 @@ TEST_F(Command, TypingErrorsAreReportedWithTheirRemedy) {
                {"import scan.nrrd --presett skull -o x", "found:    --presett"},
                {"import scan.nrrd --iso 300mm -o x", "without a unit"},
                {"import scan.nrrd --labels scan.nrrd -o x", "is a label map"},
-               {"phantom spine --seed -3 -o x.mha", "no whole number from 0"},
-               {"phantom spine --seed 99999999999999999999 -o x.mha", "no whole number from 0"}};
+               {"phantom spine --seed -3 -o x.mha", "not a whole number from 0"},
+               {"phantom spine --seed 99999999999999999999 -o x.mha", "not a whole number from 0"}};
   for (const auto& [command, says] : cases) {
     const Ended r = run(command);
     EXPECT_EQ(r.exit_code, 2) << command;

@@ -219,8 +219,8 @@ class CreaseBuilder {
 
   /// Returns the distances of lattice point v to the sampled points of each cone. Points that a ball cannot
   /// touch do not count, such as those of the rounded bottom of a groove, whose normals are between those of
-  /// its flanks; where they are the nearest, the tangent plane of the nearest other point replaces them. Inside
-  /// the solid all sheets have the field's value.
+  /// its flanks; where they are the nearest, the tangent plane of the nearest other point replaces them.
+  /// Inside the solid all sheets have the field's value.
   Sample sample(const glm::ivec3& v, bool is_matter, const std::vector<CreaseSheets::Mask>& cones,
                 const PointBins& bins) {
     Sample result;
