@@ -66,8 +66,8 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
     EXPECT_NE(outcome.refused->message().find(words), std::string::npos) << outcome.refused->message();
   };
   refused({ToolGeometry{1, std::vector<dvec3>(17)}, 0}, "too many balls");
-  refused({ToolGeometry{0, {{0, 0, 1}}}, 0}, "touches as a point");
-  refused({ToolGeometry{1, {{0, 0, 1}, {0, 0, 3}}}, 1}, "cannot touch with balls");
+  refused({ToolGeometry{0, {{0, 0, 1}}}, 0}, "radius");
+  refused({ToolGeometry{1, {{0, 0, 1}, {0, 0, 3}}}, 1}, "touches as a point");
   give({1, {}});
   EXPECT_STREQ(run.engine().tool(0).method->name(), "scene");
   for (int i = 4500; i < 4900; ++i) {
