@@ -1,6 +1,5 @@
 #include "haptics/methods/methods.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "haptics/depth/depth_proxy.h"
@@ -17,38 +16,33 @@ namespace {
 
 using Solid = MethodInfo::Solid;
 
-template <class Method>
-std::unique_ptr<ProxyMethod> make() {
-  return std::make_unique<Method>();
-}
-
 constexpr MethodEntry k_entries[] = {
     {{"subvoxel", "exact contact with the smooth reconstruction, all walls at once", "this project",
       Solid::smooth, false, false},
-     make<SubvoxelProxy>},
+     make_proxy<SubvoxelProxy>},
     {{"implicit", "voxel cubes as walls, iterated ray casts",
       "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.1.1", Solid::cubes},
-     make<ImplicitProxy>},
+     make_proxy<ImplicitProxy>},
     {{"explicit", "triangles of the surface net along the motion, a god-object on them",
       "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.2; Zilles and Salisbury 1995",
       Solid::net},
-     make<ExplicitProxy>},
+     make_proxy<ExplicitProxy>},
     {{"mesh",
       "the whole surface as a polygonal model, a god-object on its triangles; with a radius a virtual ball",
       "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997", Solid::net, true, false},
-     make<MeshProxy>},
+     make_proxy<MeshProxy>},
     {{"scene", "volumes and polygonal models in one solve", "this project", Solid::smooth, false, false},
-     make<SceneProxy>},
+     make_proxy<SceneProxy>},
     {{"depth", "depth images along three axes with every layer, a god-object on the net of their crossings",
       "this project; Ju, Losasso, Schaefer and Warren 2002", Solid::images, true, false},
-     make<DepthProxy>},
+     make_proxy<DepthProxy>},
 };
 
 /// Method for tools of several balls, which the other methods do not support.
 constexpr MethodEntry k_chain{
     {"chain", "a rigid tool of balls, six degrees of freedom, on the walls of scene",
      "this project; Ortega, Redon and Coquillart 2007", Solid::nothing, false, false},
-    make<ChainProxy>};
+    make_proxy<ChainProxy>};
 
 struct Catalogue {
   std::vector<MethodInfo> infos;  ///< without the chain

@@ -27,6 +27,11 @@ struct MethodEntry {
   MethodInfo info;
   std::unique_ptr<ProxyMethod> (*make)();
 };
+/// Makes a method, for MethodEntry::make.
+template <class Method>
+std::unique_ptr<ProxyMethod> make_proxy() {
+  return std::make_unique<Method>();
+}
 /// Adds methods of a program to the catalogue; names that exist are ignored. Call it before other threads use
 /// the catalogue.
 void add_methods(std::span<const MethodEntry> entries);

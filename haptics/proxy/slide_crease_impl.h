@@ -10,17 +10,10 @@ namespace {
 /// lead into another.
 template <class Walls>
 void Slide<Walls>::away_from_all(const Planes& planes, glm::dvec3& out) noexcept {
-  constexpr double k_least = 0.1;  // cosine
-  constexpr int k_most_turns = 12;
   if (planes.count < 3) return;
-  for (int i = 0; i < k_most_turns; ++i) {
-    const double size = glm::length(out);
-    int worst = 0;
-    for (int k = 1; k < planes.count; ++k)
-      if (glm::dot(out, planes[k].normal) > glm::dot(out, planes[worst].normal)) worst = k;
-    if (glm::dot(out, planes[worst].normal) < -k_least * size) return;
-    out -= size / (i + 1) * planes[worst].normal;
-  }
+  std::array<glm::dvec3, k_max_planes> normals;
+  for (int k = 0; k < planes.count; ++k) normals[static_cast<std::size_t>(k)] = planes[k].normal;
+  out = turned_away(out, std::span(normals.data(), static_cast<std::size_t>(planes.count)));
 }
 
 /// Called after a wall stopped a motion at `at`. If the wall is a step of the solid, moves the proxy to the

@@ -14,27 +14,19 @@ namespace trephine::haptics {
 using glm::dvec3;
 using glm::ivec3;
 
-namespace {
-
-/// Returns a direction against all of the covectors, if there is one.
-dvec3 way_against(std::span<const dvec3> gradients) noexcept {
+dvec3 turned_away(dvec3 way, std::span<const dvec3> normals) noexcept {
   constexpr double k_least = 0.1;  // cosine
   constexpr int k_most_turns = 12;
-  dvec3 way(0);
-  for (const dvec3& gradient : gradients) way -= gradient;
-  if (way == dvec3(0) && !gradients.empty()) way = -gradients[0];
-  for (int i = 0; i < k_most_turns && !gradients.empty(); ++i) {
+  for (int i = 0; i < k_most_turns && !normals.empty(); ++i) {
     const double size = glm::length(way);
     const dvec3& worst = *std::max_element(
-        gradients.begin(), gradients.end(),
+        normals.begin(), normals.end(),
         [&](const dvec3& a, const dvec3& b) { return glm::dot(way, a) < glm::dot(way, b); });
     if (glm::dot(way, worst) < -k_least * size) break;
     way -= size / (i + 1) * worst;
   }
   return way;
 }
-
-}  // namespace
 
 dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const dvec3> normals_world,
                               glm::bvec3& is_kept) noexcept {
@@ -52,7 +44,10 @@ dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const 
     const double size = glm::length(g);
     if (size > k_across * whole && count < gradients.size()) gradients[count++] = g / size;
   }
-  const dvec3 way = way_against(std::span(gradients.data(), count));
+  dvec3 way(0);
+  for (std::size_t k = 0; k < count; ++k) way -= gradients[k];
+  if (way == dvec3(0) && count > 0) way = -gradients[0];
+  way = turned_away(way, std::span(gradients.data(), count));
   dvec3 q = p;
   for (int i = 0; i < 4; ++i) {
     const volume::ValueAndGradient s = value_and_gradient(wall, q);

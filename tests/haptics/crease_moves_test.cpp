@@ -169,7 +169,8 @@ struct Traverse {
 };
 
 /// Moves the hand along an endless groove, oblique to the voxels, and back; 2 mm below the position at rest.
-Traverse traverse(double degrees, double radius, int seed, double friction) {
+Traverse traverse(double degrees, double radius, int seed, double friction, double judged_friction,
+                  bool has_fault = false) {
   std::mt19937_64 random(static_cast<std::uint64_t>(seed));
   const auto uniform = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
   const glm::dquat turn = glm::normalize(glm::dquat(uniform(), uniform(), uniform(), uniform()));
@@ -203,10 +204,11 @@ Traverse traverse(double degrees, double radius, int seed, double friction) {
       std::make_shared<TouchState>(untouched(scene), TouchState::OffsetFields{scene.items[0].offset});
   Traverse result;
   ProxyState proxy;
+  ProxyStep step;
   const auto leg = [&](const dvec3& from, const dvec3& to, int steps, bool is_measured) {
     for (int i = 0; i < steps + 30; ++i) {
       const dvec3 hand = middle + glm::mix(from, to, std::min(1.0, i / static_cast<double>(steps)));
-      const ProxyStep step = method->step(scene, *state, proxy, {hand});
+      if (!(has_fault && is_measured && i % 50 > 20)) step = method->step(scene, *state, proxy, {hand});
       EXPECT_FALSE(step.is_buried);
       const dvec3 ball = step.proxy_world - middle;
       if (is_measured && friction == 0) {
@@ -219,7 +221,7 @@ Traverse traverse(double degrees, double radius, int seed, double friction) {
       ++result.one_flank;
       const dvec3 normal = groove.normals[first < second ? 0 : 1], pull = hand - step.proxy_world;
       const double press = -glm::dot(pull, normal);
-      result.outside += glm::length(pull + press * normal) > 1.1 * friction * press + 0.02;
+      result.outside += glm::length(pull + press * normal) > 1.1 * judged_friction * press + 0.02;
     }
   };
   const dvec3 deep = -2.0 * up;
@@ -239,11 +241,12 @@ TEST(BallsInCreases, FollowTheHandAlongWideGrooves) {
   for (const double degrees : {60.0, 82.0, 96.0, 108.0})
     for (const double radius : {0.8, 1.0, 1.7})
       for (int seed = 0; seed < 3; ++seed) {
-        const Traverse one = traverse(degrees, radius, 100 * seed + static_cast<int>(degrees), 0);
+        const Traverse one = traverse(degrees, radius, 100 * seed + static_cast<int>(degrees), 0, 0);
         EXPECT_LT(one.lag, 0.2) << degrees << " degrees, radius " << radius << ", seed " << seed;
         EXPECT_LT(one.height, 0.05) << degrees << " degrees, radius " << radius << ", seed " << seed;
         worst.lag = std::max(worst.lag, one.lag), worst.height = std::max(worst.height, one.height);
       }
+  EXPECT_GT(traverse(82, 1, 1, 0, 0, true).lag, 0.5) << "planted: the proxy is held";
   std::printf("36 grooves: %.3f mm behind the hand, %.3f mm off the height at rest\n", worst.lag,
               worst.height);
 }
@@ -252,12 +255,14 @@ TEST(BallsInCreases, FollowTheHandAlongWideGrooves) {
 TEST(BallsInCreases, FrictionIsThatOfTheTouchedFlank) {
   int contacts = 0, outside = 0;
   for (int seed = 0; seed < 8; ++seed) {
-    const Traverse one = traverse(85 + 3 * seed, seed % 2 == 0 ? 1 : 2, seed, 0.3);
+    const Traverse one = traverse(85 + 3 * seed, seed % 2 == 0 ? 1 : 2, seed, 0.3, 0.3);
     contacts += one.one_flank, outside += one.outside;
   }
   std::printf("%d of %d contacts with one flank outside the cone\n", outside, contacts);
   EXPECT_GT(contacts, 300);
   EXPECT_LE(outside, contacts / 200);
+  const Traverse rough = traverse(88, 1, 1, 0.6, 0.3);
+  EXPECT_GT(rough.outside, rough.one_flank / 20) << "planted: twice the friction";
 }
 
 /// A hand may leap to where rounding is larger than the distance that a proxy keeps from a wall.
