@@ -73,8 +73,8 @@ class Judge {
     const volume::Frame& frame = scene_.base->frame;
     for (verify::PassageJudge& model : drawn_)
       for (std::size_t i = 1; i < static_cast<std::size_t>(step.waypoint_count); ++i)
-        passages_ += model.goes(frame.world_from_volume(step.path_volume[i - 1]),
-                                frame.world_from_volume(step.path_volume[i]));
+        passages_ += model.passes(frame.world_from_volume(step.path_volume[i - 1]),
+                                  frame.world_from_volume(step.path_volume[i]));
   }
   long fall_throughs() const { return judge.fall_throughs() + passages_; }
   void set_seen(std::shared_ptr<const haptics::TouchState> seen) {

@@ -18,7 +18,7 @@ dvec3 middle_of(const volume::Volume& scan) {
 
 }  // namespace
 
-Panes::Panes(std::size_t count) : panes_(count), worker_(count) {
+Panes::Panes(std::size_t count) : panes_(count), worker_(count + 1) {
   constexpr PaneKind first[] = {PaneKind::axial, PaneKind::coronal, PaneKind::sagittal};
   for (std::size_t i = 0; i < count; ++i) panes_[i].kind = first[i % 3];
 }
@@ -34,14 +34,17 @@ void Panes::show(Subject subject, bool is_changed) {
   const auto is_newer = [&](std::size_t i) { return subject.depths[i].set != subject_.depths[i].set; };
   bool has_newer_depths = subject.depths.size() != subject_.depths.size();
   for (std::size_t i = 0; !has_newer_depths && i < subject.depths.size(); ++i) has_newer_depths = is_newer(i);
+  const bool is_other_bone = subject.bone.has_value() != subject_.bone.has_value() ||
+                             (subject.bone && subject.bone->low != subject_.bone->low);
   subject_ = std::move(subject);
+  if (is_other_bone) set_transfer_function(transfer_);
   if (is_new_scan && subject_.scan) {
     at_ = middle_of(*subject_.scan);
     if (!has_arm_) arm_.isocentre = at_;
   }
   if (is_changed) make_stale(is_live_);
   for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::depths) pane.is_stale |= has_newer_depths;
+    if (pane.kind == PaneKind::depths) pane.image.is_stale |= has_newer_depths;
 }
 
 /// Discards all images of a pane, finished or in progress.
@@ -49,13 +52,20 @@ void Panes::forget(std::size_t index) {
   Pane& pane = panes_[index];
   worker_.forget(index);
   if (pane.is_cancelled) *pane.is_cancelled = true;
-  pane.panel.reset(), pane.camera.reset(), pane.renderer.reset(), pane.problem.clear();
-  pane.is_wanted = pane.is_stale = pane.is_coarse = false;
-  ++pane.stamp, ++pane.changes;
+  pane.renderer.reset();
+  pane.is_coarse = false;
+  const std::uint64_t stamp = pane.image.stamp + 1;
+  pane.image = {};
+  pane.image.stamp = stamp;
+  ++pane.changes;
 }
 
 void Panes::forget() {
   for (std::size_t i = 0; i < panes_.size(); ++i) forget(i), panes_[i].pixel = 0;
+  worker_.forget(panes_.size());
+  const std::uint64_t stamp = xray_.stamp + 1;
+  xray_ = {};
+  xray_.stamp = stamp;
   has_window_ = has_arm_ = is_live_ = false;
   xray_note_.clear(), looks_.clear();
   subject_ = {};
@@ -71,13 +81,14 @@ bool Panes::shows(PaneKind kind) const noexcept {
 /// Marks images as stale. X-rays show the time of their exposure: only live ones follow changes.
 void Panes::make_stale(bool includes_xrays) {
   for (Pane& pane : panes_)
-    if ((pane.kind != PaneKind::xray || includes_xrays) && pane.kind != PaneKind::depths)
-      pane.is_stale = true;
+    if (pane.kind != PaneKind::depths) pane.image.is_stale = true;
+  xray_.is_stale |= includes_xrays;
 }
 
 void Panes::make_slices_stale(bool includes_sections) {
   for (Pane& pane : panes_)
-    pane.is_stale |= pane.kind <= PaneKind::tool || (includes_sections && pane.kind == PaneKind::section);
+    pane.image.is_stale |=
+        pane.kind <= PaneKind::tool || (includes_sections && pane.kind == PaneKind::section);
 }
 
 void Panes::set_focus(const dvec3& world) {
@@ -90,7 +101,7 @@ void Panes::show_tool(const dvec3& tip, const dvec3& shaft) {
   if (tip == tip_ && shaft == shaft_) return;
   tip_ = tip, shaft_ = shaft;
   for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::tool) pane.is_stale = true;
+    if (pane.kind == PaneKind::tool) pane.image.is_stale = true;
 }
 
 void Panes::turn_section(const dvec3& normal) {
@@ -119,11 +130,9 @@ void Panes::set_kind(std::size_t index, PaneKind kind) {
 void Panes::set_from_back(bool is_from_back) {
   if (is_from_back_ == is_from_back) return;
   is_from_back_ = is_from_back;
-  for (std::size_t i = 0; i < panes_.size(); ++i) {
-    Pane& pane = panes_[i];
-    if (pane.kind == PaneKind::xray && pane.panel) show_side(*pane.panel), ++pane.changes;
-    if (is_planar(pane.kind)) pane.is_stale = true;
-  }
+  for (Pane& pane : panes_)
+    if (is_planar(pane.kind)) pane.image.is_stale = true;
+  if (xray_.panel) show_side(*xray_.panel), ++xray_.changes;
 }
 
 /// Mirrors an X-ray if its sides do not match the selected view.
@@ -140,9 +149,7 @@ bool Panes::is_mirrored(const fluoroscopy::View& view) const noexcept {
 void Panes::set_size(std::size_t index, int columns, int rows, bool is_visible) {
   Pane& pane = panes_[index];
   if (pane.columns == columns && pane.rows == rows && pane.is_visible == is_visible) return;
-  // The size of an X-ray is that of its detector.
-  if (pane.kind != PaneKind::xray)
-    pane.is_stale |= is_visible && (pane.columns != columns || pane.rows != rows || !pane.is_visible);
+  pane.image.is_stale |= is_visible && (pane.columns != columns || pane.rows != rows || !pane.is_visible);
   pane.columns = columns, pane.rows = rows;
   pane.is_visible = is_visible;
 }
@@ -165,7 +172,7 @@ void Panes::zoom(std::size_t index, double factor, const dvec2& around) {
   pane.pixel = std::clamp(before->pixel / factor, 0.01, 5.0);
   const dvec3 moved = plane(index)->world(around.x, around.y);
   pane.middle += anchor - moved;
-  pane.is_stale = true;
+  pane.image.is_stale = true;
 }
 
 void Panes::pan(std::size_t index, const dvec2& pixels) {
@@ -174,12 +181,12 @@ void Panes::pan(std::size_t index, const dvec2& pixels) {
   if (!before) return;
   pane.pixel = before->pixel;
   pane.middle = before->middle_world - before->pixel * (pixels.x * before->right - pixels.y * before->up);
-  pane.is_stale = true;
+  pane.image.is_stale = true;
 }
 
 void Panes::reset(std::size_t index) {
   panes_[index].pixel = 0;
-  panes_[index].is_stale = panes_[index].kind != PaneKind::xray || is_live_;
+  panes_[index].image.is_stale = true;
 }
 
 void Panes::set_window(const ct_viewer::GreyWindow& window) {
@@ -211,7 +218,7 @@ void Panes::set_camera(const volume::Camera& eye, const std::optional<volume::Op
   if (is_same) return;
   eye_ = eye, clip_ = clip, has_eye_ = true;
   for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::drawn) pane.is_stale = true;
+    if (pane.kind == PaneKind::drawn) pane.image.is_stale = true;
 }
 
 void Panes::set_transfer_function(std::string_view name) {
@@ -219,8 +226,14 @@ void Panes::set_transfer_function(std::string_view name) {
   for (Pane& pane : panes_)
     if (pane.kind == PaneKind::drawn) {
       if (pane.is_cancelled) *pane.is_cancelled = true;
-      pane.renderer.reset(), pane.is_stale = true;
+      pane.renderer.reset(), pane.image.is_stale = true;
     }
+}
+
+volume::TransferFunction Panes::transfer(const volume::Volume& scan) const {
+  const auto& bone = subject_.bone;
+  const bool is_threshold = bone && !bone->is_label() && std::isfinite(bone->low) && std::isinf(bone->high);
+  return transfer_function_of(transfer_, scan, is_threshold ? bone->low : k_bone);
 }
 
 void Panes::set_label_opacity(std::size_t label, double opacity) {
@@ -238,18 +251,15 @@ void Panes::set_arm(const fluoroscopy::CArm& arm) {
 void Panes::set_live(bool is_live) {
   if (is_live_ == is_live) return;
   is_live_ = is_live;
-  for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::xray) {
-      if (is_live)
-        pane.is_stale = true;
-      else if (pane.panel)
-        pane.panel->title = "X-ray, held", ++pane.changes;
-    }
+  if (is_live)
+    xray_.is_stale = true;
+  else if (xray_.panel)
+    xray_.panel->title = "X-ray, held", ++xray_.changes;
 }
 
 void Panes::shoot() {
-  for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::xray) pane.is_stale = pane.is_wanted = true;
+  xray_.is_requested = true;
+  ++xray_.changes;
 }
 
 /// Returns the plane of a planar pane, in the pane's own pixels.
@@ -323,8 +333,8 @@ std::optional<dvec2> Panes::pixel(std::size_t index, const dvec3& world) const {
 }
 
 const Panel* Panes::panel(std::size_t index) const noexcept {
-  const Pane& pane = panes_[index];
-  return pane.panel ? &*pane.panel : nullptr;
+  const Image& image = image_of(index);
+  return image.panel ? &*image.panel : nullptr;
 }
 
 }  // namespace trephine::imaging

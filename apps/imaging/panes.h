@@ -75,17 +75,22 @@ class Panes {
   /// Selects the transfer function by a name of k_transfer_functions.
   void set_transfer_function(std::string_view name);
   const std::string& transfer_function() const noexcept { return transfer_; }
+  /// Returns the selected transfer function; `bone` begins at the threshold of the bone that is touched.
+  volume::TransferFunction transfer(const volume::Volume& scan) const;
   /// Sets the factor of a label's opacity: 0 hides it.
   void set_label_opacity(std::size_t label, double opacity);
 
-  // The C-arm. Between exposures its last image is held.
+  // The C-arm. It has one image, which all panes of its kind show and which is held between exposures, also
+  // while no pane shows it.
   void set_arm(const fluoroscopy::CArm& arm);
   const fluoroscopy::CArm& arm() const noexcept { return arm_; }
   /// Switches live X-rays on or off: 256 pixels across, taken again after each change.
   void set_live(bool is_live);
   bool is_live() const noexcept { return is_live_; }
-  /// Requests a single X-ray, 1024 pixels across.
+  /// Requests a single X-ray of the current state, 1024 pixels across.
   void shoot();
+  /// True while an X-ray is computed.
+  bool is_exposing() const noexcept { return xray_.is_requested || xray_.is_computing; }
   /// Sets the text next to X-rays: the total exposure.
   void set_xray_note(std::string note) { xray_note_ = std::move(note); }
   const std::string& xray_note() const noexcept { return xray_note_; }
@@ -96,17 +101,21 @@ class Panes {
   /// Newest image of a pane; null before the first.
   const Panel* panel(std::size_t pane) const noexcept;
   /// Error message of the newest request; empty if it succeeded.
-  const std::string& problem(std::size_t pane) const noexcept { return panes_[pane].problem; }
+  const std::string& problem(std::size_t pane) const noexcept { return image_of(pane).problem; }
   /// Time that the newest image took, ms.
-  double milliseconds(std::size_t pane) const noexcept { return panes_[pane].milliseconds; }
+  double milliseconds(std::size_t pane) const noexcept { return image_of(pane).milliseconds; }
   /// Number of images that were made for the pane.
-  std::uint64_t made(std::size_t pane) const noexcept { return panes_[pane].made; }
+  std::uint64_t made(std::size_t pane) const noexcept { return image_of(pane).made; }
   /// Counter that changes whenever the pane must be redrawn.
-  std::uint64_t changes(std::size_t pane) const noexcept { return panes_[pane].changes; }
+  std::uint64_t changes(std::size_t pane) const noexcept {
+    return panes_[pane].changes + image_of(pane).changes;
+  }
   /// True if a pane of this kind is visible.
   bool shows(PaneKind kind) const noexcept;
   /// True if all visible panes show the newest state at full resolution.
   bool is_up_to_date() const;
+  /// True if a visible pane has no image yet, or an X-ray is computed.
+  bool is_waiting() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }
 
   /// Plane of a planar pane; nullopt for other kinds.
@@ -118,36 +127,59 @@ class Panes {
   std::optional<glm::dvec2> pixel(std::size_t pane, const glm::dvec3& world) const;
 
  private:
-  struct Pane {
-    PaneKind kind = PaneKind::axial;
-    int columns = 0, rows = 0;
-    bool is_visible = false;
-    double pixel = 0;                          ///< mm; 0: fits the whole scan
-    glm::dvec3 middle{0.0};                    ///< world; its height above the plane is ignored
-    bool is_stale = false, is_wanted = false;  ///< is_wanted: a single X-ray was requested
-    std::shared_ptr<XrayCamera> camera;
-    std::shared_ptr<Renderer> renderer;
-    bool is_coarse = false;  ///< drawn in fewer pixels during motion
-    std::chrono::steady_clock::time_point requested{};
+  /// Newest image of a pane, or of the C-arm.
+  struct Image {
     std::optional<Panel> panel;
     std::string problem;
     double milliseconds = 0;
     std::uint64_t made = 0, changes = 0;
     std::uint64_t stamp = 0;  ///< changes with the kind and the scan: older images are discarded
+    bool is_stale = false;
+  };
+  struct Pane {
+    PaneKind kind = PaneKind::axial;
+    int columns = 0, rows = 0;
+    bool is_visible = false;
+    double pixel = 0;           ///< mm; 0: fits the whole scan
+    glm::dvec3 middle{0.0};     ///< world; its height above the plane is ignored
+    std::uint64_t changes = 0;  ///< of the kind
+    Image image;                ///< unused for X-rays
+    std::shared_ptr<Renderer> renderer;
+    bool is_coarse = false;  ///< drawn in fewer pixels during motion
+    std::chrono::steady_clock::time_point requested{};
     std::shared_ptr<std::atomic<bool>> is_cancelled;  ///< cancels the image in progress
   };
+  struct Xray : Image {
+    std::shared_ptr<XrayCamera> camera;
+    bool is_requested = false;  ///< a single X-ray was requested and not begun
+    bool is_computing = false;
+  };
+  Image& image_of(std::size_t index) noexcept {
+    return panes_[index].kind == PaneKind::xray ? xray_ : panes_[index].image;
+  }
+  const Image& image_of(std::size_t index) const noexcept {
+    return panes_[index].kind == PaneKind::xray ? xray_ : panes_[index].image;
+  }
   void forget(std::size_t index);
+  /// Adopts a finished image from a slot of the worker. Returns true if it is new.
+  bool adopt(std::size_t slot, Image& image);
+  bool adopt_xray();
+  bool is_xray_due() const noexcept {
+    return xray_.is_requested || (is_live_ && xray_.is_stale && shows(PaneKind::xray));
+  }
   volume::ImagePlane plane_of(const Pane& pane) const;
   bool is_mirrored(const fluoroscopy::View& view) const noexcept;
   void show_side(Panel& panel) const;
   void request(std::size_t index);
   void request_drawn(std::size_t index);
+  void request_xray();
   void make_stale(bool includes_xrays);
   /// Marks slices, and sections if `includes_sections`, as stale.
   void make_slices_stale(bool includes_sections = false);
 
   Subject subject_;
   std::vector<Pane> panes_;
+  Xray xray_;
   glm::dvec3 at_{0.0}, tip_{0.0}, shaft_{0, 0, 1}, section_normal_{0, -1, 0};
   ct_viewer::GreyWindow window_;
   ct_viewer::Blend blend_ = ct_viewer::Blend::now;
@@ -160,7 +192,7 @@ class Panes {
   std::vector<volume::LabelAppearance> looks_;  ///< by label, for ray casting
   bool has_eye_ = false;
   double pixels_per_ms_ = 2000;  ///< speed of recent ray casting
-  PaneWorker worker_;
+  PaneWorker worker_;            ///< a slot for each pane, then one for the C-arm
 };
 
 }  // namespace trephine::imaging

@@ -32,25 +32,7 @@ fluoroscopy::CArm with_columns(fluoroscopy::CArm arm, int columns) {
 /// Requests an image of the current state; the worker uses immutable copies.
 void Panes::request(std::size_t index) {
   Pane& pane = panes_[index];
-  pane.is_stale = false;
-  if (pane.kind == PaneKind::xray) {
-    if (!subject_.scan->is_hounsfield) {
-      pane.problem = "X-rays need Hounsfield units, but the scan has other values", ++pane.changes;
-      return;
-    }
-    if (!pane.camera) pane.camera = std::make_shared<XrayCamera>();
-    const bool is_shot = std::exchange(pane.is_wanted, false) || !is_live_;
-    const fluoroscopy::CArm arm = with_columns(arm_, is_shot ? k_shot_pixels : k_live_pixels);
-    worker_.request(
-        index,
-        [camera = pane.camera, subject = subject_, arm] {
-          Result<Panel> panel = camera->shoot(subject, arm, k_threads);
-          if (panel) panel.value().shows_sides = shows_sides(fluoroscopy::View(arm));
-          return panel;
-        },
-        pane.stamp);
-    return;
-  }
+  pane.image.is_stale = false;
   if (pane.kind == PaneKind::drawn) return request_drawn(index);
   if (pane.kind == PaneKind::depths) {
     worker_.request(
@@ -58,13 +40,13 @@ void Panes::request(std::size_t index) {
         [depths = subject_.depths, columns = pane.columns, rows = pane.rows] {
           return depth_panel(depths, columns, rows);
         },
-        pane.stamp);
+        pane.image.stamp);
     return;
   }
   const ImagePlane plane = plane_of(pane);
   if (pane.kind == PaneKind::section) {
     if (!subject_.bone) {
-      pane.problem = "The section needs a shape as bone. Choose a range of values or a label.",
+      pane.image.problem = "The section needs a shape as bone. Choose a range of values or a label.",
       ++pane.changes;
       return;
     }
@@ -80,7 +62,7 @@ void Panes::request(std::size_t index) {
                                         : "";
           return panel;
         },
-        pane.stamp);
+        pane.image.stamp);
     return;
   }
   const volume::Slab slab{slab_, volume::Slab::Kind::mean};
@@ -98,7 +80,28 @@ void Panes::request(std::size_t index) {
         if (slab.thickness > 0) panel.foot += format_text(", mean of %.0f mm", slab.thickness);
         return panel;
       },
-      pane.stamp);
+      pane.image.stamp);
+}
+
+void Panes::request_xray() {
+  const bool is_shot = std::exchange(xray_.is_requested, false);
+  xray_.is_stale = false;
+  ++xray_.changes;
+  if (!subject_.scan->is_hounsfield) {
+    xray_.problem = "X-rays need Hounsfield units, but the scan has other values";
+    return;
+  }
+  if (!xray_.camera) xray_.camera = std::make_shared<XrayCamera>();
+  xray_.is_computing = true;
+  const fluoroscopy::CArm arm = with_columns(arm_, is_shot ? k_shot_pixels : k_live_pixels);
+  worker_.request(
+      panes_.size(),
+      [camera = xray_.camera, subject = subject_, arm] {
+        Result<Panel> panel = camera->shoot(subject, arm, k_threads);
+        if (panel) panel.value().shows_sides = shows_sides(fluoroscopy::View(arm));
+        return panel;
+      },
+      xray_.stamp);
 }
 
 /// Requests a ray-cast image: during motion with as many pixels as 60 ms allow, at rest with all pixels.
@@ -106,7 +109,8 @@ void Panes::request_drawn(std::size_t index) {
   Pane& pane = panes_[index];
   if (!has_eye_) return;
   if (!pane.renderer) {
-    pane.renderer = std::make_shared<Renderer>(transfer_);
+    pane.renderer = std::make_shared<Renderer>();
+    pane.renderer->set_transfer_function(transfer(*subject_.scan));
     pane.renderer->set_labels(looks_);
   }
   const auto now = std::chrono::steady_clock::now();
@@ -124,8 +128,8 @@ void Panes::request_drawn(std::size_t index) {
       std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
   request.camera.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
   if (const Status error = volume::check(request.camera)) {
-    pane.is_stale = pane.is_coarse = false;
-    pane.problem = error->message(), ++pane.changes;
+    pane.image.is_stale = pane.is_coarse = false;
+    pane.image.problem = error->message(), ++pane.changes;
     return;
   }
   // A full-resolution image can be cancelled for more urgent ones.
@@ -140,29 +144,42 @@ void Panes::request_drawn(std::size_t index) {
         panel.foot = subject.scan->is_hounsfield ? name : "grey";
         return panel;
       },
-      pane.stamp);
+      pane.image.stamp);
+}
+
+bool Panes::adopt(std::size_t slot, Image& image) {
+  auto result = worker_.take(slot);
+  if (!result || result->stamp != image.stamp) return false;
+  if (result->panel && result->panel.value().pixels.empty()) {  // cancelled
+    // Otherwise a newer request is pending.
+    image.is_stale = image.is_stale || (slot < panes_.size() && *panes_[slot].is_cancelled);
+    return false;
+  }
+  ++image.changes, ++image.made;
+  image.milliseconds = result->milliseconds;
+  image.problem = result->panel ? "" : result->panel.error().message();
+  if (result->panel) image.panel = std::move(result->panel).value();
+  if (image.panel) show_side(*image.panel);
+  return true;
+}
+
+bool Panes::adopt_xray() {
+  if (!adopt(panes_.size(), xray_)) return false;
+  xray_.is_computing = false;
+  if (xray_.panel) xray_.panel->title = is_live_ ? "X-ray, live" : "X-ray, held";
+  return true;
 }
 
 bool Panes::frame() {
   bool is_new = false;
   for (std::size_t i = 0; i < panes_.size(); ++i) {
-    auto image = worker_.take(i);
     Pane& pane = panes_[i];
-    if (!image || image->stamp != pane.stamp) continue;
-    if (image->panel && image->panel.value().pixels.empty()) {  // cancelled
-      pane.is_stale = pane.is_stale || *pane.is_cancelled;      // otherwise a newer request is pending
-      continue;
-    }
-    is_new = true, ++pane.changes;
-    pane.milliseconds = image->milliseconds, ++pane.made;
-    pane.problem = image->panel ? "" : image->panel.error().message();
-    if (image->panel) pane.panel = std::move(image->panel).value();
-    if (pane.panel) show_side(*pane.panel);
-    if (pane.kind == PaneKind::xray && pane.panel)
-      pane.panel->title = is_live_ ? "X-ray, live" : "X-ray, held";
-    if (pane.kind == PaneKind::drawn && pane.panel && image->milliseconds > 0)
-      pixels_per_ms_ = static_cast<double>(pane.panel->pixels.size()) / image->milliseconds;
+    if (!adopt(i, pane.image)) continue;
+    is_new = true;
+    if (pane.kind == PaneKind::drawn && pane.image.panel && pane.image.milliseconds > 0)
+      pixels_per_ms_ = static_cast<double>(pane.image.panel->pixels.size()) / pane.image.milliseconds;
   }
+  is_new |= adopt_xray();
   if (!subject_.scan) return is_new;
   if (!has_window_) {
     // For values without a unit, the middle slice determines the range.
@@ -177,22 +194,34 @@ bool Panes::frame() {
   for (Pane& pane : panes_)
     if (pane.is_coarse && pane.kind == PaneKind::drawn &&
         std::chrono::steady_clock::now() - pane.requested > std::chrono::milliseconds(300))
-      pane.is_stale = true;
-  bool has_stale = false;
-  for (const Pane& pane : panes_) has_stale = has_stale || (pane.is_stale && pane.is_visible);
+      pane.image.is_stale = true;
+  bool has_stale = is_xray_due();
+  for (const Pane& pane : panes_)
+    has_stale |= pane.image.is_stale && pane.is_visible && pane.kind != PaneKind::xray;
   for (std::size_t i = 0; i < panes_.size(); ++i) {
     Pane& pane = panes_[i];
     // Cancel a slow ray-cast image if another pane waits or if it is invisible.
     if (pane.is_cancelled && (has_stale || !pane.is_visible)) *pane.is_cancelled = true;
-    if (pane.is_stale && pane.is_visible && pane.columns > 1 && pane.rows > 1) request(i);
+    if (pane.image.is_stale && pane.is_visible && pane.kind != PaneKind::xray && pane.columns > 1 &&
+        pane.rows > 1)
+      request(i);
   }
+  if (is_xray_due()) request_xray();
   return is_new;
+}
+
+bool Panes::is_waiting() const {
+  for (const Pane& pane : panes_)
+    if (pane.is_visible && pane.kind != PaneKind::xray && pane.image.is_stale && !pane.image.panel)
+      return true;
+  return is_exposing();
 }
 
 bool Panes::is_up_to_date() const {
   for (const Pane& pane : panes_)
-    if (pane.is_visible && (pane.is_stale || pane.is_coarse)) return false;
-  return worker_.is_idle();
+    if (pane.is_visible && pane.kind != PaneKind::xray && (pane.image.is_stale || pane.is_coarse))
+      return false;
+  return !is_xray_due() && worker_.is_idle();
 }
 
 }  // namespace trephine::imaging

@@ -12,12 +12,15 @@ namespace trephine::imaging {
 using glm::dvec3;
 using volume::TransferFunction;
 
-TransferFunction transfer_function_of(std::string_view name, const volume::Volume& scan) {
+TransferFunction transfer_function_of(std::string_view name, const volume::Volume& scan, double bone) {
   constexpr dvec3 marrow(0.72, 0.42, 0.30), cortex(0.93, 0.86, 0.70), ivory(1.0, 0.98, 0.92),
       skin(0.90, 0.68, 0.54), fat(0.92, 0.80, 0.58), blood(0.80, 0.16, 0.12), grey(0.45), white(1.0);
   if (!scan.is_hounsfield || name == "grey") {
+    // The values of a CT are mostly air, which would hide the patient.
     const ct_viewer::GreyWindow window =
-        ct_viewer::window_of(scan.voxels.span(), std::numeric_limits<std::int16_t>::min());
+        scan.is_hounsfield
+            ? ct_viewer::GreyWindow{400, 1200}
+            : ct_viewer::window_of(scan.voxels.span(), std::numeric_limits<std::int16_t>::min());
     const double low = window.level - 0.5 * window.width, step = window.width;
     return {{low + 0.12 * step, grey, 0}, {low + 0.45 * step, dvec3(0.75), 0.06}, {low + step, white, 0.5}};
   }
@@ -27,7 +30,12 @@ TransferFunction transfer_function_of(std::string_view name, const volume::Volum
             {180, marrow, 0.02}, {320, cortex, 0.6}, {1200, ivory, 0.95}};
   if (name == "vessels")
     return {{110, blood, 0}, {190, blood, 0.35}, {320, blood, 0.6}, {520, cortex, 0.6}, {1200, ivory, 0.95}};
-  return {{160, marrow, 0}, {320, cortex, 0.55}, {1200, ivory, 0.95}};
+  // Opacity reaches k_touch_opacity at `bone`.
+  constexpr double k_range = 160, k_opaque = 0.55;  // HU
+  const double low = bone - k_touch_opacity / k_opaque * k_range;
+  return {{low, marrow, 0},
+          {low + k_range, cortex, k_opaque},
+          {std::max(1200.0, low + 2 * k_range), ivory, 0.95}};
 }
 
 volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
@@ -62,7 +70,6 @@ volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
 
 void Renderer::set_transfer_function(const TransferFunction& transfer) {
   transfer_ = transfer;
-  name_.clear();
   is_transfer_new_ = true;
 }
 
@@ -76,7 +83,6 @@ void Renderer::prepare(const std::shared_ptr<const volume::Volume>& scan, int th
     scan_ = scan;
     image_ = std::make_unique<volume::DirectImage>(scan_, threads);
     image_->set_labels(labels_, threads);
-    if (!name_.empty()) transfer_ = transfer_function_of(name_, *scan);
     is_transfer_new_ = true;
   }
   if (std::exchange(is_transfer_new_, false)) image_->set_transfer_function(transfer_, threads);

@@ -10,10 +10,13 @@ namespace trephine::imaging {
 /// Names of transfer functions, in HU; `grey` spans the values of any scan.
 inline constexpr std::string_view k_transfer_functions[] = {"bone", "bone-and-skin", "skin", "vessels",
                                                             "grey"};
-/// Returns a named transfer function; always `grey` for a scan without Hounsfield units.
-volume::TransferFunction transfer_function_of(std::string_view name, const volume::Volume& scan);
 /// Opacity of a millimetre from which matter drawn by a transfer function is touchable.
 inline constexpr double k_touch_opacity = 0.1;
+inline constexpr double k_bone = 190;  ///< HU, at which `bone` reaches that opacity, unless stated otherwise
+/// Returns a named transfer function; always `grey` for a scan without Hounsfield units. `bone`: HU at which
+/// the function of this name reaches k_touch_opacity.
+volume::TransferFunction transfer_function_of(std::string_view name, const volume::Volume& scan,
+                                              double bone = k_bone);
 
 /// Returns a camera that shows all `voxels` (low and high corner) from a named side (front, back, left,
 /// right, top, bottom), or obliquely from the front for any other name.
@@ -24,9 +27,6 @@ inline constexpr std::string_view k_sides[] = {"front", "back", "left", "right",
 /// Renders one scan after another; the acceleration structures of a scan are built once.
 class Renderer {
  public:
-  Renderer() = default;
-  /// Uses a named transfer function, which is created with the scan.
-  explicit Renderer(std::string transfer) : name_(std::move(transfer)) {}
   void set_transfer_function(const volume::TransferFunction& transfer);
   void set_labels(std::vector<volume::LabelAppearance> looks);
   /// Low and high corner of the voxels that may be visible; the whole scan if no voxel is visible.
@@ -40,7 +40,6 @@ class Renderer {
 
   std::shared_ptr<const volume::Volume> scan_;
   std::unique_ptr<volume::DirectImage> image_;
-  std::string name_;  ///< name of the transfer function; empty: transfer_ was set
   volume::TransferFunction transfer_;
   std::vector<volume::LabelAppearance> labels_;
   bool is_transfer_new_ = true;

@@ -28,7 +28,7 @@ void EffectJudge::reset() {
   turns_.assign(laws_.size(), 0);
   velocity_ = spin_ = dvec3(0);
   ticks_ = 0;
-  has_last_ = false;
+  has_previous_ = false;
 }
 
 void EffectJudge::set(std::vector<EffectLaw> laws) {
@@ -46,26 +46,26 @@ void EffectJudge::set(std::vector<EffectLaw> laws) {
 }
 
 EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy, const dvec3& normal,
-                                            bool has_contact, const dvec3& contact_force, const dvec3& points,
+                                            bool has_contact, const dvec3& contact_force, const dvec3& shaft,
                                             bool is_working) {
-  if (has_last_) {
+  if (has_previous_) {
     const double share = std::min(1.0, dt_ / k_velocity_time);
-    velocity_ = (1 - share) * velocity_ + share / dt_ * (at - last_);
+    velocity_ = (1 - share) * velocity_ + share / dt_ * (at - previous_);
   }
-  last_ = at;
-  has_last_ = true;
+  previous_ = at;
+  has_previous_ = true;
   ++ticks_;
   Forces sum;
   using Kind = EffectLaw::Kind;
   for (std::size_t i = 0; i < laws_.size(); ++i) {
     const EffectLaw& law = laws_[i];
-    const dvec3 offset = at - law.place;
+    const dvec3 offset = at - law.position;
     const double along = glm::dot(offset, law.direction);
     dvec3 force(0);
     bool is_active = true;
     switch (law.kind) {
       case Kind::constant:
-        force = law.place;
+        force = law.position;
         break;
       case Kind::viscous:
         force = -law.strength * velocity_, is_active = false;
@@ -78,7 +78,7 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
         double& end = track_end_[i];
         if (end < 0) end = std::max(0.0, along);
         // A push beyond the resistance extends the track until the push equals the resistance.
-        end = std::max(end, along - law.other / law.strength);
+        end = std::max(end, along - law.second / law.strength);
         force -= law.strength * std::max(0.0, along - end) * law.direction;
         break;
       }
@@ -86,7 +86,7 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
         force = law.strength * std::max(0.0, -along) * law.direction, is_active = false;
         break;
       case Kind::vibration:
-        turns_[i] += std::min(law.other * dt_, 0.25);
+        turns_[i] += std::min(law.second * dt_, 0.25);
         force = law.strength * std::sin(k_turn * std::fmod(turns_[i], 1.0)) * law.direction;
         break;
       case Kind::gravity:
@@ -95,18 +95,18 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
       case Kind::texture:
         if (has_contact) {
           const dvec3 in_surface = law.direction - glm::dot(law.direction, normal) * normal;
-          const double slope = k_turn * law.strength / law.other *
-                               std::cos(k_turn * glm::dot(proxy, law.direction) / law.other);
+          const double slope = k_turn * law.strength / law.second *
+                               std::cos(k_turn * glm::dot(proxy, law.direction) / law.second);
           force = -std::max(0.0, glm::dot(contact_force, normal)) * slope * in_surface;
         }
         break;
       case Kind::spin: {
-        turns_[i] += std::min(law.other * dt_, 0.25);
+        turns_[i] += std::min(law.second * dt_, 0.25);
         const double push = glm::dot(contact_force, normal);
         if (!is_working || !has_contact || push <= 0) break;
         const double swing = law.third * std::sin(k_turn * std::fmod(turns_[i], 1.0));
         // The tool turns clockwise, viewed from the hand: a wall on its left drags it forward.
-        force = push * swing * normal + push * (law.strength + swing) * glm::cross(points, normal);
+        force = push * swing * normal + push * (law.strength + swing) * glm::cross(shaft, normal);
         break;
       }
       case Kind::align:  // no force
@@ -119,12 +119,12 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
   return sum;
 }
 
-dvec3 EffectJudge::torque(const dvec3& points, const dvec3& turned) {
-  spin_ += std::min(1.0, dt_ / k_velocity_time) * (turned / dt_ - spin_);
+dvec3 EffectJudge::torque(const dvec3& shaft, const dvec3& rotation) {
+  spin_ += std::min(1.0, dt_ / k_velocity_time) * (rotation / dt_ - spin_);
   dvec3 sum(0);
   for (const EffectLaw& law : laws_)
     if (law.kind == EffectLaw::Kind::align)
-      sum += limited(law.strength * glm::cross(points, law.direction) - law.other * spin_, 10 * law.most);
+      sum += limited(law.strength * glm::cross(shaft, law.direction) - law.second * spin_, 10 * law.most);
   return sum;
 }
 

@@ -12,10 +12,10 @@ namespace trephine::verify {
 struct EffectLaw {
   enum class Kind { constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin };
   Kind kind = Kind::constant;
-  glm::dvec3 place{0.0};      ///< anchor, start or point, mm; of a constant effect the force, N
+  glm::dvec3 position{0.0};   ///< anchor, start or point, mm; of a constant effect the force, N
   glm::dvec3 direction{0.0};  ///< unit: forward, normal, up, or direction of the effect
   double strength = 0;        ///< N s/mm, N/mm, N, kg, mm, N mm/rad or a share, by its kind
-  double other = 0;           ///< resistance N, frequency Hz, wavelength mm or N mm s/rad
+  double second = 0;          ///< resistance N, frequency Hz, wavelength mm or N mm s/rad
   double third = 0;           ///< a share, of a spin
   double most = 3;            ///< largest force, N
   std::uint32_t id = 0;
@@ -28,13 +28,13 @@ class EffectJudge {
     glm::dvec3 rendered{0.0}, active{0.0};  ///< N: of springs and dampers; of effects that may add energy
   };
   /// Returns the forces of one tick. Call once per tick. `contact_force`: of the surface, before effects, N;
-  /// `points`: unit direction of the stylus.
+  /// `shaft`: unit direction of the stylus.
   Forces judge_tick(const glm::dvec3& position, const glm::dvec3& proxy, const glm::dvec3& normal,
-                    bool has_contact, const glm::dvec3& contact_force, const glm::dvec3& points = {0, 0, -1},
+                    bool has_contact, const glm::dvec3& contact_force, const glm::dvec3& shaft = {0, 0, -1},
                     bool is_working = true);
   /// Returns the torque of the effects that turn the stylus, N mm, in a tick that was passed to judge_tick().
-  /// `points`: unit direction of the stylus; `turned`: axis times angle (rad) of its turn since last tick.
-  glm::dvec3 torque(const glm::dvec3& points, const glm::dvec3& turned);
+  /// `shaft`: unit direction of the stylus; `rotation`: axis times angle (rad) of its turn since last tick.
+  glm::dvec3 torque(const glm::dvec3& shaft, const glm::dvec3& rotation);
   void reset();
   void set(std::vector<EffectLaw> laws);
   /// Returns true if judge_tick() was called at least twice since the reset.
@@ -45,8 +45,8 @@ class EffectJudge {
   std::vector<EffectLaw> laws_;
   std::vector<double> track_end_, turns_;  ///< per law; -1: no track yet
   double dt_;
-  glm::dvec3 last_{0.0}, velocity_{0.0}, spin_{0.0};
-  bool has_last_ = false;
+  glm::dvec3 previous_{0.0}, velocity_{0.0}, spin_{0.0};
+  bool has_previous_ = false;
   long ticks_ = 0;
 };
 

@@ -28,7 +28,7 @@ bool PassageJudge::has_detour(const dvec3& exit_point, const dvec3& exit_normal)
   return false;
 }
 
-bool PassageJudge::goes(const dvec3& a, const dvec3& b) {
+bool PassageJudge::passes(const dvec3& a, const dvec3& b) {
   if (state_ == State::unknown) state_ = model_.is_inside(a) ? State::inside : State::free, winding_ = 0;
   if (state_ == State::inside) {  // a path that begins in matter is not judged
     if (!model_.is_inside(b)) state_ = State::free, winding_ = 0;

@@ -13,9 +13,9 @@ class PassageJudge {
 
   /// Forgets the position: the tool was set elsewhere, and the next path begins there.
   void restart() { state_ = State::unknown; }
-  /// Judges a straight motion from a, the last position, to b. Returns true if it passed through a wall, or
-  /// went deeper into matter than the images can be off.
-  bool goes(const glm::dvec3& a, const glm::dvec3& b);
+  /// Judges a straight motion from the last position `a` to `b`. Returns true if it passed through a wall, or
+  /// entered matter deeper than the tolerance of the images.
+  bool passes(const glm::dvec3& a, const glm::dvec3& b);
 
  private:
   /// Returns true if a short path leads around the matter between entry and exit, as around an edge or a tip.

@@ -8,6 +8,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "apps/view/tool_look.h"
+#include "apps/workbench/text.h"
 #include "volume/base/percentile.h"
 
 namespace trephine::view {
@@ -105,7 +106,8 @@ std::string OperationController::fault_text() const {
     char depth[32];
     std::snprintf(depth, sizeof depth, ", %.1f mm deep", deepest->depth);
     const auto at = static_cast<std::size_t>(deepest - state_.watches.data());
-    return "The tool is in " + live_.engine().forbidden()[at]->name() + depth + ". Lift it.";
+    return "The tool is in " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth +
+           ". Lift it.";
   }
   std::string reason;
   if (faults & haptics::fault_lost_device) reason = "the device does not answer";
@@ -138,6 +140,11 @@ void OperationController::collect_notices() {
   if (state_.refused)
     notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,
                   "Not done: " + state_.refused->message()});
+}
+
+void OperationController::add_notice(const char* text) {
+  notices_.add(
+      {seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::outcome, text});
 }
 
 /// Restores the force of a mouse, which has no motors, automatically some time after a fault.
@@ -248,15 +255,16 @@ void OperationController::touch_scenery() {
 bool OperationController::grasp_or_release() {
   if (state_.overlays)
     for (const sim::Overlay& overlay : *state_.overlays)
-      if (overlay.holder == 0) return apply(sim::ReleaseBody()), true;
+      if (overlay.holder == 0) return apply(sim::ReleaseBody()), add_notice("Released."), true;
   const int body = state_.newest.shape - haptics::item_count(*scene_);  // bodies follow the scene's items
   if (!state_.newest.has_contact || body < 0 || body >= static_cast<int>(state_.bodies.size())) return false;
   apply(sim::HoldBody{state_.bodies[static_cast<std::size_t>(body)]});
+  add_notice("Grasped. Press T to release it.");
   return true;
 }
 
-void OperationController::take(sim::Value instrument) {
-  const bool was_taking = is_taking();
+void OperationController::take_instrument(sim::Value instrument) {
+  const bool was_taking = is_changing_instrument();
   pending_tool_ = {};
   const sim::InstrumentType* type =
       options_.catalogue ? options_.catalogue->find_instrument(instrument.name()) : nullptr;
@@ -278,7 +286,7 @@ void OperationController::take(sim::Value instrument) {
 }
 
 void OperationController::continue_taking() {
-  if (!is_taking()) return;
+  if (!is_changing_instrument()) return;
   const bool has_arrived =
       pending_balls_ == state_.tool_balls && std::abs(pending_radius_ - state_.tool_radius) < 1e-9;
   constexpr int k_patience = 120;  // frames without a job
@@ -374,8 +382,15 @@ void OperationController::follow_cursor() {
   if (hit >= 0) reach_ = hit;
   is_over_bone_ = hit >= 0;
   const double radius = state_.tool_radius;  // height of a round tool's centre above the surface
-  double along =
-      hit >= 0 ? hit - radius + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - radius - 8);
+  // A ball on a slope touches before its centre is one radius from the bone under the cursor. The rays of the
+  // contact end at voxels: they may be a voxel too short.
+  const volume::Frame& frame = scene_->base->frame;
+  const double voxel = std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
+  const auto contact = [&] { return viewport_.distance_to_contact(*version_, ray, radius, hit); };
+  constexpr double k_rest = 0.3;  // mm, of an idle tool into the bone
+  double along = hit < 0       ? std::max(0.0, reach_ - radius - 8)
+                 : is_pressed_ ? hit - radius + depth_mm_
+                               : std::min(hit - radius, contact() + 0.7 * voxel) + k_rest;
   // A craniotome is perpendicular to the bone around it, not to the bone under a cursor that is ahead.
   const bool is_craniotome_held =
       guide_.is_holding() && look_of(state_.tool).foot.kind == FootTool::Kind::craniotome;
@@ -391,8 +406,7 @@ void OperationController::follow_cursor() {
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
   if (glm::length(request - request_) > k_jump_mm) {
-    const double above =
-        hit >= 0 ? std::max(0.0, hit - radius - 1.5 * scene_->base->frame.diagonal_mm()) : along;
+    const double above = hit >= 0 ? std::max(0.0, contact() - 1.5 * frame.diagonal_mm()) : along;
     live_.teleport_tool(scene_->base->frame.volume_from_world(ray.origin + above * ray.direction));
     mouse_.jump();
   }

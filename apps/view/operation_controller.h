@@ -31,7 +31,7 @@ class OperationController {
   const WindowReport& finish();
 
   /// Sets the cursor: shares of the picture's width and height from the lower left.
-  void point(double x, double y) {
+  void set_cursor(double x, double y) {
     if (!is_tip_held_) x_ = x, y_ = y;
   }
   void press(bool is_down) {
@@ -69,11 +69,11 @@ class OperationController {
   double depth() const noexcept { return depth_mm_; }
   /// The instrument in the hand; empty: no instrument.
   const sim::Value& tool() const noexcept { return state_.tool; }
-  /// Gives the hand an instrument with these parameters. If the instrument touches with other balls than the
-  /// current one, it arrives when their fields are built, some seconds later.
-  void take(sim::Value instrument);
-  /// True while an instrument waits for its balls.
-  bool is_taking() const noexcept { return !pending_tool_.is_empty(); }
+  /// Replaces the instrument of the hand. If the new one touches with other balls, it replaces the old one
+  /// when their offset fields are built, some seconds later.
+  void take_instrument(sim::Value instrument);
+  /// True while an instrument waits for its offset fields.
+  bool is_changing_instrument() const noexcept { return !pending_tool_.is_empty(); }
   /// Sends a command to a module.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
   /// Detaches pieces that were cut off the bone.
@@ -92,7 +92,7 @@ class OperationController {
   /// Undoes or redoes to the state with this number of strokes.
   void go_to_stroke(std::size_t strokes);
   /// States of the history that can be compared. Waits for the edits, some milliseconds.
-  std::vector<sim::LiveSession::Place> places() { return live_.places().get(); }
+  std::vector<sim::LiveSession::Place> history_states() { return live_.places().get(); }
   const haptics::TouchScene& scene() const noexcept { return *scene_; }
   /// Forbidden structures; constant during an operation.
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden() const {
@@ -135,6 +135,8 @@ class OperationController {
  private:
   void collect_notices();
   void restore_force();
+  /// Shows a message at the tool.
+  void add_notice(const char* text);
   void follow_cursor();
   double distance_above_soft(const Ray& ray, double along) const;
   void drag_point();
@@ -154,7 +156,7 @@ class OperationController {
   sim::LiveSession live_;
   sim::LiveState state_;
   std::shared_ptr<const volume::Version> version_;
-  double x_ = 0.5, y_ = 0.5;  ///< cursor, see point()
+  double x_ = 0.5, y_ = 0.5;  ///< cursor, see set_cursor()
   double depth_mm_ = 2;
   double reach_ = 300;  ///< last distance of the camera from the surface under the cursor, mm
   int roll_ = 0;        ///< steps of 15 degrees

@@ -40,7 +40,8 @@ imaging::Subject subject_of(const PaneInput& input) {
 void PaneController::begin() {
   panes_.forget();
   tool_.reset(), followed_.clear(), clip_.reset();
-  shots_ = 0, is_placed_ = false, exposed_ = 0, unconfirmed_shots_ = 0;
+  shots_.reset();
+  is_placed_ = false, exposed_ = 0, unconfirmed_shots_ = 0;
 }
 
 /// Applies the settings that changed since the last frame.
@@ -71,14 +72,14 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       if (section->is_clipping) clip_ = Clip{section->at, section->normal};
     } else if (const auto* arm = current->as<fluoroscopy::FluoroscopyState>()) {
       if (arm->is_placed) is_placed_ = true, panes_.set_arm(*arm);
-      // Live seconds have their images already. After undo no shot is repeated.
-      for (; shots_ < arm->shots && unconfirmed_shots_ > 0; ++shots_) --unconfirmed_shots_;
-      if (arm->shots > shots_ && !is_first) panes_.shoot();
+      if (shots_ && !apply && arm->shots > *shots_) panes_.shoot();
+      confirm_live_shots(arm->shots);
+      if (arm->shots > *shots_) panes_.shoot();
       shots_ = arm->shots;
       if (arm->shots > 0) {
         char text[80];
-        std::snprintf(text, sizeof text, "   %d shots, %.0f mGy cm\u00b2", static_cast<int>(arm->shots),
-                      arm->area_product);
+        std::snprintf(text, sizeof text, "   %d shot%s, %.0f mGy cm\u00b2", static_cast<int>(arm->shots),
+                      arm->shots == 1 ? "" : "s", arm->area_product);
         panes_.set_xray_note(text);
       }
     }
@@ -91,13 +92,14 @@ bool PaneController::frame(const PaneInput& input) {
   panes_.set_camera(input.eye, input.clip);
   follow(input.settings);
   const haptics::ServoRecord& r = input.newest;
-  const dvec3 tip = r.has_contact ? r.proxy_world : r.pose.position_world;
   constexpr double k_shaft = 60;  // drawn length of the shaft, mm
   const dvec3 shaft = haptics::unit_of(r.pose.orientation) * dvec3(0, 0, 1);
+  const dvec3 middle = r.has_contact ? r.proxy_world : r.pose.position_world;
+  const dvec3 tip = middle - input.touch_radius * shaft;
   tool_.reset();
   if (input.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
-  if (follows_tool && r.has_contact) panes_.set_focus(tip);
+  if (follows_tool && r.has_contact) panes_.set_focus(middle - input.touch_radius * r.normal_world);
   if (panes_.is_live() && !panes_.shows(imaging::PaneKind::xray)) set_live(false);
   if (panes_.is_live()) {
     exposed_ += input.elapsed;
@@ -110,13 +112,28 @@ void PaneController::rest(std::span<const std::shared_ptr<const sim::Value>> set
   set_live(false);
   for (const auto& setting : settings)
     if (const auto* arm = setting ? setting->as<fluoroscopy::FluoroscopyState>() : nullptr)
-      shots_ = arm->shots, unconfirmed_shots_ = 0;
+      confirm_live_shots(arm->shots);
+}
+
+/// Counts reported live exposures, which have their images already, among the shots of the operation.
+void PaneController::confirm_live_shots(std::int64_t shots) {
+  // A replay takes no images while it rests, and undone shots are not repeated.
+  if (!shots_ || !apply || shots < *shots_) shots_ = shots;
+  for (; *shots_ < shots && unconfirmed_shots_ > 0; ++*shots_) --unconfirmed_shots_;
+}
+
+bool PaneController::is_shot_due(std::span<const std::shared_ptr<const sim::Value>> settings) const {
+  if (!apply || !shots_) return false;
+  for (const auto& setting : settings)
+    if (const auto* arm = setting ? setting->as<fluoroscopy::FluoroscopyState>() : nullptr)
+      return arm->shots > *shots_ + unconfirmed_shots_;
+  return false;
 }
 
 void PaneController::place_arm() {
-  if (is_placed_ || !tell) return;
+  if (is_placed_ || !apply) return;
   is_placed_ = true;
-  tell(fluoroscopy::CArm(panes_.arm()));
+  apply(fluoroscopy::CArm(panes_.arm()));
 }
 
 void PaneController::set_preset(std::size_t preset) {
@@ -125,14 +142,14 @@ void PaneController::set_preset(std::size_t preset) {
   arm.isocentre = panes_.focus();
   is_placed_ = true;
   panes_.set_arm(arm);
-  if (tell) tell(arm);
+  if (apply) apply(arm);
 }
 
 void PaneController::shoot() {
   if (!panes_.is_hounsfield()) return panes_.shoot();  // shows the reason
   place_arm();
-  if (tell)
-    tell(fluoroscopy::Shoot());  // follow() takes the image when the command was executed
+  if (apply)
+    apply(fluoroscopy::Shoot());  // follow() takes the image when the command was executed
   else
     panes_.shoot();
 }
@@ -147,10 +164,10 @@ void PaneController::set_live(bool is_live) {
 
 void PaneController::report_exposure() {
   const double seconds = std::exchange(exposed_, 0);
-  if (!tell || seconds <= 0) return;
+  if (!apply || seconds <= 0) return;
   fluoroscopy::Shoot shot;
   shot.time = std::max(0.001, k_pulses * k_pulse * seconds);
-  tell(shot);
+  apply(shot);
   ++unconfirmed_shots_;
 }
 

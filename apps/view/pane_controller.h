@@ -21,6 +21,7 @@ struct PaneInput {
   std::span<const std::shared_ptr<const sim::Value>> settings;  ///< of modules
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden;
   const haptics::ServoRecord& newest;
+  double touch_radius = 0;    ///< mm, of the ball with which the tool touches; 0: a point
   bool is_tool_there = true;  ///< the tool touches or is over an object
   double elapsed = 0;         ///< s, since the last frame
   volume::Camera eye;         ///< camera of the 3-D view
@@ -35,15 +36,17 @@ class PaneController {
 
   imaging::Panes& panes() noexcept { return panes_; }
   /// Sends a command to the operation; null in a replay, in which images cause no dose.
-  std::function<void(sim::Value)> tell;
+  std::function<void(sim::Value)> apply;
   /// Resets everything for another operation.
   void begin();
   /// Updates the panes. Returns true if there are new images.
   bool frame(const PaneInput& input);
-  /// Replaces frame() while no pane is visible: ends live X-rays, and takes no images of shots.
+  /// Replaces frame() while no pane is visible and no shot is due: ends live X-rays.
   void rest(std::span<const std::shared_ptr<const sim::Value>> settings);
+  /// True if the operation made a shot whose image was not requested. A replay has none.
+  bool is_shot_due(std::span<const std::shared_ptr<const sim::Value>> settings) const;
 
-  /// Makes the focus follow the tool while it touches.
+  /// Makes the focus follow the contact point while the tool touches.
   bool follows_tool = true;
   /// Tip of the tool and a point up its shaft; null if unknown.
   const std::array<glm::dvec3, 2>* tool() const noexcept { return tool_ ? &*tool_ : nullptr; }
@@ -64,16 +67,17 @@ class PaneController {
 
  private:
   void follow(std::span<const std::shared_ptr<const sim::Value>> settings);
+  void confirm_live_shots(std::int64_t shots);
   void place_arm();
   void report_exposure();
 
   imaging::Panes panes_;
   std::optional<std::array<glm::dvec3, 2>> tool_;
   std::vector<std::shared_ptr<const sim::Value>> followed_;  ///< settings of the last frame
-  std::int64_t shots_ = 0;
-  bool is_placed_ = false;     ///< the operation has the pose of the C-arm
-  int unconfirmed_shots_ = 0;  ///< live exposures that were reported but not confirmed yet
-  double exposed_ = 0;         ///< duration of live X-rays not yet reported, s
+  std::optional<std::int64_t> shots_;  ///< shots of the last frame; nullopt before the first frame
+  bool is_placed_ = false;             ///< the operation has the pose of the C-arm
+  int unconfirmed_shots_ = 0;          ///< live exposures that were reported but not confirmed yet
+  double exposed_ = 0;                 ///< duration of live X-rays not yet reported, s
   std::optional<Clip> clip_;
 };
 

@@ -182,7 +182,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
     auto* l = static_cast<Loop*>(data);
     const int* at = l->interactor->GetEventPosition();
     const int* size = l->interactor->GetRenderWindow()->GetSize();
-    l->operation->point(static_cast<double>(at[0]) / size[0], static_cast<double>(at[1]) / size[1]);
+    l->operation->set_cursor(static_cast<double>(at[0]) / size[0], static_cast<double>(at[1]) / size[1]);
     l->operation->viewport().show_text(
         status_text(*l->operation, l->options->rate_hz),
         size[0] < 900 ? "left: drill   wheel: depth   right: turn   u: undo   y: redo   q: quit"

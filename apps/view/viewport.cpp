@@ -242,60 +242,6 @@ glm::dvec2 Viewport::project(const dvec3& at_world) {
   return {at[0] / std::max(size[0], 1), at[1] / std::max(size[1], 1)};
 }
 
-template <class Visit>
-void Viewport::follow(const volume::Version& version, const Ray& ray, const Visit& visit) const {
-  constexpr double k_far = 5000;
-  const volume::Frame& frame = scene_->base->frame;
-  double from = 0;
-  if (clip_normal_ != dvec3(0))
-    if (const double along = glm::dot(ray.direction, clip_normal_); along > 1e-9)
-      from = std::clamp(glm::dot(clip_origin_ - ray.origin, clip_normal_) / along, 0.0, k_far);
-  // Matter that contains the clip plane is no surface.
-  bool is_inside = from > 0;
-  volume::traverse(frame.volume_from_world(ray.origin + from * ray.direction),
-                   frame.volume_from_world(ray.origin + (from + k_far) * ray.direction),
-                   {glm::ivec3(0), scene_->base->size - 1}, [&](const volume::VoxelVisit& v) {
-                     bool is_scanned = false;
-                     for (const haptics::TouchItem& shape : base_shapes(*scene_))
-                       is_scanned = is_scanned || shape.bits->is_solid(v.voxel);
-                     const bool is_solid = is_scanned && version.is_kept(v.voxel);
-                     is_inside = is_solid && is_inside;
-                     return visit(from + k_far * v.t_enter, v.voxel, is_scanned, is_solid && !is_inside);
-                   });
-}
-
-double Viewport::distance_to_solid(const volume::Version& version, const Ray& ray) const {
-  double hit = -1;
-  follow(version, ray, [&](double distance, const glm::ivec3&, bool, bool is_solid) {
-    if (is_solid) hit = distance;
-    return !is_solid;
-  });
-  return hit;
-}
-
-Viewport::RestingPosition Viewport::resting_position(const volume::Version& version, const Ray& ray) const {
-  constexpr double k_behind = 10;  // mm behind an opening within which structures are reachable
-  const volume::Volume& base = *scene_->base;
-  RestingPosition place;
-  double opening = -1;  // distance at which the ray left removed matter
-  bool is_in_opening = false;
-  follow(version, ray, [&](double distance, const glm::ivec3& voxel, bool is_scanned, bool is_solid) {
-    if (opening >= 0 && distance > opening + k_behind) return false;
-    if (is_solid) {
-      place = {distance, false};
-      return false;
-    }
-    if (is_in_opening && !is_scanned) opening = distance;
-    is_in_opening = is_scanned;
-    if (opening < 0 || is_scanned || base.labels.is_empty() ||
-        base.labels[base.index(voxel.x, voxel.y, voxel.z)] == 0)
-      return true;
-    place = {distance, true};
-    return false;
-  });
-  return place.distance < 0 && opening >= 0 ? RestingPosition{opening, true} : place;
-}
-
 dvec3 Viewport::outside_point() const {
   const volume::Volume& base = *scene_->base;
   const dvec3 low = base.frame.world_from_volume(dvec3(0)),
@@ -311,31 +257,6 @@ dvec3 Viewport::normal_at(const volume::Version& version, const dvec3& p_world) 
 
 dvec3 Viewport::held_at(const dvec3& normal, const dvec3& toward_viewer) {
   return glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
-}
-
-std::optional<dvec3> Viewport::facing(const volume::Version& version, const Ray& ray) const {
-  constexpr int k_rays = 8;
-  constexpr double k_around = 4, k_deepest = 8;  // mm
-  const double middle = distance_to_solid(version, ray);
-  if (middle < 0) return std::nullopt;
-  const dvec3 other = std::abs(ray.direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
-  const dvec3 right = glm::normalize(glm::cross(ray.direction, other)), up = glm::cross(right, ray.direction);
-  // Mean plane of the surrounding points.
-  dvec3 normal(0);
-  std::array<std::optional<dvec3>, k_rays> points;
-  for (int i = 0; i < k_rays; ++i) {
-    const double a = 2 * 3.14159265358979 * i / k_rays;
-    const Ray neighbour{ray.origin + k_around * (std::cos(a) * right + std::sin(a) * up), ray.direction};
-    const double distance = distance_to_solid(version, neighbour);
-    if (distance >= 0 && std::abs(distance - middle) < k_deepest)
-      points[static_cast<std::size_t>(i)] = neighbour.origin + distance * neighbour.direction;
-  }
-  for (std::size_t i = 0; i < k_rays; ++i)
-    if (const std::size_t j = (i + 2) % k_rays, k = (i + 4) % k_rays; points[i] && points[j] && points[k])
-      normal += glm::cross(*points[j] - *points[i], *points[k] - *points[j]);
-  if (glm::length(normal) < 1e-9) return std::nullopt;
-  normal = glm::normalize(normal);
-  return glm::dot(normal, ray.direction) > 0 ? -normal : normal;
 }
 
 void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,

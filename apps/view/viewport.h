@@ -56,6 +56,7 @@ class Viewport {
 
   /// Sets the radius (mm) of the ball with which the tool currently touches; 0: a point.
   void set_touch_radius(double radius) { touch_radius_ = radius; }
+  double touch_radius() const noexcept { return touch_radius_; }
   /// Shows the stylus of a tick. A stylus without an orientation is tilted by held_at().
   void show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
@@ -94,6 +95,9 @@ class Viewport {
   /// Distance (mm) along the ray to the first solid of any shape in the part that is not clipped; negative if
   /// the ray meets no solid.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;
+  /// Distance (mm) along the ray at which the centre of a ball that moves along it first touches a solid that
+  /// distance_to_solid() returns. `hit`: that distance for the ray itself, not negative.
+  double distance_to_contact(const volume::Version& version, const Ray& ray, double radius, double hit) const;
   /// Resting position of an idle tool along the ray. Through an opening in the solid as scanned it goes no
   /// farther than the first labelled structure behind it or, without a structure nearby, the far side of the
   /// removed matter; not to the far side of the skull.

@@ -252,7 +252,10 @@ void ImagePane::paintEvent(QPaintEvent*) {
     letter(Qt::AlignRight | Qt::AlignVCenter, panel->right);
     letter(Qt::AlignHCenter | Qt::AlignTop, panel->above);
     QString foot = QString::fromStdString(panel->foot);
-    if (kind == PaneKind::xray) foot = QString::fromStdString(panel->title + panes_->xray_note());
+    if (kind == PaneKind::xray)
+      foot = (panes_->is_exposing() && !panes_->is_live() ? tr("Computing the X-ray ...")
+                                                          : QString::fromStdString(panel->title)) +
+             QString::fromStdString(panes_->xray_note());
     if (kind == PaneKind::depths) foot = QString::fromStdString(panel->title + "\n" + panel->foot);
     if (kind == PaneKind::section) foot = QString::fromStdString(panel->title + "   " + panel->foot);
     // Limit the foot to the space next to the scale bar.
@@ -277,7 +280,8 @@ void ImagePane::paintEvent(QPaintEvent*) {
     write(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
           QString::fromStdString(panes_->problem(index_)));
   } else if (kind == PaneKind::xray) {
-    write(painter, inner, Qt::AlignCenter, "Shoot once, or switch Live on");
+    write(painter, inner, Qt::AlignCenter,
+          panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Shoot once, or switch Live on"));
   }
   painter.setPen(QPen(colour_of(kind), 2));
   painter.drawLine(0, 0, width(), 0);

@@ -3,6 +3,7 @@
 #include <QListWidget>
 #include <QMainWindow>
 #include <QScrollBar>
+#include <QTimer>
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -117,8 +118,12 @@ void EventLog::showEvent(QShowEvent* event) {
   // Eight lines at first; the user can change the height.
   constexpr int k_lines = 8;
   if (std::exchange(was_shown_, true)) return;
-  if (auto* window = qobject_cast<QMainWindow*>(parentWidget()))
-    window->resizeDocks({this}, {k_lines * (list_->fontMetrics().height() + 2) + 24}, Qt::Vertical);
+  // The sizes of the layout are known when it was done.
+  QTimer::singleShot(0, this, [this] {
+    if (auto* window = qobject_cast<QMainWindow*>(parentWidget()))
+      window->resizeDocks({this}, {k_lines * (list_->fontMetrics().height() + 2) + 24}, Qt::Vertical);
+    QTimer::singleShot(0, list_, &QListWidget::scrollToBottom);
+  });
 }
 
 void EventLog::clear() {

@@ -100,7 +100,8 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
       add_row(box, field, [this, box, &field] { box->setChecked(*address_of<bool>(field, value_)); });
     } else if (std::holds_alternative<std::uint8_t*>(address)) {
       auto* box = new QComboBox;
-      for (const std::string_view choice : field.info.choices) box->addItem(words_of(choice));
+      const QString unit = field.info.unit.empty() ? QString() : " " + text_of(field.info.unit);
+      for (const std::string_view choice : field.info.choices) box->addItem(words_of(choice) + unit);
       connect(box, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this, &field](int index) {
         *address_of<std::uint8_t>(field, value_) = static_cast<std::uint8_t>(index);
         notify_change();

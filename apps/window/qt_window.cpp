@@ -91,10 +91,10 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   statusBar()->addPermanentWidget(cancel_);
   statusBar()->addPermanentWidget(fault_);
   build_panes();
-  panes_.tell = [this](sim::Value command) {
+  panes_.apply = [this](sim::Value command) {
     if (operation_) operation_->apply(std::move(command));
   };
-  if (options_.replay) panes_.tell = nullptr;
+  if (options_.replay) panes_.apply = nullptr;
   begin(options.start ? options.start->scene() : std::move(scene));
   restore_layout();
   help_ = new HelpOverlay(this);
@@ -325,11 +325,11 @@ void MainWindow::tick() {
     // Read the cursor directly, because its last event may belong to another widget.
     const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
     if (!canvas_->isVisible()) {
-      operation_->point(-10, -10);  // the picture is hidden by a pane: touch nothing
+      operation_->set_cursor(-10, -10);  // the picture is hidden by a pane: touch nothing
       cursor_.reset();
     } else if (cursor_ != at) {  // while the cursor rests, keys may move the tip
-      operation_->point(static_cast<double>(at.x()) / canvas_->width(),
-                        1 - static_cast<double>(at.y()) / canvas_->height());
+      operation_->set_cursor(static_cast<double>(at.x()) / canvas_->width(),
+                             1 - static_cast<double>(at.y()) / canvas_->height());
       cursor_ = at;
     }
     operation_->frame();
@@ -420,7 +420,8 @@ void MainWindow::show_state() {
                     : record.is_escaping                   ? QString("leading the tool out of restored bone")
                     : operation_->state().pending_jobs > 0 ? QString("working ...")
                     : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
-                                : QString("ready"));
+                    : panes_.panes().is_waiting() ? tr("computing images ...")
+                                                  : QString("ready"));
     const QString look = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
     if (fault_->styleSheet() != look) fault_->setStyleSheet(look);
   } else {

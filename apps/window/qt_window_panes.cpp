@@ -139,9 +139,8 @@ void MainWindow::fill_structures(QMenu* menu) {
 
 /// Previews the window of values that the transfer function shows; the user can apply it like one of his own.
 void MainWindow::use_drawn_window() {
-  const auto window = volume::window_of_opacity(
-      imaging::transfer_function_of(panes_.panes().transfer_function(), *scene_->base),
-      imaging::k_touch_opacity);
+  const auto window =
+      volume::window_of_opacity(panes_.panes().transfer(*scene_->base), imaging::k_touch_opacity);
   if (!window || !low_->isEnabled()) return show_message(tr("The solid shape cannot be chosen here."));
   low_->setValue(window->low.value_or(low_->minimum()));
   high_->setValue(window->high.value_or(high_->maximum()));
@@ -180,9 +179,10 @@ void MainWindow::show_panes(double elapsed) {
       grid_->arrangement() != Layout::picture && panes_.panes().shows(imaging::PaneKind::depths);
   if (operation_) operation_->show_clip_volumes(sees_depths);
   if (replay_) replay_->show_clip_volumes(sees_depths);
-  if (grid_->arrangement() == Layout::picture)
-    return panes_.rest(operation_ ? std::span(operation_->state().settings)
-                                  : std::span(replay_->engine().now().settings.modules));
+  if (const auto current = operation_ ? std::span(operation_->state().settings)
+                                      : std::span(replay_->engine().now().settings.modules);
+      grid_->arrangement() == Layout::picture && !panes_.is_shot_due(current))
+    return panes_.rest(current);
   const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
   sim::Overlays replay_overlays;
   const sim::Overlays* overlays = nullptr;
@@ -203,8 +203,8 @@ void MainWindow::show_panes(double elapsed) {
   }
   panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
-                !operation_ || operation_->touched().has_value(), elapsed, viewport()->eye(),
-                viewport()->clip_plane(), depths});
+                viewport()->touch_radius(), !operation_ || operation_->touched().has_value(), elapsed,
+                viewport()->eye(), viewport()->clip_plane(), depths});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {

@@ -67,8 +67,8 @@ void MainWindow::build_panel() {
   tool_->on_resize = [this] { fit_panel(); };
   tool_->on_change = [this](sim::Value instrument) {
     if (!operation_) return;
-    operation_->take(std::move(instrument));
-    if (operation_->is_taking()) show_message(tr("Preparing the tool ..."));
+    operation_->take_instrument(std::move(instrument));
+    if (operation_->is_changing_instrument()) show_message(tr("Preparing the tool ..."));
   };
   grid->addWidget(tool_, 0, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, 4);
@@ -275,7 +275,7 @@ void MainWindow::show_history() {
 void MainWindow::ask_and_compare() {
   if (!operation_) return;
   operation_->press(false);
-  const std::vector<sim::LiveSession::Place> states = operation_->places();
+  const std::vector<sim::LiveSession::Place> states = operation_->history_states();
   const auto now = std::find_if(states.begin(), states.end(), [](const auto& state) { return state.is_now; });
   if (now == states.end()) return;
   auto* dialog = new QDialog(this);

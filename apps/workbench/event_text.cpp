@@ -27,22 +27,24 @@ EventText text_of(const sim::FaultEvent& e) {
 }
 EventText text_of(const sim::JobDiscarded& e) { return {"Not finished: " + e.reason + ".", Level::refusal}; }
 EventText text_of(const sim::ForbiddenEntered& e) {
-  return {"The tool entered " + e.structure + (e.is_working ? " while it was running." : "."), Level::danger};
+  return {"The tool entered " + words_of(e.structure) + (e.is_working ? " while it was running." : "."),
+          Level::danger};
 }
 EventText text_of(const sim::ForbiddenLeft& e) {
-  return {format_text("The tool left %s after %.1f s, at most %.2f mm deep.", e.structure.c_str(), e.seconds,
-                      e.deepest),
+  return {format_text("The tool left %s after %.1f s, at most %.2f mm deep.", words_of(e.structure).c_str(),
+                      e.seconds, e.deepest),
           Level::record};
 }
 EventText text_of(const sim::StructureStripped& e) {
-  return {format_text("%s pushed aside by %.2f mm.", e.structure.c_str(), e.deepest), Level::outcome};
+  return {format_text("%s pushed aside by %.2f mm.", words_of(e.structure).c_str(), e.deepest),
+          Level::outcome};
 }
 EventText text_of(const sim::StructureTouched& e) {
-  return {format_text("The running tool touched %s, %.2f mm deep.", e.structure.c_str(), e.deepest),
+  return {format_text("The running tool touched %s, %.2f mm deep.", words_of(e.structure).c_str(), e.deepest),
           Level::danger};
 }
 EventText text_of(const sim::StructureTorn& e) {
-  return {format_text("%s torn, %.2f mm deep.", e.structure.c_str(), e.deepest), Level::danger};
+  return {format_text("%s torn, %.2f mm deep.", words_of(e.structure).c_str(), e.deepest), Level::danger};
 }
 EventText text_of(const sim::PieceFreed& e) {
   return {format_text("Body %u detached, %.0f mm³.", e.body.value, e.size), Level::outcome};

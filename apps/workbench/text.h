@@ -1,6 +1,7 @@
 // Formatting of texts with numbers.
 #pragma once
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdint>
 #include <cstdio>
@@ -17,6 +18,12 @@ inline std::string format_text(const char* format, ...) {
   std::vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
   return text;
+}
+
+/// Returns the name of a label as words: "nerve_root" becomes "nerve root".
+inline std::string words_of(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
 }
 
 /// Formats a content hash as 16 hexadecimal digits, for reports.

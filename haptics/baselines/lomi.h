@@ -30,8 +30,8 @@ struct LomiRest {
   glm::dvec3 before{0.0};  ///< mm, the temporary position: the last free one of the motion
   glm::dvec3 place{0.0};   ///< mm, the final position
   HipCase hip_case = HipCase::moves_out;
-  int asked = 0;   ///< number of queries
-  int stored = 0;  ///< voxels in memory
+  int queries = 0;  ///< collision queries
+  int stored = 0;   ///< voxels in memory
 
   bool is_blocked() const noexcept { return hip_case != HipCase::moves_out; }
 };
@@ -51,7 +51,7 @@ bool preliminary_collision(const glm::dvec3& from, const glm::dvec3& hip, double
   rest.before = from;
   for (int i = 1; i <= steps; ++i) {
     const glm::dvec3 p = from + (static_cast<double>(i) / steps) * (hip - from);
-    ++rest.asked;
+    ++rest.queries;
     if (inside(p)) return true;
     rest.before = p;
   }
@@ -86,7 +86,7 @@ glm::dvec3 walk_abstract_lomi(const glm::dvec3& middle, const glm::dvec3& hip, c
           const glm::ivec3 off = glm::abs(v);
           if (v == current || off.x > reach || off.y > reach || off.z > reach || is_queried(v, count - 1))
             continue;
-          ++rest.asked;
+          ++rest.queries;
           if (inside(position_of(v))) continue;
           if (const double d = glm::distance(position_of(v), hip); d < nearest) nearest = d, best = v;
         }
@@ -116,7 +116,7 @@ glm::dvec3 search_physical_lomi(const glm::dvec3& middle, const glm::dvec3& hip,
   for (int z = 0; z < n; ++z)
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {
-        ++rest.asked, ++rest.stored;
+        ++rest.queries, ++rest.stored;
         set(index(x, y, z), inside(position_of(x, y, z)) ? interior : free_space);
       }
   // Marks matter next to free space as surface.
@@ -155,7 +155,7 @@ glm::dvec3 sub_voxelize(glm::dvec3 position, const glm::dvec3& hip, double voxel
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x) {
           const glm::dvec3 p = position + voxel * glm::dvec3(x, y, z);
-          ++rest.asked;
+          ++rest.queries;
           if (inside_smoothly(p)) continue;
           if (const double d = glm::distance(p, hip); d < nearest) nearest = d, best = p;
         }
@@ -171,7 +171,7 @@ LomiRest find_rest(const glm::dvec3& from, const glm::dvec3& hip, const LomiOpti
   LomiRest rest;
   rest.place = hip;
   if (!preliminary_collision(from, hip, options.resolution, inside, rest)) return rest;
-  ++rest.asked;
+  ++rest.queries;
   rest.hip_case = inside(hip) ? HipCase::stays_inside : HipCase::passes_thin_part;
   rest.place = options.is_physical ? search_physical_lomi(rest.before, hip, options, inside, rest)
                                    : walk_abstract_lomi(rest.before, hip, options, inside, rest);

@@ -68,7 +68,7 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
     return result;
   }
   const LomiRest rest = find_rest(from, input.hip_world, options_, inside, inside_smoothly);
-  result.counters.iterations = rest.asked;
+  result.counters.iterations = rest.queries;
   result.add_waypoint(state.proxy_volume);
   if (!rest.is_blocked()) {
     result.add_waypoint(hip);

@@ -353,8 +353,8 @@ ProxyStep ChainProxy::step(const TouchScene& scene, const TouchState& touch_stat
   ProxyStep result;
   result.normal_world = dvec3(0);
   Surroundings& around = state.around;
-  for (int s = 0; s < item_count(scene); ++s) around.near.set(s, true);  // tools are long
-  around.fresh = ShapeSet{};  // a ball that overlaps a new model is pushed out of it
+  for (int s = 0; s < item_count(scene); ++s) around.nearby.set(s, true);  // tools are long
+  around.new_models = ShapeSet{};  // a ball that overlaps a new model is pushed out of it
   // Meshes move one after another; each meets those before it at their current placement.
   layout_.adopt_sets(scene, touch_state, input, around);
   const auto current = layout_.placements_of(scene, touch_state, input);

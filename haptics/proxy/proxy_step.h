@@ -16,10 +16,10 @@ struct ProxyCounters {
   int voxels = 0;      ///< visited by traversals
   int cells = 0;       ///< read for fields and normals
   int iterations = 0;  ///< collision queries
-  int triangles = 0;   ///< made or read
+  int triangles = 0;   ///< extracted or read
 };
 
-/// Plane that method `plane` touches between two searches of the volume.
+/// Plane that method `plane` renders between two searches of the volume.
 struct PlaneMemory {
   glm::dvec3 point_world{0.0}, normal_world{0.0};
   double recovery = 0;  ///< mm, jump from the previous plane, undone over the next ticks
@@ -30,10 +30,11 @@ struct PlaneMemory {
 /// Surroundings of a proxy, touched or not, between steps.
 struct Surroundings {
   ShapeSet passable;  ///< shapes that do not block now, whatever the scene's sides; set by the host
-  ShapeSet fresh;     ///< new models, which may overlap the proxy; set by the host, cleared by a step
+  /// Models that were added and may overlap the proxy. Set by the host, cleared by a step.
+  ShapeSet new_models;
   /// Shapes within near_radius mm of near_middle_world, for scenes of many shapes; unknown if that radius is
   /// 0.
-  ShapeSet near;
+  ShapeSet nearby;
   glm::dvec3 near_middle_world{0.0};
   double near_radius = 0;
   bool has_placements = false;
@@ -49,7 +50,7 @@ struct ProxyState {
   ShapeSet inside;            ///< shapes with the proxy in their solid (touched from the back)
   bool had_contact = false;   ///< in the last step
   bool is_sticking = false;   ///< static friction holds
-  int touched = -1;           ///< moving mesh that stopped the proxy in the last step; -1: no such mesh
+  int touched_mover = -1;     ///< moving mesh that stopped the proxy in the last step; -1: no such mesh
   std::uint64_t version = 0;  ///< of the last step, for methods that test for growth only after a change
   PlaneMemory plane;
   bool has_turn = false;             ///< tool_turn is set, for a tool of several balls

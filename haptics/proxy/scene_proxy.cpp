@@ -30,7 +30,7 @@ double distance_to(const TouchScene& scene, const SceneLayout& layout, const Pla
   return glm::length(p - glm::clamp(p, box.low, box.high));
 }
 
-/// Ensures that around.near contains every shape that a step from `start` toward `hip` may meet.
+/// Ensures that around.nearby contains every shape that a step from `start` toward `hip` may meet.
 void update_near(const TouchScene& scene, const SceneLayout& layout, const Placements& placements,
                  const dvec3& start, const dvec3& hip, Surroundings& around) noexcept {
   // A step stays in the ball around the HIP through its start; its lifts leave the ball by less than a voxel.
@@ -39,15 +39,15 @@ void update_near(const TouchScene& scene, const SceneLayout& layout, const Place
     // Only moving meshes may have come nearer.
     for (const int shape : layout.movers())
       if (shape >= 0)
-        around.near.set(shape, distance_to(scene, layout, placements, shape, around.near_middle_world) <=
-                                   around.near_radius);
+        around.nearby.set(shape, distance_to(scene, layout, placements, shape, around.near_middle_world) <=
+                                     around.near_radius);
     return;
   }
-  around.near = ShapeSet{};
+  around.nearby = ShapeSet{};
   around.near_middle_world = hip;
   around.near_radius = reach + k_look_around;
   for (int s = 0; s < item_count(scene); ++s)
-    if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.near.flip(s);
+    if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.nearby.flip(s);
 }
 
 /// Moves the proxy before a new model whose triangles, deviating from the previous surface, cover it:
@@ -168,7 +168,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   result.normal_world = dvec3(0);
   const ShapeSet adopted = layout_.adopt_sets(scene, touch_state, input, around);
   const Placements next = layout_.placements_of(scene, touch_state, input);
-  const int previous_item = state.touched;
+  const int previous_item = state.touched_mover;
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
   const auto move_before_all = [&](const ShapeSet& shapes, const Placements& at, auto reach_of) {
     for (int s = shapes.next(0); state.has_proxy && s < item_count(scene); s = shapes.next(s + 1)) {
@@ -177,11 +177,11 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       move_before(scene, layout_, walls, at, s, reach_of(s), state, start);
     }
   };
-  if (!around.fresh.is_empty()) {
+  if (!around.new_models.is_empty()) {
     const dvec3& spacing = scene.base->frame.spacing();
     const double reach = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
-    move_before_all(around.fresh, next, [&](int) { return reach; });
-    around.fresh = ShapeSet{};
+    move_before_all(around.new_models, next, [&](int) { return reach; });
+    around.new_models = ShapeSet{};
   }
   // New images show a surface a little off the previous one, where that was extrapolated.
   if (!adopted.is_empty())
@@ -252,7 +252,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       const dvec3 a = before.local_from_world(start), along = next[m].world_from_local(a);
       const bool may_touch = blocks(scene, around.passable, shape, Side::front) ||
                              blocks(scene, around.passable, shape, Side::back);
-      if (state.touched == shape && may_touch) {
+      if (state.touched_mover == shape && may_touch) {
         result.carried_world = along - start;
         const bool is_rough =
             has_friction(mesh.material) || (mesh.back_material && has_friction(*mesh.back_material));
@@ -301,7 +301,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   result.is_buried = result.is_buried || was_buried;
   const int touched = result.has_contact && item_of(scene, result.shape).mover >= 0 ? result.shape : -1;
   if (touched != previous_item) result.carried_world = dvec3(0);
-  state.touched = touched;
+  state.touched_mover = touched;
   return result;
 }
 

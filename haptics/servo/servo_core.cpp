@@ -149,8 +149,8 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
   const int count = item_count(*hand.scene);
   for (int s = 0; s < count; ++s)
     if (const TouchItem& item = item_of(*hand.scene, s); item.is_mesh() && item.since > layout_)
-      state_.around.fresh.set(s, true);
-  for (ShapeSet* items : {&state_.around.fresh, &state_.around.passable, &not_ready_})
+      state_.around.new_models.set(s, true);
+  for (ShapeSet* items : {&state_.around.new_models, &state_.around.passable, &not_ready_})
     for (int s = items->next(count); s < ShapeSet::k_most; s = items->next(s + 1)) items->set(s, false);
   if (step_.shape >= count) step_.shape = -1;
   layout_ = hand.layout;
@@ -164,8 +164,8 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
     force_.reset_torque();
   }
   reported_not_ready_ = ShapeSet{};
-  state_.touched = -1;
-  state_.around.near = ShapeSet{};
+  state_.touched_mover = -1;
+  state_.around.nearby = ShapeSet{};
   state_.around.near_radius = 0;
   state_.around.has_placements = false;
   state_.plane = PlaneMemory{};

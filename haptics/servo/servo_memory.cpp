@@ -25,7 +25,7 @@ void fields_of(Placement& p, Fields& fields) {
 }
 template <class Fields>
 void fields_of(Surroundings& s, Fields& fields) {
-  fields(s.passable, s.fresh, s.near, s.near_middle_world, s.near_radius, s.has_placements);
+  fields(s.passable, s.new_models, s.nearby, s.near_middle_world, s.near_radius, s.has_placements);
   if (s.has_placements) fields(s.placements, s.time);
   bool has_sets = s.sets != decltype(s.sets){};
   fields(has_sets);
@@ -33,8 +33,8 @@ void fields_of(Surroundings& s, Fields& fields) {
 }
 template <class Fields>
 void fields_of(ProxyState& s, Fields& fields) {
-  fields(s.has_proxy, s.proxy_volume, s.inside, s.had_contact, s.is_sticking, s.touched, s.version, s.plane,
-         s.has_turn, s.tool_turn, s.balls_inside, s.has_on_meshes, s.on_meshes_world, s.around);
+  fields(s.has_proxy, s.proxy_volume, s.inside, s.had_contact, s.is_sticking, s.touched_mover, s.version,
+         s.plane, s.has_turn, s.tool_turn, s.balls_inside, s.has_on_meshes, s.on_meshes_world, s.around);
 }
 /// Leaves out path and counters, which belong to one tick only.
 template <class Fields>
@@ -172,7 +172,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
                  is_near(result.anchor_volume_) &&
                  (!result.is_escaping_ || result.next_place_ <= result.escape_path_.count);
   for (const int item : {result.touched_item_, result.last_shape_, result.popped_shape_, result.step_.shape,
-                         state.touched, state.plane.shape})
+                         state.touched_mover, state.plane.shape})
     is_good = is_good && is_item(item, scene);
   is_good = is_good && std::abs(glm::length(state.tool_turn) - 1) < 1e-6 &&
             (state.balls_inside >> TouchScene::k_most_balls) == 0;
@@ -181,8 +181,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
   for (const Side side : {result.step_.side, result.popped_side_}) is_good = is_good && is_side(side);
   for (std::uint32_t i = 0; i < result.escape_path_.count; ++i)
     is_good = is_good && is_near(result.escape_path_.places_volume[i]);
-  for (const ShapeSet& items : {state.inside, state.around.near, state.around.passable, state.around.fresh,
-                                result.not_ready_, result.reported_not_ready_})
+  for (const ShapeSet& items : {state.inside, state.around.nearby, state.around.passable,
+                                state.around.new_models, result.not_ready_, result.reported_not_ready_})
     is_good = is_good && items.next(item_count(scene)) == ShapeSet::k_most;
   for (int s = state.inside.next(0); is_good && s < ShapeSet::k_most; s = state.inside.next(s + 1))
     is_good = !item_of(scene, s).is_mesh();

@@ -237,7 +237,7 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
     is_made = true;
     new (&walls)
         SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : touch_state_, state_.around.passable,
-                    counters_, part(i).begin, part(i).end, &state_.around.near);
+                    counters_, part(i).begin, part(i).end, &state_.around.nearby);
   }
   return walls;
 }
@@ -283,7 +283,7 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
   ShapeSet after = inside;
   int blocking = -1;
   for (int i = 0; i < static_cast<int>(layout_.parts().size()); ++i) {
-    if (state_.around.near.next(part(i).begin) >= part(i).end) continue;
+    if (state_.around.nearby.next(part(i).begin) >= part(i).end) continue;
     // Changes of `inside` by this part count as far as the other parts leave the motion free.
     const Reach part_hit = walls_of(i).reach(in_part(i, a), in_part(i, b), after, tolerance);
     if (part_hit.is_blocked && (!first.is_blocked || part_hit.t < first.t)) first = part_hit, blocking = i;
@@ -294,7 +294,7 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
     after = before;
     const dvec3 end = a + first.t * (b - a);
     for (int i = 0; i < static_cast<int>(layout_.parts().size()); ++i)
-      if (state_.around.near.next(part(i).begin) < part(i).end)
+      if (state_.around.nearby.next(part(i).begin) < part(i).end)
         walls_of(i).reach(in_part(i, a), in_part(i, i == blocking ? b : end), after, tolerance);
   }
   inside = after;

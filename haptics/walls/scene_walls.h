@@ -73,7 +73,7 @@ class SceneWalls {
              ProxyCounters& counters) noexcept;
 
   const volume::Frame& frame() const noexcept { return layout_.frame(); }
-  int next_shape(int s) const noexcept { return state_.around.near.next(s); }
+  int next_shape(int s) const noexcept { return state_.around.nearby.next(s); }
   bool blocks(int shape, Side side) const noexcept {
     return haptics::blocks(scene_, state_.around.passable, shape, side);
   }

@@ -53,7 +53,7 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
     preview.depth.push_back(surface.point_at(surface.lines()[lid.rim[i]], surface.lines()[lid.rim[i]].from));
   }
   output->area = surface.outer_mm2(bone);
-  preview.preview = "flap of " + whole(output->area) + " mm\u00b2";
+  preview.preview = "flap of " + tenths(output->area / 100) + " cm\u00b2";
   FlapState cut;
   cut.width = width_of(request.saw), cut.outline = surface.outline(), cut.floor = surface.floor();
   for (const Near& one : nearness_of(cut, input.forbidden))

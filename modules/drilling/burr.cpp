@@ -76,8 +76,8 @@ Cutting BurrTick::cutting() const noexcept {
   return {burr_.grade, burr_.radius(), burr_.rpm, press(), state_.engaged, !burr_.is_dry};
 }
 
-/// Moves the body there, and returns the removed mm^3; under force control, those of reference bone that take
-/// the same energy.
+/// Moves the body to `pose`. Returns the removed volume, mm^3; under force control, the volume of reference
+/// bone whose removal takes the same energy.
 double BurrTick::sweep_to(const ToolPose& pose) {
   const ToolPose from = state_.has_centre ? ToolPose{state_.centre, state_.shaft} : pose;
   const volume::RemovalReport report =
@@ -186,9 +186,9 @@ void BurrTick::drill() {
       std::min(state_.removal_budget_mm3 + rate * dt_, rate * (k_credit_seconds + dt_));
   if (tick_.has_contact) {
     if (!burr_.is_round) turn_axis();  // the axis of a round burr stays 0
-    // The touching body is a little smaller than the cutting one, so the burr starts with bone to remove.
+    // The contact ball is slightly smaller than the cutting body, so that a touching burr overlaps bone.
     const ToolPose proxy = pose_at_proxy();
-    if (!state_.has_centre && may_go)  // a restricted body removes it as it moves
+    if (!state_.has_centre && may_go)  // a body with limited travel removes the bone as it moves
       state_.centre = proxy.at_world, state_.shaft = proxy.axis_world, state_.has_centre = true;
     else if (!state_.has_centre && (!is_force_controlled() || state_.removal_budget_mm3 > 0))
       state_.removal_budget_mm3 -= sweep_to(proxy);
@@ -234,7 +234,8 @@ void BurrTick::cool_and_watch() {
       state_.held_at = tick_.proxy_world, state_.held_normal = tick_.normal_world;
     }
   } else if (state_.held_normal != dvec3(0) && !state_.has_centre) {
-    // The contact ended. It is a breakthrough if the hand is beyond bored bone: a brushed rim does not count.
+    // The contact ended. It is a breakthrough if the hand passed the bone that was bored through; the end of
+    // a contact with a rim is not.
     const double bored = glm::dot(state_.begun_at - state_.held_at, state_.held_normal);
     if (beyond > 0 && bored > k_bored_mm) {
       state_.is_through = true;

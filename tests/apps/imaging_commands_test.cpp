@@ -411,7 +411,7 @@ TEST_F(Command, AScanIsRenderedDirectly) {
   EXPECT_TRUE(bone["window"]["high"].is_null());
   // Fewer slices, fewer samples; matter that is clipped, hidden or behind a screw is not sampled.
   const double whole = bone["samples"].get<double>();
-  EXPECT_LT(json("render spine --from back --pixels 160 --slices 200 --hide L4 --clip 0,0,0:0,1,0 --cutout "
+  EXPECT_LT(json("render spine --from back --pixels 160 --samples 200 --hide L4 --clip 0,0,0:0,1,0 --cutout "
                  "\"L4 left "
                  "pedicle\" --screw 15,40,6:-3,-5,4:6.5")["samples"]
                 .get<double>(),

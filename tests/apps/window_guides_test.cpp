@@ -4,6 +4,7 @@
 #include "apps/workbench/operation.h"
 #include "modules/catalogue.h"
 #include "modules/drilling/craniotome.h"
+#include "modules/drilling/perforator.h"
 #include "modules/rongeur/rongeur.h"
 #include "tests/apps/window_fixture.h"
 
@@ -42,7 +43,8 @@ class GuidedWindow : public Window {
     QTest::qWait(300);
   }
   bool holds(const char* instrument) {
-    return !hand().is_taking() && !hand().tool().is_empty() && hand().tool().name() == instrument;
+    return !hand().is_changing_instrument() && !hand().tool().is_empty() &&
+           hand().tool().name() == instrument;
   }
   dvec3 shaft() { return hand().state().newest.pose.orientation * dvec3(0, 0, 1); }
   bool reaches(const std::function<bool()>& is_there, int ms = 20000) {
@@ -85,10 +87,28 @@ TEST_F(GuidedWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
 }
 
+TEST_F(GuidedWindow, APerforatorTouchesAndDrillsOnSlopes) {
+  open("head", drilling::burr({.diameter = 6}));
+  hand().take_instrument(drilling::perforator({}).parameters);
+  ASSERT_TRUE(reaches([&] { return holds("perforator"); }, 60000));
+  QTest::keyClick(window_.get(), Qt::Key_A, Qt::ShiftModifier);
+  QTest::qWait(300);
+  for (const dvec3 slope : {dvec3(-28, -83, -24), dvec3(61, -44, -24), dvec3(28, -76, 33)}) {
+    point_at(slope);
+    ASSERT_TRUE(reaches([&] { return hand().state().newest.has_contact; })) << slope.x;
+    EXPECT_LT(glm::length(hand().state().newest.force_world), 0.6) << "only rests on the bone";
+    const double before = hand().state().removed_mm3;
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(slope));
+    EXPECT_TRUE(reaches([&] { return hand().state().removed_mm3 > before + 20; })) << slope.x;
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(slope));
+    QTest::qWait(100);
+  }
+}
+
 TEST_F(GuidedWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
   open("head", drilling::craniotome({}));
-  hand().take(drilling::burr({.diameter = 6, .removal_rate = 400}).parameters);
+  hand().take_instrument(drilling::burr({.diameter = 6, .removal_rate = 400}).parameters);
   ASSERT_TRUE(reaches([&] { return holds("burr"); }, 60000));
   QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
   QTest::qWait(200);
@@ -110,7 +130,7 @@ TEST_F(GuidedWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   }
   keep(*window_, "craniotome-hole");
 
-  hand().take(drilling::craniotome({}).parameters);
+  hand().take_instrument(drilling::craniotome({}).parameters);
   ASSERT_TRUE(reaches([&] { return holds("craniotome"); }, 60000));
   point_at(hole);
   ASSERT_TRUE(reaches([&] { return hand().guide().is_holding(); }));

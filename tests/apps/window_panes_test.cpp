@@ -199,7 +199,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   QTest::qWait(600);
   EXPECT_LT(c_arm(window)->area_product, dose * 2) << "the rest of the last second, and no more";
 
-  // Live ends when hidden, and the held image is not shown as another kind.
+  // Live ends when hidden, and the held image returns with its pane.
   child<QToolButton>(window, "xray_live_1")->click();
   ASSERT_TRUE(panes.is_live());
   child<QAction>(window, "layout_slices")->trigger();
@@ -210,10 +210,22 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   }
   ASSERT_TRUE(settle(window));
   QTest::qWait(400);
-  EXPECT_EQ(panes.panel(xray), nullptr) << "no exposure since";
+  ASSERT_NE(panes.panel(xray), nullptr);
+  EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
+  EXPECT_EQ(panes.panel(xray)->columns, 256);
   const std::uint64_t made = panes.counters().made;
   QTest::qWait(300);
   EXPECT_EQ(panes.counters().made, made) << "nothing is made while nothing changes";
+
+  // The image of a shot is not lost when its pane is hidden before the shot is confirmed or computed.
+  child<QToolButton>(window, "xray_shoot_1")->click();
+  child<QAction>(window, "layout_picture")->trigger();
+  const auto shots = c_arm(window)->shots;
+  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots > shots; }, 20000));
+  QTest::qWait(100);
+  child<QAction>(window, "layout_xray")->trigger();
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return panes.panel(xray) && panes.panel(xray)->columns == 1024; }, 20000));
 
   // Another pose is shown and kept; the picture is opened at the section plane.
   auto* view = child<QComboBox>(window, "xray_view_1");

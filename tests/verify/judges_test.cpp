@@ -210,20 +210,20 @@ TEST(PassageJudge, DistinguishesThroughFromAround) {
   const std::vector<std::uint32_t> triangles{0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4,
                                              1, 0, 5, 2, 1, 5, 3, 2, 5, 0, 3, 5};
   PassageJudge judge(MeshWall(corners, triangles, 1.0), 0.2);
-  EXPECT_FALSE(judge.goes({1, 1.1, 1}, {1, 1.1, 0.2}));
-  EXPECT_TRUE(judge.goes({1, 1.1, 0.2}, {1, 1.1, -0.2}));
-  EXPECT_FALSE(judge.goes({1, 1.1, -0.2}, {1, 1.1, -1}));
+  EXPECT_FALSE(judge.passes({1, 1.1, 1}, {1, 1.1, 0.2}));
+  EXPECT_TRUE(judge.passes({1, 1.1, 0.2}, {1, 1.1, -0.2}));
+  EXPECT_FALSE(judge.passes({1, 1.1, -0.2}, {1, 1.1, -1}));
   judge.restart();
-  EXPECT_FALSE(judge.goes({1, 1.1, 0.2}, {1, 1.1, 0.01})) << "it is a little off";
-  EXPECT_TRUE(judge.goes({1, 1.1, 0.01}, {1, 1.1, -0.2})) << "and comes out below";
+  EXPECT_FALSE(judge.passes({1, 1.1, 0.2}, {1, 1.1, 0.01})) << "it is a little off";
+  EXPECT_TRUE(judge.passes({1, 1.1, 0.01}, {1, 1.1, -0.2})) << "and comes out below";
   judge.restart();
-  EXPECT_FALSE(judge.goes({1, 1.1, 0.2}, {1, 1.1, 0.03}));
-  EXPECT_FALSE(judge.goes({1, 1.1, 0.03}, {2, 1.1, 0.03})) << "along, within, and out where it curves away";
-  EXPECT_FALSE(judge.goes({2, 1.1, 0.03}, {4, 1.1, 0.1}));
+  EXPECT_FALSE(judge.passes({1, 1.1, 0.2}, {1, 1.1, 0.03}));
+  EXPECT_FALSE(judge.passes({1, 1.1, 0.03}, {2, 1.1, 0.03})) << "along, within, and out where it curves away";
+  EXPECT_FALSE(judge.passes({2, 1.1, 0.03}, {4, 1.1, 0.1}));
   judge.restart();
-  EXPECT_FALSE(judge.goes({4.9, 1.1, 0.1}, {4.9, 1.1, -0.1})) << "over its rim, a shave";
+  EXPECT_FALSE(judge.passes({4.9, 1.1, 0.1}, {4.9, 1.1, -0.1})) << "over its rim, a shave";
   judge.restart();
-  EXPECT_FALSE(judge.goes({6, 1.1, 0.3}, {6, 1.1, -0.3})) << "next to it";
+  EXPECT_FALSE(judge.passes({6, 1.1, 0.3}, {6, 1.1, -0.3})) << "next to it";
   // Deep in thick matter.
   const std::vector<glm::dvec3> cube{{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {9, 9, 0},
                                      {0, 0, 9}, {9, 0, 9}, {0, 9, 9}, {9, 9, 9}};
@@ -232,11 +232,11 @@ TEST(PassageJudge, DistinguishesThroughFromAround) {
                                                 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5},
                1.0),
       0.2);
-  EXPECT_FALSE(thick.goes({-1, 4, 4.1}, {0.2, 4, 4.1}));
-  EXPECT_TRUE(thick.goes({0.2, 4, 4.1}, {0.5, 4, 4.1}));
-  EXPECT_FALSE(thick.goes({0.5, 4, 4.1}, {4, 4, 4.1})) << "once";
+  EXPECT_FALSE(thick.passes({-1, 4, 4.1}, {0.2, 4, 4.1}));
+  EXPECT_TRUE(thick.passes({0.2, 4, 4.1}, {0.5, 4, 4.1}));
+  EXPECT_FALSE(thick.passes({0.5, 4, 4.1}, {4, 4, 4.1})) << "once";
   thick.restart();
-  EXPECT_FALSE(thick.goes({4, 4, 4.1}, {-1, 4, 4.1})) << "what began inside is let out";
+  EXPECT_FALSE(thick.passes({4, 4, 4.1}, {-1, 4, 4.1})) << "what began inside is let out";
 }
 
 TEST(ExactTraversal, FollowsTheRuleOfThePerturbedLine) {
@@ -343,7 +343,7 @@ TEST(ForceJudge, HandlesEffects) {
     ForceLaw law;
     law.slew = 1e9;
     law.effects.resize(2);
-    law.effects[0].place = {0.5, 0, 0};
+    law.effects[0].position = {0.5, 0, 0};
     law.effects[1].kind = EffectLaw::Kind::spring;
     law.effects[1].strength = 0.1;
     ForceJudge judge(law);

@@ -264,7 +264,7 @@ TEST(ToolSweep, SidewaysEqualsTheBodyAndItsShadow) {
 int left_on_the_way(const Version& version, const ToolBody& body, const ToolPose& a, const ToolPose& b) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> share(0, 1);
-  int left = 0, asked = 0;
+  int left = 0, queried = 0;
   for (int i = 0; i < 20000; ++i) {
     const ToolPose at = between(a, b, share(random));
     const dvec3 side = glm::normalize(glm::cross(at.axis_world, direction(random)));
@@ -272,10 +272,10 @@ int left_on_the_way(const Version& version, const ToolBody& body, const ToolPose
     const double off = share(random) * body.radius;
     if (body.distance(along, off) > -0.1) continue;
     const dvec3 p = at.at_world + along * at.axis_world + off * side;
-    ++asked;
+    ++queried;
     left += version.distance(version.base().frame.volume_from_world(p)) > 0;
   }
-  EXPECT_GT(asked, 1000);
+  EXPECT_GT(queried, 1000);
   return left;
 }
 

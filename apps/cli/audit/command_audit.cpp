@@ -28,30 +28,30 @@ verify::EffectLaw law_of(const std::string& words) {
   verify::EffectLaw law;
   law.most = effect.most;
   if (const auto* e = std::get_if<haptics::ConstantForce>(&effect.kind))
-    law.place = e->force_world;
+    law.position = e->force_world;
   else if (const auto* e = std::get_if<haptics::Viscosity>(&effect.kind))
     law.kind = Kind::viscous, law.strength = e->damping;
   else if (const auto* e = std::get_if<haptics::Spring>(&effect.kind))
-    law.kind = Kind::spring, law.place = e->anchor_world, law.strength = e->stiffness;
+    law.kind = Kind::spring, law.position = e->anchor_world, law.strength = e->stiffness;
   else if (const auto* e = std::get_if<haptics::LineTrack>(&effect.kind))
-    law.kind = Kind::line, law.place = e->start_world, law.direction = e->ahead_world,
-    law.strength = e->stiffness, law.other = e->resistance;
+    law.kind = Kind::line, law.position = e->start_world, law.direction = e->ahead_world,
+    law.strength = e->stiffness, law.second = e->resistance;
   else if (const auto* e = std::get_if<haptics::PlaneStop>(&effect.kind))
-    law.kind = Kind::plane, law.place = e->point_world, law.direction = e->normal_world,
+    law.kind = Kind::plane, law.position = e->point_world, law.direction = e->normal_world,
     law.strength = e->stiffness;
   else if (const auto* e = std::get_if<haptics::Vibration>(&effect.kind))
     law.kind = Kind::vibration, law.direction = e->direction_world, law.strength = e->amplitude,
-    law.other = e->frequency_hz;
+    law.second = e->frequency_hz;
   else if (const auto* e = std::get_if<haptics::GravityCompensation>(&effect.kind))
     law.kind = Kind::gravity, law.direction = e->up_world, law.strength = e->mass;
   else if (const auto* e = std::get_if<haptics::Texture>(&effect.kind))
     law.kind = Kind::texture, law.direction = e->direction_world, law.strength = e->height,
-    law.other = e->wavelength;
+    law.second = e->wavelength;
   else if (const auto* e = std::get_if<haptics::Spin>(&effect.kind))
-    law.kind = Kind::spin, law.strength = e->drag, law.other = e->frequency_hz, law.third = e->chatter;
+    law.kind = Kind::spin, law.strength = e->drag, law.second = e->frequency_hz, law.third = e->chatter;
   else if (const auto* e = std::get_if<haptics::Align>(&effect.kind))
     law.kind = Kind::align, law.direction = e->direction_world, law.strength = e->stiffness,
-    law.other = e->damping;
+    law.second = e->damping;
   if (law.direction != glm::dvec3(0)) law.direction = glm::normalize(law.direction);
   return law;
 }

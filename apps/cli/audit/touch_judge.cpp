@@ -156,10 +156,10 @@ void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
       for (int i = 0; i < step.waypoint_count; ++i) {
         const glm::dvec3 to = placement.local_from_world(
             base_.frame.world_from_volume(step.path_volume[static_cast<std::size_t>(i)]));
-        passed_ += model.judge.goes(from, to);
+        passed_ += model.judge.passes(from, to);
         from = to;
       }
-    if (model.has_last) passed_ += model.judge.goes(from, proxy_local);
+    if (model.has_last) passed_ += model.judge.passes(from, proxy_local);
     model.last = proxy_local;
     model.has_last = !is_let_through && is_covered;
   }

@@ -275,9 +275,10 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.cuts_by_command = true;
-
   choice.smallest_burr = arguments.smallest_burr.value_or(burr_for(request));
-  auto opened = workbench::open_operation(arguments.source, choice, terminal_listener());
+  workbench::SourceChoice scan = arguments.source;
+  scan.takes_plan = true;
+  auto opened = workbench::open_operation(scan, choice, terminal_listener());
   if (!opened) return opened.error();
   if (is_interrupted()) return interrupted("the flap");
   const workbench::Operation& operation = opened.value();

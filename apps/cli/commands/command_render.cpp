@@ -21,7 +21,7 @@ struct RenderArguments {
   std::string from = "oblique", transfer, opacity, clip, output;
   std::vector<std::string> hidden, translucent, cutouts;
   double radius = 8, share = 0.15;
-  int size = 720, slices = 0;
+  int size = 720, samples = 0;
   bool is_flat = false, shows_surroundings = false;
 };
 
@@ -146,7 +146,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
   for (const Status& error :
        {check_range(a.size, 16, 4096, "--pixels"), check_range(a.radius, 0.1, 100, "--cutout-radius"),
         check_range(a.share, 0, 1, "--share"),
-        a.slices == 0 ? Status() : check_range(a.slices, 50, 20000, "--slices")})
+        a.samples == 0 ? Status() : check_range(a.samples, 50, 20000, "--samples")})
     if (error) return *error;
   const auto opened = open_with(a.moment, a.objects);
   if (!opened) return opened.error();
@@ -168,9 +168,9 @@ Result<Outcome> run_render(const RenderArguments& a) {
   }
   volume::RaycastRequest request;
   request.is_shaded = !a.is_flat;
-  if (a.slices > 0) {
+  if (a.samples > 0) {
     const dvec3 mm = scan.frame.spacing() * dvec3(scan.size);
-    request.step = glm::length(mm) / a.slices;
+    request.step = glm::length(mm) / a.samples;
   }
   if (Status error = set_openings(a, moment, request.openings)) return *error;
   std::vector<volume::LabelAppearance> looks;
@@ -239,7 +239,8 @@ Run build(Options& options) {
       .one_of({std::begin(imaging::k_transfer_functions), std::end(imaging::k_transfer_functions)});
   options.add("--opacity", a->opacity, "Custom opacities per mm, at intensities").type("V:O,V:O...");
   options
-      .add("--slices", a->slices, "Number of samples along the diagonal of the scan (default: two per voxel)")
+      .add("--samples", a->samples,
+           "Number of samples along the diagonal of the scan (default: two per voxel)")
       .type("N");
   options.add("--clip", a->clip, "Show nothing in front of this plane: a position and a direction (LPS)")
       .type("X,Y,Z:X,Y,Z");

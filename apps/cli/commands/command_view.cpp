@@ -160,7 +160,9 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
     notices.push_back(text);
   };
   // The window reshapes the scan as it was read.
-  auto original = workbench::open_source(arguments.source, listener);
+  workbench::SourceChoice scan = arguments.source;
+  scan.takes_plan = true;
+  auto original = workbench::open_source(scan, listener);
   if (!original) return original.error();
   auto opened = workbench::make_operation(original.value(), choice, listener);
   if (!opened) return opened.error();

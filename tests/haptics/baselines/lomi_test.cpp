@@ -20,25 +20,25 @@ using glm::dvec3;
 using glm::ivec3;
 
 TEST(Lomi, QueriesNoVoxelTwiceAndStoresNone) {
-  std::set<std::tuple<int, int, int>> asked;
+  std::set<std::tuple<int, int, int>> queried;
   const LomiOptions options{0.2, 31, 0, false};
   const dvec3 middle(0);
   long walks = 0, longest = 0;
   for (std::uint64_t n = 0; n < 300; ++n) {
-    asked.clear();
+    queried.clear();
     // A bent slope, under a hand deep in it.
     const dvec3 slope = glm::normalize(dvec3(number(4 * n) - 0.5, number(4 * n + 1) - 0.5, 1.2));
     const auto inside = [&](const dvec3& p) {
       const auto voxel = [&](double x) { return static_cast<int>(std::lround(x / 0.2)); };
-      EXPECT_TRUE(asked.insert({voxel(p.x), voxel(p.y), voxel(p.z)}).second) << n;
+      EXPECT_TRUE(queried.insert({voxel(p.x), voxel(p.y), voxel(p.z)}).second) << n;
       return glm::dot(slope, p) + 0.3 * std::abs(p.x) < -0.05;
     };
     LomiRest rest;
     const dvec3 hip = dvec3(4 * number(4 * n + 2) - 2, 4 * number(4 * n + 3) - 2, -2);
     const dvec3 place = walk_abstract_lomi(middle, hip, options, inside, rest);
     EXPECT_EQ(rest.stored, 0);
-    walks += place != middle, longest = std::max(longest, static_cast<long>(rest.asked));
-    EXPECT_LT(rest.asked, 500);
+    walks += place != middle, longest = std::max(longest, static_cast<long>(rest.queries));
+    EXPECT_LT(rest.queries, 500);
   }
   EXPECT_GT(walks, 200);
   EXPECT_GT(longest, 60);
@@ -50,7 +50,7 @@ TEST(Lomi, RestsOnABallToTheAccuracyOfItsVoxels) {
   for (const bool is_physical : {false, true})
     for (const double resolution : {0.7, 0.4, 0.2}) {
       double worst = 0, aside = 0;
-      int asked = 0;
+      int queried = 0;
       for (std::uint64_t n = 0; n < 200; ++n) {
         const double a = 6.283 * number(5 * n), z = 2 * number(5 * n + 1) - 1, r = std::sqrt(1 - z * z);
         const dvec3 out(r * std::cos(a), r * std::sin(a), z);
@@ -60,13 +60,13 @@ TEST(Lomi, RestsOnABallToTheAccuracyOfItsVoxels) {
         worst = std::max(worst, glm::length(rest.place) - 20);
         ASSERT_GE(glm::length(rest.place), 20 - 1e-9);
         aside = std::max(aside, glm::length(rest.place - glm::dot(rest.place, out) * out));
-        asked = std::max(asked, rest.asked);
+        queried = std::max(queried, rest.queries);
         EXPECT_EQ(rest.stored, is_physical ? options.voxels * options.voxels * options.voxels : 0);
       }
       EXPECT_LT(worst, resolution) << is_physical;
       EXPECT_LT(aside, 2 * resolution) << is_physical;
       if (!is_physical) {
-        EXPECT_LT(asked, 250);
+        EXPECT_LT(queried, 250);
       }
     }
 }

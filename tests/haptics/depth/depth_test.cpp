@@ -55,7 +55,7 @@ TEST(DepthCube, AgreesWithWindingNumbers) {
   const volume::Frame plain;
   const glm::dmat3 leaning(dvec3(0.9, 0.1, 0), dvec3(0.2, 1.0, -0.1), dvec3(0, 0.3, 1.1)),
       mirrored(dvec3(-1, 0, 0), dvec3(0, 1, 0), dvec3(0, 0, 1));
-  long asked = 0, inside = 0, open = 0;
+  long queried = 0, inside = 0, open = 0;
   for (const volume::Frame& frame :
        {plain, volume::Frame::from_axes({-0.4837, -1.2213, 0.3119}, leaning).value(),
         volume::Frame::from_axes({17, 0, 0}, mirrored).value()}) {
@@ -71,18 +71,18 @@ TEST(DepthCube, AgreesWithWindingNumbers) {
             const double from = k == 0 ? -3 : ray[k - 1], to = k == ray.size() ? 21 : ray[k];
             if (to - from < 1e-3) continue;
             dvec3 p;
-            p[axis] = from + (0.3 + 0.4 * number(static_cast<std::uint64_t>(asked))) * (to - from);
+            p[axis] = from + (0.3 + 0.4 * number(static_cast<std::uint64_t>(queried))) * (to - from);
             // A ray through an edge or along a face counts as if shifted by a little, more along the first
             // axis.
             p[axis == 0 ? 1 : 0] = i + 3e-4, p[axis == 2 ? 1 : 2] = j + 3e-6;
             const double w = winding(m, frame.world_from_volume(p));
-            ++asked, inside += k % 2;
+            ++queried, inside += k % 2;
             ASSERT_EQ(std::lround(w) != 0, k % 2 == 1) << axis << ": " << i << ", " << j << " layer " << k;
           }
         }
   }
   EXPECT_EQ(open, 0);
-  EXPECT_GT(asked, 2000);
+  EXPECT_GT(queried, 2000);
   EXPECT_GT(inside, 600);
   // A surface with a hole is reported.
   Model holed = box({2, 3, 4}, {9, 8, 11});
@@ -366,8 +366,8 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
                   contacts += s.has_contact;
                   for (int k = 1; k < s.waypoint_count; ++k)
                     passed +=
-                        judge.goes(base.world_from_volume(s.path_volume[static_cast<std::size_t>(k - 1)]),
-                                   base.world_from_volume(s.path_volume[static_cast<std::size_t>(k)]));
+                        judge.passes(base.world_from_volume(s.path_volume[static_cast<std::size_t>(k - 1)]),
+                                     base.world_from_volume(s.path_volume[static_cast<std::size_t>(k)]));
                 }
               }
             }
@@ -376,8 +376,8 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
         judge.restart();
         bool is_seen = false;
         for (int i = 0; i < 40; ++i)
-          is_seen = judge.goes(middle + dvec3(0.01, 0.02, 12 - 0.1 * i),
-                               middle + dvec3(0.01, 0.02, 11.9 - 0.1 * i)) ||
+          is_seen = judge.passes(middle + dvec3(0.01, 0.02, 12 - 0.1 * i),
+                                 middle + dvec3(0.01, 0.02, 11.9 - 0.1 * i)) ||
                     is_seen;
         EXPECT_TRUE(is_seen);
       }
