@@ -86,9 +86,9 @@ Status begin(trephine_operation& result, const trephine_start& start) {
     if (!recorder) return recorder.error();
     result.recorder = std::move(recorder).value();
   }
-  result.run.emplace(
-      sim::Engine(built.value().hands, 1 / spec.rate_hz, modules::catalogue(), built.value().forbidden),
-      spec.force, spec.rate_hz, result.recorder.get());
+  result.run.emplace(sim::Engine(built.value().hands, 1 / spec.rate_hz, modules::catalogue(),
+                                 built.value().forbidden, built.value().plan),
+                     spec.force, spec.rate_hz, result.recorder.get());
   result.poses.resize(result.run->engine().hand_count());
   return std::nullopt;
 }

@@ -11,11 +11,12 @@ using workbench::format_text;
 
 Subject subject_of(const workbench::Moment& moment) {
   Subject subject{moment.scan, moment.version, moment.shape, {}, moment.objects, {}};
-  if (!moment.plan) return subject;
-  for (const data_tools::CaseStructure& s : moment.plan->structures)
-    if (s.is_forbidden) subject.structures.push_back(s.shape);
-  for (const data_tools::CaseTrajectory& t : moment.plan->trajectories)
+  subject.structures = moment.forbidden;
+  for (const volume::PlannedTrajectory& t : moment.plan.trajectories)
     subject.plan.push_back({t.entry_world, t.target_world});
+  for (const volume::PlannedOutline& o : moment.plan.outlines)
+    for (std::size_t i = 0; i < o.points_world.size(); ++i)
+      subject.plan.push_back({o.points_world[i], o.points_world[(i + 1) % o.points_world.size()]});
   return subject;
 }
 

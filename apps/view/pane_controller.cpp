@@ -58,8 +58,8 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       if (viewer->is_window && (!old_viewer || !old_viewer->is_window ||
                                 !(static_cast<const ct_viewer::GreyWindow&>(*old_viewer) == *viewer)))
         panes_.set_window(*viewer);
-    } else if (const auto* section = current->as<cross_section::SectionState>()) {
-      const auto* old_section = previous ? previous->as<cross_section::SectionState>() : nullptr;
+    } else if (const auto* section = current->as<cross_section::SectionPlane>()) {
+      const auto* old_section = previous ? previous->as<cross_section::SectionPlane>() : nullptr;
       const bool has_changed = !old_section || old_section->at != section->at ||
                                old_section->normal != section->normal ||
                                old_section->is_clipping != section->is_clipping;

@@ -16,7 +16,6 @@
 #include "apps/imaging/depth_panel.h"
 #include "apps/workbench/clock.h"
 #include "haptics/walls/solid_grid.h"
-#include "volume/scan/traversal.h"
 
 namespace trephine::view {
 

@@ -33,14 +33,13 @@ Status open_session_at(const MomentChoice& choice, const Listener& listener, Mom
 
 }  // namespace
 
-Result<const data_tools::CaseTrajectory*> find_trajectory(const Moment& moment, const std::string& name,
-                                                          const char* where) {
+Result<const volume::PlannedTrajectory*> find_trajectory(const Moment& moment, const std::string& name,
+                                                         const char* where) {
   std::string known;
-  if (moment.plan)
-    for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
-      if (t.name == name) return &t;
-      known += (known.empty() ? "" : ", ") + t.name;
-    }
+  for (const volume::PlannedTrajectory& t : moment.plan.trajectories) {
+    if (t.name == name) return &t;
+    known += (known.empty() ? "" : ", ") + t.name;
+  }
   return Error{.what = "unknown trajectory",
                .where = where,
                .found = name,
@@ -57,8 +56,13 @@ Status go_to(Moment& moment, std::uint64_t tick) {
   const haptics::TouchScene& scene = engine.scene();
   moment.scan = scene.base;
   moment.version = engine.current();
-  moment.plan = session.source.plan;
-  if (!moment.plan && session.source.is_builtin) moment.plan = data_tools::phantom_plan(session.source.name);
+  if (engine.now().plan) moment.plan = *engine.now().plan;
+  moment.forbidden.clear();
+  for (const auto& structure : engine.forbidden()) moment.forbidden.push_back(structure->shape());
+  if (moment.forbidden.empty())
+    if (const auto plan =
+            session.source.is_builtin ? data_tools::phantom_plan(session.source.name) : session.source.plan)
+      moment.forbidden = forbidden_of(*plan);
   const auto& bodies = engine.now().world.bodies;
   for (const haptics::TouchItem& item : scene.items)
     if (!moment.shape && !item.is_mesh() && &item.field.volume() == scene.base.get())
@@ -101,11 +105,13 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
     moment->source = std::move(source).value();
     moment->scan = moment->source.volume;
     moment->version = std::make_shared<volume::Version>(moment->scan);
-    moment->plan = moment->source.plan;
+    moment->plan = plan_of(moment->source);
+    if (moment->source.plan) {
+      moment->forbidden = forbidden_of(*moment->source.plan);
+      for (const data_tools::CaseStructure& s : moment->source.plan->structures)
+        if (!s.is_forbidden && !moment->shape) moment->shape = s.shape;
+    }
   }
-  if (!moment->shape && moment->plan)
-    for (const data_tools::CaseStructure& s : moment->plan->structures)
-      if (!s.is_forbidden && !moment->shape) moment->shape = s.shape;
   if (choice.shape.is_made() || !moment->shape) {
     const Source& source = moment->session ? moment->session->source : moment->source;
     const auto shape = choose_shape(source, choice.shape, listener);

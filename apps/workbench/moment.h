@@ -31,14 +31,15 @@ struct Moment {
   std::shared_ptr<const volume::Version> version;  ///< frozen
   std::optional<volume::Shape> shape;              ///< empty: no shape chosen
   std::vector<Object> objects;
-  std::optional<data_tools::CasePlan> plan;
-  double seconds = 0;  ///< time in the session
+  volume::SurgicalPlan plan;             ///< of the session, or of the case
+  std::vector<volume::Shape> forbidden;  ///< structures that must not be cut
+  double seconds = 0;                    ///< time in the session
 
   const sim::OperationState* state() const { return session ? &session->replay->engine().now() : nullptr; }
 };
 /// Finds a trajectory of its plan. The error names the existing ones.
-Result<const data_tools::CaseTrajectory*> find_trajectory(const Moment& moment, const std::string& name,
-                                                          const char* where);
+Result<const volume::PlannedTrajectory*> find_trajectory(const Moment& moment, const std::string& name,
+                                                         const char* where);
 /// Goes to another moment of its session.
 Status go_to(Moment& moment, std::uint64_t tick);
 /// Opens a scan or a session. Errors name "until" and "models".

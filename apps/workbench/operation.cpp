@@ -7,6 +7,7 @@
 #include "apps/workbench/clock.h"
 #include "apps/workbench/depth_video.h"
 #include "apps/workbench/text.h"
+#include "data-tools/cases/phantom_cases.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/meshes/mesh_reading.h"
 #include "haptics/force/effects.h"
@@ -47,7 +48,11 @@ Status add_touchable(const Source& source, const ShapeChoice& choice, const List
     if (!s.is_touchable) continue;
     sim::StructureSpec& structure = spec.structures.emplace_back();
     structure.shape = s.shape;
-    structure.material = MaterialChoice{s.material, {}, {}}.over({});
+    structure.material = material_of(s.material, {});
+    if (s.back_material) structure.back_material = material_of(*s.back_material, structure.material);
+    structure.sides = s.blocks_front && s.blocks_back ? haptics::Side::both
+                      : s.blocks_back                 ? haptics::Side::back
+                                                      : haptics::Side::front;
   }
   const std::size_t count = spec.structures.size();
   if (count > 0 && count <= haptics::TouchScene::k_max_shapes) return std::nullopt;
@@ -60,10 +65,9 @@ Status add_touchable(const Source& source, const ShapeChoice& choice, const List
 
 void add_forbidden(const Source& source, SceneDescription& spec) {
   if (!source.plan) return;
-  for (const data_tools::CaseStructure& s : source.plan->structures) {
-    if (!s.is_forbidden) continue;
+  for (const volume::Shape& shape : forbidden_of(*source.plan)) {
     sim::StructureSpec& structure = spec.structures.emplace_back();
-    structure.shape = s.shape;
+    structure.shape = shape;
     structure.is_touchable = false;
     structure.is_forbidden = true;
   }
@@ -103,7 +107,7 @@ Status add_stream(const OperationChoice& choice, const ModelChoice& model, int& 
   structure.model = static_cast<int>(data.models.size());
   structure.stream = static_cast<int>(data.streams.size());
   structure.shape.name = format_text("depth video %zu", data.streams.size() + 1);
-  structure.material = choice.material.over({});
+  structure.material = material_of(choice.material, {});
   structure.placement = {video.value().position + model.at_world, video.value().rotation};
   structure.depth_rate = model.rate;
   if (video.value().pictures.size() > 1) structure.mover = movers++;
@@ -136,7 +140,7 @@ Status add_background(const OperationChoice& choice, SceneDescription& spec, sim
   sim::StructureSpec structure;
   structure.model = static_cast<int>(data.models.size());
   structure.shape.name = "background";
-  structure.material = choice.material.over({});
+  structure.material = material_of(choice.material, {});
   structure.is_streamed = true;
   data.models.push_back(std::make_shared<const haptics::MeshTree>(std::move(vertices), std::move(triangles)));
   spec.models.push_back({data.models.back()->triangle_count(), sim::content_hash(*data.models.back())});
@@ -182,7 +186,7 @@ Status add_models(const OperationChoice& choice, SceneDescription& spec, sim::Sc
       if (trees.size() > 1) structure.mover = movers++;
       if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(model, movers);
     }
-    structure.material = choice.material.over({});
+    structure.material = material_of(choice.material, {});
     structure.placement.position_world = model.at_world;
     spec.structures.push_back(std::move(structure));
     for (auto& tree : trees) {
@@ -227,14 +231,15 @@ Result<std::shared_ptr<const haptics::MeshTree>> load_model(const ModelChoice& c
                                                    std::move(model.value().triangles));
 }
 
-haptics::Material MaterialChoice::over(haptics::Material m) const {
-  m.stiffness = stiffness.value_or(m.stiffness);
-  m.damping = damping.value_or(m.damping);
-  m.static_friction = static_friction.value_or(m.static_friction);
-  m.dynamic_friction = dynamic_friction.value_or(m.dynamic_friction);
-  m.viscosity = viscosity.value_or(m.viscosity);
-  m.pop_force = pop_force.value_or(m.pop_force);
-  return m;
+haptics::Material material_of(const data_tools::CaseMaterial& choice, haptics::Material base) {
+  base.stiffness = choice.stiffness.value_or(base.stiffness);
+  base.damping = choice.damping.value_or(base.damping);
+  base.static_friction = choice.static_friction.value_or(base.static_friction);
+  base.dynamic_friction = choice.dynamic_friction.value_or(base.dynamic_friction);
+  base.viscosity = choice.viscosity.value_or(base.viscosity);
+  base.pop_force = choice.pop_force.value_or(base.pop_force);
+  base.pop_rearm = choice.pop_rearm.value_or(base.pop_rearm);
+  return base;
 }
 
 haptics::ServoOptions Operation::servo() const {
@@ -245,7 +250,7 @@ haptics::ServoOptions Operation::servo() const {
 }
 
 sim::Engine Operation::engine() const {
-  return sim::Engine(start.hands, 1 / spec.rate_hz, modules::catalogue(), start.forbidden);
+  return sim::Engine(start.hands, 1 / spec.rate_hz, modules::catalogue(), start.forbidden, start.plan);
 }
 
 Status check(const OperationChoice& choice) {
@@ -255,7 +260,7 @@ Status check(const OperationChoice& choice) {
                  .where = "rate",
                  .found = text_of(choice.rate_hz),
                  .expected = "10 to 100000 Hz"};
-  if (Status error = haptics::check_material(choice.material.over({}))) return error;
+  if (Status error = haptics::check_material(material_of(choice.material, {}))) return error;
   if (choice.ramp)
     if (Status error = haptics::check_ramp(*choice.ramp)) return error;
   if (!(choice.blur_voxels >= 0 && choice.blur_voxels <= 10))
@@ -302,6 +307,20 @@ Status check(const OperationChoice& choice) {
   return std::nullopt;
 }
 
+volume::SurgicalPlan plan_of(const Source& source) {
+  if (source.plan) return *source.plan;
+  if (source.is_builtin)
+    if (const auto plan = data_tools::phantom_plan(source.name)) return *plan;
+  return {};
+}
+
+std::vector<volume::Shape> forbidden_of(const data_tools::CasePlan& plan) {
+  std::vector<volume::Shape> shapes;
+  for (const data_tools::CaseStructure& s : plan.structures)
+    if (s.is_forbidden) shapes.push_back(s.shape);
+  return shapes;
+}
+
 Result<Operation> open_operation(const SourceChoice& src, const OperationChoice& choice,
                                  const Listener& listener) {
   if (Status error = check(choice)) return *error;
@@ -329,7 +348,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   spec.rate_hz = choice.rate_hz;
   spec.force = choice.force;
   if (Status error = add_touchable(source, choice.shape, listener, spec)) return *error;
-  spec.structures[0].material = choice.material.over(spec.structures[0].material);
+  spec.structures[0].material = material_of(choice.material, spec.structures[0].material);
   spec.structures[0].ramp = choice.ramp;
   if (Status error = add_models(choice, spec, data, listener)) return *error;
   if (Status error = add_background(choice, spec, data, listener)) return *error;
@@ -338,6 +357,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (choice.cuts_by_command || std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
     add_forbidden(source, spec);
   spec.is_softening = sim::touches_smooth(spec);
+  spec.plan = plan_of(source);
 
   Operation result;
   const auto begin = Clock::now();
@@ -363,11 +383,11 @@ Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choic
   return OpenedTouch{std::move(source).value(), std::move(scene).value(), seconds_since(begin)};
 }
 
-sim::Overlays plan_overlays(const data_tools::CasePlan& plan) {
+sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
   constexpr double k_before = 20, k_cross = 3;  // mm
   constexpr int k_corners = 24;
   sim::Overlay overlay;
-  for (const data_tools::CaseTrajectory& t : plan.trajectories) {
+  for (const volume::PlannedTrajectory& t : plan.trajectories) {
     const glm::dvec3 outward = glm::normalize(t.entry_world - t.target_world);
     const glm::dvec3 begin = t.entry_world + k_before * outward;
     overlay.lines.push_back({begin, t.target_world});
@@ -385,13 +405,18 @@ sim::Overlays plan_overlays(const data_tools::CasePlan& plan) {
       for (int corner = 0; corner < k_corners; ++corner)
         overlay.lines.push_back({centre + on_ring(corner), centre + on_ring(corner + 1)});
   }
-  for (const data_tools::CaseLandmark& l : plan.landmarks) {
+  for (const volume::PlannedLandmark& l : plan.landmarks) {
     for (int a = 0; a < 3; ++a) {
       glm::dvec3 arm(0);
       arm[a] = k_cross;
       overlay.lines.push_back({l.position_world - arm, l.position_world + arm});
     }
     overlay.labels.push_back({l.position_world, l.name});
+  }
+  for (const volume::PlannedOutline& o : plan.outlines) {
+    for (std::size_t i = 0; i < o.points_world.size(); ++i)
+      overlay.lines.push_back({o.points_world[i], o.points_world[(i + 1) % o.points_world.size()]});
+    overlay.labels.push_back({o.points_world[0], o.name});
   }
   return overlay.lines.empty() ? sim::Overlays{} : sim::Overlays{std::move(overlay)};
 }

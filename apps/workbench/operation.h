@@ -33,19 +33,15 @@ struct ModelChoice {
 Result<std::shared_ptr<const haptics::MeshTree>> load_model(const ModelChoice& choice, std::size_t number,
                                                             const Listener& listener);
 
-/// Chosen properties of a surface.
-struct MaterialChoice : data_tools::CaseMaterial {
-  std::optional<double> viscosity, pop_force;
-  /// Returns `base` with the chosen properties replaced.
-  haptics::Material over(haptics::Material base) const;
-};
+/// Returns `base` with the chosen properties replaced.
+haptics::Material material_of(const data_tools::CaseMaterial& choice, haptics::Material base);
 
 /// Options of an operation, in addition to its scan.
 struct OperationChoice {
   ShapeChoice shape;  ///< empty: a case's touchable structures, or bone
   /// At least one. A tool radius of 0 is replaced by that which the instrument needs.
   std::vector<sim::HandSpec> hands{sim::HandSpec()};
-  MaterialChoice material;  ///< of the chosen shape (for a case, its first) and of models
+  data_tools::CaseMaterial material;  ///< of the chosen shape (for a case, its first) and of models
   std::optional<haptics::StiffnessRamp> ramp;
   std::vector<ModelChoice> models;
   double rate_hz = 1000;
@@ -70,8 +66,13 @@ struct Operation {
   sim::Engine engine() const;
 };
 
-/// Returns the trajectories and landmarks of a plan as overlays; trajectories begin 20 mm before their entry.
-sim::Overlays plan_overlays(const data_tools::CasePlan& plan);
+/// Returns what is planned on a scan: the plan of its case, or that of a built-in phantom.
+volume::SurgicalPlan plan_of(const Source& source);
+/// Returns the forbidden shapes of a case.
+std::vector<volume::Shape> forbidden_of(const data_tools::CasePlan& plan);
+/// Returns the trajectories, landmarks and outlines of a plan as overlays; trajectories begin 20 mm before
+/// their entry.
+sim::Overlays plan_overlays(const volume::SurgicalPlan& plan);
 
 /// Checks names, ranges and words without loading data. Parses the hands' instruments.
 Status check(const OperationChoice& choice);

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <sstream>
+#include <tuple>
 #include <unistd.h>
 
 #include "data-tools/cases/toml_reader_impl.h"
@@ -46,9 +47,32 @@ std::vector<glm::u8vec3> read_colours(TomlReader& reader, const toml::value& lis
   return colours;
 }
 
+/// Keys of a material, with their largest values.
+constexpr std::tuple<std::string_view, std::optional<double> CaseMaterial::*, double> k_material_keys[] = {
+    {"stiffness", &CaseMaterial::stiffness, 100},
+    {"damping", &CaseMaterial::damping, 1},
+    {"static_friction", &CaseMaterial::static_friction, 2},
+    {"dynamic_friction", &CaseMaterial::dynamic_friction, 2},
+    {"viscosity", &CaseMaterial::viscosity, 0.05},
+    {"pop_force", &CaseMaterial::pop_force, 100},
+    {"pop_rearm", &CaseMaterial::pop_rearm, 100}};
+constexpr const char* k_back = "back_";  // prefix of the keys for the back of a surface
+
+CaseMaterial read_material(TomlReader& reader, const toml::table& t, const std::string& prefix) {
+  CaseMaterial material;
+  for (const auto& [key, number, high] : k_material_keys)
+    material.*number = reader.number(t, prefix + std::string(key), 0, high);
+  return material;
+}
+
 CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::size_t label_count) {
-  const toml::table& t = reader.table(value, {"name", "low", "high", "label", "touchable", "forbidden",
-                                              "stiffness", "damping", "static_friction", "dynamic_friction"});
+  static const std::set<std::string> k_keys = [] {
+    std::set<std::string> keys{"name", "low", "high", "label", "touchable", "forbidden", "sides"};
+    for (const auto& [key, number, high] : k_material_keys)
+      keys.insert({std::string(key), k_back + std::string(key)});
+    return keys;
+  }();
+  const toml::table& t = reader.table(value, k_keys);
   CaseStructure s;
   const auto name = reader.text(t, "name");
   if (!name) reader.fail(value, "a structure has no name", "", "name = \"bone\"");
@@ -74,16 +98,20 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
   }
   s.is_touchable = reader.boolean(t, "touchable").value_or(true);
   s.is_forbidden = reader.boolean(t, "forbidden").value_or(false);
-  s.material.stiffness = reader.number(t, "stiffness", 0, 100);
-  s.material.damping = reader.number(t, "damping", 0, 1);
-  s.material.static_friction = reader.number(t, "static_friction", 0, 10);
-  s.material.dynamic_friction = reader.number(t, "dynamic_friction", 0, 10);
+  s.material = read_material(reader, t, "");
+  if (const CaseMaterial back = read_material(reader, t, k_back); back != CaseMaterial())
+    s.back_material = back;
+  const std::string sides = reader.text(t, "sides").value_or("front");
+  if (sides != "front" && sides != "back" && sides != "both")
+    reader.fail(value, "invalid sides of a structure", sides, "front, back or both");
+  s.blocks_front = sides != "back", s.blocks_back = sides != "front";
   return s;
 }
 
-CaseTrajectory read_trajectory(TomlReader& reader, const toml::value& value) {
-  const toml::table& t = reader.table(value, {"name", "entry", "target", "diameter"});
-  CaseTrajectory result;
+volume::PlannedTrajectory read_trajectory(TomlReader& reader, const toml::value& value) {
+  const toml::table& t =
+      reader.table(value, {"name", "entry", "target", "diameter", "group", "side", "vertebra"});
+  volume::PlannedTrajectory result;
   const auto name = reader.text(t, "name");
   const auto entry = reader.point(t, "entry"), target = reader.point(t, "target");
   if (!name || !entry || !target)
@@ -92,15 +120,51 @@ CaseTrajectory read_trajectory(TomlReader& reader, const toml::value& value) {
   result.entry_world = entry.value_or(glm::dvec3(0));
   result.target_world = target.value_or(glm::dvec3(0));
   result.diameter = reader.number(t, "diameter", 0, 100).value_or(0);
+  result.group = reader.text(t, "group").value_or("");
+  result.side = reader.text(t, "side").value_or("");
+  result.vertebra = reader.text(t, "vertebra").value_or("");
   return result;
 }
 
-CaseLandmark read_landmark(TomlReader& reader, const toml::value& value) {
+volume::PlannedLandmark read_landmark(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"name", "at"});
   const auto name = reader.text(t, "name");
   const auto at = reader.point(t, "at");
   if (!name || !at) reader.fail(value, "a landmark is not complete", "", "name and at = [x, y, z]");
   return {name.value_or(""), at.value_or(glm::dvec3(0))};
+}
+
+volume::PlannedOutline read_outline(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"name", "points"});
+  volume::PlannedOutline outline{reader.text(t, "name").value_or(""), {}};
+  const auto points = t.find("points");
+  if (outline.name.empty() || points == t.end() || !points->second.is_array())
+    return reader.fail(value, "an outline is not complete", "", "name and points = [[x, y, z], ...]"),
+           outline;
+  for (const toml::value& point : points->second.as_array())
+    outline.points_world.push_back(reader.point_of(point, "points").value_or(glm::dvec3(0)));
+  return outline;
+}
+
+volume::PlannedPlane read_plane(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"name", "at", "normal"});
+  const auto name = reader.text(t, "name");
+  const auto at = reader.point(t, "at"), normal = reader.point(t, "normal");
+  if (!name || !at || !normal || !(glm::length(*normal) > 1e-9))
+    return reader.fail(value, "a plane is not complete", "",
+                       "name, at = [x, y, z] and a normal = [x, y, z] that is not 0"),
+           volume::PlannedPlane();
+  return {*name, *at, glm::normalize(*normal)};
+}
+
+volume::PlannedTarget read_target(TomlReader& reader, const toml::value& value,
+                                  const std::vector<std::string>& labels) {
+  const toml::table& t = reader.table(value, {"name", "label"});
+  const volume::PlannedTarget target{reader.text(t, "name").value_or(""),
+                                     reader.text(t, "label").value_or("")};
+  if (std::find(labels.begin(), labels.end(), target.label) == labels.end())
+    reader.fail(value, "a target names no label of the case", target.label, "one of names under [labels]");
+  return target;
 }
 
 /// Calls use(key, value) for each optional value of a scan's quality.
@@ -237,7 +301,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   TomlReader reader(where);
   const toml::table& top =
       reader.table(root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "trajectories",
-                          "landmarks", "quality", "shape"});
+                          "landmarks", "outlines", "planes", "targets", "quality", "shape"});
   if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
   CasePlan plan;
   const auto name = reader.text(top, "name");
@@ -284,11 +348,20 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     plan.trajectories.push_back(read_trajectory(reader, *v));
   for (const toml::value* v : reader.tables(top, "landmarks"))
     plan.landmarks.push_back(read_landmark(reader, *v));
+  for (const toml::value* v : reader.tables(top, "outlines"))
+    plan.outlines.push_back(read_outline(reader, *v));
+  for (const toml::value* v : reader.tables(top, "planes")) plan.planes.push_back(read_plane(reader, *v));
+  for (const toml::value* v : reader.tables(top, "targets"))
+    plan.targets.push_back(read_target(reader, *v, plan.label_names));
   if (const auto quality = top.find("quality"); quality != top.end())
     plan.quality = read_quality(reader, quality->second);
   if (plan.structures.empty())
     reader.fail(root, "the case has no structure", "", "at least one [[structures]]");
   if (reader.error()) return *reader.error();
+  if (Status error = volume::check(plan)) {
+    error->where = where + ", " + error->where;
+    return *error;
+  }
   return plan;
 }
 
@@ -344,10 +417,13 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     line(key, text.find_first_of(".e") == std::string::npos ? text + ".0" : text);
   };
   const auto rounded = [](double v) { return std::floor(1000 * v + 0.5) / 1000; };  // to 1 um
-  const auto point = [&](const char* key, const glm::dvec3& p) {
-    line(key,
-         "[" + text_of(rounded(p.x)) + ", " + text_of(rounded(p.y)) + ", " + text_of(rounded(p.z)) + "]");
+  const auto vector_text = [](const glm::dvec3& p) {
+    return "[" + text_of(p.x) + ", " + text_of(p.y) + ", " + text_of(p.z) + "]";
   };
+  const auto point_text = [&](const glm::dvec3& p) {
+    return vector_text({rounded(p.x), rounded(p.y), rounded(p.z)});
+  };
+  const auto point = [&](const char* key, const glm::dvec3& p) { line(key, point_text(p)); };
   line("schema", std::to_string(CasePlan::k_schema));
   line("name", quoted(plan.name) + "  # chosen for the case, never a patient's");
   if (!plan.modality.empty()) line("modality", quoted(plan.modality));
@@ -389,22 +465,46 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     if (!s.shape.is_label() && std::isfinite(s.shape.high)) number("high", s.shape.high);
     line("touchable", s.is_touchable ? "true" : "false");
     if (s.is_forbidden) line("forbidden", "true");
-    if (s.material.stiffness) number("stiffness", *s.material.stiffness);
-    if (s.material.damping) number("damping", *s.material.damping);
-    if (s.material.static_friction) number("static_friction", *s.material.static_friction);
-    if (s.material.dynamic_friction) number("dynamic_friction", *s.material.dynamic_friction);
+    if (s.blocks_back) line("sides", quoted(s.blocks_front ? "both" : "back"));
+    const auto material = [&](const CaseMaterial& m, const std::string& prefix) {
+      for (const auto& [key, value, high] : k_material_keys)
+        if (m.*value) number((prefix + std::string(key)).c_str(), *(m.*value));
+    };
+    material(s.material, "");
+    if (s.back_material) material(*s.back_material, k_back);
   }
-  for (const CaseTrajectory& t : plan.trajectories) {
+  for (const volume::PlannedTrajectory& t : plan.trajectories) {
     out += "\n[[trajectories]]\n";
     line("name", quoted(t.name));
     point("entry", t.entry_world);
     point("target", t.target_world);
     if (t.diameter > 0) number("diameter", t.diameter);
+    if (!t.group.empty()) line("group", quoted(t.group));
+    if (!t.side.empty()) line("side", quoted(t.side));
+    if (!t.vertebra.empty()) line("vertebra", quoted(t.vertebra));
   }
-  for (const CaseLandmark& l : plan.landmarks) {
+  for (const volume::PlannedLandmark& l : plan.landmarks) {
     out += "\n[[landmarks]]\n";
     line("name", quoted(l.name));
     point("at", l.position_world);
+  }
+  for (const volume::PlannedOutline& o : plan.outlines) {
+    out += "\n[[outlines]]\n";
+    line("name", quoted(o.name));
+    std::string points;
+    for (const glm::dvec3& p : o.points_world) points += (points.empty() ? "" : ", ") + point_text(p);
+    line("points", "[" + points + "]");
+  }
+  for (const volume::PlannedPlane& p : plan.planes) {
+    out += "\n[[planes]]\n";
+    line("name", quoted(p.name));
+    point("at", p.point_world);
+    line("normal", vector_text(p.normal_world));
+  }
+  for (const volume::PlannedTarget& t : plan.targets) {
+    out += "\n[[targets]]\n";
+    line("name", quoted(t.name));
+    line("label", quoted(t.label));
   }
   return out;
 }

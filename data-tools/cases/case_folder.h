@@ -8,15 +8,20 @@
 #include "data-tools/formats/open_volume.h"
 #include "data-tools/quality/scan_quality.h"
 #include "volume/scan/shape.h"
+#include "volume/scan/surgical_plan.h"
 
 namespace trephine::data_tools {
 
 /// Mechanical response of a structure; missing values are the scene's defaults.
 struct CaseMaterial {
-  std::optional<double> stiffness;         ///< N/mm
-  std::optional<double> damping;           ///< N s/mm
-  std::optional<double> static_friction;   ///< coefficient
-  std::optional<double> dynamic_friction;  ///< coefficient
+  std::optional<double> stiffness = {};         ///< N/mm
+  std::optional<double> damping = {};           ///< N s/mm
+  std::optional<double> static_friction = {};   ///< coefficient
+  std::optional<double> dynamic_friction = {};  ///< coefficient
+  std::optional<double> viscosity = {};         ///< N s/mm, against motion along the surface
+  std::optional<double> pop_force = {};         ///< N, at which the surface is punctured
+  std::optional<double> pop_rearm = {};         ///< mm, distance after which it can be punctured again
+  friend bool operator==(const CaseMaterial&, const CaseMaterial&) = default;
 };
 
 struct CaseStructure {
@@ -24,32 +29,19 @@ struct CaseStructure {
   bool is_touchable = true;   ///< stops the proxy
   bool is_forbidden = false;  ///< a tool must not enter it
   CaseMaterial material;
-};
-
-/// Planned path of a tool, from its entry at the skin to its end, world frame (LPS, mm).
-struct CaseTrajectory {
-  std::string name;
-  glm::dvec3 entry_world{0.0}, target_world{0.0};
-  double diameter = 0;  ///< of the tool, mm; 0: not planned
-};
-
-/// A named point, world frame (LPS, mm).
-struct CaseLandmark {
-  std::string name;
-  glm::dvec3 position_world{0.0};
+  bool blocks_front = true, blocks_back = false;   ///< sides that stop the proxy
+  std::optional<CaseMaterial> back_material = {};  ///< of the back; empty: as the front
 };
 
 /// Contents of case.toml; docs/file-formats.md describes every key.
-struct CasePlan {
-  static constexpr int k_schema = 1;
+struct CasePlan : volume::SurgicalPlan {
+  static constexpr int k_schema = 2;
   std::string name;      ///< of the case; never that of a patient
   std::string modality;  ///< as in DICOM: "CT", "MR"
   bool is_hounsfield = false;
   std::vector<std::string> label_names;
   std::vector<glm::u8vec3> label_colours;  ///< as in Volume
   std::vector<CaseStructure> structures;
-  std::vector<CaseTrajectory> trajectories;
-  std::vector<CaseLandmark> landmarks;
   /// Intensities at which windows are evaluated: where shape.mha has the value k > 0, shape_values[k - 1];
   /// where it has 0, that of the scan. Empty: no shape.mha. write_case() derives it from
   /// Volume::shape_voxels.

@@ -1,6 +1,7 @@
 #include "data-tools/cases/phantom_cases.h"
 
 #include <glm/geometric.hpp>
+#include <sstream>
 
 #include "data-tools/phantoms/head_phantom.h"
 #include "data-tools/phantoms/spine_phantom.h"
@@ -69,9 +70,18 @@ CasePlan head_plan(std::uint64_t seed) {
     }
     return low * from;
   };
+  plan.targets.push_back({"tumour", k_head_tissue_names[tumour]});
   plan.landmarks.push_back({"vertex", on_vault({0, 0, 1})});
   plan.landmarks.push_back({"inion", on_vault(glm::normalize(dvec3(0, 1, -0.2)))});
   return plan;
+}
+
+/// Returns a screw as a trajectory. Its name consists of vertebra, side and group: "L3 left pedicle".
+volume::PlannedTrajectory planned(const SpineScrew& screw) {
+  std::istringstream words(screw.name);
+  std::string vertebra, side, group;
+  words >> vertebra >> side >> group;
+  return {screw.name, screw.entry_world, screw.target_world, screw.diameter, group, side, vertebra};
 }
 
 CasePlan spine_plan(std::uint64_t seed) {
@@ -80,8 +90,7 @@ CasePlan spine_plan(std::uint64_t seed) {
   for (int label = 1; label <= static_cast<int>(SpineTissue::vessel); ++label)
     plan.structures.push_back(
         label_structure(k_spine_tissue_names[label], label, label >= static_cast<int>(SpineTissue::cord)));
-  for (const SpineScrew& screw : SpinePhantom(seed).screws())
-    plan.trajectories.push_back({screw.name, screw.entry_world, screw.target_world, screw.diameter});
+  for (const SpineScrew& screw : SpinePhantom(seed).screws()) plan.trajectories.push_back(planned(screw));
   return plan;
 }
 

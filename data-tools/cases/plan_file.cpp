@@ -68,7 +68,7 @@ Result<PlanFile> read_markups(const std::string& text, const std::string& where)
                    .found = unit,
                    .expected = "mm",
                    .remedy = "export it again in mm"};
-    std::vector<CaseLandmark> points;
+    std::vector<volume::PlannedLandmark> points;
     const auto control_points = markup.find("controlPoints");
     if (control_points == markup.end() || !control_points->is_array()) continue;
     for (const json& point : *control_points) {
@@ -80,7 +80,7 @@ Result<PlanFile> read_markups(const std::string& text, const std::string& where)
         continue;
       }
       if (!position->is_array() || position->size() != 3) return format_error;
-      CaseLandmark landmark;
+      volume::PlannedLandmark landmark;
       landmark.name = text_of(point, "label");
       for (std::size_t a = 0; a < 3; ++a) {
         if (!(*position)[a].is_number()) return format_error;
@@ -101,7 +101,7 @@ Result<PlanFile> read_markups(const std::string& text, const std::string& where)
       if (name.empty()) name = "line-" + std::to_string(line_count);
       plan.trajectories.push_back({name, points[0].position_world, points[1].position_world, 0});
     } else {
-      for (CaseLandmark& point : points) {
+      for (volume::PlannedLandmark& point : points) {
         if (point.name.empty()) point.name = "point-" + std::to_string(plan.landmarks.size() + 1);
         plan.landmarks.push_back(std::move(point));
       }
@@ -196,7 +196,7 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
                                                           : "name them in the first line"};
     if (is_line) {
       if (name.empty()) name = "line-" + std::to_string(plan.trajectories.size() + 1);
-      CaseTrajectory trajectory{name, point_of("entry_"), point_of("target_"), 0};
+      volume::PlannedTrajectory trajectory{name, point_of("entry_"), point_of("target_"), 0};
       if (!cell("diameter").empty()) trajectory.diameter = number_of("diameter");
       if (trajectory.diameter < 0 || trajectory.diameter > 100)
         return Error{.what = "a diameter is out of range",
@@ -243,7 +243,7 @@ Result<PlanFile> read_plan(const std::string& path) {
                               ? read_markups(text.str(), where)
                               : read_table(text.str(), where, has_extension(path, ".fcsv"));
   if (plan)
-    for (const CaseTrajectory& t : plan.value().trajectories)
+    for (const volume::PlannedTrajectory& t : plan.value().trajectories)
       if (glm::length(t.target_world - t.entry_world) < 0.1)
         return Error{.what = "a trajectory has no direction",
                      .where = where,

@@ -10,8 +10,8 @@ namespace trephine::data_tools {
 
 /// Contents of a plan file, world frame (LPS, mm).
 struct PlanFile {
-  std::vector<CaseTrajectory> trajectories;
-  std::vector<CaseLandmark> landmarks;
+  std::vector<volume::PlannedTrajectory> trajectories;
+  std::vector<volume::PlannedLandmark> landmarks;
   std::vector<std::string> notices;
 };
 

@@ -298,17 +298,15 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
 
 void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const FlapResult&>(result);
-  FlapSettings& settings = work.change_settings<FlapSettings>();
+  FlapPreview& preview = work.change_result<FlapPreview>();
   if (output.error) {
-    settings.tried = anchors_of(*static_cast<const CutFlap*>(parameters), settings);
-    settings.problem = output.error->reason;
-    settings.problem_at = output.error->position_world;
+    preview.tried = anchors_of(*static_cast<const CutFlap*>(parameters), work.settings<FlapSettings>());
+    preview.problem = output.error->reason;
+    preview.problem_at = output.error->position_world;
     work.raise_event(FlapFailed{output.error->reason, output.holes}, output.error->position_world);
     return;
   }
-  settings.tried.clear();
-  settings.problem.clear();
-  forget_preview(settings);
+  preview = {};
   FlapState& world = work.change_world<FlapState>();
   const std::int64_t before = world.flaps;
   world = output.cut;
@@ -419,8 +417,9 @@ void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {
   FlapSettings& settings = work.change_settings<FlapSettings>();
   std::vector<dvec3>& anchors = settings.anchors;
   const auto at = [&](std::int64_t number) { return anchors.begin() + (number - 1); };
-  settings.problem.clear();
-  forget_preview(settings);
+  FlapPreview& preview = work.change_result<FlapPreview>();
+  preview.problem.clear();
+  forget_preview(preview);
   if (const auto* add = command.request.as<AddAnchor>())
     anchors.push_back(add->at);
   else if (const auto* move = command.request.as<MoveAnchor>())
@@ -480,15 +479,17 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
       plan.handles.push_back({settings->anchors[i], MoveAnchor{static_cast<std::int64_t>(i) + 1}});
     }
   }
-  if (!settings->preview.empty()) result.push_back(look_of_preview(*settings));
-  if (settings->problem.empty()) return result;
+  const FlapPreview* preview = operation.result_of<FlapPreview>();
+  if (preview == nullptr) return result;
+  if (!preview->summary.empty()) result.push_back(look_of_preview(*preview));
+  if (preview->problem.empty()) return result;
   sim::Overlay& warning = result.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;
-  add_sides(warning, settings->tried);
+  add_sides(warning, preview->tried);
   // The position may be deep in the bone: draw a line from above the skull to it.
-  const dvec3 label_position = lift(settings->problem_at, 25);
-  warning.lines.push_back({settings->problem_at, label_position});
-  warning.labels.push_back({label_position, wrap_label(settings->problem)});
+  const dvec3 label_position = lift(preview->problem_at, 25);
+  warning.lines.push_back({preview->problem_at, label_position});
+  warning.labels.push_back({label_position, wrap_label(preview->problem)});
   return result;
 }
 

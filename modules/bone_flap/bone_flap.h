@@ -69,14 +69,19 @@ struct FlapState {
 /// Drawn outline, the last failed attempt with its reason, and the preview of a flap.
 struct FlapSettings {
   std::vector<glm::dvec3> anchors;  ///< drawn outline, mm, world
-  std::vector<glm::dvec3> tried;    ///< anchors of the last attempt that failed, mm, world
-  std::string problem;              ///< reason of that failure; empty: no failure
-  glm::dvec3 problem_at{0.0};       ///< location of the problem, mm, world
+  static const sim::Schema& schema();
+};
+
+/// Result of this module: the preview of a flap, and the reason why the last attempt failed.
+struct FlapPreview {
+  std::vector<glm::dvec3> tried;  ///< anchors of the last attempt that failed, mm, world
+  std::string problem;            ///< reason of that failure; empty: no failure
+  glm::dvec3 problem_at{0.0};     ///< location of the problem, mm, world
   /// Preview on the skull, mm, world: lines from the centre to the outline, each of lid_rings + 1 points.
   std::vector<glm::dvec3> lid = {};
   std::int64_t lid_rings = 0;
   std::vector<glm::dvec3> depth = {};  ///< deepest point of the saw at the outer end of each line, mm, world
-  std::string preview = {};            ///< summary
+  std::string summary = {};            ///< empty: no preview
   static const sim::Schema& schema();
 };
 
@@ -116,6 +121,7 @@ class BoneFlap final : public sim::Module {
   std::span<const sim::ValueType* const> events() const override;
   sim::Value world() const override { return FlapState{}; }
   sim::Value settings() const override { return FlapSettings{}; }
+  sim::Value result() const override { return FlapPreview{}; }
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

@@ -13,7 +13,7 @@ namespace {
 
 /// Preview of a flap, or the reason of its failure.
 struct PreviewResult final : sim::JobResult {
-  FlapSettings preview;  ///< only the members that a preview sets
+  FlapPreview preview;
   double area = 0;
   std::uint64_t hash() const override {
     MixHash mix;
@@ -46,19 +46,19 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
   }
   constexpr double k_step = 3;  // mm
   const CutSurface::OuterSurface lid = surface.outer_surface(bone, k_step);
-  FlapSettings& preview = output->preview;
+  FlapPreview& preview = output->preview;
   preview.lid_rings = static_cast<std::int64_t>(lid.grid[0].size()) - 1;
   for (std::size_t i = 0; i < lid.rim.size(); ++i) {
     preview.lid.insert(preview.lid.end(), lid.grid[i].begin(), lid.grid[i].end());
     preview.depth.push_back(surface.point_at(surface.lines()[lid.rim[i]], surface.lines()[lid.rim[i]].from));
   }
   output->area = surface.outer_mm2(bone);
-  preview.preview = "flap of " + tenths(output->area / 100) + " cm\u00b2";
+  preview.summary = "flap of " + tenths(output->area / 100) + " cm\u00b2";
   FlapState cut;
   cut.width = width_of(request.saw), cut.outline = surface.outline(), cut.floor = surface.floor();
   for (const Near& one : nearness_of(cut, input.forbidden))
     if (one.mm < 0 && !one.is_stripped())
-      preview.preview += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
+      preview.summary += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
   return output;
 }
 
@@ -70,20 +70,13 @@ bool is_current(const void* parameters, const sim::OperationState& input,
 }
 
 void adopt_preview(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
-  const FlapSettings& preview = static_cast<const PreviewResult&>(result).preview;
-  FlapSettings& settings = work.change_settings<FlapSettings>();
-  const auto& request = *static_cast<const PreviewFlap*>(parameters);
-  const std::vector<dvec3> anchors = anchors_of(request, settings);
-  settings.tried = preview.problem.empty() ? std::vector<dvec3>() : anchors;
-  settings.problem = preview.problem;
-  settings.problem_at = preview.problem_at;
-  settings.lid = preview.lid;
-  settings.lid_rings = preview.lid_rings;
-  settings.depth = preview.depth;
-  settings.preview = preview.preview;
+  FlapPreview& preview = work.change_result<FlapPreview>();
+  preview = static_cast<const PreviewResult&>(result).preview;
+  if (!preview.problem.empty())
+    preview.tried = anchors_of(*static_cast<const PreviewFlap*>(parameters), work.settings<FlapSettings>());
   const bool is_valid = preview.problem.empty();
   work.raise_event(FlapPreviewed{static_cast<const PreviewResult&>(result).area,
-                                 is_valid ? preview.preview : preview.problem},
+                                 is_valid ? preview.summary : preview.problem},
                    is_valid ? preview.lid[0] : preview.problem_at);
 }
 
@@ -94,11 +87,11 @@ Status check_preview(const void* parameters, const haptics::TouchScene& anatomy)
 
 }  // namespace
 
-void forget_preview(FlapSettings& settings) {
-  settings.lid.clear();
-  settings.depth.clear();
-  settings.preview.clear();
-  settings.lid_rings = 0;
+void forget_preview(FlapPreview& preview) {
+  preview.lid.clear();
+  preview.depth.clear();
+  preview.summary.clear();
+  preview.lid_rings = 0;
 }
 
 const sim::JobType& preview_job() {
@@ -107,30 +100,30 @@ const sim::JobType& preview_job() {
   return job;
 }
 
-sim::Overlay look_of_preview(const FlapSettings& settings) {
-  sim::Overlay preview;
-  const auto rings = static_cast<std::size_t>(settings.lid_rings);
-  const std::size_t lines = settings.depth.size();
-  if (lines == 0 || settings.lid.size() != lines * (rings + 1)) return preview;  // inconsistent file
+sim::Overlay look_of_preview(const FlapPreview& preview) {
+  sim::Overlay overlay;
+  const auto rings = static_cast<std::size_t>(preview.lid_rings);
+  const std::size_t lines = preview.depth.size();
+  if (lines == 0 || preview.lid.size() != lines * (rings + 1)) return overlay;  // inconsistent file
   dvec3 deepest(0);
-  for (const dvec3& p : settings.depth) deepest += p / static_cast<double>(lines);
-  const dvec3 normal = glm::normalize(settings.lid[0] - deepest);
+  for (const dvec3& p : preview.depth) deepest += p / static_cast<double>(lines);
+  const dvec3 normal = glm::normalize(preview.lid[0] - deepest);
   const auto at = [&](std::size_t line, std::size_t ring) {
-    return settings.lid[line % lines * (rings + 1) + ring] + 0.6 * normal;
+    return preview.lid[line % lines * (rings + 1) + ring] + 0.6 * normal;
   };
   for (std::size_t i = 0; i < lines; ++i) {
     for (std::size_t k = 0; k < rings; ++k) {
-      preview.skin.push_back({at(i, k), at(i, k + 1), at(i + 1, k + 1)});
-      if (k > 0) preview.skin.push_back({at(i, k), at(i + 1, k + 1), at(i + 1, k)});
+      overlay.skin.push_back({at(i, k), at(i, k + 1), at(i + 1, k + 1)});
+      if (k > 0) overlay.skin.push_back({at(i, k), at(i + 1, k + 1), at(i + 1, k)});
     }
-    const dvec3 &bottom = settings.depth[i], &next_bottom = settings.depth[(i + 1) % lines];
-    preview.skin.push_back({at(i, rings), bottom, at(i + 1, rings)});
-    preview.skin.push_back({at(i + 1, rings), bottom, next_bottom});
-    preview.lines.push_back({at(i, rings), at(i + 1, rings)});
-    preview.lines.push_back({bottom, next_bottom});
+    const dvec3 &bottom = preview.depth[i], &next_bottom = preview.depth[(i + 1) % lines];
+    overlay.skin.push_back({at(i, rings), bottom, at(i + 1, rings)});
+    overlay.skin.push_back({at(i + 1, rings), bottom, next_bottom});
+    overlay.lines.push_back({at(i, rings), at(i + 1, rings)});
+    overlay.lines.push_back({bottom, next_bottom});
   }
-  preview.labels.push_back({settings.lid[0] + 4.0 * normal, settings.preview});
-  return preview;
+  overlay.labels.push_back({preview.lid[0] + 4.0 * normal, preview.summary});
+  return overlay;
 }
 
 }  // namespace trephine::bone_flap

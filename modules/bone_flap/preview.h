@@ -15,8 +15,8 @@ const std::vector<glm::dvec3>& anchors_of(const Request& request, const FlapSett
 
 const sim::JobType& preview_job();
 /// Clears the preview.
-void forget_preview(FlapSettings& settings);
-/// Returns the overlay of the preview in `settings`: the lid, and the walls below its rim.
-sim::Overlay look_of_preview(const FlapSettings& settings);
+void forget_preview(FlapPreview& preview);
+/// Returns the overlay of a preview: the lid, and the walls below its rim.
+sim::Overlay look_of_preview(const FlapPreview& preview);
 
 }  // namespace trephine::bone_flap

@@ -119,16 +119,21 @@ const sim::Schema& FlapState::schema() {
 }
 
 const sim::Schema& FlapSettings::schema() {
-  static constexpr sim::Field fields[] = {
-      field<&FlapSettings::anchors>("anchors"),
-      field<&FlapSettings::tried>("tried"),
-      field<&FlapSettings::problem>("problem"),
-      field<&FlapSettings::problem_at>("problem_at"),
-      field<&FlapSettings::lid>("surface"),
-      field<&FlapSettings::lid_rings>("surface_rings", {.low = 0, .high = 65536}),
-      field<&FlapSettings::depth>("depth"),
-      field<&FlapSettings::preview>("preview")};
+  static constexpr sim::Field fields[] = {field<&FlapSettings::anchors>("anchors")};
   static constexpr sim::Schema table{"flap-settings", 1, fields};
+  return table;
+}
+
+const sim::Schema& FlapPreview::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&FlapPreview::tried>("tried"),
+      field<&FlapPreview::problem>("problem"),
+      field<&FlapPreview::problem_at>("problem_at"),
+      field<&FlapPreview::lid>("surface"),
+      field<&FlapPreview::lid_rings>("surface_rings", {.low = 0, .high = 65536}),
+      field<&FlapPreview::depth>("depth"),
+      field<&FlapPreview::summary>("summary")};
+  static constexpr sim::Schema table{"flap-preview", 1, fields};
   return table;
 }
 

@@ -78,9 +78,7 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const SectionResult&>(result);
-  auto& settings = work.change_settings<SectionState>();
-  settings.bone = output.measured.bone, settings.models = output.measured.models,
-  settings.outside = output.measured.outside;
+  work.change_result<SectionMeasured>() = output.measured;
   work.raise_event(output.measured, output.at);
 }
 
@@ -123,16 +121,16 @@ Status CrossSection::allows(const sim::Command& command, const sim::OperationSta
 }
 
 void CrossSection::apply(const sim::Command& command, sim::ModuleWork& work) const {
-  if (const auto* plane = command.request.as<SectionPlane>())
-    static_cast<SectionPlane&>(work.change_settings<SectionState>()) = *plane;
+  if (const auto* plane = command.request.as<SectionPlane>()) work.change_settings<SectionPlane>() = *plane;
 }
 
 std::vector<sim::Measure> CrossSection::measures(const sim::OperationState& operation) const {
-  const auto* settings = operation.persistent_of<SectionState>();
-  if (settings == nullptr) return {};
-  return {{"section of bone", settings->bone, "mm2"},
-          {"section of models", settings->models, "mm2"},
-          {"section of models outside bone", settings->outside, "mm2"}};
+  const auto* measured = operation.result_of<SectionMeasured>();
+  if (measured == nullptr) return {};
+  const bool is_stale = operation.is_result_stale<SectionMeasured>();
+  return {{"section of bone", measured->bone, "mm2", is_stale},
+          {"section of models", measured->models, "mm2", is_stale},
+          {"section of models outside bone", measured->outside, "mm2", is_stale}};
 }
 
 const sim::Schema& SectionPlane::schema() {
@@ -142,15 +140,6 @@ const sim::Schema& SectionPlane::schema() {
       field<&SectionPlane::is_clipping>("is_clipping", {.help = "hide everything in front of the plane",
                                                         .label = "Clip the view at the plane"})};
   static constexpr sim::Schema table{"section-plane", 1, fields};
-  return table;
-}
-
-const sim::Schema& SectionState::schema() {
-  static constexpr sim::Field own[] = {field<&SectionState::bone>("bone", {.unit = "mm2"}),
-                                       field<&SectionState::models>("models", {.unit = "mm2"}),
-                                       field<&SectionState::outside>("outside", {.unit = "mm2"})};
-  static const std::vector<sim::Field> fields = sim::joined(SectionPlane::schema().fields, own);
-  static const sim::Schema table{"section-state", 1, fields};
   return table;
 }
 

@@ -6,7 +6,7 @@
 
 namespace trephine::cross_section {
 
-/// Command, and part of the settings: the plane that views show. Undo does not change it.
+/// Command, and the settings of this module: the plane that views show. Undo does not change it.
 struct SectionPlane {
   glm::dvec3 at{0.0};          ///< mm, world
   glm::dvec3 normal{0, 0, 1};  ///< toward the viewer
@@ -23,18 +23,12 @@ struct MeasureSection {
   static const sim::Schema& schema();
 };
 
-/// Emitted at the plane's centre. The areas are kept in the settings.
+/// Areas in a plane, the result of this module. Emitted at the plane's centre.
 struct SectionMeasured {
   double bone = 0;          ///< mm2
   double models = 0;        ///< mm2 of closed models, without detached bone
   double outside = 0;       ///< mm2 of these outside bone
   std::string open_models;  ///< names of models that are not closed, which are not counted
-  static const sim::Schema& schema();
-};
-
-/// Settings of the module: the plane, and the last measurement.
-struct SectionState : SectionPlane {
-  double bone = 0, models = 0, outside = 0;  ///< mm2
   static const sim::Schema& schema();
 };
 
@@ -44,7 +38,8 @@ class CrossSection final : public sim::Module {
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value settings() const override { return SectionState{}; }
+  sim::Value settings() const override { return SectionPlane{}; }
+  sim::Value result() const override { return SectionMeasured{}; }
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

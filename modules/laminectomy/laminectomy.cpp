@@ -67,13 +67,13 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
 void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const JudgementResult&>(result);
   if (output.error) {
-    work.change_settings<Judgement>() = {};  // an earlier judgement does not apply
+    work.change_result<Judgement>() = {};  // an earlier judgement does not apply
     work.raise_event(
         JudgementFailed{static_cast<const JudgeLaminectomy*>(parameters)->vertebra, output.error->reason},
         output.at);
     return;
   }
-  work.change_settings<Judgement>() = output.judgement;
+  work.change_result<Judgement>() = output.judgement;
   work.raise_event(output.judgement, output.at);
 }
 
@@ -142,25 +142,26 @@ Status Laminectomy::allows(const sim::Command& command, const sim::OperationStat
 }
 
 std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& operation) const {
-  const Judgement* j = operation.persistent_of<Judgement>();
+  const Judgement* j = operation.result_of<Judgement>();
   if (j == nullptr) return {};
+  const bool is_stale = operation.is_result_stale<Judgement>();
   const auto share = [](double remaining, double before) {
     return before > 0 ? 100 * remaining / before : 100.0;
   };
-  return {{"canal before", j->canal_before, "mm2"},
-          {"canal", j->canal_after, "mm2"},
-          {"opened length", j->opened_length, "mm"},
-          {"opened width", j->opened_width, "mm"},
-          {"canal at the opening before", j->opening_before, "mm2"},
-          {"canal at the opening", j->opening_after, "mm2"},
-          {"lamina left", share(j->lamina_left, j->lamina_before), "%"},
-          {"spinous process left", share(j->spinous_left, j->spinous_before), "%"},
-          {"left upper facet removed", j->left_upper_facet, "%"},
-          {"left lower facet removed", j->left_lower_facet, "%"},
-          {"right upper facet removed", j->right_upper_facet, "%"},
-          {"right lower facet removed", j->right_lower_facet, "%"},
-          {"left pars", j->left_pars, "mm"},
-          {"right pars", j->right_pars, "mm"}};
+  return {{"canal before", j->canal_before, "mm2", is_stale},
+          {"canal", j->canal_after, "mm2", is_stale},
+          {"opened length", j->opened_length, "mm", is_stale},
+          {"opened width", j->opened_width, "mm", is_stale},
+          {"canal at the opening before", j->opening_before, "mm2", is_stale},
+          {"canal at the opening", j->opening_after, "mm2", is_stale},
+          {"lamina left", share(j->lamina_left, j->lamina_before), "%", is_stale},
+          {"spinous process left", share(j->spinous_left, j->spinous_before), "%", is_stale},
+          {"left upper facet removed", j->left_upper_facet, "%", is_stale},
+          {"left lower facet removed", j->left_lower_facet, "%", is_stale},
+          {"right upper facet removed", j->right_upper_facet, "%", is_stale},
+          {"right lower facet removed", j->right_lower_facet, "%", is_stale},
+          {"left pars", j->left_pars, "mm", is_stale},
+          {"right pars", j->right_pars, "mm", is_stale}};
 }
 
 const sim::Schema& JudgeLaminectomy::schema() {

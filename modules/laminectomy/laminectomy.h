@@ -15,7 +15,7 @@ struct JudgeLaminectomy {
   static const sim::Schema& schema();
 };
 
-/// Last judgement. Emitted at the centre of the canal, and kept in the settings, which undo does not change.
+/// A judgement, the result of this module. Emitted at the centre of the canal.
 struct Judgement {
   std::string vertebra;
   double canal_before = 0, canal_after = 0;      ///< mm2, where the canal was narrowest below a roof
@@ -47,7 +47,7 @@ class Laminectomy final : public sim::Module {
   std::string_view name() const noexcept override { return "laminectomy"; }
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value settings() const override { return Judgement{}; }
+  sim::Value result() const override { return Judgement{}; }
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
 };

@@ -259,7 +259,7 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const Result&>(result);
-  auto& settings = work.change_settings<MeasurementState>();
+  auto& settings = work.change_result<MeasurementState>();
   static_cast<Measured&>(settings) = output.measured;
   if (output.measured.problem.empty()) {
     settings.kinds.push_back(static_cast<double>(output.measured.kind));
@@ -319,7 +319,7 @@ std::span<const sim::ValueType* const> Measurement::commands() const {
 
 void Measurement::apply(const sim::Command& command, sim::ModuleWork& work) const {
   if (command.request.as<ClearMeasures>() != nullptr)
-    work.change_settings<MeasurementState>() = MeasurementState{};
+    work.change_result<MeasurementState>() = MeasurementState{};
 }
 
 std::span<const sim::ValueType* const> Measurement::events() const {
@@ -356,16 +356,21 @@ Status Measurement::allows(const sim::Command& command, const sim::OperationStat
 }
 
 std::vector<sim::Measure> Measurement::measures(const sim::OperationState& operation) const {
-  const auto* last = operation.persistent_of<MeasurementState>();
+  const auto* last = operation.result_of<MeasurementState>();
   if (last == nullptr) return {};
-  return {{"measured length", last->length, "mm"}, {"measured straight", last->straight, "mm"},
-          {"measured taut", last->taut, "mm"},     {"measured angle", last->angle, "degrees"},
-          {"measured mean", last->mean, ""},       {"measured deviation", last->deviation, ""},
-          {"measured area", last->area, "mm2"},    {"measured size", last->size, "mm3"}};
+  const bool is_stale = operation.is_result_stale<MeasurementState>();
+  return {{"measured length", last->length, "mm", is_stale},
+          {"measured straight", last->straight, "mm", is_stale},
+          {"measured taut", last->taut, "mm", is_stale},
+          {"measured angle", last->angle, "degrees", is_stale},
+          {"measured mean", last->mean, "", is_stale},
+          {"measured deviation", last->deviation, "", is_stale},
+          {"measured area", last->area, "mm2", is_stale},
+          {"measured size", last->size, "mm3", is_stale}};
 }
 
 sim::Overlays Measurement::overlays(const sim::OperationState& operation) const {
-  const auto* settings = operation.persistent_of<MeasurementState>();
+  const auto* settings = operation.result_of<MeasurementState>();
   if (settings == nullptr || settings->kinds.empty()) return {};
   sim::Overlay overlay;
   overlay.kind = sim::Overlay::Kind::plan;

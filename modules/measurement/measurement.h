@@ -19,7 +19,7 @@ struct Measure {
   static const sim::Schema& schema();
 };
 
-/// Last measurement. Emitted at its first position, and kept in the settings.
+/// A measurement. Emitted at its first position.
 struct Measured {
   Kind kind = Kind::ruler;
   bool is_any = false;
@@ -43,7 +43,7 @@ struct ClearMeasures {
   static const sim::Schema& schema();
 };
 
-/// Last measurement, and the shown measurements: the newest `k_shown`.
+/// Result of this module: the last measurement, and the shown measurements: the newest `k_shown`.
 struct MeasurementState : Measured {
   static constexpr std::size_t k_shown = 32;
   /// Per measurement: its kind, the number of its points in `lines`, and its value.
@@ -62,7 +62,7 @@ class Measurement final : public sim::Module {
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value settings() const override { return MeasurementState{}; }
+  sim::Value result() const override { return MeasurementState{}; }
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

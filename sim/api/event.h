@@ -49,7 +49,8 @@ struct DebrisFreed {
 struct Measure {
   std::string name;  ///< "removed"
   double value = 0;
-  std::string unit;  ///< "mm3"; empty: dimensionless
+  std::string unit;       ///< "mm3"; empty: dimensionless
+  bool is_stale = false;  ///< the anatomy changed after it was measured
 };
 
 /// All events since the start, and the numbers of undos and redos. Only grows. Copies share the older events.

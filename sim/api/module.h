@@ -14,8 +14,10 @@ namespace trephine::sim {
 /// State of one module in an operation.
 class ModuleState {
  public:
-  ModuleState(std::shared_ptr<const Value>& world, std::shared_ptr<const Value>& settings)
-      : world_(&world), settings_(&settings) {}
+  /// `edits`: OperationState::edits of the anatomy that new results describe.
+  ModuleState(std::shared_ptr<const Value>& world, std::shared_ptr<const Value>& settings,
+              ModuleResult& result, std::uint64_t edits)
+      : world_(&world), settings_(&settings), result_(&result), edits_(edits) {}
 
   template <HasSchema T>
   const T& world() const noexcept {
@@ -37,6 +39,16 @@ class ModuleState {
     return change<T>(*settings_);
   }
   bool is_world_changed() const noexcept { return is_world_changed_; }
+  template <HasSchema T>
+  const T& result() const noexcept {
+    return *result_->value->as<T>();
+  }
+  /// Newest result, for writing. It then describes the current anatomy, or that in which its job began.
+  template <HasSchema T>
+  T& change_result() {
+    result_->edits = edits_;
+    return change<T>(result_->value);
+  }
 
  private:
   /// Replaces the value by a copy, since other states may share it.
@@ -48,6 +60,8 @@ class ModuleState {
     return object;
   }
   std::shared_ptr<const Value>*world_, *settings_;
+  ModuleResult* result_;
+  std::uint64_t edits_;
   bool is_world_changed_ = false;
 };
 
@@ -110,6 +124,9 @@ class Module {
   virtual Value world() const { return {}; }
   /// Initial persistent state; empty: the module has no such state.
   virtual Value settings() const { return {}; }
+  /// Initial result: what the module finds out about the anatomy, such as a judgement. Undo does not change
+  /// it, but makes it stale. Empty: the module has no results.
+  virtual Value result() const { return {}; }
 
   /// Guard: called for every command of any module before it is carried out. An Error refuses the command.
   virtual Status allows(const Command& command, const OperationState& state) const;

@@ -10,6 +10,11 @@ std::uint64_t OperationState::hash() const {
   for (const auto* modules : {&world.modules, &settings.modules})
     for (const auto& value : *modules)
       if (value) add_value(result, *value);
+  for (const ModuleResult& one : settings.results)
+    if (one.value) {
+      add_value(result, *one.value);
+      result.add(one.edits);
+    }
   for (const Body& body : world.bodies) {
     result.add(std::uint64_t{body.id.value});
     result.add(static_cast<std::uint64_t>(body.mover));

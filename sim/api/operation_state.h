@@ -8,6 +8,7 @@
 #include "sim/api/event.h"
 #include "sim/api/instrument.h"
 #include "volume/cuts/version.h"
+#include "volume/scan/surgical_plan.h"
 
 namespace trephine::sim {
 
@@ -18,6 +19,12 @@ struct UndoableState {
   std::vector<Body> bodies;                           ///< detached from the anatomy, by ascending id
 };
 
+/// What a module found out about the anatomy, such as a judgement or a preview.
+struct ModuleResult {
+  std::shared_ptr<const Value> value;  ///< null: the module has no results
+  std::uint64_t edits = 0;             ///< OperationState::edits of the anatomy that it describes
+};
+
 /// Persistent state: not changed by undo.
 struct PersistentState {
   std::vector<Instrument> hands;
@@ -25,14 +32,23 @@ struct PersistentState {
   /// applying them again restores a state. Empty at the start of an operation.
   std::map<std::string, Command> latest_commands;
   std::vector<std::shared_ptr<const Value>> modules;  ///< as UndoableState::modules
+  std::vector<ModuleResult> results;                  ///< one per module
 };
 
 struct OperationState {
   std::uint64_t next_tick = 0;  ///< one past the newest tick of any hand
+  double dt = 0;                ///< s, period of the servo; constant
+  /// Number of changes of the anatomy so far: cuts, detachments, undo and redo.
+  std::uint64_t edits = 0;
+  /// Plan of the operation, constant; null: nothing is planned. Part of a session's header, not of hash().
+  std::shared_ptr<const volume::SurgicalPlan> plan;
   UndoableState world;
   PersistentState settings;
   Chronicle chronicle;
   std::vector<ForbiddenWatch> watches;  ///< hand by hand, one per forbidden structure
+
+  /// Time of the next tick, s.
+  double seconds() const noexcept { return static_cast<double>(next_tick) * dt; }
 
   /// Returns the state of a module; null if no module of this operation has such a state.
   template <HasSchema T>
@@ -44,11 +60,30 @@ struct OperationState {
     return find_in<T>(settings.modules);
   }
 
+  /// Returns the newest result of a module; null if no module of this operation has such results.
+  template <HasSchema T>
+  const T* result_of() const noexcept {
+    const ModuleResult* found = find_result<T>();
+    return found ? found->value->template as<T>() : nullptr;
+  }
+  /// Returns true if the anatomy changed after the newest result of this type was found.
+  template <HasSchema T>
+  bool is_result_stale() const noexcept {
+    const ModuleResult* found = find_result<T>();
+    return found != nullptr && found->edits != edits;
+  }
+
   /// Returns the hash of the canonical bytes: equal for equal states. Requires a frozen version, or that no
   /// edit runs meanwhile.
   std::uint64_t hash() const;
 
  private:
+  template <class T>
+  const ModuleResult* find_result() const noexcept {
+    for (const ModuleResult& result : settings.results)
+      if (result.value && result.value->template as<T>()) return &result;
+    return nullptr;
+  }
   template <class T>
   static const T* find_in(const std::vector<std::shared_ptr<const Value>>& values) noexcept {
     for (const auto& value : values)

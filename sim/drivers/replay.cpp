@@ -72,8 +72,9 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, OperationSt
   const SessionHeader& header = session.header();
   Result<Catalogue> modules = modules_of(session);
   if (!modules) return modules.error();
-  std::unique_ptr<Replay> replay(new Replay(session, Engine(std::move(start.hands), 1 / header.rate_hz,
-                                                            modules.value(), std::move(start.forbidden))));
+  std::unique_ptr<Replay> replay(
+      new Replay(session, Engine(std::move(start.hands), 1 / header.rate_hz, modules.value(),
+                                 std::move(start.forbidden), std::move(start.plan))));
   // The state of a module of another version may have another meaning.
   for (const NamedVersion& named : header.modules)
     for (const Module* module : modules.value().modules())

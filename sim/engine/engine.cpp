@@ -22,25 +22,28 @@ Error no_job(Id id) {
 }  // namespace
 
 Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue,
-               std::vector<std::shared_ptr<const Forbidden>> forbidden)
+               std::vector<std::shared_ptr<const Forbidden>> forbidden,
+               std::shared_ptr<const volume::SurgicalPlan> plan)
     : catalogue_(catalogue),
-      dt_(dt),
       editor_(haptics::untouched(*hands.at(0).touch.scene), haptics::solids_of(*hands[0].touch.scene)),
       trails_(hands.size()),
       work_(hands.size()),
       forbidden_(std::move(forbidden)) {
+  now_.dt = dt;
+  now_.plan = std::move(plan);
   now_.watches.resize(hands.size() * forbidden_.size());
   for (std::size_t h = 0; h < hands.size(); ++h) {
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].touch.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
     tools_.push_back({scene, hands[h].touch.method, 0, hands[h].touch.method->name()});
-    depths_.emplace_back(*scene, dt_);
+    depths_.emplace_back(*scene, now_.dt);
     hands_.push_back(std::move(hands[h].touch));
     now_.settings.hands.push_back(std::move(hands[h].instrument));
   }
   for (const Module* module : catalogue_.modules()) {
     now_.world.modules.push_back(shared(module->world()));
     now_.settings.modules.push_back(shared(module->settings()));
+    now_.settings.results.push_back({shared(module->result())});
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
   now_.world.version = published_version_ = untouched_ = editor_.publish();
@@ -67,7 +70,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     hand.place = haptics::place_of(tick.pose);
     depths_[tick.hand].see(tick.pose.position_world, tick.proxy_world);
   }
-  const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
+  const InstrumentInput input{tick, now_.dt, std::exchange(hand.is_fresh, false)};
   bool was_pressed = false;
   if (instrument.type != nullptr) {
     was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
@@ -75,7 +78,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     instrument.type->step(instrument.parameters.data(), instrument.state.data(), input, work);
     if (work.removed().bricks_changed > 0) {
       now_.world.version = published_version_ = editor_.publish();
-      ++edits_;
+      ++now_.edits;
       publish(Change::cut);
       record_cut(work.removed());
       outcome.is_changed = outcome.is_edit = true;
@@ -190,7 +193,7 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       const Module& module = *catalogue_.modules()[m];
       if (!contains(module.commands(), request.type())) continue;
-      ModuleWork work(Work(editor_, pending_events_, now_.next_tick, command.hand), state_of(m));
+      ModuleWork work(Work(editor_, pending_events_, now_.next_tick, command.hand), state_of(m, now_.edits));
       module.apply(command, work);
       return finish(work, outcome);
     }
@@ -207,15 +210,15 @@ const InstrumentType* Engine::instrument_of(const Command& command) const noexce
   return known && known->parameters == &type ? known : nullptr;
 }
 
-ModuleState Engine::state_of(std::size_t module) noexcept {
-  return {now_.world.modules[module], now_.settings.modules[module]};
+ModuleState Engine::state_of(std::size_t module, std::uint64_t edits) noexcept {
+  return {now_.world.modules[module], now_.settings.modules[module], now_.settings.results[module], edits};
 }
 
 /// Publishes the work of a module, and marks undoable changes.
 void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   const bool is_cut = work.removed().bricks_changed > 0;
   if (!is_cut && !work.is_restored() && !work.is_world_changed()) return;
-  if (is_cut || work.is_restored()) ++edits_;
+  if (is_cut || work.is_restored()) ++now_.edits;
   is_stroke_changed_ = outcome.is_edit = true;
   if (work.is_restored()) {
     editor_.reset(untouched_);
@@ -294,7 +297,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
     } else if (watch.is_inside) {
       const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);
       pending_events_.push_back(
-          {tick.tick, tick.hand, at, ForbiddenLeft{name, watch.deepest_now, ticks * dt_}});
+          {tick.tick, tick.hand, at, ForbiddenLeft{name, watch.deepest_now, ticks * now_.dt}});
       if (!watch.is_torn)
         pending_events_.push_back(
             watch.has_worked ? Event{tick.tick, tick.hand, at, StructureTouched{name, watch.deepest_now}}
@@ -384,7 +387,7 @@ void Engine::handle_events(Outcome& outcome) {
   outcome.event_count = pending_events_.size();
   for (Event& event : pending_events_) {
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
-      ModuleState state = state_of(m);
+      ModuleState state = state_of(m, now_.edits);
       catalogue_.modules()[m]->react(event, state);
       if (state.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
     }

@@ -43,7 +43,8 @@ class Engine {
  public:
   /// `dt`: period of the servo, s. Borrows the modules.
   Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue = {},
-         std::vector<std::shared_ptr<const Forbidden>> forbidden = {});
+         std::vector<std::shared_ptr<const Forbidden>> forbidden = {},
+         std::shared_ptr<const volume::SurgicalPlan> plan = nullptr);
   /// One hand, with or without an instrument. Borrows scene and method too.
   Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
          double dt, const Catalogue& catalogue = {},
@@ -76,7 +77,7 @@ class Engine {
   /// Makes all published data immutable from here on, even during a stroke. Changes no bits.
   void freeze();
   /// Time of the next tick, s.
-  double seconds() const noexcept { return static_cast<double>(now_.next_tick) * dt_; }
+  double seconds() const noexcept { return now_.seconds(); }
   /// Remaining anatomy.
   const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.world.version; }
   const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
@@ -188,7 +189,8 @@ class Engine {
                        [](const haptics::ServoHand& hand) { return hand.held_count > 0; });
   }
   const InstrumentType* instrument_of(const Command& command) const noexcept;
-  ModuleState state_of(std::size_t module) noexcept;
+  /// `edits`: of the anatomy that new results of the module describe.
+  ModuleState state_of(std::size_t module, std::uint64_t edits) noexcept;
   Status check(const Command& command) const;
   Status check_target_entry(const Command& command) const;
   Status check_entry(const HistoryEntry& entry) const;
@@ -214,7 +216,6 @@ class Engine {
   std::shared_ptr<const HistoryEntry> make_entry(const volume::VoxelBox& box);
 
   Catalogue catalogue_;
-  double dt_;
   volume::RemovalEditor editor_;
   std::shared_ptr<const volume::Version> untouched_;
   /// Last published version: that of current(), frozen since or not.
@@ -237,7 +238,6 @@ class Engine {
   volume::VoxelBox stroke_box_ = k_no_voxels;
   volume::VoxelBox ever_cut_ = k_no_voxels;  ///< since the start, undone or not
   std::uint64_t growths_ = 0;                ///< number of growths of matter
-  std::uint64_t edits_ = 0;                  ///< number of changes of the remaining matter
 
   std::vector<PendingJob> jobs_;
   std::uint32_t last_job_ = 0, last_body_ = 0;

@@ -246,7 +246,7 @@ void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& out
   const std::vector<int> movers = free_movers();
   editor_.reset(detachment.rest);
   now_.world.version = published_version_ = editor_.publish();
-  ++edits_;
+  ++now_.edits;
   for (std::size_t i = 0; i < detachment.pieces.size(); ++i) {
     const std::shared_ptr<const Piece>& piece = detachment.pieces[i];
     const Id id{++last_body_};

@@ -97,7 +97,7 @@ bool Engine::change_branch(const Command& command, Outcome& outcome) {
     left_branches_.push_back(branch_);
     branch_.name = begin->name;
     branch_.history.resize(branch_.position + 1);
-    ++edits_;  // results of earlier jobs belong to the previous branch
+    ++now_.edits;  // results of earlier jobs belong to the previous branch
   } else if (const auto* other = request.as<SwitchBranch>()) {
     end_stroke();
     Branch& target = *find_branch(left_branches_, other->name);
@@ -161,7 +161,7 @@ void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outco
     for (const Body& previous : previous_bodies)
       if (previous.id == body.id) body.holder = previous.holder, body.grip = previous.grip;
   }
-  ++edits_;
+  ++now_.edits;
   if (has_bodies) use_bodies(Bodies::others);
   now_.world.version = published_version_ = editor_.publish();
   for (TouchFields& fields : fields_) {

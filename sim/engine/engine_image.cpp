@@ -12,7 +12,6 @@ void Engine::for_each_kept(SomeEngine& engine, Image& image, Each&& each) {
   each(engine.left_branches_, image.other_branches);
   each(engine.last_entry_, image.last_entry);
   each(engine.growths_, image.growths);
-  each(engine.edits_, image.edits);
   each(engine.is_stroke_changed_, image.is_stroke_changed);
   each(engine.stroke_box_, image.stroke_box);
   each(engine.ever_cut_, image.ever_cut);
@@ -47,7 +46,7 @@ Status Engine::restore(const EngineImage& image) {
     if (hand.tool.scene != hands_[h].scene) hands_[h].set_scene(hand.tool.scene, hand.tool.method);
     work_[h] = hand.work;
     trails_[h] = hand.trail;
-    depths_[h] = DepthSets(*hand.tool.scene, dt_);
+    depths_[h] = DepthSets(*hand.tool.scene, now_.dt);
   }
   // Ended effects are applied first: they make room for those of instruments and for new ones.
   for (const bool is_ending : {true, false}) {

@@ -55,8 +55,8 @@ struct PendingJob {
   std::function<std::shared_ptr<const JobResult>()> run;
   const JobType* type = nullptr;  ///< null: a job of the engine
   std::size_t module = 0;
-  std::uint64_t growths = 0, edits = 0;  ///< the engine's counts when the job began
-  volume::VoxelBox cut = k_no_voxels;    ///< of all cuts before the job began
+  std::uint64_t growths = 0;           ///< the engine's count when the job began
+  volume::VoxelBox cut = k_no_voxels;  ///< of all cuts before the job began
 };
 
 /// Scene of a hand, without the detached bodies, which are added to it.
@@ -83,7 +83,7 @@ struct EngineImage {
 
   Branch branch;
   std::vector<Branch> other_branches;  ///< other branches, in the order in which they were first left
-  std::uint64_t last_entry = 0, growths = 0, edits = 0;
+  std::uint64_t last_entry = 0, growths = 0;
   bool is_stroke_changed = false;
   volume::VoxelBox stroke_box = k_no_voxels;
   volume::VoxelBox ever_cut = k_no_voxels;

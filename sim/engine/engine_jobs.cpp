@@ -27,7 +27,6 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
   job.parameters = std::make_shared<const Value>(command.request);
   job.input = snapshot();
   job.growths = growths_;
-  job.edits = edits_;
   job.cut = ever_cut_;
   make_runnable(job);
   jobs_.push_back(std::move(job));
@@ -81,7 +80,7 @@ void Engine::end_job(const AdoptJob& request, Outcome& outcome) {
   const bool depends_on_cuts =
       job.type ? job.type->depends_on_cuts : job.parameters->as<FreePieces>() != nullptr;
   const bool is_outdated =
-      (depends_on_cuts && job.edits != edits_) ||
+      (depends_on_cuts && job.input->edits != now_.edits) ||
       (job.type && job.type->is_result_valid && !job.type->is_result_valid(parameters, *job.input, now_));
   if (is_outdated) return discard(k_world_changed);
   if (!result) result = job.run();
@@ -90,7 +89,8 @@ void Engine::end_job(const AdoptJob& request, Outcome& outcome) {
   if (detachment)
     if (std::string why = reason_not_to_adopt(*detachment); !why.empty()) return discard(std::move(why));
   if (job.type) {
-    ModuleWork work(Work(editor_, pending_events_, now_.next_tick, job.hand), state_of(job.module));
+    ModuleWork work(Work(editor_, pending_events_, now_.next_tick, job.hand),
+                    state_of(job.module, job.input->edits));
     job.type->adopt(parameters, *result, work);
     finish(work, outcome);
   } else if (detachment == nullptr) {

@@ -205,7 +205,7 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
   use_fields();
   if (TouchFields* fields = fields_of(job.hand)) {
     // Its fields are valid if no cut was undone since.
-    const bool is_cut_since = job.edits != edits_;
+    const bool is_cut_since = job.input->edits != now_.edits;
     TouchFields::Kept kept{{}, ever_cut_};
     if (growths_ == job.growths) kept = {geometry.offsets, is_cut_since ? ever_cut_ : k_no_voxels};
     fields->go_back(kept, current(), serial() + 1);

@@ -247,7 +247,8 @@ Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData
   }
   auto forbidden = build_forbidden(spec, data);
   if (!forbidden) return forbidden.error();
-  return OperationStart{std::move(hands), std::move(forbidden).value()};
+  auto plan = spec.plan.is_empty() ? nullptr : std::make_shared<const volume::SurgicalPlan>(spec.plan);
+  return OperationStart{std::move(hands), std::move(forbidden).value(), std::move(plan)};
 }
 
 Result<std::vector<std::shared_ptr<const Forbidden>>> build_forbidden(const SceneDescription& spec,
@@ -343,6 +344,7 @@ SceneDescription describe_built_scene(const SceneDescription& request, const Ope
   servo.rate_hz = request.rate_hz;
   servo.force = request.force;
   SceneDescription result = describe_scene(start.hands, servo);
+  result.plan = request.plan;
   std::size_t touchable = 0;  // in the order of the request
   for (const StructureSpec& s : request.structures)
     if (s.is_touchable)

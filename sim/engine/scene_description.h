@@ -11,6 +11,7 @@
 #include "haptics/methods/methods.h"
 #include "haptics/servo/servo_loop.h"
 #include "sim/engine/engine.h"
+#include "volume/scan/surgical_plan.h"
 
 namespace trephine::sim {
 
@@ -75,6 +76,7 @@ struct SceneDescription {
   std::vector<StreamSpec> streams;
   std::vector<StructureSpec> structures;
   std::vector<HandSpec> hands;
+  volume::SurgicalPlan plan;
   double rate_hz = 1000;
   haptics::ForceOptions force;
   double smallest_burr = 0;  ///< mm, diameter for which cuts are sampled; 0: on the voxels
@@ -97,6 +99,7 @@ struct SceneData {
 struct OperationStart {
   std::vector<HandStart> hands;
   std::vector<std::shared_ptr<const Forbidden>> forbidden;
+  std::shared_ptr<const volume::SurgicalPlan> plan = nullptr;  ///< null: nothing is planned
 };
 /// Builds all that a servo needs: bits, smooth fields, offset fields and prepared methods. Error if the data
 /// does not match the spec, or a hand's method cannot touch such a scene.

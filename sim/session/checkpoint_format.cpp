@@ -80,8 +80,8 @@ void put_cuts(std::string& out, const TouchFields& fields) {
 
 /// Writes the counts of an image, and the boxes of its cuts.
 void put_numbers(std::string& out, const EngineImage& image) {
-  for (const std::uint64_t number : {image.last_entry, image.growths, image.edits,
-                                     std::uint64_t{image.last_job}, std::uint64_t{image.last_body}})
+  for (const std::uint64_t number :
+       {image.last_entry, image.growths, std::uint64_t{image.last_job}, std::uint64_t{image.last_body}})
     put_count(out, number);
   put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
   put_box(out, image.stroke_box);
@@ -101,7 +101,6 @@ void put_job(std::string& out, const PendingJob& job) {
   put(out, job.hand);
   put_value(out, *job.parameters);
   put_count(out, job.growths);
-  put_count(out, job.edits);
   put_box(out, job.cut);
 }
 
@@ -200,8 +199,14 @@ void CheckpointEncoder::put_place(std::string& out, const Checkpoint& checkpoint
 
 void CheckpointEncoder::put_state(std::string& out, const OperationState& state) {
   put(out, state.next_tick);
+  put_count(out, state.edits);
   put_world(out, state.world);
   put_modules(out, state.settings.modules);
+  put_count(out, state.settings.results.size());
+  for (const ModuleResult& result : state.settings.results) {
+    put_bytes_of(out, result.value.get());
+    put_count(out, result.edits);
+  }
   for (const Instrument& hand : state.settings.hands) {
     put_text(out, hand.name());
     put_bytes_of(out, &hand.parameters);

@@ -272,8 +272,20 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const OperationState& initial = start.now();
     OperationState state;
     state.next_tick = in.value<std::uint64_t>();
+    state.edits = in.count();
+    state.dt = initial.dt, state.plan = initial.plan;
     state.world = read_world(in);
     state.settings.modules = read_modules(in, initial.settings.modules);
+    state.settings.results = initial.settings.results;
+    const std::uint64_t results = in.count(initial.settings.results.size());
+    for (std::uint64_t m = 0; m < results; ++m) {
+      ModuleResult& result = state.settings.results[m];
+      const std::string_view bytes = in.text();
+      result.edits = in.count();
+      if (result.value)
+        result.value =
+            std::make_shared<const Value>(value_or_throw(Value::from_bytes(result.value->type(), bytes)));
+    }
     for (std::size_t h = 0; h < start.hand_count(); ++h) {
       const std::string_view name = in.text(), parameters = in.text(), memory = in.text();
       Instrument& hand = state.settings.hands.emplace_back();
@@ -345,7 +357,6 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       image.other_branches.push_back(read_branch(in, hands, stored, entries_read));
     image.last_entry = in.count();
     image.growths = in.count();
-    image.edits = in.count();
     image.last_job = static_cast<std::uint32_t>(in.count());
     image.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
   }
@@ -397,7 +408,6 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       job.hand = in.value<std::uint8_t>();
       job.parameters = std::make_shared<const Value>(read_value(in));
       job.growths = in.count();
-      job.edits = in.count();
       job.cut = in.box(start.scene().base->size);
       job.input = std::make_shared<const OperationState>(read_state(in, all_events));
       if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"an invalid job"};

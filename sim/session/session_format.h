@@ -14,7 +14,7 @@
 namespace trephine::sim {
 
 /// Version of the file's layout. Files of other layouts are refused.
-inline constexpr std::uint32_t k_session_layout = 11;  // 11: names of fields and events
+inline constexpr std::uint32_t k_session_layout = 12;  // 12: plan, results
 /// Revision of the arithmetic of servo and edits: raised with every change that gives other bits for the same
 /// input. A session of another revision can be viewed, but not verified. Modules have their own versions.
 inline constexpr std::uint32_t k_replay_revision = 17;

@@ -22,6 +22,43 @@ void add_line(std::string& out, const std::string& key, const std::string& value
   out += '\n';
 }
 
+std::string text_of_point(const glm::dvec3& p) {
+  return text_of(p.x) + ' ' + text_of(p.y) + ' ' + text_of(p.z);
+}
+
+/// Adds the lines of a plan. The lines of an object follow that of its name.
+void add_plan(std::string& out, const volume::SurgicalPlan& plan) {
+  const auto add_text = [&out](const char* key, const std::string& value) {
+    if (!value.empty()) add_line(out, key, value);
+  };
+  for (const volume::PlannedTrajectory& t : plan.trajectories) {
+    add_text("trajectory", t.name);
+    add_text("trajectory_entry", text_of_point(t.entry_world));
+    add_text("trajectory_target", text_of_point(t.target_world));
+    if (t.diameter > 0) add_text("trajectory_diameter", text_of(t.diameter));
+    add_text("trajectory_group", t.group);
+    add_text("trajectory_side", t.side);
+    add_text("trajectory_vertebra", t.vertebra);
+  }
+  for (const volume::PlannedLandmark& l : plan.landmarks) {
+    add_text("landmark", l.name);
+    add_text("landmark_at", text_of_point(l.position_world));
+  }
+  for (const volume::PlannedOutline& o : plan.outlines) {
+    add_text("outline", o.name);
+    for (const glm::dvec3& p : o.points_world) add_text("outline_point", text_of_point(p));
+  }
+  for (const volume::PlannedPlane& p : plan.planes) {
+    add_text("plane", p.name);
+    add_text("plane_at", text_of_point(p.point_world));
+    add_text("plane_normal", text_of_point(p.normal_world));
+  }
+  for (const volume::PlannedTarget& t : plan.targets) {
+    add_text("target", t.name);
+    add_text("target_label", t.label);
+  }
+}
+
 }  // namespace
 
 std::string encode(const SessionHeader& h) {
@@ -121,6 +158,7 @@ std::string to_text(const SceneDescription& h) {
       add_number("ramp_dense_stiffness", s.ramp->dense_stiffness);
     }
   }
+  add_plan(out, h.plan);
   for (const HandSpec& hand : h.hands) {
     add_text("hand", hand.instrument);
     if (!hand.parameters.empty()) add_text("parameters", hand.parameters);
@@ -222,6 +260,54 @@ std::optional<glm::dvec3> three_numbers(std::string_view text) {
     if (!take_number(text, n[a]) || !(std::abs(n[a]) <= 1e6)) return {};
   return text.empty() ? std::optional(n) : std::nullopt;
 }
+
+/// Reads a line of a plan. Returns nullopt if the key is not one of a plan; false if the value is invalid or
+/// the line does not follow that of its object.
+std::optional<bool> read_plan_line(std::string_view key, std::string_view value, volume::SurgicalPlan& plan) {
+  const auto set_point = [&](auto& objects, auto member) {
+    const std::optional<glm::dvec3> p = three_numbers(value);
+    if (!p || objects.empty()) return false;
+    objects.back().*member = *p;
+    return true;
+  };
+  const auto set_text = [&](auto& objects, auto member) {
+    if (objects.empty()) return false;
+    objects.back().*member = value;
+    return true;
+  };
+  const auto begin = [&](auto& objects) {
+    if (objects.size() >= volume::k_most_planned) return false;
+    objects.emplace_back().name = value;
+    return true;
+  };
+  using Trajectory = volume::PlannedTrajectory;
+  if (key == "trajectory") return begin(plan.trajectories);
+  if (key == "trajectory_entry") return set_point(plan.trajectories, &Trajectory::entry_world);
+  if (key == "trajectory_target") return set_point(plan.trajectories, &Trajectory::target_world);
+  if (key == "trajectory_diameter")
+    return !plan.trajectories.empty() && take_number(value, plan.trajectories.back().diameter) &&
+           value.empty();
+  if (key == "trajectory_group") return set_text(plan.trajectories, &Trajectory::group);
+  if (key == "trajectory_side") return set_text(plan.trajectories, &Trajectory::side);
+  if (key == "trajectory_vertebra") return set_text(plan.trajectories, &Trajectory::vertebra);
+  if (key == "landmark") return begin(plan.landmarks);
+  if (key == "landmark_at") return set_point(plan.landmarks, &volume::PlannedLandmark::position_world);
+  if (key == "outline") return begin(plan.outlines);
+  if (key == "outline_point") {
+    const std::optional<glm::dvec3> p = three_numbers(value);
+    if (!p || plan.outlines.empty() || plan.outlines.back().points_world.size() >= volume::k_most_planned)
+      return false;
+    plan.outlines.back().points_world.push_back(*p);
+    return true;
+  }
+  if (key == "plane") return begin(plan.planes);
+  if (key == "plane_at") return set_point(plan.planes, &volume::PlannedPlane::point_world);
+  if (key == "plane_normal") return set_point(plan.planes, &volume::PlannedPlane::normal_world);
+  if (key == "target") return begin(plan.targets);
+  if (key == "target_label") return set_text(plan.targets, &volume::PlannedTarget::label);
+  return std::nullopt;
+}
+
 bool is_effect(std::string_view words) {
   const auto effect = haptics::parse_effect(std::string(words));
   return effect && haptics::law_of(effect.value(), 0);
@@ -349,6 +435,8 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
     } else if (key == "effect") {
       if ((is_good = hand && hand->effects.size() < haptics::LawSet::k_most && is_effect(value)))
         hand->effects.emplace_back(value);
+    } else if (const auto planned = read_plan_line(key, value, h.plan)) {
+      is_good = *planned;
     } else if (shape == nullptr) {
       is_good = false;
     } else if (double* material_value = find_material_value(*shape, key)) {
@@ -436,6 +524,10 @@ Status check_whole(const SceneDescription& h, const ErrorWords& words) {
   }
   if (anatomy_shapes == 0 || anatomy_shapes > haptics::TouchScene::k_max_shapes)
     return fail("structures of the anatomy that can be touched", "1 to 8");
+  if (const Status error = volume::check(h.plan)) {
+    const std::string found = error->where + ": " + error->found;
+    return fail(found.c_str(), "a valid plan");
+  }
   for (const StructureSpec& s : h.structures) {
     if (s.ramp && haptics::check_ramp(*s.ramp)) return fail("ramp", "a ramp of rising intensities");
     if (haptics::check_material(s.material) || (s.back_material && haptics::check_material(*s.back_material)))

@@ -51,7 +51,7 @@ TEST_F(Plans, MarkupsKeepTheirFrame) {
     const auto plan = read("a.mrk.json", markups(frame));
     ASSERT_TRUE(plan.is_ok()) << plan.error().message();
     ASSERT_EQ(plan.value().trajectories.size(), 1U);
-    const CaseTrajectory& t = plan.value().trajectories[0];
+    const volume::PlannedTrajectory& t = plan.value().trajectories[0];
     EXPECT_EQ(t.name, "L3 left");
     EXPECT_EQ(t.entry_world, signs * glm::dvec3(10.5, -20.25, 30));
     EXPECT_EQ(t.target_world, signs * glm::dvec3(12, -50, 31));
@@ -105,6 +105,49 @@ TEST_F(Plans, CasesKeepLandmarks) {
   ASSERT_EQ(again.value().landmarks.size(), 1U);
   EXPECT_EQ(again.value().landmarks[0].name, "nasion");
   EXPECT_EQ(again.value().landmarks[0].position_world, glm::dvec3(0.125, -80, 5));
+}
+
+TEST_F(Plans, CasesKeepPlansAndMaterials) {
+  CasePlan plan;
+  plan.name = "x";
+  plan.label_names = {"background", "tumour"};
+  CaseStructure bone;
+  bone.shape.name = "bone";
+  bone.shape.low = 300;
+  bone.material = {0.7, 0.001, 0.3, 0.2, 0.01, 4.0, 1.5};
+  bone.blocks_back = true;
+  bone.back_material = CaseMaterial{0.4};
+  plan.structures.push_back(bone);
+  plan.trajectories.push_back({"left L4", {1, 2, 3}, {4, 5, 6}, 5.5, "screws", "left", "L4"});
+  plan.outlines.push_back({"flap", {{0, 0, 0}, {10, 0, 0.5}, {0, 10, 0}}});
+  plan.planes.push_back({"band", {0, 0, 40}, {0, 0.6, 0.8}});
+  plan.targets.push_back({"the tumour", "tumour"});
+  const std::string text = case_text(plan, true);
+  const auto again = parse_case(text, "case.toml");
+  ASSERT_TRUE(again.is_ok()) << again.error().message();
+  EXPECT_EQ(static_cast<const volume::SurgicalPlan&>(again.value()), plan);
+  EXPECT_EQ(again.value().structures[0].material, bone.material);
+  EXPECT_EQ(again.value().structures[0].back_material, bone.back_material);
+  EXPECT_TRUE(again.value().structures[0].blocks_front && again.value().structures[0].blocks_back);
+  const std::pair<const char*, const char*> wrong[] = {
+      {"side = \"left\"", "side = \"upper\""},
+      {"label = \"tumour\"", "label = \"tumor\""},
+      {"normal = [0, 0.6, 0.8]", "normal = [0, 0, 0]"},
+      {"points = [", "points = 3 # ["},
+      {"sides = \"both\"", "sides = \"all\""},
+      {"back_stiffness = 0.4", "back_stiffness = 101"},
+      {"target = [4, 5, 6]", "target = [1, 2, 3]"},
+      {"group = ", "groups = "}};
+  for (const auto& [found, replacement] : wrong) {
+    std::string other = text;
+    const std::size_t at = other.find(found);
+    if (at == std::string::npos) {
+      ADD_FAILURE() << found << " is not in\n" << text;
+      continue;
+    }
+    other.replace(at, std::string(found).size(), replacement);
+    EXPECT_FALSE(parse_case(other, "case.toml").is_ok()) << replacement;
+  }
 }
 
 TEST_F(Plans, CasesKeepTheColoursOfLabels) {

@@ -16,8 +16,8 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     PreviewFlap request;
     request.distance = outline.height;
     ASSERT_FALSE(run.apply_whole({request, 0}).refused);
-    const auto shown = [&] { return *run.engine().now().persistent_of<FlapSettings>(); };
-    EXPECT_FALSE(shown().preview.empty()) << shown().problem;
+    const auto shown = [&] { return *run.engine().now().result_of<FlapPreview>(); };
+    EXPECT_FALSE(shown().summary.empty()) << shown().problem;
     const sim::Overlays all = run.engine().overlays();
     ASSERT_EQ(all.size(), 2u);
     EXPECT_EQ(all[0].handles.size(), outline.anchors.size());
@@ -40,24 +40,24 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     EXPECT_FALSE(run.engine().can_undo());
 
     run.apply({MoveAnchor{1, outline.anchors[0] + dvec3(0, 0, 0.1)}, 0});
-    EXPECT_TRUE(shown().preview.empty());
+    EXPECT_TRUE(shown().summary.empty());
     EXPECT_TRUE(shown().lid.empty());
     // An invalid outline gives the same reason as cutting does.
     run.apply({MoveAnchor{1, 2.0 * outline.anchors[0]}, 0});
     run.apply_whole({request, 0});
     EXPECT_NE(shown().problem.find("anchor 1 lies off the bone"), std::string::npos);
-    EXPECT_TRUE(shown().preview.empty());
+    EXPECT_TRUE(shown().summary.empty());
     EXPECT_TRUE(events_of<FlapFailed>(run.engine()).empty());
     run.apply({MoveAnchor{1, outline.anchors[0]}, 0});
     run.apply_whole({request, 0});
-    EXPECT_FALSE(shown().preview.empty());
+    EXPECT_FALSE(shown().summary.empty());
     CutFlap cuts = outline.request();
     cuts.anchors.clear();
     EXPECT_EQ(cut(run, cuts), "");
-    EXPECT_TRUE(shown().preview.empty());
+    EXPECT_TRUE(shown().summary.empty());
     // Each raised an event; bone that was sawn already is not detached again.
     EXPECT_FALSE(run.apply_whole({request, 0}).refused);
-    EXPECT_NE(shown().problem.find("cut before"), std::string::npos) << shown().preview;
+    EXPECT_NE(shown().problem.find("cut before"), std::string::npos) << shown().summary;
     const auto seen = events_of<FlapPreviewed>(run.engine());
     ASSERT_EQ(seen.size(), 4u);
     EXPECT_NEAR(seen[0].first.area / outline.area(), 1, 0.01);
@@ -93,7 +93,7 @@ TEST(BoneFlap, ForbiddenStructuresAreCheckedAgainstTheSaw) {
     PreviewFlap preview;
     preview.distance = outline.height;
     run.apply_whole({preview, 0});
-    const std::string seen = run.engine().now().persistent_of<FlapSettings>()->preview;
+    const std::string seen = run.engine().now().result_of<FlapPreview>()->summary;
     EXPECT_EQ(cut(run, outline.request()), "");
     const auto torn = events_of<sim::StructureTorn>(run.engine());
     EXPECT_TRUE(events_of<sim::StructureTouched>(run.engine()).empty());

@@ -78,7 +78,7 @@ TEST(Measurement, IsACommandOfAnOperation) {
   EXPECT_EQ(run.engine().now().hash(), start);
   EXPECT_TRUE(run.engine().overlays().empty());
   EXPECT_FALSE(run.apply_whole({Measure{Kind::tape, {{40, 0, 0}, {0, 40, 0}}}, 0}).refused.has_value());
-  const auto* last = run.engine().now().persistent_of<MeasurementState>();
+  const auto* last = run.engine().now().result_of<MeasurementState>();
   ASSERT_NE(last, nullptr);
   EXPECT_NEAR(last->length / last->straight, 3.14159265 / 2 / std::sqrt(2.0), 0.02);
   // Dashed along its whole line, with its length at its end.
@@ -140,7 +140,7 @@ TEST(Measurement, ShowsTheNewestUntilCleared) {
   for (int i = 0; i < 40; ++i)
     ASSERT_FALSE(
         run.apply_whole({Measure{Kind::ruler, {dvec3(0), dvec3(1 + i, 0, 0)}}, 0}).refused.has_value());
-  const auto* kept = run.engine().now().persistent_of<MeasurementState>();
+  const auto* kept = run.engine().now().result_of<MeasurementState>();
   EXPECT_EQ(kept->length, 40);
   EXPECT_EQ(kept->kinds.size(), MeasurementState::k_shown);
   EXPECT_EQ(kept->lines.size(), 2 * MeasurementState::k_shown);

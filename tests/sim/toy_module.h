@@ -21,6 +21,15 @@ struct ToyWorld {
     return table;
   }
 };
+/// Result of the last ToyFlood.
+struct ToyFound {
+  double number = 0;
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&ToyFound::number>("number")};
+    static constexpr Schema table{"toy-found", 1, fields};
+    return table;
+  }
+};
 struct ToySettings {
   double radius = 1;
   std::int64_t heard = 0;  ///< number of events that react() received
@@ -112,6 +121,7 @@ class Toy final : public Module {
   }
   Value world() const override { return ToyWorld{}; }
   Value settings() const override { return ToySettings{}; }
+  Value result() const override { return ToyFound{}; }
 
   Status allows(const Command& command, const OperationState& now) const override {
     if (command.request.as<ToyMark>() && toy_world(now).marks >= 10)
@@ -140,7 +150,9 @@ class Toy final : public Module {
     ++state.change_settings<ToySettings>().heard;
   }
   std::vector<Measure> measures(const OperationState& now) const override {
-    return {{"marks", static_cast<double>(toy_world(now).marks), ""}};
+    const ToyFound* found = now.result_of<ToyFound>();
+    return {{"marks", static_cast<double>(toy_world(now).marks), ""},
+            {"found", found ? found->number : 0, "", now.is_result_stale<ToyFound>()}};
   }
 
   /// Planted faults: the result of a job also depends on `salt`, and its event on `deafness`.
@@ -178,6 +190,7 @@ class Toy final : public Module {
   }
   static void adopt(const void* parameters, const JobResult& result, ModuleWork& work) {
     work.change_world<ToyWorld>().flooded += static_cast<const Made&>(result).number;
+    work.change_result<ToyFound>().number = static_cast<const Made&>(result).number;
     work.raise_event(ToyMarked{deafness}, glm::dvec3(0));
     const glm::dvec3& at = static_cast<const ToyFlood*>(parameters)->at;
     work.remove({at, at, 0.8, false});

@@ -48,7 +48,7 @@ Result<Points> anchors_of(const FlapArguments& a, const workbench::Operation& op
   const auto case_landmarks = [&](const std::string& start, const char* option) -> Result<Points> {
     Points points;
     if (operation.source.plan)
-      for (const data_tools::CaseLandmark& landmark : operation.source.plan->landmarks)
+      for (const volume::PlannedLandmark& landmark : operation.source.plan->landmarks)
         if (landmark.name.starts_with(start)) points.push_back(landmark.position_world);
     if (points.empty())
       return Error{.what = "the case has no landmarks with this prefix",
@@ -63,7 +63,7 @@ Result<Points> anchors_of(const FlapArguments& a, const workbench::Operation& op
     if (!plan) return plan.error();
     for (const std::string& text : plan.value().notices) notice(text);
     Points points;
-    for (const data_tools::CaseLandmark& landmark : plan.value().landmarks)
+    for (const volume::PlannedLandmark& landmark : plan.value().landmarks)
       points.push_back(landmark.position_world);
     if (points.empty())
       return Error{.what = "the file has no points",

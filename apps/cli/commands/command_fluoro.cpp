@@ -141,12 +141,11 @@ bool sees(const View& view, const volume::Volume& scan) {
 /// Draws trajectories and landmarks into the panel. Returns them with their pixels.
 Json add_plan(imaging::Panel& panel, const View& view, const CArm& arm, const workbench::Moment& moment) {
   Json rows = Json::array();
-  if (!moment.plan) return rows;
   const auto pixel = [&](const dvec3& p) {
     const auto at = view.project(p);
     return at ? Json{at->x, at->y} : Json();
   };
-  for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
+  for (const volume::PlannedTrajectory& t : moment.plan.trajectories) {
     const auto from = imaging::in_panel(view, arm.pixel, t.entry_world),
                to = imaging::in_panel(view, arm.pixel, t.target_world);
     if (from && to) imaging::add_trajectory(panel, *from, *to);
@@ -156,7 +155,7 @@ Json add_plan(imaging::Panel& panel, const View& view, const CArm& arm, const wo
                     {"entry_pixel", pixel(t.entry_world)},
                     {"target_pixel", pixel(t.target_world)}});
   }
-  for (const data_tools::CaseLandmark& l : moment.plan->landmarks) {
+  for (const volume::PlannedLandmark& l : moment.plan.landmarks) {
     const auto at = imaging::in_panel(view, arm.pixel, l.position_world);
     const double r = 0.006 * arm.pixel * view.columns;
     if (at)

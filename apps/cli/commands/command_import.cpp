@@ -46,7 +46,7 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
 
 /// Returns why a trajectory is implausible, empty if it is plausible. The cause may be another unit, frame or
 /// patient.
-std::string implausibility_of(const data_tools::CaseTrajectory& t, const volume::Volume& scan,
+std::string implausibility_of(const volume::PlannedTrajectory& t, const volume::Volume& scan,
                               const data_tools::CasePlan& plan) {
   const double length = glm::length(t.target_world - t.entry_world);
   if (length < 8 || length > 200) return format_text("is %.3g mm long: are its numbers in mm?", length);
@@ -92,7 +92,7 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
         return;
       }
   };
-  for (const data_tools::CaseTrajectory& t : read.value().trajectories) {
+  for (const volume::PlannedTrajectory& t : read.value().trajectories) {
     check_inside(t.name + " (entry)", t.entry_world);
     check_inside(t.name + " (target)", t.target_world);
     if (const std::string reason = implausibility_of(t, scan, plan); !reason.empty())
@@ -101,7 +101,7 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
     plan.trajectories.back().name =
         unique_name(t.name, std::span(plan.trajectories).first(plan.trajectories.size() - 1));
   }
-  for (const data_tools::CaseLandmark& l : read.value().landmarks) {
+  for (const volume::PlannedLandmark& l : read.value().landmarks) {
     check_inside(l.name, l.position_world);
     plan.landmarks.push_back(l);
     plan.landmarks.back().name =

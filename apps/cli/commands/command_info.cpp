@@ -246,14 +246,14 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
                             {"forbidden", s.is_forbidden}});
     json["structures"] = structures;
     Json trajectories = Json::array();
-    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
+    for (const volume::PlannedTrajectory& t : source.plan->trajectories)
       trajectories.push_back({{"name", t.name},
                               {"entry", {t.entry_world.x, t.entry_world.y, t.entry_world.z}},
                               {"target", {t.target_world.x, t.target_world.y, t.target_world.z}},
                               {"diameter", t.diameter}});
     json["trajectories"] = trajectories;
     Json landmarks = Json::array();
-    for (const data_tools::CaseLandmark& l : source.plan->landmarks)
+    for (const volume::PlannedLandmark& l : source.plan->landmarks)
       landmarks.push_back(
           {{"name", l.name}, {"at", {l.position_world.x, l.position_world.y, l.position_world.z}}});
     json["landmarks"] = landmarks;
@@ -295,14 +295,14 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
       outcome.text += "  structure " + s.shape.name + ": " + describe(s.shape, v.is_hounsfield) +
                       (s.is_touchable ? "" : ", not touched") + (s.is_forbidden ? ", forbidden" : "") + "\n";
   if (source.plan)
-    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
+    for (const volume::PlannedTrajectory& t : source.plan->trajectories)
       outcome.text += format_text(
           "  trajectory %s: %.1f mm long%s, from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f)\n", t.name.c_str(),
           glm::length(t.target_world - t.entry_world),
           t.diameter > 0 ? format_text(", %.3g mm thick", t.diameter).c_str() : "", t.entry_world.x,
           t.entry_world.y, t.entry_world.z, t.target_world.x, t.target_world.y, t.target_world.z);
   if (source.plan)
-    for (const data_tools::CaseLandmark& l : source.plan->landmarks)
+    for (const volume::PlannedLandmark& l : source.plan->landmarks)
       outcome.text += format_text("  landmark %s: (%.1f, %.1f, %.1f) mm\n", l.name.c_str(),
                                   l.position_world.x, l.position_world.y, l.position_world.z);
   for (const auto& [name, value] : source.facts)

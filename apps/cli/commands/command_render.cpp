@@ -106,7 +106,7 @@ Status set_openings(const RenderArguments& a, const workbench::Moment& moment, v
   for (const std::string& name : a.cutouts) {
     const auto trajectory = workbench::find_trajectory(moment, name, "--cutout");
     if (!trajectory) return trajectory.error();
-    const data_tools::CaseTrajectory& t = *trajectory.value();
+    const volume::PlannedTrajectory& t = *trajectory.value();
     // The tube starts 80 mm outside the entry, so that it also opens covering tissue.
     const dvec3 direction = glm::normalize(t.target_world - t.entry_world);
     openings.tubes.push_back({t.entry_world - 80.0 * direction, t.target_world, a.radius});

@@ -35,7 +35,7 @@ struct TouchArguments {
 };
 
 /// Parses "S,D": static and dynamic coefficient.
-Status parse_friction(const std::string& text, workbench::MaterialChoice& material) {
+Status parse_friction(const std::string& text, data_tools::CaseMaterial& material) {
   if (text.empty()) return std::nullopt;
   char extra = 0;
   double s = 0, d = 0;
@@ -66,8 +66,8 @@ Status parse_ramp(const std::string& text, std::optional<haptics::StiffnessRamp>
 }
 
 /// Returns the surface properties that the arguments set.
-Result<workbench::MaterialChoice> material_of(const TouchArguments& arguments) {
-  workbench::MaterialChoice material;
+Result<data_tools::CaseMaterial> material_of(const TouchArguments& arguments) {
+  data_tools::CaseMaterial material;
   if (arguments.stiffness && !(*arguments.stiffness > 0 && *arguments.stiffness <= 100))
     return Error{.what = "the stiffness is out of range",
                  .where = "--stiffness",

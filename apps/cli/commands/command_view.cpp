@@ -75,7 +75,7 @@ class Host {
                              resumed_session,
                              resumed_session->header().rate_hz,
                              resumed_session->header().force};
-    if (source.plan) opened.plan = workbench::plan_overlays(*source.plan);
+    opened.plan = workbench::plan_overlays(resumed_session->header().plan);
     return opened;
   }
 
@@ -111,7 +111,7 @@ class Host {
     view::OpenedScene opened{
         {operation.value().engine()}, source.written_name(), std::move(recorder).value(), "", {path}, {}, {}};
     if (opened.recorder) opened.session_file = record.file;
-    if (source.plan) opened.plan = workbench::plan_overlays(*source.plan);
+    opened.plan = workbench::plan_overlays(workbench::plan_of(source));
     return opened;
   }
 
@@ -182,7 +182,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.screenshot = arguments.screenshot;
   options.side = side_of(arguments.side);
   options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
-  if (source.plan) options.plan = workbench::plan_overlays(*source.plan);
+  options.plan = workbench::plan_overlays(workbench::plan_of(source));
   options.title = source.written_name();
   // A screenshot alone needs no window; --seconds requests one.
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);

@@ -79,7 +79,7 @@ Result<PlacedPlane> plane_of(const PlaneArguments& a, const workbench::Moment& m
   if (!a.trajectory.empty()) {
     const auto result = workbench::find_trajectory(moment, a.trajectory, "--trajectory");
     if (!result) return result.error();
-    const data_tools::CaseTrajectory* trajectory = result.value();
+    const volume::PlannedTrajectory* trajectory = result.value();
     // Contains the trajectory, and is as close to the named plane as possible.
     const dvec3 direction = glm::normalize(trajectory->target_world - trajectory->entry_world);
     const dvec3 normal = plane.normal() - glm::dot(plane.normal(), direction) * direction;

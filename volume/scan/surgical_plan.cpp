@@ -1,0 +1,88 @@
+#include "volume/scan/surgical_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <set>
+
+namespace trephine::volume {
+
+namespace {
+
+constexpr std::size_t k_longest_name = 200;
+constexpr double k_farthest = 1e6;  // mm
+
+bool is_name(const std::string& name) {
+  return !name.empty() && name.size() <= k_longest_name &&
+         std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= 32; });
+}
+
+bool is_position(const glm::dvec3& p) {
+  return std::abs(p.x) <= k_farthest && std::abs(p.y) <= k_farthest && std::abs(p.z) <= k_farthest;
+}
+
+/// Checks number and names of the objects of one kind.
+template <class T>
+Status check_names(const std::vector<T>& objects, const char* kind) {
+  if (objects.size() > k_most_planned)
+    return Error{.what = "the plan has too many objects of one kind",
+                 .where = kind,
+                 .found = std::to_string(objects.size()),
+                 .expected = "at most " + std::to_string(k_most_planned)};
+  std::set<std::string> names;
+  for (const T& object : objects) {
+    if (!is_name(object.name))
+      return Error{.what = "an object of the plan has an invalid name",
+                   .where = kind,
+                   .found = object.name.substr(0, 40),
+                   .expected = "1 to 200 characters in one line"};
+    if (!names.insert(object.name).second)
+      return Error{.what = "two objects of the plan have the same name",
+                   .where = kind,
+                   .found = object.name,
+                   .expected = "a name for each object",
+                   .remedy = "rename one of them"};
+  }
+  return std::nullopt;
+}
+
+Error invalid(const char* kind, const std::string& name, std::string expected) {
+  return {.what = "an object of the plan is invalid",
+          .where = kind,
+          .found = name,
+          .expected = std::move(expected)};
+}
+
+}  // namespace
+
+Status check(const SurgicalPlan& plan) {
+  if (Status error = check_names(plan.trajectories, "trajectories")) return error;
+  if (Status error = check_names(plan.landmarks, "landmarks")) return error;
+  if (Status error = check_names(plan.outlines, "outlines")) return error;
+  if (Status error = check_names(plan.planes, "planes")) return error;
+  if (Status error = check_names(plan.targets, "targets")) return error;
+  for (const PlannedTrajectory& t : plan.trajectories) {
+    if (!is_position(t.entry_world) || !is_position(t.target_world) || t.entry_world == t.target_world)
+      return invalid("trajectories", t.name, "an entry and another point as target");
+    if (!(t.diameter >= 0 && t.diameter <= 100))
+      return invalid("trajectories", t.name, "a diameter of 0 to 100 mm");
+    if (!t.side.empty() && t.side != "left" && t.side != "right")
+      return invalid("trajectories", t.name, "side left, right or none");
+    if ((!t.group.empty() && !is_name(t.group)) || (!t.vertebra.empty() && !is_name(t.vertebra)))
+      return invalid("trajectories", t.name, "group and vertebra in one line");
+  }
+  for (const PlannedLandmark& l : plan.landmarks)
+    if (!is_position(l.position_world)) return invalid("landmarks", l.name, "a position");
+  for (const PlannedOutline& o : plan.outlines)
+    if (o.points_world.size() < 3 || o.points_world.size() > k_most_planned ||
+        !std::all_of(o.points_world.begin(), o.points_world.end(), is_position))
+      return invalid("outlines", o.name, "3 to " + std::to_string(k_most_planned) + " points");
+  for (const PlannedPlane& p : plan.planes)
+    if (!is_position(p.point_world) || !(std::abs(glm::length(p.normal_world) - 1) < 1e-9))
+      return invalid("planes", p.name, "a point and a unit normal");
+  for (const PlannedTarget& t : plan.targets)
+    if (!is_name(t.label)) return invalid("targets", t.name, "the name of a label");
+  return std::nullopt;
+}
+
+}  // namespace trephine::volume
