@@ -38,6 +38,19 @@ TransferFunction transfer_function_of(std::string_view name, const volume::Volum
           {std::max(1200.0, low + 2 * k_range), ivory, 0.95}};
 }
 
+namespace {
+dvec3 colour_of(volume::Matter matter) {
+  switch (matter) {
+    case volume::Matter::bone:
+      return {235, 212, 165};
+    case volume::Matter::soft_tissue:
+      return {230, 184, 107};
+    default:
+      return {176, 190, 205};
+  }
+}
+}  // namespace
+
 volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
                         const std::array<glm::ivec3, 2>& voxels, int columns, int rows) {
   constexpr double k_half_angle = 0.2443;  // 14 degrees, as the window's camera
@@ -121,7 +134,7 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
           walls_[n] = static_cast<float>(k_far * hit.t);
           const dvec3 normal = object.place.rotation * hit.normal_world;
           const double light = 0.25 + 0.75 * std::max(0.0, glm::dot(normal, lamp));
-          const dvec3 colour = light * (object.is_piece ? dvec3(235, 212, 165) : dvec3(176, 190, 205));
+          const dvec3 colour = light * (colour_of(object.matter));
           for (std::size_t c = 0; c < 3; ++c)
             colours_[n][c] = static_cast<std::uint8_t>(std::clamp(colour[static_cast<int>(c)], 0.0, 255.0));
         }

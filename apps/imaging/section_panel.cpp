@@ -60,9 +60,15 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
   for (const Object& object : subject.objects) {
     auto cut = cut_of(plane, object);
     if (!cut) return cut.error();
-    objects.push_back({object.is_piece ? Kind::piece : Kind::model, object.name,
-                       object.is_piece ? k_pieces[pieces++ % std::size(k_pieces)]
-                                       : k_models[models++ % std::size(k_models)],
+    if (object.matter == volume::Matter::scenery) continue;
+    const Kind kind = object.matter == volume::Matter::bone ? Kind::piece
+                      : volume::is_metal(object.matter)     ? Kind::model
+                                                            : Kind::soft;
+    constexpr Panel::Colour k_soft{230, 184, 107};
+    objects.push_back({kind, object.name,
+                       kind == Kind::piece   ? k_pieces[pieces++ % std::size(k_pieces)]
+                       : kind == Kind::model ? k_models[models++ % std::size(k_models)]
+                                             : k_soft,
                        std::move(cut).value()});
     if (object.screw) objects.back().uncounted = head_and_tip(plane, *object.screw);
   }
@@ -90,7 +96,7 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
         if (object.kind == Kind::model)
           model = &object;
         else
-          colour = object.colour, is_bone |= object.kind != Kind::structure;
+          colour = object.colour, is_bone |= object.kind == Kind::bone || object.kind == Kind::piece;
       }
       if (model != nullptr) {
         const bool is_outside = !is_bone && (model->uncounted.empty() || !model->uncounted[at]);

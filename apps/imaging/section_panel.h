@@ -9,7 +9,8 @@ namespace trephine::imaging {
 
 /// One object of the section.
 struct SectionObject {
-  enum class Kind { bone, piece, structure, model } kind;
+  /// `model`: metal, which should be in bone. `soft`: a model of soft tissue.
+  enum class Kind { bone, piece, structure, model, soft } kind;
   std::string name;
   Panel::Colour colour;
   cross_section::Cut cut;

@@ -93,7 +93,9 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
     if (!cut) return cut.error();
     // Bone, as it appears in a slice, or metal.
     fill(panel, cut.value().inside,
-         object.is_piece ? Panel::Colour{230, 214, 186} : Panel::Colour{200, 220, 245});
+         object.matter == volume::Matter::bone          ? Panel::Colour{230, 214, 186}
+         : object.matter == volume::Matter::soft_tissue ? Panel::Colour{230, 184, 107}
+                                                        : Panel::Colour{200, 220, 245});
     add(cut.value().outline, {255, 255, 255}, object.name);
   }
   // Draw the plan only within 2 mm of the plane.

@@ -3,7 +3,7 @@
 #include <cctype>
 
 #include "apps/workbench/text.h"
-#include "data-tools/meshes/mesh_reading.h"
+#include "volume/surface/surface_facts.h"
 
 namespace trephine::imaging {
 
@@ -34,9 +34,7 @@ bool is_spine(const volume::Volume& scan) {
 }
 
 Status check_closed(const Object& object) {
-  data_tools::PolygonModel model;
-  model.vertices = object.tree->vertices(), model.triangles = object.tree->triangles();
-  const data_tools::ModelFacts facts = data_tools::facts_of(model);
+  const volume::SurfaceFacts facts = volume::facts_of(object.tree->vertices(), object.tree->triangles());
   if (facts.open_edges + facts.turned_edges > 0)
     return Error{.what = "a model is not a closed surface",
                  .where = object.name,

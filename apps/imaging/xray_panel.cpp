@@ -43,11 +43,12 @@ void draw_in(Panel& panel, const Subject& subject, const View& view, double pixe
   }
 }
 
-std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
-                                                  double energy) {
+std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, double energy) {
   std::vector<fluoroscopy::XrayObject> objects;
   for (const Object& object : subject.objects)
-    objects.push_back({object.tree, object.place, fluoroscopy::attenuation(metal, energy), object.is_piece});
+    if (object.matter != volume::Matter::scenery)
+      objects.push_back(
+          {object.tree, object.place, fluoroscopy::attenuation(object.matter, energy), object.is_piece});
   return objects;
 }
 
@@ -58,7 +59,7 @@ Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm&
     beyond_.clear();
   }
   const View view(arm);
-  const auto objects = xray_objects(subject, fluoroscopy::Matter::titanium, k_energy);
+  const auto objects = xray_objects(subject, k_energy);
   if (Status error = xray_->project(view, subject.version, objects, volume::RaySum::joseph, threads))
     return *error;
   if (!(arm == arm_) || beyond_.empty()) {

@@ -18,10 +18,9 @@ std::optional<glm::dvec2> in_panel(const fluoroscopy::View& view, double pixel, 
 /// Draws the plan into the panel.
 void draw_in(Panel& panel, const Subject& subject, const fluoroscopy::View& view, double pixel);
 
-/// Returns the objects of a subject for X-rays: pieces with the attenuation of the scan, others of metal.
-/// `energy`: keV.
-std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, fluoroscopy::Matter metal,
-                                                  double energy);
+/// Returns the objects of a subject for X-rays: pieces with the attenuation of the scan, others with that of
+/// their matter. `energy`: keV.
+std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, double energy);
 
 /// Takes successive X-rays of one operation, and reuses what did not change.
 class XrayCamera {

@@ -109,6 +109,14 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
         force = push * swing * normal + push * (law.strength + swing) * glm::cross(shaft, normal);
         break;
       }
+      case Kind::insertion: {
+        // The proxy is the tip, which is at the end of the track while the hand pushes.
+        const double end = glm::dot(proxy - law.position, law.direction);
+        force = -law.strength * (offset - along * law.direction) -
+                law.second * std::max(0.0, along - end) * law.direction;
+        is_active = false;
+        break;
+      }
       case Kind::align:  // no force
         break;
     }

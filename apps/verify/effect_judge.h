@@ -10,7 +10,19 @@ namespace trephine::verify {
 
 /// Parameters of one effect.
 struct EffectLaw {
-  enum class Kind { constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin };
+  enum class Kind {
+    constant,
+    viscous,
+    spring,
+    line,
+    plane,
+    vibration,
+    gravity,
+    texture,
+    align,
+    spin,
+    insertion
+  };
   Kind kind = Kind::constant;
   glm::dvec3 position{0.0};   ///< anchor, start or point, mm; of a constant effect the force, N
   glm::dvec3 direction{0.0};  ///< unit: forward, normal, up, or direction of the effect

@@ -170,7 +170,7 @@ void OperationController::frame() {
   if (state_.refused) drop_point();
   collect_notices();
   restore_force();
-  continue_taking();
+  follow_taking();
   viewport_.set_touch_radius(state_.tool_radius);
   drag_point();
   if (state_.refused || requested_stroke_ == state_.strokes) requested_stroke_.reset();
@@ -264,39 +264,32 @@ bool OperationController::grasp_or_release() {
 }
 
 void OperationController::take_instrument(sim::Value instrument) {
-  const bool was_taking = is_changing_instrument();
-  pending_tool_ = {};
   const sim::InstrumentType* type =
       options_.catalogue ? options_.catalogue->find_instrument(instrument.name()) : nullptr;
-  const sim::ToolNeeds needs =
-      type && type->needs ? type->needs(instrument.data(), *scene_->base) : sim::ToolNeeds();
-  // A tool without needs touches with the scene's original radius and balls.
-  const bool uses_scene = needs.touch_radius == 0 && needs.balls.empty() && scene_->tool_balls.empty();
-  pending_radius_ = uses_scene ? scene_->tool_radius : needs.touch_radius;
-  const std::vector<dvec3>& balls = uses_scene ? scene_->tool_balls : needs.balls;
-  pending_balls_ = balls.size();
-  const bool is_ready = type == nullptr || (pending_balls_ == state_.tool_balls &&
-                                            std::abs(pending_radius_ - state_.tool_radius) < 0.05);
-  if (is_ready && !was_taking) return apply(std::move(instrument));  // otherwise wait for the balls
-  if (!was_taking) previous_tool_ = state_.tool;
+  // Parameters that need no other balls are applied at once.
+  const bool is_same = type != nullptr && !is_changing_instrument() && !state_.tool.is_empty() &&
+                       state_.tool.name() == instrument.name() && !needs_other_balls(*type, instrument);
+  if (type == nullptr || is_same) return apply(std::move(instrument));
+  apply(sim::TakeInstrument{std::string(instrument.name()), instrument.words()});
+  requested_tool_ = std::move(instrument);
   frames_without_job_ = 0;
-  apply(sim::RemoveInstrument());
-  apply(sim::ToolGeometry{pending_radius_, balls});
-  pending_tool_ = std::move(instrument);
 }
 
-void OperationController::continue_taking() {
+bool OperationController::needs_other_balls(const sim::InstrumentType& type,
+                                            const sim::Value& instrument) const {
+  const sim::ToolNeeds needs = type.needs ? type.needs(instrument.data(), *scene_->base) : sim::ToolNeeds();
+  const bool uses_scene = needs.touch_radius == 0 && needs.balls.empty();
+  return (uses_scene ? scene_->tool_radius : needs.touch_radius) != state_.tool_radius ||
+         (uses_scene ? scene_->tool_balls : needs.balls).size() != state_.tool_balls;
+}
+
+/// Ends the wait for an instrument when the hand has it, or when it was refused or discarded.
+void OperationController::follow_taking() {
   if (!is_changing_instrument()) return;
-  const bool has_arrived =
-      pending_balls_ == state_.tool_balls && std::abs(pending_radius_ - state_.tool_radius) < 1e-9;
   constexpr int k_patience = 120;  // frames without a job
   frames_without_job_ = state_.pending_jobs == 0 ? frames_without_job_ + 1 : 0;
-  if (has_arrived && !state_.refused) {
-    apply(std::exchange(pending_tool_, {}));
-  } else if (state_.refused || frames_without_job_ > k_patience) {
-    pending_tool_ = {};
-    if (!previous_tool_.is_empty()) apply(std::exchange(previous_tool_, {}));
-  }
+  if (state_.tool == requested_tool_ || state_.refused || frames_without_job_ > k_patience)
+    requested_tool_ = {};
 }
 
 /// Distance (mm) along the ray to the nearest detached body; negative if it meets no body.

@@ -73,7 +73,7 @@ class OperationController {
   /// when their offset fields are built, some seconds later.
   void take_instrument(sim::Value instrument);
   /// True while an instrument waits for its offset fields.
-  bool is_changing_instrument() const noexcept { return !pending_tool_.is_empty(); }
+  bool is_changing_instrument() const noexcept { return !requested_tool_.is_empty(); }
   /// Sends a command to a module.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
   /// Detaches pieces that were cut off the bone.
@@ -141,7 +141,8 @@ class OperationController {
   double distance_above_soft(const Ray& ray, double along) const;
   void drag_point();
   void touch_scenery();
-  void continue_taking();
+  void follow_taking();
+  bool needs_other_balls(const sim::InstrumentType& type, const sim::Value& instrument) const;
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone);
   bool follow_guide(const Ray& ray, double hit);
@@ -187,11 +188,8 @@ class OperationController {
   sim::Value dragged_point_;    ///< command that moves the grasped point; empty: no point
   glm::dvec3 dragged_to_{0.0};  ///< last requested position
   int frames_since_drag_ = 0;
-  sim::Value pending_tool_;   ///< instrument that waits for its balls; empty: no instrument
-  sim::Value previous_tool_;  ///< previous instrument, restored if the balls do not arrive
+  sim::Value requested_tool_;  ///< instrument that waits for its balls; empty: no instrument
   int frames_without_job_ = 0;
-  double pending_radius_ = 0;
-  std::size_t pending_balls_ = 0;
   std::shared_ptr<const sim::Overlays> shown_;  ///< overlays in the picture
   std::vector<float> frame_ms_, drilling_ms_;   ///< times of frames, and of frames with a cut
   WindowReport report_;

@@ -32,12 +32,25 @@ constexpr double k_handle_radius = 1.3;  // mm
 struct Colour {
   double r, g, b;
 };
-Colour colour_of(sim::Overlay::Kind kind) {
-  switch (kind) {
-    case sim::Overlay::Kind::bone:
+Colour colour_of(volume::Matter matter) {
+  switch (matter) {
+    case volume::Matter::bone:
       return {0.93, 0.86, 0.74};
-    case sim::Overlay::Kind::metal:
-      return {0.72, 0.75, 0.80};
+    case volume::Matter::soft_tissue:
+      return {0.90, 0.72, 0.42};
+    case volume::Matter::steel:
+      return {0.62, 0.65, 0.70};
+    case volume::Matter::scenery:
+      return {0.62, 0.60, 0.66};
+    case volume::Matter::titanium:
+      break;
+  }
+  return {0.72, 0.75, 0.80};
+}
+Colour colour_of(const sim::Overlay& overlay) {
+  switch (overlay.kind) {
+    case sim::Overlay::Kind::object:
+      return colour_of(overlay.matter);
     case sim::Overlay::Kind::warning:
       return {0.96, 0.78, 0.20};
     case sim::Overlay::Kind::scenery:
@@ -177,11 +190,11 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
     const bool is_held = overlay.holder >= 0 && overlay.holder < static_cast<int>(hands.size());
     const haptics::Placement placement =
         is_held ? hands[static_cast<std::size_t>(overlay.holder)] * overlay.grip : overlay.place;
-    const Colour colour = colour_of(overlay.kind);
+    const Colour colour = colour_of(overlay);
     if (overlay.surface) {
       Parts::Surface& surface = p.surfaces[overlay.surface.get()];
       if (!surface.actor) {
-        const bool is_coloured = bone_colour && overlay.kind == sim::Overlay::Kind::bone;
+        const bool is_coloured = bone_colour && overlay.is_detached;
         surface = {overlay.surface,
                    make_actor(make_surface(*overlay.surface, is_coloured ? bone_colour : nullptr), colour)};
         if (is_coloured) surface.actor->GetMapper()->ScalarVisibilityOn();

@@ -21,13 +21,13 @@ imaging::Subject subject_of(const PaneInput& input) {
   for (const haptics::TouchItem& item : input.scene.items)
     if (!subject.bone && !item.is_mesh() && &item.field.volume() == input.scene.base.get())
       subject.bone = item.field.shape();
-  for (const auto& structure : input.forbidden) subject.structures.push_back(structure->shape());
+  for (const auto& structure : input.forbidden)
+    if (structure->shape()) subject.structures.push_back(*structure->shape());
   if (input.overlays != nullptr)
     for (const sim::Overlay& overlay : *input.overlays)
-      if (overlay.surface &&
-          (overlay.kind == sim::Overlay::Kind::bone || overlay.kind == sim::Overlay::Kind::metal))
+      if (overlay.surface && overlay.kind == sim::Overlay::Kind::object)
         subject.objects.push_back(
-            {overlay.name, overlay.surface, overlay.place, overlay.kind == sim::Overlay::Kind::bone, false});
+            {overlay.name, overlay.surface, overlay.place, overlay.matter, overlay.is_detached});
   if (input.plan != nullptr)
     for (const sim::Overlay& overlay : *input.plan)
       subject.plan.insert(subject.plan.end(), overlay.lines.begin(), overlay.lines.end());

@@ -46,6 +46,9 @@ EventText text_of(const sim::StructureTouched& e) {
 EventText text_of(const sim::StructureTorn& e) {
   return {format_text("%s torn, %.2f mm deep.", words_of(e.structure).c_str(), e.deepest), Level::danger};
 }
+EventText text_of(const sim::BodyAdded& e) {
+  return {format_text("Implant %u added, %.0f mm³.", e.body.value, e.size), Level::outcome};
+}
 EventText text_of(const sim::PieceFreed& e) {
   return {format_text("Body %u detached, %.0f mm³.", e.body.value, e.size), Level::outcome};
 }
@@ -126,6 +129,7 @@ const auto& rows() {
                                  row<sim::StructureTouched>(),
                                  row<sim::StructureTorn>(),
                                  row<sim::PieceFreed>(),
+                                 row<sim::BodyAdded>(),
                                  row<sim::DebrisFreed>(),
                                  row<bone_flap::FlapCut>(),
                                  row<bone_flap::FlapPiece>(),

@@ -58,7 +58,8 @@ Status go_to(Moment& moment, std::uint64_t tick) {
   moment.version = engine.current();
   if (engine.now().plan) moment.plan = *engine.now().plan;
   moment.forbidden.clear();
-  for (const auto& structure : engine.forbidden()) moment.forbidden.push_back(structure->shape());
+  for (const auto& structure : engine.forbidden())
+    if (structure->shape()) moment.forbidden.push_back(*structure->shape());  // models are objects
   if (moment.forbidden.empty())
     if (const auto plan =
             session.source.is_builtin ? data_tools::phantom_plan(session.source.name) : session.source.plan)
@@ -68,7 +69,7 @@ Status go_to(Moment& moment, std::uint64_t tick) {
     if (!moment.shape && !item.is_mesh() && &item.field.volume() == scene.base.get())
       moment.shape = item.field.shape();
   for (const haptics::TouchItem* model : engine.models()) {
-    Moment::Object object{model->name, engine.look_of(*model), engine.place_of(*model)};
+    Moment::Object object{model->name, engine.look_of(*model), engine.place_of(*model), model->matter};
     object.screw = data_tools::recognized_screw(object.tree->vertices());
     if (object.screw) {
       object.screw->entry_world = object.place.world_from_local(object.screw->entry_world);
@@ -77,8 +78,8 @@ Status go_to(Moment& moment, std::uint64_t tick) {
     moment.objects.push_back(std::move(object));
   }
   for (const sim::Body& body : bodies)
-    moment.objects.push_back(
-        {format_text("piece %u", body.id.value), body.piece->tree, engine.place_of(body), true});
+    moment.objects.push_back({format_text(body.is_implant ? "implant %u" : "piece %u", body.id.value),
+                              body.piece->tree, engine.place_of(body), body.matter, !body.is_implant});
   return std::nullopt;
 }
 
@@ -120,14 +121,17 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
     else if (choice.shape.is_made())
       return shape.error();
   }
-  for (const ModelChoice& model_choice : choice.models) {
+  std::vector<ModelChoice> models = moment->session ? std::vector<ModelChoice>() : models_of(moment->source);
+  models.insert(models.end(), choice.models.begin(), choice.models.end());
+  for (const ModelChoice& model_choice : models) {
     auto model = load_model(model_choice, moment->objects.size() + 1, listener);
     if (!model) return model.error();
     haptics::Placement place;
     place.position_world = model_choice.at_world;
-    moment->objects.push_back({model_choice.screw ? format_text("screw %zu", moment->objects.size() + 1)
-                                                  : format_text("model %zu", moment->objects.size() + 1),
-                               std::move(model).value(), place, false, true, model_choice.screw});
+    const char* kind = model_choice.screw ? "screw %zu" : "model %zu";
+    moment->objects.push_back(
+        {model_choice.name.empty() ? format_text(kind, moment->objects.size() + 1) : model_choice.name,
+         std::move(model).value(), place, model_choice.matter, false, true, model_choice.screw});
   }
   return moment;
 }

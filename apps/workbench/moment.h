@@ -19,8 +19,9 @@ struct Moment {
   struct Object {
     std::string name;  ///< "model 1", "piece 2": never the name of a file
     std::shared_ptr<const haptics::MeshTree> tree;
-    haptics::Placement place;                                       ///< world
-    bool is_piece = false;                                          ///< detached body
+    haptics::Placement place;  ///< world
+    volume::Matter matter = volume::Matter::titanium;
+    bool is_piece = false;                                          ///< bone that was detached from the scan
     bool is_external = false;                                       ///< from MomentChoice::models
     std::optional<data_tools::ScrewPosition> screw = std::nullopt;  ///< if it is a screw
   };

@@ -148,10 +148,12 @@ Status add_background(const OperationChoice& choice, SceneDescription& spec, sim
   return std::nullopt;
 }
 
-Status add_models(const OperationChoice& choice, SceneDescription& spec, sim::SceneData& data,
-                  const Listener& listener) {
+Status add_models(const Source& source, const OperationChoice& choice, SceneDescription& spec,
+                  sim::SceneData& data, const Listener& listener) {
   int movers = 0;
-  for (const ModelChoice& model : choice.models) {
+  std::vector<ModelChoice> models = models_of(source);
+  models.insert(models.end(), choice.models.begin(), choice.models.end());
+  for (const ModelChoice& model : models) {
     sim::StructureSpec structure;
     if (model.is_background) continue;
     if (model.is_depth && data_tools::is_depth_video(model.file)) {
@@ -161,7 +163,7 @@ Status add_models(const OperationChoice& choice, SceneDescription& spec, sim::Sc
     auto files = keys_of(model);
     if (!files) return files.error();
     structure.model = static_cast<int>(data.models.size());
-    structure.shape.name = format_text("model %zu", data.models.size() + 1);  // never the file's name
+    structure.shape.name = model.name.empty() ? format_text("model %zu", data.models.size() + 1) : model.name;
     std::vector<std::shared_ptr<const haptics::MeshTree>> trees;
     for (const std::string& file : files.value()) {
       ModelChoice key = model;
@@ -188,6 +190,7 @@ Status add_models(const OperationChoice& choice, SceneDescription& spec, sim::Sc
     }
     structure.material = material_of(choice.material, {});
     structure.placement.position_world = model.at_world;
+    structure.matter = model.matter, structure.is_forbidden = model.is_forbidden;
     spec.structures.push_back(std::move(structure));
     for (auto& tree : trees) {
       spec.models.push_back({tree->triangle_count(), sim::content_hash(*tree)});
@@ -314,6 +317,17 @@ volume::SurgicalPlan plan_of(const Source& source) {
   return {};
 }
 
+std::vector<ModelChoice> models_of(const Source& source) {
+  std::vector<ModelChoice> models;
+  if (!source.plan) return models;
+  for (const data_tools::CaseModel& model : source.plan->models) {
+    ModelChoice& one = models.emplace_back();
+    one.file = model.path, one.name = model.name;
+    one.matter = model.matter, one.is_forbidden = model.is_forbidden;
+  }
+  return models;
+}
+
 std::vector<volume::Shape> forbidden_of(const data_tools::CasePlan& plan) {
   std::vector<volume::Shape> shapes;
   for (const data_tools::CaseStructure& s : plan.structures)
@@ -350,9 +364,13 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = add_touchable(source, choice.shape, listener, spec)) return *error;
   spec.structures[0].material = material_of(choice.material, spec.structures[0].material);
   spec.structures[0].ramp = choice.ramp;
-  if (Status error = add_models(choice, spec, data, listener)) return *error;
+  if (Status error = add_models(source, choice, spec, data, listener)) return *error;
   if (Status error = add_background(choice, spec, data, listener)) return *error;
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
+  // Only this method touches models and voxels together.
+  if (!models_of(source).empty())
+    for (HandSpec& hand : spec.hands)
+      if (hand.method == haptics::k_default_method) hand.method = "scene";
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
   if (choice.cuts_by_command || std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
     add_forbidden(source, spec);

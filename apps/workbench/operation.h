@@ -10,10 +10,13 @@ namespace trephine::workbench {
 
 /// A polygonal model to touch.
 struct ModelChoice {
-  std::string file;
+  std::string file = {};
   double mm_per_unit = 1;
   std::string frame;         ///< "LPS" or "RAS"; empty: as the file states
   glm::dvec3 at_world{0.0};  ///< mm, position of its origin
+  volume::Matter matter = volume::Matter::titanium;
+  bool is_forbidden = false;  ///< a tool must not enter it
+  std::string name = {};      ///< empty: "model N"; never the name of a file
   std::optional<data_tools::ScrewPosition> screw = std::nullopt;  ///< instead of a file
   /// Touched by depth images. `file` may then be a folder of models with the same triangles, sorted by name:
   /// the keys of an animation.
@@ -68,6 +71,8 @@ struct Operation {
 
 /// Returns what is planned on a scan: the plan of its case, or that of a built-in phantom.
 volume::SurgicalPlan plan_of(const Source& source);
+/// Returns the models of a case.
+std::vector<ModelChoice> models_of(const Source& source);
 /// Returns the forbidden shapes of a case.
 std::vector<volume::Shape> forbidden_of(const data_tools::CasePlan& plan);
 /// Returns the trajectories, landmarks and outlines of a plan as overlays; trajectories begin 20 mm before

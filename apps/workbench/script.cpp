@@ -130,9 +130,12 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   choice.material.dynamic_friction = script.dynamic_friction;
   choice.smallest_burr = script.smallest_burr;
   for (const data_tools::ScriptModel& model : script.models) {
-    choice.models.push_back({model.file.empty() ? "" : resolve_path(folder, model.file), 1, "", model.at,
-                             model.screw, model.is_depth, model.beat, model.is_repeating});
-    choice.models.back().rate = model.rate;
+    ModelChoice& one = choice.models.emplace_back();
+    if (!model.file.empty()) one.file = resolve_path(folder, model.file);
+    one.at_world = model.at, one.screw = model.screw;
+    one.matter = model.matter, one.is_forbidden = model.is_forbidden;
+    one.is_depth = model.is_depth, one.beat = model.beat, one.is_repeating = model.is_repeating;
+    one.rate = model.rate;
   }
   choice.hands.clear();
   if (Status error = check(choice)) {

@@ -1,3 +1,5 @@
+// Cases: reading and writing of case.toml and its folder.
+// One file: each key is written and read here.
 #include "data-tools/cases/case_folder.h"
 
 #include <cmath>
@@ -106,6 +108,19 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
     reader.fail(value, "invalid sides of a structure", sides, "front, back or both");
   s.blocks_front = sides != "back", s.blocks_back = sides != "front";
   return s;
+}
+
+CaseModel read_model(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"name", "file", "matter", "forbidden"});
+  CaseModel model;
+  model.name = reader.text(t, "name").value_or("");
+  model.file = reader.text(t, "file").value_or("");
+  if (model.name.empty() || model.file.empty() || fs::path(model.file).filename() != model.file)
+    reader.fail(value, "a model is not complete", model.file,
+                "name, and file = the name of a file in the case's folder");
+  model.matter = read_matter(reader, value, t);
+  model.is_forbidden = reader.boolean(t, "forbidden").value_or(false);
+  return model;
 }
 
 volume::PlannedTrajectory read_trajectory(TomlReader& reader, const toml::value& value) {
@@ -300,8 +315,8 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   const toml::value& root = parsed.value();
   TomlReader reader(where);
   const toml::table& top =
-      reader.table(root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "trajectories",
-                          "landmarks", "outlines", "planes", "targets", "quality", "shape"});
+      reader.table(root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "models",
+                          "trajectories", "landmarks", "outlines", "planes", "targets", "quality", "shape"});
   if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
   CasePlan plan;
   const auto name = reader.text(top, "name");
@@ -344,6 +359,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   }
   for (const toml::value* v : reader.tables(top, "structures"))
     plan.structures.push_back(read_structure(reader, *v, plan.label_names.size()));
+  for (const toml::value* v : reader.tables(top, "models")) plan.models.push_back(read_model(reader, *v));
   for (const toml::value* v : reader.tables(top, "trajectories"))
     plan.trajectories.push_back(read_trajectory(reader, *v));
   for (const toml::value* v : reader.tables(top, "landmarks"))
@@ -376,6 +392,16 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   text << file.rdbuf();
   Result<CasePlan> plan = parse_case(text.str(), where);
   if (!plan) return plan.error();
+  for (CaseModel& model : plan.value().models) {
+    if (Status error = check_inside(path, model.file.c_str())) return *error;
+    model.path = (fs::path(path) / model.file).string();
+    if (std::error_code error; !fs::is_regular_file(model.path, error))
+      return Error{.what = "the case lacks a model",
+                   .where = where,
+                   .found = model.file,
+                   .expected = "a file in the folder of the case",
+                   .remedy = "copy the whole case again, or remove the model from case.toml"};
+  }
   Result<OpenedVolume> scan = open_volume((fs::path(path) / k_volume_file).string(), options);
   if (!scan) return scan.error();
   OpenedCase result{std::move(plan).value(), std::move(scan).value()};
@@ -472,6 +498,13 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     };
     material(s.material, "");
     if (s.back_material) material(*s.back_material, k_back);
+  }
+  for (const CaseModel& m : plan.models) {
+    out += "\n[[models]]\n";
+    line("name", quoted(m.name));
+    line("file", quoted(m.file));
+    line("matter", quoted(std::string(volume::k_matters[static_cast<std::size_t>(m.matter)])));
+    if (m.is_forbidden) line("forbidden", "true");
   }
   for (const volume::PlannedTrajectory& t : plan.trajectories) {
     out += "\n[[trajectories]]\n";

@@ -7,6 +7,7 @@
 
 #include "data-tools/formats/open_volume.h"
 #include "data-tools/quality/scan_quality.h"
+#include "volume/scan/matter.h"
 #include "volume/scan/shape.h"
 #include "volume/scan/surgical_plan.h"
 
@@ -33,6 +34,15 @@ struct CaseStructure {
   std::optional<CaseMaterial> back_material = {};  ///< of the back; empty: as the front
 };
 
+/// A closed surface in a file of the case, such as a nerve or an implant.
+struct CaseModel {
+  std::string name;  ///< chosen for the case
+  std::string file;  ///< name of the file in the folder; mm, in the frame that the file states
+  std::string path;  ///< of the file; set by open_case()
+  volume::Matter matter = volume::Matter::titanium;
+  bool is_forbidden = false;  ///< a tool must not enter it
+};
+
 /// Contents of case.toml; docs/file-formats.md describes every key.
 struct CasePlan : volume::SurgicalPlan {
   static constexpr int k_schema = 2;
@@ -42,6 +52,7 @@ struct CasePlan : volume::SurgicalPlan {
   std::vector<std::string> label_names;
   std::vector<glm::u8vec3> label_colours;  ///< as in Volume
   std::vector<CaseStructure> structures;
+  std::vector<CaseModel> models;
   /// Intensities at which windows are evaluated: where shape.mha has the value k > 0, shape_values[k - 1];
   /// where it has 0, that of the scan. Empty: no shape.mha. write_case() derives it from
   /// Volume::shape_voxels.

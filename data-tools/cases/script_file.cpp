@@ -114,12 +114,14 @@ ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
 }
 
 ScriptModel read_model(TomlReader& reader, const toml::value& value) {
-  const toml::table& t =
-      reader.table(value, {"file", "at", "screw", "depth", "depth_beat", "depth_repeats", "depth_rate"});
+  const toml::table& t = reader.table(value, {"file", "at", "screw", "matter", "forbidden", "depth",
+                                              "depth_beat", "depth_repeats", "depth_rate"});
   ScriptModel model;
   model.line = TomlReader::line_of(value);
   model.file = reader.text(t, "file").value_or("");
   model.at = reader.point(t, "at").value_or(model.at);
+  model.matter = read_matter(reader, value, t);
+  model.is_forbidden = reader.boolean(t, "forbidden").value_or(false);
   model.is_depth = reader.boolean(t, "depth").value_or(false);
   model.beat = reader.number(t, "depth_beat", 1e-3, 1000).value_or(model.beat);
   model.rate = reader.number(t, "depth_rate", 10, 1000).value_or(model.rate);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "data-tools/phantoms/screw_model.h"
+#include "volume/scan/matter.h"
 
 namespace trephine::data_tools {
 
@@ -46,6 +47,8 @@ struct ScriptModel {
   double beat = 1.0 / 30;     ///< time between keys, s
   bool is_repeating = false;  ///< keys are repeated
   double rate = 100;          ///< of depth images, Hz
+  volume::Matter matter = volume::Matter::titanium;
+  bool is_forbidden = false;  ///< a tool must not enter it
 };
 
 /// A command at a point in time.

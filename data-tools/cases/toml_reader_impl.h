@@ -2,6 +2,7 @@
 // readers of TOML files only.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -13,6 +14,7 @@
 
 #include "volume/base/error.h"
 #include "volume/base/text.h"
+#include "volume/scan/matter.h"
 
 namespace trephine::data_tools {
 
@@ -138,5 +140,17 @@ class TomlReader {
   std::string where_;
   std::optional<Error> error_;
 };
+
+/// Returns the matter of a model; titanium if the key is absent.
+inline volume::Matter read_matter(TomlReader& reader, const toml::value& value, const toml::table& t) {
+  const std::string name = reader.text(t, "matter").value_or("titanium");
+  const auto* const found = std::find(std::begin(volume::k_matters), std::end(volume::k_matters), name);
+  if (found != std::end(volume::k_matters)) return static_cast<volume::Matter>(found - volume::k_matters);
+  std::string known;
+  for (const std::string_view one : volume::k_matters)
+    known += (known.empty() ? "" : ", ") + std::string(one);
+  reader.fail(value, "unknown matter", name, known);
+  return volume::Matter::titanium;
+}
 
 }  // namespace trephine::data_tools

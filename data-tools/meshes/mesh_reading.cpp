@@ -33,6 +33,7 @@
 #include "data-tools/formats/vtk_errors.h"
 #include "data-tools/meshes/obj_file.h"
 #include "data-tools/meshes/ply_file.h"
+#include "volume/surface/surface_facts.h"
 
 namespace trephine::data_tools {
 
@@ -122,7 +123,7 @@ std::string other_dataset(const std::string& path) {
 
 /// Adds notices about properties that affect touching the model.
 void add_notices(PolygonModel& model) {
-  const ModelFacts facts = facts_of(model);
+  const volume::SurfaceFacts facts = volume::facts_of(model.vertices, model.triangles);
   const auto add = [&](const std::string& text) { model.notices.push_back(text); };
   if (facts.open_edges > 0)
     add("the surface is open: " + counted(facts.open_edges, "edge") + " of one triangle only");
@@ -177,57 +178,6 @@ Result<PolygonModel> finish_model(PolygonModel model, double scale, const std::s
 }
 
 }  // namespace
-
-ModelFacts facts_of(const PolygonModel& model) {
-  ModelFacts facts;
-  facts.triangles = model.triangles.size() / 3;
-  // Merge vertices with equal coordinates: STL has no shared vertices.
-  std::vector<std::uint32_t> order(model.vertices.size()), merged(model.vertices.size());
-  std::iota(order.begin(), order.end(), 0U);
-  const auto& positions = model.vertices;
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const glm::dvec3 &p = positions[a], &q = positions[b];
-    return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z < q.z;
-  });
-  glm::dvec3 low(1e300), high(-1e300);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool is_new = i == 0 || positions[order[i]] != positions[order[i - 1]];
-    merged[order[i]] = is_new ? order[i] : merged[order[i - 1]];
-    low = glm::min(low, positions[order[i]]);
-    high = glm::max(high, positions[order[i]]);
-  }
-  if (!model.vertices.empty()) facts.size = high - low;
-  struct Edge {
-    std::uint32_t low, high;
-    bool is_forward;
-  };
-  std::vector<Edge> edges;
-  edges.reserve(model.triangles.size());
-  for (std::size_t t = 0; t + 2 < model.triangles.size(); t += 3) {
-    const std::uint32_t v[3] = {merged[model.triangles[t]], merged[model.triangles[t + 1]],
-                                merged[model.triangles[t + 2]]};
-    facts.volume +=
-        glm::dot(model.vertices[v[0]], glm::cross(model.vertices[v[1]], model.vertices[v[2]])) / 6;
-    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;  // no area
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t a = v[k], b = v[(k + 1) % 3];
-      edges.push_back({std::min(a, b), std::max(a, b), a < b});
-    }
-  }
-  const auto is_same_edge = [](const Edge& a, const Edge& b) { return a.low == b.low && a.high == b.high; };
-  std::sort(edges.begin(), edges.end(),
-            [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
-  for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
-    std::size_t forward_count = 0;
-    for (end = i; end < edges.size() && is_same_edge(edges[i], edges[end]); ++end)
-      forward_count += edges[end].is_forward;
-    const std::size_t triangle_count = end - i;
-    facts.open_edges += triangle_count == 1;
-    facts.crowded_edges += triangle_count > 2;
-    facts.turned_edges += triangle_count == 2 && forward_count != 1;
-  }
-  return facts;
-}
 
 namespace {
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <sstream>
 
 #include "haptics/force/limited.h"
 #include "volume/base/deterministic_math.h"
+#include "volume/base/text.h"
 
 namespace trephine::haptics {
 
@@ -17,12 +19,13 @@ namespace {
 
 constexpr double k_turn = 6.283185307179586;
 
-/// Parameter that text may set: a number or a vector.
+/// Parameter that text may set: a number, a vector or the layers of a track.
 struct Parameter {
   const char* name;
   double* number;
   dvec3* vector;
   double low, high;
+  Insertion* track = nullptr;
 };
 
 /// Name of an effect, and its parameters with their ranges.
@@ -103,6 +106,15 @@ const Description k_effects[] = {
                                      {"chatter", &s.chatter, nullptr, 0, 1},
                                      {"frequency", &s.frequency_hz, nullptr, 1, 1000}};
      }},
+    {"insertion", make<Insertion>,
+     [](EffectKind& k) {
+       auto& t = std::get<Insertion>(k);
+       return std::vector<Parameter>{{"start", nullptr, &t.start_world, -k_anywhere, k_anywhere},
+                                     {"ahead", nullptr, &t.ahead_world, -k_anywhere, k_anywhere},
+                                     {"lateral", &t.lateral, nullptr, 0, 4},
+                                     {"along", &t.along, nullptr, 0.05, 2},
+                                     {"layers", nullptr, nullptr, 0, 20, &t}};
+     }},
 };
 static_assert(std::size(k_effects) == std::variant_size_v<EffectKind>);
 
@@ -114,7 +126,48 @@ dvec3* direction_of(EffectKind& kind) {
   if (auto* g = std::get_if<GravityCompensation>(&kind)) return &g->up_world;
   if (auto* t = std::get_if<Texture>(&kind)) return &t->direction_world;
   if (auto* a = std::get_if<Align>(&kind)) return &a->direction_world;
+  if (auto* i = std::get_if<Insertion>(&kind)) return &i->ahead_world;
   return nullptr;
+}
+
+/// Parses layers such as "item0:2:2,label3:1.5:0.1": matter, puncture and drag (N) of each.
+bool parse_layers(std::string_view text, Insertion& track) {
+  track.layer_count = 0;
+  while (!text.empty()) {
+    if (track.layer_count == Insertion::k_most_layers) return false;
+    InsertionLayer layer;
+    const bool is_item = text.starts_with("item");
+    if (!is_item && !text.starts_with("label")) return false;
+    text.remove_prefix(is_item ? 4 : 5);
+    const auto take = [&](auto& number) {
+      const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+      if (error != std::errc()) return false;
+      text.remove_prefix(static_cast<std::size_t>(next - text.data()));
+      return true;
+    };
+    const auto take_mark = [&](char mark) {
+      if (!text.starts_with(mark)) return false;
+      text.remove_prefix(1);
+      return true;
+    };
+    int& matter = is_item ? layer.item : layer.label;
+    if (!take(matter) || matter < 0 || !take_mark(':') || !take(layer.puncture) || !take_mark(':') ||
+        !take(layer.drag) || !(text.empty() || (take_mark(',') && !text.empty())))
+      return false;
+    track.layers[track.layer_count++] = layer;
+  }
+  return true;
+}
+
+std::string layers_text(const Insertion& track) {
+  std::string text;
+  for (std::size_t i = 0; i < track.layer_count; ++i) {
+    const InsertionLayer& layer = track.layers[i];
+    if (i > 0) text.append(",");
+    text.append(layer.item >= 0 ? "item" : "label").append(std::to_string(std::max(layer.item, layer.label)));
+    text.append(":").append(text_of(layer.puncture)).append(":").append(text_of(layer.drag));
+  }
+  return text;
 }
 
 bool parse_numbers(const std::string& text, double* out, int count) {
@@ -132,7 +185,9 @@ std::string parameter_names(const Description& description) {
   EffectKind kind = description.make();
   std::string names;
   for (const Parameter& p : description.parameters(kind))
-    names += std::string(p.name) + (p.vector ? "=X,Y,Z, " : "=NUMBER, ");
+    names += std::string(p.name) + (p.vector  ? "=X,Y,Z, "
+                                    : p.track ? "=item0:PUNCTURE:DRAG,label3:PUNCTURE:DRAG, "
+                                              : "=NUMBER, ");
   return names + "most=N";
 }
 
@@ -155,6 +210,12 @@ Status check_effect(const Effect& effect) {
   if (!(effect.most > 0 && effect.most <= 20)) return range_error("most", effect.most, 0, 20);
   EffectKind kind = effect.kind;
   for (const Parameter& p : description.parameters(kind)) {
+    if (p.track) {
+      for (std::size_t i = 0; i < p.track->layer_count; ++i)
+        for (const double force : {p.track->layers[i].puncture, p.track->layers[i].drag})
+          if (!(force >= p.low && force <= p.high)) return range_error(p.name, force, p.low, p.high);
+      continue;
+    }
     for (int a = 0; a < (p.vector ? 3 : 1); ++a) {
       const double value = p.vector ? (*p.vector)[a] : *p.number;
       if (!(value >= p.low && value <= p.high)) return range_error(p.name, value, p.low, p.high);
@@ -189,7 +250,7 @@ Result<Effect> parse_effect(const std::string& text) {
     for (const Parameter& p : parameters)
       if (key == p.name) {
         double numbers[3];
-        is_read = parse_numbers(value, numbers, p.vector ? 3 : 1);
+        is_read = p.track ? parse_layers(value, *p.track) : parse_numbers(value, numbers, p.vector ? 3 : 1);
         if (is_read && p.vector) *p.vector = {numbers[0], numbers[1], numbers[2]};
         if (is_read && p.number) *p.number = numbers[0];
       }
@@ -203,6 +264,24 @@ Result<Effect> parse_effect(const std::string& text) {
   return effect;
 }
 
+std::string words_of(const Effect& effect) {
+  const Description& description = k_effects[effect.kind.index()];
+  std::string text = description.name;
+  EffectKind kind = effect.kind;
+  for (const Parameter& p : description.parameters(kind)) {
+    if (p.track && p.track->layer_count == 0) continue;
+    text.append(" ").append(p.name).append("=");
+    if (p.track) {
+      text.append(layers_text(*p.track));
+    } else if (p.vector) {
+      for (int a = 0; a < 3; ++a) text.append(a > 0 ? "," : "").append(text_of((*p.vector)[a]));
+    } else {
+      text.append(text_of(*p.number));
+    }
+  }
+  return text.append(" most=").append(text_of(effect.most));
+}
+
 namespace {
 
 /// State of an effect between ticks. Another kind or another track resets it.
@@ -212,16 +291,80 @@ struct EffectMemory {
   double track_end;  ///< mm, length of the track
   double phase;      ///< of an oscillation, in turns
   bool has_track, was_in;
+  std::uint8_t layer;      ///< of the tip, plus one; 0: none
+  std::uint8_t punctured;  ///< layers that the track has entered, one bit each
 };
+
+/// Returns the first layer that contains a point, plus one; 0: none. Removed matter does not resist: it is
+/// looked up a little ahead, since the tool itself removes the matter of its track.
+std::uint8_t layer_at(const Insertion& track, const LawInput& input, const dvec3& tip) noexcept {
+  constexpr double k_ahead = 0.4;  // mm
+  const volume::Volume& base = *input.scene.base;
+  if (input.cuts && !input.cuts->is_untouched() &&
+      input.cuts->distance(base.frame.volume_from_world(tip + k_ahead * track.ahead_world)) <= 0)
+    return 0;
+  for (std::size_t i = 0; i < track.layer_count; ++i) {
+    const InsertionLayer& layer = track.layers[i];
+    bool is_in = false;
+    if (layer.item < 0 && !base.labels.is_empty()) {
+      const glm::ivec3 v(glm::round(base.frame.volume_from_world(tip)));
+      if (v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < base.size.x && v.y < base.size.y && v.z < base.size.z)
+        is_in = base.labels[base.index(v.x, v.y, v.z)] == layer.label;
+    } else if (layer.item >= 0 && layer.item < item_count(input.scene) &&
+               !item_of(input.scene, layer.item).is_mesh()) {
+      const volume::Field& field = item_of(input.scene, layer.item).field;
+      is_in = field.value(field.volume().frame.volume_from_world(tip)) >= 0;
+    }
+    if (is_in) return static_cast<std::uint8_t>(i + 1);
+  }
+  return 0;
+}
+
+/// Grows the track while the hand pushes harder than the layer at its end resists. Returns the force.
+dvec3 step_insertion(const Insertion& track, EffectMemory& memory, const LawInput& input,
+                     LawForces& sum) noexcept {
+  constexpr double k_step = 0.05, k_speed = 500;  // mm; mm/s, largest speed of the tip
+  const dvec3 offset = input.hip_world - track.start_world;
+  const double depth = glm::dot(offset, track.ahead_world);
+  memory.has_track = true;
+  double remaining = k_speed * input.dt;
+  while (depth > memory.track_end) {
+    const std::uint8_t layer =
+        layer_at(track, input, track.start_world + memory.track_end * track.ahead_world);
+    const auto item_of_layer = [&](std::uint8_t one) { return track.layers[one - 1u].item; };
+    if (layer != memory.layer) {
+      if (memory.layer > 0) sum.has_lost_resistance = true, sum.lost_shape = item_of_layer(memory.layer);
+      if (layer > 0) sum.has_met_resistance = true, sum.met_shape = item_of_layer(layer);
+      memory.layer = layer;
+    }
+    const std::uint8_t bit = layer > 0 ? static_cast<std::uint8_t>(1u << (layer - 1u)) : std::uint8_t{0};
+    const double drag = layer > 0 ? track.layers[layer - 1u].drag : 0;
+    const bool is_open = layer == 0 || (memory.punctured & bit) != 0;
+    const double holds = is_open ? drag : std::max(track.layers[layer - 1u].puncture, drag);
+    if (track.along * (depth - memory.track_end) <= holds) break;
+    memory.punctured |= bit;
+    const double growth = std::min({k_step, remaining, depth - drag / track.along - memory.track_end});
+    if (!(growth > 1e-12)) break;
+    memory.track_end += growth;
+    remaining -= growth;
+  }
+  sum.has_tip = true;
+  sum.tip_world = track.start_world + std::min(depth, memory.track_end) * track.ahead_world;
+  const double push = track.along * std::max(0.0, depth - memory.track_end);
+  return -track.lateral * (offset - depth * track.ahead_world) - push * track.ahead_world;
+}
 
 void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& input, LawForces& sum) noexcept {
   const dvec3& hip = input.hip_world;
   const auto* track = std::get_if<LineTrack>(&effect.kind);
+  const auto* insertion = std::get_if<Insertion>(&effect.kind);
+  const dvec3* start = track ? &track->start_world : insertion ? &insertion->start_world : nullptr;
+  const dvec3* ahead = track ? &track->ahead_world : insertion ? &insertion->ahead_world : nullptr;
   if (memory.kind != effect.kind.index() + 1 ||
-      (track && (memory.start_world != track->start_world || memory.ahead_world != track->ahead_world))) {
+      (start && (memory.start_world != *start || memory.ahead_world != *ahead))) {
     memory = EffectMemory{};
     memory.kind = effect.kind.index() + 1;
-    if (track) memory.start_world = track->start_world, memory.ahead_world = track->ahead_world;
+    if (start) memory.start_world = *start, memory.ahead_world = *ahead;
   }
   const auto add_rendered = [&](const dvec3& force) { sum.rendered_world += limited(force, effect.most); };
   const auto add_active = [&](const dvec3& force) { sum.active_world += limited(force, effect.most); };
@@ -287,6 +430,8 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     // At the contact the tool's surface moves along shaft x normal, and bone drags it back.
     const double shake = spin->chatter * deterministic_sin(k_turn * memory.phase);
     add_active(press * (shake * n - (spin->drag + shake) * glm::cross(shaft, n)));
+  } else if (insertion) {
+    add_rendered(step_insertion(*insertion, memory, input, sum));
   } else if (const auto* align = std::get_if<Align>(&effect.kind)) {
     const dvec3 points = glm::normalize(input.orientation) * dvec3(0, 0, -1);
     constexpr double k_arm = 10;  // mm, since the limit of an effect is given in newtons

@@ -1,6 +1,7 @@
 // Effect: bounded forces in addition to those of surfaces (tracks, springs, vibrations), run as servo laws.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <variant>
@@ -12,15 +13,18 @@ namespace trephine::haptics {
 /// Constant force.
 struct ConstantForce {
   glm::dvec3 force_world{0.0};  ///< N
+  friend bool operator==(const ConstantForce&, const ConstantForce&) = default;
 };
 /// Viscous force against the motion.
 struct Viscosity {
   double damping = 0.002;  ///< N s/mm
+  friend bool operator==(const Viscosity&, const Viscosity&) = default;
 };
 /// Spring to a point.
 struct Spring {
   glm::dvec3 anchor_world{0.0};
   double stiffness = 0.1;  ///< N/mm
+  friend bool operator==(const Spring&, const Spring&) = default;
 };
 /// Straight track: springs hold the tip laterally, and extending the track costs a force, as for a probe in a
 /// pedicle (thesis "A Surface-based Volume Haptics Approach", 6.2.3). Motion within the existing track is
@@ -30,22 +34,26 @@ struct LineTrack {
   double stiffness = 0.5;  ///< N/mm, lateral and at the end of the track
   double resistance = 2;   ///< N, against extending the track
   int shape = -1;          ///< the track resists only while the tip is in this shape's solid; -1: everywhere
+  friend bool operator==(const LineTrack&, const LineTrack&) = default;
 };
 /// Half space that pushes the tip out.
 struct PlaneStop {
   glm::dvec3 point_world{0.0}, normal_world{0, 0, 1};
   double stiffness = 0.5;  ///< N/mm
+  friend bool operator==(const PlaneStop&, const PlaneStop&) = default;
 };
 /// Oscillating force along a direction.
 struct Vibration {
   glm::dvec3 direction_world{0, 0, 1};
   double amplitude = 0.3;     ///< N
   double frequency_hz = 120;  ///< at most a quarter of the servo's rate
+  friend bool operator==(const Vibration&, const Vibration&) = default;
 };
 /// Upward force that carries the weight of the stylus.
 struct GravityCompensation {
   double mass = 0.05;  ///< kg
   glm::dvec3 up_world{0, 0, 1};
+  friend bool operator==(const GravityCompensation&, const GravityCompensation&) = default;
 };
 /// Ripples on touched surfaces: height a sin(2 pi x / wavelength) along a direction, rendered as their slope
 /// times the normal force.
@@ -53,6 +61,7 @@ struct Texture {
   glm::dvec3 direction_world{1, 0, 0};
   double height = 0.05;   ///< mm
   double wavelength = 1;  ///< mm
+  friend bool operator==(const Texture&, const Texture&) = default;
 };
 
 /// Aligns the stylus with a direction, like a drill guide: a torque that turns its own -z axis toward the
@@ -61,6 +70,7 @@ struct Align {
   glm::dvec3 direction_world{0, 0, -1};
   double stiffness = 100;  ///< N mm/rad
   double damping = 0.5;    ///< N mm s/rad
+  friend bool operator==(const Align&, const Align&) = default;
 };
 
 /// Rotation of the tool about the stylus axis, clockwise as seen from the hand, while the button is pressed:
@@ -69,20 +79,46 @@ struct Spin {
   double drag = 0.3;         ///< lateral force as a share of the contact force
   double chatter = 0.1;      ///< amplitude of the chatter as a share of the contact force
   double frequency_hz = 80;  ///< of the chatter
+  friend bool operator==(const Spin&, const Spin&) = default;
+};
+
+/// Matter that resists the tip of an Insertion: an item, or a label of the scene's base.
+struct InsertionLayer {
+  int item = -1;  ///< index of a shape; -1: the label
+  int label = -1;
+  double puncture = 0;  ///< N, force along the track that is needed to enter the layer for the first time
+  double drag = 0;      ///< N, force along the track while it grows in the layer
+  friend bool operator==(const InsertionLayer&, const InsertionLayer&) = default;
+};
+
+/// Straight track that a tool makes, such as that of a probe in a pedicle (thesis "A Surface-based Volume
+/// Haptics Approach", 6.2.3) or of a catheter in the brain. The tip stays on the line and is reported as the
+/// proxy. Matter resists only while the track grows: motion within the track is free. Dissipates always.
+struct Insertion {
+  static constexpr std::size_t k_most_layers = 4;
+  glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};
+  double lateral = 2;                                  ///< N/mm, spring to the line
+  double along = 1;                                    ///< N/mm, spring to the end of the track
+  std::array<InsertionLayer, k_most_layers> layers{};  ///< the first that contains the tip resists
+  std::size_t layer_count = 0;
+  friend bool operator==(const Insertion&, const Insertion&) = default;
 };
 
 using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, PlaneStop, Vibration,
-                                GravityCompensation, Texture, Align, Spin>;
+                                GravityCompensation, Texture, Align, Spin, Insertion>;
 struct Effect {
   EffectKind kind;
   double most = 3;  ///< largest force, N; for a torque in units of 10 N mm
+  friend bool operator==(const Effect&, const Effect&) = default;
 };
 
-/// Returns "constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin".
+/// Returns "constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin, insertion".
 std::string effect_names();
 /// Parses a text such as "spring anchor=0,0,10 stiffness=0.2 most=2". Directions need not be unit vectors.
 /// The error names the parameters of the effect, or all effects.
 Result<Effect> parse_effect(const std::string& text);
+/// Returns the text of an effect, which parse_effect() reads.
+std::string words_of(const Effect& effect);
 /// Returns an error if a value is out of its range.
 Status check_effect(const Effect& effect);
 

@@ -13,6 +13,7 @@
 #include "volume/fields/offset_field.h"
 #include "volume/fields/soft_field.h"
 #include "volume/scan/field.h"
+#include "volume/scan/matter.h"
 #include "volume/scan/occupancy.h"
 
 namespace trephine::haptics {
@@ -102,6 +103,7 @@ struct TouchItem {
   std::shared_ptr<const MeshTree> tree = nullptr;
   Placement placement = {};  ///< fixed (no mover), or initial
   int mover = -1;            ///< 0 to k_max_movers - 1: every step has its placement; -1: fixed
+  volume::Matter matter = volume::Matter::titanium;  ///< of a mesh, for images; not for its contact
 
   /// First ServoHand::layout that contains the item; in that layout it may overlap a proxy.
   std::uint64_t since = 0;

@@ -1,3 +1,4 @@
+// ServoCore: one tick of a hand. One file: its steps share the state of a tick.
 #include "haptics/servo/servo_core.h"
 
 #include <algorithm>
@@ -59,8 +60,8 @@ ServoCore::ServoCore(const ForceOptions& options, double dt, std::size_t hand, s
       is_passive_(options.is_passive) {}
 
 const char* event_name(TouchEvent::Kind kind) noexcept {
-  constexpr const char* k_names[] = {"touched",   "untouched", "popped",         "rearmed",
-                                     "not ready", "ready",     "lost resistance"};
+  constexpr const char* k_names[] = {"touched",   "untouched", "popped",          "rearmed",
+                                     "not ready", "ready",     "lost resistance", "met resistance"};
   return k_names[kind];
 }
 
@@ -73,7 +74,7 @@ void add_event(ServoRecord& record, TouchEvent::Kind kind, int shape) noexcept {
 
 void ServoCore::update_passable_items(const ServoHand& hand) noexcept {
   ShapeSet& passable = state_.around.passable;
-  passable = hand.untouchable | not_ready_;
+  passable = hand.untouchable | hand.let_through | not_ready_;
   if (popped_shape_ >= 0) passable.set(popped_shape_, true);
 }
 
@@ -265,6 +266,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     if (!scene.tool_balls.empty())
       torque = (force_cap_ < force_limit_ ? force_cap_ / force_limit_ : 1) * force_.torque(step_, scene);
     active_force_ = dvec3(0);
+    std::optional<dvec3> held_tip;
     if (hand.laws) {
       // As in the record, so that a replay has the same input.
       const bool is_working =
@@ -276,6 +278,8 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       active_force_ = forces.active_world;
       torque += forces.torque_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
+      if (forces.has_met_resistance) add_event(record, TouchEvent::met_resistance, forces.met_shape);
+      if (forces.has_tip) held_tip = forces.tip_world;
     } else if (!laws_.is_empty()) {
       laws_.reset();
     }
@@ -285,7 +289,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       requested_force_ = passivity_.step(requested_force_, hip, step_.has_contact ? step_.proxy_world : hip);
     requested_force_ += active_force_;
     if (hand.has_pops) pop_through(hand, hip, record);
-    record.proxy_world = step_.proxy_world;
+    record.proxy_world = held_tip.value_or(step_.proxy_world);
     record.turn_world = step_.turn_world;
     record.normal_world = step_.normal_world;
     record.has_contact = step_.has_contact;

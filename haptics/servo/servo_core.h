@@ -35,6 +35,7 @@ struct TouchEvent {
     not_ready,        ///< a touchable shape cannot block: its bits are not available yet
     ready,            ///< it can block now
     lost_resistance,  ///< a track left its tissue (haptics/force/effects.h)
+    met_resistance,   ///< a track entered a tissue
   } kind = touched;
   std::int16_t shape = -1;
 };

@@ -56,6 +56,7 @@ struct ServoHand {
     volume::VoxelBox voxels;
   };
   ShapeSet untouchable, not_ready;
+  ShapeSet let_through;  ///< items that do not block the hand's instrument now
   std::array<Part, k_most_parts> parts;
   std::size_t part_count = 0;
   std::array<Placement, TouchScene::k_max_movers> placements;

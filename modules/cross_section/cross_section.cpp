@@ -34,11 +34,22 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const std::vector<std::uint8_t> labelled_bone =
       bone_by_labels(plane, bone.volume(), input.state.world.version.get());
   double outside = 0;
+  const auto add = [&](const haptics::MeshTree& tree, const haptics::Placement& pose,
+                       const std::string& name) {
+    SectionMesh mesh;
+    for (const glm::dvec3& v : tree.vertices()) mesh.vertices_world.push_back(pose.world_from_local(v));
+    mesh.triangles = tree.triangles();
+    const auto cut = cut_mesh(plane, mesh);
+    if (!cut) {
+      output->measured.open_models += (output->measured.open_models.empty() ? "" : ", ") + name;
+      return;
+    }
+    output->measured.models += cut.value().area;
+    for (std::size_t i = 0; i < bone_cut.inside.size(); ++i)
+      outside += cut.value().inside[i] && !bone_cut.inside[i] && (labelled_bone.empty() || !labelled_bone[i]);
+  };
   for (const haptics::TouchItem& item : input.anatomy.items) {
-    if (!item.is_mesh()) continue;
-    bool is_bone = false;  // detached bone is not counted as a model
-    for (const sim::Body& body : input.state.world.bodies) is_bone |= body.piece->tree == item.tree;
-    if (is_bone) continue;
+    if (!item.is_mesh() || !volume::is_metal(item.matter)) continue;
     // Pose set by the latest command that moved the model.
     haptics::Placement pose = item.placement;
     for (const auto& [name, command] : input.state.settings.latest_commands)
@@ -46,18 +57,11 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
           moved != nullptr && moved->mover == item.mover)
         pose = {moved->position,
                 {moved->rotation[0], moved->rotation[1], moved->rotation[2], moved->rotation[3]}};
-    SectionMesh mesh;
-    for (const glm::dvec3& v : item.tree->vertices()) mesh.vertices_world.push_back(pose.world_from_local(v));
-    mesh.triangles = item.tree->triangles();
-    const auto cut = cut_mesh(plane, mesh);
-    if (!cut) {
-      output->measured.open_models += (output->measured.open_models.empty() ? "" : ", ") + item.name;
-      continue;
-    }
-    output->measured.models += cut.value().area;
-    for (std::size_t i = 0; i < bone_cut.inside.size(); ++i)
-      outside += cut.value().inside[i] && !bone_cut.inside[i] && (labelled_bone.empty() || !labelled_bone[i]);
+    add(*item.tree, pose, item.name);
   }
+  for (const sim::Body& body : input.state.world.bodies)
+    if (volume::is_metal(body.matter))
+      add(*body.piece->tree, body.place, "implant " + std::to_string(body.id.value));
   output->measured.outside = outside * request.pixel * request.pixel;
   MixHash mix;
   sim::add_value(mix, output->measured);

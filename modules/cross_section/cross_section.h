@@ -26,7 +26,7 @@ struct MeasureSection {
 /// Areas in a plane, the result of this module. Emitted at the plane's centre.
 struct SectionMeasured {
   double bone = 0;          ///< mm2
-  double models = 0;        ///< mm2 of closed models, without detached bone
+  double models = 0;        ///< mm2 of closed models of metal
   double outside = 0;       ///< mm2 of these outside bone
   std::string open_models;  ///< names of models that are not closed, which are not counted
   static const sim::Schema& schema();

@@ -373,12 +373,12 @@ sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   return needs;
 }
 
-/// Returns the effect of the rotating burr on the hand: lateral drag and chatter. Empty for a kinematic burr,
+/// Returns the forces of the rotating burr on the hand: lateral drag and chatter. None for a kinematic burr,
 /// which bone does not stop, and for a fixed rate, which does not depend on the contact force.
-std::string effect(const Burr& burr) {
+sim::HandForces forces(const Burr& burr, const BurrState&) {
   if (burr.is_kinematic || burr.removal_rate > 0) return {};
-  return burr.grade == Grade::diamond ? "spin drag=0.3 chatter=0.03 frequency=160"
-                                      : "spin drag=0.3 chatter=0.1 frequency=80";
+  return spin_forces(burr.grade == Grade::diamond ? haptics::Spin{0.3, 0.03, 160}
+                                                  : haptics::Spin{0.3, 0.1, 80});
 }
 
 }  // namespace
@@ -405,11 +405,11 @@ double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept {
 }
 
 sim::Instrument burr(const Burr& parameters) {
-  return {sim::instrument_type<step, check, body, needs, effect>(), parameters};
+  return {sim::instrument_type<step, check, body, needs, forces>(), parameters};
 }
 
 std::span<const sim::InstrumentType* const> Drilling::instruments() const {
-  static const std::array all{&sim::instrument_type<step, check, body, needs, effect>(), &perforator_type(),
+  static const std::array all{&sim::instrument_type<step, check, body, needs, forces>(), &perforator_type(),
                               &craniotome_type()};
   return all;
 }

@@ -77,6 +77,9 @@ struct Breakthrough {
 /// Returns the instrument for a hand.
 sim::Instrument burr(const Burr& parameters);
 
+/// Returns the forces of a rotating tool.
+inline sim::HandForces spin_forces(const haptics::Spin& spin) { return {{haptics::Effect{spin}}, {}}; }
+
 /// Module of drilling tools: burr, perforator, craniotome.
 class Drilling final : public sim::Module {
  public:

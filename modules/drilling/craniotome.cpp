@@ -221,7 +221,7 @@ Status check(const Craniotome& c, const haptics::TouchScene& scene) {
   return check_body(body_of(c), true, scene);
 }
 
-std::string effect(const Craniotome&) { return "spin drag=0.3 chatter=0.1 frequency=80"; }
+sim::HandForces forces(const Craniotome&, const CraniotomeState&) { return spin_forces({0.3, 0.1, 80}); }
 
 }  // namespace
 
@@ -264,7 +264,7 @@ const sim::Schema& CraniotomeRefused::schema() {
 }
 
 const sim::InstrumentType& craniotome_type() noexcept {
-  return sim::instrument_type<step, check, body, needs, effect>();
+  return sim::instrument_type<step, check, body, needs, forces>();
 }
 sim::Instrument craniotome(const Craniotome& parameters) { return {craniotome_type(), parameters}; }
 

@@ -90,7 +90,7 @@ Status check(const Perforator& p, const haptics::TouchScene& scene) {
   return check_body(ToolBody::ball(0.5 * p.inner), true, scene);
 }
 
-std::string effect(const Perforator&) { return "spin drag=0.05 chatter=0.1 frequency=25"; }
+sim::HandForces forces(const Perforator&, const PerforatorState&) { return spin_forces({0.05, 0.1, 25}); }
 
 }  // namespace
 
@@ -145,7 +145,7 @@ const sim::Schema& PerforatorStopped::schema() {
 }
 
 const sim::InstrumentType& perforator_type() noexcept {
-  return sim::instrument_type<step, check, body, needs, effect>();
+  return sim::instrument_type<step, check, body, needs, forces>();
 }
 sim::Instrument perforator(const Perforator& parameters) { return {perforator_type(), parameters}; }
 

@@ -5,11 +5,11 @@
 #include <string_view>
 
 #include "volume/imaging/line_integrals.h"
+#include "volume/scan/matter.h"
 
 namespace trephine::fluoroscopy {
 
-enum class Matter : std::uint8_t { water, bone, titanium, steel };
-inline constexpr std::string_view k_matter[] = {"water", "bone", "titanium", "steel"};
+using volume::Matter;
 
 inline constexpr double k_lowest_energy = 20, k_highest_energy = 150;  ///< keV
 /// Effective energy that is assumed for the Hounsfield units of scanners, keV (120 kV).
@@ -17,9 +17,9 @@ inline constexpr double k_scanner_energy = 70;
 /// HU up to which a voxel counts as air: a scanner's noise in air does not attenuate.
 inline constexpr std::int16_t k_air_below = -900;
 
-/// Returns the attenuation coefficient, 1/mm, of water, cortical bone (1.92 g/cm3), titanium (4.54) or iron
-/// (7.874): mass attenuation of Hubbell and Seltzer (NISTIR 5632, 1995), with power laws between their
-/// energies.
+/// Returns the attenuation coefficient, 1/mm, of soft tissue (water), cortical bone (1.92 g/cm3), titanium
+/// (4.54) or iron (7.874): mass attenuation of Hubbell and Seltzer (NISTIR 5632, 1995), with power laws
+/// between their energies. Scenery attenuates nothing.
 double attenuation(Matter matter, double energy_kev) noexcept;
 
 /// Returns the attenuation of voxels, 1/mm, at an energy: linear from air (-1000 HU, zero) to water (0 HU),

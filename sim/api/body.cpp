@@ -7,6 +7,7 @@
 #include "sim/api/event.h"
 #include "sim/api/work.h"
 #include "volume/base/bytes.h"
+#include "volume/base/deterministic_math.h"
 #include "volume/cuts/removal.h"
 
 namespace trephine::sim {
@@ -26,6 +27,18 @@ Piece::Piece(const volume::PartSurface& surface, const haptics::Material& surfac
   MixHash all;
   add_bytes(all, to_bytes(*this));
   hash = all.value();
+}
+
+haptics::Placement BodyMotion::at(double time, const haptics::Placement& place) const noexcept {
+  const double share = seconds > 0 ? std::clamp(time / seconds, 0.0, 1.0) : 1.0;
+  if (share >= 1) return place;
+  // Without turns the shorter arc; the turns end at the place.
+  const double angle = -2 * 3.14159265358979323846 * turns * (1 - share);
+  const glm::dquat to = glm::dot(from.rotation, place.rotation) < 0 ? -place.rotation : place.rotation;
+  const glm::dquat mixed = glm::normalize((1 - share) * from.rotation + share * to);
+  const glm::dquat spin(deterministic_cos(0.5 * angle), deterministic_sin(0.5 * angle) * axis);
+  return {from.position_world + share * (place.position_world - from.position_world),
+          glm::normalize(mixed * spin)};
 }
 
 std::string to_bytes(const Piece& piece) {

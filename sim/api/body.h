@@ -1,4 +1,4 @@
-// Body: a detached part of the anatomy, which a hand can grasp and release.
+// Body: an object in an operation: a detached part of the anatomy, or an implant.
 #pragma once
 
 #include <memory>
@@ -9,11 +9,13 @@
 #include "haptics/scene/touch_scene.h"
 #include "sim/api/command.h"
 #include "volume/cuts/version.h"
+#include "volume/scan/matter.h"
 #include "volume/surface/part_surface.h"
 
 namespace trephine::sim {
 
-/// Detached bone: its surface in the world, where it was detached. Touched as a model; cannot be cut.
+/// Surface of a body: of detached bone in the world, where it was detached; of an implant in its own frame.
+/// Touched as a model; cannot be cut.
 struct Piece {
   std::shared_ptr<const haptics::MeshTree> tree;
   haptics::Material material;
@@ -28,13 +30,37 @@ std::string to_bytes(const Piece& piece);
 /// Returns null for invalid bytes.
 std::shared_ptr<const Piece> piece_from_bytes(std::string_view bytes);
 
+/// Motion of a body to its place, such as that of a screw: straight, with turns about an axis.
+struct BodyMotion {
+  haptics::Placement from;       ///< pose at the start
+  std::uint64_t begin_tick = 0;  ///< at which it starts
+  double seconds = 0;            ///< duration; 0: no motion
+  double turns = 0;              ///< additional turns about `axis`, counterclockwise seen against it
+  glm::dvec3 axis{0, 0, 1};      ///< unit, in the frame of the body
+  /// Returns the pose at a time (s) after the start, on the way to `place`.
+  haptics::Placement at(double time, const haptics::Placement& place) const noexcept;
+};
+
 struct Body {
   Id id;          ///< never reused
-  int mover = 0;  ///< of its item, while the body exists
+  int mover = 0;  ///< of its item, while the body exists; -1 for a fixed body
   std::shared_ptr<const Piece> piece;
-  haptics::Placement place;  ///< pose of the frame in which it was detached; while held, that of the grasp
-  int holder = -1;           ///< hand that holds it; -1: released. Undo puts no body into a hand
-  haptics::Placement grip;   ///< pose relative to that hand
+  haptics::Placement place;      ///< pose of the frame of the piece; while held, that of the grasp
+  int holder = -1;               ///< hand that holds it; -1: released. Undo puts no body into a hand
+  haptics::Placement grip = {};  ///< pose relative to that hand
+  volume::Matter matter = volume::Matter::bone;
+  bool is_implant = false;  ///< was never part of the anatomy
+  bool is_fixed = false;    ///< cannot be grasped or placed
+  BodyMotion motion = {};   ///< a body in motion is not touched
+};
+
+/// An implant that a job adds.
+struct NewBody {
+  std::shared_ptr<const Piece> piece;
+  haptics::Placement place;
+  volume::Matter matter = volume::Matter::titanium;
+  bool is_fixed = true;
+  BodyMotion motion = {};  ///< begin_tick is that of the adoption
 };
 
 /// Fate of a part of a cut shape.

@@ -8,7 +8,7 @@ namespace trephine::sim {
 namespace {
 
 /// Commands of any engine, whatever its modules.
-std::array<const ValueType*, 21> own_commands() noexcept {
+std::array<const ValueType*, 22> own_commands() noexcept {
   return {&value_type<Undo>(),
           &value_type<Redo>(),
           &value_type<BeginBranch>(),
@@ -20,6 +20,7 @@ std::array<const ValueType*, 21> own_commands() noexcept {
           &value_type<PlaceModel>(),
           &value_type<SetEffect>(),
           &value_type<ToolGeometry>(),
+          &value_type<TakeInstrument>(),
           &value_type<FreePieces>(),
           &value_type<HoldBody>(),
           &value_type<ReleaseBody>(),
@@ -32,10 +33,11 @@ std::array<const ValueType*, 21> own_commands() noexcept {
           &value_type<CancelJob>()};
 }
 /// Events of any engine, whatever its modules.
-std::array<const ValueType*, 9> own_events() noexcept {
+std::array<const ValueType*, 10> own_events() noexcept {
   return {&value_type<FaultEvent>(),    &value_type<JobDiscarded>(),      &value_type<ForbiddenEntered>(),
           &value_type<ForbiddenLeft>(), &value_type<StructureStripped>(), &value_type<StructureTouched>(),
-          &value_type<StructureTorn>(), &value_type<PieceFreed>(),        &value_type<DebrisFreed>()};
+          &value_type<StructureTorn>(), &value_type<PieceFreed>(),        &value_type<BodyAdded>(),
+          &value_type<DebrisFreed>()};
 }
 
 }  // namespace

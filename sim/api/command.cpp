@@ -122,6 +122,12 @@ const Schema& ToolGeometry::schema() {
   static constexpr Schema table{"tool-geometry", 1, fields};
   return table;
 }
+const Schema& TakeInstrument::schema() {
+  static constexpr Field fields[] = {field<&TakeInstrument::instrument>("instrument"),
+                                     field<&TakeInstrument::parameters>("parameters")};
+  static constexpr Schema table{"take-instrument", 1, fields};
+  return table;
+}
 const Schema& FreePieces::schema() {
   static constexpr Field fields[] = {
       field<&FreePieces::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),

@@ -104,6 +104,13 @@ struct ToolGeometry {
   std::vector<glm::dvec3> balls = {};  ///< centres, mm, frame of the hand; empty: one ball or a point
   static const Schema& schema();
 };
+/// A job: gives the hand an instrument, and the ball or balls that it touches with. Until these are ready,
+/// the hand keeps its current instrument. One that needs no balls touches as the hand did at the start.
+struct TakeInstrument {
+  std::string instrument;  ///< its name
+  std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
+  static const Schema& schema();
+};
 /// A job: detaches the parts of a cut shape that are no longer connected to the rest: bodies from `smallest`
 /// on, debris below.
 struct FreePieces {

@@ -18,6 +18,13 @@ const Schema& JobDiscarded::schema() {
   return table;
 }
 
+const Schema& BodyAdded::schema() {
+  static constexpr Field fields[] = {field<&BodyAdded::body>("body"),
+                                     field<&BodyAdded::size>("size", {.unit = "mm3"})};
+  static constexpr Schema table{"body-added", 1, fields};
+  return table;
+}
+
 const Schema& PieceFreed::schema() {
   static constexpr Field fields[] = {field<&PieceFreed::body>("body"),
                                      field<&PieceFreed::size>("size", {.unit = "mm3"})};

@@ -32,7 +32,13 @@ struct JobDiscarded {
   static const Schema& schema();
 };
 
-/// A part was detached as a body; emitted at its middle.
+/// An implant was added. Emitted at its middle.
+struct BodyAdded {
+  Id body;
+  double size = 0;  ///< mm3
+  static const Schema& schema();
+};
+/// A part was detached as a body. Emitted at its middle.
 struct PieceFreed {
   Id body;
   double size = 0;  ///< mm3

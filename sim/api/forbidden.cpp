@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "volume/base/deterministic_math.h"
+#include "volume/surface/surface_facts.h"
 #include "volume/surface/surface_nets.h"
 
 namespace trephine::sim {
@@ -11,7 +14,7 @@ namespace trephine::sim {
 using glm::dvec3;
 
 Forbidden::Forbidden(std::shared_ptr<const volume::Volume> volume, const volume::Shape& shape)
-    : volume_(std::move(volume)), field_(*volume_, shape) {
+    : name_(shape.name), volume_(std::move(volume)), field_(*volume_, shape) {
   const dvec3& spacing = volume_->frame.spacing();
   step_mm_ = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
 }
@@ -34,6 +37,61 @@ Result<std::shared_ptr<const Forbidden>> Forbidden::build(std::shared_ptr<const 
   result->surface_ =
       haptics::MeshTree(std::move(vertices), {net.triangles.span().begin(), net.triangles.span().end()});
   return std::shared_ptr<const Forbidden>(std::move(result));
+}
+
+Forbidden::Forbidden(std::string name, haptics::MeshTree surface)
+    : name_(std::move(name)), surface_(std::move(surface)) {
+  constexpr double k_step = 0.25;  // mm
+  step_mm_ = k_step;
+}
+
+Result<std::shared_ptr<const Forbidden>> Forbidden::build(const std::string& name,
+                                                          const haptics::MeshTree& model,
+                                                          const haptics::Placement& placement) {
+  const volume::SurfaceFacts facts = volume::facts_of(model.vertices(), model.triangles());
+  if (!facts.is_solid())
+    return Error{.what = "a forbidden model is not the surface of a solid",
+                 .where = name,
+                 .found = facts.open_edges > 0     ? std::to_string(facts.open_edges) + " open edges"
+                          : facts.turned_edges > 0 ? "triangles of opposite orientations"
+                                                   : "a surface that faces inward",
+                 .expected = "a closed surface, seen from outside",
+                 .remedy = "close its holes and correct its normals in the program that made it"};
+  std::vector<dvec3> vertices;
+  vertices.reserve(model.vertices().size());
+  for (const dvec3& v : model.vertices()) vertices.push_back(placement.world_from_local(v));
+  return std::shared_ptr<const Forbidden>(
+      new Forbidden(name, haptics::MeshTree(std::move(vertices), model.triangles())));
+}
+
+/// Returns true if p is inside a closed model, at most `reach` mm from its surface: by the normals of all
+/// triangles nearest to p, weighted by their angles there (Baerentzen and Aanaes 2005).
+bool Forbidden::is_inside(const dvec3& p, double reach) const noexcept {
+  constexpr double k_same = 1e-9;  // share of the distance
+  double nearest = reach;
+  surface_.for_near(p, reach,
+                    [&](const haptics::MeshTree::Near& near) { nearest = std::min(nearest, near.distance); });
+  dvec3 normal(0), offset(0);
+  surface_.for_near(p, nearest * (1 + k_same) + k_same, [&](const haptics::MeshTree::Near& near) {
+    const auto corners = surface_.corners(near.triangle);
+    // Angle at which the nearest point sees the triangle: at a corner that of the corner, along an edge half
+    // a turn, inside a whole turn.
+    double angle = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const dvec3 a = corners[k] - near.nearest, b = corners[(k + 1) % 3] - near.nearest;
+      const double lengths = glm::length(a) * glm::length(b);
+      if (lengths > 0) angle += deterministic_acos(std::clamp(glm::dot(a, b) / lengths, -1.0, 1.0));
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+      if (glm::length(corners[k] - near.nearest) <= k_same) {
+        const dvec3 a = glm::normalize(corners[(k + 1) % 3] - corners[k]),
+                    b = glm::normalize(corners[(k + 2) % 3] - corners[k]);
+        angle = deterministic_acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
+      }
+    normal += angle * near.normal;
+    offset = p - near.nearest;
+  });
+  return glm::dot(offset, normal) < 0;
 }
 
 void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearness& nearness,
@@ -77,9 +135,8 @@ double Forbidden::distance(const dvec3& p, double reach, dvec3& nearest_world) c
 }
 
 Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept {
-  const dvec3 v = volume_->frame.volume_from_world(ball.centre);
   Nearness result;
-  result.is_centre_inside = field_.value(v) >= 0;
+  if (volume_) result.is_centre_inside = field_.value(volume_->frame.volume_from_world(ball.centre)) >= 0;
   // Search around the centre with growing reach, extended by the ball's radius.
   const double farthest = k_reach + ball.radius;
   double reach = std::clamp(std::abs(expected + ball.radius) + step_mm_, 2 * step_mm_, farthest);
@@ -89,6 +146,14 @@ Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept
     surface_mm = distance(ball.centre, reach, result.surface_world);
   }
   result.has_surface = surface_mm < reach;
+  if (!volume_) {
+    // Beyond `reach` of the surface a point may be deep inside.
+    const dvec3 low = surface_.low(), high = surface_.high();
+    const bool is_in_box = ball.centre == glm::clamp(ball.centre, low, high);
+    if (result.has_surface || is_in_box)
+      result.is_centre_inside =
+          is_inside(ball.centre, result.has_surface ? surface_mm + step_mm_ : glm::length(high - low));
+  }
   result.clearance = (result.is_centre_inside ? -surface_mm : surface_mm) - ball.radius;
   return result;
 }

@@ -30,16 +30,23 @@ struct Nearness {
 struct ForbiddenWatch;
 
 /// A structure that must not be cut, in its state before any cut. Immutable. Distances are to its displayed
-/// surface, at most half a voxel from the structure's end; the samples decide on which side a point is.
+/// surface. For a shape of a volume that is at most half a voxel from the structure's end, and the samples
+/// decide on which side a point is.
 class Forbidden {
  public:
   /// Keeps `volume`. Error if the structure is empty.
   static Result<std::shared_ptr<const Forbidden>> build(std::shared_ptr<const volume::Volume> volume,
                                                         const volume::Shape& shape, int threads = 0);
-  const std::string& name() const noexcept { return field_.shape().name; }
-  const volume::Shape& shape() const noexcept { return field_.shape(); }
-  /// Returns the longest side of its voxels, mm.
+  /// Builds the solid inside a model at rest. Error if the surface is not closed, or faces inward.
+  static Result<std::shared_ptr<const Forbidden>> build(const std::string& name,
+                                                        const haptics::MeshTree& model,
+                                                        const haptics::Placement& placement);
+  const std::string& name() const noexcept { return name_; }
+  /// Shape of the anatomy; null for a model.
+  const volume::Shape* shape() const noexcept { return volume_ ? &field_.shape() : nullptr; }
+  /// Returns the longest side of its voxels, mm; for a model the spacing of positions along a path.
   double voxel_mm() const noexcept {
+    if (!volume_) return 2 * step_mm_;
     const glm::dvec3& spacing = volume_->frame.spacing();
     return std::max({spacing.x, spacing.y, spacing.z});
   }
@@ -63,11 +70,14 @@ class Forbidden {
 
  private:
   Forbidden(std::shared_ptr<const volume::Volume> volume, const volume::Shape& shape);
+  Forbidden(std::string name, haptics::MeshTree surface);
+  bool is_inside(const glm::dvec3& p, double reach) const noexcept;
   double distance(const glm::dvec3& p, double reach, glm::dvec3& nearest_world) const noexcept;
   template <class Each>
   void for_positions(const glm::dvec3& from, const glm::dvec3& to, const Each& each) const noexcept;
 
-  std::shared_ptr<const volume::Volume> volume_;
+  std::string name_;
+  std::shared_ptr<const volume::Volume> volume_;  ///< null for a model
   volume::Field field_;
   haptics::MeshTree surface_;  ///< world frame
   double step_mm_;

@@ -2,8 +2,11 @@
 // events, never forces, since it runs some ticks late.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <type_traits>
 
+#include "haptics/force/effects.h"
 #include "haptics/servo/servo_core.h"
 #include "sim/api/forbidden.h"
 #include "sim/api/work.h"
@@ -25,6 +28,15 @@ struct ToolNeeds {
   std::vector<glm::dvec3> balls = {};  ///< mm, hand frame: centres of several such balls; empty: one ball
 };
 
+/// Forces that an instrument adds to those of surfaces, and items that it passes through. Depends on
+/// parameters and state alone, so that a replay and an undo need nothing else.
+struct HandForces {
+  static constexpr std::size_t k_most = 2;
+  std::array<std::optional<haptics::Effect>, k_most> effects;
+  haptics::ShapeSet let_through;  ///< items of the scene that do not block the hand
+  friend bool operator==(const HandForces&, const HandForces&) = default;
+};
+
 /// Type of an instrument: a function of its module, parameters with a table and a state with a table. Built
 /// by instrument_type().
 struct InstrumentType {
@@ -37,9 +49,11 @@ struct InstrumentType {
   ToolBall (*body)(const void* parameters, const void* state, const InstrumentInput& input) = nullptr;
   /// Returns its needs in a session over that anatomy. Null: no needs.
   ToolNeeds (*needs)(const void* parameters, const volume::Volume& anatomy) = nullptr;
-  /// Returns the force that it adds to those of surfaces while a hand has it, in words
-  /// (haptics::parse_effect); empty: no force. Null: never a force.
-  std::string (*effect)(const void* parameters) = nullptr;
+  /// Returns its forces after a tick; the servo applies them some ticks later. Null: never a force.
+  HandForces (*forces)(const void* parameters, const void* state) = nullptr;
+  /// Returns true while it works without the button; its cuts then belong to one stroke. Null: only the
+  /// button counts.
+  bool (*is_working)(const void* parameters, const void* state) = nullptr;
 
   std::string_view name() const noexcept { return parameters->schema->name; }
 };
@@ -57,10 +71,11 @@ struct InstrumentParts<void (*)(const P&, S&, const InstrumentInput&, Work&)> {
 /// Builds a type from `void step(const Parameters&, State&, const InstrumentInput&, Work&)` and optionally
 /// `Status check(const Parameters&, const TouchScene&)`,
 /// `ToolBall body(const Parameters&, const State&, const InstrumentInput&)`,
-/// `ToolNeeds needs(const Parameters&, const volume::Volume&)` and `std::string effect(const Parameters&)`;
-/// nullptr for a function that the instrument lacks.
+/// `ToolNeeds needs(const Parameters&, const volume::Volume&)`,
+/// `HandForces forces(const Parameters&, const State&)` and `bool is_working(const Parameters&, const
+/// State&)`; nullptr for a function that the instrument lacks.
 template <auto k_step, auto k_check = nullptr, auto k_body = nullptr, auto k_needs = nullptr,
-          auto k_effect = nullptr>
+          auto k_forces = nullptr, auto k_is_working = nullptr>
 const InstrumentType& instrument_type() noexcept {
   using Parameters = typename detail::InstrumentParts<decltype(k_step)>::Parameters;
   using State = typename detail::InstrumentParts<decltype(k_step)>::State;
@@ -81,9 +96,13 @@ const InstrumentType& instrument_type() noexcept {
       result.needs = [](const void* p, const volume::Volume& anatomy) -> ToolNeeds {
         return k_needs(*static_cast<const Parameters*>(p), anatomy);
       };
-    if constexpr (!std::is_null_pointer_v<decltype(k_effect)>)
-      result.effect = [](const void* p) -> std::string {
-        return k_effect(*static_cast<const Parameters*>(p));
+    if constexpr (!std::is_null_pointer_v<decltype(k_forces)>)
+      result.forces = [](const void* p, const void* s) -> HandForces {
+        return k_forces(*static_cast<const Parameters*>(p), *static_cast<const State*>(s));
+      };
+    if constexpr (!std::is_null_pointer_v<decltype(k_is_working)>)
+      result.is_working = [](const void* p, const void* s) -> bool {
+        return k_is_working(*static_cast<const Parameters*>(p), *static_cast<const State*>(s));
       };
     return result;
   }();

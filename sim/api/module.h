@@ -84,6 +84,8 @@ class JobResult {
   virtual std::uint64_t hash() const = 0;  ///< computed in advance, since the edit thread calls this
   /// Parts that the job detaches from the anatomy, adopted as bodies with the result. Null: no parts.
   virtual const Detachment* detachment() const noexcept { return nullptr; }
+  /// Implants that the job adds, adopted with the result.
+  virtual std::span<const NewBody> bodies() const noexcept { return {}; }
 };
 
 /// Input of a job; immutable.
@@ -135,6 +137,8 @@ class Module {
   /// Handles an event of any module. Changes only the state of this module.
   virtual void react(const Event& event, ModuleState& state) const;
   virtual std::vector<Measure> measures(const OperationState& state) const;
+  /// Returns true if its overlays change with time; they are then fetched in every frame.
+  virtual bool is_moving(const OperationState& state) const;
   /// Returns overlays of its state, world frame, in at most 0.2 ms. Called only while a display fetches them.
   virtual Overlays overlays(const OperationState& state) const;
 };

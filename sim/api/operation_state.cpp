@@ -24,6 +24,11 @@ std::uint64_t OperationState::hash() const {
       for (int a = 0; a < 4; ++a) result.add(at.rotation[a]);
     }
     result.add(body.piece->hash);
+    if (!body.is_implant) continue;
+    result.add(static_cast<std::uint64_t>(body.matter));
+    result.add(std::uint64_t{body.is_fixed});
+    result.add(body.motion.begin_tick);
+    result.add(body.motion.seconds);
   }
   for (const auto& [key, command] : settings.latest_commands) {
     add_bytes(result, key);

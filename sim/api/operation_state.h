@@ -19,7 +19,7 @@ struct UndoableState {
   std::vector<Body> bodies;                           ///< detached from the anatomy, by ascending id
 };
 
-/// What a module found out about the anatomy, such as a judgement or a preview.
+/// Finding of a module about the anatomy, such as a judgement or a preview.
 struct ModuleResult {
   std::shared_ptr<const Value> value;  ///< null: the module has no results
   std::uint64_t edits = 0;             ///< OperationState::edits of the anatomy that it describes

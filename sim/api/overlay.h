@@ -10,13 +10,14 @@
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/scene/touch_scene.h"
 #include "sim/api/value.h"
+#include "volume/scan/matter.h"
 
 namespace trephine::sim {
 
 /// Surfaces, lines and labels in one frame, mm.
 struct Overlay {
-  /// Kind, from which a view chooses colours. Scenery is touched as it is drawn.
-  enum class Kind : std::uint8_t { bone, metal, plan, warning, scenery };
+  /// An object has a surface of some matter. Scenery is touched as it is drawn.
+  enum class Kind : std::uint8_t { object, plan, warning, scenery };
   struct Label {
     glm::dvec3 at{0.0};
     std::string text;
@@ -30,6 +31,8 @@ struct Overlay {
 
   Kind kind = Kind::plan;
   std::string name = {};                             ///< of a body or a model
+  volume::Matter matter = volume::Matter::titanium;  ///< of an object
+  bool is_detached = false;                          ///< an object that was part of the anatomy
   std::shared_ptr<const haptics::MeshTree> surface;  ///< null: no surface
   std::vector<std::array<glm::dvec3, 2>> lines;
   std::vector<std::array<glm::dvec3, 3>> skin;  ///< translucent triangles, visible from both sides

@@ -36,6 +36,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].touch.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
     tools_.push_back({scene, hands[h].touch.method, 0, hands[h].touch.method->name()});
+    initial_geometry_.push_back({scene->tool_radius, scene->tool_balls});
     depths_.emplace_back(*scene, now_.dt);
     hands_.push_back(std::move(hands[h].touch));
     now_.settings.hands.push_back(std::move(hands[h].instrument));
@@ -45,7 +46,11 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     now_.settings.modules.push_back(shared(module->settings()));
     now_.settings.results.push_back({shared(module->result())});
   }
-  for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
+  forces_.resize(hands_.size());
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    Change change = Change::cut;
+    use_forces_of_instrument(h, change);
+  }
   now_.world.version = published_version_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::cut);
@@ -62,6 +67,7 @@ Engine::Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& met
 Outcome Engine::apply(const haptics::ServoRecord& tick) {
   Outcome outcome;
   HandWork& hand = work_[tick.hand];
+  const std::uint64_t previous_tick = now_.next_tick;
   now_.next_tick = std::max(now_.next_tick, tick.tick + 1);
   trails_[tick.hand].add(servo_hand(tick.hand), tick);
   record_faults(tick);
@@ -73,9 +79,12 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   const InstrumentInput input{tick, now_.dt, std::exchange(hand.is_fresh, false)};
   bool was_pressed = false;
   if (instrument.type != nullptr) {
-    was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
     Work work(editor_, pending_events_, tick.tick, tick.hand);
     instrument.type->step(instrument.parameters.data(), instrument.state.data(), input, work);
+    const bool is_working =
+        instrument.type->is_working &&
+        instrument.type->is_working(instrument.parameters.data(), instrument.state.data());
+    was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed() || is_working);
     if (work.removed().bricks_changed > 0) {
       now_.world.version = published_version_ = editor_.publish();
       ++now_.edits;
@@ -85,7 +94,11 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
       outcome.box = work.removed().box;
     }
   }
+  if (instrument.type != nullptr && instrument.type->forces != nullptr)
+    if (Change change = Change::cut; use_forces_of_instrument(tick.hand, change))
+      publish(change), outcome.is_changed = true;
   if (!forbidden_.empty()) watch_forbidden(input);
+  if (!now_.world.bodies.empty()) end_motions(previous_tick, outcome);
   handle_events(outcome);
   if (was_pressed && !is_in_stroke()) end_stroke();
   return outcome;
@@ -143,6 +156,12 @@ Status Engine::check(const Command& command) const {
     return std::nullopt;
   for (const Module* module : catalogue_.modules())
     if (Status error = module->allows(command, now_)) return error;
+  // The guards of an instrument's own command hold however it is taken.
+  if (const auto* take = command.request.as<TakeInstrument>()) {
+    const Command own(named_instrument(*take).value().parameters, command.hand);
+    for (const Module* module : catalogue_.modules())
+      if (Status error = module->allows(own, now_)) return error;
+  }
   return std::nullopt;
 }
 
@@ -163,7 +182,8 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     outcome.job = cancel->job;
   } else if (request.as<RemoveInstrument>()) {
     now_.settings.hands[command.hand] = {};
-    if (use_effect_of_instrument(command.hand)) publish(Change::cut), outcome.is_changed = true;
+    if (Change change = Change::cut; use_forces_of_instrument(command.hand, change))
+      publish(change), outcome.is_changed = true;
     work_[command.hand].is_pressed = false;
     work_[command.hand].body.reset();
     if (!is_in_stroke()) end_stroke();
@@ -176,17 +196,15 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
                              .newest()[*depths_[command.hand].index_of(depths ? depths->item : picture->item)]
                              ->hash();
   } else if (change_body(command, outcome)) {
-  } else if (request.as<ToolGeometry>() || request.as<FreePieces>()) {
+  } else if (request.as<ToolGeometry>() || request.as<TakeInstrument>() || request.as<FreePieces>()) {
     begin_job(command, {}, outcome);
   } else if (const InstrumentType* instrument = instrument_of(command)) {
-    Instrument& current_instrument = now_.settings.hands[command.hand];
-    if (current_instrument.type == instrument)
-      current_instrument.parameters = request;
+    Instrument next = now_.settings.hands[command.hand];
+    if (next.type == instrument)
+      next.parameters = request;
     else
-      current_instrument = Instrument(*instrument, request);
-    if (use_effect_of_instrument(command.hand)) publish(Change::cut), outcome.is_changed = true;
-    work_[command.hand].is_fresh = true;
-    work_[command.hand].body.reset();
+      next = Instrument(*instrument, request);
+    give(std::move(next), command.hand, outcome);
   } else {
     PendingJob job;
     if (find_job(request.type(), job.type, job.module)) return begin_job(command, std::move(job), outcome);
@@ -422,8 +440,9 @@ Overlays Engine::overlays() const {
   Overlays result;
   for (const Body& body : now_.world.bodies) {
     Overlay& overlay = result.emplace_back();
-    overlay.kind = Overlay::Kind::bone;
-    overlay.name = "piece " + std::to_string(body.id.value);
+    overlay.kind = Overlay::Kind::object;
+    overlay.matter = body.matter, overlay.is_detached = !body.is_implant;
+    overlay.name = (body.is_implant ? "implant " : "piece ") + std::to_string(body.id.value);
     overlay.surface = body.piece->tree;
     overlay.place = place_of(body);
     overlay.holder = body.holder;
@@ -431,7 +450,8 @@ Overlays Engine::overlays() const {
   }
   for (const haptics::TouchItem* item : models()) {
     Overlay& overlay = result.emplace_back();
-    overlay.kind = item->depth && item->depth->is_streamed() ? Overlay::Kind::scenery : Overlay::Kind::metal;
+    overlay.kind = item->depth && item->depth->is_streamed() ? Overlay::Kind::scenery : Overlay::Kind::object;
+    overlay.matter = item->matter;
     overlay.name = item->name;
     overlay.surface = look_of(*item);
     overlay.place = place_of(*item);

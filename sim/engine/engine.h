@@ -94,7 +94,7 @@ class Engine {
   std::vector<const haptics::TouchItem*> models() const;
   /// Current surface of a model.
   std::shared_ptr<const haptics::MeshTree> look_of(const haptics::TouchItem& model) const;
-  /// True if the surface of any model changes with time.
+  /// True if an overlay changes with time: a model, a body in motion, or that of a module.
   bool has_moving_surfaces() const;
   /// Current depth images of a hand: of each object that it has been near.
   std::vector<DisplayedDepths> seen_depths(std::size_t hand) const;
@@ -133,6 +133,8 @@ class Engine {
   const std::vector<PendingJob>& jobs() const noexcept { return jobs_; }
   /// Finds the job with parameters of this type, and the index of its module; false if no module has it.
   bool find_job(const ValueType& parameters, const JobType*& type, std::size_t& module) const noexcept;
+  /// Returns the instrument of a request. Error if it is unknown or its parameters are invalid.
+  Result<Instrument> named_instrument(const TakeInstrument& request) const;
   /// Runs a pending job on this thread; returns the command that adopts it.
   AdoptJob finish_job(Id job);
   /// Submits the result of a job before AdoptJob, which otherwise runs the job itself.
@@ -166,12 +168,16 @@ class Engine {
   bool use_depths(const AdoptDepths& request, std::uint8_t hand);
   Status check_picture(const AdoptPicture& request, std::size_t hand) const;
   void use_picture(const AdoptPicture& request, std::uint8_t hand);
+  ToolGeometry geometry_of(const Instrument& instrument, std::size_t hand) const;
+  ToolGeometry requested_geometry(const PendingJob& job) const;
+  Status check_taking(const TakeInstrument& request, std::size_t hand) const;
+  void give(Instrument instrument, std::size_t hand, Outcome& outcome);
   Status check_effect_of(const Instrument& instrument, std::size_t hand) const;
-  bool use_effect_of_instrument(std::size_t hand);
+  bool use_forces_of_instrument(std::size_t hand, Change& change);
 
   void make_runnable(PendingJob& job) const;
   std::shared_ptr<haptics::ServoScene> make_scene(std::uint64_t serial);
-  bool adopt_geometry(const PendingJob& job, const JobResult& result);
+  bool adopt_geometry(const PendingJob& job, const JobResult& result, Outcome& outcome);
   void use_fields();
   enum class Bodies { same, others };
   std::vector<int> free_movers() const;
@@ -182,6 +188,11 @@ class Engine {
   void release_all_bodies(Outcome& outcome);
   std::string reason_not_to_adopt(const Detachment& detachment) const;
   void adopt(const Detachment& detachment, std::uint8_t hand, Outcome& outcome);
+  std::string reason_not_to_add(std::span<const NewBody> bodies) const;
+  void add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& outcome);
+  bool is_in_motion(const Body& body) const noexcept;
+  std::uint64_t end_of(const BodyMotion& motion) const noexcept;
+  void end_motions(std::uint64_t previous_tick, Outcome& outcome);
   void use_bodies(Bodies update);
   void use_bodies(std::size_t hand, Bodies update);
   bool has_held() const noexcept {
@@ -221,9 +232,11 @@ class Engine {
   /// Last published version: that of current(), frozen since or not.
   std::shared_ptr<const volume::Version> published_version_;
   OperationState now_;
-  std::vector<Event> pending_events_;      ///< of this tick or command
-  std::vector<haptics::ServoHand> hands_;  ///< touch states are those of the newest scene
-  std::vector<HandTool> tools_;            ///< without bodies
+  std::vector<ToolGeometry> initial_geometry_;  ///< of the hands
+  std::vector<HandForces> forces_;              ///< of the hands' instruments, as the servos have them
+  std::vector<Event> pending_events_;           ///< of this tick or command
+  std::vector<haptics::ServoHand> hands_;       ///< touch states are those of the newest scene
+  std::vector<HandTool> tools_;                 ///< without bodies
   std::shared_ptr<const haptics::ServoScene> servo_scene_;
 
   std::vector<HandTrail> trails_;

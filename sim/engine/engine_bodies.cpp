@@ -1,5 +1,6 @@
 // Engine: detached bodies, which hands grasp and release.
 #include <algorithm>
+#include <cmath>
 
 #include "haptics/methods/methods.h"
 #include "sim/engine/engine.h"
@@ -22,11 +23,29 @@ Error no_body(const char* command, Id id) {
                .expected = "a detached body"};
 }
 
+/// Checks that a body can be grasped or placed.
+Status check_free(const Body& body, const char* command) {
+  if (body.is_fixed)
+    return Error{.what = "the body is fixed",
+                 .where = command,
+                 .found = "body " + std::to_string(body.id.value),
+                 .expected = "a body that is not fixed",
+                 .remedy = "discard it, or undo its placement"};
+  if (body.holder >= 0)
+    return Error{.what = "the body is held by a hand",
+                 .where = command,
+                 .found = "hand " + std::to_string(body.holder + 1),
+                 .expected = "a released body",
+                 .remedy = "release the body first"};
+  return std::nullopt;
+}
+
 /// Returns the layout since which a hand has the body at its current pose.
 std::uint64_t since_of(const haptics::ServoHand& hand, const Body& body) {
   for (const haptics::TouchItem& item : hand.scene->items)
     if (item.tree == body.piece->tree && item.mover == body.mover &&
-        hand.placements[static_cast<std::size_t>(body.mover)] == body.place)
+        (body.mover < 0 ? item.placement : hand.placements[static_cast<std::size_t>(body.mover)]) ==
+            body.place)
       return item.since;
   return hand.layout + 1;
 }
@@ -103,12 +122,7 @@ Status Engine::check_body(const Command& command) const {
   } else if (const auto* hold = command.request.as<HoldBody>()) {
     const auto body = find_body(bodies, hold->body);
     if (body == bodies.end()) return no_body("hold-body", hold->body);
-    if (body->holder >= 0)
-      return Error{.what = "the body is held by a hand",
-                   .where = "hold-body",
-                   .found = "hand " + std::to_string(body->holder + 1),
-                   .expected = "a released body",
-                   .remedy = "release the body first"};
+    if (Status error = check_free(*body, "hold-body")) return error;
     if (find_held_body(bodies, command.hand) != bodies.end())
       return Error{.what = "the hand holds a body",
                    .where = "hold-body",
@@ -124,12 +138,7 @@ Status Engine::check_body(const Command& command) const {
   } else if (const auto* place = command.request.as<PlaceBody>()) {
     const auto body = find_body(bodies, place->body);
     if (body == bodies.end()) return no_body("place-body", place->body);
-    if (body->holder >= 0)
-      return Error{.what = "the body is held by a hand",
-                   .where = "place-body",
-                   .found = "hand " + std::to_string(body->holder + 1),
-                   .expected = "a released body",
-                   .remedy = "release the body first"};
+    if (Status error = check_free(*body, "place-body")) return error;
     return check_rotation(place->rotation, "place-body rotation");
   } else if (const auto* discard = command.request.as<DiscardBody>()) {
     if (find_body(bodies, discard->body) == bodies.end()) return no_body("discard-body", discard->body);
@@ -166,11 +175,22 @@ bool Engine::change_body(const Command& command, Outcome& outcome) {
 
 haptics::Placement Engine::place_of(const Body& body) const {
   haptics::Placement place = body.place;
+  if (is_in_motion(body))
+    return body.motion.at(static_cast<double>(now_.next_tick - body.motion.begin_tick) * now_.dt, place);
   if (body.holder < 0) return place;
   const HandWork& hand = work_[static_cast<std::size_t>(body.holder)];
   if (hand.place) place = *hand.place * body.grip;
   place.rotation = glm::normalize(place.rotation);
   return place;
+}
+
+bool Engine::is_in_motion(const Body& body) const noexcept {
+  return body.motion.seconds > 0 && now_.next_tick < end_of(body.motion);
+}
+
+/// Returns the first tick at which a motion has ended.
+std::uint64_t Engine::end_of(const BodyMotion& motion) const noexcept {
+  return motion.begin_tick + static_cast<std::uint64_t>(std::ceil(motion.seconds / now_.dt));
 }
 
 haptics::Placement Engine::place_of(const haptics::TouchItem& item) const {
@@ -197,6 +217,11 @@ std::shared_ptr<const haptics::MeshTree> Engine::look_of(const haptics::TouchIte
 
 bool Engine::has_moving_surfaces() const {
   const std::vector<haptics::TouchItem>& items = scene().items;
+  const std::vector<Body>& bodies = now_.world.bodies;
+  if (std::any_of(bodies.begin(), bodies.end(), [&](const Body& body) { return is_in_motion(body); }))
+    return true;
+  for (const Module* module : catalogue_.modules())
+    if (module->is_moving(now_)) return true;
   return std::any_of(items.begin(), items.end(), [&](const haptics::TouchItem& item) {
     return item.depth && item.depth->is_moving(seconds());
   });
@@ -250,7 +275,7 @@ void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& out
   for (std::size_t i = 0; i < detachment.pieces.size(); ++i) {
     const std::shared_ptr<const Piece>& piece = detachment.pieces[i];
     const Id id{++last_body_};
-    now_.world.bodies.push_back({id, movers[i], piece, {}, -1, {}});
+    now_.world.bodies.push_back({id, movers[i], piece, {}, -1});
     pending_events_.push_back({now_.next_tick, hand, piece->middle_world, PieceFreed{id, piece->mm3}});
   }
   if (detachment.debris > 0)
@@ -263,6 +288,54 @@ void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& out
   record_cut(report);
   outcome.is_changed = outcome.is_edit = true;
   outcome.box = detachment.box;
+}
+
+/// Returns an empty text if the implants can be added.
+std::string Engine::reason_not_to_add(std::span<const NewBody> bodies) const {
+  const auto moving = static_cast<std::size_t>(
+      std::count_if(bodies.begin(), bodies.end(), [](const NewBody& body) { return !body.is_fixed; }));
+  if (const std::size_t room = free_movers().size(); moving > room)
+    return std::to_string(moving) + " movable implants were added, and there is room for " +
+           std::to_string(room);
+  for (const HandTool& tool : tools_)
+    if (haptics::item_count(*tool.scene) + static_cast<int>(now_.world.bodies.size() + bodies.size()) +
+            haptics::TouchScene::k_max_movers >
+        haptics::ShapeSet::k_most)
+      return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_most) + " objects";
+  const Status no_room = check_room_for_bodies();
+  return no_room ? no_room->message() : std::string();
+}
+
+void Engine::add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& outcome) {
+  const std::vector<int> movers = free_movers();
+  std::size_t used = 0;
+  for (const NewBody& one : bodies) {
+    Body body;
+    body.id = Id{++last_body_};
+    body.mover = one.is_fixed ? -1 : movers[used++];
+    body.piece = one.piece, body.place = one.place, body.matter = one.matter;
+    body.is_implant = true, body.is_fixed = one.is_fixed;
+    body.motion = one.motion, body.motion.begin_tick = now_.next_tick;
+    pending_events_.push_back({now_.next_tick, hand, one.place.world_from_local(one.piece->middle_world),
+                               BodyAdded{body.id, one.piece->mm3}});
+    now_.world.bodies.push_back(std::move(body));
+  }
+  use_bodies(Bodies::others);
+  publish(Change::cut);
+  is_stroke_changed_ = outcome.is_changed = outcome.is_edit = true;
+}
+
+/// Lets hands touch the bodies whose motion ended since `previous_tick`.
+void Engine::end_motions(std::uint64_t previous_tick, Outcome& outcome) {
+  const std::vector<Body>& bodies = now_.world.bodies;
+  const auto is_ending = [&](const Body& body) {
+    const std::uint64_t end = end_of(body.motion);
+    return body.motion.seconds > 0 && previous_tick < end && end <= now_.next_tick;
+  };
+  if (std::none_of(bodies.begin(), bodies.end(), is_ending)) return;
+  use_bodies(Bodies::others);
+  publish(Change::cut);
+  outcome.is_changed = true;
 }
 
 /// Updates the scenes of the hands with the current bodies. `others`: the set of bodies or their poses have
@@ -284,6 +357,8 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
       haptics::TouchItem item =
           haptics::mesh_item("body " + std::to_string(body.id.value), body.piece->tree, body.piece->material);
       item.mover = body.mover;
+      if (body.mover < 0) item.placement = body.place;
+      item.matter = body.matter;
       item.since = since_of(hand, body);
       scene->items.push_back(std::move(item));
     }
@@ -296,9 +371,10 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
   hand.let_go();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
-    hand.set_placement(body.mover, body.place);
-    // A hand does not touch its own body.
-    hand.set_touchable(first + static_cast<int>(b), body.holder != static_cast<int>(h));
+    if (body.mover >= 0) hand.set_placement(body.mover, body.place);
+    // A hand does not touch its own body, and no hand touches one in motion.
+    hand.set_touchable(first + static_cast<int>(b),
+                       body.holder != static_cast<int>(h) && !is_in_motion(body));
     if (body.holder >= 0) hand.set_held(body.mover, static_cast<std::uint8_t>(body.holder), body.grip);
   }
 }

@@ -51,7 +51,10 @@ Status Engine::restore(const EngineImage& image) {
   // Ended effects are applied first: they make room for those of instruments and for new ones.
   for (const bool is_ending : {true, false}) {
     if (!is_ending)
-      for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
+      for (std::size_t h = 0; h < hands_.size(); ++h) {
+        Change change = Change::cut;  // the restored servos know it
+        use_forces_of_instrument(h, change);
+      }
     for (const auto& [key, command] : now_.settings.latest_commands) {
       const auto* effect = command.request.as<SetEffect>();
       if ((effect && effect->words.empty()) != is_ending || command.request.as<ToolGeometry>()) continue;

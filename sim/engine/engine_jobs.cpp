@@ -32,6 +32,13 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
   jobs_.push_back(std::move(job));
 }
 
+/// Returns the geometry that a job prepares.
+ToolGeometry Engine::requested_geometry(const PendingJob& job) const {
+  if (const auto* geometry = job.parameters->as<ToolGeometry>()) return *geometry;
+  const auto instrument = named_instrument(*job.parameters->as<TakeInstrument>());
+  return instrument ? geometry_of(instrument.value(), job.hand) : ToolGeometry();
+}
+
 /// Sets job.run, which captures all its input, for any thread.
 void Engine::make_runnable(PendingJob& job) const {
   if (job.type)
@@ -46,8 +53,8 @@ void Engine::make_runnable(PendingJob& job) const {
       return make_pieces(scene->items[static_cast<std::size_t>(request.item)], request, solids, *input);
     };
   else
-    job.run = [tool = tools_[job.hand], parameters = job.parameters, input = job.input, cut = job.cut] {
-      return make_geometry(tool, *parameters->as<ToolGeometry>(), *input->world.version, cut);
+    job.run = [tool = tools_[job.hand], request = requested_geometry(job), input = job.input, cut = job.cut] {
+      return make_geometry(tool, request, *input->world.version, cut);
     };
 }
 
@@ -88,15 +95,19 @@ void Engine::end_job(const AdoptJob& request, Outcome& outcome) {
   const Detachment* detachment = result->detachment();
   if (detachment)
     if (std::string why = reason_not_to_adopt(*detachment); !why.empty()) return discard(std::move(why));
+  const std::span<const NewBody> bodies = result->bodies();
+  if (!bodies.empty())
+    if (std::string why = reason_not_to_add(bodies); !why.empty()) return discard(std::move(why));
   if (job.type) {
     ModuleWork work(Work(editor_, pending_events_, now_.next_tick, job.hand),
                     state_of(job.module, job.input->edits));
     job.type->adopt(parameters, *result, work);
     finish(work, outcome);
   } else if (detachment == nullptr) {
-    outcome.is_changed = adopt_geometry(job, *result);
+    outcome.is_changed = adopt_geometry(job, *result, outcome);
   }
   if (detachment) adopt(*detachment, job.hand, outcome);
+  if (!bodies.empty()) add(bodies, job.hand, outcome);
 }
 
 void Engine::submit_result(Id job, std::shared_ptr<const JobResult> result) {

@@ -4,6 +4,7 @@
 
 #include "haptics/force/effects.h"
 #include "sim/engine/engine.h"
+#include "sim/engine/scene_description.h"
 #include "sim/engine/tool_geometry.h"
 
 namespace trephine::sim {
@@ -54,16 +55,33 @@ Result<std::shared_ptr<const haptics::LawSet>> laws_with_effect(const haptics::S
   return replace_law(hand.laws.get(), request.effect.value, std::move(law));
 }
 
-/// Id of the effect of an instrument; no named effect has it.
-constexpr std::uint32_t k_instruments_effect = 0xffffffff;
+/// Least id of the effects of an instrument; no named effect has such an id.
+constexpr std::uint32_t k_instruments_effect = 0xffffffff - (HandForces::k_most - 1);
 
-/// Returns the hand's laws with that of an instrument.
-Result<std::shared_ptr<const haptics::LawSet>> laws_with_instrument(const haptics::ServoHand& hand,
-                                                                    const Instrument& instrument) {
-  const std::string words = instrument.type && instrument.type->effect
-                                ? instrument.type->effect(instrument.parameters.data())
-                                : std::string();
-  return laws_with_effect(hand, SetEffect{{k_instruments_effect}, words});
+HandForces forces_of(const Instrument& instrument) {
+  return instrument.type && instrument.type->forces
+             ? instrument.type->forces(instrument.parameters.data(), instrument.state.data())
+             : HandForces();
+}
+
+/// Returns the hand's laws with those of an instrument.
+Result<std::shared_ptr<const haptics::LawSet>> laws_with_forces(const haptics::ServoHand& hand,
+                                                                const HandForces& forces) {
+  std::shared_ptr<const haptics::LawSet> laws = hand.laws;
+  for (std::size_t i = 0; i < HandForces::k_most; ++i) {
+    const std::uint32_t id = k_instruments_effect + static_cast<std::uint32_t>(i);
+    std::optional<haptics::ServoLaw> law;
+    if (const auto& effect = forces.effects[i]) {
+      auto output = haptics::law_of(*effect, id);
+      if (!output) return output.error();
+      law = std::move(output).value();
+      law->words = haptics::words_of(*effect);
+    }
+    auto next = replace_law(laws.get(), id, std::move(law));
+    if (!next) return next.error();
+    laws = std::move(next).value();
+  }
+  return laws;
 }
 
 /// Checks that a hand with this instrument can touch with such a ball, or several.
@@ -109,7 +127,7 @@ Status Engine::check_setting(const Command& command) const {
   if (const auto* depths = command.request.as<AdoptDepths>()) return check_depths(*depths, command.hand);
   if (const auto* picture = command.request.as<AdoptPicture>()) return check_picture(*picture, command.hand);
   if (const auto* effect = command.request.as<SetEffect>();
-      effect && effect->effect.value == k_instruments_effect)
+      effect && effect->effect.value >= k_instruments_effect)
     return Error{.what = "this effect belongs to the instrument",
                  .where = "set-effect",
                  .found = std::to_string(k_instruments_effect),
@@ -118,22 +136,68 @@ Status Engine::check_setting(const Command& command) const {
     if (const auto laws = laws_with_effect(hand, *effect); !laws) return laws.error();
   if (const auto* geometry = command.request.as<ToolGeometry>())
     return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius, geometry->balls);
+  if (const auto* take = command.request.as<TakeInstrument>()) return check_taking(*take, command.hand);
   return std::nullopt;
 }
 
 Status Engine::check_effect_of(const Instrument& instrument, std::size_t hand) const {
-  const auto laws = laws_with_instrument(hands_[hand], instrument);
+  const auto laws = laws_with_forces(hands_[hand], forces_of(instrument));
   return laws ? Status() : laws.error();
 }
 
-/// Returns true if the force of the hand's instrument has changed.
-bool Engine::use_effect_of_instrument(std::size_t hand) {
-  const auto words = [](const std::shared_ptr<const haptics::LawSet>& laws) {
-    return laws && laws->laws().back().id == k_instruments_effect ? laws->laws().back().words : std::string();
-  };
-  auto laws = laws_with_instrument(hands_[hand], now_.settings.hands[hand]);
-  if (!laws || words(laws.value()) == words(hands_[hand].laws)) return false;
+Result<Instrument> Engine::named_instrument(const TakeInstrument& request) const {
+  HandSpec spec;
+  spec.instrument = request.instrument, spec.parameters = request.parameters;
+  auto instrument = sim::instrument_of(spec, catalogue_);
+  if (instrument && instrument.value().type == nullptr)
+    return Error{.what = "no instrument named",
+                 .where = "take-instrument instrument",
+                 .expected = "the name of an instrument",
+                 .remedy = "trephine modules lists them"};
+  return instrument;
+}
+
+/// Returns what the hand touches with while it has this instrument: what the instrument needs, else what it
+/// touched with at the start.
+ToolGeometry Engine::geometry_of(const Instrument& instrument, std::size_t hand) const {
+  const ToolNeeds needs = instrument.type && instrument.type->needs
+                              ? instrument.type->needs(instrument.parameters.data(), *scene().base)
+                              : ToolNeeds();
+  if (needs.touch_radius == 0 && needs.balls.empty()) return initial_geometry_[hand];
+  return {needs.touch_radius, needs.balls};
+}
+
+Status Engine::check_taking(const TakeInstrument& request, std::size_t hand) const {
+  const auto instrument = named_instrument(request);
+  if (!instrument) return instrument.error();
+  const ToolGeometry geometry = geometry_of(instrument.value(), hand);
+  if (Status error = check_radius(*tools_[hand].scene, instrument.value(), geometry.radius, geometry.balls))
+    return error;
+  return check_effect_of(instrument.value(), hand);
+}
+
+/// Puts an instrument into a hand.
+void Engine::give(Instrument instrument, std::size_t hand, Outcome& outcome) {
+  now_.settings.hands[hand] = std::move(instrument);
+  if (Change change = Change::cut; use_forces_of_instrument(hand, change))
+    publish(change), outcome.is_changed = true;
+  work_[hand].is_fresh = true;
+  work_[hand].body.reset();
+}
+
+/// Applies the forces of the hand's instrument if they changed. Returns true in that case.
+bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
+  HandForces forces = forces_of(now_.settings.hands[hand]);
+  if (forces == forces_[hand]) return false;
+  // Invalid forces are an error of the instrument; the old ones stay.
+  auto laws = laws_with_forces(hands_[hand], forces);
+  if (!laws) return false;
+  // An item that blocks again may enclose the tool.
+  const haptics::ShapeSet& next = forces.let_through;
+  if ((next | forces_[hand].let_through) != next) change = Change::growth;
   hands_[hand].laws = std::move(laws).value();
+  hands_[hand].let_through = next;
+  forces_[hand] = std::move(forces);
   return true;
 }
 
@@ -185,20 +249,25 @@ bool Engine::record_setting(const Command& command) {
   return true;
 }
 
-/// Replaces the hand's tool, which is growth: matter may reach where the old tool was free. Returns false,
-/// and keeps the old tool, if it does not fit the hand's current instrument.
-bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
+/// Replaces the hand's tool, which is growth: matter may reach where the old tool was free, and its
+/// instrument if the job brings one. Returns false, and keeps the old tool, if it does not fit the
+/// instrument.
+bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outcome& outcome) {
   const auto& geometry = static_cast<const PreparedTool&>(result);
+  const auto* take = job.parameters->as<TakeInstrument>();
+  Instrument instrument = take ? named_instrument(*take).value() : now_.settings.hands[job.hand];
+  const ToolGeometry needed = take ? geometry_of(instrument, job.hand) : *job.parameters->as<ToolGeometry>();
+  const haptics::TouchScene& current_scene = *tools_[job.hand].scene;
   Status failed = geometry.failed;
-  // The hand may have another instrument by now.
-  if (!failed)
-    failed = check_radius(*tools_[job.hand].scene, now_.settings.hands[job.hand], geometry.scene->tool_radius,
-                          geometry.scene->tool_balls);
+  // The hand may have another instrument, or other balls, by now.
+  if (!failed) failed = check_radius(current_scene, instrument, needed.radius, needed.balls);
+  if (!failed && take) failed = check_effect_of(instrument, static_cast<std::size_t>(job.hand));
   if (failed) {
     pending_events_.push_back(
         {now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
     return false;
   }
+  if (take) give(std::move(instrument), job.hand, outcome);
   HandTool& tool = tools_[job.hand];
   tool = {geometry.scene, geometry.method, tool.number + 1, tool.own};
   use_bodies(job.hand, Bodies::others);
@@ -210,7 +279,7 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
     if (growths_ == job.growths) kept = {geometry.offsets, is_cut_since ? ever_cut_ : k_no_voxels};
     fields->go_back(kept, current(), serial() + 1);
   }
-  const Command latest{*job.parameters, job.hand};
+  const Command latest{needed, job.hand};
   now_.settings.latest_commands.insert_or_assign(key_of(latest, 0), latest);
   publish(Change::growth);
   return true;

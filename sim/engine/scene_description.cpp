@@ -206,6 +206,7 @@ Result<TouchScene> build_items(const SceneDescription& spec, const SceneData& da
     item.back_material = s.back_material;
     item.placement = s.placement;
     item.mover = s.mover;
+    item.matter = s.matter;
     if (s.is_soft && s.model < 0) soft.push_back(scene.items.size() - 1);
   }
   if (spec.is_softening)
@@ -255,8 +256,11 @@ Result<std::vector<std::shared_ptr<const Forbidden>>> build_forbidden(const Scen
                                                                       const SceneData& data) {
   std::vector<std::shared_ptr<const Forbidden>> forbidden;
   for (const StructureSpec& s : spec.structures) {
-    if (!s.is_forbidden || s.model >= 0) continue;
-    auto result = Forbidden::build(data.volumes[static_cast<std::size_t>(s.volume)], s.shape);
+    if (!s.is_forbidden) continue;
+    auto result =
+        s.model >= 0
+            ? Forbidden::build(s.shape.name, *data.models[static_cast<std::size_t>(s.model)], s.placement)
+            : Forbidden::build(data.volumes[static_cast<std::size_t>(s.volume)], s.shape);
     if (!result) return result.error();
     forbidden.push_back(std::move(result).value());
   }
@@ -297,6 +301,7 @@ SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMet
       s.shape.name = "model " + std::to_string(s.model + 1);  // never the name of a file
       s.placement = item.placement;
       s.mover = item.mover;
+      s.matter = item.matter;
       if (item.depth) s.depth_pixel = item.depth_pixel, s.depth_rate = item.depth_rate;
       s.is_streamed = item.depth && item.depth->is_streamed();
       const auto stream = std::find(data.streams.begin(), data.streams.end(), item.depth);
@@ -347,9 +352,11 @@ SceneDescription describe_built_scene(const SceneDescription& request, const Ope
   result.plan = request.plan;
   std::size_t touchable = 0;  // in the order of the request
   for (const StructureSpec& s : request.structures)
-    if (s.is_touchable)
-      result.structures[touchable++].is_forbidden = s.is_forbidden;
-    else if (s.is_forbidden)
+    if (s.is_touchable) {
+      StructureSpec& built = result.structures[touchable++];
+      built.is_forbidden = s.is_forbidden;
+      if (s.model >= 0) built.shape.name = s.shape.name;
+    } else if (s.is_forbidden)
       result.structures.push_back(s);
   return result;
 }

@@ -33,7 +33,7 @@ struct StreamSpec {
 /// together.
 struct StructureSpec {
   bool is_touchable = true;
-  bool is_forbidden = false;  ///< a shape that must not be cut
+  bool is_forbidden = false;  ///< a shape, or a closed model at rest, that must not be entered
   int volume = 0;             ///< 0: the anatomy, which alone can be cut
   int model = -1;             ///< index of the model; -1: a shape of a volume
   volume::Shape shape;
@@ -42,8 +42,9 @@ struct StructureSpec {
   std::optional<haptics::StiffnessRamp> ramp = std::nullopt;
   bool is_soft = false;  ///< touched by a soft field
   std::optional<haptics::Material> back_material = std::nullopt;
-  haptics::Placement placement = {};  ///< pose of a model
-  int mover = -1;                     ///< number of a moving model; -1: at rest
+  haptics::Placement placement = {};                 ///< pose of a model
+  volume::Matter matter = volume::Matter::titanium;  ///< of a model
+  int mover = -1;                                    ///< number of a moving model; -1: at rest
   /// Number of models, from `model` on, that are the keys of an animation touched by depth images; 0: a model
   /// touched by its triangles.
   int depth_keys = 0;

@@ -167,6 +167,18 @@ void CheckpointEncoder::put_fields(std::string& out, const Checkpoint& checkpoin
   put_offsets(out, scene, kept.fields);
 }
 
+namespace {
+void put_implant(std::string& out, const Body& body) {
+  put(out, static_cast<std::uint8_t>(body.matter));
+  put(out, static_cast<std::uint8_t>(body.is_fixed));
+  put_placement(out, body.motion.from);
+  put_count(out, body.motion.begin_tick);
+  put(out, body.motion.seconds);
+  put(out, body.motion.turns);
+  put(out, body.motion.axis);
+}
+}  // namespace
+
 void CheckpointEncoder::put_world(std::string& out, const UndoableState& world) {
   put_count(out, link_of(world.version));
   put_modules(out, world.modules);
@@ -178,11 +190,13 @@ void CheckpointEncoder::put_world(std::string& out, const UndoableState& world) 
       put_link({chain, 0, true}, to_bytes(*body.piece));
     }
     put_count(out, body.id.value);
-    put_count(out, static_cast<std::uint64_t>(body.mover));
+    put_number(out, body.mover);
     put_count(out, chain);
     put_placement(out, body.place);
     put_number(out, body.holder);
     if (body.holder >= 0) put_placement(out, body.grip);
+    put(out, static_cast<std::uint8_t>(body.is_implant));
+    if (body.is_implant) put_implant(out, body);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <new>
 #include <utility>
 
@@ -230,14 +231,33 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const volume::VoxelBox stale_box = in.box(start.scene().base->size);
     return {scene, {read_offsets(in, scene), stale_box}};
   }
+  void read_implant(ByteReader& in, Body& body) {
+    body.is_implant = true;
+    const auto matter = in.value<std::uint8_t>();
+    if (matter >= std::size(volume::k_matters)) throw Broken{"an implant of unknown matter"};
+    body.matter = static_cast<volume::Matter>(matter);
+    body.is_fixed = in.value<std::uint8_t>() != 0;
+    body.motion.from = in.placement();
+    body.motion.begin_tick = in.count();
+    body.motion.seconds = in.value<double>();
+    body.motion.turns = in.value<double>();
+    body.motion.axis = in.value<glm::dvec3>();
+    const double length = glm::length(body.motion.axis);
+    if (!(body.motion.seconds >= 0 && body.motion.seconds <= 1e4) || !(std::abs(body.motion.turns) <= 1e4) ||
+        !(std::abs(length - 1) < 1e-6))
+      throw Broken{"an implant with an invalid motion"};
+  }
   UndoableState read_world(ByteReader& in) {
     UndoableState world;
     world.version = version_at(in.count());
     world.modules = read_modules(in, start.now().world.modules);
-    for (std::uint64_t remaining = in.count(haptics::TouchScene::k_max_movers); remaining > 0; --remaining) {
+    for (std::uint64_t remaining = in.count(haptics::ShapeSet::k_most); remaining > 0; --remaining) {
       Body body;
       body.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
-      body.mover = static_cast<int>(in.count(haptics::TouchScene::k_max_movers - 1));
+      const std::int64_t mover = in.signed_number();
+      if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
+        throw Broken{"a body with an unknown mover"};
+      body.mover = static_cast<int>(mover);
       const std::uint64_t chain = in.count();
       std::shared_ptr<const Piece>& piece = pieces[chain];
       bool starts_after_known = false;
@@ -250,7 +270,10 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         throw Broken{"a body in an unknown hand"};
       body.holder = static_cast<int>(holder);
       if (holder >= 0) body.grip = in.placement();
-      const auto is_used = [&](const auto& item) { return item.mover == body.mover; };
+      if (in.value<std::uint8_t>() != 0) read_implant(in, body);
+      if (body.is_fixed != (body.mover < 0) || (body.is_fixed && holder >= 0))
+        throw Broken{"a fixed body in motion"};
+      const auto is_used = [&](const auto& item) { return body.mover >= 0 && item.mover == body.mover; };
       bool is_valid = std::none_of(world.bodies.begin(), world.bodies.end(), is_used) &&
                       (world.bodies.empty() || world.bodies.back().id.value < body.id.value);
       for (std::size_t h = 0; h < start.hand_count(); ++h)
@@ -411,13 +434,15 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       job.cut = in.box(start.scene().base->size);
       job.input = std::make_shared<const OperationState>(read_state(in, all_events));
       if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"an invalid job"};
-      if (!job.parameters->as<ToolGeometry>() && !job.parameters->as<FreePieces>() &&
-          !start.find_job(job.parameters->type(), job.type, job.module))
+      if (!job.parameters->as<ToolGeometry>() && !job.parameters->as<TakeInstrument>() &&
+          !job.parameters->as<FreePieces>() && !start.find_job(job.parameters->type(), job.type, job.module))
         throw Broken{"a job that this program does not have"};
       const haptics::TouchScene& anatomy = *start.tool(job.hand).scene;
       const auto* pieces = job.parameters->as<FreePieces>();
       if ((pieces && check_shape_of_pieces(anatomy, pieces->item, "")) ||
-          (job.type && job.type->check && job.type->check(job.parameters->data(), anatomy)))
+          (job.type && job.type->check && job.type->check(job.parameters->data(), anatomy)) ||
+          (job.parameters->as<TakeInstrument>() &&
+           !start.named_instrument(*job.parameters->as<TakeInstrument>())))
         throw Broken{"a job that does not fit the anatomy"};
       image.jobs.push_back(std::move(job));
     }

@@ -124,7 +124,8 @@ std::array<double*, 4> parts_of(glm::dquat& q) noexcept { return {&q.w, &q.x, &q
 void ItemEncoder::add(const haptics::ServoRecord& r) {
   TickMemory& last = last_[r.hand];
   const bool is_first = !last.is_there;
-  if (bytes_.empty()) first_tick_ = r.tick;
+  if (!std::exchange(has_tick_, true)) first_tick_ = r.tick;
+  next_tick_ = std::max(next_tick_, r.tick + 1);
   std::uint8_t flags = 0, extras = 0;
   if (is_first || r.tick != last.tick + 1) flags |= tick_jumps;
   if (is_first || !same_bits(r.pose.position_world, last.pose.position_world)) flags |= has_position;
@@ -213,6 +214,8 @@ void ItemEncoder::add(const HashItem& item) {
 std::string ItemEncoder::take() {
   last_ = {};
   last_version_ = {};
+  has_tick_ = false;
+  first_tick_ = next_tick_;  // of a block without ticks
   return std::exchange(bytes_, {});
 }
 

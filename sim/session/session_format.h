@@ -127,6 +127,7 @@ class ItemEncoder {
   void add(const HashItem& item);
   bool is_empty() const noexcept { return bytes_.empty(); }
   std::size_t size() const noexcept { return bytes_.size(); }
+  /// First tick in the block; without ticks, that after the newest one.
   std::uint64_t first_tick() const noexcept { return first_tick_; }
   /// Returns the bytes added since the last call.
   std::string take();
@@ -136,7 +137,8 @@ class ItemEncoder {
 
   TypeList types_;
   std::string bytes_;
-  std::uint64_t first_tick_ = 0;
+  std::uint64_t first_tick_ = 0, next_tick_ = 0;
+  bool has_tick_ = false;
   std::array<TickMemory, 4> last_;
   VersionItem last_version_;
 };

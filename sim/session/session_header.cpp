@@ -1,4 +1,5 @@
 // Encoding of a session's header as lines of key=value, which can be read in the file.
+// One file: each key is written and read here.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -132,6 +133,8 @@ std::string to_text(const SceneDescription& h) {
       }
       add_text("at", at);
       add_unless("mover", s.mover, -1);
+      if (s.matter != volume::Matter::titanium)
+        add_text("matter", std::string(volume::k_matters[static_cast<std::size_t>(s.matter)]));
       add_unless("depth_keys", s.depth_keys, 0);
       if (s.depth_keys > 0) {
         add_number("depth_beat", s.depth_beat);
@@ -452,6 +455,10 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
     } else if (key == "mover") {
       if ((is_good = is_whole(0, haptics::TouchScene::k_max_movers - 1)))
         shape->mover = static_cast<int>(number);
+    } else if (key == "matter") {
+      const auto* const found = std::find(std::begin(volume::k_matters), std::end(volume::k_matters), value);
+      if ((is_good = found != std::end(volume::k_matters)))
+        shape->matter = static_cast<volume::Matter>(found - std::begin(volume::k_matters));
     } else if (key == "depth_keys") {
       if ((is_good = is_whole(1, k_most_models))) shape->depth_keys = static_cast<int>(number);
     } else if (key == "depth_beat") {
@@ -519,8 +526,11 @@ Status check_whole(const SceneDescription& h, const ErrorWords& words) {
     if (s.depth_keys > 0 && s.model < 0) return fail("depth_keys", "of a model");
     if (s.is_streamed && (s.model < 0 || s.depth_keys > 0 || s.stream >= 0))
       return fail("streamed", "of a model, without keys or a stream");
-    if (s.model >= 0 && (s.is_soft || s.ramp || s.is_forbidden || !s.is_touchable))
-      return fail("a model", "a touchable model without soft, ramp or forbidden");
+    if (s.model >= 0 && (s.is_soft || s.ramp || !s.is_touchable))
+      return fail("a model", "a touchable model without soft and ramp");
+    if (s.model >= 0 && s.is_forbidden &&
+        (s.mover >= 0 || s.depth_keys > 0 || s.stream >= 0 || s.is_streamed))
+      return fail("a forbidden model", "a model at rest that is touched by its triangles");
   }
   if (anatomy_shapes == 0 || anatomy_shapes > haptics::TouchScene::k_max_shapes)
     return fail("structures of the anatomy that can be touched", "1 to 8");

@@ -83,7 +83,7 @@ TEST_F(Command, AnXraysHeaderGivesThePositionsOfBeads) {
   for (const std::string pose : {"--primary 67 --secondary -13 --isocentre 4,7,-2", "--view ap"}) {
     const std::string arm = "fluoro spine --pixels 400 --supersampling 3 " + pose;
     json(arm + " --sums without.mha");
-    json(arm + " --mesh beads.ply --metal steel --sums with.mha --dicom with.dcm");
+    json(arm + " --mesh beads.ply --mesh-matter steel --sums with.mha --dicom with.dcm");
     std::vector<float> with = floats_of(read(file("with.mha"))),
                        without = floats_of(read(file("without.mha")));
     ASSERT_EQ(with.size(), 1200u * 1200u);

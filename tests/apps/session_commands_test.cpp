@@ -47,6 +47,20 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   EXPECT_EQ(whole["is_same"], true);
   EXPECT_DOUBLE_EQ(whole["removed_mm3_total"], resume["removed_mm3_total"].get<double>());
 
+  // Another hand takes over in the middle, in a session of its own.
+  const Json other = json("resume d.session --scan s.mha --path more.csv --at 1 --record other.session");
+  EXPECT_LE(other["from_seconds"].get<double>(), 1);
+  EXPECT_GT(other["from_seconds"].get<double>(), 0);
+  EXPECT_EQ(json("replay other.session --scan s.mha --verify")["is_same"], true);
+  EXPECT_DOUBLE_EQ(json("replay d.session --scan s.mha")["removed_mm3_total"].get<double>(),
+                   resume["removed_mm3_total"].get<double>());
+  for (const char* wrong : {"--at 1", "--record third.session", "--at -1 --record third.session",
+                            "--at 1 --record other.session"}) {
+    EXPECT_EQ(run(std::string("resume d.session --scan s.mha --path more.csv ") + wrong).exit_code, 2)
+        << wrong;
+    EXPECT_FALSE(fs::exists(folder_ / "third.session")) << wrong;
+  }
+
   // A recording never overwrites.
   const Ended taken = run("drill s.mha --burr-diameter 4 --path p.csv -o d2.mha --record d.session");
   EXPECT_EQ(taken.exit_code, 2);
@@ -266,7 +280,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
     }
   };
   expect_fault("schema = 1\nname = \"x\"\nsurprise = 2\n", "unknown key", "3");
-  expect_fault("schema = 2\nname = \"x\"\n", "newer", "");
+  expect_fault("schema = 3\nname = \"x\"\n", "newer", "");
   expect_fault("schema = 1\nname = \n", "not TOML", "2");
   expect_fault("name = \"x\"\n", "schema", "");
   expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = \"b\"\n", "out of range", "5");

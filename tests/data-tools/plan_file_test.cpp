@@ -130,14 +130,10 @@ TEST_F(Plans, CasesKeepPlansAndMaterials) {
   EXPECT_EQ(again.value().structures[0].back_material, bone.back_material);
   EXPECT_TRUE(again.value().structures[0].blocks_front && again.value().structures[0].blocks_back);
   const std::pair<const char*, const char*> wrong[] = {
-      {"side = \"left\"", "side = \"upper\""},
-      {"label = \"tumour\"", "label = \"tumor\""},
-      {"normal = [0, 0.6, 0.8]", "normal = [0, 0, 0]"},
-      {"points = [", "points = 3 # ["},
-      {"sides = \"both\"", "sides = \"all\""},
-      {"back_stiffness = 0.4", "back_stiffness = 101"},
-      {"target = [4, 5, 6]", "target = [1, 2, 3]"},
-      {"group = ", "groups = "}};
+      {"side = \"left\"", "side = \"upper\""},          {"label = \"tumour\"", "label = \"tumor\""},
+      {"normal = [0, 0.6, 0.8]", "normal = [0, 0, 0]"}, {"points = [", "points = 3 # ["},
+      {"sides = \"both\"", "sides = \"all\""},          {"back_stiffness = 0.4", "back_stiffness = 101"},
+      {"target = [4, 5, 6]", "target = [1, 2, 3]"},     {"group = ", "groups = "}};
   for (const auto& [found, replacement] : wrong) {
     std::string other = text;
     const std::size_t at = other.find(found);

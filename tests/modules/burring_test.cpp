@@ -403,8 +403,8 @@ TEST(Burring, TheForceOfABurrFollowsTheInstrument) {
       for (const haptics::ServoLaw& law : set->laws()) words.push_back(law.words);
     return words;
   };
-  const std::string cutting = "spin drag=0.3 chatter=0.1 frequency=80",
-                    fine = "spin drag=0.3 chatter=0.03 frequency=160";
+  const std::string cutting = "spin drag=0.3 chatter=0.1 frequency=80 most=3",
+                    fine = "spin drag=0.3 chatter=0.03 frequency=160 most=3";
   EXPECT_EQ(laws(), std::vector{cutting});
   run.apply(sim::SetEffect{{3}, "gravity"});
   EXPECT_EQ(laws(), (std::vector<std::string>{"gravity", cutting}));

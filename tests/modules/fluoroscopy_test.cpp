@@ -88,7 +88,7 @@ TEST(CArm, CollimatorsCloseTheRest) {
 
 /// Published values (Hubbell and Seltzer), typed independently: cm2/g times g/cm3.
 TEST(Attenuation, EqualsTheTables) {
-  EXPECT_NEAR(attenuation(Matter::water, 60), 0.02059, 1e-9);
+  EXPECT_NEAR(attenuation(Matter::soft_tissue, 60), 0.02059, 1e-9);
   EXPECT_NEAR(attenuation(Matter::bone, 80), 0.2229 * 0.192, 1e-9);
   EXPECT_NEAR(attenuation(Matter::titanium, 100), 0.2721 * 0.454, 1e-9);
   EXPECT_NEAR(attenuation(Matter::steel, 150), 0.1964 * 0.7874, 1e-9);
@@ -101,11 +101,11 @@ TEST(Attenuation, EqualsTheTables) {
     const volume::VoxelWeights w = weights_of_hounsfield(energy);
     EXPECT_EQ(w.of(-1000), 0);
     EXPECT_EQ(w.of(-900), 0);
-    EXPECT_NEAR(w.of(0), attenuation(Matter::water, energy), 1e-8);
+    EXPECT_NEAR(w.of(0), attenuation(Matter::soft_tissue, energy), 1e-8);
   }
   // At the scanner's own energy Hounsfield units equal their definition.
   const volume::VoxelWeights own = weights_of_hounsfield(k_scanner_energy);
-  const double water = attenuation(Matter::water, k_scanner_energy);
+  const double water = attenuation(Matter::soft_tissue, k_scanner_energy);
   for (const int hu : {-500, -100, 40, 300, 1000, 2000})
     EXPECT_NEAR(own.of(hu), water * (1 + hu / 1000.0), 1e-7);
 }

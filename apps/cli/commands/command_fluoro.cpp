@@ -28,7 +28,6 @@ namespace {
 
 enum class Integration : std::uint8_t { interpolated, exact, surface };
 constexpr std::string_view k_integrations[] = {"interpolated", "exact", "surface"};
-constexpr std::string_view k_metals[] = {"titanium", "steel"};
 
 struct FluoroArguments {
   workbench::MomentChoice moment;
@@ -37,7 +36,7 @@ struct FluoroArguments {
   std::optional<double> primary, secondary, to_detector, to_patient, pixel;
   std::optional<double> energy, shot;
   int size = 0, rays = 1;
-  std::uint8_t integration = 0, metal = 0;
+  std::uint8_t integration = 0;
   double photons = 0, blur = 0, edge = 0.3;
   std::uint64_t seed = 1;
   bool is_film = false, is_linear = false, is_side_by_side = false;
@@ -266,8 +265,6 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
 
   // The image, and, side by side with it, the image of the other kind if requested.
   const bool is_surface = a.integration == static_cast<std::uint8_t>(Integration::surface);
-  const fluoroscopy::Matter matter =
-      a.metal == 0 ? fluoroscopy::Matter::titanium : fluoroscopy::Matter::steel;
   const auto clock = Clock::now();
   // The padded sums include the part of each ray outside the scan.
   std::vector<double> sums, other, sums_padded, other_padded;
@@ -276,7 +273,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   std::int64_t hidden_count = 0, tissue_count = 0;
   std::vector<std::uint8_t> hidden;
   if (is_surface || a.is_side_by_side) {
-    const auto image = surface_image(moment, fine, energy, {a.edge, matter, a.is_side_by_side});
+    const auto image = surface_image(moment, fine, energy, {a.edge, a.is_side_by_side});
     if (!image) return image.error();
     sums = image.value().within;
     json["unbalanced_rays"] = image.value().unbalanced;
@@ -287,7 +284,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
                                   (view.open.row_high - view.open.row_low);
   if (!is_surface || a.is_side_by_side) {
     fluoroscopy::VolumeXray xray(moment.scan, energy);
-    const auto objects = imaging::xray_objects(imaging::subject_of(moment), matter, energy);
+    const auto objects = imaging::xray_objects(imaging::subject_of(moment), energy);
     const bool is_exact = a.integration == static_cast<std::uint8_t>(Integration::exact);
     if (Status error = xray.project(fine, moment.version, objects,
                                     is_exact ? volume::RaySum::exact : volume::RaySum::joseph))
@@ -403,7 +400,6 @@ Run build(Options& options) {
   options.add("--energy", a->energy, "Energy of the photons, keV (60)").type("KEV");
   options.add("--edge", a->edge, "Surfaces: contribution of a ray that only grazes bone").shows_default();
   add_objects(options, a->objects);
-  options.add("--metal", a->metal, k_metals, "Metal of the models");
   options.add("--supersampling", a->rays, "Rays along the edge of a pixel, 1 to 4").type("N").shows_default();
   options
       .add("--photons", a->photons, "Photons per pixel with nothing in the beam, for the noise (0: no noise)")

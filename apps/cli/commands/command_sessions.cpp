@@ -13,6 +13,7 @@
 #include "data-tools/formats/open_volume.h"
 #include "modules/catalogue.h"
 #include "sim/drivers/lockstep.h"
+#include "sim/session/session_fork.h"
 
 namespace trephine::cli {
 
@@ -27,6 +28,8 @@ struct ReplayArguments {
 struct ResumeArguments {
   workbench::SourceChoice case_source;
   std::string session, path;
+  std::optional<double> at;
+  std::string record;  ///< file of the new session, with `at`
 };
 
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
@@ -184,6 +187,29 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   return outcome;
 }
 
+/// Writes the session up to the chosen time into the file that is then continued.
+Status fork(const ResumeArguments& arguments) {
+  if (arguments.record.empty())
+    return Error{.what = "no file for the new session",
+                 .where = "--record",
+                 .expected = "--record FILE with --at S",
+                 .remedy = "a session is continued at its end without --at"};
+  if (!(*arguments.at >= 0 && *arguments.at <= 1e6))
+    return Error{.what = "the time is out of range",
+                 .where = "--at",
+                 .found = format_text("%g s", *arguments.at),
+                 .expected = "0 s or more"};
+  workbench::RecordChoice record;
+  record.file = arguments.record;
+  if (Status error = check(record)) return error;
+  const auto reader = sim::SessionReader::open(arguments.session, modules::catalogue());
+  if (!reader) return reader.error();
+  const double rate = reader.value().header().rate_hz;
+  const auto ticks = sim::fork_session(
+      arguments.session, static_cast<std::uint64_t>(std::llround(*arguments.at * rate)), arguments.record);
+  return ticks ? Status() : Status(ticks.error());
+}
+
 Result<Outcome> run_resume(const ResumeArguments& arguments) {
   if (arguments.path.empty() && !view::has_display()) {
     Error error = view::no_display();
@@ -196,8 +222,17 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     if (!read) return read.error();
     path = std::move(read).value();
   }
-  auto continued = workbench::continue_session(arguments.session, arguments.case_source, !path.has_value(),
-                                               terminal_listener());
+  std::string file = arguments.session;
+  if (arguments.at) {
+    if (Status error = fork(arguments)) return *error;
+    file = arguments.record;
+  } else if (!arguments.record.empty()) {
+    return Error{.what = "a new session needs a time at which it begins",
+                 .where = "--record",
+                 .expected = "--at S with --record FILE"};
+  }
+  auto continued =
+      workbench::continue_session(file, arguments.case_source, !path.has_value(), terminal_listener());
   if (!continued) return continued.error();
   workbench::OpenedSession& session = *continued.value().session;
   const sim::SessionHeader& header = continued.value().header();
@@ -264,6 +299,11 @@ Run build_resume(Options& options) {
   auto a = std::make_shared<ResumeArguments>();
   add_session(options, a->session, a->case_source);
   options.add("--path", a->path, "Continue with a path instead of a window").type("PATH.csv");
+  options
+      .add("--at", a->at,
+           "Continue at this time instead of the end, in a new session: at most a block of the log earlier")
+      .type("S");
+  options.add("--record", a->record, "The new session, with --at").type("FILE");
   return run_with(a, run_resume);
 }
 
@@ -274,8 +314,9 @@ const Command k_replay{
     "  trephine replay drill.session --verify\n"
     "  trephine replay drill.session --scan head-case --until 12.5 -o then.mha --screenshot then.png",
     build_replay};
-const Command k_resume{"resume", "Continue a session where it stopped",
-                       "  trephine resume drill.session\n  trephine resume drill.session --path path.csv",
+const Command k_resume{"resume", "Continue a session where it stopped, or a copy of its first part",
+                       "  trephine resume drill.session\n  trephine resume drill.session --path path.csv\n"
+                       "  trephine resume drill.session --at 12.5 --record other-hand.session",
                        build_resume};
 
 }  // namespace trephine::cli

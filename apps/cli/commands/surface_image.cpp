@@ -64,17 +64,18 @@ Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment, 
   if (choice.has_body) {
     volume::Shape body{"body", fluoroscopy::k_tissue_from};
     objects.push_back(surface_of(scan, body, *moment.version,
-                                 fluoroscopy::attenuation(fluoroscopy::Matter::water, energy)));
+                                 fluoroscopy::attenuation(fluoroscopy::Matter::soft_tissue, energy)));
     objects[0].weight -= objects[1].weight;  // the body contains the bone
   }
   const double bone_weight = objects[0].weight;
   for (const workbench::Moment::Object& source : moment.objects) {
+    if (source.matter == volume::Matter::scenery) continue;
     fluoroscopy::SurfaceObject& object = objects.emplace_back();
     for (const dvec3& v : source.tree->vertices())
       object.vertices_world.push_back(source.place.world_from_local(v));
     object.triangles = source.tree->triangles();
     object.normals_world = fluoroscopy::vertex_normals({object.vertices_world, object.triangles});
-    object.weight = source.is_piece ? bone_weight : fluoroscopy::attenuation(choice.metal, energy);
+    object.weight = source.is_piece ? bone_weight : fluoroscopy::attenuation(source.matter, energy);
     object.edge = source.is_piece ? choice.edge : 0;
   }
   return fluoroscopy::project_surfaces(view, objects);

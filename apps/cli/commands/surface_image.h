@@ -10,8 +10,7 @@
 namespace trephine::cli {
 
 struct SurfaceChoice {
-  double edge = 0.3;  ///< contribution of a ray that only grazes bone
-  fluoroscopy::Matter metal = fluoroscopy::Matter::titanium;
+  double edge = 0.3;      ///< contribution of a ray that only grazes bone
   bool has_body = false;  ///< include soft tissue as an object, for comparison with the volume image
 };
 /// Projects the current surface of the moment's shape and the surfaces of its objects. `energy`: keV. Error:

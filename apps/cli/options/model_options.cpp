@@ -42,11 +42,13 @@ Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& argu
   }
   std::vector<workbench::ModelChoice> models;
   for (const std::string& file : arguments.meshes)
-    models.push_back({file, arguments.scale, arguments.frame, at});
+    models.push_back({file, arguments.scale, arguments.frame, at, matter_of_model(arguments.matter),
+                      arguments.is_forbidden});
   for (const std::string& file : arguments.depths) {
     workbench::ModelChoice& model = models.emplace_back();
     model.file = file;
     model.mm_per_unit = arguments.scale, model.frame = arguments.frame, model.at_world = at;
+    model.matter = matter_of_model(arguments.matter);
     model.is_depth = true;
     model.beat = arguments.beat, model.is_repeating = arguments.is_repeating;
     model.pixel = arguments.pixel, model.rate = arguments.rate;
@@ -64,7 +66,8 @@ Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& argu
     model.mm_per_value = arguments.depth_unit;
   }
   for (const std::string& file : arguments.backgrounds) {
-    models.push_back({file, arguments.scale, arguments.frame, at});
+    models.push_back({file, arguments.scale, arguments.frame, at, matter_of_model(arguments.matter),
+                      arguments.is_forbidden});
     models.back().is_background = true;
   }
   return models;
@@ -101,6 +104,9 @@ void add_models(Options& options, ModelArguments& a) {
       .shows_default()
       .type("HZ");
   add_model_units(options, a);
+  add_matter(options, a.matter);
+  options.add("--mesh-forbidden", a.is_forbidden,
+              "The models of --mesh must not be entered: the tool's distance and its contacts are reported");
 }
 
 void add_model_keys(Options& options, ModelArguments& a) {

@@ -15,6 +15,8 @@ struct ModelArguments {
   std::string camera;                ///< fx,fy,cx,cy in pixels
   std::optional<double> depth_unit;  ///< mm per value of a depth video
   double scale = 1;                  ///< mm per unit of the models
+  std::uint8_t matter = 0;           ///< index of k_model_matters
+  bool is_forbidden = false;
   std::string frame, at;  ///< "LPS" or "RAS", empty: as the files state; x,y,z of the origin, empty: 0,0,0
 
   bool is_any() const noexcept { return !meshes.empty() || !depths.empty() || !backgrounds.empty(); }

@@ -286,6 +286,16 @@ Status check_range(double value, double low, double high, const char* option) {
                .expected = format_text("%g to %g", low, high)};
 }
 
+volume::Matter matter_of_model(std::uint8_t index) noexcept {
+  constexpr volume::Matter k_matters[] = {volume::Matter::titanium, volume::Matter::steel,
+                                          volume::Matter::soft_tissue, volume::Matter::bone};
+  return k_matters[index % std::size(k_matters)];
+}
+
+void add_matter(Options& options, std::uint8_t& matter) {
+  options.add("--mesh-matter", matter, k_model_matters, "Matter of the models, for X-rays and sections");
+}
+
 void add_objects(Options& options, ObjectArguments& objects) {
   options.add("--mesh", objects.models, "A closed model to add").type("FILE");
   options.add("--mesh-scale", objects.scale, "Scale of the models: 1000 for metres")
@@ -295,6 +305,7 @@ void add_objects(Options& options, ObjectArguments& objects) {
       .add("--mesh-frame", objects.frame,
            "Directions of the models' axes (default: as the file states, else LPS)")
       .one_of({"LPS", "RAS"});
+  add_matter(options, objects.matter);
   options.add("--screw", objects.screws, "A screw to add: entry, tip and diameter, mm (LPS)")
       .type("X,Y,Z:X,Y,Z:D");
 }
@@ -308,11 +319,13 @@ void add_inputs(data_tools::OutputSet& outputs, const workbench::MomentChoice& m
 Result<std::unique_ptr<workbench::Moment>> open_with(workbench::MomentChoice moment,
                                                      const ObjectArguments& objects) {
   for (const std::string& file : objects.models)
-    moment.models.push_back({file, objects.scale, objects.frame, glm::dvec3(0.0)});
+    moment.models.push_back(
+        {file, objects.scale, objects.frame, glm::dvec3(0.0), matter_of_model(objects.matter)});
   for (const std::string& text : objects.screws) {
     const auto screw = data_tools::parse_screw(text);
     if (!screw) return screw.error();
-    moment.models.push_back({"", 1, "", glm::dvec3(0.0), screw.value()});
+    workbench::ModelChoice& model = moment.models.emplace_back();
+    model.screw = screw.value();
   }
   return workbench::open_moment(moment, terminal_listener());
 }

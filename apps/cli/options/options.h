@@ -98,9 +98,15 @@ Status check_range(double value, double low, double high, const char* option);
 /// Additional models and screws, as written on the command line.
 struct ObjectArguments {
   std::vector<std::string> models, screws;
-  double scale = 1;   ///< mm per unit of the models
-  std::string frame;  ///< "LPS" or "RAS"; empty: as the files state
+  double scale = 1;         ///< mm per unit of the models
+  std::string frame;        ///< "LPS" or "RAS"; empty: as the files state
+  std::uint8_t matter = 0;  ///< index of k_model_matters
 };
+/// Matters that a model of a file may consist of.
+inline constexpr std::string_view k_model_matters[] = {"titanium", "steel", "soft-tissue", "bone"};
+volume::Matter matter_of_model(std::uint8_t index) noexcept;
+/// Adds --mesh-matter.
+void add_matter(Options& options, std::uint8_t& matter);
 void add_objects(Options& options, ObjectArguments& objects);
 /// Registers the files of the moment and of the models as inputs, which no output may overwrite.
 void add_inputs(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,

@@ -1,0 +1,121 @@
+// Models of titanium, steel and soft tissue in images, forbidden models, and the models and plan of a case.
+#include <cstring>
+
+#include "tests/apps/command_fixture.h"
+
+namespace trephine::command_tests {
+namespace {
+
+/// A box, in the axes of LPS, with its faces outward.
+std::string box_ply(double x, double y, double z, double half_x, double half_y, double half_z) {
+  std::ostringstream out;
+  out << "ply\nformat ascii 1.0\ncomment SPACE=LPS\nelement vertex 8\nproperty float x\nproperty float y\n"
+         "property float z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int i = 0; i < 8; ++i)
+    out << x + (i & 1 ? half_x : -half_x) << ' ' << y + (i & 2 ? half_y : -half_y) << ' '
+        << z + (i & 4 ? half_z : -half_z) << '\n';
+  constexpr int k_triangles[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  for (const auto& t : k_triangles) out << "3 " << t[0] << ' ' << t[1] << ' ' << t[2] << '\n';
+  return out.str();
+}
+
+/// A rod in the canal of the spine: of metal it is outside bone, a nerve of soft tissue is not counted.
+TEST_F(Command, AModelHasMatter) {
+  write("rod.ply", box_ply(0, 22, 5.8, 2, 2, 20));
+  const std::string plane = "section spine --mesh rod.ply --at 0,22,5.8 --normal 0,0,1 --pixel 0.1 -o s.png";
+  for (const char* metal : {"titanium", "steel"}) {
+    const Json section = json(plane + " --mesh-matter " + metal);
+    EXPECT_NEAR(section["models_mm2"].get<double>(), 16, 0.5) << metal;
+    EXPECT_GT(section["models_outside_bone_mm2"].get<double>(), 10) << metal;
+  }
+  const Json soft = json(plane + " --mesh-matter soft-tissue --svg s.svg");
+  EXPECT_EQ(soft.value("models_outside_bone_mm2", 0.0), 0);
+  EXPECT_NE(read(file("s.svg")).find("<title>model 1"), std::string::npos) << "it is drawn";
+  // In an X-ray the heavier, the darker. Soft tissue in place of the cord changes nearly nothing.
+  const auto total_of = [&](const std::string& matter) {
+    const std::string model = matter.empty() ? "" : " --mesh rod.ply --mesh-matter " + matter;
+    const Json image = json("fluoro spine --view ap --pixels 64 -o x.png --sums x.mha" + model);
+    const std::string sums = read(file("x.mha"));
+    double total = 0;
+    const std::size_t data = sums.size() - 64 * 64 * sizeof(float);
+    for (std::size_t i = 0; i < 64 * 64; ++i) {
+      float value = 0;
+      std::memcpy(&value, sums.data() + data + i * sizeof(float), sizeof value);
+      total += static_cast<double>(value);
+    }
+    return total;
+  };
+  const double none = total_of(""), bone = total_of("bone"), titanium = total_of("titanium");
+  EXPECT_NEAR(total_of("soft-tissue"), none, 1e-3 * none);
+  EXPECT_GT(bone, none + 1);
+  EXPECT_GT(titanium, bone + 1);
+  EXPECT_GT(total_of("steel"), titanium + 1);
+  const Ended bad = run(plane + " --mesh-matter wood");
+  EXPECT_NE(bad.exit_code, 0);
+  EXPECT_NE(bad.err.find("titanium"), std::string::npos) << bad.err;
+}
+
+/// A case with a nerve of triangles: hands touch it, a burr that enters it is reported, and a session has it,
+/// and the plan, without the case.
+TEST_F(Command, ACaseHasModelsAndItsSessionKeepsThemAndThePlan) {
+  ASSERT_EQ(run("phantom spine --case spine").exit_code, 0);
+  write("spine/root.ply", box_ply(30, 60, -13, 3, 3, 3));
+  std::string text = read(file("spine/case.toml"));
+  text +=
+      "\n[[models]]\nname = \"left root\"\nfile = \"root.ply\"\nmatter = \"soft-tissue\"\nforbidden = true\n"
+      "\n[[outlines]]\nname = \"window\"\npoints = [[0.0, 50.0, 0.0], [10.0, 50.0, 0.0], [0.0, 50.0, 10.0]]\n"
+      "\n[[planes]]\nname = \"cut\"\nat = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 2.0]\n";
+  write("spine/case.toml", text);
+  write("r.toml", R"(schema = 1
+scan = "./spine"
+rate = 500
+[[hands]]
+instrument = "burr"
+parameters = "diameter=4 removal_rate=200"
+method = "scene"
+points = [[0, 30, 80, -13, 0], [0.3, 30, 66, -13, 1], [1, 30, 62, -13, 1], [1.2, 30, 80, -13, 0]]
+
+[[expect]]
+what = "events forbidden-entered"
+least = 1
+)");
+  const Json played = json("run r.toml --record r.session --embed");
+  ASSERT_TRUE(played.is_object());
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  EXPECT_NE(run("timeline r.session").out.find("left root"), std::string::npos);
+  // Without the case, the models and the plan are those of the session.
+  fs::rename(file("spine"), file("gone"));
+  const Ended sliced = run("slice r.session --trajectory \"L4 left pedicle\" -o t.png");
+  EXPECT_EQ(sliced.exit_code, 0) << sliced.err;
+  const Json section = json("section r.session --at 30,60,-13 --normal 0,0,1 -o s.png --svg s.svg");
+  EXPECT_NE(read(file("s.svg")).find("left root"), std::string::npos);
+  const Json xray = json("fluoro r.session --view ap --pixels 64 -o x.png");
+  EXPECT_NE(xray.dump().find("L4 left pedicle"), std::string::npos);
+  fs::rename(file("gone"), file("spine"));
+
+  const auto refusal = [&](const std::string& found, const std::string& replacement) {
+    std::string changed = text;
+    changed.replace(changed.find(found), found.size(), replacement);
+    write("spine/case.toml", changed);
+    const Ended r = run("info ./spine");
+    EXPECT_NE(r.exit_code, 0) << replacement;
+    return r.err;
+  };
+  EXPECT_NE(refusal("\"root.ply\"", "\"rot.ply\"").find("lacks a model"), std::string::npos);
+  EXPECT_NE(refusal("\"root.ply\"", "\"../r.toml\"").find("name of a file"), std::string::npos);
+  EXPECT_NE(refusal("\"soft-tissue\"", "\"wood\"").find("unknown matter"), std::string::npos);
+  EXPECT_NE(refusal("normal = [0.0, 0.0, 2.0]", "normal = [0.0, 0.0, 0.0]").find("plane"), std::string::npos);
+  // An open surface cannot be forbidden.
+  write("spine/case.toml", text);
+  std::string open = read(file("spine/root.ply"));
+  open.replace(open.find("face 12"), 7, "face 11");
+  open.erase(open.rfind("3 3 7 5"));
+  write("spine/root.ply", open);
+  const Ended r = run("run r.toml");
+  EXPECT_NE(r.exit_code, 0);
+  EXPECT_NE(r.err.find("not the surface of a solid"), std::string::npos) << r.err;
+}
+
+}  // namespace
+}  // namespace trephine::command_tests
