@@ -10,9 +10,10 @@ int main(int argc, char** argv) {
       &k_render,  &k_view,        &k_demo,   &k_run,     &k_replay, &k_resume,  &k_timeline,
       &k_compare, &k_modules,     &k_doctor, &k_audit};
   trephine::haptics::baselines::add_methods();  // for sessions that were recorded with them
-  return run_program({"trephine", "trephine: surgery on real CT and MRI volumes that you can feel",
-                      "Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n"
-                      "  trephine COMMAND --help",
-                      k_commands},
-                     argc, argv);
+  return run_program(
+      {"trephine", "trephine: surgical simulation on real CT and MR scans, with haptic contact",
+       "Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n"
+       "  trephine COMMAND --help",
+       k_commands},
+      argc, argv);
 }

@@ -152,7 +152,7 @@ Result<std::string> compare(const haptics::TouchScene& scene, const ComparedStat
   const dvec3 at = difference.is_any() ? difference.middle_world : middle;
   // View from outside, slightly oblique, so that depth is visible.
   const dvec3 outward = glm::length(at - middle) > 1 ? glm::normalize(at - middle) : dvec3(0, -1, 0);
-  const dvec3 from = Viewport::obliquely(outward);
+  const dvec3 from = Viewport::oblique_direction(outward);
   std::vector<imaging::Panel> panels;
   for (const ComparedState* state : {&first, &second}) {
     auto panel = draw_state(scene, *state, at, from);

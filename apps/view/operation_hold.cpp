@@ -27,7 +27,7 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
   if (!normal) return;
   const dvec3 target = hold_ == Hold::viewer ? -ray.direction
-                       : look.is_ball        ? Viewport::held_at(*normal, -ray.direction)
+                       : look.is_ball        ? Viewport::shaft_direction(*normal, -ray.direction)
                                              : *normal;
   if (!is_pressed_) {
     shaft_ = target;

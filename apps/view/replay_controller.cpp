@@ -51,7 +51,7 @@ Status ReplayController::frame(double elapsed) {
     sim::Overlays overlays = replay_->engine().overlays();
     for (sim::Overlay& overlay : overlays) overlay.holder = -1;
     if (shows_clip_volumes_)
-      overlays = with_clip_volumes(std::move(overlays), replay_->engine().seen_depths(0));
+      overlays = with_clip_volumes(std::move(overlays), replay_->engine().displayed_depths(0));
     viewport_.show(overlays, {});
     shown_ = replay_->next_tick();
   }

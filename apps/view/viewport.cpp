@@ -254,7 +254,7 @@ dvec3 Viewport::normal_at(const volume::Version& version, const dvec3& p_world) 
                                  cells);
 }
 
-dvec3 Viewport::held_at(const dvec3& normal, const dvec3& toward_viewer) {
+dvec3 Viewport::shaft_direction(const dvec3& normal, const dvec3& toward_viewer) {
   return glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
 }
 
@@ -278,7 +278,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
                               ? look.proxy_world - touch_radius_ * record.normal_world
                               : look.proxy_world;
     const dvec3 normal = normal_at(version, touched);
-    shaft = normal != dvec3(0) ? held_at(normal, toward_viewer) : toward_viewer;
+    shaft = normal != dvec3(0) ? shaft_direction(normal, toward_viewer) : toward_viewer;
     look.turn = glm::dquat(dvec3(0, 0, 1), shaft);
   } else {
     const dvec3 half = 0.5 * record.turn_world;
@@ -316,7 +316,7 @@ void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const hapt
   view_.overlays().show(others, placements);
 }
 
-dvec3 Viewport::obliquely(const dvec3& out) {
+dvec3 Viewport::oblique_direction(const dvec3& out) {
   const dvec3 sideways = glm::cross(out, dvec3(0, 0, 1));
   return glm::normalize(out + 0.35 * (glm::length(sideways) > 0.1 ? sideways : dvec3(1, 0, 0)) +
                         dvec3(0, 0, 0.15));
@@ -328,13 +328,13 @@ dvec3 Viewport::upward_from(const dvec3& from) {
 
 void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
                           std::span<const sim::Overlay> overlays, const dvec3& at, const dvec3& from,
-                          double share, double nearer) {
+                          double share, double distance_factor) {
   request_all(version);
   wait();
   dvec3 low, high;
   view_.bounds(low, high);
   view_.aim_camera(glm::mix(0.5 * (low + high), at, share), from, upward_from(from),
-                   nearer * BoneView::distance_of(low, high));
+                   distance_factor * BoneView::distance_of(low, high));
   view_.show(StylusLook{.is_visible = false});
   const haptics::ServoRecord nowhere;
   show(overlays, {&nowhere, 1});
@@ -344,7 +344,7 @@ void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
 void Viewport::look_at_work(const dvec3& at_world) {
   const dvec3 middle = 0.5 * (seen_low_ + seen_high_), out = at_world - middle;
   if (glm::length(out) < 1) return view_.look_from(0, seen_low_, seen_high_);
-  view_.aim_camera(glm::mix(middle, at_world, 0.6), obliquely(glm::normalize(out)), {0, 0, 1},
+  view_.aim_camera(glm::mix(middle, at_world, 0.6), oblique_direction(glm::normalize(out)), {0, 0, 1},
                    0.75 * BoneView::distance_of(seen_low_, seen_high_));
 }
 

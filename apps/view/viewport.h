@@ -57,12 +57,12 @@ class Viewport {
   /// Sets the radius (mm) of the ball with which the tool currently touches; 0: a point.
   void set_touch_radius(double radius) { touch_radius_ = radius; }
   double touch_radius() const noexcept { return touch_radius_; }
-  /// Shows the stylus of a tick. A stylus without an orientation is tilted by held_at().
+  /// Shows the stylus of a tick. A stylus without an orientation is tilted by shaft_direction().
   void show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
   /// Direction (unit) of the shaft of a ball on a surface, between the normal and the viewer, so that the
   /// ball is visible.
-  static glm::dvec3 held_at(const glm::dvec3& normal, const glm::dvec3& toward_viewer);
+  static glm::dvec3 shaft_direction(const glm::dvec3& normal, const glm::dvec3& toward_viewer);
   /// Draws a line (world, mm) on the bone with the stylus: the edge that a tool goes under. Empty: no line.
   void mark_edge(std::vector<glm::dvec3> line) { edge_ = std::move(line); }
   /// Sets the plan, which is always shown in addition to the bone.
@@ -72,12 +72,12 @@ class Viewport {
   std::size_t overlay_count() { return view_.overlays().size(); }
   void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
   /// Draws a whole state without a tool, seen from `from` (unit), aimed between the bone's middle (`share` 0)
-  /// and `at` (1). `nearer`: factor of the distance that shows all of it.
+  /// and `at` (1). `distance_factor`: camera distance as a share of that which shows the whole bone.
   void show_still(const std::shared_ptr<const volume::Version>& version,
                   std::span<const sim::Overlay> overlays, const glm::dvec3& at, const glm::dvec3& from,
-                  double share, double nearer);
+                  double share, double distance_factor);
   /// Direction (unit) from `out` a little to the side and up, so that depth is visible.
-  static glm::dvec3 obliquely(const glm::dvec3& out);
+  static glm::dvec3 oblique_direction(const glm::dvec3& out);
   /// Returns the direction that is upward in pictures of show_still() from `from` (unit).
   static glm::dvec3 upward_from(const glm::dvec3& from);
   /// Shows all of the bone from one of A P L R S I, or from the front left above (0).

@@ -7,13 +7,13 @@ namespace trephine::view {
 class WindowStage {
  public:
   enum class Stage {
-    working,    ///< an operation, a replay, or a picture
-    opening,    ///< another operation is being opened in the background
-    giving_up,  ///< the opening was cancelled
-    closing,    ///< everything has ended
+    working,     ///< an operation, a replay, or a picture
+    opening,     ///< another operation is being opened in the background
+    cancelling,  ///< the opening was cancelled
+    closing,     ///< everything has ended
   };
   Stage stage() const noexcept { return stage_; }
-  bool is_opening() const noexcept { return stage_ == Stage::opening || stage_ == Stage::giving_up; }
+  bool is_opening() const noexcept { return stage_ == Stage::opening || stage_ == Stage::cancelling; }
 
   /// Starts opening; returns false if that is not possible now.
   bool open() noexcept {
@@ -22,9 +22,9 @@ class WindowStage {
     return true;
   }
   /// Cancels the opening; returns false if nothing is being opened.
-  bool give_up() noexcept {
+  bool cancel() noexcept {
     if (!is_opening()) return false;
-    stage_ = Stage::giving_up;
+    stage_ = Stage::cancelling;
     return true;
   }
   /// True if the opened operation may replace the current one: not while a dialog of the current one is open.

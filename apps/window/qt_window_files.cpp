@@ -83,7 +83,7 @@ void MainWindow::start_opening(std::function<Result<OpenedScene>(const WindowHos
 }
 
 void MainWindow::cancel_opening() {
-  if (!stage_.give_up()) return;
+  if (!stage_.cancel()) return;
   *opening_.is_cancelled = true;
   notice_->setText(tr("cancelling ..."));
 }

@@ -109,7 +109,7 @@ void MainWindow::build_menu() {
   add(help, "about", tr("&About trephine"), {}, [this] {
     QMessageBox::about(
         this, "trephine",
-        "Surgery on real CT and MRI volumes that you can feel.\nFor training and research. Not a medical "
+        "Surgical simulation on real CT and MR scans, with haptic contact.\nFor training and research. Not a medical "
         "device.\nLicence: Apache-2.0");
   });
 }

@@ -199,7 +199,7 @@ void MainWindow::show_panes(double elapsed) {
     overlays = &replay_overlays;
     settings = replay_->engine().now().settings.modules;
     is_changed = replay_->has_changed();
-    depths = replay_->engine().seen_depths(0);
+    depths = replay_->engine().displayed_depths(0);
   }
   panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,

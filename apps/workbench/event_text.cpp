@@ -64,7 +64,7 @@ EventText text_of(const bone_flap::FlapCut& e) {
 }
 EventText text_of(const bone_flap::FlapPiece& e) {
   return {format_text("Piece %lld of the flap: %.0f mm³, %s.", static_cast<long long>(e.number), e.size,
-                      e.is_detached ? "removed" : "left in place"),
+                      e.is_detached ? "detached" : "left in place"),
           Level::record};
 }
 EventText text_of(const bone_flap::FlapPreviewed& e) {
@@ -79,8 +79,7 @@ EventText text_of(const cross_section::SectionMeasured& e) {
 }
 EventText text_of(const measurement::Measured& e) {
   if (!e.problem.empty()) return {"Not measured: " + e.problem, Level::refusal};
-  return {format_text("Measured: %.1f mm, %.1f degrees, mean %.0f.", e.length, e.angle, e.mean),
-          Level::outcome};
+  return {"Measured: " + measurement::words_of(e) + ".", Level::outcome};
 }
 EventText text_of(const fluoroscopy::XrayTaken& e) {
   return {format_text("X-ray %lld: primary %.0f degrees, secondary %.0f degrees, %.1f mGy cm².",

@@ -69,7 +69,7 @@ Status go_to(Moment& moment, std::uint64_t tick) {
     if (!moment.shape && !item.is_mesh() && &item.field.volume() == scene.base.get())
       moment.shape = item.field.shape();
   for (const haptics::TouchItem* model : engine.models()) {
-    Moment::Object object{model->name, engine.look_of(*model), engine.place_of(*model), model->matter};
+    Moment::Object object{model->name, engine.surface_of(*model), engine.place_of(*model), model->matter};
     object.screw = data_tools::recognized_screw(object.tree->vertices());
     if (object.screw) {
       object.screw->entry_world = object.place.world_from_local(object.screw->entry_world);

@@ -126,6 +126,18 @@ Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::
                .remedy = "choose other directions, or the shape with iso"};
 }
 
+Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request) {
+  Place place;
+  place.name = request.name;
+  place.point = trajectory.entry_world;
+  place.thickness = glm::length(trajectory.entry_world - trajectory.target_world);
+  place.outward = glm::normalize(trajectory.entry_world - trajectory.target_world);
+  place.along = along_of(place.outward, request.up);
+  place.across = glm::cross(place.outward, place.along);
+  place.is_planned = true;
+  return place;
+}
+
 glm::dquat turn_of_shaft(const dvec3& shaft) noexcept {
   const dvec3 upright(0, 0, 1), to = glm::normalize(shaft), axis = glm::cross(upright, to);
   const double cosine = glm::dot(upright, to);
@@ -142,7 +154,7 @@ std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data
   std::vector<haptics::PosePath::Sample> samples;
   for (const auto& [t, x, y, z, button, share] : hand.points) {
     const dvec3 above = place.at({x, y, k_above}), below = place.at({x, y, -k_above});
-    const double hit = first_surface(scene, untouched, above, below);
+    const double hit = place.is_planned ? -1 : first_surface(scene, untouched, above, below);
     const dvec3 surface = hit < 0 ? place.at({x, y, 0}) : above + hit * (below - above);
     samples.push_back({t, {surface + (z - share * through) * place.outward, turn, button != 0 ? 1u : 0u}});
   }

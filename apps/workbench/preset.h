@@ -15,9 +15,9 @@ struct PresetChoice {
 std::string preset_names();
 Status check(const PresetChoice& choice, const ShapeChoice& shape);
 
-/// Prepares the shape in the scan, with a notice of each change: fills thin walls, removes parts without
-/// certain bone (hysteresis), and keeps the largest part, or all large ones of a spine. Without a preset,
-/// only does what the choices request.
+/// Prepares the shape in the scan, with a notice of each change: fills thin walls, removes parts without a
+/// voxel above the upper threshold (hysteresis), and keeps the largest part, or all large ones of a spine.
+/// Without a preset, only does what the choices request.
 Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice, const ShapeChoice& shape,
                                     const Listener& listener);
 

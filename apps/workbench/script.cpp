@@ -209,12 +209,25 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   return output;
 }
 
+Result<Place> ScriptRun::find_trajectory_place(const ScriptPlace& request) const {
+  std::string known;
+  for (const volume::PlannedTrajectory& trajectory : operation_.spec.plan.trajectories) {
+    if (trajectory.name == request.trajectory) return place_of(trajectory, request);
+    known += (known.empty() ? "" : ", ") + trajectory.name;
+  }
+  return Error{.what = "unknown trajectory",
+               .where = "place " + request.name,
+               .found = request.trajectory,
+               .expected = known.empty() ? "a scan with a plan" : known};
+}
+
 Status ScriptRun::find_places(const std::string& where) {
   if (script_.places.empty()) return std::nullopt;
   const haptics::TouchScene& scene = *operation_.scene();
   const volume::Version untouched(scene.base);
   for (const ScriptPlace& request : script_.places) {
-    Result<Place> place = find_place(request, scene, untouched);
+    Result<Place> place =
+        request.trajectory.empty() ? find_place(request, scene, untouched) : find_trajectory_place(request);
     if (!place) {
       Error error = place.error();
       error.where = at_line(where, request.line) + ": " + error.where;

@@ -50,6 +50,7 @@ class ScriptRun {
   };
   ScriptRun(const data_tools::Script& script, Operation operation)
       : script_(script), operation_(std::move(operation)) {}
+  Result<Place> find_trajectory_place(const data_tools::ScriptPlace& request) const;
   Status find_places(const std::string& where);
   std::vector<std::unique_ptr<haptics::Device>> devices() const;
   data_tools::Script script_;

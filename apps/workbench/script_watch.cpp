@@ -58,7 +58,7 @@ std::vector<Slot> slots_of(const std::string& caption) {
 
 }  // namespace
 
-std::vector<std::string> expectable() {
+std::vector<std::string> quantity_names() {
   std::vector<std::string> all(std::begin(k_names), std::end(k_names));
   all.push_back(std::string(k_events) + "NAME");
   all.push_back(std::string(k_nearest) + "STRUCTURE");
@@ -100,7 +100,7 @@ Status check_names(const data_tools::Script& script, const std::vector<Place>& p
       for (const Place& place : places) add(measurement.substr(0, measurement.find(' ') + 1) + place.name);
       if (places.empty()) add("[[places]] first");
     } else {
-      for (const std::string& name : expectable()) add(name);
+      for (const std::string& name : quantity_names()) add(name);
       for (const sim::Measure& one : measures) add(one.name);
     }
     return Error{.what = "unknown measurement",

@@ -85,7 +85,7 @@ class ScriptWatch {
 };
 
 /// Returns the names of measurements, in addition to the measures of modules.
-std::vector<std::string> expectable();
+std::vector<std::string> quantity_names();
 /// Checks that all names in expectations and captions are measured in such an operation.
 Status check_names(const data_tools::Script& script, const std::vector<Place>& places,
                    const sim::Engine& engine, const std::string& where);

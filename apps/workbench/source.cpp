@@ -228,19 +228,21 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
       return Error{.what = "every voxel of this scan has the same value",
                    .where = source.name,
                    .found = "every voxel is " + std::to_string(*low),
-                   .expected = "a scan of something",
+                   .expected = "at least two different values",
                    .remedy = "check that it is the right file"};
     const std::string threshold = std::to_string(volume::otsu_threshold(*source.volume));
     if (!choice.is_auto)
       return Error{
           .what = "no shape chosen",
           .where = source.name,
-          .found = "a volume that is not in Hounsfield units; its histogram parts at " + threshold,
+          .found = "a volume that is not in Hounsfield units; the threshold of its histogram (Otsu) is " +
+                   threshold,
           .expected = "an iso value, a window or a label",
-          .remedy = "--auto takes " + threshold + ", --hounsfield says that it is CT; or look at its values"};
+          .remedy = "choose an iso value, such as " + threshold +
+                    ", or state that the values are Hounsfield units"};
     shape.low = std::stod(threshold);
     shape.name = "auto";
-    listener.notice("shape: " + threshold + " and above, where the histogram parts");
+    listener.notice("shape: " + threshold + " and above, the threshold of the histogram (Otsu)");
     return shape;
   }
   // Vertebrae are mostly cancellous bone, and their shells are thin.

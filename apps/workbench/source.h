@@ -19,7 +19,7 @@ struct ShapeChoice {
   std::string window, label;
   bool is_auto = false;     ///< if nothing defines a threshold: that of the histogram (Otsu)
   bool is_largest = false;  ///< only the largest part of the shape
-  /// Omits a table or a head holder from a shape that was not chosen, of a CT without a plan.
+  /// Removes a table or head holder from the default shape of a CT without a plan.
   bool omits_holder = false;
   bool is_made() const { return iso || !window.empty() || !label.empty(); }
 };

@@ -93,10 +93,11 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
 }
 
 ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
-  const toml::table& t = reader.table(value, {"name", "from", "up", "thickness"});
+  const toml::table& t = reader.table(value, {"name", "trajectory", "from", "up", "thickness"});
   ScriptPlace place;
   place.line = TomlReader::line_of(value);
   place.name = reader.text(t, "name").value_or("");
+  place.trajectory = reader.text(t, "trajectory").value_or("");
   place.up = read_direction(reader, value, reader.point(t, "up"), place.up);
   place.least_thickness = reader.number(t, "thickness", 0, 20).value_or(0);
   const auto from = t.find("from");
@@ -107,9 +108,11 @@ ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
       else
         reader.fail(item, "from is not a list of directions", "", "from = [[x, y, z], ...]");
     }
-  if (place.name.empty() || place.from.empty())
-    reader.fail(value, "a place is not complete", "",
-                "name = \"text\" and from = [[x, y, z], ...], directions from the middle of the scan");
+  if (place.name.empty() || place.from.empty() == place.trajectory.empty())
+    reader.fail(
+        value, "a place is not complete", "",
+        "name = \"text\", and either from = [[x, y, z], ...], directions from the middle of the scan, "
+        "or trajectory = \"text\"");
   return place;
 }
 

@@ -12,10 +12,12 @@
 
 namespace trephine::data_tools {
 
-/// A named surface point of the touchable shape, found after the scan is opened.
+/// A named surface point of the touchable shape, found after the scan is opened, or the entry of a
+/// trajectory.
 struct ScriptPlace {
   int line = 0;
   std::string name;
+  std::string trajectory;        ///< of the plan; empty: a surface point
   std::vector<glm::dvec3> from;  ///< directions (LPS) from the scan's centre, in the order of trial
   double least_thickness = 0;    ///< of the solid below it, mm
   glm::dvec3 up{0, 0, 1};        ///< upward direction (LPS) in the view from outside

@@ -133,7 +133,7 @@ std::optional<EdgeFit::Unknowns> EdgeFit::step_from(const Edge& edge, const dvec
   return solve(system);
 }
 
-std::vector<ScanQuality::EdgePoint> EdgeFit::laid_over(const Edge& edge) const {
+std::vector<ScanQuality::EdgePoint> EdgeFit::superimposed_points(const Edge& edge) const {
   std::vector<ScanQuality::EdgePoint> points;
   for (std::size_t k = 0; k < offsets_.size(); k += 7)
     points.push_back({edge.signed_distance(offsets_[k]), (values_[k] - edge.outside) / edge.step});

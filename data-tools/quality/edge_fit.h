@@ -41,7 +41,7 @@ class EdgeFit {
   /// Fits one edge of at least `least_step` and rates the fit; `noise` is a sigma, both as intensities.
   Fit run(double noise, double least_step, Edge& edge) const;
   /// Returns every seventh voxel as distance from the edge (mm) and share of its step.
-  std::vector<ScanQuality::EdgePoint> laid_over(const Edge& edge) const;
+  std::vector<ScanQuality::EdgePoint> superimposed_points(const Edge& edge) const;
 
  private:
   static constexpr std::size_t k_unknowns = 7, k_least_voxels = 30;

@@ -215,7 +215,7 @@ class Survey {
       Candidate& candidate = batch_[static_cast<std::size_t>(i)];
       const EdgeFit fit(*v_, candidate.at, in_plane_, slice_normal(*v_), slice_step(*v_));
       candidate.found = fit.run(noise_, least_step_, candidate.edge);
-      if (candidate.found != EdgeFit::Fit::none) candidate.points = fit.laid_over(candidate.edge);
+      if (candidate.found != EdgeFit::Fit::none) candidate.points = fit.superimposed_points(candidate.edge);
     });
     for (const Candidate& candidate : batch_)
       if (candidate.found != EdgeFit::Fit::none) add_fitted(candidate);

@@ -15,8 +15,8 @@ namespace trephine::haptics::depth {
 // If the next set of images is late, the previous one is extrapolated, then its force fades out.
 inline constexpr double k_extrapolation_time = 0.05;  ///< s, from the end of the interval on
 inline constexpr double k_fading = 0.05;              ///< s, after the extrapolation
-/// Farther than this outside the bounds of an object, its images are not required, mm.
-inline constexpr double k_beside = 2;
+/// Distance from the bounds of an object beyond which its images are not required, mm.
+inline constexpr double k_bounds_margin = 2;
 
 /// Request for images: a clip volume around a point, with pixels of one fixed lattice, so that two sets agree
 /// where they overlap.

@@ -13,8 +13,7 @@ struct Coupling {
 };
 
 /// Returns the stiffest critically damped coupling of a mass (kg) that a device with `device_damping` (N
-/// s/mm) renders passively at a rate: B = 2 sqrt(K m) and b >= K T / 2 + B (thesis on soft-tissue simulation,
-/// 3.22 and 3.23, after Colgate and Schenkel 1997).
+/// s/mm) renders passively at a rate: B = 2 sqrt(K m) and b >= K T / 2 + B (after Colgate and Schenkel 1997).
 Coupling critical_coupling(double mass, double device_damping, double rate_hz);
 
 /// Returns the largest stiffness (N/mm) of a surface of damping B (N s/mm) that a device renders passively
@@ -27,7 +26,7 @@ ForceOptions within_limits(const ForceOptions& options, const DeviceCapabilities
 Material within_limits(const Material& material, const DeviceCapabilities& device);
 
 /// Rotational coupling of a tool, about its own position and the same about every axis.
-struct Turning {
+struct RotationalCoupling {
   double inertia = 0;    ///< kg mm2; 0: the tool does not rotate by itself, and no torque is computed
   double stiffness = 0;  ///< N mm/rad
   double damping = 0;    ///< N mm s/rad
@@ -38,7 +37,8 @@ struct Turning {
 /// semi-implicit Euler at the servo's period.
 class VirtualCoupling {
  public:
-  VirtualCoupling(const Coupling& coupling, double mass, double dt, const Turning& turning = {}) noexcept
+  VirtualCoupling(const Coupling& coupling, double mass, double dt,
+                  const RotationalCoupling& turning = {}) noexcept
       : coupling_(coupling), turning_(turning), mass_(mass), dt_(dt) {}
   /// Runs one tick. Returns the position of the tool (mm) after `on_tool` and the coupling to the hand acted
   /// on it. The first call places the tool at the hand.
@@ -53,7 +53,7 @@ class VirtualCoupling {
   void turn(const glm::dquat& hand, const glm::dvec3& torque_on_tool) noexcept;
 
   Coupling coupling_;
-  Turning turning_;
+  RotationalCoupling turning_;
   double mass_, dt_;
   glm::dvec3 tool_{0.0}, velocity_{0.0}, hand_{0.0}, spin_{0.0};  ///< spin_: rad/s
   glm::dquat tool_turn_{1, 0, 0, 0}, hand_turn_{1, 0, 0, 0};

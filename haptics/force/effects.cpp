@@ -435,9 +435,9 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
   } else if (const auto* align = std::get_if<Align>(&effect.kind)) {
     const dvec3 points = glm::normalize(input.orientation) * dvec3(0, 0, -1);
     constexpr double k_arm = 10;  // mm, since the limit of an effect is given in newtons
-    sum.torque_world += limited(
-        align->stiffness * glm::cross(points, align->direction_world) - align->damping * input.turning_world,
-        k_arm * effect.most);
+    sum.torque_world += limited(align->stiffness * glm::cross(points, align->direction_world) -
+                                    align->damping * input.angular_velocity_world,
+                                k_arm * effect.most);
   }
 }
 

@@ -9,12 +9,12 @@
 namespace trephine::haptics {
 
 /// Observes the work done on the hand, sum of F_k . (x_{k+1} - x_k), and bounds the energy that the force
-/// returns: in motion along the force, its component along the motion is limited to the stored energy. Energy
-/// dissipated by a yielding proxy (friction, bone that gives way: -F_k . (p_{k+1} - p_k) where that is above
-/// 0) is not stored and may not be returned. No damping is added, so coarse encoders cause no oscillation. A
-/// step in which the hand accelerates may return too much, at most that step's energy, which counts as a
-/// debt. With delayed forces, a force that returned too much is softened, and stiffened again out of contact.
-/// Plain data. Servo thread: no allocation, no waiting.
+/// returns: in motion along the force, its component along the motion is limited so that it returns at most
+/// the stored energy. Energy dissipated by a yielding proxy (friction, bone that gives way: -F_k . (p_{k+1} -
+/// p_k) where that is above 0) is not stored and may not be returned. No damping is added, so coarse encoders
+/// cause no oscillation. A step in which the hand accelerates may return too much, at most that step's
+/// energy, which counts as a debt. With delayed forces, a force that returned too much is softened, and
+/// stiffened again out of contact. Plain data. Servo thread: no allocation, no waiting.
 class PassivityController {
  public:
   static constexpr int k_most_delay = 4;

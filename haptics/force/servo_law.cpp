@@ -64,7 +64,7 @@ LawForces LawMemory::step(const LawSet& set, LawInput input) noexcept {
   last_turn_ = input.orientation;
   has_last_ = true;
   input.velocity_world = velocity_;
-  input.turning_world = turning_;
+  input.angular_velocity_world = turning_;
   LawForces sum;
   for (std::size_t i = 0; i < count_; ++i) {
     const ServoLaw& law = set.laws()[i];

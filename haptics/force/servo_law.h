@@ -22,11 +22,11 @@ struct LawInput {
   const ProxyStep& proxy;
   glm::dvec3 contact_force_world;  ///< N, of the surfaces in this tick
   glm::dvec3 hip_world;
-  glm::dquat orientation;     ///< of the hand
-  glm::dvec3 velocity_world;  ///< mm/s, of the hand, smoothed
-  glm::dvec3 turning_world;   ///< rad/s, of the hand, smoothed
-  double dt;                  ///< s since the previous tick
-  bool is_working;            ///< the button is pressed
+  glm::dquat orientation;             ///< of the hand
+  glm::dvec3 velocity_world;          ///< mm/s, of the hand, smoothed
+  glm::dvec3 angular_velocity_world;  ///< rad/s, of the hand, smoothed
+  double dt;                          ///< s since the previous tick
+  bool is_working;                    ///< the button is pressed
 };
 
 /// Sum of the laws of a hand.

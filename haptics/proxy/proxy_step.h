@@ -139,8 +139,8 @@ struct ProxyResult {
   bool has_contact = false;
   int shape = -1;  ///< the touched item
   Side side = Side::none;
-  /// Matter grew over the proxy, which was released at the HIP, or a moving mesh passed over it because other
-  /// walls left no free position: no force in this step.
+  /// Restored matter covers the proxy, which was released at the HIP, or a moving mesh passed over it because
+  /// other walls left no free position: no force in this step.
   bool is_buried = false;
   /// Motion of the touched object at the contact since the last step, mm; method `scene`.
   glm::dvec3 carried_world{0.0};

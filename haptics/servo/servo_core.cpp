@@ -135,7 +135,7 @@ void ServoCore::find_depths_ready(const ServoHand& hand, const dvec3& hip, doubl
     item.depth->bounds(low, high);
     const auto is_far = [&](const dvec3& p) {
       const dvec3 off = p - glm::clamp(p, low, high);
-      return glm::length(off) > farthest + depth::k_beside;
+      return glm::length(off) > farthest + depth::k_bounds_margin;
     };
     if (!is_known && !(is_far(hip_at_rest) && is_far(proxy_at_rest))) not_ready_.set(s, true);
     if (late > depth::k_extrapolation_time && step_.has_contact && step_.shape == s)
@@ -259,9 +259,9 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       if (step_.is_buried && has_grown && escape_path_.count > 0) begin_lead(hand, hip);
     }
     if (is_escaping_) escape(hand, hip);
-    force_cap_ = is_escaping_ ? k_lead_force : std::min(force_limit_, force_cap_ + k_lead_recovery * dt_);
+    force_cap_ = is_escaping_ ? k_escape_force : std::min(force_limit_, force_cap_ + k_escape_recovery * dt_);
     requested_force_ = limited(force_.step(step_, hip, scene), force_cap_);
-    record.press_world = requested_force_;
+    record.contact_force_world = requested_force_;
     dvec3 torque(0);
     if (!scene.tool_balls.empty())
       torque = (force_cap_ < force_limit_ ? force_cap_ / force_limit_ : 1) * force_.torque(step_, scene);
@@ -415,7 +415,7 @@ void ServoCore::begin_lead(const ServoHand& hand, const dvec3& hip_world) noexce
 
 void ServoCore::escape(const ServoHand& hand, const dvec3& hip_world) noexcept {
   const volume::Frame& frame = hand.scene->base->frame;
-  double remaining = k_lead_speed * dt_;
+  double remaining = k_escape_speed * dt_;
   while (next_place_ < escape_path_.count && remaining > 0) {
     const dvec3 leg = escape_path_.places_volume[next_place_] - anchor_volume_;
     const double length = glm::length(frame.vector_world_from_volume(leg));

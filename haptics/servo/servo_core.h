@@ -51,8 +51,8 @@ struct ServoRecord {
   Pose pose;                  ///< no buttons and axes while a fault is latched or the proxy is led out
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};  ///< mm, unit, N
   glm::dvec3 torque_world{0.0};                                      ///< N mm
-  glm::dvec3 press_world{0.0};  ///< N, by surfaces only, before effects, fades and the final limits
-  glm::dvec3 turn_world{0.0};   ///< rotation from hand to tool of several balls, by turn_between(), radians
+  glm::dvec3 contact_force_world{0.0};  ///< N, by surfaces only, before effects, fades and the final limits
+  glm::dvec3 turn_world{0.0};  ///< rotation from hand to tool of several balls, by turn_between(), radians
   bool has_contact = false, is_buried = false;
   bool is_escaping = false;  ///< the proxy is led out of restored matter
   int shape = -1;            ///< the touched item
@@ -86,9 +86,9 @@ struct ServoInput {
 
 /// Escape of a buried proxy: some tenths of a second for the length of a burr hole, with less force than a
 /// resting hand resists.
-inline constexpr double k_lead_speed = 100;    ///< mm/s
-inline constexpr double k_lead_force = 3;      ///< N
-inline constexpr double k_lead_recovery = 10;  ///< N/s, rise of the force limit after an escape
+inline constexpr double k_escape_speed = 100;    ///< mm/s
+inline constexpr double k_escape_force = 3;      ///< N
+inline constexpr double k_escape_recovery = 10;  ///< N/s, rise of the force limit after an escape
 
 /// Proxy and force of one hand. Plain data: a copy saves the complete state.
 class ServoCore {

@@ -63,8 +63,8 @@ void fields_of(TouchEvent& e, Fields& fields) {
 template <class Fields>
 void fields_of(ServoRecord& r, Fields& fields) {
   fields(r.tick, r.t, r.version, r.pose, r.proxy_world, r.normal_world, r.force_world, r.torque_world,
-         r.press_world, r.turn_world, r.has_contact, r.is_buried, r.is_escaping, r.shape, r.side, r.faults,
-         r.raised, r.is_reset, r.is_restarted, r.restart_volume, r.hand, r.energy, r.event_count);
+         r.contact_force_world, r.turn_world, r.has_contact, r.is_buried, r.is_escaping, r.shape, r.side,
+         r.faults, r.raised, r.is_reset, r.is_restarted, r.restart_volume, r.hand, r.energy, r.event_count);
   r.event_count = r.event_count <= ServoRecord::k_most_events ? r.event_count : 0;
   for (std::uint8_t i = 0; i < r.event_count; ++i) fields(r.events[i]);
 }

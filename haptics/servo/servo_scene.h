@@ -14,8 +14,8 @@
 
 namespace trephine::haptics {
 
-/// Escape path of a proxy over which matter grows: its previous positions, newest first, up to one that is
-/// free then.
+/// Escape path of a proxy that restored matter covers: its previous positions, newest first, up to one that
+/// is free then.
 struct EscapePath {
   static constexpr std::size_t k_most_places = 64;
   std::uint64_t serial = 0;  ///< of the first ServoScene with that matter

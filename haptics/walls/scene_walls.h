@@ -64,7 +64,7 @@ class SceneLayout {
 };
 
 /// Implements the walls of Slide. Borrows its arguments for one step. Tests only the shapes in
-/// Surroundings::near; the caller ensures that no other can be met. Servo thread: no allocation, every loop
+/// Surroundings::nearby; the caller ensures that no other can be met. Servo thread: no allocation, every loop
 /// bounded.
 class SceneWalls {
  public:

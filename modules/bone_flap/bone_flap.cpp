@@ -125,7 +125,8 @@ class Flap {
         if (is_solid(at)) seed_ = at;
       }
       if (seed_ && pyramid.contains(request_.seed[0])) return std::nullopt;
-      return LocatedError{seed_ ? "the seed lies outside of the outline" : "there is no bone at the seed",
+      return LocatedError{seed_ ? "the position on the flap lies outside the outline"
+                                : "there is no bone at the position on the flap",
                           request_.seed[0]};
     }
     // Search along the normal in both directions; the nearer hit counts.
@@ -138,8 +139,8 @@ class Flap {
     }
     if (seed_ && pyramid.contains(scan.frame.world_from_volume(dvec3(*seed_)))) return std::nullopt;
     return LocatedError{
-        seed_ ? "the outline's middle lies outside of it: set a seed inside it"
-              : "there is no bone along the normal of the outline's middle: set a seed inside it",
+        seed_ ? "the outline's centre lies outside the outline: set a position on the flap"
+              : "there is no bone along the normal at the outline's centre: set a position on the flap",
         pyramid.centre_world};
   }
 
@@ -319,7 +320,7 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
   for (const Near& near : output.structures) {
     if (near.is_stripped())
       work.raise_event(sim::StructureStripped{near.structure, -near.mm}, near.at_world);
-    else if (near.mm < -sim::k_tears)
+    else if (near.mm < -sim::k_tear_depth)
       work.raise_event(sim::StructureTorn{near.structure, -near.mm}, near.at_world);
     else if (near.mm < 0)
       work.raise_event(sim::StructureTouched{near.structure, -near.mm}, near.at_world);
@@ -481,7 +482,7 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   }
   const FlapPreview* preview = operation.result_of<FlapPreview>();
   if (preview == nullptr) return result;
-  if (!preview->summary.empty()) result.push_back(look_of_preview(*preview));
+  if (!preview->summary.empty()) result.push_back(preview_overlay(*preview));
   if (preview->problem.empty()) return result;
   sim::Overlay& warning = result.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;

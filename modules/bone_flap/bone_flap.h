@@ -66,7 +66,7 @@ struct FlapState {
   static const sim::Schema& schema();
 };
 
-/// Drawn outline, the last failed attempt with its reason, and the preview of a flap.
+/// Drawn outline. Not changed by undo.
 struct FlapSettings {
   std::vector<glm::dvec3> anchors;  ///< drawn outline, mm, world
   static const sim::Schema& schema();

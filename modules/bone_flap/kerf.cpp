@@ -140,7 +140,8 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
                           point_at(line, line.outer - limits.thickest)};
     }
     if (line.inner <= k_nearest_apex) {
-      return LocatedError{"the apex lies in the bone", pyramid_.apex_world};
+      return LocatedError{"the apex is less than 5 mm from bone: increase its distance from the outline",
+                          pyramid_.apex_world};
     }
     line.from = line.inner, line.to = line.outer;
     for (const double offset : {-0.5 * width_, 0.5 * width_}) {

@@ -46,8 +46,9 @@ LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
   for (std::size_t i = 0; i < n; ++i) {
     const double length = glm::length(anchors[(i + 1) % n] - anchors[i]);
     if (length < 1) {
-      return LocatedError{anchor_name(i) + " and " + anchor_name((i + 1) % n) + " are at the same place",
-                          anchors[i]};
+      return LocatedError{
+          anchor_name(i) + " and " + anchor_name((i + 1) % n) + " are less than 1 mm apart: remove one",
+          anchors[i]};
     }
     if (i + 1 < n) longest = std::max(longest, length);
   }
@@ -244,7 +245,7 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<dvec3>& anchors_wor
     if (glm::length(outgoing) * distance > 0.5 &&
         glm::dot(incoming, outgoing) >= -0.9999 * glm::length(incoming) * glm::length(outgoing))
       continue;
-    return LocatedError{"the outline goes back on itself at " + anchor_name(i), result.anchor(i)};
+    return LocatedError{"the outline reverses its direction at " + anchor_name(i), result.anchor(i)};
   }
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 2; j < n; ++j) {

@@ -100,7 +100,7 @@ const sim::JobType& preview_job() {
   return job;
 }
 
-sim::Overlay look_of_preview(const FlapPreview& preview) {
+sim::Overlay preview_overlay(const FlapPreview& preview) {
   sim::Overlay overlay;
   const auto rings = static_cast<std::size_t>(preview.lid_rings);
   const std::size_t lines = preview.depth.size();

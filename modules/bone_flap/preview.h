@@ -17,6 +17,6 @@ const sim::JobType& preview_job();
 /// Clears the preview.
 void forget_preview(FlapPreview& preview);
 /// Returns the overlay of a preview: the lid, and the walls below its rim.
-sim::Overlay look_of_preview(const FlapPreview& preview);
+sim::Overlay preview_overlay(const FlapPreview& preview);
 
 }  // namespace trephine::bone_flap

@@ -68,8 +68,8 @@ double BurrTick::press() const noexcept {
   if (!tick_.has_contact) return 0;
   // Tools of several balls have no normal: use the total force of the surfaces, else its normal part.
   return glm::dot(tick_.normal_world, tick_.normal_world) > 0
-             ? std::max(0.0, glm::dot(tick_.press_world, tick_.normal_world))
-             : glm::length(tick_.press_world);
+             ? std::max(0.0, glm::dot(tick_.contact_force_world, tick_.normal_world))
+             : glm::length(tick_.contact_force_world);
 }
 
 Cutting BurrTick::cutting() const noexcept {

@@ -36,11 +36,11 @@ double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept;
 
 /// State of a burr. In contact it starts tangent to the surface on which the proxy rests (a ball: centre =
 /// proxy + radius normal) and sinks toward the HIP as fast as the removal rate allows: its lowest point along
-/// the axis of approach ends on the HIP and never passes it. So a proxy that never enters matter still
-/// removes it, and the hole depends neither on voxel size nor on servo rate
+/// the axis of approach ends on the HIP and never passes it. The burr therefore removes matter although
+/// the proxy never enters it, and the hole depends neither on voxel size nor on servo rate
 /// (docs/decisions/0003-the-burr-follows-the-hip.md). A round burr touches with its whole body
 /// (haptics::set_tool): it starts at the proxy and moves to the hand at the same rate. A burr without a fixed
-/// rate starts again at the proxy after the proxy slid away from it.
+/// rate follows a proxy that slid aside, and starts again at a proxy farther than a diameter away.
 struct BurrState {
   bool has_centre = false;
   glm::dvec3 centre{0.0};  ///< origin of the body (`along` 0), mm, world frame

@@ -17,10 +17,10 @@ class Catalogue {
   Catalogue(std::vector<const Module*> modules) : modules_(std::move(modules)) {}
   const std::vector<const Module*>& modules() const noexcept { return modules_; }
   const InstrumentType* find_instrument(std::string_view name) const noexcept;
-  /// Finds a command, event, instrument's or job's parameters by name; null if unknown.
+  /// Finds a command, an event, or the parameters of an instrument or a job by name; null if unknown.
   const ValueType* find(std::string_view name) const noexcept;
   std::vector<const ValueType*> all() const;
-  /// True for types that an engine or a module emits; they are never sent to one.
+  /// True for types that an engine or a module emits; such types are never sent to an engine.
   bool is_event(const ValueType& type) const noexcept;
   /// True if a user or a script may send it; false for events and commands that drivers issue.
   bool is_command(const ValueType& type) const noexcept;

@@ -91,8 +91,8 @@ struct PlaceModel {
   std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
   static const Schema& schema();
 };
-/// Sets a force of the hand in addition to those of surfaces. It keeps its state while an effect with its id
-/// exists.
+/// Sets a force of the hand in addition to those of surfaces. The effect keeps its state while one with its
+/// id exists.
 struct SetEffect {
   Id effect;
   std::string words;  ///< as haptics::parse_effect reads them; empty: ends the force
@@ -105,7 +105,8 @@ struct ToolGeometry {
   static const Schema& schema();
 };
 /// A job: gives the hand an instrument, and the ball or balls that it touches with. Until these are ready,
-/// the hand keeps its current instrument. One that needs no balls touches as the hand did at the start.
+/// the hand keeps its current instrument. An instrument that needs no balls uses the hand's initial contact
+/// geometry.
 struct TakeInstrument {
   std::string instrument;  ///< its name
   std::string parameters;  ///< in words: "diameter=4 removal_rate=30"

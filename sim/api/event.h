@@ -24,7 +24,7 @@ struct FaultEvent {
 };
 
 /// Reason of a discarded job that may be started again.
-inline constexpr const char* k_world_changed = "the world changed";
+inline constexpr const char* k_anatomy_changed = "the anatomy changed meanwhile; start it again";
 /// The result of a job was discarded: the state changed too much meanwhile, or its subject is missing.
 struct JobDiscarded {
   Id job;

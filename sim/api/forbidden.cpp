@@ -201,7 +201,7 @@ double Forbidden::follow(const dvec3& from, const ToolBall& ball, double expecte
   return least;
 }
 
-double Forbidden::set_down(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept {
+double Forbidden::begin_path(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept {
   watch.has_entry = false;
   const Nearness nearness = locate(ball, expected);
   watch.follow(ball.centre, ball, nearness, 4 * step_mm_);

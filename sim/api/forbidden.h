@@ -24,14 +24,14 @@ struct Nearness {
   double clearance = 0;  ///< mm to the surface; negative: depth of the ball, to the nearest side
   bool is_centre_inside = false;
   bool has_surface = false;       ///< some of the surface is within reach
-  glm::dvec3 surface_world{0.0};  ///< mm, then the point of the surface nearest to the centre
+  glm::dvec3 surface_world{0.0};  ///< mm; if has_surface: the surface point nearest to the ball's centre
 };
 
 struct ForbiddenWatch;
 
 /// A structure that must not be cut, in its state before any cut. Immutable. Distances are to its displayed
-/// surface. For a shape of a volume that is at most half a voxel from the structure's end, and the samples
-/// decide on which side a point is.
+/// surface. For a shape of a volume, this surface is at most half a voxel from the structure's boundary; the
+/// samples decide on which side a point is.
 class Forbidden {
  public:
   /// Keeps `volume`. Error if the structure is empty.
@@ -62,8 +62,8 @@ class Forbidden {
   /// follows its path of entry at the same positions.
   double follow(const glm::dvec3& from, const ToolBall& ball, double expected,
                 ForbiddenWatch& watch) const noexcept;
-  /// Places the ball at its centre, without a path to it. Returns the clearance, mm.
-  double set_down(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept;
+  /// Starts a path at the ball's position. Returns the clearance, mm.
+  double begin_path(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept;
   /// Returns the least clearance, mm, while the ball moves straight from `from` to its centre, at positions
   /// half a voxel apart.
   double clearance(const glm::dvec3& from, const ToolBall& ball, double expected = k_reach) const noexcept;
@@ -109,8 +109,8 @@ struct StructureTouched {
   double deepest = 0;  ///< mm
   static const Schema& schema();
 };
-/// The tool tore the membrane: deeper than k_tears while it works, or than k_bursts otherwise. Emitted at
-/// once.
+/// The tool tore the membrane: deeper than k_tear_depth while it works, or than k_blunt_tear_depth otherwise.
+/// Emitted at once.
 struct StructureTorn {
   std::string structure;
   double deepest = 0;  ///< mm
@@ -118,7 +118,7 @@ struct StructureTorn {
 };
 /// Depths at which a membrane tears, mm. Dura is about half a millimetre thick; its stretch before a blunt
 /// tool goes through it is an assumption.
-inline constexpr double k_tears = 0.5, k_bursts = 3;
+inline constexpr double k_tear_depth = 0.5, k_blunt_tear_depth = 3;
 
 /// Watch of one hand and one structure since the start; undo does not change it.
 struct ForbiddenWatch {

@@ -1,10 +1,22 @@
 #include "sim/api/module.h"
 
+#include <utility>
+
 namespace trephine::sim {
+
+namespace {
+/// Most events of a tick or a command; modules that answer each other's events without end are cut off.
+constexpr std::size_t k_most_events = 1000;
+}  // namespace
+
+void ModuleReaction::raise_event(Value value, const glm::dvec3& position_world) {
+  if (events_->size() < k_most_events) events_->push_back({tick_, hand_, position_world, std::move(value)});
+}
 
 Status Module::allows(const Command&, const OperationState&) const { return std::nullopt; }
 void Module::apply(const Command&, ModuleWork&) const {}
-void Module::react(const Event&, ModuleState&) const {}
+void Module::react(const Event&, const OperationState&, ModuleReaction&) const {}
+void Module::hear(const Command&, const OperationState&, ModuleReaction&) const {}
 bool Module::is_moving(const OperationState&) const { return false; }
 Overlays Module::overlays(const OperationState&) const { return {}; }
 std::vector<Measure> Module::measures(const OperationState&) const { return {}; }

@@ -65,6 +65,20 @@ class ModuleState {
   bool is_world_changed_ = false;
 };
 
+/// Answer of a module to an event or a command: changes of its own state, and further events.
+class ModuleReaction : public ModuleState {
+ public:
+  ModuleReaction(const ModuleState& state, std::vector<Event>& events, std::uint64_t tick, std::uint8_t hand)
+      : ModuleState(state), events_(&events), tick_(tick), hand_(hand) {}
+  /// Raises an event, which all modules receive after the current one.
+  void raise_event(Value value, const glm::dvec3& position_world);
+
+ private:
+  std::vector<Event>* events_;
+  std::uint64_t tick_;
+  std::uint8_t hand_;
+};
+
 /// Changes that a command, or the adoption of a job's result, may make.
 class ModuleWork : public Work, public ModuleState {
  public:
@@ -134,8 +148,11 @@ class Module {
   virtual Status allows(const Command& command, const OperationState& state) const;
   /// Carries out a command of this module, in at most 2 ms. Cannot fail: allows() has refused invalid ones.
   virtual void apply(const Command& command, ModuleWork& work) const;
-  /// Handles an event of any module. Changes only the state of this module.
-  virtual void react(const Event& event, ModuleState& state) const;
+  /// Handles an event of any module. `state`: of the operation when the event was raised.
+  virtual void react(const Event& event, const OperationState& state, ModuleReaction& reaction) const;
+  /// Handles a command of any module or of the engine, such as undo, after it was carried out. Commands that
+  /// only adopt derived data are left out.
+  virtual void hear(const Command& command, const OperationState& state, ModuleReaction& reaction) const;
   virtual std::vector<Measure> measures(const OperationState& state) const;
   /// Returns true if its overlays change with time; they are then fetched in every frame.
   virtual bool is_moving(const OperationState& state) const;

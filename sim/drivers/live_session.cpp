@@ -283,7 +283,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   }
   if (!pieces_) return;
   const PieceWatch::Finding found = pieces_->after_tick(engine_);
-  if (found == PieceWatch::Finding::parted) free_pieces();
+  if (found == PieceWatch::Finding::disconnected) free_pieces();
   if (found != PieceWatch::Finding::pending) return;
   // The whole volume is searched in the background. Later cuts can only change the answer to yes.
   {
@@ -292,7 +292,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   }
   jobs_.submit([this, now = engine_.snapshot(), scene = engine_.tool().scene,
                 smallest = pieces_->smallest()]() -> Background::Result {
-    const bool is_loose = PieceWatch::has_loose(*scene, *now->world.version, smallest);
+    const bool is_loose = PieceWatch::has_disconnected_part(*scene, *now->world.version, smallest);
     return [this, is_loose] {
       if (is_loose) free_pieces();
       const std::lock_guard guard(lock_);
@@ -350,7 +350,7 @@ void LiveSession::show(const Outcome& outcome, bool is_command) {
   const std::lock_guard guard(lock_);
   if (bytes) state_.history_bytes = *bytes;
   state_.overlays = std::move(overlays);
-  state_.depths = engine_.seen_depths(0);
+  state_.depths = engine_.displayed_depths(0);
   state_.settings = engine_.now().settings.modules;
   state_.bodies.clear();
   for (const Body& body : engine_.now().world.bodies) state_.bodies.push_back(body.id);

@@ -44,9 +44,9 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
   }
   if (pieces_) {
     const PieceWatch::Finding found = pieces_->after_tick(engine_);
-    if (found == PieceWatch::Finding::parted ||
+    if (found == PieceWatch::Finding::disconnected ||
         (found == PieceWatch::Finding::pending &&
-         PieceWatch::has_loose(engine_.scene(), *engine_.current(), pieces_->smallest()))) {
+         PieceWatch::has_disconnected_part(engine_.scene(), *engine_.current(), pieces_->smallest()))) {
       const Outcome outcome = apply_whole(pieces_->command());
       last_outcome_.is_changed |= outcome.is_changed;
       last_outcome_.box = united(last_outcome_.box, outcome.box);

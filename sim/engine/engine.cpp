@@ -115,6 +115,12 @@ Outcome Engine::apply(const Command& command) {
     return outcome;
   }
   carry_out(command, outcome);
+  if (!is_derived_data(command.request) && !command.request.as<AdoptJob>())
+    for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
+      ModuleReaction reaction(state_of(m, now_.edits), pending_events_, now_.next_tick, command.hand);
+      catalogue_.modules()[m]->hear(command, now_, reaction);
+      if (reaction.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
+    }
   handle_events(outcome);
   return outcome;
 }
@@ -293,7 +299,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
     if (!body) watch.depth = 0, watch.has_entry = false;
     watch.clearance = !body      ? Forbidden::k_reach
                       : has_path ? forbidden_[s]->follow(last_body->centre, *body, watch.clearance, watch)
-                                 : forbidden_[s]->set_down(*body, watch.clearance, watch);
+                                 : forbidden_[s]->begin_path(*body, watch.clearance, watch);
     const bool is_inside = watch.clearance < 0;
     const bool is_working = tick.pose.is_pressed() && !(body && body->is_blunt);
     watch.nearest = std::min(watch.nearest, is_inside ? -watch.depth : watch.clearance);
@@ -308,7 +314,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
       ++watch.ticks_inside;
       watch.deepest_now = std::max(watch.deepest_now, watch.depth);
       watch.has_worked = watch.has_worked || is_working;
-      if (!watch.is_torn && watch.depth > (is_working ? k_tears : k_bursts)) {
+      if (!watch.is_torn && watch.depth > (is_working ? k_tear_depth : k_blunt_tear_depth)) {
         watch.is_torn = true;
         pending_events_.push_back({tick.tick, tick.hand, at, StructureTorn{name, watch.depth}});
       }
@@ -402,15 +408,17 @@ std::optional<haptics::EscapePath> Engine::escape_path(std::size_t hand) const {
 
 /// Passes events to the modules, and adds them to the chronicle.
 void Engine::handle_events(Outcome& outcome) {
-  outcome.event_count = pending_events_.size();
-  for (Event& event : pending_events_) {
+  // Modules may add events.
+  for (std::size_t i = 0; i < pending_events_.size(); ++i) {
+    Event event = std::move(pending_events_[i]);
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
-      ModuleState state = state_of(m, now_.edits);
-      catalogue_.modules()[m]->react(event, state);
-      if (state.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
+      ModuleReaction reaction(state_of(m, now_.edits), pending_events_, event.tick, event.hand);
+      catalogue_.modules()[m]->react(event, now_, reaction);
+      if (reaction.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
     }
     now_.chronicle.add(std::move(event));
   }
+  outcome.event_count = pending_events_.size();
   pending_events_.clear();
   if (is_stroke_changed_ && !is_in_stroke()) end_stroke();
 }
@@ -453,7 +461,7 @@ Overlays Engine::overlays() const {
     overlay.kind = item->depth && item->depth->is_streamed() ? Overlay::Kind::scenery : Overlay::Kind::object;
     overlay.matter = item->matter;
     overlay.name = item->name;
-    overlay.surface = look_of(*item);
+    overlay.surface = surface_of(*item);
     overlay.place = place_of(*item);
   }
   for (const Module* module : catalogue_.modules())

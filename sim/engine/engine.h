@@ -93,11 +93,11 @@ class Engine {
   /// Models of the scene, without detached bodies.
   std::vector<const haptics::TouchItem*> models() const;
   /// Current surface of a model.
-  std::shared_ptr<const haptics::MeshTree> look_of(const haptics::TouchItem& model) const;
+  std::shared_ptr<const haptics::MeshTree> surface_of(const haptics::TouchItem& model) const;
   /// True if an overlay changes with time: a model, a body in motion, or that of a module.
   bool has_moving_surfaces() const;
   /// Current depth images of a hand: of each object that it has been near.
-  std::vector<DisplayedDepths> seen_depths(std::size_t hand) const;
+  std::vector<DisplayedDepths> displayed_depths(std::size_t hand) const;
   haptics::Placement place_of(const haptics::TouchItem& item) const;
 
   /// Forbidden structures; OperationState::watches has the distance of each hand to each.

@@ -209,7 +209,7 @@ std::vector<const haptics::TouchItem*> Engine::models() const {
   return result;
 }
 
-std::shared_ptr<const haptics::MeshTree> Engine::look_of(const haptics::TouchItem& model) const {
+std::shared_ptr<const haptics::MeshTree> Engine::surface_of(const haptics::TouchItem& model) const {
   std::shared_ptr<const haptics::MeshTree> look;
   if (model.depth) look = model.depth->look(seconds());
   return look ? look : model.tree;
@@ -227,7 +227,7 @@ bool Engine::has_moving_surfaces() const {
   });
 }
 
-std::vector<DisplayedDepths> Engine::seen_depths(std::size_t hand) const {
+std::vector<DisplayedDepths> Engine::displayed_depths(std::size_t hand) const {
   std::vector<DisplayedDepths> result;
   const double time = seconds();
   for (int i = 0; i < haptics::item_count(scene()); ++i)
@@ -259,9 +259,9 @@ void Engine::release_all_bodies(Outcome& outcome) {
 
 /// Returns an empty text if the detachment can be adopted.
 std::string Engine::reason_not_to_adopt(const Detachment& detachment) const {
-  if (detachment.piece_count == 0 && detachment.debris == 0) return "nothing came off";
+  if (detachment.piece_count == 0 && detachment.debris == 0) return "no part is disconnected";
   if (const std::size_t room = free_movers().size(); detachment.piece_count > room)
-    return std::to_string(detachment.piece_count) + " pieces came off, and there is room for " +
+    return std::to_string(detachment.piece_count) + " pieces are disconnected, and there is room for " +
            std::to_string(room);
   const Status no_room = check_room_for_bodies();
   return no_room ? no_room->message() : std::string();

@@ -89,7 +89,7 @@ void Engine::end_job(const AdoptJob& request, Outcome& outcome) {
   const bool is_outdated =
       (depends_on_cuts && job.input->edits != now_.edits) ||
       (job.type && job.type->is_result_valid && !job.type->is_result_valid(parameters, *job.input, now_));
-  if (is_outdated) return discard(k_world_changed);
+  if (is_outdated) return discard(k_anatomy_changed);
   if (!result) result = job.run();
   outcome.job_hash = result->hash();
   const Detachment* detachment = result->detachment();

@@ -34,7 +34,7 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
     job_ = {};
     if (is_due) {
       before_ = engine.current();
-      return Finding::parted;
+      return Finding::disconnected;
     }
   }
   if (engine.current() == before_) return Finding::nothing;
@@ -46,11 +46,11 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
       volume::detect_detachment(shape->field, *shape->bits, *previous, *before_,
                                 {.least_samples = static_cast<std::int64_t>(std::ceil(smallest_ / sample))});
   ++counts_.strokes;
-  counts_.parted += separation.kind == volume::Separation::Kind::detached;
+  counts_.disconnected += separation.kind == volume::Separation::Kind::detached;
   counts_.pending += separation.kind == volume::Separation::Kind::pending;
   counts_.max_bricks = std::max(counts_.max_bricks, separation.bricks);
   return separation.kind == volume::Separation::Kind::connected  ? Finding::nothing
-         : separation.kind == volume::Separation::Kind::detached ? Finding::parted
+         : separation.kind == volume::Separation::Kind::detached ? Finding::disconnected
                                                                  : Finding::pending;
 }
 
@@ -69,12 +69,12 @@ bool PieceWatch::was_outdated(const Engine& engine) const {
   const Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = chronicle.size(); i-- > 0 && chronicle.size() - i <= k_back;)
     if (const auto* discarded = chronicle[i].value.as<JobDiscarded>(); discarded && discarded->job == job_)
-      return discarded->reason == k_world_changed;
+      return discarded->reason == k_anatomy_changed;
   return false;
 }
 
-bool PieceWatch::has_loose(const haptics::TouchScene& scene, const volume::Version& version,
-                           double smallest) {
+bool PieceWatch::has_disconnected_part(const haptics::TouchScene& scene, const volume::Version& version,
+                                       double smallest) {
   const haptics::TouchItem* shape = first_shape(scene);
   if (shape == nullptr) return false;
   const volume::SolidParts parts(shape->field, *shape->bits, version);

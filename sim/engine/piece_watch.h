@@ -18,8 +18,8 @@ class PieceWatch {
   /// Result of a stroke.
   enum class Finding : std::uint8_t {
     nothing,
-    parted,  ///< command() is due
-    pending  ///< has_loose() of the current state decides: it takes too long for a tick
+    disconnected,  ///< command() is due
+    pending        ///< has_disconnected_part() of the current state decides: it takes too long for a tick
   };
   /// Call after each tick. Examines at most some hundred bricks (volume::detect_detachment).
   Finding after_tick(const Engine& engine);
@@ -32,12 +32,13 @@ class PieceWatch {
     return {FreePieces{0, smallest_}, 0};
   }
   /// True if a disconnected part is at least `smallest` mm3. Any thread; takes tenths of a second.
-  static bool has_loose(const haptics::TouchScene& scene, const volume::Version& version, double smallest);
+  static bool has_disconnected_part(const haptics::TouchScene& scene, const volume::Version& version,
+                                    double smallest);
   double smallest() const noexcept { return smallest_; }
 
   struct Counts {
-    std::uint64_t strokes = 0, parted = 0, pending = 0;  ///< examined, and findings
-    std::int64_t max_bricks = 0;                         ///< examined after one stroke
+    std::uint64_t strokes = 0, disconnected = 0, pending = 0;  ///< examined, and findings
+    std::int64_t max_bricks = 0;                               ///< examined after one stroke
   };
   const Counts& counts() const noexcept { return counts_; }
 

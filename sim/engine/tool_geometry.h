@@ -1,4 +1,4 @@
-// PreparedTool: a new tool of a hand (a ball of another radius, or a point), prepared in the background.
+// PreparedTool: a new tool of a hand (a point, a ball or a chain of balls), prepared in the background.
 #pragma once
 
 #include "haptics/servo/servo_scene.h"

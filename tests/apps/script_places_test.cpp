@@ -1,5 +1,7 @@
 // Scripts that find their places on a scan, follow its surface, yield, run live and take pictures.
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
 
 #include "tests/apps/command_fixture.h"
 
@@ -73,6 +75,44 @@ TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfAnyScan) {
         "schema = 1\nscan = \"shell.mha\"\n[[places]]\nname = \"left\"\nthickness = 12\n"
         "from = [[1, 0, 0]]\n[[hands]]\nplace = \"left\"\npoints = [[0, 0, 0, 9]]\n");
   EXPECT_NE(run("run thick.toml").err.find("as thick as was asked for"), std::string::npos);
+}
+
+TEST_F(Command, AScriptWorksAlongATrajectory) {
+  // From 10 mm outside the entry of a screw, 3 mm to its side.
+  write("t.toml",
+        "schema = 1\nscan = \"spine\"\nrate = 250\n[[places]]\nname = \"screw\"\n"
+        "trajectory = \"L4 left pedicle\"\n[[hands]]\nplace = \"screw\"\nshaft = [0, 0, 1]\n"
+        "points = [[0, 0, 0, 10], [0.5, 0, 0, 10], [1, 3, 0, 10]]\n" +
+            expect("thickness_mm screw", 0, 20, 60));
+  const Json run_report = json("run t.toml --record t.session");
+  EXPECT_EQ(run_report["is_met"], true) << run_report.dump(1);
+  ASSERT_EQ(run("phantom spine --case c").exit_code, 0);
+  const Json info = json("info c");
+  glm::dvec3 entry(0), target(0);
+  for (const Json& t : info["trajectories"])
+    if (t["name"] == "L4 left pedicle")
+      for (int a = 0; a < 3; ++a)
+        entry[a] = t["entry"][static_cast<std::size_t>(a)],
+        target[a] = t["target"][static_cast<std::size_t>(a)];
+  ASSERT_EQ(run("replay t.session --table t.csv").exit_code, 0);
+  std::istringstream rows(read(file("t.csv")));
+  std::string row;
+  std::getline(rows, row);
+  std::getline(rows, row);
+  double t = 0;
+  glm::dvec3 hip(0);
+  ASSERT_EQ(std::sscanf(row.c_str(), "%lf,%lf,%lf,%lf", &t, &hip.x, &hip.y, &hip.z), 4) << row;
+  EXPECT_LT(glm::length(hip - (entry + 10.0 * glm::normalize(entry - target))), 1e-3);
+  write("no.toml",
+        "schema = 1\nscan = \"spine\"\n[[places]]\nname = \"screw\"\ntrajectory = \"L9\"\n[[hands]]\n"
+        "place = \"screw\"\npoints = [[0, 0, 0, 10]]\n");
+  const Ended unknown = run("run no.toml");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("L4 left pedicle"), std::string::npos) << unknown.err;
+  write("both.toml",
+        "schema = 1\nscan = \"spine\"\n[[places]]\nname = \"screw\"\ntrajectory = \"L9\"\n"
+        "from = [[0, 0, 1]]\n[[hands]]\nplace = \"screw\"\npoints = [[0, 0, 0, 10]]\n");
+  EXPECT_EQ(run("run both.toml").exit_code, 2);
 }
 
 TEST_F(Command, AScriptsHandYieldsLiveAndWithoutThreadsAlike) {

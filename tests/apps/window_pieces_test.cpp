@@ -165,7 +165,7 @@ TEST_F(Window, AReleasedToolRestsOverAnOpening) {
 TEST(WindowStage, OneSceneAtATimeAndNothingUnderADialog) {
   using Stage = WindowStage::Stage;
   WindowStage stage;
-  EXPECT_FALSE(stage.give_up() || stage.may_replace() || stage.opened());
+  EXPECT_FALSE(stage.cancel() || stage.may_replace() || stage.opened());
   EXPECT_TRUE(stage.open());
   EXPECT_FALSE(stage.open());
   EXPECT_TRUE(stage.may_replace());
@@ -176,12 +176,12 @@ TEST(WindowStage, OneSceneAtATimeAndNothingUnderADialog) {
   EXPECT_TRUE(stage.opened());
   EXPECT_EQ(stage.stage(), Stage::working);
   // A cancelled scene is not adopted, though it may still arrive; then another can be opened.
-  EXPECT_TRUE(stage.open() && stage.give_up() && stage.may_replace());
+  EXPECT_TRUE(stage.open() && stage.cancel() && stage.may_replace());
   EXPECT_FALSE(stage.open() || stage.opened());
   EXPECT_TRUE(stage.open() && stage.opened());
   // The end comes once, and nothing after it.
   EXPECT_TRUE(stage.open() && stage.close());
-  EXPECT_FALSE(stage.close() || stage.open() || stage.give_up() || stage.opened() || stage.may_replace());
+  EXPECT_FALSE(stage.close() || stage.open() || stage.cancel() || stage.opened() || stage.may_replace());
   EXPECT_EQ(stage.stage(), Stage::closing);
 }
 

@@ -204,7 +204,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
     for (int i = 0; i < 12; ++i) w.anchors.push_back(Outline(10, 24).anchors[static_cast<std::size_t>(i)]);
   });
   add("crosses itself", a[2], 20, [](CutFlap& w) { std::swap(w.anchors[1], w.anchors[3]); });
-  add("are at the same place", a[1], 1, [](CutFlap& w) { w.anchors[2] = w.anchors[1]; });
+  add("are less than 1 mm apart", a[1], 1, [](CutFlap& w) { w.anchors[2] = w.anchors[1]; });
   add("anchor 3 lies off the bone", 1.2 * a[2], 1, [](CutFlap& w) { w.anchors[2] *= 1.2; });
   add(
       "anchor 2 lies level with the apex or behind it", dvec3(0, 0, 45.5), 1,
@@ -237,21 +237,24 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
     const bool is_second = p.z > 55 && p.x > 17 && p.x < 22 && std::abs(p.y) < 3;
     return glm::length(p) < k_inner + 1 && (is_post || is_beam || is_second) ? 1500.0 : Vault::shell(p);
   });
-  add("there is no bone at the seed", dvec3(0, 0, 60), 1, [](CutFlap& w) { w.seed = {dvec3(0, 0, 60)}; });
-  add("the seed lies outside", dvec3(18, 0, 72.4), 1, [](CutFlap& w) { w.seed = {dvec3(18, 0, 72.4)}; });
+  add("there is no bone at the position on the flap", dvec3(0, 0, 60), 1,
+      [](CutFlap& w) { w.seed = {dvec3(0, 0, 60)}; });
+  add("the position on the flap lies outside", dvec3(18, 0, 72.4), 1,
+      [](CutFlap& w) { w.seed = {dvec3(18, 0, 72.4)}; });
   add("there is no piece 2: number of pieces: 1", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{2}}; });
   add("encloses almost no area", dvec3(0, 0, 74), 20, [&](CutFlap& w) {
     w.anchors = {a[0], 0.5 * (a[0] + a[1]) * dvec3(0.9, 0.9, 1), a[1]};
   });
-  add("goes back on itself at anchor 2", a[1], 1, [&](CutFlap& w) {
+  add("reverses its direction at anchor 2", a[1], 1, [&](CutFlap& w) {
     w.anchors = {a[0], a[1], 0.5 * (a[0] + a[1]), a[3], a[4]};
   });
-  add("the outline's middle lies outside of it: set a seed inside it", dvec3(0, 0, 70), 20, [](CutFlap& w) {
-    w.anchors.clear();
-    for (const auto& [x, y] : std::initializer_list<std::pair<double, double>>{
-             {-15, -15}, {15, -15}, {15, 15}, {9, 15}, {9, -9}, {-9, -9}, {-9, 15}, {-15, 15}})
-      w.anchors.push_back(k_outer * glm::normalize(dvec3(x, y, 73)));
-  });
+  add("the outline's centre lies outside the outline: set a position on the flap", dvec3(0, 0, 70), 20,
+      [](CutFlap& w) {
+        w.anchors.clear();
+        for (const auto& [x, y] : std::initializer_list<std::pair<double, double>>{
+                 {-15, -15}, {15, -15}, {15, 15}, {9, 15}, {9, -9}, {-9, -9}, {-9, 15}, {-15, 15}})
+          w.anchors.push_back(k_outer * glm::normalize(dvec3(x, y, 73)));
+      });
   add("no piece is to be detached", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{1}}; });
   for (const Case& one : cases) {
     SCOPED_TRACE(one.words);

@@ -91,7 +91,7 @@ Trace press_on(const haptics::TouchScene& scene, const Burr& burr, double rate, 
     const bool has_noticed = free_since >= 0 && t - free_since > hand.reaction;
     hand.feel(record.force_world, has_noticed ? -hand.thrust : hand.thrust, 1 / rate);
     trace.ticks.push_back(
-        {t, 6.8 - record.proxy_world.z, run.engine().removed_mm3(), glm::length(record.press_world)});
+        {t, 6.8 - record.proxy_world.z, run.engine().removed_mm3(), glm::length(record.contact_force_world)});
     if (has_noticed && hand.at.z > 4) break;
     if (trace.ticks.back().depth > 4.5 && stops_deep) break;
   }
@@ -186,7 +186,7 @@ TEST(Burring, SteadyFeedMeetsTableDiploeTable) {
                         : depth > 3 && depth < 4.4   ? 1
                         : depth > 5.4 && depth < 6.3 ? 2
                                                      : -1;
-      if (layer >= 0) sum[layer] += glm::length(record.press_world), ++count[layer];
+      if (layer >= 0) sum[layer] += glm::length(record.contact_force_world), ++count[layer];
     }
     for (int i = 0; i < 3; ++i) {
       ASSERT_GT(count[i], 100);
@@ -351,8 +351,8 @@ TEST(Burring, TheShaftMeetsTheBoneAndCutsNothing) {
     for (int i = 0; i < 150; ++i) run.step(haptics::Pose{{0, 0, 10 - 0.1 * i}, {1, 0, 0, 0}, 0});
     double most = 0;
     for (int i = 0; i < 200; ++i)
-      most = std::max(most,
-                      glm::length(run.step(haptics::Pose{{1e-2 * i, 0, -5}, {1, 0, 0, 0}, 1}).press_world));
+      most = std::max(
+          most, glm::length(run.step(haptics::Pose{{1e-2 * i, 0, -5}, {1, 0, 0, 0}, 1}).contact_force_world));
     force[has_shaft] = most;
     EXPECT_EQ(run.engine().removed_mm3(), 0);
   }

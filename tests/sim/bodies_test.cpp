@@ -156,7 +156,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
   run.apply(run.engine().finish_job(begun.job));
   const Chronicle& events = run.engine().now().chronicle;
   ASSERT_EQ(events.size(), 1u);
-  EXPECT_EQ(events[0].value.as<JobDiscarded>()->reason, "nothing came off");
+  EXPECT_EQ(events[0].value.as<JobDiscarded>()->reason, "no part is disconnected");
 
   // Two hands, one body.
   const haptics::PosePath first = resting(), second = sawing();
@@ -173,7 +173,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
     run.step(cuts);
     run.apply(adopt);
     EXPECT_TRUE(run.engine().now().world.bodies.empty());
-    EXPECT_EQ(events[1].value.as<JobDiscarded>()->reason, "the world changed");
+    EXPECT_EQ(events[1].value.as<JobDiscarded>()->reason, "the anatomy changed meanwhile; start it again");
   }
   free_now(run);
   ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);

@@ -205,13 +205,13 @@ TEST(DepthSession, APictureShowsAMovingObjectAtItsTime) {
   };
   const double block = lowest(0);
   EXPECT_EQ(lowest(1), lowest_of(*paddle(0)));
-  EXPECT_TRUE(run.engine().seen_depths(1).empty());
+  EXPECT_TRUE(run.engine().displayed_depths(1).empty());
   poses[1].position_world = {-9, 0, 3};
   for (int i = 0; i < 500; ++i) run.step(poses);
   EXPECT_EQ(lowest(1), lowest_of(*paddle(0.5)));
   EXPECT_EQ(lowest(0), block);
   EXPECT_TRUE(run.engine().has_moving_surfaces());
-  const std::vector<DisplayedDepths> seen = run.engine().seen_depths(1);
+  const std::vector<DisplayedDepths> seen = run.engine().displayed_depths(1);
   ASSERT_FALSE(seen.empty());
   // The drawn surface is on the object at its present pose.
   double least = 1e300;

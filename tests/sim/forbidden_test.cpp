@@ -105,8 +105,8 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   const auto* torn = events[1]->value.as<StructureTorn>();
   const auto* left = events[2]->value.as<ForbiddenLeft>();
   ASSERT_TRUE(entered && torn && left);
-  EXPECT_NEAR(torn->deepest, k_tears, 0.05);
-  EXPECT_NEAR(static_cast<double>(events[1]->tick - events[0]->tick), 1000 * k_tears / 9, 12);
+  EXPECT_NEAR(torn->deepest, k_tear_depth, 0.05);
+  EXPECT_NEAR(static_cast<double>(events[1]->tick - events[0]->tick), 1000 * k_tear_depth / 9, 12);
   EXPECT_EQ(entered->structure, "dura");
   EXPECT_TRUE(entered->is_working);
   EXPECT_NEAR(static_cast<double>(events[0]->tick), first, 30);  // a quarter of a mm
@@ -193,7 +193,7 @@ TEST(Forbidden, DepthIsMeasuredAlongThePathIn) {
       for (const double step : {0.03, 0.4, 3.0}) {
         ForbiddenWatch watch;
         dvec3 at(offset, 0, 12);
-        watch.clearance = forbidden->set_down({at, ball}, 0, watch);
+        watch.clearance = forbidden->begin_path({at, ball}, 0, watch);
         double deepest = 0;
         for (double z = 12; z > -12; z -= step) {
           const dvec3 to(offset, 0, z);
@@ -218,7 +218,7 @@ TEST(Forbidden, DepthIsMeasuredAlongThePathIn) {
       const auto place = [&](double angle) {
         return (k_radius - 1) * dvec3(std::sin(angle), 0, std::cos(angle));
       };
-      watch.clearance = forbidden->set_down({place(0), ball}, 0, watch);
+      watch.clearance = forbidden->begin_path({place(0), ball}, 0, watch);
       for (double angle = 0; angle < 3; angle += 0.02) {
         watch.clearance =
             forbidden->follow(place(angle - 0.02), {place(angle), ball}, watch.clearance, watch);

@@ -33,7 +33,7 @@ struct ToyProbeState {
 void step(const ToyProbe&, ToyProbeState& state, const InstrumentInput& input, Work& work) {
   const haptics::ServoRecord& tick = input.tick;
   if (input.is_fresh) state.has_entered = false;
-  if (!state.has_entered && tick.has_contact && glm::length(tick.press_world) > 0.6) {
+  if (!state.has_entered && tick.has_contact && glm::length(tick.contact_force_world) > 0.6) {
     state.has_entered = true, ++state.tracks;
     state.start = tick.proxy_world;
     state.ahead = haptics::unit_of(tick.pose.orientation) * dvec3(0, 0, -1);

@@ -70,7 +70,7 @@ TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
       EXPECT_EQ(count_pieces(run.engine()), is_watched ? 1u : 0u);
       if (!is_watched) continue;
       EXPECT_EQ(run.pieces()->counts().strokes, 4u);
-      EXPECT_EQ(run.pieces()->counts().parted, is_fine ? 0u : 1u);
+      EXPECT_EQ(run.pieces()->counts().disconnected, is_fine ? 0u : 1u);
       EXPECT_EQ(run.pieces()->counts().pending > 0, is_fine);
       // Undo removes the piece, then the stroke; another stroke detaches the piece again.
       run.undo(), run.undo();

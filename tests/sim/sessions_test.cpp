@@ -149,10 +149,10 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
       if (!r.is_escaping) break;
       EXPECT_FALSE(r.is_buried);
       EXPECT_FALSE(r.pose.is_pressed());
-      EXPECT_LE(glm::length(r.proxy_world - last_proxy), 1e-3 * haptics::k_lead_speed + 1e-9);
+      EXPECT_LE(glm::length(r.proxy_world - last_proxy), 1e-3 * haptics::k_escape_speed + 1e-9);
       const double force = glm::length(r.force_world);
       if (led > 30) {
-        EXPECT_LE(force, haptics::k_lead_force + 1e-9);
+        EXPECT_LE(force, haptics::k_escape_force + 1e-9);
       }
       EXPECT_LE(std::abs(force - last_force), 1.0 + 1e-9);
       strongest = std::max(strongest, force);
@@ -199,8 +199,8 @@ TEST(Lockstep, AHandThatYieldsReceivesOnlyBoundedWorkFromGrowth) {
   EXPECT_GT(x.z, 1.0);
   // The ledger equals the work on the mass; its power is bounded by force and speed of the lead.
   EXPECT_GT(r.energy.growth, 0);
-  EXPECT_LT(r.energy.growth + std::abs(r.energy.contact), haptics::k_lead_force * 4);
-  EXPECT_LT(fastest, 4 * haptics::k_lead_speed);
+  EXPECT_LT(r.energy.growth + std::abs(r.energy.contact), haptics::k_escape_force * 4);
+  EXPECT_LT(fastest, 4 * haptics::k_escape_speed);
 }
 
 TEST(Lockstep, AFreeToolStaysInPlaceWhenBoneGrowsElsewhere) {

@@ -164,7 +164,7 @@ class Toy final : public Module {
       work.change_settings<ToySettings>().radius = resize->radius;
     }
   }
-  void react(const Event&, ModuleState& state) const override {
+  void react(const Event&, const OperationState&, ModuleReaction& state) const override {
     ++state.change_settings<ToySettings>().heard;
   }
   std::vector<Measure> measures(const OperationState& now) const override {

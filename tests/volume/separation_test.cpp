@@ -26,7 +26,7 @@ struct Cut {
     const auto lattice = burr > 0 ? CutLattice::for_burr(*volume, burr).value() : CutLattice(*volume);
     start = std::make_shared<const Version>(volume, lattice);
   }
-  bool has_loose(const Version& version) const {
+  bool has_disconnected_part(const Version& version) const {
     const SolidParts parts(field, bits, version);
     for (const SolidParts::Part& part : parts.parts())
       if (part.is_off) return true;
@@ -98,7 +98,7 @@ TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
         const auto after = editor.freeze();
         const Separation verdict =
             detect_detachment(cut.field, cut.bits, *before, *after, {.max_bricks = 1 << 20});
-        const bool is_loose = cut.has_loose(*after);
+        const bool is_loose = cut.has_disconnected_part(*after);
         if (is_fine) {
           ASSERT_NE(verdict.kind, Separation::Kind::detached);
           if (verdict.kind == Separation::Kind::connected) {
@@ -150,7 +150,7 @@ TEST(Separation, FindsADiskWhenItsRingCloses) {
       for (double z = 10.6; z > 3; z -= 0.7) editor.remove({at(i, z), at(i + 1, z), 1.2, false});
       const auto after = editor.freeze();
       const Separation verdict = detect_detachment(cut.field, cut.bits, *before, *after);
-      const bool is_loose = cut.has_loose(*after);
+      const bool is_loose = cut.has_disconnected_part(*after);
       EXPECT_EQ(verdict.kind, !is_loose     ? Separation::Kind::connected
                               : burr == 0.0 ? Separation::Kind::detached
                                             : Separation::Kind::pending)

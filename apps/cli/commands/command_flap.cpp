@@ -116,7 +116,7 @@ Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dve
   const volume::Volume& scan = *operation.scene()->base;
   const dvec3 outward = middle - scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
   const dvec3 view_normal = glm::normalize(normal != dvec3(0) ? normal : outward);
-  dvec3 from = view::Viewport::obliquely(view_normal);
+  dvec3 from = view::Viewport::oblique_direction(view_normal);
   if (const dvec3 sideways = from - glm::dot(from, view_normal) * view_normal;
       lift > 0 && glm::length(sideways) > 1e-6)
     from = glm::normalize(view_normal + 1.2 * glm::normalize(sideways));

@@ -104,10 +104,11 @@ void EraserModule::apply(const sim::Command& command, sim::ModuleWork& work) con
     work.change_settings<EraserLimit>().most = limit->most;
 }
 
-void EraserModule::react(const sim::Event& event, sim::ModuleState& state) const {
+void EraserModule::react(const sim::Event& event, const sim::OperationState&,
+                         sim::ModuleReaction& reaction) const {
   const auto* erased = event.value.as<Erased>();
   if (!erased) return;
-  auto& total = state.change_world<EraserTotal>();
+  auto& total = reaction.change_world<EraserTotal>();
   total.amount += erased->amount;
   total.at = event.position_world;
 }

@@ -46,7 +46,8 @@ class EraserModule final : public sim::Module {
   sim::Value settings() const override { return EraserLimit(); }
   Status allows(const sim::Command& command, const sim::OperationState& now) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
-  void react(const sim::Event& event, sim::ModuleState& state) const override;
+  void react(const sim::Event& event, const sim::OperationState& now,
+             sim::ModuleReaction& reaction) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& now) const override;
   sim::Overlays overlays(const sim::OperationState& now) const override;
 };

@@ -59,7 +59,7 @@ Wrench floor_on_rod(const VirtualCoupling& tool, double stiffness) {
 // 6 degrees of freedom: a rod is pressed down, flat and tilted, and turned.
 TEST(Coupling, AHeldRodIsPressedTurnedAndPassive) {
   const Coupling along = critical_coupling(0.05, 0.02, 1000);
-  const Turning turning{30, 200, 5};  // a rod of 50 g and 40 mm has 6.7 kg mm2, plus a handle
+  const RotationalCoupling turning{30, 200, 5};  // a rod of 50 g and 40 mm has 6.7 kg mm2, plus a handle
   constexpr double k_floor = 0.5;
   for (const double tilt : {0.0, 0.1, -0.3}) {
     VirtualCoupling tool(along, 0.05, k_dt, turning);
