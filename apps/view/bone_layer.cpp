@@ -130,6 +130,8 @@ class BoneLayer::Painter {
   Painter& operator=(const Painter&) = delete;
 
   void show(const ChunkMesh& mesh);
+  void show_reduced(const std::vector<ChunkMesh>& meshes);
+  void end_reduced();
   void clear();
   void set_clip(const dvec3& origin, const dvec3& normal);
   void set_room(const dvec3& low, const dvec3& high) { room_low_ = low, room_high_ = high; }
@@ -174,6 +176,7 @@ class BoneLayer::Painter {
   void refresh_groups();
   void fit_clipping_range();
   void draw_all_once();
+  void prepare_reduced();
   void prepare_coarse();
   void prepare_batch();
   void prepare_rectangle();
@@ -187,6 +190,9 @@ class BoneLayer::Painter {
   std::map<Key, Chunk> chunks_;
   std::map<Key, Group> groups_;
   std::map<std::size_t, Tint> tints_;  // of shapes
+  std::vector<vtkSmartPointer<vtkActor>> reduced_;
+  dvec3 reduced_low_{1e300}, reduced_high_{-1e300};
+  std::size_t reduced_triangles_ = 0;
   vtkNew<vtkPlane> clip_;
   bool is_clipped_ = false;
   std::size_t triangles_ = 0, drawn_triangles_ = 0;
@@ -301,7 +307,30 @@ void BoneLayer::Painter::show(const ChunkMesh& mesh) {
   mapper_of(chunk.actor)->SetInputData(to_poly_data({&mesh.fine}, tints_.at(mesh.shape)));
 }
 
+void BoneLayer::Painter::show_reduced(const std::vector<ChunkMesh>& meshes) {
+  for (const ChunkMesh& mesh : meshes) {
+    if (mesh.coarse.triangles.empty()) continue;
+    for (const glm::vec3& v : mesh.coarse.vertices)
+      reduced_low_ = glm::min(reduced_low_, dvec3(v)), reduced_high_ = glm::max(reduced_high_, dvec3(v));
+    reduced_triangles_ += mesh.coarse.triangles.size() / 3;
+    reduced_.push_back(make_actor(mesh.shape));
+    mapper_of(reduced_.back())->SetInputData(to_poly_data({&mesh.coarse}, tint_of(mesh.shape, mesh.colour)));
+    bone_->AddActor(reduced_.back());
+    kept_view_ = {};  // forces a new picture
+  }
+}
+
+void BoneLayer::Painter::end_reduced() {
+  if (reduced_.empty()) return;
+  for (const auto& actor : reduced_) bone_->RemoveActor(actor);
+  reduced_.clear();
+  reduced_low_ = dvec3(1e300), reduced_high_ = dvec3(-1e300);
+  reduced_triangles_ = 0;
+  kept_view_ = {};
+}
+
 void BoneLayer::Painter::clear() {
+  end_reduced();
   for (const auto& [key, chunk] : chunks_) bone_->RemoveActor(chunk.actor);
   for (const auto& [key, group] : groups_)
     if (group.actor) bone_->RemoveActor(group.actor);
@@ -328,6 +357,7 @@ void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
     };
     for (const auto& [key, chunk] : chunks_) apply(chunk.actor);
     for (const auto& [key, group] : groups_) apply(group.actor);
+    for (const auto& actor : reduced_) apply(actor);
   }
   kept_view_ = {};  // forces a new picture
   ++revision_;
@@ -342,6 +372,7 @@ std::size_t BoneLayer::Painter::coarse_triangle_count() const {
 void BoneLayer::Painter::bounds(dvec3& low, dvec3& high) const {
   low = dvec3(1e300), high = dvec3(-1e300);
   for (const auto& [key, chunk] : chunks_) low = glm::min(low, chunk.low), high = glm::max(high, chunk.high);
+  low = glm::min(low, reduced_low_), high = glm::max(high, reduced_high_);
 }
 
 BoneLayer::Painter::Rectangle BoneLayer::Painter::on_screen(const dvec3& low, const dvec3& high) const {
@@ -389,10 +420,19 @@ void BoneLayer::Painter::draw_all_once() {
   for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOn();
   for (const auto& [key, group] : groups_)
     if (group.actor) group.actor->VisibilityOff();
+  for (const auto& actor : reduced_) actor->VisibilityOff();
   drawn_triangles_ = triangles_;
   bone_->DrawOn();
   bone_->PreserveColorBufferOff();
   bone_->PreserveDepthBufferOff();
+}
+
+void BoneLayer::Painter::prepare_reduced() {
+  draw_all_once();
+  pass_ = Pass::coarse;
+  for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
+  for (const auto& actor : reduced_) actor->VisibilityOn();
+  drawn_triangles_ = reduced_triangles_;
 }
 
 void BoneLayer::Painter::prepare_coarse() {
@@ -497,7 +537,7 @@ bool BoneLayer::Painter::render(bool always) {
   const double broad = 0.35 * size[0] * size[1];
   const bool has_moved = from != kept_view_ || size[0] != kept_size_[0] || size[1] != kept_size_[1] ||
                          !can_keep_ || !kept_.is_filled() ||
-                         (!changed_.is_empty() && changed_.area() > broad);
+                         (reduced_.empty() && !changed_.is_empty() && changed_.area() > broad);
   const auto now = Clock::now();
   if (has_moved) {
     kept_view_ = from;
@@ -508,14 +548,17 @@ bool BoneLayer::Painter::render(bool always) {
     to_draw_.clear();
     for (const auto& [key, chunk] : chunks_) to_draw_.push_back(key);
     is_first_batch_ = true;
-    is_fine_ = static_cast<double>(triangles_) < triangles_per_ms_ * k_batch_ms || !can_keep_;
-    if (is_fine_) {
+    is_fine_ =
+        reduced_.empty() && (static_cast<double>(triangles_) < triangles_per_ms_ * k_batch_ms || !can_keep_);
+    if (!reduced_.empty()) {
+      prepare_reduced();
+    } else if (is_fine_) {
       draw_all_once();
       to_draw_.clear();
     } else {
       prepare_coarse();
     }
-  } else if (!is_fine_ && seconds_since(moved_at_) > k_rest_seconds) {
+  } else if (reduced_.empty() && !is_fine_ && seconds_since(moved_at_) > k_rest_seconds) {
     prepare_batch();
   } else if (is_fine_ && !changed_.is_empty()) {
     prepare_rectangle();
@@ -564,6 +607,8 @@ BoneLayer::BoneLayer(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* to
     : painter_(std::make_unique<Painter>(window, bone, tools, is_live)) {}
 BoneLayer::~BoneLayer() = default;
 void BoneLayer::show(const ChunkMesh& mesh) { painter_->show(mesh); }
+void BoneLayer::show_reduced(const std::vector<ChunkMesh>& meshes) { painter_->show_reduced(meshes); }
+void BoneLayer::end_reduced() { painter_->end_reduced(); }
 void BoneLayer::clear() { painter_->clear(); }
 void BoneLayer::set_clip(const dvec3& origin, const dvec3& normal) { painter_->set_clip(origin, normal); }
 void BoneLayer::set_room(const dvec3& low, const dvec3& high) { painter_->set_room(low, high); }

@@ -28,6 +28,9 @@ class BoneLayer {
   BoneLayer& operator=(const BoneLayer&) = delete;
 
   void show(const ChunkMesh& mesh);
+  /// Shows the reduced surfaces in place of the chunks until end_reduced(), or nothing new if there are none.
+  void show_reduced(const std::vector<ChunkMesh>& meshes);
+  void end_reduced();
   void clear();
   /// Clips the picture: draws only the side to which `normal_world` points. Null normal: no clipping.
   void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);

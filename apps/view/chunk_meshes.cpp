@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -80,8 +81,8 @@ double cut_share(const volume::Field& field, const dvec3& p) {
   return std::clamp(depth_mm(field, p) / (k_rim * field.volume().frame.diagonal_mm()), 0.0, 1.0);
 }
 
-/// Returns the density of the matter below p (volume frame) as DrawMesh::density. `inward_mm`: way from p to
-/// the place where it is read, world.
+/// Returns the density of the matter below p (volume frame) as DrawMesh::density. `inward_mm`: vector from p
+/// to the place where it is read, world.
 float density_below(const volume::Field& field, const dvec3& p, const dvec3& inward_mm) {
   const volume::Volume& base = field.volume();
   if (!base.is_hounsfield || field.shape().is_label()) return 1;
@@ -91,6 +92,57 @@ float density_below(const volume::Field& field, const dvec3& p, const dvec3& inw
 
 /// Depth below a surface at which its density is read, voxel diagonals.
 constexpr double k_density_depth = 0.7;
+
+/// Colour of the label of a shape, shares of 1, if it has one.
+std::optional<dvec3> label_colour(const volume::Volume& base, const volume::Shape& shape) {
+  const auto label = static_cast<std::size_t>(std::max(0, shape.label));
+  if (!shape.is_label() || label >= base.label_colours.size()) return std::nullopt;
+  return dvec3(base.label_colours[label]) / 255.0;
+}
+
+/// Returns the triangles of a net, counter-clockwise from outside in the world.
+std::vector<std::uint32_t> outward_triangles(const volume::Mesh& mesh, const volume::Frame& frame) {
+  std::vector<std::uint32_t> triangles(mesh.triangles.span().begin(), mesh.triangles.span().end());
+  if (glm::determinant(frame.axes()) < 0)
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) std::swap(triangles[t + 1], triangles[t + 2]);
+  return triangles;
+}
+
+constexpr int k_block = 4;  ///< voxels along the edge of a block of the reduced surface
+
+/// Counts the solid voxels in each block of a shape, without those that were cut.
+Result<volume::Volume> block_counts(const volume::Volume& base, const volume::Occupancy& bits,
+                                    const volume::Version& version) {
+  const dvec3 middle(0.5 * (k_block - 1));
+  auto frame = volume::Frame::from_axes(base.frame.world_from_volume(middle),
+                                        static_cast<double>(k_block) * base.frame.axes());
+  if (!frame) return frame.error();
+  auto blocks = volume::make_volume((base.size + (k_block - 1)) / k_block, frame.value());
+  if (!blocks) return blocks.error();
+  volume::Volume counts = std::move(blocks.value());
+  std::fill(counts.voxels.data(), counts.voxels.data() + counts.voxels.size(), std::int16_t{0});
+  for (int z = 0; z < base.size.z; ++z)
+    for (int y = 0; y < base.size.y; ++y) {
+      const std::uint64_t* row = bits.row(y, z);
+      std::int16_t* line = counts.voxels.data() + counts.index(0, y / k_block, z / k_block);
+      for (int w = 0; w < bits.words_per_row(); ++w)
+        for (std::uint64_t word = row[w]; word != 0;) {
+          const int block = std::countr_zero(word) / k_block;
+          const std::uint64_t part = std::uint64_t{(1u << k_block) - 1} << (k_block * block);
+          line[w * (64 / k_block) + block] += static_cast<std::int16_t>(std::popcount(word & part));
+          word &= ~part;
+        }
+    }
+  if (version.is_untouched()) return counts;
+  for (int z = 0; z < counts.size.z; ++z)
+    for (int y = 0; y < counts.size.y; ++y)
+      for (int x = 0; x < counts.size.x; ++x)
+        if (std::int16_t& count = counts.voxels[counts.index(x, y, z)];
+            count != 0 &&
+            !version.is_kept(glm::min(k_block * glm::ivec3(x, y, z) + k_block / 2, base.size - 1)))
+          count = 0;
+  return counts;
+}
 
 }  // namespace
 
@@ -123,15 +175,10 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   result.chunk = chunk;
   result.shape = shape;
   result.version = version.serial();
-  if (const int label = touch.field.shape().label;
-      touch.field.shape().is_label() && static_cast<std::size_t>(label) < base.label_colours.size())
-    result.colour = dvec3(base.label_colours[static_cast<std::size_t>(label)]) / 255.0;
+  result.colour = label_colour(base, touch.field.shape());
   DrawMesh& fine = result.fine;
   fine.normals.assign(normals.span().begin(), normals.span().end());
-  fine.triangles.assign(mesh.triangles.span().begin(), mesh.triangles.span().end());
-  if (glm::determinant(frame.axes()) < 0)
-    for (std::size_t t = 0; t + 2 < fine.triangles.size(); t += 3)
-      std::swap(fine.triangles[t + 1], fine.triangles[t + 2]);
+  fine.triangles = outward_triangles(mesh, frame);
   const std::size_t count = mesh.vertices.size();
   for (auto* values : {&fine.freshness, &fine.openness, &fine.density}) values->reserve(count);
   fine.vertices.reserve(count);
@@ -158,6 +205,41 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
     is_border[i] = glm::any(glm::lessThan(p, low)) || glm::any(glm::greaterThanEqual(p, high));
   }
   result.coarse = clustered(fine, cells * std::cbrt(frame.voxel_mm3()), is_border);
+  return result;
+}
+
+ChunkMesh make_reduced_mesh(const haptics::TouchScene& scene, std::size_t shape,
+                            const volume::Version& version) {
+  // Thin bone fills a small part of its blocks: a plate of one voxel a quarter.
+  constexpr std::int16_t k_solid = 9;  // voxels of a block
+  const haptics::TouchItem& touch = scene.items[shape];
+  const volume::Volume& base = *scene.base;
+  ChunkMesh result;
+  result.shape = shape;
+  result.version = version.serial();
+  result.colour = label_colour(base, touch.field.shape());
+  const Result<volume::Volume> counted = block_counts(base, *touch.bits, version);
+  if (!counted) return result;
+  const volume::Volume& counts = counted.value();
+  const volume::Field field(counts, volume::Shape{.low = k_solid});
+  const volume::SurfaceSource source{&field};
+  const volume::Mesh net = volume::surface_net(source, 1);
+  const Buffer<glm::vec3> normals = volume::vertex_normals(source, net, 1);
+  DrawMesh& mesh = result.coarse;
+  mesh.normals.assign(normals.span().begin(), normals.span().end());
+  mesh.triangles = outward_triangles(net, base.frame);
+  const double diagonal = base.frame.diagonal_mm();
+  for (std::size_t i = 0; i < net.vertices.size(); ++i) {
+    const dvec3 at = counts.frame.world_from_volume(dvec3(net.vertices[i])), normal(mesh.normals[i]);
+    const dvec3 p = base.frame.volume_from_world(at);
+    mesh.vertices.emplace_back(at);
+    mesh.freshness.push_back(0);
+    mesh.openness.push_back(openness_at(scene, version, p, normal));
+    float density = 0;  // the surface may be outside of the bone
+    for (const double depth : {0.7, 2.0, 3.5})
+      density = std::max(density, density_below(touch.field, p, -depth * diagonal * normal));
+    mesh.density.push_back(density);
+  }
   return result;
 }
 
@@ -232,10 +314,14 @@ DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& s
     result.normals[c] = length > 0 ? result.normals[c] / length : glm::vec3(0, 0, 1);
     for (auto* values : {&result.freshness, &result.openness, &result.density}) (*values)[c] /= counts[c];
   }
+  const std::vector<glm::vec3>&v = result.vertices, &n = result.normals;
   for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
     const std::uint32_t a = cluster_of[mesh.triangles[t]], b = cluster_of[mesh.triangles[t + 1]],
                         c = cluster_of[mesh.triangles[t + 2]];
-    if (a != b && b != c && c != a) result.triangles.insert(result.triangles.end(), {a, b, c});
+    if (a == b || b == c || c == a) continue;
+    // A fold of the merged surface would be lit from inside: its triangles turn to the side of their normals.
+    const bool is_folded = glm::dot(glm::cross(v[b] - v[a], v[c] - v[a]), n[a] + n[b] + n[c]) < 0;
+    result.triangles.insert(result.triangles.end(), {a, is_folded ? c : b, is_folded ? b : c});
   }
   return result;
 }
@@ -254,6 +340,13 @@ ChunkWorker::~ChunkWorker() {
 }
 
 void ChunkWorker::request_all(std::shared_ptr<const volume::Version> version) {
+  constexpr std::size_t k_large = 8'000'000;  // voxels; the chunks of a smaller scan are finished as soon
+  if (scene_->base->voxels.size() > k_large) {
+    const std::lock_guard guard(lock_);
+    version_ = version;
+    reduced_.clear();
+    for (std::size_t s = 0; s < base_shapes(*scene_).size(); ++s) waiting_reduced_.insert(s);
+  }
   request(std::move(version), glm::ivec3(0), scene_->base->size - 1);
 }
 
@@ -286,6 +379,12 @@ std::vector<ChunkMesh> ChunkWorker::take() {
   return std::exchange(done_, {});
 }
 
+std::vector<ChunkMesh> ChunkWorker::take_reduced() {
+  const std::lock_guard guard(lock_);
+  if (!waiting_reduced_.empty() || busy_reduced_ > 0) return {};
+  return std::exchange(reduced_, {});
+}
+
 void ChunkWorker::finish() {
   std::unique_lock guard(lock_);
   idle_.wait(guard, [this] { return waiting_.empty() && busy_.empty(); });
@@ -313,8 +412,20 @@ void ChunkWorker::run() {
       return std::find_if(waiting_.begin(), waiting_.end(),
                           [this](const auto& w) { return !busy_.contains(w.first); });
     };
-    wake_.wait(guard, [&] { return is_stopping_ || next() != waiting_.end(); });
+    wake_.wait(guard, [&] { return is_stopping_ || !waiting_reduced_.empty() || next() != waiting_.end(); });
     if (is_stopping_) return;
+    if (!waiting_reduced_.empty()) {
+      const std::size_t shape = waiting_reduced_.extract(waiting_reduced_.begin()).value();
+      const std::shared_ptr<const volume::Version> version = version_;
+      ++busy_reduced_;
+      guard.unlock();
+      ChunkMesh mesh = make_reduced_mesh(*scene_, shape, *version);
+      guard.lock();
+      --busy_reduced_;
+      reduced_.push_back(std::move(mesh));
+      drop_reduced_if_idle();
+      continue;
+    }
     const auto [chosen, box] = *next();
     waiting_.erase(chosen);
     busy_.insert(chosen);
@@ -329,8 +440,13 @@ void ChunkWorker::run() {
     ++finished_;
     busy_.erase(chosen);
     wake_.notify_all();
+    drop_reduced_if_idle();
     if (waiting_.empty() && busy_.empty()) idle_.notify_all();
   }
+}
+
+void ChunkWorker::drop_reduced_if_idle() {
+  if (waiting_.empty() && busy_.empty()) waiting_reduced_.clear(), reduced_.clear();
 }
 
 }  // namespace trephine::view

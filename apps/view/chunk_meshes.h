@@ -54,6 +54,11 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
                           const glm::ivec3& chunk, volume::NetScratch* scratch = nullptr,
                           CutsOfShape cuts = CutsOfShape::applied);
 
+/// Meshes a whole shape from the numbers of solid voxels in blocks of 4 x 4 x 4, into `coarse`: a picture
+/// without holes within a fraction of a second, within 6 voxels of the surface. Cost: 0.1 to 0.4 s for 512^3.
+ChunkMesh make_reduced_mesh(const haptics::TouchScene& scene, std::size_t shape,
+                            const volume::Version& version);
+
 /// Sets the changed part of a chunk from changed voxels: their surface, and a margin for the light.
 void set_changed(ChunkMesh& mesh, const volume::Frame& frame, const volume::VoxelBox& voxels);
 
@@ -71,12 +76,15 @@ class ChunkWorker {
   ChunkWorker(const ChunkWorker&) = delete;
   ChunkWorker& operator=(const ChunkWorker&) = delete;
 
-  /// Requests all chunks that contain solid voxels.
+  /// Requests all chunks that contain solid voxels and, of a large scan, reduced surfaces before them.
   void request_all(std::shared_ptr<const volume::Version> version);
   /// Requests the chunks that voxels low .. high touch.
   void request(std::shared_ptr<const volume::Version> version, const glm::ivec3& low, const glm::ivec3& high);
   /// Returns the chunks finished since the last call.
   std::vector<ChunkMesh> take();
+  /// Returns the reduced surfaces of all shapes, once, when the last of them is finished; none after the last
+  /// chunk.
+  std::vector<ChunkMesh> take_reduced();
   /// Waits until all requests are finished.
   void finish();
   int remaining() const;
@@ -85,6 +93,8 @@ class ChunkWorker {
 
  private:
   void run();
+  /// Discards reduced surfaces when all chunks are finished. Requires the lock.
+  void drop_reduced_if_idle();
 
   const haptics::TouchScene* scene_;
   mutable std::mutex lock_;
@@ -94,6 +104,9 @@ class ChunkWorker {
   std::map<Key, volume::VoxelBox> waiting_;            // changed voxels by requested chunk
   std::set<Key> busy_;
   std::vector<ChunkMesh> done_;
+  std::set<std::size_t> waiting_reduced_;  ///< shapes
+  int busy_reduced_ = 0;
+  std::vector<ChunkMesh> reduced_;
   bool is_stopping_ = false;
   std::size_t finished_ = 0;  ///< since the worker was last idle
   std::vector<std::thread> threads_;

@@ -36,6 +36,7 @@ constexpr int k_threads = 2;  // for meshing, at normal priority, below servo an
 Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live)
     : scene_(&scene),
       window_(window),
+      is_live_(is_live),
       view_(window, is_live, has_scenery(scene)),
       structures_(scene),
       touch_radius_(scene.tool_radius) {
@@ -370,7 +371,11 @@ std::optional<double> Viewport::draw() {
 }
 
 void Viewport::fetch_meshes() {
+  const bool is_finished = worker_->remaining() == 0;  // before take(), which then returns the last ones
   for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
+  if (const std::vector<ChunkMesh> reduced = worker_->take_reduced(); !is_finished && is_live_)
+    view_.bone().show_reduced(reduced);
+  if (is_finished) view_.bone().end_reduced();
   for (const ChunkMesh& mesh : structures_.take()) view_.bone().show(mesh);
 }
 

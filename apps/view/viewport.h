@@ -138,6 +138,7 @@ class Viewport {
   std::vector<glm::dvec3> edge_;
   const haptics::TouchScene* scene_;
   vtkRenderWindow* window_;
+  bool is_live_;
   BoneView view_;
   std::unique_ptr<haptics::TouchScene> preview_;
   std::unique_ptr<ChunkWorker> worker_;

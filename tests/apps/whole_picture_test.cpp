@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 #include <thread>
@@ -167,15 +168,17 @@ class Subject {
     picture_->look_from(side);
     camera()->Dolly(nearer);
   }
-  /// Judges the picture in the window. A coarse surface is within a cube of four voxels.
-  Faults faults(bool is_coarse) {
+  /// Judges the picture in the window. A coarse surface is within a cube of four voxels, a reduced one within
+  /// six.
+  Faults faults(bool is_coarse, bool is_reduced = false) {
     const glm::dvec3 spacing = scene_.base->frame.spacing();
     const double voxel = std::max({spacing.x, spacing.y, spacing.z});
     const double pixel =
         2 * camera()->GetDistance() * std::tan(0.5 * glm::radians(camera()->GetViewAngle())) / k_height;
     const Silhouette silhouette(*picture_, bone_);
-    const int margin = is_coarse ? 1 + static_cast<int>(std::ceil(3 * voxel / pixel / 2)) : 0;
-    return silhouette.faults(read(surface_->window()), camera(), margin, (is_coarse ? 3 : 0.5) * voxel);
+    const double slack = is_reduced ? 6 : is_coarse ? 3 : 0.5;  // voxels
+    const int margin = is_coarse ? 1 + static_cast<int>(std::ceil(slack * voxel / pixel / 2)) : 0;
+    return silhouette.faults(read(surface_->window()), camera(), margin, slack * voxel);
   }
   void keep(const std::string& name) {
     if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
@@ -198,7 +201,12 @@ void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
       const std::string view = name + "-" + (side ? side : '0') + (nearer > 1 ? "-near" : "");
       SCOPED_TRACE(view);
       subject.look(side, nearer);
-      subject.picture().draw();
+      subject.picture().view().bone().show_reduced({make_reduced_mesh(scene, 0, *haptics::untouched(scene))});
+      subject.picture().view().bone().render();
+      EXPECT_FALSE(subject.picture().view().bone().is_complete());
+      subject.keep(view + "-reduced");
+      const Faults reduced = subject.faults(true, true);
+      subject.picture().draw();  // all chunks are finished: ends the reduced surface
       subject.keep(view + "-coarse");
       const Faults coarse = subject.faults(true);
       ASSERT_TRUE(subject.picture().complete());
@@ -206,11 +214,13 @@ void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
       subject.keep(view + "-fine");
       const Faults fine = subject.faults(false);
       EXPECT_GT(fine.inside, 80);
+      EXPECT_EQ(reduced.missing, 0);
       EXPECT_EQ(coarse.missing, 0);
       // One pixel of 13,000 was missing in one of eight runs, on a busy machine.
       EXPECT_LE(fine.missing, 1);
       // In the skull's base and in noisy skin some crevices are as dark.
       EXPECT_LE(coarse.black, fine.black + coarse.inside / 5000);
+      EXPECT_LE(reduced.black, fine.black + reduced.inside / 5000);
     }
 }
 
@@ -240,6 +250,58 @@ TEST(WholePicture, OfEveryRealScanHasNoHoles) {
     expect_whole(scenes::scene_of(std::move(opened.value().volume), {}, shape),
                  std::filesystem::path(scan.file).parent_path().string());
   }
+}
+
+int folded_triangles(const DrawMesh& mesh) {
+  int count = 0;
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    const std::uint32_t a = mesh.triangles[t], b = mesh.triangles[t + 1], c = mesh.triangles[t + 2];
+    const glm::vec3 out =
+        glm::cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
+    count += glm::dot(out, mesh.normals[a] + mesh.normals[b] + mesh.normals[c]) < 0;
+  }
+  return count;
+}
+
+/// A folded triangle would be lit from inside: a dark speck.
+TEST(WholePicture, CoarseSurfacesHaveNoFoldedTriangles) {
+  const haptics::TouchScene scene = scenes::phantom_scene("head", {});
+  ChunkWorker worker(scene, 1);
+  worker.request_all(haptics::untouched(scene));
+  worker.finish();
+  int folded = 0, triangles = 0, turned = 0;
+  for (ChunkMesh& mesh : worker.take()) {
+    folded += folded_triangles(mesh.coarse);
+    triangles += static_cast<int>(mesh.coarse.triangles.size() / 3);
+    if (mesh.coarse.triangles.empty()) continue;
+    std::swap(mesh.coarse.triangles[0], mesh.coarse.triangles[1]);  // the planted fault
+    turned += folded_triangles(mesh.coarse);
+  }
+  EXPECT_GT(triangles, 10000);
+  EXPECT_EQ(folded, 0);
+  EXPECT_GT(turned, 100);
+}
+
+/// One thread makes reduced surfaces before any chunk, and they are gone with the last chunk.
+TEST(WholePicture, ReducedSurfacesComeFirst) {
+  const haptics::TouchScene scene = scenes::phantom_scene("head", {});
+  ChunkWorker worker(scene, 1);
+  std::vector<ChunkMesh> reduced;
+  std::size_t early = 0;
+  // A busy machine may finish all chunks before this thread looks.
+  for (int attempt = 0; attempt < 20 && reduced.empty(); ++attempt) {
+    worker.request_all(haptics::untouched(scene));
+    while (reduced.empty() && worker.remaining() > 0) reduced = worker.take_reduced();
+    early = worker.take().size();
+  }
+  ASSERT_EQ(reduced.size(), 1u);
+  EXPECT_GT(reduced[0].coarse.triangles.size(), 3000u);
+  worker.finish();
+  worker.take();
+  worker.request_all(haptics::untouched(scene));
+  worker.finish();
+  EXPECT_TRUE(worker.take_reduced().empty());
+  EXPECT_LT(early, worker.take().size());
 }
 
 /// The finished picture is in the window as soon as it is complete, also if it was drawn in batches.
