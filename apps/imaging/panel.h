@@ -18,6 +18,12 @@ struct Panel {
     bool is_closed = true;
     std::string name = {};  ///< name in the legend; equal names appear once
   };
+  struct Label {
+    glm::dvec2 place{0.0};  ///< mm from the panel's centre, where the text begins
+    std::string text;
+    Colour colour{255, 255, 255};
+    bool is_to_left = false;  ///< the text ends at `place`
+  };
   std::string title, foot;
   std::string left, right, above, below;  ///< orientation letters at the edges
   int columns = 0, rows = 0;
@@ -27,6 +33,7 @@ struct Panel {
   bool is_to_scale = false;    ///< lengths are those of the patient: a scale bar is valid
   std::vector<Colour> pixels;  ///< row by row from the lower left
   std::vector<Line> lines;
+  std::vector<Label> labels;
 };
 
 /// Returns the one or two main orientation letters (L, R, P, A, S, I) of a direction: "L", "LA".
@@ -35,8 +42,16 @@ std::string direction_letters(const glm::dvec3& direction_world);
 int bar_length(double longest) noexcept;
 /// Sets the letters at the panel's edges from the directions of its right and upper edge.
 void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world);
-/// Adds a planned trajectory, with a ring around its entry. Positions in mm from the panel's centre.
-void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& target);
+/// Adds a planned trajectory with a ring around its entry, and its name there. Positions in mm from the
+/// panel's centre.
+void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& target, const std::string& name);
+/// Colour of what was planned.
+inline constexpr Panel::Colour k_plan_colour{90, 220, 255};
+/// Returns the left ends of the labels' middle lines, in pixels from the lower left of a picture of
+/// `width` x `height` pixels in which the panel fits: inside the picture, and moved up or down so that they
+/// do not overlap. `letter`, `line`: width of a letter and height of a line, pixels.
+std::vector<glm::dvec2> label_positions(const Panel& panel, double width, double height, double letter,
+                                        double line);
 /// Exchanges left and right: pixels, lines and letters.
 void mirror(Panel& panel);
 

@@ -100,9 +100,16 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
   }
   // Draw the plan only within 2 mm of the plane.
   constexpr double k_near = 2;
-  for (const auto& [from, to] : subject.plan)
-    if (std::abs(plane.height(from)) < k_near && std::abs(plane.height(to)) < k_near)
-      panel.lines.push_back({{plane.from_world(from), plane.from_world(to)}, {90, 220, 255}, false, "plan"});
+  if (!subject.plan) return std::nullopt;
+  const auto is_near = [&](const glm::dvec3& p) { return std::abs(plane.height(p)) < k_near; };
+  for (const volume::PlannedTrajectory& t : subject.plan->trajectories)
+    if (is_near(t.entry_world) && is_near(t.target_world))
+      add_trajectory(panel, plane.from_world(t.entry_world), plane.from_world(t.target_world), t.name);
+  for (const volume::PlannedOutline& o : subject.plan->outlines)
+    for (std::size_t i = 0; i < o.points_world.size(); ++i)
+      if (const glm::dvec3& from = o.points_world[i], &to = o.points_world[(i + 1) % o.points_world.size()];
+          is_near(from) && is_near(to))
+        panel.lines.push_back({{plane.from_world(from), plane.from_world(to)}, k_plan_colour, false, o.name});
   return std::nullopt;
 }
 

@@ -12,11 +12,7 @@ using workbench::format_text;
 Subject subject_of(const workbench::Moment& moment) {
   Subject subject{moment.scan, moment.version, moment.shape, {}, moment.objects, {}};
   subject.structures = moment.forbidden;
-  for (const volume::PlannedTrajectory& t : moment.plan.trajectories)
-    subject.plan.push_back({t.entry_world, t.target_world});
-  for (const volume::PlannedOutline& o : moment.plan.outlines)
-    for (std::size_t i = 0; i < o.points_world.size(); ++i)
-      subject.plan.push_back({o.points_world[i], o.points_world[(i + 1) % o.points_world.size()]});
+  subject.plan = std::make_shared<const volume::SurgicalPlan>(moment.plan);
   return subject;
 }
 

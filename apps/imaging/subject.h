@@ -3,6 +3,7 @@
 
 #include "apps/workbench/moment.h"
 #include "modules/cross_section/section.h"
+#include "volume/scan/surgical_plan.h"
 
 namespace trephine::imaging {
 
@@ -15,8 +16,8 @@ struct Subject {
   std::optional<volume::Shape> bone;      ///< nullopt if no shape is chosen
   std::vector<volume::Shape> structures;  ///< forbidden structures
   std::vector<Object> objects;
-  std::vector<std::array<glm::dvec3, 2>> plan;    ///< lines, world, mm
-  std::vector<sim::DisplayedDepths> depths = {};  ///< objects that the hand touches by depth images
+  std::shared_ptr<const volume::SurgicalPlan> plan;  ///< null: no plan
+  std::vector<sim::DisplayedDepths> depths = {};     ///< objects that the hand touches by depth images
 };
 Subject subject_of(const workbench::Moment& moment);
 

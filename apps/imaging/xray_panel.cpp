@@ -36,10 +36,26 @@ std::optional<dvec2> in_panel(const View& view, double pixel, const dvec3& world
   return dvec2(pixel * (at->x - 0.5 * (view.columns - 1)), -pixel * (at->y - 0.5 * (view.rows - 1)));
 }
 
-void draw_in(Panel& panel, const Subject& subject, const View& view, double pixel) {
-  for (const auto& [a, b] : subject.plan) {
-    const auto from = in_panel(view, pixel, a), to = in_panel(view, pixel, b);
-    if (from && to) add_trajectory(panel, *from, *to);
+void draw_plan(Panel& panel, const volume::SurgicalPlan& plan, const View& view, double pixel) {
+  for (const volume::PlannedTrajectory& t : plan.trajectories) {
+    const auto from = in_panel(view, pixel, t.entry_world), to = in_panel(view, pixel, t.target_world);
+    if (from && to) add_trajectory(panel, *from, *to, t.name);
+  }
+  for (const volume::PlannedLandmark& l : plan.landmarks) {
+    const auto at = in_panel(view, pixel, l.position_world);
+    if (!at) continue;
+    const double r = 0.006 * pixel * view.columns;
+    panel.lines.push_back({{*at - dvec2(r, 0), *at + dvec2(0, r), *at + dvec2(r, 0), *at - dvec2(0, r)},
+                           k_plan_colour,
+                           true,
+                           "landmark"});
+    panel.labels.push_back({*at + dvec2(1.5 * r, 0), l.name, k_plan_colour});
+  }
+  for (const volume::PlannedOutline& o : plan.outlines) {
+    Panel::Line line{{}, k_plan_colour, true, o.name};
+    for (const dvec3& p : o.points_world)
+      if (const auto at = in_panel(view, pixel, p)) line.places.push_back(*at);
+    if (line.places.size() == o.points_world.size()) panel.lines.push_back(std::move(line));
   }
 }
 
@@ -74,7 +90,7 @@ Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm&
   Panel panel = xray_panel(received, view, arm.pixel, {}, hidden_);
   panel.title =
       workbench::format_text("X-ray: primary %.0f\u00b0, secondary %.0f\u00b0", arm.primary, arm.secondary);
-  draw_in(panel, subject, view, arm.pixel);
+  if (subject.plan) draw_plan(panel, *subject.plan, view, arm.pixel);
   return panel;
 }
 

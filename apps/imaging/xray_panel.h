@@ -15,8 +15,8 @@ Panel xray_panel(std::span<const float> received, const fluoroscopy::View& view,
 bool shows_sides(const fluoroscopy::View& view) noexcept;
 /// Projection of a world point, mm from the panel's centre; nullopt behind the source.
 std::optional<glm::dvec2> in_panel(const fluoroscopy::View& view, double pixel, const glm::dvec3& world);
-/// Draws the plan into the panel.
-void draw_in(Panel& panel, const Subject& subject, const fluoroscopy::View& view, double pixel);
+/// Draws trajectories, landmarks and outlines with their names.
+void draw_plan(Panel& panel, const volume::SurgicalPlan& plan, const fluoroscopy::View& view, double pixel);
 
 /// Returns the objects of a subject for X-rays: pieces with the attenuation of the scan, others with that of
 /// their matter. `energy`: keV.

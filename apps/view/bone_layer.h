@@ -28,7 +28,7 @@ class BoneLayer {
   BoneLayer& operator=(const BoneLayer&) = delete;
 
   void show(const ChunkMesh& mesh);
-  /// Shows the reduced surfaces in place of the chunks until end_reduced(), or nothing new if there are none.
+  /// Shows the reduced surfaces in place of the chunks until end_reduced(). An empty list has no effect.
   void show_reduced(const std::vector<ChunkMesh>& meshes);
   void end_reduced();
   void clear();

@@ -121,7 +121,19 @@ std::string OperationController::fault_text() const {
 std::string OperationController::notice_text() const {
   const bool is_off = (state_.newest.faults & haptics::k_latched_faults) != 0;
   const std::string fault = is_off ? fault_text() : "", shown = notices_.shown(seconds());
-  return fault + (fault.empty() || shown.empty() ? "" : "\n") + shown;
+  std::string text = fault;
+  for (const std::string& line : {job_text(), shown})
+    text += (text.empty() || line.empty() ? "" : "\n") + line;
+  return text;
+}
+
+std::string OperationController::job_text() const {
+  constexpr double k_short = 0.3;  // s
+  const double elapsed = seconds() - job_started_;
+  if (job_.empty() || elapsed < k_short) return "";
+  std::string words = job_;
+  std::replace(words.begin(), words.end(), '-', ' ');
+  return workbench::format_text("%s: %.0f s ...", words.c_str(), std::ceil(elapsed));
 }
 
 EventLevel OperationController::notice_level() const {
@@ -171,6 +183,7 @@ void OperationController::frame() {
   collect_notices();
   restore_force();
   follow_taking();
+  if (state_.job != job_) job_ = state_.job, job_started_ = seconds();
   viewport_.set_touch_radius(state_.tool_radius);
   drag_point();
   if (state_.refused || requested_stroke_ == state_.strokes) requested_stroke_.reset();

@@ -124,7 +124,10 @@ class OperationController {
   }
   /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
-  /// Returns the messages to show at the tool; a latched fault comes first.
+  /// Returns the name and the duration of the job that is computed, such as "cut flap: 3 s"; empty: none, or
+  /// one that began just now.
+  std::string job_text() const;
+  /// Returns the messages to show at the tool: a latched fault, the job, and the newest notices.
   std::string notice_text() const;
   workbench::EventLevel notice_level() const;
   Viewport& viewport() noexcept { return viewport_; }
@@ -190,6 +193,8 @@ class OperationController {
   int frames_since_drag_ = 0;
   sim::Value requested_tool_;  ///< instrument that waits for its balls; empty: no instrument
   int frames_without_job_ = 0;
+  std::string job_;                             ///< name of the job that is computed
+  double job_started_ = 0;                      ///< seconds()
   std::shared_ptr<const sim::Overlays> shown_;  ///< overlays in the picture
   std::vector<float> frame_ms_, drilling_ms_;   ///< times of frames, and of frames with a cut
   WindowReport report_;

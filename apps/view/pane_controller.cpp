@@ -28,9 +28,7 @@ imaging::Subject subject_of(const PaneInput& input) {
       if (overlay.surface && overlay.kind == sim::Overlay::Kind::object)
         subject.objects.push_back(
             {overlay.name, overlay.surface, overlay.place, overlay.matter, overlay.is_detached});
-  if (input.plan != nullptr)
-    for (const sim::Overlay& overlay : *input.plan)
-      subject.plan.insert(subject.plan.end(), overlay.lines.begin(), overlay.lines.end());
+  subject.plan = input.plan;
   subject.depths.assign(input.depths.begin(), input.depths.end());
   return subject;
 }

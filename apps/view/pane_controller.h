@@ -3,11 +3,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 
 #include "apps/imaging/panes.h"
 #include "haptics/servo/servo_core.h"
 #include "sim/api/overlay.h"
+#include "volume/scan/surgical_plan.h"
 
 namespace trephine::view {
 
@@ -15,9 +17,9 @@ namespace trephine::view {
 struct PaneInput {
   const haptics::TouchScene& scene;
   std::shared_ptr<const volume::Version> version;
-  bool is_changed = false;                  ///< matter changed since the last frame
-  const sim::Overlays* overlays = nullptr;  ///< null: no overlays
-  const sim::Overlays* plan = nullptr;
+  bool is_changed = false;                                      ///< matter changed since the last frame
+  const sim::Overlays* overlays = nullptr;                      ///< null: no overlays
+  std::shared_ptr<const volume::SurgicalPlan> plan;             ///< null: no plan
   std::span<const std::shared_ptr<const sim::Value>> settings;  ///< of modules
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden;
   const haptics::ServoRecord& newest;

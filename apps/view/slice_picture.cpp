@@ -198,6 +198,11 @@ Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
       add_text(text_layer, std::to_string(mm) + " mm", left + edge - 14, low + 27, 15, Align::right);
     }
     add_text(text_layer, panel.title, left + 12, low + edge + 0.5 * k_head, title_size, Align::left);
+    constexpr int k_label_size = 14;
+    const auto places = imaging::label_positions(panel, edge, edge, 0.55 * k_label_size, 1.25 * k_label_size);
+    for (std::size_t l = 0; l < places.size(); ++l)
+      add_text(text_layer, panel.labels[l].text, left + places[l].x, low + places[l].y, k_label_size,
+               Align::left, panel.labels[l].colour);
     const double room = edge - 24 - (panel.is_to_scale ? 0.3 * edge : 0);
     add_text(text_layer, panel.foot, left + 12, low + 16, size_within(panel.foot, room, 15), Align::left);
     add_text(text_layer, panel.left, left + 12, low + 0.5 * edge, 18, Align::left);

@@ -17,6 +17,7 @@
 #include "apps/view/stylus_style.h"
 #include "apps/view/tool_look.h"
 #include "apps/workbench/clock.h"
+#include "apps/workbench/operation.h"
 
 namespace trephine::view {
 
@@ -75,7 +76,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   picture.request_all(version);
   picture.wait();
   picture.look_from(options.side);
-  if (!options.plan.empty()) picture.set_plan(options.plan);
+  if (options.plan) picture.set_plan(workbench::plan_overlays(*options.plan));
   if (options.start) picture.show(options.start->engine.overlays(), {});
   if (options.replay && options.replay->next_tick() > 0)
     show_replay(*options.replay, options.summary, scene, picture);
@@ -146,7 +147,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   OperationController operation(scene, options, window);
   if (Status error = operation.start()) return *error;
   operation.viewport().look_from(options.side);
-  operation.viewport().set_plan(options.plan);
+  if (options.plan) operation.viewport().set_plan(workbench::plan_overlays(*options.plan));
 
   vtkNew<vtkRenderWindowInteractor> interactor;
   vtkNew<StylusStyle> style;

@@ -14,6 +14,7 @@
 #include "sim/drivers/live_session.h"
 #include "sim/drivers/replay.h"
 #include "sim/session/session_writer.h"
+#include "volume/scan/surgical_plan.h"
 
 namespace trephine::view {
 
@@ -30,9 +31,9 @@ struct OpenedScene {
   WindowStart start;
   std::string title;
   std::unique_ptr<sim::SessionWriter> recorder;
-  std::string session_file;               ///< file of the recorder; empty without a recorder
-  std::vector<std::string> in_use;        ///< its source files, which saving does not overwrite
-  sim::Overlays plan;                     ///< shown in addition to the bone
+  std::string session_file;                          ///< file of the recorder; empty without a recorder
+  std::vector<std::string> in_use;                   ///< its source files, which saving does not overwrite
+  std::shared_ptr<const volume::SurgicalPlan> plan;  ///< null: no plan
   std::shared_ptr<void> owner = nullptr;  ///< owns the data that `start` borrows; null if it borrows nothing
   double rate_hz = 1000;
   haptics::ForceOptions force = {};
@@ -70,8 +71,8 @@ struct WindowOptions {
   std::string screenshot;   ///< PNG file at the end; empty: no screenshot
   char side = 0;            ///< side of the camera, as in Viewport::look_from; 0: front left above
   double free_pieces = 50;  ///< mm3; pieces of at least this size are detached after a stroke; 0: never
-  sim::Overlays plan;       ///< shown in addition to the bone
-  bool has_tool = true;     ///< draws a tool in a screenshot without a window
+  std::shared_ptr<const volume::SurgicalPlan> plan;  ///< shown in addition to the bone; null: no plan
+  bool has_tool = true;                              ///< draws a tool in a screenshot without a window
   std::string title = "trephine";
   /// Draws the first frame and the screenshot into memory, without a window.
   bool is_offscreen = false;

@@ -46,11 +46,12 @@ QString words_of_kind(PaneKind kind) {
 }
 
 /// Draws text on a dark background, readable on bright pictures.
-void write(QPainter& painter, const QRectF& area, int flags, const QString& text) {
+void write(QPainter& painter, const QRectF& area, int flags, const QString& text,
+           const QColor& colour = QColor(232, 236, 242)) {
   if (text.isEmpty()) return;
   const QRectF box = painter.boundingRect(area, flags, text).adjusted(-4, -1, 4, 1);
   painter.fillRect(box, QColor(14, 16, 20, 150));
-  painter.setPen(QColor(232, 236, 242));
+  painter.setPen(colour);
   painter.drawText(area, flags, text);
 }
 
@@ -151,6 +152,11 @@ void ImagePane::resizeEvent(QResizeEvent*) {
   lay_out();
 }
 
+void ImagePane::set_names_visible(bool is_visible) {
+  has_names_ = is_visible;
+  update();
+}
+
 QRectF ImagePane::image_rect(const Panel& panel) const {
   // Slices have the size of the pane. During a resize they, and X-rays always, are scaled to fit.
   const double scale =
@@ -205,6 +211,15 @@ void ImagePane::paintEvent(QPaintEvent*) {
       if (line.is_closed) points << points.front();
       painter.setPen(QPen(QColor(line.colour[0], line.colour[1], line.colour[2]), 1.5));
       painter.drawPolyline(points);
+    }
+    const QFontMetricsF metrics(font());
+    const auto places =
+        imaging::label_positions(*panel, width(), height(), metrics.averageCharWidth(), metrics.height() + 1);
+    for (std::size_t i = 0; has_names_ && i < places.size(); ++i) {
+      const Panel::Label& label = panel->labels[i];
+      write(painter, {places[i].x, height() - places[i].y - 0.5 * metrics.height(), 400.0, metrics.height()},
+            Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(label.text),
+            QColor(label.colour[0], label.colour[1], label.colour[2]));
     }
   }
   // Crosshair of the other planes, with a gap at the focus.

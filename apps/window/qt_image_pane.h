@@ -26,6 +26,8 @@ class ImagePane : public QWidget {
   void set_kind(imaging::PaneKind kind);
   /// Lays out the controls; their height follows the font.
   void lay_out();
+  /// Shows or hides the names of the plan.
+  void set_names_visible(bool is_visible);
   QSize sizeHint() const override { return {360, 300}; }
   QSize minimumSizeHint() const override { return {140, 120}; }
 
@@ -58,7 +60,7 @@ class ImagePane : public QWidget {
   QComboBox *kind_, *preset_;
   QToolButton *live_, *shoot_, *maximise_;
   std::array<glm::dvec3, 2> tool_{};
-  bool has_tool_ = false;
+  bool has_tool_ = false, has_names_ = true;
   glm::dvec3 shown_at_{1e300}, shown_tip_{1e300};
   std::uint64_t shown_changes_ = 0;
   QPointF last_;

@@ -32,6 +32,7 @@
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
 #include "apps/workbench/clock.h"
+#include "apps/workbench/operation.h"
 #include "volume/cuts/shape_choice.h"
 
 namespace trephine::view {
@@ -145,7 +146,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     tool_->show(shown_tool_);
     fit_panel();
     if (const Status error = operation_->start()) show_error(*error);
-    for (const std::string& text : options_.notices) operation_->note(text);
+    show_assumptions();
     operation_->set_depth(0.5 * depth_->value());
     picture = &operation_->viewport();
   }
@@ -155,7 +156,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   set_from_back(is_from_back);
   if (options_.replay && options_.side == 0 && options_.summary.worked_at)
     picture->look_at_work(*options_.summary.worked_at);
-  picture->set_plan(options_.plan);
+  if (options_.plan) picture->set_plan(workbench::plan_overlays(*options_.plan));
   if (initial_font_size_ > 0)
     picture->view().set_text_scale(QApplication::font().pointSizeF() / initial_font_size_);
   vtkNew<StylusStyle> style;
@@ -418,7 +419,7 @@ void MainWindow::show_state() {
                     : recording
                         ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
                     : record.is_escaping                   ? QString("leading the tool out of restored bone")
-                    : operation_->state().pending_jobs > 0 ? QString("working ...")
+                    : operation_->state().pending_jobs > 0 ? QString::fromStdString(operation_->job_text())
                     : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
                     : panes_.panes().is_waiting() ? tr("computing images ...")
                                                   : QString("ready"));

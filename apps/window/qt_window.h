@@ -108,6 +108,8 @@ class MainWindow : public QMainWindow {
   void show_state();
   /// File of the current session; empty if there are no strokes or no recording.
   QString saved_session() const;
+  /// Adds the assumptions about the scan to the log, and shows the one about its shape.
+  void show_assumptions();
   void show_notices();
   void press_deeper(int steps);
   void toggle_names();

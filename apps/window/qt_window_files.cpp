@@ -70,6 +70,13 @@ WindowHost::Listener MainWindow::Opening::listener() const {
           }};
 }
 
+void MainWindow::show_assumptions() {
+  for (const std::string& text : options_.notices) {
+    operation_->note(text);
+    if (text.starts_with("shape:")) show_message(QString::fromStdString(text).remove(0, 7));
+  }
+}
+
 void MainWindow::start_opening(std::function<Result<OpenedScene>(const WindowHost::Listener&)> open) {
   if (!stage_.open()) return show_message(tr("A scan is already being opened."));
   notice_->setText(tr("opening ..."));

@@ -23,6 +23,7 @@ void MainWindow::tilt(double right, double up) {
 void MainWindow::toggle_names() {
   LabelLayer& names = viewport()->view().overlays().labels();
   names.set_visible(!names.is_visible());
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_names_visible(names.is_visible());
 }
 
 void MainWindow::turn(double right, double up) {

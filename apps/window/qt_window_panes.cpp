@@ -201,7 +201,7 @@ void MainWindow::show_panes(double elapsed) {
     is_changed = replay_->has_changed();
     depths = replay_->engine().displayed_depths(0);
   }
-  panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
+  panes_.frame({*scene_, version(), is_changed, overlays, options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
                 viewport()->touch_radius(), !operation_ || operation_->touched().has_value(), elapsed,
                 viewport()->eye(), viewport()->clip_plane(), depths});

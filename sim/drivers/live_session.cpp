@@ -373,7 +373,9 @@ void LiveSession::update_state(const Outcome& outcome) {
   state_.watches.assign(engine_.now().watches.begin(),
                         engine_.now().watches.begin() + static_cast<std::ptrdiff_t>(forbidden));
   state_.removed_mm3 = engine_.removed_mm3();
-  state_.pending_jobs = engine_.jobs().size();
+  const std::vector<PendingJob>& jobs = engine_.jobs();
+  state_.pending_jobs = jobs.size();
+  state_.job = jobs.empty() ? std::string() : std::string(jobs.front().parameters->name());
   state_.tool_radius = engine_.tool(0).scene->tool_radius;
   state_.tool_balls = engine_.tool(0).scene->tool_balls.size();
   state_.strokes = engine_.stroke_count();

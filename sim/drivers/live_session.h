@@ -44,6 +44,7 @@ struct LiveState {
   /// Persistent states of modules, as recent as the overlays.
   std::vector<std::shared_ptr<const Value>> settings;
   std::size_t pending_jobs = 0;
+  std::string job;                   ///< name of the oldest pending job, such as "cut-flap"; empty: none
   bool is_searching_pieces = false;  ///< a search for disconnected pieces is not complete
   Value tool;                        ///< parameters of the first hand's instrument; empty: no instrument
   double tool_radius = 0;            ///< mm, of the ball that the first hand touches with; 0: a point

@@ -7,6 +7,7 @@
 #include <vtkRenderer.h>
 
 #include "apps/bench/scenes/scenes.h"
+#include "apps/imaging/panel.h"
 #include "apps/view/render_window.h"
 #include "apps/view/viewport.h"
 
@@ -49,6 +50,34 @@ int overlaps(const std::vector<LabelLayer::Box>& boxes) {
       count += glm::all(
           glm::lessThan(glm::max(boxes[i].low, boxes[j].low), glm::min(boxes[i].high, boxes[j].high)));
   return count;
+}
+
+TEST(PanelLabels, AreSeparateWithinThePictureAndNearTheirPlaces) {
+  constexpr double k_letter = 8, k_line = 17;
+  imaging::Panel panel;
+  panel.columns = 200, panel.rows = 100, panel.mm_per_pixel = 0.5;
+  panel.labels.push_back({{0, 0}, "alone"});
+  const auto alone = imaging::label_positions(panel, 400, 300, k_letter, k_line);
+  ASSERT_EQ(alone.size(), 1u);
+  EXPECT_EQ(alone[0], glm::dvec2(200, 150));
+  // Twelve names of pedicle screws: six levels, of which the right ends are beyond the picture.
+  panel.labels.clear();
+  for (int i = 0; i < 12; ++i)
+    panel.labels.push_back({{i % 2 ? 48 : -5, 0.3 * i - 25}, "L" + std::to_string(i) + " pedicle"});
+  const auto places = imaging::label_positions(panel, 400, 300, k_letter, k_line);
+  ASSERT_EQ(places.size(), 12u);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double width = k_letter * static_cast<double>(panel.labels[i].text.size());
+    EXPECT_GE(places[i].x, 0);
+    EXPECT_LE(places[i].x + width, 400 + 1e-9);
+    EXPECT_GE(places[i].y, 0.5 * k_line);
+    EXPECT_LE(places[i].y, 300 - 0.5 * k_line);
+    EXPECT_LT(std::abs(places[i].y - (150 + 4 * panel.labels[i].place.y)), 6 * k_line);
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_TRUE(std::abs(places[i].y - places[j].y) >= k_line ||
+                  std::abs(places[i].x - places[j].x) >= width)
+          << i << " and " << j;
+  }
 }
 
 TEST_F(PictureLayout, LabelsAreSeparateAndWithinThePicture) {

@@ -271,13 +271,13 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
 
 TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   options_.recorder = nullptr;
-  sim::Overlay plan;
-  plan.lines.push_back({glm::dvec3(0), glm::dvec3(0, 0, 40)});
-  options_.plan = {plan};
+  volume::SurgicalPlan plan;
+  plan.trajectories.push_back({"path", glm::dvec3(0, 0, 40), glm::dvec3(0)});
+  options_.plan = std::make_shared<const volume::SurgicalPlan>(plan);
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  EXPECT_EQ(window.operation()->viewport().overlay_count(), 1u) << "the plan";
+  EXPECT_EQ(window.operation()->viewport().overlay_count(), 2u) << "lines and name of the plan";
   const auto wait_opened = [&] { return QTest::qWaitFor([&] { return !window.is_opening(); }, 20000); };
   window.open_source("bad");
   ASSERT_TRUE(wait_opened());
@@ -287,7 +287,7 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   EXPECT_TRUE(box->text().contains("check the spelling"));
   box->close();
   EXPECT_TRUE(window.windowTitle().startsWith("ball"));
-  EXPECT_EQ(window.operation()->viewport().overlay_count(), 1u) << "as long as its scan is there";
+  EXPECT_EQ(window.operation()->viewport().overlay_count(), 2u) << "as long as its scan is there";
 
   // A folder is dropped.
   QMimeData mime;

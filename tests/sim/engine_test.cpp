@@ -145,7 +145,7 @@ bool wait_until(Done&& done) {
   return false;
 }
 
-// A job of 300 ms, and an undo in its middle: its result is rebased, or discarded if its kind requires it.
+// A job of 600 ms, and an undo in its middle: its result is rebased, or discarded if its kind requires it.
 TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
   const Folder folder;
   for (const bool is_strict : {false, true}) {
@@ -153,13 +153,14 @@ TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
     const std::string path = folder.file(is_strict ? "strict.session" : "rebased.session");
     const auto last = run_live(bench, path, [&](LiveSession& live) {
       EXPECT_TRUE(wait_until([&] { return live.fetch_state().removed_mm3 > 1; }));
-      live.apply(ToyFlood{{0, 0, 0}, 300, is_strict});
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      live.apply(ToyFlood{{0, 0, 0}, 600, is_strict});
+      EXPECT_TRUE(wait_until([&] { return live.fetch_state().job == "toy-flood"; }));
       live.undo();
       EXPECT_TRUE(wait_until([&] {
         const auto now = live.snapshot().get();
         return Toy::toy_world(*now).flooded != 0 || now->chronicle.size() > 0;
       }));
+      EXPECT_EQ(live.fetch_state().job, "");
     });
     EXPECT_EQ(Toy::toy_world(*last).flooded != 0, !is_strict);
     std::size_t discarded = 0;

@@ -137,33 +137,21 @@ bool sees(const View& view, const volume::Volume& scan) {
          low.y < view.open.row_high;
 }
 
-/// Draws trajectories and landmarks into the panel. Returns them with their pixels.
-Json add_plan(imaging::Panel& panel, const View& view, const CArm& arm, const workbench::Moment& moment) {
+/// Returns trajectories and landmarks with their pixels.
+Json json_of_plan(const volume::SurgicalPlan& plan, const View& view) {
   Json rows = Json::array();
   const auto pixel = [&](const dvec3& p) {
     const auto at = view.project(p);
     return at ? Json{at->x, at->y} : Json();
   };
-  for (const volume::PlannedTrajectory& t : moment.plan.trajectories) {
-    const auto from = imaging::in_panel(view, arm.pixel, t.entry_world),
-               to = imaging::in_panel(view, arm.pixel, t.target_world);
-    if (from && to) imaging::add_trajectory(panel, *from, *to);
+  for (const volume::PlannedTrajectory& t : plan.trajectories)
     rows.push_back({{"name", t.name},
                     {"entry_world_mm", json_of(t.entry_world)},
                     {"target_world_mm", json_of(t.target_world)},
                     {"entry_pixel", pixel(t.entry_world)},
                     {"target_pixel", pixel(t.target_world)}});
-  }
-  for (const volume::PlannedLandmark& l : moment.plan.landmarks) {
-    const auto at = imaging::in_panel(view, arm.pixel, l.position_world);
-    const double r = 0.006 * arm.pixel * view.columns;
-    if (at)
-      panel.lines.push_back({{*at - dvec2(r, 0), *at + dvec2(0, r), *at + dvec2(r, 0), *at - dvec2(0, r)},
-                             {90, 220, 255},
-                             true,
-                             "landmark"});
+  for (const volume::PlannedLandmark& l : plan.landmarks)
     rows.push_back({{"name", l.name}, {"pixel", pixel(l.position_world)}});
-  }
   return rows;
 }
 
@@ -350,7 +338,8 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   imaging::Panel panel = imaging::xray_panel(received, view, arm.pixel, display, hidden);
   panel.title = format_text("X-ray: primary %.0f\u00b0, secondary %.0f\u00b0", arm.primary, arm.secondary);
   panel.foot = format_text("dose-area product %.1f mGy cm\u00b2", dose.area_product);
-  json["plan"] = add_plan(panel, view, arm, moment);
+  imaging::draw_plan(panel, moment.plan, view, arm.pixel);
+  json["plan"] = json_of_plan(moment.plan, view);
   std::vector<imaging::Panel> panels{panel};
   if (a.is_side_by_side) {
     const Likeness similarity = is_surface ? likeness(other, sums) : likeness(sums, other);

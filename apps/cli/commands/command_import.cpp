@@ -173,7 +173,7 @@ Status draw(const workbench::Source& source, const std::string& path, const std:
   options.is_offscreen = true;
   options.side = side_of(side);
   options.has_tool = false;
-  options.plan = workbench::plan_overlays(*source.plan);
+  options.plan = std::make_shared<const volume::SurgicalPlan>(*source.plan);
   const auto report = view::run_window(operation.value().scene(), options);
   return report ? std::nullopt : Status(report.error());
 }

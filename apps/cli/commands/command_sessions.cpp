@@ -119,7 +119,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.is_offscreen = true;
     options.version = engine.current();
     options.replay = session.replay.get();
-    options.plan = workbench::plan_overlays(session.reader->header().plan);
+    options.plan = std::make_shared<const volume::SurgicalPlan>(session.reader->header().plan);
     auto summary = workbench::summarize_session(arguments.session);
     if (!summary) return summary.error();
     options.summary = std::move(summary).value();
@@ -269,7 +269,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     options.force = header.force;
     options.recorder = &writer;
     options.in_use = {arguments.session, arguments.case_source.path};
-    options.plan = workbench::plan_overlays(header.plan);
+    options.plan = std::make_shared<const volume::SurgicalPlan>(header.plan);
     options.start = view::WindowStart{std::move(engine), first_tick};
     auto shown = view::run_window(scene, options);
     if (!shown) return shown.error();

@@ -75,7 +75,7 @@ class Host {
                              resumed_session,
                              resumed_session->header().rate_hz,
                              resumed_session->header().force};
-    opened.plan = workbench::plan_overlays(resumed_session->header().plan);
+    opened.plan = std::make_shared<const volume::SurgicalPlan>(resumed_session->header().plan);
     return opened;
   }
 
@@ -111,7 +111,7 @@ class Host {
     view::OpenedScene opened{
         {operation.value().engine()}, source.written_name(), std::move(recorder).value(), "", {path}, {}, {}};
     if (opened.recorder) opened.session_file = record.file;
-    opened.plan = workbench::plan_overlays(workbench::plan_of(source));
+    opened.plan = std::make_shared<const volume::SurgicalPlan>(workbench::plan_of(source));
     return opened;
   }
 
@@ -182,7 +182,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.screenshot = arguments.screenshot;
   options.side = side_of(arguments.side);
   options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
-  options.plan = workbench::plan_overlays(workbench::plan_of(source));
+  options.plan = std::make_shared<const volume::SurgicalPlan>(workbench::plan_of(source));
   options.title = source.written_name();
   // A screenshot alone needs no window; --seconds requests one.
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);

@@ -13,7 +13,7 @@ Status play_in_window(workbench::OpenedSession& session, const std::string& file
   options.title = title;
   options.rate_hz = session.reader->header().rate_hz;
   options.replay = session.replay.get();
-  options.plan = workbench::plan_overlays(session.reader->header().plan);
+  options.plan = std::make_shared<const volume::SurgicalPlan>(session.reader->header().plan);
   options.summary = std::move(summary).value();
   options.replay_seconds = static_cast<double>(session.reader->tick_count()) / options.rate_hz;
   const auto shown = view::run_window(view::borrowed(session.scene()), options);
