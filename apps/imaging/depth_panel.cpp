@@ -27,8 +27,8 @@ Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int colu
   const Camera cameras[] = {{0, 1, {0, 1, 0}, {0, 0, 1}},  {1, 1, {-1, 0, 0}, {0, 0, 1}},
                             {2, 1, {1, 0, 0}, {0, 1, 0}},  {0, -1, {0, -1, 0}, {0, 0, 1}},
                             {1, -1, {1, 0, 0}, {0, 0, 1}}, {2, -1, {-1, 0, 0}, {0, 1, 0}}};
-  constexpr int k_gap = 2, k_most = 96, k_fewest = 8;
-  const int side = std::clamp(std::min((columns - 2 * k_gap) / 3, (rows - k_gap) / 2), k_fewest, k_most);
+  constexpr int k_gap = 2, k_max = 96, k_min = 8;
+  const int side = std::clamp(std::min((columns - 2 * k_gap) / 3, (rows - k_gap) / 2), k_min, k_max);
   Panel panel;
   panel.columns = 3 * side + 2 * k_gap, panel.rows = 2 * side + k_gap;
   panel.mm_per_pixel = first.view.edge / side;

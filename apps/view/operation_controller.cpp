@@ -20,7 +20,7 @@ using workbench::seconds_since;
 
 namespace {
 
-constexpr std::size_t k_most_times = 1 << 20;  // recorded frame times; enough for hours
+constexpr std::size_t k_max_times = 1 << 20;  // recorded frame times; enough for hours
 
 haptics::ServoOptions servo_options(const WindowOptions& options) {
   haptics::ServoOptions servo;
@@ -194,9 +194,9 @@ void OperationController::frame() {
     ++report_.frames_skipped;
     return;
   }
-  if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(*ms));
+  if (frame_ms_.size() < k_max_times) frame_ms_.push_back(static_cast<float>(*ms));
   const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed();
-  if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(*ms));
+  if (is_cutting && drilling_ms_.size() < k_max_times) drilling_ms_.push_back(static_cast<float>(*ms));
 }
 
 /// Updates the touch of scenery by its screen depth, which is read around the hand after the view turned, or
@@ -212,8 +212,8 @@ void OperationController::touch_scenery() {
     const bool is_hidden =
         state_.newest.shape == scenery_ && r.has_contact && (!behind || *behind > 1 + 2 * pixel);
     hidden_pictures_ += is_hidden;
-    constexpr double k_least = 2;  // mm
-    if (!is_hidden && depth->edge > k_least) live_.submit_picture(picture, scenery_, depth->at, depth->edge);
+    constexpr double k_min = 2;  // mm
+    if (!is_hidden && depth->edge > k_min) live_.submit_picture(picture, scenery_, depth->at, depth->edge);
     // A hand that was in the scenery before the picture arrived is moved in front of it.
     const double deepest = depth_mm_ + 2 * state_.tool_radius + 4;
     if (!is_hidden && !r.has_contact && behind && *behind > -state_.tool_radius && *behind < deepest) {
@@ -345,12 +345,12 @@ std::optional<dvec3> OperationController::touched() const {
 /// structures, where no bone holds it.
 double OperationController::distance_above_soft(const Ray& ray, double along) const {
   constexpr double k_clearance = 0.5;  // mm; covers the motion between two frames
-  constexpr int k_most_steps = 20;
+  constexpr int k_max_steps = 20;
   const ToolLook look = look_of(state_.tool);
   const double radius = std::max(state_.tool_radius, look.radius);
   // Centre of the tool's end: a ball is held at its centre, another tool at its lowest point.
   const dvec3 middle = look.is_ball && state_.tool_radius > 0 ? dvec3(0) : radius * shaft();
-  for (int i = 0; i < k_most_steps; ++i) {
+  for (int i = 0; i < k_max_steps; ++i) {
     double clearance = 1e9;
     for (const auto& structure : live_.engine().forbidden())
       clearance =

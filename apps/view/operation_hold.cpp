@@ -33,13 +33,13 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
     shaft_ = target;
     return;
   }
-  constexpr double k_most = 0.01;  // radians per frame
+  constexpr double k_max = 0.01;  // radians per frame
   const double angle = std::acos(std::clamp(glm::dot(shaft_, target), -1.0, 1.0));
-  if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_most / angle) * (target - shaft_));
+  if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_max / angle) * (target - shaft_));
 }
 
 void OperationController::tilt(double right, double up) {
-  constexpr double k_radians = 3.14159265358979 / 180, k_most = 75;  // degrees
+  constexpr double k_radians = 3.14159265358979 / 180, k_max = 75;  // degrees
   const volume::Camera eye = viewport_.eye();
   const dvec3 toward = right * glm::cross(eye.forward, eye.up) + up * eye.up;
   const dvec3 axis = glm::cross(shaft(), toward);
@@ -47,7 +47,7 @@ void OperationController::tilt(double right, double up) {
   if (angle <= 0 || glm::length(axis) < 0.05 * angle) return;
   const glm::dquat before = tilt_;
   tilt_ = glm::normalize(glm::angleAxis(k_radians * angle, glm::normalize(axis)) * tilt_);
-  if (tilted() > k_most) tilt_ = before;
+  if (tilted() > k_max) tilt_ = before;
 }
 
 double OperationController::tilted() const {

@@ -24,7 +24,7 @@ using haptics::depth::DepthPicture;
 
 namespace {
 
-constexpr int k_most = 160;  // largest width and height that is read, in pixels; the limit of a command
+constexpr int k_max = 160;  // largest width and height that is read, in pixels; the limit of a command
 
 /// Converts the picture's camera to that of depth pictures (x right, y down, z ahead), with all its pixels.
 std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const int* size) {
@@ -59,10 +59,10 @@ void ScreenDepth::read_before(vtkRenderer* renderer, vtkRenderWindow* window) {
   // Half the cube's diagonal, which covers any orientation.
   const double reach = 0.87 * request.edge / p.z * whole.fx + 2;
   const auto range = [&](double middle, int count, int& first, int& number) {
-    const double half = std::min(reach, 0.5 * (k_most - 1));
+    const double half = std::min(reach, 0.5 * (k_max - 1));
     first = static_cast<int>(std::clamp(std::floor(middle - half), 0.0, 1.0 * count));
     const int last = static_cast<int>(std::clamp(std::ceil(middle + half), -1.0, count - 1.0));
-    number = std::min(k_most, last - first + 1);
+    number = std::min(k_max, last - first + 1);
   };
   int left = 0, top = 0, columns = 0, rows = 0;
   range(column, whole.width, left, columns);

@@ -20,7 +20,7 @@ struct Preset {
 // A skull is one part. Vertebrae are several, their cancellous bone is soft and their shells are thin.
 constexpr std::array<Preset, 2> k_presets{{{"skull", 300, 700, 2, 1}, {"spine", 150, 350, 4, 0.01}}};
 constexpr double k_thin_share = 0.5;  ///< of the threshold, to which thin bone may have dropped
-constexpr double k_most_thin_mm = 10;
+constexpr double k_max_thin_mm = 10;
 
 const Preset* find(std::string name) {
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -60,7 +60,7 @@ Status check(const PresetChoice& choice, const ShapeChoice& shape) {
                  .found = shape.label.empty() ? "a window" : "a label",
                  .expected = "a preset, or a window, or a label",
                  .remedy = "an iso value moves a preset's threshold"};
-  if (choice.thin_mm && !(*choice.thin_mm >= 0 && *choice.thin_mm <= k_most_thin_mm))
+  if (choice.thin_mm && !(*choice.thin_mm >= 0 && *choice.thin_mm <= k_max_thin_mm))
     return Error{.what = "the reach is out of range",
                  .where = "fill thin",
                  .found = text_of(*choice.thin_mm),

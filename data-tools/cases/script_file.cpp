@@ -261,7 +261,7 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.free_pieces = reader.number(top, "free_pieces", 0, 1e6);
   script.smallest_burr = reader.number(top, "smallest_burr", 1e-3, 30);
   for (const toml::value* v : reader.tables(top, "hands")) script.hands.push_back(read_hand(reader, *v));
-  if (script.hands.empty() || script.hands.size() > Script::k_most_hands)
+  if (script.hands.empty() || script.hands.size() > Script::k_max_hands)
     reader.fail(root, "the number of hands is out of range", std::to_string(script.hands.size()),
                 "one to four [[hands]]");
   for (const toml::value* v : reader.tables(top, "places")) script.places.push_back(read_place(reader, *v));

@@ -87,7 +87,7 @@ struct ScriptPicture {
 
 struct Script {
   static constexpr int k_schema = 1;
-  static constexpr std::size_t k_most_hands = 4;
+  static constexpr std::size_t k_max_hands = 4;
   std::string title, scan;
   std::optional<double> iso;
   std::string window, label;

@@ -210,10 +210,10 @@ void join_lone_slices(DicomFolder& folder) {
       key.append(*text).append("|");
     groups[key].push_back(s);
   }
-  constexpr std::size_t k_least = 3;
+  constexpr std::size_t k_min = 3;
   std::vector<char> is_joined(folder.series.size(), 0);
   for (const auto& [key, members] : groups) {
-    if (members.size() < k_least) continue;
+    if (members.size() < k_min) continue;
     const DicomSlice& first = folder.series[members[0]].stacks[0].slices[0];
     std::vector<DicomSlice> slices;
     std::vector<SlicePosition> positions;

@@ -49,9 +49,9 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
       if (!std::isfinite(v))
         return Error{.what = "a slice has no finite position, direction or spacing",
                      .remedy = "re-export the series from its source"};
-    constexpr double k_least = 1e-4, k_most = 1000;  // mm, beyond any scanner and any patient
-    if (!(std::min(s.row_spacing, s.column_spacing) >= k_least &&
-          std::max(s.row_spacing, s.column_spacing) <= k_most))
+    constexpr double k_min = 1e-4, k_max = 1000;  // mm, beyond any scanner and any patient
+    if (!(std::min(s.row_spacing, s.column_spacing) >= k_min &&
+          std::max(s.row_spacing, s.column_spacing) <= k_max))
       return Error{.what = "a slice has an invalid pixel spacing",
                    .found = s.name + ": " + mm(s.column_spacing) + " x " + mm(s.row_spacing) +
                             " (0: absent or invalid)",

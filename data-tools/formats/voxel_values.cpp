@@ -11,8 +11,8 @@ namespace trephine::data_tools {
 namespace {
 
 constexpr std::size_t k_part = 1 << 16;
-constexpr std::size_t k_most_differences = 1 << 18;  // enough for a median
-constexpr double k_most_voxel = 32700;               // leaves a margin for overshoot of interpolation
+constexpr std::size_t k_max_differences = 1 << 18;  // enough for a median
+constexpr double k_max_voxel = 32700;               // leaves a margin for overshoot of interpolation
 
 /// Calls visit(first, values) for all values in order until it returns false.
 template <class Visit>
@@ -32,7 +32,7 @@ void ValueStatistics::add(std::span<const double> values) {
     most_ = std::max(most_, std::abs(values[i]));
     if (i + 1 == values.size() || values[i] == values[i + 1] || ++difference_count_ % stride_ != 0) continue;
     differences_.push_back(std::abs(values[i + 1] - values[i]));
-    if (differences_.size() < k_most_differences) continue;
+    if (differences_.size() < k_max_differences) continue;
     for (std::size_t k = 0; 2 * k < differences_.size(); ++k) differences_[k] = differences_[2 * k];
     differences_.resize((differences_.size() + 1) / 2);
     stride_ *= 2;
@@ -51,9 +51,9 @@ double ValueStatistics::noise() const {
 ValueStep step_for(const ValueStatistics& statistics) {
   // Prefer whole units.
   const double noise = statistics.noise();
-  if (statistics.most() <= k_most_voxel && noise >= 1) return {1, true};
+  if (statistics.most() <= k_max_voxel && noise >= 1) return {1, true};
   // Two digits, rounded up, so that the notice states the exact value.
-  double step = statistics.most() > 0 ? statistics.most() / k_most_voxel : 1;
+  double step = statistics.most() > 0 ? statistics.most() / k_max_voxel : 1;
   const double digit = std::pow(10, std::floor(std::log10(step)) - 1);
   if (digit > 0) step = std::strtod(short_number(std::ceil(step / digit) * digit).c_str(), nullptr);
   return {step, step <= noise};

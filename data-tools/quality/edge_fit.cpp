@@ -65,14 +65,14 @@ EdgeFit::EdgeFit(const Volume& v, const glm::ivec3& at, double in_plane, const d
         offsets_.push_back(offset);
         values_.push_back(v.voxels[v.index(p.x, p.y, p.z)]);
       }
-  if (offsets_.size() < k_least_voxels) return;
+  if (offsets_.size() < k_min_voxels) return;
   initial_.outside = share_of(values_, 0.05);
   initial_.step = share_of(values_, 0.95) - initial_.outside;
   initial_.sigma = 0.8 * voxel;
 }
 
 EdgeFit::Fit EdgeFit::run(double noise, double least_step, Edge& edge) const {
-  if (offsets_.size() < k_least_voxels || !(initial_.step > least_step)) return Fit::none;
+  if (offsets_.size() < k_min_voxels || !(initial_.step > least_step)) return Fit::none;
   edge = initial_;
   // Levenberg-Marquardt iteration.
   double damping = 1e-3, error = squares(edge);

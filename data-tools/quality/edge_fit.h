@@ -44,7 +44,7 @@ class EdgeFit {
   std::vector<ScanQuality::EdgePoint> superimposed_points(const Edge& edge) const;
 
  private:
-  static constexpr std::size_t k_unknowns = 7, k_least_voxels = 30;
+  static constexpr std::size_t k_unknowns = 7, k_min_voxels = 30;
   using System = std::array<std::array<double, k_unknowns + 1>, k_unknowns>;
   using Unknowns = std::array<double, k_unknowns>;
   /// Returns true if one side of the edge (-1 or 1) is sampled and as even as noise permits. Layers below the

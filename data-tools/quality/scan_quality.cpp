@@ -175,10 +175,10 @@ class Survey {
   }
 
  private:
-  static constexpr int k_tries = 400'000, k_most_fits = 2000;
-  static constexpr std::size_t k_wanted = 150, k_batch = 48, k_most_walls = 1500, k_most_points = 3000;
-  static constexpr double k_most_in_plane = 0.35, k_least_across = 0.9;  // cosines of edge and slice normal
-  static constexpr double k_skin = -500;                                 // HU
+  static constexpr int k_tries = 400'000, k_max_fits = 2000;
+  static constexpr std::size_t k_wanted = 150, k_batch = 48, k_max_walls = 1500, k_max_points = 3000;
+  static constexpr double k_max_in_plane = 0.35, k_min_across = 0.9;  // cosines of edge and slice normal
+  static constexpr double k_skin = -500;                              // HU
   struct Candidate {
     glm::ivec3 at;
     Kind kind;
@@ -201,9 +201,9 @@ class Survey {
     for (const Kind kind : {shape_edge, skin_edge}) {
       if (kind == skin_edge && !v_->is_hounsfield) continue;
       if (!is_edge(p, kind == shape_edge ? shape_->low : k_skin)) continue;
-      if (kind == shape_edge && walls.size() < k_most_walls)
+      if (kind == shape_edge && walls.size() < k_max_walls)
         if (const auto wall = wall_below(*v_, *shape_, p, 30)) walls.push_back(*wall);
-      if (fits_[kind] >= k_most_fits || std::min(along[kind].size(), across[kind].size()) >= k_wanted)
+      if (fits_[kind] >= k_max_fits || std::min(along[kind].size(), across[kind].size()) >= k_wanted)
         continue;
       ++fits_[kind];
       batch_.push_back({p, kind});
@@ -226,15 +226,15 @@ class Survey {
     const Kind kind = candidate.found == EdgeFit::Fit::rough ? rough : candidate.kind;
     // An edge that is sharper than voxels allow is synthetic, not scanned; an edge that hardly exceeds the
     // threshold does not belong to the shape. Shares of a voxel, and of the edge's step.
-    constexpr double k_least_sigma = 0.27, k_clearance = 0.15;
+    constexpr double k_min_sigma = 0.27, k_clearance = 0.15;
     const double height = edge.outside + edge.step - k_clearance * edge.step;
-    if (edge.sigma < k_least_sigma * in_plane_ || (kind == shape_edge && height < shape_->low)) return;
+    if (edge.sigma < k_min_sigma * in_plane_ || (kind == shape_edge && height < shape_->low)) return;
     const double cosine = std::abs(glm::dot(edge.normal, slice_normal(*v_)));
     const FittedEdge fitted{cosine * cosine, edge.sigma * edge.sigma};
-    if (cosine < k_most_in_plane) along[kind].push_back(fitted);
-    if (cosine > k_least_across) across[kind].push_back(fitted);
+    if (cosine < k_max_in_plane) along[kind].push_back(fitted);
+    if (cosine > k_min_across) across[kind].push_back(fitted);
     if (kind == shape_edge) insides.push_back(edge.outside + edge.step), outsides.push_back(edge.outside);
-    if (cosine < k_most_in_plane && edge_points[kind].size() < k_most_points)
+    if (cosine < k_max_in_plane && edge_points[kind].size() < k_max_points)
       edge_points[kind].insert(edge_points[kind].end(), candidate.points.begin(), candidate.points.end());
   }
 

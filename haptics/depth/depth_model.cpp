@@ -111,11 +111,11 @@ Status DepthModel::check(double pixel) const {
                  .expected = "a closed surface that encloses a volume",
                  .remedy = "use method mesh"};
   const dvec3 wide = high_ - low_;
-  constexpr double k_most = 10'000;  // pixels
+  constexpr double k_max = 10'000;  // pixels
   const double widest = std::max({wide.x, wide.y, wide.z, std::abs(low_.x), std::abs(high_.x),
                                   std::abs(low_.y), std::abs(high_.y), std::abs(low_.z), std::abs(high_.z)});
-  if (!(pixel > 0) || !(widest / pixel <= k_most * 100) ||
-      !(std::max({wide.x, wide.y, wide.z}) / pixel <= k_most))
+  if (!(pixel > 0) || !(widest / pixel <= k_max * 100) ||
+      !(std::max({wide.x, wide.y, wide.z}) / pixel <= k_max))
     return Error{.what = "the model is too large for this pixel size",
                  .where = "model",
                  .found = std::to_string(widest / pixel) + " pixels",

@@ -120,8 +120,8 @@ std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
   const std::lock_guard guard(look_cache_.lock);
   if (look_cache_.picture == picture) return look_cache_.tree;
   const DepthCamera& c = pictures_.camera;
-  constexpr int k_most = 160;  // pixels along each axis
-  const int step = std::max(1, (std::max(c.width, c.height) - 1) / k_most + 1);
+  constexpr int k_max = 160;  // pixels along each axis
+  const int step = std::max(1, (std::max(c.width, c.height) - 1) / k_max + 1);
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
   constexpr std::uint32_t k_none = 0xffffffff;

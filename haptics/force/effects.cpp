@@ -134,7 +134,7 @@ dvec3* direction_of(EffectKind& kind) {
 bool parse_layers(std::string_view text, Insertion& track) {
   track.layer_count = 0;
   while (!text.empty()) {
-    if (track.layer_count == Insertion::k_most_layers) return false;
+    if (track.layer_count == Insertion::k_max_layers) return false;
     InsertionLayer layer;
     const bool is_item = text.starts_with("item");
     if (!is_item && !text.starts_with("label")) return false;

@@ -199,11 +199,11 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
 
 std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p,
                                           int& looked) const noexcept {
-  constexpr int k_most_steps = 16;
+  constexpr int k_max_steps = 16;
   constexpr double k_nearer = 1e-9;       // of the distance: a smaller decrease is the same point
   constexpr double k_same_place = 1e-10;  // of coordinates, mm: corners within it coincide
-  int remaining = k_most_connected;
-  for (int step = 0; step < k_most_steps; ++step) {
+  int remaining = k_max_connected;
+  for (int step = 0; step < k_max_steps; ++step) {
     const auto [u, v, w] = corners(triangle);
     TriangleFeature feature;
     const dvec3 pivot = nearest_on_triangle(p, u, v, w, &feature);

@@ -68,9 +68,9 @@ class MeshTree {
   template <class Use>
   void for_nearest(const glm::dvec3& p, double reach, double tie, Use&& use) const noexcept;
   /// Walks from a triangle to neighbours that share the point nearest to p, as long as they are nearer to p,
-  /// and returns the last one. Tests at most k_most_connected triangles and adds their number to `looked`.
+  /// and returns the last one. Tests at most k_max_connected triangles and adds their number to `looked`.
   std::uint32_t nearest_connected(std::uint32_t triangle, const glm::dvec3& p, int& looked) const noexcept;
-  static constexpr int k_most_connected = 256;
+  static constexpr int k_max_connected = 256;
   /// Returns true if a triangle is within `reach` mm of p.
   bool is_near(const glm::dvec3& p, double reach) const noexcept;
   std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept {

@@ -121,8 +121,8 @@ class LineFinder {
     if (!walk_edges(from, to)) return {};
     double length = length_of(points());
     int still = 0;
-    for (int round = 0; round < k_most_rounds && still < 20; ++round) {
-      pull_ = still < 10 && round < k_most_rounds - 100 ? 1.85 : 1;
+    for (int round = 0; round < k_max_rounds && still < 20; ++round) {
+      pull_ = still < 10 && round < k_max_rounds - 100 ? 1.85 : 1;
       for (std::size_t i = 1; i + 1 < nodes_.size(); ++i) straighten(i);
       tidy();
       const double now = length_of(points());
@@ -133,7 +133,7 @@ class LineFinder {
   }
 
  private:
-  static constexpr int k_most_rounds = 3000;
+  static constexpr int k_max_rounds = 3000;
   static constexpr std::uint32_t k_none = 0xffffffffu;
 
   struct Node {

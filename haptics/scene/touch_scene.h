@@ -132,7 +132,7 @@ struct TouchScene {
   double tool_radius = 0;  ///< mm; above 0 every shape requires its offset field
   /// Centres of the balls of a rigid tool, mm, in the hand's frame; empty: one ball or a point at the HIP.
   std::vector<glm::dvec3> tool_balls = {};
-  static constexpr std::size_t k_most_balls = 16;
+  static constexpr std::size_t k_max_balls = 16;
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes with shapes; not cut
   double smallest_burr = 0;  ///< mm, diameter of the smallest cutting tool; 0: cuts are as coarse as voxels
   std::optional<volume::CutLattice> lattice = std::nullopt;  ///< of cuts, for `smallest_burr`

@@ -67,7 +67,7 @@ const char* event_name(TouchEvent::Kind kind) noexcept {
 
 namespace {
 void add_event(ServoRecord& record, TouchEvent::Kind kind, int shape) noexcept {
-  if (record.event_count < ServoRecord::k_most_events)
+  if (record.event_count < ServoRecord::k_max_events)
     record.events[record.event_count++] = {kind, static_cast<std::int16_t>(shape)};
 }
 }  // namespace
@@ -152,7 +152,7 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
     if (const TouchItem& item = item_of(*hand.scene, s); item.is_mesh() && item.since > layout_)
       state_.around.new_models.set(s, true);
   for (ShapeSet* items : {&state_.around.new_models, &state_.around.passable, &not_ready_})
-    for (int s = items->next(count); s < ShapeSet::k_most; s = items->next(s + 1)) items->set(s, false);
+    for (int s = items->next(count); s < ShapeSet::k_max; s = items->next(s + 1)) items->set(s, false);
   if (step_.shape >= count) step_.shape = -1;
   layout_ = hand.layout;
   popped_shape_ = last_shape_ = -1;
@@ -203,7 +203,7 @@ void ServoCore::emit_events(ServoRecord& record) noexcept {
     last_shape_ = shape;
   }
   if (not_ready_ == reported_not_ready_) return;
-  for (int s = 0; s < ShapeSet::k_most; ++s) {
+  for (int s = 0; s < ShapeSet::k_max; ++s) {
     if (not_ready_.contains(s) == reported_not_ready_.contains(s)) continue;
     add_event(record, not_ready_.contains(s) ? TouchEvent::not_ready : TouchEvent::ready, s);
   }

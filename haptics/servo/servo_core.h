@@ -64,15 +64,15 @@ struct ServoRecord {
   std::uint8_t hand = 0;
   EnergyLedger energy;  ///< since the start
   Wrench wrench() const noexcept { return {force_world, torque_world}; }
-  static constexpr std::size_t k_most_events = 6;
+  static constexpr std::size_t k_max_events = 6;
   std::uint8_t event_count = 0;  ///< further events are dropped
-  std::array<TouchEvent, k_most_events> events;
+  std::array<TouchEvent, k_max_events> events;
 };
 
 /// Returns the frame of a hand, in which the meshes that it holds are fixed.
 Placement place_of(const Pose& pose) noexcept;
 /// Placement of each hand in the previous tick, if known.
-using HandPlacements = std::array<std::optional<Placement>, ServoScene::k_most_hands>;
+using HandPlacements = std::array<std::optional<Placement>, ServoScene::k_max_hands>;
 
 /// Input of a tick.
 struct ServoInput {

@@ -207,7 +207,7 @@ bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
 bool SmoothWalls::is_covered(int shape, const ShapeSet& inside, const ivec3& v) noexcept {
   if (end_ - begin_ < 2 || !is_near_cut(v) || inside.contains(shape) || !blocks(shape, Side::front))
     return false;
-  for (int other = next_shape(0); other < ShapeSet::k_most; other = next_shape(other + 1)) {
+  for (int other = next_shape(0); other < ShapeSet::k_max; other = next_shape(other + 1)) {
     if (other == shape || inside.contains(other) || !blocks(other, Side::front)) continue;
     if (!(patch(other, v).patch.least() > 0)) continue;
     if (other < shape || !(patch(shape, v).patch.least() > 0))
@@ -386,7 +386,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
   const auto cube = [&](const ivec3& v, double t0, double t1, Reach& reach, bool is_known_near) {
     std::array<Passage, 32> passages;
     std::size_t passage_count = 0;
-    for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1)) {
+    for (int s = next_shape(0); s < ShapeSet::k_max; s = next_shape(s + 1)) {
       double from = t0;
       for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
         const bool is_inside = inside.contains(s);
@@ -427,7 +427,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     if (is_round_ && inside.is_empty()) {
       const int first = next_shape(0);
       volume::VoxelBox free = offset(static_cast<std::size_t>(first)).free_box(v);
-      for (int s = next_shape(first + 1); s < ShapeSet::k_most; s = next_shape(s + 1)) {
+      for (int s = next_shape(first + 1); s < ShapeSet::k_max; s = next_shape(s + 1)) {
         const volume::VoxelBox other = offset(static_cast<std::size_t>(s)).free_box(v);
         free = {glm::max(free.low, other.low), glm::min(free.high, other.high)};
       }
@@ -437,7 +437,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
       }
     } else if (inside.is_empty() && volume_->contains(v)) {
       int far = 255;
-      for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
+      for (int s = next_shape(0); s < ShapeSet::k_max; s = next_shape(s + 1))
         far = std::min(far, empty_distance(s, v));
       if (far > 1) {
         const ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);

@@ -374,11 +374,11 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
                  .expected = count > 0 ? "1 to " + std::to_string(count) : "no anchors"};
   };
   const auto check_count = [](const char* where, std::int64_t found) -> Status {
-    if (found <= k_most_anchors) return std::nullopt;
+    if (found <= k_max_anchors) return std::nullopt;
     return Error{.what = "the outline has too many anchors",
                  .where = where,
                  .found = std::to_string(found),
-                 .expected = "at most " + std::to_string(k_most_anchors),
+                 .expected = "at most " + std::to_string(k_max_anchors),
                  .remedy = "remove some of them"};
   };
   if (command.request.as<AddAnchor>()) return check_count("add-anchor", count + 1);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double k_inward = 60;         // mm that lines are searched inward of the outline's chord
 constexpr double k_jump = 3;            // mm, largest step of a table from line to line
-constexpr double k_least_line = 0.5;    // mm between lines along the outline, or half a saw's width
+constexpr double k_min_line = 0.5;      // mm between lines along the outline, or half a saw's width
 constexpr double k_nearest_apex = 5;    // mm from the apex to the nearest bone, at least
 constexpr double k_margin = k_overcut;  // mm of the surface beyond the tables
 
@@ -60,7 +60,7 @@ LocatedStatus CutSurface::make(const Pyramid& pyramid, const Field& bone, double
   pyramid_ = pyramid;
   width_ = width;
   lines_.clear();
-  const double step = std::min(k_least_line, 0.5 * width);
+  const double step = std::min(k_min_line, 0.5 * width);
   for (std::size_t i = 0; i < pyramid_.size(); ++i) {
     const dvec3 &a = pyramid_.anchor(i), &b = pyramid_.anchor(i + 1);
     const int count = std::max(2, static_cast<int>(std::ceil(glm::length(b - a) / step)));
@@ -187,7 +187,7 @@ LocatedStatus CutSurface::check_holes(double largest) {
     first = end;
   }
   // Extend each line by its neighbours within half of the width of the saw.
-  const double step = std::min(k_least_line, 0.5 * width_);
+  const double step = std::min(k_min_line, 0.5 * width_);
   const auto neighbours = static_cast<std::size_t>(std::ceil(0.5 * width_ / step));
   const std::vector<Line> original = lines_;
   for (std::size_t i = 0; i < n; ++i) {

@@ -255,8 +255,8 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<dvec3>& anchors_wor
                               " and " + std::to_string(j + 1) + " to " + std::to_string((j + 1) % n + 1),
                           0.5 * (result.anchor(i) + result.anchor(i + 1))};
     }
-  constexpr double k_least_mm2 = 30;
-  if (0.5 * std::abs(twice_area) * distance * distance < k_least_mm2) {
+  constexpr double k_min_mm2 = 30;
+  if (0.5 * std::abs(twice_area) * distance * distance < k_min_mm2) {
     return LocatedError{"the outline encloses almost no area", result.centre_world};
   }
   return result;

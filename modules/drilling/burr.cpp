@@ -347,7 +347,7 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
                  .expected = "0, or a round burr"};
   // Contact balls along the burr, at most 1.25 radii apart.
   const double least_radius = body.least_radius();
-  const double longest = 1.25 * least_radius * (haptics::TouchScene::k_most_balls - 1);
+  const double longest = 1.25 * least_radius * (haptics::TouchScene::k_max_balls - 1);
   if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * least_radius)
     return Error{.what = "the burr and its shaft are too long for their width",
                  .where = "burr shaft",
@@ -367,7 +367,7 @@ sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   // Balls inside the body, from its tip along the shaft: one radius apart or less, farther on long shafts.
   const double first = body.low() + radius, last = std::max(first, body.high() - radius + burr.shaft);
   const int gaps = std::clamp(static_cast<int>(std::ceil((last - first) / radius)), 0,
-                              static_cast<int>(haptics::TouchScene::k_most_balls) - 1);
+                              static_cast<int>(haptics::TouchScene::k_max_balls) - 1);
   for (int i = 0; i <= gaps; ++i)
     needs.balls.push_back({0, 0, gaps == 0 ? first : first + (last - first) * i / gaps});
   return needs;

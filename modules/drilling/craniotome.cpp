@@ -191,7 +191,7 @@ sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
   Burr bit = bit_of(c);
   const double radius = touch_radius(bit, anatomy);
   sim::ToolNeeds needs{c.diameter, radius, {}};
-  constexpr int k_bit_balls = static_cast<int>(haptics::TouchScene::k_most_balls) - 4;
+  constexpr int k_bit_balls = static_cast<int>(haptics::TouchScene::k_max_balls) - 4;
   for (int i = 0; i < k_bit_balls; ++i)
     needs.balls.push_back({0, 0, radius + (c.length - 2 * radius) * i / (k_bit_balls - 1)});
   const double offset = 0.5 * c.foot - radius;

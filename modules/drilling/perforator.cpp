@@ -13,7 +13,7 @@ using volume::ToolBody;
 
 namespace {
 
-constexpr double k_least_depth = 1;            // mm of bone before the clutch may release
+constexpr double k_min_depth = 1;              // mm of bone before the clutch may release
 constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the tip at which bone holds the inner drill
 
 Burr inner_of(const Perforator& p) { return {.diameter = p.inner, .is_round = true, .rpm = 1000}; }
@@ -61,7 +61,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   if (!state.has_begun && work.removed().removed_units > 0)
     state.has_begun = true, state.begun_tip = tip_of(p, state);
   const double depth = glm::dot(state.begun_tip - tip_of(p, state), state.shaft);
-  if (!state.has_begun || depth < k_least_depth || is_held(p, state, work)) return;
+  if (!state.has_begun || depth < k_min_depth || is_held(p, state, work)) return;
   state.has_stopped = true;
   work.raise_event(PerforatorStopped{depth}, tip_of(p, state));
 }

@@ -173,8 +173,8 @@ bool middle_of(const CanalSection& section, dvec2& middle) {
     }
     last = i, ++closed;
   }
-  constexpr double k_least = 40, k_most = 900;  // mm2, range of spinal canals
-  if (closed < k_rays * 8 / 10 || twice < 2 * k_least || twice > 2 * k_most) return false;
+  constexpr double k_min = 40, k_max = 900;  // mm2, range of spinal canals
+  if (closed < k_rays * 8 / 10 || twice < 2 * k_min || twice > 2 * k_max) return false;
   middle = sum / twice;
   return true;
 }

@@ -84,10 +84,10 @@ haptics::Inside inside(const volume::Field& shape, const volume::Version& versio
 
 /// Reduces a line to at most 400 points, enough for display.
 void thin_out(std::vector<dvec3>& line) {
-  constexpr std::size_t k_most = 400;
-  if (line.size() <= k_most) return;
+  constexpr std::size_t k_max = 400;
+  if (line.size() <= k_max) return;
   std::vector<dvec3> fewer;
-  for (std::size_t i = 0; i < k_most; ++i) fewer.push_back(line[i * (line.size() - 1) / (k_most - 1)]);
+  for (std::size_t i = 0; i < k_max; ++i) fewer.push_back(line[i * (line.size() - 1) / (k_max - 1)]);
   line = std::move(fewer);
 }
 

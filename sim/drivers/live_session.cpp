@@ -362,8 +362,8 @@ void LiveSession::update_state(const Outcome& outcome) {
     const Chronicle& chronicle = engine_.now().chronicle;
     for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
       state_.events.push_back(chronicle[i]);
-    if (state_.events.size() > LiveState::k_most_events)
-      state_.events.erase(state_.events.begin(), state_.events.end() - LiveState::k_most_events);
+    if (state_.events.size() > LiveState::k_max_events)
+      state_.events.erase(state_.events.begin(), state_.events.end() - LiveState::k_max_events);
   }
   if (outcome.is_changed) {
     state_.version = engine_.current();

@@ -33,8 +33,8 @@ struct LiveState {
   std::size_t history_bytes = 0;        ///< of all branches, at the end of the last stroke
   std::vector<ForbiddenWatch> watches;  ///< of the first hand, one per forbidden structure
   std::optional<Error> refused;         ///< new: of the newest refused command
-  std::vector<Event> events;            ///< new: the newest k_most_events
-  static constexpr std::size_t k_most_events = 256;
+  std::vector<Event> events;            ///< new: the newest k_max_events
+  static constexpr std::size_t k_max_events = 256;
   bool can_undo = false, can_redo = false;
   /// Overlays of the anatomy, at least as recent as the previous fetch; null before that.
   std::shared_ptr<const Overlays> overlays;

@@ -86,7 +86,7 @@ double DepthSets::interval_of(const TouchItem& item, double time) noexcept {
 
 namespace {
 constexpr double k_usual_speed = 1000;  // mm/s, of a hand
-constexpr double k_most_pixels = 800;   // along the edge of a clip volume
+constexpr double k_max_pixels = 800;    // along the edge of a clip volume
 constexpr double k_border = 6;          // pixels, between the known part and the edge
 
 /// Returns the edge of the clip volume for a hand's speed in mm/s, mm.
@@ -103,11 +103,11 @@ double DepthSets::edge_of(const TouchItem& item) const noexcept {
 
 Status DepthSets::check_pixel(double pixel_mm, double rate, double tool_radius) {
   const double least = edge_at(k_usual_speed, rate, 1e-3) + 2 * tool_radius + k_border * pixel_mm;
-  if (k_most_pixels * pixel_mm >= least) return std::nullopt;
+  if (k_max_pixels * pixel_mm >= least) return std::nullopt;
   return Error{
       .what = "depth images in pixels so fine show too little around a hand",
       .where = "depth pixel",
-      .found = text_of(k_most_pixels * pixel_mm) + " mm",
+      .found = text_of(k_max_pixels * pixel_mm) + " mm",
       .expected = text_of(least) + " mm and more: a hand of 1 m/s, " + text_of(rate) + " sets a second",
       .remedy = "use larger pixels, or more sets per second"};
 }
@@ -171,7 +171,7 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     const double requested =
         std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
         k_border * item.depth_pixel;
-    job.view.edge = std::min(requested, k_most_pixels * item.depth_pixel);
+    job.view.edge = std::min(requested, k_max_pixels * item.depth_pixel);
     job.view.pixel = item.depth_pixel;
     job.view.time = time;
     job.view.interval = interval_of(item, time);

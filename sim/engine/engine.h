@@ -116,14 +116,14 @@ class Engine {
   bool is_in_stroke() const noexcept;
   /// Largest number of strokes and commands that can be undone; older ones are final, so that an hour's work
   /// fits in memory.
-  static constexpr std::size_t k_most_strokes = 256;
+  static constexpr std::size_t k_max_strokes = 256;
   /// Number of applied strokes and commands.
   std::size_t stroke_count() const noexcept { return branch_.forgotten + branch_.position; }
   bool can_undo() const noexcept { return branch_.position > 0 || is_stroke_changed_; }
   bool can_redo() const noexcept { return branch_.position + 1 < branch_.history.size(); }
   // Current branch of the history, and the other ones.
   static constexpr const char* k_first_branch = "main";
-  static constexpr std::size_t k_most_branches = 16;
+  static constexpr std::size_t k_max_branches = 16;
   const Branch& branch() const noexcept { return branch_; }
   const std::vector<Branch>& other_branches() const noexcept { return left_branches_; }
   /// Bytes of tables, bricks and masks of all branches; shared ones count once. Traverses all of them.

@@ -92,7 +92,7 @@ Status Engine::check_room_for_bodies() const {
                    .found = std::string(name),
                    .expected = "subvoxel, scene or chain",
                    .remedy = "use a tool with this method"};
-    if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_most)
+    if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_max)
       return Error{.what = "too many objects to touch together with the detached bodies",
                    .found = std::to_string(haptics::item_count(*tool.scene)),
                    .expected = "room for eight more"};
@@ -300,8 +300,8 @@ std::string Engine::reason_not_to_add(std::span<const NewBody> bodies) const {
   for (const HandTool& tool : tools_)
     if (haptics::item_count(*tool.scene) + static_cast<int>(now_.world.bodies.size() + bodies.size()) +
             haptics::TouchScene::k_max_movers >
-        haptics::ShapeSet::k_most)
-      return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_most) + " objects";
+        haptics::ShapeSet::k_max)
+      return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_max) + " objects";
   const Status no_room = check_room_for_bodies();
   return no_room ? no_room->message() : std::string();
 }

@@ -46,11 +46,11 @@ Status Engine::check_branch(const Command& command) const {
                  .where = "begin-branch name",
                  .found = name,
                  .expected = "another name"};
-  if (left_branches_.size() + 1 >= k_most_branches)
+  if (left_branches_.size() + 1 >= k_max_branches)
     return Error{.what = "too many branches",
                  .where = "begin-branch",
                  .found = std::to_string(left_branches_.size() + 1),
-                 .expected = "at most " + std::to_string(k_most_branches)};
+                 .expected = "at most " + std::to_string(k_max_branches)};
   return std::nullopt;
 }
 
@@ -126,7 +126,7 @@ void Engine::add_entry(const volume::VoxelBox& box) {
   branch_.history.erase(branch_.history.begin() + static_cast<std::ptrdiff_t>(branch_.position) + 1,
                         branch_.history.end());
   branch_.history.push_back(make_entry(box));
-  if (++branch_.position <= k_most_strokes) return;
+  if (++branch_.position <= k_max_strokes) return;
   branch_.history.erase(branch_.history.begin());
   --branch_.position;
   ++branch_.forgotten;

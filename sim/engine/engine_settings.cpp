@@ -56,7 +56,7 @@ Result<std::shared_ptr<const haptics::LawSet>> laws_with_effect(const haptics::S
 }
 
 /// Least id of the effects of an instrument; no named effect has such an id.
-constexpr std::uint32_t k_instruments_effect = 0xffffffff - (HandForces::k_most - 1);
+constexpr std::uint32_t k_instruments_effect = 0xffffffff - (HandForces::k_max - 1);
 
 HandForces forces_of(const Instrument& instrument) {
   return instrument.type && instrument.type->forces
@@ -68,7 +68,7 @@ HandForces forces_of(const Instrument& instrument) {
 Result<std::shared_ptr<const haptics::LawSet>> laws_with_forces(const haptics::ServoHand& hand,
                                                                 const HandForces& forces) {
   std::shared_ptr<const haptics::LawSet> laws = hand.laws;
-  for (std::size_t i = 0; i < HandForces::k_most; ++i) {
+  for (std::size_t i = 0; i < HandForces::k_max; ++i) {
     const std::uint32_t id = k_instruments_effect + static_cast<std::uint32_t>(i);
     std::optional<haptics::ServoLaw> law;
     if (const auto& effect = forces.effects[i]) {

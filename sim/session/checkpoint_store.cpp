@@ -53,13 +53,13 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
                                     bool& starts_after_known) {
     std::vector<std::string> result;
     std::size_t bytes = 0;
-    constexpr std::size_t k_most_bytes = std::size_t{1} << 30;
+    constexpr std::size_t k_max_bytes = std::size_t{1} << 30;
     starts_after_known = false;
     for (std::uint64_t n = number;; --n) {
       const auto found = links.find({chain, n});
       if (found == links.end()) throw Broken{"a missing state"};
       result.push_back(value_or_throw(session->read(found->second->bytes)));
-      if ((bytes += result.back().size()) > k_most_bytes) throw Broken{"a chain that is too long"};
+      if ((bytes += result.back().size()) > k_max_bytes) throw Broken{"a chain that is too long"};
       if (found->second->is_first) break;
       if (n == 0) throw Broken{"a chain without a beginning"};
       if ((starts_after_known = n - 1 == known)) break;
@@ -206,7 +206,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   };
   /// Reads the offset fields of a scene; if it is null, skips them.
   OffsetJob::Offsets read_offsets(ByteReader& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
-    OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_most));
+    OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_max));
     if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
       throw Broken{"another number of offset fields than of shapes"};
     for (std::size_t s = 0; s < offsets.size(); ++s) {
@@ -251,7 +251,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     UndoableState world;
     world.version = version_at(in.count());
     world.modules = read_modules(in, start.now().world.modules);
-    for (std::uint64_t remaining = in.count(haptics::ShapeSet::k_most); remaining > 0; --remaining) {
+    for (std::uint64_t remaining = in.count(haptics::ShapeSet::k_max); remaining > 0; --remaining) {
       Body body;
       body.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
       const std::int64_t mover = in.signed_number();
@@ -287,7 +287,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   HistoryPlace read_place(ByteReader& in, const Hands& hands) {
     HistoryPlace place;
     place.world = read_world(in);
-    for (std::uint64_t remaining = in.count(haptics::ServoScene::k_most_hands); remaining > 0; --remaining)
+    for (std::uint64_t remaining = in.count(haptics::ServoScene::k_max_hands); remaining > 0; --remaining)
       if (auto fields = read_fields(in, hands); fields.first) place.fields.push_back(std::move(fields));
     return place;
   }
@@ -339,7 +339,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   /// Reads a hand, with its initial tool or another one.
   void read_hand(ByteReader& in, std::size_t h, EngineImage::Hand& hand) {
     ToolGeometry geometry{in.number(), {}};
-    for (std::uint64_t remaining = in.count(haptics::TouchScene::k_most_balls); remaining > 0; --remaining)
+    for (std::uint64_t remaining = in.count(haptics::TouchScene::k_max_balls); remaining > 0; --remaining)
       geometry.balls.push_back(in.place());
     hand.tool = start.tool(h);
     hand.tool.number = in.count();
@@ -356,7 +356,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     if (in.flags(1) != 0) {
       auto path = std::make_shared<haptics::EscapePath>();
       path->serial = in.value<std::uint64_t>();
-      path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_most_places));
+      path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_max_places));
       for (std::uint32_t i = 0; i < path->count; ++i) path->places_volume[i] = in.place();
       hand.escape_path = std::move(path);
     }
@@ -374,7 +374,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   void read_history(ByteReader& in, std::size_t i, const Hands& hands, EngineImage& image) {
     const auto& stored = entries_up_to(i);
     std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>> entries_read;  // branches share entries
-    const std::uint64_t others = in.count(Engine::k_most_branches - 1);
+    const std::uint64_t others = in.count(Engine::k_max_branches - 1);
     image.branch = read_branch(in, hands, stored, entries_read);
     for (std::uint64_t remaining = others; remaining > 0; --remaining)
       image.other_branches.push_back(read_branch(in, hands, stored, entries_read));
@@ -389,7 +389,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     Branch branch;
     branch.name = in.text();
     std::uint64_t number = 0;
-    for (std::uint64_t remaining = in.count(Engine::k_most_strokes + 1); remaining > 0; --remaining) {
+    for (std::uint64_t remaining = in.count(Engine::k_max_strokes + 1); remaining > 0; --remaining) {
       number += static_cast<std::uint64_t>(in.signed_number());
       std::shared_ptr<const HistoryEntry>& entry = entries_read[number];
       if (!entry) entry = read_entry(number, hands, stored);
@@ -459,7 +459,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     ByteReader in(bytes);
     const std::size_t count = start.hand_count();
     for (std::size_t h = 0; h < count; ++h) result.cores.emplace_back(in.text());
-    for (std::uint64_t remaining = in.count(CheckpointMaker::k_most_records); remaining > 0; --remaining) {
+    for (std::uint64_t remaining = in.count(CheckpointMaker::k_max_records); remaining > 0; --remaining) {
       result.records.push_back(in.record());
       if (result.records.back().hand >= count) throw Broken{"a tick of an unknown hand"};
     }

@@ -254,8 +254,8 @@ void SessionWriter::record_checkpoint(Engine& engine) {
 
 /// Returns the block of the log that begins here; empty while too many checkpoints are unwritten.
 std::optional<std::uint64_t> SessionWriter::block_for_checkpoint() {
-  constexpr std::size_t k_most_waiting = 4;  // while the disk does not respond
-  const auto has_room = [this] { return pending_checkpoints_.size() < k_most_waiting; };
+  constexpr std::size_t k_max_waiting = 4;  // while the disk does not respond
+  const auto has_room = [this] { return pending_checkpoints_.size() < k_max_waiting; };
   std::unique_lock guard(lock_);
   if (may_wait_) encoded_.wait(guard, has_room);
   if (!has_room() || status_) return std::nullopt;

@@ -120,16 +120,16 @@ bench::FeelScene real_scene(const std::string& name, const std::string& motion, 
 
 /// The path resampled at 1 kHz, as the chart plays it.
 Result<haptics::PosePath> at_a_kilohertz(const haptics::PosePath& path, const std::string& where) {
-  constexpr std::size_t k_most = 20'000;
+  constexpr std::size_t k_max = 20'000;
   std::vector<haptics::PosePath::Sample> samples;
   for (const double t : haptics::servo_times(path, 1000))
-    if (samples.size() < k_most) samples.push_back({t, path.at(t)});
+    if (samples.size() < k_max) samples.push_back({t, path.at(t)});
   return haptics::PosePath::from_samples(std::move(samples), where);
 }
 
 /// Poses of a session's first hand; invalid poses are left out.
 Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string& where) {
-  constexpr double k_most_seconds = 20;
+  constexpr double k_max_seconds = 20;
   std::vector<haptics::PosePath::Sample> samples;
   sim::LogItem item;
   for (;;) {
@@ -140,7 +140,7 @@ Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string
     if (tick == nullptr || tick->record.hand != 0 || (tick->record.raised & haptics::fault_not_finite))
       continue;
     samples.push_back({static_cast<double>(tick->record.tick) / session.header().rate_hz, tick->record.pose});
-    if (samples.back().t - samples.front().t > k_most_seconds) break;
+    if (samples.back().t - samples.front().t > k_max_seconds) break;
   }
   return haptics::PosePath::from_samples(std::move(samples), where);
 }

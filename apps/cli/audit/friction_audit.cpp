@@ -20,7 +20,7 @@ constexpr double k_on_surface = 2e-3;  // voxels
 constexpr double k_leap_mm = 1;
 constexpr double k_model_reach_mm = 1;                // models farther away are ignored
 constexpr double k_facet_slack_mm = 0.02;             // facets of a model within this distance are walls
-constexpr double k_least_mm = 0.05;                   // a shorter pull is not judged
+constexpr double k_min_mm = 0.05;                     // a shorter pull is not judged
 constexpr double k_share = 0.04, k_slack_mm = 0.004;  // tolerated pull outside the cone
 
 }  // namespace
@@ -72,7 +72,7 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
       glm::length(r.pose.position_world - std::exchange(last_hand_, r.pose.position_world));
   const double moved = glm::length(r.proxy_world - last);
   const bool is_new = std::exchange(is_new_, false);
-  if (solids_.empty() || r.side != haptics::Side::front || !(glm::length(pull) > k_least_mm)) {
+  if (solids_.empty() || r.side != haptics::Side::front || !(glm::length(pull) > k_min_mm)) {
     is_new_ = true;
     return;
   }
