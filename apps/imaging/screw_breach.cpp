@@ -41,10 +41,10 @@ ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& sub
       has_entered = is_whole || s - entered_at > screw.diameter;
       if (!has_entered) continue;
     }
-    const auto distance_to_bone = [&](const dvec3& from, const dvec3& direction, double most) {
+    const auto distance_to_bone = [&](const dvec3& from, const dvec3& direction, double max_distance) {
       double distance = 0;
-      while (distance < most && !is_bone(from + distance * direction)) distance += k_back;
-      return std::min(distance, most);
+      while (distance < max_distance && !is_bone(from + distance * direction)) distance += k_back;
+      return std::min(distance, max_distance);
     };
     double breach = 0;
     dvec3 breach_direction(0);

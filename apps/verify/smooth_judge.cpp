@@ -206,10 +206,10 @@ bool SmoothSolid::is_free_in_cube(const dvec3& from, const dvec3& to) const {
   for (const auto& [field, per_voxel] : fields_) {
     const dvec3 a = from * dvec3(per_voxel), b = to * dvec3(per_voxel);
     const ivec3 v = nearest_sample(0.5 * (a + b));
-    double most = -1e300;
+    double highest = -1e300;
     for (int n = 0; n < 27; ++n)
-      most = std::max(most, field(v.x + n % 3 - 1, v.y + n / 3 % 3 - 1, v.z + n / 9 - 1));
-    if (most < 0) return true;
+      highest = std::max(highest, field(v.x + n % 3 - 1, v.y + n / 3 % 3 - 1, v.z + n / 9 - 1));
+    if (highest < 0) return true;
     polynomials.push_back(bernstein_along(field, v, a, b));
   }
   return is_free_polynomial(polynomials, 48);

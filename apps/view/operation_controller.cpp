@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 #include "apps/workbench/text.h"
 #include "volume/base/percentile.h"
 
@@ -119,14 +119,14 @@ std::string OperationController::fault_text() const {
 }
 
 std::string OperationController::notice_text() const {
-  const bool is_off = (state_.newest.faults & haptics::k_latched_faults) != 0;
-  const std::string fault = is_off ? fault_text() : "", shown = notices_.shown(seconds());
+  const bool has_latched_fault = (state_.newest.faults & haptics::k_latched_faults) != 0;
+  const std::string fault = has_latched_fault ? fault_text() : "", shown = notices_.shown(seconds());
   return fault + (fault.empty() || shown.empty() ? "" : "\n") + shown;
 }
 
 EventLevel OperationController::notice_level() const {
-  const bool is_off = (state_.newest.faults & haptics::k_latched_faults) != 0;
-  return is_off ? EventLevel::danger : notices_.shown_level(seconds());
+  const bool has_latched_fault = (state_.newest.faults & haptics::k_latched_faults) != 0;
+  return has_latched_fault ? EventLevel::danger : notices_.shown_level(seconds());
 }
 
 void OperationController::collect_notices() {
@@ -176,7 +176,8 @@ void OperationController::frame() {
   if (state_.refused || requested_stroke_ == state_.strokes) requested_stroke_.reset();
   version_ = state_.version;
   viewport_.request(version_, state_.changed);
-  viewport_.show_stylus(state_.newest, look_of(state_.tool), *version_, -viewport_.ray_at(x_, y_).direction);
+  viewport_.show_stylus(state_.newest, appearance_of(state_.tool), *version_,
+                        -viewport_.ray_at(x_, y_).direction);
   const bool is_held =
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
                                      [](const sim::Overlay& overlay) { return overlay.holder >= 0; });
@@ -222,7 +223,7 @@ void OperationController::touch_scenery() {
     }
   }
   constexpr double k_edge = 40, k_margin = 8;  // mm: edge of a request; known margin around the hand
-  const volume::Camera eye = viewport_.eye();
+  const volume::Camera camera = viewport_.camera();
   const haptics::depth::DepthSet* known = nullptr;
   for (const sim::DisplayedDepths& depths : state_.depths)
     if (depths.item == scenery_) known = depths.set.get();
@@ -235,9 +236,10 @@ void OperationController::touch_scenery() {
   if (state_.overlays)
     for (const sim::Overlay& overlay : *state_.overlays)
       if (overlay.kind == sim::Overlay::Kind::scenery) mesh = overlay.surface.get();
-  const bool is_same_view = eye.at == requested_eye_.at && eye.forward == requested_eye_.forward &&
-                            eye.up == requested_eye_.up && eye.columns == requested_eye_.columns &&
-                            eye.rows == requested_eye_.rows && mesh == requested_mesh_;
+  const bool is_same_view =
+      camera.at == requested_camera_.at && camera.forward == requested_camera_.forward &&
+      camera.up == requested_camera_.up && camera.columns == requested_camera_.columns &&
+      camera.rows == requested_camera_.rows && mesh == requested_mesh_;
   const auto knows = [&](const dvec3& p) {
     return known != nullptr && known->knows(p, k_margin + state_.tool_radius);
   };
@@ -248,7 +250,7 @@ void OperationController::touch_scenery() {
   // The depth was requested already, or the screen shows no more of the scenery.
   const bool is_same_place = glm::length(proxy - requested_at_) < 1;
   if (is_same_view && (is_same_place || (knows(hip) && knows(proxy)))) return;
-  requested_eye_ = eye, requested_mesh_ = mesh, requested_at_ = proxy;
+  requested_camera_ = camera, requested_mesh_ = mesh, requested_at_ = proxy;
   viewport_.request_depth(proxy, k_edge);
 }
 
@@ -327,8 +329,8 @@ void OperationController::drag_point() {
   const std::optional<dvec3> at = touched();
   if (!has_point() || !at || ++frames_since_drag_ < k_every || glm::length(*at - dragged_to_) < 0.2) return;
   for (const sim::Field& field : dragged_point_.schema().fields) {
-    const sim::FieldPlace place = field.place(dragged_point_.data());
-    if (auto* const* point = std::get_if<dvec3*>(&place); point && field.name == "at") **point = *at;
+    const sim::FieldPointer pointer = field.pointer_in(dragged_point_.data());
+    if (auto* const* point = std::get_if<dvec3*>(&pointer); point && field.name == "at") **point = *at;
   }
   apply(dragged_point_);
   dragged_to_ = *at;
@@ -346,10 +348,10 @@ std::optional<dvec3> OperationController::touched() const {
 double OperationController::distance_above_soft(const Ray& ray, double along) const {
   constexpr double k_clearance = 0.5;  // mm; covers the motion between two frames
   constexpr int k_max_steps = 20;
-  const ToolLook look = look_of(state_.tool);
-  const double radius = std::max(state_.tool_radius, look.radius);
+  const ToolAppearance tool = appearance_of(state_.tool);
+  const double radius = std::max(state_.tool_radius, tool.radius);
   // Centre of the tool's end: a ball is held at its centre, another tool at its lowest point.
-  const dvec3 middle = look.is_ball && state_.tool_radius > 0 ? dvec3(0) : radius * shaft();
+  const dvec3 middle = tool.is_ball && state_.tool_radius > 0 ? dvec3(0) : radius * shaft();
   for (int i = 0; i < k_max_steps; ++i) {
     double clearance = 1e9;
     for (const auto& structure : live_.engine().forbidden())
@@ -386,7 +388,7 @@ void OperationController::follow_cursor() {
                                : std::min(hit - radius, contact() + 0.7 * voxel) + k_rest;
   // A craniotome is perpendicular to the bone around it, not to the bone under a cursor that is ahead.
   const bool is_craniotome_held =
-      guide_.is_holding() && look_of(state_.tool).foot.kind == FootTool::Kind::craniotome;
+      guide_.is_holding() && appearance_of(state_.tool).foot.kind == FootTool::Kind::craniotome;
   follow_surface(
       is_craniotome_held ? Ray{ray.origin, glm::normalize(state_.newest.proxy_world - ray.origin)} : ray,
       is_over_bone_ || is_craniotome_held);

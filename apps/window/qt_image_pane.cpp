@@ -32,7 +32,7 @@ QColor colour_of(PaneKind kind) {
     case PaneKind::section:
       return {190, 150, 235};
     case PaneKind::xray:
-    case PaneKind::drawn:
+    case PaneKind::rendering:
     case PaneKind::depths:
       break;
   }
@@ -63,19 +63,19 @@ void write_legend(QPainter& painter, const Panel& panel, const QRectF& area) {
         }))
       entries.push_back(&line);
   const double row_height = painter.fontMetrics().height() + 2.0, swatch = 0.6 * row_height;
-  const std::size_t most =
+  const std::size_t shown_count =
       std::min(entries.size(), static_cast<std::size_t>(std::max(0.0, 0.45 * area.height() / row_height)));
-  double y = area.bottom() - row_height * static_cast<double>(most + (most < entries.size()));
-  for (std::size_t i = 0; i < most; ++i, y += row_height) {
+  double y = area.bottom() - row_height * static_cast<double>(shown_count + (shown_count < entries.size()));
+  for (std::size_t i = 0; i < shown_count; ++i, y += row_height) {
     const Panel::Line& line = *entries[i];
     write(painter, QRectF(area.left() + swatch + 10, y, area.width() - swatch - 10, row_height),
           Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(line.name));
     painter.fillRect(QRectF(area.left() + 2, y + 0.2 * row_height, swatch, swatch),
                      QColor(line.colour[0], line.colour[1], line.colour[2]));
   }
-  if (most < entries.size())
+  if (shown_count < entries.size())
     write(painter, QRectF(area.left(), y, area.width(), row_height), Qt::AlignLeft | Qt::AlignVCenter,
-          QString("and %1 more").arg(entries.size() - most));
+          QString("and %1 more").arg(entries.size() - shown_count));
 }
 
 }  // namespace
@@ -306,7 +306,7 @@ void ImagePane::mousePressEvent(QMouseEvent* event) {
 void ImagePane::mouseMoveEvent(QMouseEvent* event) {
   const QPointF step = event->localPos() - last_;
   last_ = event->localPos();
-  if (panes_->kind(index_) == PaneKind::drawn && event->buttons() != Qt::NoButton)
+  if (panes_->kind(index_) == PaneKind::rendering && event->buttons() != Qt::NoButton)
     return on_turn(0.4 * step.x(), 0.4 * step.y());
   if (!imaging::is_planar(panes_->kind(index_))) return;
   if (event->modifiers() & Qt::ShiftModifier) {

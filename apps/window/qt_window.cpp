@@ -258,7 +258,7 @@ void MainWindow::set_clip() {
 }
 
 /// Reports disconnected parts, such as a table or a head holder, after the picture was drawn.
-void MainWindow::offer_largest() {
+void MainWindow::report_disconnected_parts() {
   if (!has_checked_parts_ && !parts_.valid() && viewport()->is_complete()) {
     has_checked_parts_ = true;
     parts_ = std::async(std::launch::async, [scene = scene_, owner = owner_] {
@@ -345,7 +345,7 @@ void MainWindow::tick() {
   }
   show_panes(elapsed);
   show_state();
-  offer_largest();
+  report_disconnected_parts();
 }
 
 bool MainWindow::is_drawable() const {
@@ -422,8 +422,8 @@ void MainWindow::show_state() {
                     : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
                     : panes_.panes().is_waiting() ? tr("computing images ...")
                                                   : QString("ready"));
-    const QString look = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
-    if (fault_->styleSheet() != look) fault_->setStyleSheet(look);
+    const QString style = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
+    if (fault_->styleSheet() != style) fault_->setStyleSheet(style);
   } else {
     show_notices();
     play_->setText(replay_->is_playing() ? "Pause" : "Play");

@@ -137,7 +137,7 @@ void MainWindow::build_pieces_menu() {
 namespace {
 /// True for fields with one point.
 bool is_point(const sim::Field& field) {
-  return field.type == sim::detail::IndexIn<glm::dvec3, sim::FieldPlace>::k_index;
+  return field.type == sim::detail::IndexIn<glm::dvec3, sim::FieldPointer>::k_index;
 }
 }  // namespace
 
@@ -173,8 +173,8 @@ void MainWindow::apply_at_touched(const sim::ValueType& type) {
   const std::optional<glm::dvec3> touched = operation_->touched();
   if (!touched) return show_message(tr("Touch a position on the bone, then press the key."));
   sim::Value command = sim::Value::of(type);
-  const sim::FieldPlace place = type.schema->fields[0].place(command.data());
-  *std::get<glm::dvec3*>(place) = *touched;
+  const sim::FieldPointer pointer = type.schema->fields[0].pointer_in(command.data());
+  *std::get<glm::dvec3*>(pointer) = *touched;
   operation_->apply(std::move(command));
 }
 

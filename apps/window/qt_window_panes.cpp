@@ -60,7 +60,8 @@ void MainWindow::build_panes_menu() {
   add(menu, "layout_picture", tr("&Picture alone"), QKeySequence("F5"), arrange(Layout::picture));
   add(menu, "layout_slices", tr("Picture and three &slices"), QKeySequence("F6"), arrange(Layout::slices));
   add(menu, "layout_xray", tr("Picture, &X-ray and section"), QKeySequence("F7"), arrange(Layout::xray));
-  add(menu, "layout_drawn", tr("Picture and &volume rendering"), QKeySequence("F8"), arrange(Layout::drawn));
+  add(menu, "layout_drawn", tr("Picture and &volume rendering"), QKeySequence("F8"),
+      arrange(Layout::rendering));
   add(menu, "layout_depths", tr("Picture and &depth images"), QKeySequence("F9"), arrange(Layout::depths));
   menu->addSeparator();
   QMenu* greys = menu->addMenu(tr("&Windowing"));
@@ -129,9 +130,9 @@ void MainWindow::fill_structures(QMenu* menu) {
   if (names.size() < 2) menu->addAction("The scan has no labels")->setEnabled(false);
   for (std::size_t label = 1; label < names.size(); ++label) {
     QMenu* structure = menu->addMenu(QString::fromStdString(names[label]));
-    constexpr std::pair<const char*, double> looks[] = {
+    constexpr std::pair<const char*, double> appearances[] = {
         {"&Shown", 1}, {"&Translucent", 0.15}, {"&Hidden", 0}};
-    for (const auto& [text, opacity] : looks)
+    for (const auto& [text, opacity] : appearances)
       connect(structure->addAction(text), &QAction::triggered, this,
               [this, label, opacity = opacity] { panes_.panes().set_label_opacity(label, opacity); });
   }
@@ -204,7 +205,7 @@ void MainWindow::show_panes(double elapsed) {
   panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
                 viewport()->touch_radius(), !operation_ || operation_->touched().has_value(), elapsed,
-                viewport()->eye(), viewport()->clip_plane(), depths});
+                viewport()->camera(), viewport()->clip_plane(), depths});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {

@@ -113,12 +113,12 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
         if (!s.is_forbidden && !moment->shape) moment->shape = s.shape;
     }
   }
-  if (choice.shape.is_made() || !moment->shape) {
+  if (choice.shape.is_set() || !moment->shape) {
     const Source& source = moment->session ? moment->session->source : moment->source;
     const auto shape = choose_shape(source, choice.shape, listener);
     if (shape)
       moment->shape = shape.value();
-    else if (choice.shape.is_made())
+    else if (choice.shape.is_set())
       return shape.error();
   }
   std::vector<ModelChoice> models = moment->session ? std::vector<ModelChoice>() : models_of(moment->source);

@@ -15,7 +15,7 @@ struct Preset {
   const char* name;
   double low, certain;  ///< HU: bone from `low` on if connected to a voxel from `certain` on
   double thin_mm;
-  double least_share;  ///< size of other kept parts, relative to the largest; 1: the largest only
+  double min_share;  ///< size of other kept parts, relative to the largest; 1: the largest only
 };
 // A skull is one part. Vertebrae are several, their cancellous bone is soft and their shells are thin.
 constexpr std::array<Preset, 2> k_presets{{{"skull", 300, 700, 2, 1}, {"spine", 150, 350, 4, 0.01}}};
@@ -121,8 +121,8 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
   if (preset) {
     const double certain = std::max(preset->certain, shape.low);
     volume::ShapeParts removed;
-    auto result = volume::keep_seeded_parts(source.volume, shape, certain,
-                                            std::min(preset->least_share, 0.99), removed);
+    auto result =
+        volume::keep_seeded_parts(source.volume, shape, certain, std::min(preset->min_share, 0.99), removed);
     if (!result) return result.error();
     listener.notice(
         format_text("bone: %.0f HU and above if connected to %.0f HU; %d small part%s, %lld voxels, "
@@ -131,10 +131,10 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
                     static_cast<long long>(removed.others)));
     if (removed.count > 0) take(source, std::move(result));
   }
-  if (preset ? preset->least_share == 1 || shape_choice.is_largest : shape_choice.is_largest) {
+  if (preset ? preset->min_share == 1 || shape_choice.is_largest : shape_choice.is_largest) {
     if (Status error = keep_largest(source, shape, listener)) return *error;
   } else {
-    offer_largest(source, shape, listener);
+    report_large_parts(source, shape, listener);
   }
   return shape;
 }

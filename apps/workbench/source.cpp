@@ -316,7 +316,7 @@ Status omit_holder(Source& source, const volume::Shape& shape, const Listener& l
   return std::nullopt;
 }
 
-void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener) {
+void report_large_parts(const Source& source, const volume::Shape& shape, const Listener& listener) {
   const volume::ShapeParts parts = volume::parts_of(source.volume, shape);
   if (!parts.is_other_large()) return;
   listener.notice(format_text(

@@ -189,8 +189,8 @@ void for_each_quality(Quality& q, const Use& use) {
   use("blur_across", q.blur_across);
   use("noise", q.noise);
   use("thinnest", q.thinnest);
-  use("least_wall", q.least_wall);
-  use("least_gap", q.least_gap);
+  use("least_wall", q.min_wall);
+  use("least_gap", q.min_gap);
 }
 
 ScanQuality read_quality(TomlReader& reader, const toml::value& value) {

@@ -117,10 +117,10 @@ struct Needed {
 
 /// Sides of the lattice beyond which a point is, one bit each.
 enum Beyond : std::uint8_t { beyond_x = 3, beyond_y = 12, beyond_z = 48 };
-std::uint8_t beyond(const dvec3& p, const dvec3& most) noexcept {
+std::uint8_t beyond(const dvec3& p, const dvec3& high) noexcept {
   int bits = 0;
   for (int axis = 0; axis < 3; ++axis)
-    bits |= (p[axis] < -0.5) << (2 * axis) | (p[axis] > most[axis]) << (2 * axis + 1);
+    bits |= (p[axis] < -0.5) << (2 * axis) | (p[axis] > high[axis]) << (2 * axis + 1);
   return static_cast<std::uint8_t>(bits);
 }
 
@@ -173,9 +173,9 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
   };
   std::vector<std::uint8_t> beyonds(corners.size());
   std::atomic<std::size_t> too_far{corners.size()};
-  for_corners([&, most = dvec3(size) - 0.5](std::size_t i) {
+  for_corners([&, high = dvec3(size) - 0.5](std::size_t i) {
     const dvec3 p = position_of(i);
-    beyonds[i] = beyond(p, most);
+    beyonds[i] = beyond(p, high);
     if (std::abs(p.x) < k_farthest && std::abs(p.y) < k_farthest && std::abs(p.z) < k_farthest) return;
     for (std::size_t first = too_far; i < first && !too_far.compare_exchange_weak(first, i);) {}
   });

@@ -109,7 +109,7 @@ using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, Pla
                                 GravityCompensation, Texture, Align, Spin, Insertion>;
 struct Effect {
   EffectKind kind;
-  double most = 3;  ///< largest force, N; for a torque in units of 10 N mm
+  double max_force = 3;  ///< largest force, N; for a torque in units of 10 N mm
   friend bool operator==(const Effect&, const Effect&) = default;
 };
 

@@ -174,7 +174,7 @@ Twist Chain::solve(const Twist& request) noexcept {
     t.about += (b.push * inverse_square) * b.about;
   }
   for (int sweep = 0; sweep < k_sweeps; ++sweep) {
-    double most = 0;
+    double largest_change = 0;
     for (int k = 0; k < count_; ++k) {
       Bound& b = bounds_[static_cast<std::size_t>(k)];
       const double weight = 1 + inverse_square * glm::dot(b.about, b.about);
@@ -183,9 +183,9 @@ Twist Chain::solve(const Twist& request) noexcept {
       b.push = push;
       t.along += change * b.along;
       t.about += (change * inverse_square) * b.about;
-      most = std::max(most, std::abs(change));
+      largest_change = std::max(largest_change, std::abs(change));
     }
-    if (most < 0.1 * k_still * voxel_) break;
+    if (largest_change < 0.1 * k_still * voxel_) break;
   }
   return t;
 }

@@ -13,7 +13,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_look_around = 8;  // mm beyond the needs of a step, so that few steps search again
+constexpr double k_search_margin = 8;  // mm beyond the needs of a step, so that few steps search again
 
 bool has_friction(const Material& m) noexcept { return m.static_friction > 0 || m.dynamic_friction > 0; }
 
@@ -45,7 +45,7 @@ void update_near(const TouchScene& scene, const SceneLayout& layout, const Place
   }
   around.nearby = ShapeSet{};
   around.near_middle_world = hip;
-  around.near_radius = reach + k_look_around;
+  around.near_radius = reach + k_search_margin;
   for (int s = 0; s < item_count(scene); ++s)
     if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.nearby.flip(s);
 }

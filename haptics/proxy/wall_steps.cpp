@@ -49,7 +49,7 @@ dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plan
   const double pu = share * (c * ru - b * rw), pw = share * (a * rw - b * ru);
   const dvec3 p = plane.room * n + pu * u + pw * w;
   // A short step follows the wall to second order.
-  if (const double most = k_short_step * voxel_mm; pu * pu + pw * pw > most * most) return p;
+  if (const double max_step = k_short_step * voxel_mm; pu * pu + pw * pw > max_step * max_step) return p;
   return p - inverse *
                  (0.5 * (pu * pu * uu + pw * pw * ww) + pu * pw * uw + plane.room * (pu * un + pw * wn)) * n;
 }

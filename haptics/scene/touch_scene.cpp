@@ -141,16 +141,16 @@ std::optional<volume::Occupancy> bits_on_grid(const TouchItem& item, const volum
 }  // namespace
 
 void soften(TouchScene& scene, int threads) {
-  std::vector<std::size_t> which;
+  std::vector<std::size_t> shapes;
   for (std::size_t s = 0; s < scene.items.size(); ++s)
     if (const TouchItem& item = scene.items[s];
         !item.is_mesh() && volume::SoftField::is_two_valued(item.field, *item.bits))
-      which.push_back(s);
-  soften(scene, which, threads);
+      shapes.push_back(s);
+  soften(scene, shapes, threads);
 }
 
-void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) {
-  for (const std::size_t s : which) {
+void soften(TouchScene& scene, std::span<const std::size_t> shapes, int threads) {
+  for (const std::size_t s : shapes) {
     TouchItem& shape = scene.items[s];
     std::vector<const volume::Occupancy*> whole, at_surface;
     std::vector<volume::Occupancy> resampled;
@@ -160,7 +160,7 @@ void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) 
       const TouchItem& item = scene.items[other];
       if (other == s || item.is_mesh() || shape.sides != Side::front || item.sides != Side::front) continue;
       // A tool in a shape that it passes must not touch parts of the other one that the first covers.
-      const bool is_soft = std::find(which.begin(), which.end(), other) != which.end();
+      const bool is_soft = std::find(shapes.begin(), shapes.end(), other) != shapes.end();
       const double pop_force = std::max(item.material.pop_force, shape.material.pop_force);
       if (&item.field.volume() == &shape.field.volume()) {
         (is_soft && pop_force == 0 ? whole : at_surface).push_back(item.bits.get());

@@ -164,8 +164,8 @@ const std::string& name_of(const TouchItem& item) noexcept;
 /// volumes. Shapes with more than two values near their surface stay as they are. Adjacent shapes that are
 /// touched from the front only extend into one another, so set their sides first.
 void soften(TouchScene& scene, int threads = 0);
-/// Smooths only the items with the indices `which`.
-void soften(TouchScene& scene, std::span<const std::size_t> which, int threads = 0);
+/// Smooths only the items with the indices `shapes`.
+void soften(TouchScene& scene, std::span<const std::size_t> shapes, int threads = 0);
 
 /// Prepares for burrs of this diameter (mm) and larger, for any slice thickness; 0: for cuts as coarse as the
 /// voxels. Call before any cut. Error if the scan is too coarse; it names the smallest burr that works.

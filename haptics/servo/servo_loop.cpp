@@ -168,7 +168,7 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
       waiting > 0.5 * static_cast<double>(ring_.capacity());
   HandPlacements places;
   for (std::size_t h = 0; servo_scene->has_held && h < hands_.size(); ++h)
-    places[h] = hands_[h].core.place_before(hands_[h].core.next_tick());
+    places[h] = hands_[h].core.pose_before(hands_[h].core.next_tick());
   for (Hand& hand : hands_) {
     ServoInput input;
     input.places = &places;

@@ -176,8 +176,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
     is_good = is_good && is_item(item, scene);
   is_good = is_good && std::abs(glm::length(state.tool_turn) - 1) < 1e-6 &&
             (state.balls_inside >> TouchScene::k_max_balls) == 0;
-  for (const ServoCore::Place& place : result.places_)
-    is_good = is_good && std::abs(glm::length(place.where.rotation) - 1) < 1e-6;
+  for (const ServoCore::RecentPose& recent : result.recent_poses_)
+    is_good = is_good && std::abs(glm::length(recent.pose.rotation) - 1) < 1e-6;
   for (const Side side : {result.step_.side, result.popped_side_}) is_good = is_good && is_side(side);
   for (std::uint32_t i = 0; i < result.escape_path_.count; ++i)
     is_good = is_good && is_near(result.escape_path_.places_volume[i]);

@@ -67,8 +67,8 @@ SceneLayout::Box world_box(const dvec3& low, const dvec3& high, const Placement&
 }  // namespace
 
 namespace {
-Error too_many(const char* what, int found, int most) {
-  return {what, "scene", std::to_string(found), "at most " + std::to_string(most), ""};
+Error too_many(const char* what, int found, int limit) {
+  return {what, "scene", std::to_string(found), "at most " + std::to_string(limit), ""};
 }
 }  // namespace
 
@@ -233,8 +233,8 @@ int SceneWalls::part_of(int shape) const noexcept {
 
 SmoothWalls& SceneWalls::walls_of(int i) noexcept {
   SmoothWalls& walls = walls_[static_cast<std::size_t>(i)].walls;
-  if (bool& is_made = is_made_[static_cast<std::size_t>(i)]; !is_made) {
-    is_made = true;
+  if (bool& is_constructed = is_constructed_[static_cast<std::size_t>(i)]; !is_constructed) {
+    is_constructed = true;
     new (&walls)
         SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : touch_state_, state_.around.passable,
                     counters_, part(i).begin, part(i).end, &state_.around.nearby);
@@ -269,8 +269,8 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
   // Stops before the facet along the motion, and never so close that rounding could put the proxy behind it.
   const double step = frame().spacing().x, before = hit.t - 0.5 * tolerance / (step * glm::length(b - a));
   const double approach = -glm::dot(to - from, hit.normal_world);
-  const double most = approach > 0 ? hit.t - k_min_gap * step / approach : 0;
-  reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, most));
+  const double latest = approach > 0 ? hit.t - k_min_gap * step / approach : 0;
+  reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, latest));
   reach.is_blocked = true;
   reach.wall = {shape, false, hit.side == Side::back, hit.triangle};
   return true;
@@ -376,7 +376,7 @@ volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall,
   // Bounds of |second derivatives| along the scene's axes.
   const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
                        glm::abs(part(i).from_scene[2]));
-  const volume::Jet as_jet{{0, dvec3(0)}, own.own, own.cross};
+  const volume::Jet as_jet{{0, dvec3(0)}, own.pure, own.cross};
   const dvec3 bent[3] = {as_jet.hessian_times(map[0]), as_jet.hessian_times(map[1]),
                          as_jet.hessian_times(map[2])};
   return {{glm::dot(map[0], bent[0]), glm::dot(map[1], bent[1]), glm::dot(map[2], bent[2])},

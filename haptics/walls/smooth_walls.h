@@ -192,7 +192,7 @@ class SmoothWalls {
   /// A motion a + t along, and the steps of t below which the proof ends.
   struct Leg {
     const glm::dvec3 &a, &along;
-    double least_step;
+    double min_step;
   };
   /// Tests one shape over [t0, t1] of the leg, all in cube v. Returns the end of the free part: t1, or less
   /// at `blocker`.

@@ -35,7 +35,7 @@ struct FlapResult final : sim::JobResult {
     dvec3 middle_world;
   };
   std::vector<Piece> pieces;
-  std::vector<Near> structures;
+  std::vector<StructureClearance> structures;
   sim::Detachment detached;
   std::uint64_t fingerprint = 0;
 
@@ -47,8 +47,8 @@ struct FlapResult final : sim::JobResult {
     mix.add(static_cast<std::uint64_t>(holes));
     const auto add_point = [&mix](const dvec3& p) { mix.add(p.x), mix.add(p.y), mix.add(p.z); };
     for (const Piece& piece : pieces) sim::add_value(mix, piece.event), add_point(piece.middle_world);
-    for (const Near& near : structures)
-      sim::add_bytes(mix, near.structure), mix.add(near.mm), add_point(near.at_world);
+    for (const StructureClearance& clearance : structures)
+      sim::add_bytes(mix, clearance.structure), mix.add(clearance.mm), add_point(clearance.at_world);
     if (error)
       sim::add_bytes(mix, error->reason), add_point(error->position_world);
     else
@@ -98,7 +98,7 @@ class Flap {
     world.outline = surface_.outline(), world.floor = surface_.floor();
     world.area = surface_.outer_mm2(shape_.field);
     world.wall = surface_.wall_mm2(shape_.field, editor_.working());
-    result_->structures = nearness_of(world, input_.forbidden);
+    result_->structures = clearances_of(world, input_.forbidden);
     return std::nullopt;
   }
 
@@ -152,7 +152,7 @@ class Flap {
     const volume::SolidParts parts(shape_.field, *shape_.bits, *version_);
     const volume::CutLattice& lattice = version_->lattice();
     const int seed_part = parts.part_of(lattice.centre_of(*seed_));
-    if (seed_part < 0 || !parts.parts()[static_cast<std::size_t>(seed_part)].is_off) {
+    if (seed_part < 0 || !parts.parts()[static_cast<std::size_t>(seed_part)].is_detached) {
       return find_leak();
     }
     struct Candidate {
@@ -162,7 +162,7 @@ class Flap {
     };
     std::vector<Candidate> candidates;
     for (std::size_t p = 0; p < parts.parts().size(); ++p) {
-      if (!parts.parts()[p].is_off) continue;
+      if (!parts.parts()[p].is_detached) continue;
       Candidate candidate{static_cast<int>(p), 0, {}};
       if (is_mostly_inside(parts, candidate.part, candidate.size, candidate.middle))
         candidates.push_back(candidate);
@@ -270,8 +270,8 @@ class Flap {
     });
     const double distance = glm::length(w);
     const std::string cause =
-        distance < line->from ? whole(line->from - distance) + " mm deeper than the saw went"
-        : distance > line->to ? whole(distance - line->to) + " mm above where the saw began"
+        distance < line->from ? rounded(line->from - distance) + " mm deeper than the saw went"
+        : distance > line->to ? rounded(distance - line->to) + " mm above where the saw began"
                               : "through a hole of the cut";
     return {"the bone inside the outline is still connected to the rest " +
                 between_anchors(line->side, surface_.pyramid().size()) + ", " + cause,
@@ -317,13 +317,13 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
                    output.cut.centre);
   for (const FlapResult::Piece& piece : output.pieces) work.raise_event(piece.event, piece.middle_world);
   // The running saw is stiff: it touches or tears a structure in the bone, and strips one below the bone.
-  for (const Near& near : output.structures) {
-    if (near.is_stripped())
-      work.raise_event(sim::StructureStripped{near.structure, -near.mm}, near.at_world);
-    else if (near.mm < -sim::k_tear_depth)
-      work.raise_event(sim::StructureTorn{near.structure, -near.mm}, near.at_world);
-    else if (near.mm < 0)
-      work.raise_event(sim::StructureTouched{near.structure, -near.mm}, near.at_world);
+  for (const StructureClearance& clearance : output.structures) {
+    if (clearance.is_stripped())
+      work.raise_event(sim::StructureStripped{clearance.structure, -clearance.mm}, clearance.at_world);
+    else if (clearance.mm < -sim::k_tear_depth)
+      work.raise_event(sim::StructureTorn{clearance.structure, -clearance.mm}, clearance.at_world);
+    else if (clearance.mm < 0)
+      work.raise_event(sim::StructureTouched{clearance.structure, -clearance.mm}, clearance.at_world);
   }
 }
 

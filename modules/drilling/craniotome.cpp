@@ -174,8 +174,8 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   } else if (request_length > 1e-9 && glm::dot(motion, state.heading) > 0) {
     // Turn toward the request by as much as the tightest curve allows over this travel.
     const dvec3 aside = across(request / request_length, state.heading);
-    const double size = glm::length(aside), most = travel / c.turning_radius;
-    if (size > 1e-9) state.heading = glm::normalize(state.heading + std::min(1.0, most / size) * aside);
+    const double size = glm::length(aside), max_turn = travel / c.turning_radius;
+    if (size > 1e-9) state.heading = glm::normalize(state.heading + std::min(1.0, max_turn / size) * aside);
   }
 }
 

@@ -42,7 +42,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   if (!input.tick.has_contact) state.has_centre = false;
   if (!state.has_centre && glm::length(input.tick.proxy_world - state.centre) > 0.5 * p.inner)
     state.has_begun = false;
-  if (press < p.engages || !input.tick.has_contact) return;
+  if (press < p.engage_force || !input.tick.has_contact) return;
   inner.removal_rate = p.feed * press * std::numbers::pi * outer.radius * outer.radius;
   const double outer_offset = p.lead - 0.5 * p.inner;  // from the ball's centre to the outer drill's end
   const volume::ToolPose previous{state.centre, state.shaft};
@@ -118,12 +118,12 @@ const sim::Schema& Perforator::schema() {
                                         .help = "feed per newton of contact force",
                                         .label = "Feed per newton",
                                         .is_expert = true}),
-      field<&Perforator::engages>("engages", {.unit = "N",
-                                              .low = 0,
-                                              .high = 20,
-                                              .help = "contact force above which the clutch engages",
-                                              .label = "Engaging force",
-                                              .is_expert = true})};
+      field<&Perforator::engage_force>("engages", {.unit = "N",
+                                                   .low = 0,
+                                                   .high = 20,
+                                                   .help = "contact force above which the clutch engages",
+                                                   .label = "Engaging force",
+                                                   .is_expert = true})};
   static constexpr sim::Schema table{"perforator", 1, fields};
   return table;
 }

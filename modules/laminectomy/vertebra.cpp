@@ -63,12 +63,12 @@ class Line {
     constexpr double k_before = 2, k_behind = 3.5;  // voxels, by the blur of scans
     const double voxel = std::max(1.0 / glm::length(along_), step);
     const auto intensity = [this](double s) { return bone_.value(at(s)) + bone_.shape().low; };
-    double least = intensity(t), most = least, low_at = t, high_at = t;
+    double lowest = intensity(t), highest = lowest, low_at = t, high_at = t;
     for (double s = t - k_before * voxel; s < t; s += step)
-      if (const double i = intensity(s); i < least) least = i, low_at = s;
+      if (const double i = intensity(s); i < lowest) lowest = i, low_at = s;
     for (double s = t + step; s <= t + k_behind * voxel; s += step)
-      if (const double i = intensity(s); i > most) most = i, high_at = s;
-    const double level = 0.5 * (least + most);
+      if (const double i = intensity(s); i > highest) highest = i, high_at = s;
+    const double level = 0.5 * (lowest + highest);
     double near = low_at, far = high_at;
     if (!(intensity(near) < level && intensity(far) > level)) return t;
     for (int i = 0; i < 20; ++i) {

@@ -94,7 +94,7 @@ void thin_out(std::vector<dvec3>& line) {
 /// A surface, and points on it through which a line along it leads.
 struct LineOnSurface {
   haptics::Surface surface;
-  std::vector<haptics::Surface::Place> places;
+  std::vector<haptics::Surface::Point> places;
 };
 /// Finds the line along the shape's surface through the requested positions. Sets line and distance (`moved`)
 /// in `output`; empty, with a problem in `output`, if there is no such line.
@@ -148,7 +148,7 @@ void measure_patch(const Measure& request, const volume::Field& shape, const vol
 void measure_part(const Measure& request, const volume::Field& shape, const volume::Version& version,
                   Measured& output) {
   const haptics::Surface surface = surface_near(shape, version, request.at, request.radius + 5);
-  haptics::Surface::Place place;
+  haptics::Surface::Point place;
   if (!surface.nearest(request.at[0], place) || glm::length(place.at - request.at[0]) > request.radius) {
     output.problem = "nothing of the shape is so near";
     return;
@@ -183,7 +183,7 @@ void measure_region(const Measure& request, const volume::Volume& scan, Measured
     high[a] = std::min(scan.size[a] - 1, static_cast<int>(std::ceil(middle[a] + reach)));
   }
   double count = 0, sum = 0, square = 0;
-  output.least = 1e300, output.most = -1e300;
+  output.minimum = 1e300, output.maximum = -1e300;
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x) {
@@ -191,10 +191,10 @@ void measure_region(const Measure& request, const volume::Volume& scan, Measured
         if (glm::dot(offset, offset) > request.radius * request.radius) continue;
         const double v = scan.voxels[scan.index(x, y, z)];
         ++count, sum += v, square += v * v;
-        output.least = std::min(output.least, v), output.most = std::max(output.most, v);
+        output.minimum = std::min(output.minimum, v), output.maximum = std::max(output.maximum, v);
       }
   if (count == 0) {
-    output.least = output.most = 0;
+    output.minimum = output.maximum = 0;
     output.problem = "no voxel's middle lies in it";
     return;
   }
@@ -425,8 +425,8 @@ const sim::Schema& Measured::schema() {
       field<&Measured::angle>("angle", {.unit = "degrees"}),
       field<&Measured::mean>("mean"),
       field<&Measured::deviation>("deviation"),
-      field<&Measured::least>("least"),
-      field<&Measured::most>("most"),
+      field<&Measured::minimum>("least"),
+      field<&Measured::maximum>("most"),
       field<&Measured::size>("size", {.unit = "mm3"}),
       field<&Measured::problem>("problem"),
       field<&Measured::line>("line", {.unit = "mm"}),

@@ -144,29 +144,30 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     if (item.depth->is_streamed()) continue;
     const DepthSet* set = newest_[d].get();
     const double edge = edge_of(item);
-    haptics::Placement drawn = item.placement;  // without the object's own motion
+    haptics::Placement item_pose = item.placement;  // without the object's own motion
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)
-      drawn = hand.placements[static_cast<std::size_t>(item.mover)];
-    const haptics::Placement place = set ? drawn * set->displacement_at(time) : drawn;
+      item_pose = hand.placements[static_cast<std::size_t>(item.mover)];
+    const haptics::Placement place = set ? item_pose * set->displacement_at(time) : item_pose;
     const dvec3 hip = place.local_from_world(hip_), proxy = place.local_from_world(proxy_);
-    const dvec3 drawn_hip = drawn.local_from_world(hip_), drawn_proxy = drawn.local_from_world(proxy_);
+    const dvec3 local_hip = item_pose.local_from_world(hip_),
+                local_proxy = item_pose.local_from_world(proxy_);
     dvec3 low, high;
     item.depth->bounds(low, high);
     const auto is_far = [&](const dvec3& p) {
       return glm::length(p - glm::clamp(p, low, high)) > 0.5 * edge + hand.scene->tool_radius;
     };
     // The bounds contain all of the object's own motion.
-    if (!(low.x <= high.x) || (is_far(drawn_hip) && is_far(drawn_proxy))) continue;
+    if (!(low.x <= high.x) || (is_far(local_hip) && is_far(local_proxy))) continue;
     // The next set is requested when a third of the distance to the border is left.
     const double reach = edge / 3 + hand.scene->tool_radius;
     // Never before the next set is due, however little the last one shows.
     const bool is_due = !set || time >= set->view.time + set->view.interval;
-    const bool is_old = !set || set->goes_on || !set->knows(hip, reach) || !set->knows(proxy, reach);
+    const bool is_old = !set || set->has_successor || !set->knows(hip, reach) || !set->knows(proxy, reach);
     if (!is_due || !is_old) continue;
     constexpr double k_widest = 150;  // mm; a hand so deep that it needs more loses contact
     DepthJob job{number, items_[d], next_serial(d), item.depth, {}};
-    job.view.touch = drawn_proxy;
-    job.view.middle = 0.5 * (drawn_hip + drawn_proxy);
+    job.view.touch = local_proxy;
+    job.view.middle = 0.5 * (local_hip + local_proxy);
     // The known part ends a few pixels before the border.
     const double requested =
         std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
@@ -176,7 +177,7 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     job.view.time = time;
     job.view.interval = interval_of(item, time);
     // A hand at rest whose surroundings no set can cover gets no further one.
-    if (set && !set->goes_on && job.view.middle == set->view.middle && job.view.edge == set->view.edge)
+    if (set && !set->has_successor && job.view.middle == set->view.middle && job.view.edge == set->view.edge)
       continue;
     return job;
   }

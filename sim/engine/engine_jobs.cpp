@@ -26,7 +26,7 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
   job.hand = command.hand;
   job.parameters = std::make_shared<const Value>(command.request);
   job.input = snapshot();
-  job.growths = growths_;
+  job.addition_count = addition_count_;
   job.cut = ever_cut_;
   make_runnable(job);
   jobs_.push_back(std::move(job));
@@ -246,7 +246,7 @@ void Engine::adopt_fields(const AdoptFields& request, std::size_t hand, Outcome&
     offsets = job->make(0);
   }
   if (!fields->take(serial, std::move(offsets))) return;
-  publish(Change::cut);
+  publish(Change::removal);
   outcome.is_changed = true;
   // The entry of the state between strokes gets the new fields, for a later return to it.
   if (!is_stroke_changed_)

@@ -284,12 +284,12 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     }
     return world;
   }
-  HistoryPlace read_place(ByteReader& in, const Hands& hands) {
-    HistoryPlace place;
-    place.world = read_world(in);
+  EntryState read_entry_state(ByteReader& in, const Hands& hands) {
+    EntryState state;
+    state.world = read_world(in);
     for (std::uint64_t remaining = in.count(haptics::ServoScene::k_max_hands); remaining > 0; --remaining)
-      if (auto fields = read_fields(in, hands); fields.first) place.fields.push_back(std::move(fields));
-    return place;
+      if (auto fields = read_fields(in, hands); fields.first) state.fields.push_back(std::move(fields));
+    return state;
   }
   OperationState read_state(ByteReader& in, const std::vector<Event>& all_events) {
     const OperationState& initial = start.now();
@@ -342,8 +342,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     for (std::uint64_t remaining = in.count(haptics::TouchScene::k_max_balls); remaining > 0; --remaining)
       geometry.balls.push_back(in.place());
     hand.tool = start.tool(h);
-    hand.tool.number = in.count();
-    if (hand.tool.number != 0) {
+    hand.tool.change_count = in.count();
+    if (hand.tool.change_count != 0) {
       std::shared_ptr<const PreparedTool>& prepared = geometries[{h, Value(geometry).bytes()}];
       if (!prepared) {
         if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"an invalid tool"};
@@ -379,7 +379,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     for (std::uint64_t remaining = others; remaining > 0; --remaining)
       image.other_branches.push_back(read_branch(in, hands, stored, entries_read));
     image.last_entry = in.count();
-    image.growths = in.count();
+    image.addition_count = in.count();
     image.last_job = static_cast<std::uint32_t>(in.count());
     image.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
   }
@@ -407,14 +407,14 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     if (found == stored.end()) throw Broken{"a missing history entry"};
     HistoryEntry entry{number, found->second.box, {}, {}};
     entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
-                  loaded = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
+                  loaded = std::make_shared<std::optional<EntryState>>()]() -> Result<EntryState> {
       try {
         if (*loaded) return **loaded;
         if (shared->life.expired())
           return Error{.what = "the earlier history can no longer be read",
                        .expected = "its session to stay open while it is continued"};
         ByteReader place(bytes);
-        return *(*loaded = shared->read_place(place, hands));
+        return *(*loaded = shared->read_entry_state(place, hands));
       } catch (const Broken& broken) {
         return error_of(broken);
       } catch (const std::bad_alloc&) {
@@ -430,7 +430,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       job.id.value = static_cast<std::uint32_t>(in.count());
       job.hand = in.value<std::uint8_t>();
       job.parameters = std::make_shared<const Value>(read_value(in));
-      job.growths = in.count();
+      job.addition_count = in.count();
       job.cut = in.box(start.scene().base->size);
       job.input = std::make_shared<const OperationState>(read_state(in, all_events));
       if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"an invalid job"};
@@ -470,7 +470,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       read_hand(in, h, image.hands[h]);
       image.hands[h].trail = std::move(trails[h]);
       hands.scenes.push_back(image.hands[h].tool.scene);
-      hands.layouts.push_back(image.hands[h].tool.number);
+      hands.layouts.push_back(image.hands[h].tool.change_count);
     }
     read_history(in, i, hands, image);
     image.is_stroke_changed = in.flags(1) != 0;

@@ -55,7 +55,7 @@ Result<std::uint64_t> fork_session(const std::string& path, std::uint64_t tick,
   std::ifstream in(path, std::ios::binary);
   std::vector<Block> all;
   std::vector<std::size_t> logs;
-  for (std::uint64_t at = 16; at + sizeof(BlockHead) < reader.value().whole_bytes();) {
+  for (std::uint64_t at = 16; at + sizeof(BlockHead) < reader.value().complete_bytes();) {
     Block block;
     in.seekg(static_cast<std::streamoff>(at));
     if (!in.read(reinterpret_cast<char*>(&block.head), sizeof block.head))

@@ -69,7 +69,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
                  .where = where,
                  .expected = "a new name for a new session",
                  .remedy = "choose another name, or continue it: trephine resume " + where};
-  if (file < 0) return disk_error("the session cannot be recorded", where, errno);
+  if (file < 0) return disk_error("this cannot be recorded", where, errno);
   std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, catalogue.all(), options));
   ::flock(file, LOCK_EX | LOCK_NB);  // cannot fail: the file is new
   std::string preamble(k_session_magic);

@@ -1,5 +1,5 @@
 // The window with instruments, commands and devices unknown to its code, and with one scene opened at a time.
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/eraser/eraser.h"
 #include "tests/apps/window_fixture.h"

@@ -244,7 +244,7 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
   ASSERT_EQ(image.branch.history.size(), 2u);
   sim::HistoryEntry gone = *image.branch.history[0];
   gone.load = [] {
-    return Result<sim::HistoryPlace>(Error{
+    return Result<sim::EntryState>(Error{
         .what = "the session is no longer readable", .where = "a.session", .expected = "a file that stays"});
   };
   image.branch.history[0] = std::make_shared<const sim::HistoryEntry>(gone);

@@ -58,9 +58,9 @@ std::vector<Text> texts_of_code(const std::string& code) {
     std::smatch found;
     const bool has_comment = std::regex_search(line, found, comment);
     if (has_comment) {
-      const bool goes_on = is_in_comment && found.position(0) <= static_cast<std::ptrdiff_t>(
-                                                                     line.find_first_not_of(" \t") + 1);
-      texts.push_back({goes_on ? Text::Kind::doc : Text::Kind::comment, number, found[2]});
+      const bool is_continued = is_in_comment && found.position(0) <= static_cast<std::ptrdiff_t>(
+                                                                          line.find_first_not_of(" \t") + 1);
+      texts.push_back({is_continued ? Text::Kind::doc : Text::Kind::comment, number, found[2]});
     }
     const std::string before =
         has_comment ? line.substr(0, static_cast<std::size_t>(found.position(0)) + 1) : line;

@@ -41,7 +41,7 @@ SweptShape::SweptShape(const Sweep& s, const Version& version)
 }
 
 SweptShape::SweptShape(const ToolSweep& s, int first, int last, int count, const Version& version)
-    : SweptShape(s.start.at_world, s.continues, s.body.least_radius(), version) {
+    : SweptShape(s.start.at_world, s.continues, s.body.min_radius(), version) {
   n = k_points_of_a_body;
   allowance = static_cast<float>(k_side_share * volume::allowance(radius, version.lattice().frame()));
   length = along[0] = along[1] = along[2] = 0;

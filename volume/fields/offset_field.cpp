@@ -30,13 +30,13 @@ double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   const double voxel = std::min({spacing.x, spacing.y, spacing.z});
   // The error of a quadratic spline of samples with spacing h is h^2 / 8 times the sum of second derivatives,
   // which is 2 / r for the distance to a point.
-  const double most = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
+  const double max_step = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
   // Limits the build to seconds, and the tables for the air of scans that are metres wide.
   constexpr double k_max_points = 1 << 28;
   const dvec3 extent = spacing * dvec3(volume.size);
   const double least =
       deterministic_exp(deterministic_log(extent.x * extent.y * extent.z / k_max_points) / 3);
-  double step = std::min(voxel, std::max(most, least));
+  double step = std::min(voxel, std::max(max_step, least));
   // A slightly smaller step gives sheets to a small tool.
   constexpr double k_finer = 0.7;
   if (radius < k_min_creased_radius * step && radius >= k_finer * k_min_creased_radius * step)

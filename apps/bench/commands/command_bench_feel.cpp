@@ -189,7 +189,7 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   options.is_quick = arguments.is_quick;
   options.only = arguments.only;
   bool is_any = false;  // a built-in scene was played
-  options.look = [&](const bench::FeelScene& scene) -> Status {
+  options.inspect = [&](const bench::FeelScene& scene) -> Status {
     is_any = is_any || scene.group != "real";
     return arguments.export_folder.empty() ? std::nullopt : export_scene(arguments.export_folder, scene);
   };
@@ -197,8 +197,8 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   std::ostringstream ours;
   ours << "scene,proxy_x,proxy_y,proxy_z\n";
   if (!arguments.export_folder.empty())
-    options.answered = [&ours](const bench::FeelScene& scene, const std::string& method,
-                               const std::vector<glm::dvec3>& proxies) {
+    options.on_answers = [&ours](const bench::FeelScene& scene, const std::string& method,
+                                 const std::vector<glm::dvec3>& proxies) {
       if (method != haptics::k_default_method) return;
       for (const glm::dvec3& p : proxies)
         ours << format_text("%s,%.17g,%.17g,%.17g\n", bench::feel_id(scene).c_str(), p.x, p.y, p.z);

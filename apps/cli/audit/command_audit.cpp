@@ -26,7 +26,7 @@ verify::EffectLaw law_of(const std::string& words) {
   using Kind = verify::EffectLaw::Kind;
   const haptics::Effect effect = haptics::parse_effect(words).value();  // checked when the header was read
   verify::EffectLaw law;
-  law.most = effect.most;
+  law.max_force = effect.max_force;
   if (const auto* e = std::get_if<haptics::ConstantForce>(&effect.kind))
     law.position = e->force_world;
   else if (const auto* e = std::get_if<haptics::Viscosity>(&effect.kind))

@@ -103,20 +103,21 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
     }
   }
   const auto depth = [&](const dvec3& p) {
-    double most = -1e300;
+    double deepest = -1e300;
     for (std::size_t s = 0; s < solids_.size(); ++s) {
       const dvec3 p_volume = solids_[s].frame.volume_from_world(p);
       double least = 1e300;
       for (std::size_t f = 0; f < slopes[s].size(); ++f)
         least = std::min(least, solids_[s].solid.value(f, p_volume) / slopes[s][f]);
-      most = std::max(most, least);
+      deepest = std::max(deepest, least);
     }
     for (const Model& model : models_) {
       if (!model.blocks) continue;
       const double reach = model.radius + k_model_reach_mm;
-      most = std::max(most, model.radius - model.wall->distance(model.placement.local_from_world(p), reach));
+      deepest =
+          std::max(deepest, model.radius - model.wall->distance(model.placement.local_from_world(p), reach));
     }
-    return most;
+    return deepest;
   };
   auto walls = verify::walls_at(depth, r.proxy_world, step, 0);
   // Skip a proxy that is about to leave the surface over an edge.

@@ -116,7 +116,7 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
 /// Sets the plan's structures: those of the case, unless the arguments define another shape.
 Status choose_structures(const ImportArguments& arguments, workbench::Source& source,
                          data_tools::CasePlan& plan) {
-  const bool is_overridden = !arguments.labels.empty() || arguments.shape.is_made() ||
+  const bool is_overridden = !arguments.labels.empty() || arguments.shape.is_set() ||
                              !arguments.preset.name.empty() || arguments.preset.thin_mm;
   if (source.plan && !is_overridden)
     return arguments.shape.is_largest && !plan.structures.empty()
@@ -212,7 +212,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   }
 
   // A built-in phantom has its own plan.
-  if (!source.plan && source.is_builtin && !arguments.shape.is_made() && arguments.preset.name.empty())
+  if (!source.plan && source.is_builtin && !arguments.shape.is_set() && arguments.preset.name.empty())
     source.plan = data_tools::phantom_plan(source.name);
   data_tools::CasePlan plan = source.plan.value_or(data_tools::CasePlan{});
   plan.name = name;

@@ -100,10 +100,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   const std::uint64_t hash = engine.current()->content_hash();
   std::optional<sim::Mismatch> mismatch = replay.mismatch();
   if (session.reader->is_damaged() && !mismatch)
-    mismatch = sim::Mismatch{
-        tick_count, "file",
-        format_text("damaged at byte %llu", static_cast<unsigned long long>(session.reader->whole_bytes())),
-        "everything before that is the same"};
+    mismatch = sim::Mismatch{tick_count, "file",
+                             format_text("damaged at byte %llu",
+                                         static_cast<unsigned long long>(session.reader->complete_bytes())),
+                             "everything before that is the same"};
   // A session that was cut to its header has nothing to compare, which counts as a mismatch.
   if (!mismatch && replay.counts().ticks == 0 && replay.counts().commands == 0)
     mismatch = sim::Mismatch{0, "session", "neither ticks nor commands", "something to compare"};

@@ -152,7 +152,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   constexpr double k_fine_burr = 2;
   choice.smallest_burr = arguments.smallest_burr;
   if (!arguments.smallest_burr && !arguments.burr.is_round)
-    choice.smallest_burr = std::min(2 * arguments.burr.body().least_radius(), k_fine_burr);
+    choice.smallest_burr = std::min(2 * arguments.burr.body().min_radius(), k_fine_burr);
   std::vector<std::string> notices;
   workbench::Listener listener = terminal_listener();
   listener.notice = [&notices, print = listener.notice](const std::string& text) {
