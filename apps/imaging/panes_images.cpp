@@ -46,7 +46,7 @@ void Panes::request(std::size_t index) {
   const ImagePlane plane = plane_of(pane);
   if (pane.kind == PaneKind::section) {
     if (!subject_.bone) {
-      pane.image.problem = "The section needs a shape as bone. Choose a range of values or a label.",
+      pane.image.problem = "The section needs the shape of bone. Choose a range of values or a label.",
       ++pane.changes;
       return;
     }
@@ -88,7 +88,7 @@ void Panes::request_xray() {
   xray_.is_stale = false;
   ++xray_.changes;
   if (!subject_.scan->is_hounsfield) {
-    xray_.problem = "X-rays need Hounsfield units, but the scan has other values";
+    xray_.problem = "X-rays need a scan in Hounsfield units. Open a CT.";
     return;
   }
   if (!xray_.camera) xray_.camera = std::make_shared<XrayCamera>();

@@ -110,12 +110,12 @@ std::string OperationController::fault_text() const {
            ". Lift it.";
   }
   std::string reason;
-  if (faults & haptics::fault_lost_device) reason = "the device does not answer";
-  if (faults & haptics::fault_not_finite) reason = "the device sent no number";
-  if (faults & haptics::fault_full_ring) reason = "the edits stood still";
-  if (faults & haptics::fault_stale_scene) reason = "the computer was busy elsewhere";
+  if (faults & haptics::fault_lost_device) reason = "the haptic device does not respond";
+  if (faults & haptics::fault_not_finite) reason = "the haptic device sent an invalid position";
+  if (faults & haptics::fault_full_ring) reason = "the computation of cuts is too slow";
+  if (faults & haptics::fault_stale_scene) reason = "the computer is too busy";
   return "The force is off: " + reason +
-         (options_.device ? ". Press F to turn it on again." : ". It comes back by itself.");
+         (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 
 std::string OperationController::notice_text() const {
@@ -139,7 +139,7 @@ void OperationController::collect_notices() {
   }
   if (state_.refused)
     notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,
-                  "Not done: " + state_.refused->message()});
+                  "The command was refused: " + state_.refused->message()});
 }
 
 void OperationController::add_notice(const char* text) {
@@ -261,7 +261,7 @@ bool OperationController::grasp_or_release() {
   const int body = state_.newest.shape - haptics::item_count(*scene_);  // bodies follow the scene's items
   if (!state_.newest.has_contact || body < 0 || body >= static_cast<int>(state_.bodies.size())) return false;
   apply(sim::HoldBody{state_.bodies[static_cast<std::size_t>(body)]});
-  add_notice("Grasped. Press T to release it.");
+  add_notice("The piece is grasped. Press T to release it.");
   return true;
 }
 

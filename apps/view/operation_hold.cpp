@@ -121,7 +121,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   viewport_.mark_edge(guide_.edge());
   if (std::string reason = guide_.take_message(); !reason.empty())
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
-                  "Not possible here: " + reason});
+                  "The tool cannot work here: " + reason});
   if (was_holding && !pose) request_ = dvec3(1e9);  // lifts the stylus
   if (!pose) return false;
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed);

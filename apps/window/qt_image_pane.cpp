@@ -108,16 +108,16 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
   preset_ = new QComboBox(this);
   preset_->setObjectName(QString("xray_view_%1").arg(index));
   preset_->setFocusPolicy(Qt::NoFocus);
-  preset_->setToolTip(tr("Pose of the C-arm"));
+  preset_->setToolTip(tr("Select a pose of the C-arm"));
   for (const std::string_view name : fluoroscopy::k_presets)
     preset_->addItem(name == "ap" ? QString("AP") : words_of(name));
   connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
   live_ = button("xray_live", tr("Live"),
-                 tr("Continuous X-rays until switched off, which cause dose; then the last image is held"));
+                 tr("Take X-rays until switched off. Each X-ray adds dose. The last image is held."));
   live_->setCheckable(true);
   live_->setStyleSheet("QToolButton:checked { background: #c8862a; color: black; font-weight: bold }");
   connect(live_, &QToolButton::toggled, this, [this](bool is_down) { on_live(is_down); });
-  shoot_ = button("xray_shoot", tr("Shoot"), tr("One X-ray"));
+  shoot_ = button("xray_shoot", tr("Shoot"), tr("Take one X-ray"));
   connect(shoot_, &QToolButton::clicked, this, [this] { on_shoot(); });
   maximise_ = button("maximise", "\u25a1", tr("Maximise or restore this pane  (double click)"));
   connect(maximise_, &QToolButton::clicked, this, [this] { on_maximise(); });
@@ -281,7 +281,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
           QString::fromStdString(panes_->problem(index_)));
   } else if (kind == PaneKind::xray) {
     write(painter, inner, Qt::AlignCenter,
-          panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Shoot once, or switch Live on"));
+          panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Press Shoot, or switch Live on."));
   }
   painter.setPen(QPen(colour_of(kind), 2));
   painter.drawLine(0, 0, width(), 0);

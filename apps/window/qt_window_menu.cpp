@@ -94,7 +94,7 @@ void MainWindow::build_menu() {
   QAction* sound = add(view, "sound", tr("&Sound of contact and drill"), {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();
-    if (is_on && !is_sound_on_) show_message(tr("There is no sound device."));
+    if (is_on && !is_sound_on_) show_message(tr("No sound device was found. Connect one, then start again."));
   });
   sound->setCheckable(true);
   build_panes_menu();

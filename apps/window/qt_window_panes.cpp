@@ -142,11 +142,15 @@ void MainWindow::fill_structures(QMenu* menu) {
 void MainWindow::use_drawn_window() {
   const auto window =
       volume::window_of_opacity(panes_.panes().transfer(*scene_->base), imaging::k_touch_opacity);
-  if (!window || !low_->isEnabled()) return show_message(tr("The solid shape cannot be chosen here."));
+  if (!window || !low_->isEnabled())
+    return show_message(
+        window
+            ? tr("The solid shape is a label or belongs to a session. Open the scan alone to choose another.")
+            : tr("The visible values are not one range. Set the range of values by hand."));
   low_->setValue(window->low.value_or(low_->minimum()));
   high_->setValue(window->high.value_or(high_->maximum()));
   preview_shape();
-  show_message(tr("The picture shows what would be touched. Press Use to apply it."));
+  show_message(tr("The picture shows the new solid shape. Press Use to operate on it."));
 }
 
 /// Shows facts about the scan, without names.
@@ -166,7 +170,8 @@ void MainWindow::show_scan_facts() {
               .arg(mm.z * scan.size.z, 0, 'f', 0);
   text += scan.is_hounsfield ? "Hounsfield units\n" : "values without a unit\n";
   const glm::dvec3 along = scan.frame.vector_world_from_volume({0, 0, 1});
-  text += QString("slices go toward %1\n").arg(QString::fromStdString(imaging::direction_letters(along)));
+  text += QString("slices are ordered toward %1\n")
+              .arg(QString::fromStdString(imaging::direction_letters(along)));
   if (scan.label_names.size() > 1) text += QString("%1 labels\n").arg(scan.label_names.size() - 1);
   auto* box = new QMessageBox(QMessageBox::Information, "The scan", text.trimmed(), QMessageBox::Ok, this);
   box->setObjectName("scan_facts");

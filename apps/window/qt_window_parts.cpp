@@ -130,8 +130,9 @@ void MainWindow::build_panel() {
   };
   low_ = box_of("low", 300);
   high_ = box_of("high", 4000);
-  use_shape_ = make_button("use_shape", tr("Use"), tr("Operate on this shape, from the untouched scan"));
-  keep_shape_ = make_button("keep_shape", tr("Reset"), tr("Show the shape that is operated on"));
+  use_shape_ =
+      make_button("use_shape", tr("Use"), tr("Start again from the untouched scan, with this shape"));
+  keep_shape_ = make_button("keep_shape", tr("Reset"), tr("Return to the shape in use"));
   connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
   connect(keep_shape_, &QPushButton::clicked, this, [this] {
     viewport()->preview(nullptr, version());
@@ -157,7 +158,7 @@ void MainWindow::build_panel() {
   largest_ = new QCheckBox(tr("Largest part only"));
   largest_->setObjectName("largest");
   largest_->setFocusPolicy(Qt::NoFocus);
-  largest_->setToolTip(tr("Omits disconnected parts: a table, a head holder"));
+  largest_->setToolTip(tr("Omit disconnected parts, such as a table or a head holder"));
   connect(largest_, &QCheckBox::toggled, this, [this] { use_shape_->setEnabled(largest_->isEnabled()); });
   form->addWidget(shape_of_, 0, 0, 1, 2);
   form->addWidget(new QLabel(tr("from")), 1, 0);

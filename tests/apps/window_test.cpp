@@ -254,13 +254,13 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
   ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "undo")->isEnabled(); }, 10000));
-  EXPECT_FALSE(child<QLabel>(window, "notice")->text().contains("not done"));
+  EXPECT_FALSE(child<QLabel>(window, "notice")->text().contains("was refused"));
   QTest::mouseClick(child<QPushButton>(window, "undo"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor(
       [&] {
         return child<QLabel>(window, "notice")
             ->text()
-            .startsWith("not done: a.session: the session is no longer readable");
+            .startsWith("The command was refused: a.session: the session is no longer readable");
       },
       10000))
       << child<QLabel>(window, "notice")->text().toStdString();
