@@ -21,7 +21,7 @@ Status open_session_at(const MomentChoice& choice, const Listener& listener, Mom
   const std::uint64_t tick_count = session.reader->tick_count();
   const double end = static_cast<double>(tick_count) / rate;
   if (choice.until && *choice.until > end + 0.5 / rate)
-    return Error{.what = "the session is shorter",
+    return Error{.what = "the session ends before this time",
                  .where = "until",
                  .found = format_text("%g s", *choice.until),
                  .expected = format_text("0 to %.1f s", end)};

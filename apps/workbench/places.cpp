@@ -122,7 +122,7 @@ Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::
                .where = "place " + request.name,
                .found = "no surface on " + std::to_string(request.from.size()) + " paths to the middle",
                .expected = "a surface that faces one of them" +
-                           std::string(request.min_thickness > 0 ? ", as thick as was asked for" : ""),
+                           std::string(request.min_thickness > 0 ? ", with the required thickness" : ""),
                .remedy = "choose other directions, or the shape with iso"};
 }
 

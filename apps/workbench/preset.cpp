@@ -59,7 +59,7 @@ Status check(const PresetChoice& choice, const ShapeChoice& shape) {
                  .where = "preset",
                  .found = shape.label.empty() ? "a window" : "a label",
                  .expected = "a preset, or a window, or a label",
-                 .remedy = "an iso value moves a preset's threshold"};
+                 .remedy = "to change the preset's threshold, pass an iso value only"};
   if (choice.thin_mm && !(*choice.thin_mm >= 0 && *choice.thin_mm <= k_max_thin_mm))
     return Error{.what = "the reach is out of range",
                  .where = "fill thin",
@@ -113,7 +113,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
     if (!result) return result.error();
     listener.notice(format_text(
         "thin walls were closed in the shape (--fill-thin %.3g): %lld voxels (%.2g %% of the scan, "
-        "%.0f mm³) of %.0f and more count as %.0f; the scan stays as it is",
+        "%.0f mm³) of %.0f and more count as %.0f; the scan is unchanged",
         reach, static_cast<long long>(filled), percent_of_voxels(filled),
         static_cast<double>(filled) * source.volume->frame.voxel_mm3(), lowest, fill_value));
     if (filled > 0) take(source, std::move(result));
@@ -126,7 +126,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
     if (!result) return result.error();
     listener.notice(
         format_text("bone: %.0f HU and above if connected to %.0f HU; %d small part%s, %lld voxels, "
-                    "left out of the shape; the scan stays as it is",
+                    "left out of the shape; the scan is unchanged",
                     shape.low, certain, removed.count, removed.count == 1 ? "" : "s",
                     static_cast<long long>(removed.others)));
     if (removed.count > 0) take(source, std::move(result));

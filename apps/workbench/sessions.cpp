@@ -21,7 +21,7 @@ Status check(const RecordChoice& choice) {
   if (choice.file.empty())
     return choice.is_embedding ? Status(Error{.what = "no session to embed the scan in",
                                               .where = "embed",
-                                              .expected = "a recording too"})
+                                              .expected = "a file for the recording"})
                                : std::nullopt;
   if (!fs::exists(choice.file, error)) return data_tools::check_writable(choice.file);
   return Error{

@@ -178,7 +178,7 @@ volume::PlannedTarget read_target(TomlReader& reader, const toml::value& value,
   const volume::PlannedTarget target{reader.text(t, "name").value_or(""),
                                      reader.text(t, "label").value_or("")};
   if (std::find(labels.begin(), labels.end(), target.label) == labels.end())
-    reader.fail(value, "a target names no label of the case", target.label, "one of names under [labels]");
+    reader.fail(value, "a target has an unknown label", target.label, "a name under [labels]");
   return target;
 }
 

@@ -88,7 +88,8 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
     reader.fail(value, "a hand requires exactly one path",
                 hand.path.empty() ? "no path" : "both path and points", "path = \"FILE.csv\", or points");
   if (hand.instrument.empty() && !hand.parameters.empty())
-    reader.fail(value, "parameters without an instrument", hand.parameters, "instrument = \"burr\" too");
+    reader.fail(value, "parameters without an instrument", hand.parameters,
+                "also the key instrument, for example instrument = \"burr\"");
   return hand;
 }
 

@@ -90,8 +90,8 @@ Status read_depth_json(const std::string& path, DepthVideo& video, std::vector<s
   const json j = json::parse(in, nullptr, false);
   if (j.is_discarded() || !j.is_object()) return json_error("not a JSON object");
   if (!j.contains("schema") || j["schema"] != k_schema)
-    return json_error(j.contains("schema") ? "another schema" : "no schema");
-  if (j.contains("world") && j["world"] != k_world) return json_error("another world");
+    return json_error(j.contains("schema") ? "an unknown schema" : "no schema");
+  if (j.contains("world") && j["world"] != k_world) return json_error("an unknown frame in world");
   try {
     // Either all intrinsics are present or no intrinsics, which are then an option of the command line.
     const bool has_camera = j.contains("fx") || j.contains("fy") || j.contains("cx") || j.contains("cy");
@@ -184,7 +184,7 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
     if (!fs::is_regular_file(files[i], missing))
       return Error{.what = "a picture of a depth video is missing",
                    .where = file_name(files[i]),
-                   .remedy = "remove the rest from the list"};
+                   .remedy = "copy the pictures again, or remove the missing ones from the list"};
   }
   // The first picture determines the size of all.
   const auto first = SharedBytes::make(sizeof(PictureFacts));

@@ -71,7 +71,7 @@ Status check_corners(vtkPolyData* raw, const std::string& name) {
                        .where = name,
                        .found = std::to_string(ids[k]),
                        .expected = "0 to " + std::to_string(count - 1),
-                       .remedy = "the file is damaged"};
+                       .remedy = "copy or export the file again"};
     }
   }
   return std::nullopt;

@@ -188,14 +188,14 @@ class Flap {
     }
     for (const sim::Id& id : request_.leave)
       if (id.value == 0 || id.value > result_->pieces.size()) {
-        return LocatedError{"there is no piece " + std::to_string(id.value) +
-                                ": number of pieces: " + std::to_string(result_->pieces.size()),
+        return LocatedError{"piece " + std::to_string(id.value) + " does not exist: number of pieces: " +
+                                std::to_string(result_->pieces.size()),
                             surface_.pyramid().centre_world};
       }
     if (result_->pieces.empty() ||
         std::none_of(result_->pieces.begin(), result_->pieces.end(),
                      [](const FlapResult::Piece& piece) { return piece.event.is_detached; })) {
-      return LocatedError{"no piece is to be detached", surface_.pyramid().centre_world};
+      return LocatedError{"the request leaves all pieces in place", surface_.pyramid().centre_world};
     }
     result_->cut.flaps = 1;
     result_->detached = sim::detach_parts(shape_, parts, fates, input_.solids, version_);

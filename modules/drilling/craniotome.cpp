@@ -202,14 +202,14 @@ sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
 
 Status check(const Craniotome& c, const haptics::TouchScene& scene) {
   if (!(c.foot > c.diameter))
-    return Error{.what = "the foot is no wider than the bit",
+    return Error{.what = "the foot is not wider than the bit",
                  .where = "craniotome foot",
                  .found = std::to_string(c.foot) + " mm",
                  .expected = "more than " + std::to_string(c.diameter) + " mm"};
   if (scene.tool_balls.empty())
     return Error{.what = "a craniotome needs contact balls along its bit",
                  .where = "craniotome",
-                 .found = "none",
+                 .found = "no balls",
                  .expected = "a tool of several balls",
                  .remedy = "begin the operation with this tool"};
   if (Status error = check_touch(needs(c, *scene.base), scene, "craniotome")) return error;

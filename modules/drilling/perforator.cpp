@@ -76,7 +76,7 @@ sim::ToolNeeds needs(const Perforator& p, const volume::Volume& anatomy) {
 
 Status check(const Perforator& p, const haptics::TouchScene& scene) {
   if (!(p.inner < p.diameter))
-    return Error{.what = "the inner drill is no smaller than the outer one",
+    return Error{.what = "the inner drill is not smaller than the outer drill",
                  .where = "perforator inner",
                  .found = std::to_string(p.inner) + " mm",
                  .expected = "less than " + std::to_string(p.diameter) + " mm"};

@@ -388,13 +388,13 @@ Result<VertebraFrame, LocatedError> find_vertebra(const Walls& walls, const dvec
   if (canal_world) {
     frame.middle = *canal_world;
   } else if (label < 0) {
-    return LocatedError{"without a vertebra's label a position in its canal is required", {}};
+    return LocatedError{"no vertebra selected: set its label, or a position in its canal", {}};
   } else if (!find_hole(scan, label, points, frame.middle)) {
     return LocatedError{"the vertebra's label encloses no canal: set a position in it",
                         points[points.size() / 2]};
   }
   if (!align(walls, points, frame)) {
-    return LocatedError{"there is no canal with bone around it", frame.middle};
+    return LocatedError{"the position is not in a canal with bone around it", frame.middle};
   }
   if (points.empty()) return frame;
   std::vector<double> heights;

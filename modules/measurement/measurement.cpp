@@ -122,13 +122,13 @@ std::optional<LineOnSurface> lay_line(const Measure& request, const volume::Fiel
     if (output.line.empty()) continue;
     if (output.moved <= k_farthest) return LineOnSurface{std::move(surface), std::move(places)};
     char text[80];
-    std::snprintf(text, sizeof text, "a place lies %.1f mm from the surface; at most %.0f", output.moved,
-                  k_farthest);
+    std::snprintf(text, sizeof text, "a position is %.1f mm from the surface, more than %.0f mm",
+                  output.moved, k_farthest);
     output.problem = text;
     output.line = request.at;
     return std::nullopt;
   }
-  output.problem = "no surface joins these places";
+  output.problem = "the positions are on separate surfaces";
   return std::nullopt;
 }
 
@@ -142,7 +142,7 @@ void measure_patch(const Measure& request, const volume::Field& shape, const vol
   if (area)
     output.area = *area;
   else
-    output.problem = "the surface turns away within the outline: mark it in smaller parts";
+    output.problem = "the surface is too curved within the outline: measure it in smaller parts";
 }
 
 void measure_part(const Measure& request, const volume::Field& shape, const volume::Version& version,
@@ -150,12 +150,12 @@ void measure_part(const Measure& request, const volume::Field& shape, const volu
   const haptics::Surface surface = surface_near(shape, version, request.at, request.radius + 5);
   haptics::Surface::Point place;
   if (!surface.nearest(request.at[0], place) || glm::length(place.at - request.at[0]) > request.radius) {
-    output.problem = "nothing of the shape is so near";
+    output.problem = "the shape has no surface within the radius";
     return;
   }
   const MarkedPart part = part_of(surface, place.triangle, request.at[0]);
   if (part.farthest > request.radius) {
-    output.problem = "the part reaches farther than the radius";
+    output.problem = "the part is larger than the radius: increase the radius";
     return;
   }
   output.area = part.area, output.size = std::abs(part.volume);
@@ -195,7 +195,7 @@ void measure_region(const Measure& request, const volume::Volume& scan, Measured
       }
   if (count == 0) {
     output.minimum = output.maximum = 0;
-    output.problem = "no voxel's middle lies in it";
+    output.problem = "the region contains no voxel centre: increase its radius";
     return;
   }
   output.mean = sum / count;

@@ -301,7 +301,7 @@ Status decode_fields(const Schema& schema, void* value, std::string_view bytes) 
   for (const Field& field : schema.fields) {
     if (bytes.empty()) break;  // written before the field was added
     if (!std::visit([&](auto* v) { return get_value(bytes, *v); }, field.pointer_in(value)))
-      return Error{.what = "a record is broken",
+      return Error{.what = "a record is damaged",
                    .where = std::string(schema.name) + ' ' + std::string(field.name),
                    .found = std::to_string(bytes.size()) + " bytes left",
                    .expected = type_name(field)};

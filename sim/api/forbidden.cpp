@@ -22,7 +22,7 @@ Forbidden::Forbidden(std::shared_ptr<const volume::Volume> volume, const volume:
 Result<std::shared_ptr<const Forbidden>> Forbidden::build(std::shared_ptr<const volume::Volume> volume,
                                                           const volume::Shape& shape, int threads) {
   if (shape.is_label() && volume->labels.is_empty())
-    return Error{.what = "a forbidden structure is a label of a volume without labels", .where = shape.name};
+    return Error{.what = "the volume of a forbidden structure has no labels", .where = shape.name};
   const auto bits = volume::Occupancy::build(*volume, shape, threads);
   if (bits.count_solid() == 0)
     return Error{.what = "a forbidden structure is empty",

@@ -169,14 +169,14 @@ Status Replay::why_not_verifiable() const {
         return Error{.what = "the session cannot be verified, only viewed",
                      .found = "module " + named.name + " of version " + std::to_string(named.version),
                      .expected = "version " + std::to_string(module->version()),
-                     .remedy = "verify it with the version that recorded it; other versions can display it"};
+                     .remedy = "verify it with the version that recorded it"};
   const std::uint32_t revision = session_->header().revision;
   if (revision == k_replay_revision) return std::nullopt;
   return Error{.what = "the session cannot be verified, only viewed",
                .found = "recorded by " + session_->header().program + ", arithmetic revision " +
                         std::to_string(revision),
                .expected = "revision " + std::to_string(k_replay_revision),
-               .remedy = "verify it with the version that recorded it; other versions can display it"};
+               .remedy = "verify it with the version that recorded it"};
 }
 
 Result<bool> Replay::step() {
@@ -201,7 +201,7 @@ Result<bool> Replay::step() {
 Status Replay::take(const LogItem& item) {
   if (const auto* command = std::get_if<CommandItem>(&item)) {
     if (command->command.hand >= state_->engine.hand_count())
-      return Error{.what = "the session's record is broken",
+      return Error{.what = "the session's record is damaged",
                    .found = "a command for a hand that it does not have"};
     run_command(command->command);
   } else if (const auto* version = std::get_if<VersionItem>(&item)) {
@@ -282,7 +282,7 @@ void Replay::compare_tick() {
 Status Replay::run_tick(const TickItem& item) {
   const haptics::ServoRecord& recorded = item.record;
   if (!state_->servo.can_follow(recorded))
-    return Error{.what = "the session's record is broken",
+    return Error{.what = "the session's record is damaged",
                  .where = "tick " + std::to_string(recorded.tick),
                  .found = recorded.hand >= state_->engine.hand_count()
                               ? "a hand that the session does not have"

@@ -95,7 +95,8 @@ Status Engine::check_room_for_bodies() const {
     if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_max)
       return Error{.what = "too many objects to touch together with the detached bodies",
                    .found = std::to_string(haptics::item_count(*tool.scene)),
-                   .expected = "room for eight more"};
+                   .expected = "at most " +
+                               std::to_string(haptics::ShapeSet::k_max - haptics::TouchScene::k_max_movers)};
   }
   return std::nullopt;
 }

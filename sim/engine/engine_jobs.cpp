@@ -204,10 +204,10 @@ Status Engine::check_picture(const AdoptPicture& request, std::size_t hand) cons
   const haptics::TouchScene& scene = *tools_[hand].scene;
   if (!depths_[hand].index_of(request.item) ||
       !haptics::item_of(scene, static_cast<int>(request.item)).depth->is_streamed())
-    return Error{.what = "this item does not take pictures",
+    return Error{.what = "this item is not touched by pictures",
                  .where = "adopt-picture",
                  .found = std::to_string(request.item),
-                 .expected = "an item that is touched by them"};
+                 .expected = "an item with submitted pictures"};
   if (Status error = check_rotation(request.rotation, "adopt-picture rotation")) return error;
   return haptics::depth::check(picture_of(request));
 }

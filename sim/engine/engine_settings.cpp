@@ -150,10 +150,10 @@ Result<Instrument> Engine::named_instrument(const TakeInstrument& request) const
   spec.instrument = request.instrument, spec.parameters = request.parameters;
   auto instrument = sim::instrument_of(spec, catalogue_);
   if (instrument && instrument.value().type == nullptr)
-    return Error{.what = "no instrument named",
+    return Error{.what = "no instrument selected",
                  .where = "take-instrument instrument",
                  .expected = "the name of an instrument",
-                 .remedy = "trephine modules lists them"};
+                 .remedy = "list them with trephine modules"};
   return instrument;
 }
 

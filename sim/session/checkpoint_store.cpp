@@ -114,7 +114,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const std::string_view name = in.text(), bytes = in.text();
     if (name.empty()) return {};
     const ValueType* type = session->catalogue().find(name);
-    if (type == nullptr) throw Broken{"a value that this program does not know"};
+    if (type == nullptr) throw Broken{"a value of an unknown type"};
     return value_or_throw(Value::from_bytes(*type, bytes));
   }
 
@@ -208,7 +208,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   OffsetJob::Offsets read_offsets(ByteReader& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
     OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_max));
     if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
-      throw Broken{"another number of offset fields than of shapes"};
+      throw Broken{"different numbers of offset fields and shapes"};
     for (std::size_t s = 0; s < offsets.size(); ++s) {
       const std::uint64_t chain = in.count(), link = in.count();
       if (scene) offsets[s] = field_at(chain, link, scene, s);
@@ -279,7 +279,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       for (std::size_t h = 0; h < start.hand_count(); ++h)
         is_valid =
             is_valid && std::none_of(start.scene(h).items.begin(), start.scene(h).items.end(), is_used);
-      if (!is_valid) throw Broken{"a body with the id or the mover of another"};
+      if (!is_valid) throw Broken{"two bodies with the same id or mover"};
       world.bodies.push_back(std::move(body));
     }
     return world;
@@ -333,7 +333,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     state.chronicle.redos = in.count();
     for (std::size_t w = 0; w < initial.watches.size(); ++w)
       if (decode_fields(ForbiddenWatch::schema(), &state.watches.emplace_back(), in.text()))
-        throw Broken{"a forbidden structure's values"};
+        throw Broken{"invalid values of a forbidden structure"};
     return state;
   }
   /// Reads a hand, with its initial tool or another one.
@@ -349,7 +349,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"an invalid tool"};
         prepared = make_geometry(hand.tool, geometry, *start.now().world.version, k_no_voxels);
       }
-      if (prepared->failed) throw Broken{"a tool that cannot be made"};
+      if (prepared->failed) throw Broken{"a tool of invalid geometry"};
       hand.tool.scene = prepared->scene;
       hand.tool.method = prepared->method;
     }
@@ -443,7 +443,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
           (job.type && job.type->check && job.type->check(job.parameters->data(), anatomy)) ||
           (job.parameters->as<TakeInstrument>() &&
            !start.named_instrument(*job.parameters->as<TakeInstrument>())))
-        throw Broken{"a job that does not fit the anatomy"};
+        throw Broken{"a job of another anatomy"};
       image.jobs.push_back(std::move(job));
     }
   }
@@ -498,12 +498,12 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       if (output.hand >= count) throw Broken{"offset fields of an unknown hand"};
       output.offsets = read_offsets(in, hands.scenes[output.hand]);
     }
-    if (!in.is_at_end()) throw Broken{"surplus bytes"};
+    if (!in.is_at_end()) throw Broken{"excess bytes"};
     return result;
   }
 
   static Error error_of(const Broken& broken) {
-    return Error{.what = "a checkpoint of the session is broken",
+    return Error{.what = "a checkpoint of the session is damaged",
                  .found = broken.what,
                  .expected = "unchanged data written by trephine",
                  .remedy = "open the session from its start"};

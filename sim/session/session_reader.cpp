@@ -144,8 +144,9 @@ Result<std::string> SessionReader::read(const Span& span) {
   file_.clear();
   file_.seekg(static_cast<std::streamoff>(span.at));
   if (!file_.read(bytes.data(), static_cast<std::streamsize>(span.length)))
-    return Error{
-        .what = "the session is no longer readable", .where = where_, .expected = "a file that stays"};
+    return Error{.what = "the session is no longer readable",
+                 .where = where_,
+                 .expected = "a file that is neither moved nor deleted"};
   return bytes;
 }
 

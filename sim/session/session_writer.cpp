@@ -59,7 +59,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   const std::string where = name_of(path), header_text = encode(header);
   // No recording is started that could not be read again.
   if (const auto readable = decode_header(header_text); !readable)
-    return Error{.what = "this cannot be recorded",
+    return Error{.what = "the session cannot be recorded",
                  .where = where,
                  .found = readable.error().found,
                  .expected = "a value in the range of sessions"};
@@ -69,7 +69,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
                  .where = where,
                  .expected = "a new name for a new session",
                  .remedy = "choose another name, or continue it: trephine resume " + where};
-  if (file < 0) return disk_error("this cannot be recorded", where, errno);
+  if (file < 0) return disk_error("the session cannot be recorded", where, errno);
   std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, catalogue.all(), options));
   ::flock(file, LOCK_EX | LOCK_NB);  // cannot fail: the file is new
   std::string preamble(k_session_magic);
@@ -118,7 +118,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::append(SessionLock lock, S
       return Error{.what = "the session cannot be continued",
                    .where = where,
                    .found = "a session without " + std::string(type->schema->name),
-                   .expected = "what this program may have to write",
+                   .expected = "a session with all types of this program",
                    .remedy = "continue it with the version that recorded it"};
   const int file = std::exchange(lock.file_, -1);
   std::unique_ptr<SessionWriter> writer(new SessionWriter(file, lock.path_, std::move(tail.types), options));

@@ -184,9 +184,9 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   if (!target.has_filename()) target = target.parent_path();
   if (Status error = check(arguments.preset, arguments.shape)) return *error;
   if (!data_tools::is_utf8(arguments.name))
-    return Error{.what = "the name of the case is not a text",
+    return Error{.what = "the name of the case is not text",
                  .where = "name",
-                 .found = "a byte that is no UTF-8",
+                 .found = "a byte that is not UTF-8",
                  .expected = "a name in UTF-8"};
   data_tools::OutputSet outputs;
   for (const std::string& input : {arguments.source.path, arguments.labels}) outputs.add_input(input);

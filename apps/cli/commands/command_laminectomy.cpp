@@ -280,7 +280,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
           ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)))
           : tick_count;
   if (arguments.until && *arguments.until * rate > static_cast<double>(tick_count) + 0.5)
-    return Error{.what = "the session is shorter",
+    return Error{.what = "the session ends before this time",
                  .where = "--until",
                  .found = format_text("%.1f s", *arguments.until),
                  .expected = format_text("0 to %.1f s", static_cast<double>(tick_count) / rate)};

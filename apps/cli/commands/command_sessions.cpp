@@ -35,7 +35,7 @@ struct ResumeArguments {
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (arguments.wants_window && (arguments.is_verifying || arguments.until || !arguments.output.empty() ||
                                  !arguments.steps.empty() || !arguments.screenshot.empty()))
-    return Error{.what = "the window of a replay takes no other options",
+    return Error{.what = "--show cannot be combined with these options",
                  .where = "--show",
                  .found = "--verify, --until, -o, --table or --screenshot too",
                  .expected = "--show alone",
@@ -193,7 +193,7 @@ Status fork(const ResumeArguments& arguments) {
     return Error{.what = "no file for the new session",
                  .where = "--record",
                  .expected = "--record FILE with --at S",
-                 .remedy = "a session is continued at its end without --at"};
+                 .remedy = "to continue the session at its end, omit --at"};
   if (!(*arguments.at >= 0 && *arguments.at <= 1e6))
     return Error{.what = "the time is out of range",
                  .where = "--at",

@@ -199,8 +199,8 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
     return Error{.what = "recording needs a window",
                  .where = "--record",
                  .expected = "a window",
-                 .remedy = view::has_display() ? "with --screenshot a window needs --seconds"
-                                               : "start it on a display"};
+                 .remedy = view::has_display() ? "pass --seconds too, so that a window opens"
+                                               : "start trephine on a display"};
   auto started = workbench::start_recording(record, operation);
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());

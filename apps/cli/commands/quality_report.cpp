@@ -48,11 +48,11 @@ std::string quality_text(const data_tools::ScanQuality& q, bool is_hounsfield, d
 
 Status write_quality_chart(const data_tools::ScanQuality& q, const std::string& path) {
   if (q.edge.empty())
-    return Error{.what = "no edge to draw",
+    return Error{.what = "no edge for the chart",
                  .where = "chart",
-                 .found = "no edge is free enough to be measured",
-                 .expected = "some edges",
-                 .remedy = "measure it on the scan itself, with skin and air in it"};
+                 .found = "no edge far enough from others",
+                 .expected = "at least one measurable edge",
+                 .remedy = "pass the whole scan, with skin and air"};
   view::Chart chart;
   chart.title = "edges of the scan, laid over each other";
   chart.x_label = "mm from the edge, inward";
