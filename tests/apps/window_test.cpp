@@ -244,8 +244,9 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
   ASSERT_EQ(image.branch.history.size(), 2u);
   sim::HistoryEntry gone = *image.branch.history[0];
   gone.load = [] {
-    return Result<sim::EntryState>(Error{
-        .what = "the session is no longer readable", .where = "a.session", .expected = "a file that stays"});
+    return Result<sim::EntryState>(Error{.what = "the session is no longer readable",
+                                         .where = "a.session",
+                                         .expected = "a file that is neither moved nor deleted"});
   };
   image.branch.history[0] = std::make_shared<const sim::HistoryEntry>(gone);
   ASSERT_FALSE(engine.restore(image));
