@@ -77,13 +77,13 @@ class Judge {
                                   frame.world_from_volume(step.path_volume[i]));
   }
   long fall_throughs() const { return judge.fall_throughs() + passages_; }
-  void set_seen(std::shared_ptr<const haptics::TouchState> seen) {
+  void set_touch_state(std::shared_ptr<const haptics::TouchState> touch_state) {
     if (is_held_from_within(scene_)) {
       outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
     } else {
       promises_.clear();
       for (std::size_t i = 0; i < base_shapes(scene_).size(); ++i)
-        promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, seen, i));
+        promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, touch_state, i));
     }
     judge.solid_changed();
   }
@@ -179,7 +179,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const dvec3 size(scene.base->size);
   Judge judge(scene, info);
   const std::shared_ptr<const volume::Version> untouched = haptics::untouched(scene);
-  auto seen = std::make_shared<const haptics::TouchState>(untouched);
+  auto touch_state = std::make_shared<const haptics::TouchState>(untouched);
   std::vector<volume::Field> solids;
   for (const haptics::TouchItem& shape : base_shapes(scene)) solids.push_back(shape.field);
   volume::RemovalEditor editor(untouched, solids);
@@ -189,11 +189,12 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     const auto version = editor.publish();
     haptics::TouchState::OffsetFields offsets;
     for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < base_shapes(scene).size(); ++s)
-      offsets.push_back(seen->offset(scene, s).updated(scene.items[s].field, *scene.items[s].bits, *version,
-                                                       *changed, 1, nullptr, scene.items[s].soft.get()));
+      offsets.push_back(touch_state->offset(scene, s).updated(scene.items[s].field, *scene.items[s].bits,
+                                                              *version, *changed, 1, nullptr,
+                                                              scene.items[s].soft.get()));
     return std::make_shared<const haptics::TouchState>(version, std::move(offsets));
   };
-  judge.set_seen(seen);
+  judge.set_touch_state(touch_state);
   haptics::ProxyState state;
   const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
   const double slack = 1.5 * std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
@@ -231,15 +232,15 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
       const double radius = (1 + 3 * random()) * voxel;
       const volume::RemovalReport report = editor.remove({hip, to, radius});
       shape.cut(hip, to, radius);
-      seen = publish(&report.box);
-      judge.set_seen(seen);
+      touch_state = publish(&report.box);
+      judge.set_touch_state(touch_state);
     }
     if (i % (2 * cut_every) == 2 * cut_every - cut_every / 4 && is_cut) {
       ++row.undos;
       editor.reset(untouched);
       shape.undo_all();
-      seen = publish(nullptr);
-      judge.set_seen(seen);
+      touch_state = publish(nullptr);
+      judge.set_touch_state(touch_state);
     }
     const dvec3 before = hip;
     hip += velocity + 0.3 * speed * (random_point() - 0.5);
@@ -251,7 +252,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
       }
     hip = frame.world_from_volume(v);
     row.fastest_mm_s = std::max(row.fastest_mm_s, 1000 * glm::length(hip - before));
-    haptics::ProxyStep step = method->step(scene, *seen, state, {hip});
+    haptics::ProxyStep step = method->step(scene, *touch_state, state, {hip});
     if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
     // A start may be in matter, or have matter in the ball: contact is judged once the tool was free.
     was_free = was_free || (target.distance && !shape.holds(step.proxy_world, 0));

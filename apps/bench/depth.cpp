@@ -200,7 +200,7 @@ ModelRow model_row(const BenchModel& m, bool is_quick, bool is_ball) {
   row.clip_ms = images(volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(), ivec3(100));
   ivec3 size(0);
   const auto frame = depth::lattice_around(tree->low(), tree->high(), 0.2, size).value();
-  row.whole_ms = images(frame, size);
+  row.complete_ms = images(frame, size);
 
   TouchScene scene = scenes::phantom_scene("sphere", [] {
     data_tools::PhantomOptions o;
@@ -277,8 +277,8 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
     row.triangles = count;
     double sum = 0;
     for (int run = 0; run < (is_quick ? 2 : 3); ++run) {
-      TouchState seen(version);
-      seen.depths.resize(1);
+      TouchState touch_state(version);
+      touch_state.depths.resize(1);
       ProxyState state;
       for (int i = 0; i < sets * k_ticks_a_set; ++i) {
         ProxyInput input;
@@ -293,11 +293,11 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
               state.has_proxy ? version->base().frame.world_from_volume(state.proxy_volume) : input.hip_world;
           auto set = std::make_shared<DepthSet>(
               model->draw({proxy, proxy, 20, 0.2, input.time, 1e-3 * k_ticks_a_set}).value());
-          set->follow(seen.depths[0].get());
-          seen.depths[0] = std::move(set);
+          set->follow(touch_state.depths[0].get());
+          touch_state.depths[0] = std::move(set);
         }
         const auto stepped = Clock::now();
-        const ProxyStep step = method->step(scene, seen, state, input);
+        const ProxyStep step = method->step(scene, touch_state, state, input);
         // Steps that adopt a new set count too.
         least.add(static_cast<std::size_t>(i), 1e6 * seconds_since(stepped));
         if (i % k_ticks_a_set == 0) set_ms.push_back(1e3 * seconds_since(begin));

@@ -34,8 +34,8 @@ std::vector<LevelRow> run_level_benchmark();
 struct ModelRow {
   std::string name;
   int triangles = 0;
-  double clip_ms = 0;   ///< three images, all layers, of 20 mm around the touch, 100^2 pixels
-  double whole_ms = 0;  ///< of the whole model, pixels of 0.2 mm
+  double clip_ms = 0;      ///< three images, all layers, of 20 mm around the touch, 100^2 pixels
+  double complete_ms = 0;  ///< of the whole model, pixels of 0.2 mm
   struct Method {
     std::string name;
     double ready_ms = 0;       ///< preparation before the first step
@@ -50,7 +50,7 @@ std::vector<ModelRow> run_depth_models(bool is_quick, const std::vector<BenchMod
 
 /// Random steps in and around an object with thin walls, and the number of walls passed by each method.
 struct FallRow {
-  std::string thing;
+  std::string object;
   double wall = 0;  ///< thickness, mm
   long steps = 0;
   struct Method {

@@ -59,10 +59,10 @@ std::vector<Object> test_objects() {
   }
   // Tilted, so that no face is aligned with pixels.
   const glm::dquat turn = glm::normalize(glm::dquat(1, 0.15, -0.3, 0.2));
-  for (Object& thing : all) {
-    for (Model* m : {&thing.model, &thing.middle})
+  for (Object& object : all) {
+    for (Model* m : {&object.model, &object.middle})
       for (dvec3& p : m->vertices) p = turn * p;
-    thing.hidden = turn * thing.hidden;
+    object.hidden = turn * object.hidden;
   }
   return all;
 }
@@ -71,9 +71,9 @@ std::vector<Object> test_objects() {
 
 std::vector<FallRow> run_depth_falls(bool is_quick) {
   std::vector<FallRow> rows;
-  for (const Object& thing : test_objects()) {
+  for (const Object& object : test_objects()) {
     FallRow row;
-    row.thing = thing.name, row.wall = thing.wall;
+    row.object = object.name, row.wall = object.wall;
     row.steps = is_quick ? 3'000 : 100'000;
     TouchScene scene = scenes::phantom_scene("sphere", [] {
       data_tools::PhantomOptions o;
@@ -81,11 +81,11 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
       return o;
     }());
     scene.items = {
-        mesh_item("thing", std::make_shared<const MeshTree>(thing.model.vertices, thing.model.triangles))};
+        mesh_item("thing", std::make_shared<const MeshTree>(object.model.vertices, object.model.triangles))};
     scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
     const auto version = untouched(scene);
     const volume::Frame& frame = scene.base->frame;
-    const verify::MeshWall middle(thing.middle.vertices, thing.middle.triangles, 1.0);
+    const verify::MeshWall middle(object.middle.vertices, object.middle.triangles, 1.0);
     for (const char* name : {"lomi", "lomi-parts", "depth", "mesh"}) {
       const auto method = make_method(name).value();
       if (method->prepare(scene)) continue;
@@ -98,8 +98,8 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
       for (long i = 0; i < row.steps; ++i) {
         if (i % 200 == 0) {  // restart, inside and outside in turn
           state = {};
-          do hip = i % 400 == 0 ? thing.hidden : 9.0 * (2.0 * dvec3(random(), random(), random()) - 1.0);
-          while (std::abs(depth::winding(thing.model, hip)) > 0.5);
+          do hip = i % 400 == 0 ? object.hidden : 9.0 * (2.0 * dvec3(random(), random(), random()) - 1.0);
+          while (std::abs(depth::winding(object.model, hip)) > 0.5);
         }
         const bool was_fresh = !state.has_proxy;
         const double mm = was_fresh ? 0 : i % 3 == 0 ? 1 : 0.1;  // mm per tick: 1 m/s and a tenth of it

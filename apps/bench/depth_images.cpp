@@ -29,7 +29,7 @@ using depth::DepthCube;
 namespace {
 
 template <class Work>
-double least_ms(int runs, Work&& work) {
+double min_ms(int runs, Work&& work) {
   double least = 1e300;
   for (int run = 0; run < runs; ++run) {
     const auto begin = Clock::now();
@@ -71,9 +71,9 @@ long apart(const DepthCube& ours, const SixImages& peer, double edge) {
             continue;  // beyond the cube, or where a ray starts in matter
           first = std::min(first, camera % 2 == 0 ? from_low : edge - from_low);
         }
-        const double seen = static_cast<double>(*mm);
-        const bool is_seen = seen < edge - k_apart, is_ours = first < edge - k_apart;
-        count += is_seen != is_ours || (is_seen && std::abs(seen - first) > k_apart);
+        const double distance = static_cast<double>(*mm);
+        const bool is_visible = distance < edge - k_apart, is_ours = first < edge - k_apart;
+        count += is_visible != is_ours || (is_visible && std::abs(distance - first) > k_apart);
       }
   }
   return count;
@@ -111,7 +111,7 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
       ImagesRow row;
       row.triangles = count, row.pixels = pixels;
       const double step = k_edge / pixels;
-      row.ours_ms = least_ms(3, [&] {
+      row.ours_ms = min_ms(3, [&] {
         (void)DepthCube::of_triangles(
             m.vertices, m.triangles, volume::Frame::from_spacing(touched - 0.5 * k_edge, dvec3(step)).value(),
             ivec3(pixels))
@@ -174,7 +174,7 @@ std::vector<EditRow> run_depth_edits(bool is_quick) {
     volume::SurfaceSource source{&bone.field, start.get(), bone.bits.get()};
     std::shared_ptr<const volume::Version> current = start;
     VoxelImages images(source);
-    row.all_ms = least_ms(2, [&] { images = VoxelImages(source); });
+    row.all_ms = min_ms(2, [&] { images = VoxelImages(source); });
     std::vector<double> us, net_ms, tree_ms;
     for (int n = 0; n < 40; ++n) {
       const dvec3 at = outside(direction(n));
@@ -210,17 +210,17 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
   const auto version = untouched(scene);
   const auto method = make_method(k_default_method).value();
   if (method->prepare(scene)) return rows;
-  const TouchState seen(version);
+  const TouchState touch_state(version);
   // Cost of voxel touch during a frame: 16 servo steps on another thread. The frame's own thread does
   // nothing, but is charged for them.
   const dvec3 middle = scene.base->frame.world_from_volume(0.5 * (dvec3(scene.base->size) - 1.0));
   const auto steps_us = [&] {
     ProxyState state;
     for (int i = 0; i < 400; ++i)
-      (void)method->step(scene, seen, state, {middle + (80.0 - 0.1 * i) * direction(5)});
-    return 1e3 * least_ms(5, [&] {
+      (void)method->step(scene, touch_state, state, {middle + (80.0 - 0.1 * i) * direction(5)});
+    return 1e3 * min_ms(5, [&] {
              for (int i = 0; i < 16; ++i)
-               (void)method->step(scene, seen, state, {middle + (40.0 + 0.01 * i) * direction(5)});
+               (void)method->step(scene, touch_state, state, {middle + (40.0 + 0.01 * i) * direction(5)});
            });
   };
   constexpr int k_pixels = 512;
@@ -232,7 +232,7 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
     row.triangles = count;
     row.voxel_touch_us = steps_us();
     const dvec3 touched = k_ball_radius * direction(3);
-    row.depth_ms = least_ms(3, [&] {
+    row.depth_ms = min_ms(3, [&] {
       depth::ModelKeys keys;
       (void)DepthCube::of_triangles(m.vertices, m.triangles,
                                     volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(),
@@ -240,7 +240,7 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
           .value();
     });
     long near = 0;
-    row.feedback_ms = least_ms(3, [&] {
+    row.feedback_ms = min_ms(3, [&] {
       near = 0;
       for (std::size_t t = 0; t + 2 < m.triangles.size(); t += 3) {
         const dvec3 &a = m.vertices[m.triangles[t]], &b = m.vertices[m.triangles[t + 1]],
@@ -274,7 +274,7 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
     row.slices = slices;
     request.step = wide / slices;
     row.voxel_touch_us = steps_us();
-    row.draw_ms = least_ms(3, [&] { image.draw(request, *version, {}, 0, pixels); });
+    row.draw_ms = min_ms(3, [&] { image.draw(request, *version, {}, 0, pixels); });
     rows.push_back(row);
   }
   return rows;

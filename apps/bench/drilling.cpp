@@ -88,12 +88,12 @@ double exact_volume(const volume::ToolBody& body, const Stroke& stroke) {
   double solid = 0, area = 0;
   for (int i = 0; i < k_slices; ++i) {
     const double along = low + (i + 0.5) / k_slices * (high - low);
-    double off = 0, most = body.radius;  // zero of the distance to the surface
+    double inner = 0, outer = body.radius;  // zero of the distance to the surface
     for (int k = 0; k < 50; ++k) {
-      const double at = 0.5 * (off + most);
-      (body.distance(along, at) <= 0 ? off : most) = at;
+      const double at = 0.5 * (inner + outer);
+      (body.distance(along, at) <= 0 ? inner : outer) = at;
     }
-    solid += k_pi * off * off, area += 2 * off;
+    solid += k_pi * inner * inner, area += 2 * inner;
   }
   return (solid + area * stroke.length) * (high - low) / k_slices;
 }

@@ -79,7 +79,7 @@ struct PlayedScene {
 };
 
 FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, haptics::ProxyMethod& method,
-                const decltype(FeelOptions::answered)& answered) {
+                const decltype(FeelOptions::on_answers)& on_answers) {
   const MethodInfo& info = contender.info;
   const volume::Volume& base = *s.scene.base;
   const volume::Frame& frame = base.frame;
@@ -94,9 +94,9 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   // Anything built before the hole was drilled does not contain it.
   if (s.drilled && (contender.is_peer || info.is_of_untouched)) return row;
   if (method.prepare(s.scene)) return row;
-  const haptics::TouchState seen = s.seen();
+  const haptics::TouchState touch_state = s.touch_state();
   row.steps = static_cast<long>(samples.size());
-  row.bytes = s.scene.items[0].bits->bytes() + seen.version->bytes();
+  row.bytes = s.scene.items[0].bits->bytes() + touch_state.version->bytes();
   if (s.scene.items[0].soft) row.bytes += s.scene.items[0].soft->bytes();
   if (s.scene.items[0].offset) row.bytes += s.scene.items[0].offset->bytes();
 
@@ -110,7 +110,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   std::vector<dvec3> answers;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const dvec3& hip = samples[i].pose.position_world;
-    const haptics::ProxyStep step = method.step(s.scene, seen, state, {hip});
+    const haptics::ProxyStep step = method.step(s.scene, touch_state, state, {hip});
     judge.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
                       frame.volume_from_world(hip), step.has_contact, step.is_buried});
     scorer.judge_step(i, step);
@@ -118,7 +118,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
     row.triangles += step.counters.triangles, row.queries += step.counters.iterations;
     answers.push_back(step.has_contact ? step.proxy_world : hip);
   }
-  if (answered) answered(s, info.name, answers);
+  if (on_answers) on_answers(s, info.name, answers);
   // A peer has its own promise; its falls are those of the scorer.
   if (!contender.is_peer) row.fall_throughs = judge.fall_throughs();
   row.buried = judge.buried_starts();
@@ -133,7 +133,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
 /// Measures times of steps in contact, separately from the judges: contenders take turns, run by run, so that
 /// disturbances of the machine affect all of them.
 void time_in_turns(const FeelScene& s, std::vector<PlayedScene>& all) {
-  const haptics::TouchState seen = s.seen();
+  const haptics::TouchState touch_state = s.touch_state();
   const auto& samples = s.path.samples();
   std::vector<MinimumOfRuns> minima(all.size());
   for (int run = 0; run < MinimumOfRuns::k_runs; ++run)
@@ -142,7 +142,7 @@ void time_in_turns(const FeelScene& s, std::vector<PlayedScene>& all) {
       for (std::size_t i = 0; i < samples.size(); ++i) {
         const haptics::ProxyInput input{samples[i].pose.position_world};
         const auto start = Clock::now();
-        const haptics::ProxyStep step = all[c].method->step(s.scene, seen, timed, input);
+        const haptics::ProxyStep step = all[c].method->step(s.scene, touch_state, timed, input);
         const double us = 1e6 * seconds_since(start);
         if (step.has_contact) minima[c].add(i, us);
       }
@@ -158,15 +158,15 @@ bool is_reference(const FeelScene& s) {
 std::optional<double> instructions_a_step(const FeelScene& s, const Contender& contender, bool is_quick) {
   const auto method = contender.make();
   if (method->prepare(s.scene)) return std::nullopt;
-  const haptics::TouchState seen = s.seen();
+  const haptics::TouchState touch_state = s.touch_state();
   const auto& samples = s.path.samples();
   const std::size_t middle = samples.size() / 2, count = is_quick ? 1 : 8;
   haptics::ProxyState state;
   for (std::size_t i = 0; i < middle; ++i)
-    method->step(s.scene, seen, state, {samples[i].pose.position_world});
+    method->step(s.scene, touch_state, state, {samples[i].pose.position_world});
   const std::optional<long> all = count_instructions([&] {
     for (std::size_t i = middle; i < middle + count; ++i)
-      method->step(s.scene, seen, state, {samples[i].pose.position_world});
+      method->step(s.scene, touch_state, state, {samples[i].pose.position_world});
   });
   if (!all) return std::nullopt;
   return static_cast<double>(*all) / static_cast<double>(count);
@@ -208,17 +208,17 @@ FeelTrace trace(const FeelScene& s, const Contender& contender, bool is_pressing
   haptics::ForceModel raw(raw_force, 1e-3), smoothed(haptics::ForceOptions{}, 1e-3);
   haptics::ProxyState state;
   const dvec3 out = glm::normalize(s.path.samples()[0].pose.position_world);
-  dvec3 seen(0);
+  dvec3 held_hip(0);
   for (const auto& sample : s.path.samples()) {
     dvec3 hip = sample.pose.position_world;
     if (is_pressing) {
       const auto tick = static_cast<long>(result.t.size());
       if (tick % 17 == 0) {
         const double t = 1e-3 * static_cast<double>(tick);
-        seen = (45.5 - 1.5 * std::sin(6.283185307179586 * 3 * t)) *
-               glm::normalize(out + 0.05 * t * dvec3(0.3, -0.8, 0.2));
+        held_hip = (45.5 - 1.5 * std::sin(6.283185307179586 * 3 * t)) *
+                   glm::normalize(out + 0.05 * t * dvec3(0.3, -0.8, 0.2));
       }
-      hip = seen;
+      hip = held_hip;
     }
     const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
     result.t.push_back(sample.t);
@@ -328,7 +328,7 @@ FeelReport run_feel(const FeelOptions& options) {
   const auto play = [&](const FeelScene& s) {
     done += 1;
     const std::string id = feel_id(s);
-    if (options.look && (report.failure = options.look(s))) return false;
+    if (options.inspect && (report.failure = options.inspect(s))) return false;
     Judges judges(s);
     std::vector<PlayedScene> playing;
     for (const Contender& contender : all) {
@@ -337,7 +337,7 @@ FeelReport run_feel(const FeelOptions& options) {
         return false;
       }
       PlayedScene played{&contender, contender.make(), {}};
-      played.row = measure(s, judges, contender, *played.method, options.answered);
+      played.row = measure(s, judges, contender, *played.method, options.on_answers);
       if (played.row.steps > 0) playing.push_back(std::move(played));  // others have no radius
     }
     time_in_turns(s, playing);

@@ -25,7 +25,7 @@ struct FeelScene {
   double field_s = 0;         ///< to build the tool's offset field, before the first step
   double field_update_s = 0;  ///< to update it after the hole, off the servo
   std::shared_ptr<const haptics::TouchState> drilled = nullptr;  ///< null: untouched
-  haptics::TouchState seen() const {
+  haptics::TouchState touch_state() const {
     return drilled ? *drilled : haptics::TouchState(std::make_shared<volume::Version>(scene.base));
   }
 
@@ -47,7 +47,7 @@ struct FeelRow {
   std::optional<double> total_rms_voxels;   ///< distance from the analytic surface
   std::optional<double> floor_rms_voxels;   ///< that of an ideal proxy on the smooth solid of the samples
   std::optional<double> deepest_voxels;     ///< in the analytic shape
-  std::optional<double> most_off_mm;        ///< largest distance from an ideal proxy on the analytic shape
+  std::optional<double> max_off_mm;         ///< largest distance from an ideal proxy on the analytic shape
   std::optional<double> direction_rms_deg;  ///< of the raw force
   std::optional<double> tangential_p50_mm, tangential_p99_mm;
   std::optional<double> force_rms_n;  ///< stiffness times the distance from the ideal proxy
@@ -56,7 +56,7 @@ struct FeelRow {
   double rough_n = 0;           ///< RMS of the raw force above 20 Hz
   double rough_smoothed_n = 0;  ///< the same at the default smoothing
   double jump_n = 0;            ///< mean change of the raw force when the proxy enters another voxel
-  double most_change_n = 0;     ///< largest change of the raw force between two ticks in contact
+  double max_change_n = 0;      ///< largest change of the raw force between two ticks in contact
   long fall_throughs = 0, stuck = 0;
   long parted =
       0;  ///< number of times that the proxy came to rest at another position than the ideal proxy's
@@ -101,11 +101,11 @@ struct FeelOptions {
   bool is_quick = false;
   /// Called with a method's answers to a scene, a proxy per step.
   std::function<void(const FeelScene&, const std::string& method, const std::vector<glm::dvec3>& proxies)>
-      answered;
+      on_answers;
   std::string only;  ///< play scenes whose id contains this; empty: all
   std::optional<FeelAnswers> answers;
   /// Called with each scene before it is played, for example to export it. A failure ends the run.
-  std::function<Status(const FeelScene&)> look;
+  std::function<Status(const FeelScene&)> inspect;
   std::vector<FeelScene> more;           ///< played after the built-in scenes, for example scans
   std::function<bool(double)> progress;  ///< fraction done; returning false stops
 };

@@ -42,11 +42,11 @@ void IntensityDrill::stay(const glm::dvec3& tip_world, double seconds) noexcept 
   });
 }
 
-FixedCountDrill::FixedCountDrill(volume::Volume scan, double radius, int most)
-    : scan_(std::move(scan)), radius_(radius), most_(most) {}
+FixedCountDrill::FixedCountDrill(volume::Volume scan, double radius, int max_voxels)
+    : scan_(std::move(scan)), radius_(radius), max_voxels_(max_voxels) {}
 
 void FixedCountDrill::tick(const glm::dvec3& tip_world, double threshold) noexcept {
-  int remaining = most_;
+  int remaining = max_voxels_;
   for_ball(scan_, tip_world, radius_, [&](std::size_t at) {
     if (scan_.voxels[at] < threshold) return true;
     scan_.voxels[at] = static_cast<std::int16_t>(IntensityDrill::k_air);

@@ -28,7 +28,7 @@ class IntensityDrill {
 class FixedCountDrill {
  public:
   /// `radius`: mm. `most`: voxels per tick.
-  FixedCountDrill(volume::Volume scan, double radius, int most);
+  FixedCountDrill(volume::Volume scan, double radius, int max_voxels);
   /// `threshold`: lowest intensity of bone.
   void tick(const glm::dvec3& tip_world, double threshold) noexcept;
   const volume::Volume& left() const noexcept { return scan_; }
@@ -36,7 +36,7 @@ class FixedCountDrill {
  private:
   volume::Volume scan_;
   double radius_;
-  int most_;
+  int max_voxels_;
 };
 
 }  // namespace trephine::bench

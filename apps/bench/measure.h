@@ -39,19 +39,19 @@ class MinimumOfRuns {
   static constexpr std::size_t k_dropped = 100;  // first steps of a run
 
   void add(std::size_t step, double us) {
-    if (step >= least_.size()) least_.resize(step + 1, 1e300);
-    least_[step] = std::min(least_[step], us);
+    if (step >= min_times_.size()) min_times_.resize(step + 1, 1e300);
+    min_times_[step] = std::min(min_times_[step], us);
   }
   /// Percentiles over all added steps, without the first k_dropped.
   StepTimes result() const {
     std::vector<double> values;
-    for (std::size_t i = k_dropped; i < least_.size(); ++i)
-      if (least_[i] < 1e299) values.push_back(least_[i]);
+    for (std::size_t i = k_dropped; i < min_times_.size(); ++i)
+      if (min_times_[i] < 1e299) values.push_back(min_times_[i]);
     return times_of(std::move(values));
   }
 
  private:
-  std::vector<double> least_;
+  std::vector<double> min_times_;
 };
 
 }  // namespace trephine::bench

@@ -75,7 +75,7 @@ extern "C" bool trephine_render_peer(const RenderPeerRequest& request, vtkRender
   renderer->SetBackground(0, 0, 0);
   renderer->AddVolume(volume);
   vtkCamera* camera = renderer->GetActiveCamera();
-  camera->SetPosition(request.eye);
+  camera->SetPosition(request.camera_position);
   camera->SetFocalPoint(request.aim);
   camera->SetViewUp(request.up);
   camera->SetViewAngle(request.view_angle);

@@ -33,14 +33,14 @@ std::vector<volume::Ray> random_rays(const dvec3& size) {
   return rays;
 }
 
-/// Rays through an eye point, row by row of the picture.
+/// Rays through a camera position, row by row of the picture.
 std::vector<volume::Ray> image_rays(const dvec3& size) {
   std::vector<volume::Ray> rays;
-  const dvec3 eye = size * dvec3(0.53, -0.9, 0.61);
+  const dvec3 camera_position = size * dvec3(0.53, -0.9, 0.61);
   for (int y = 0; y < k_side; ++y)
     for (int x = 0; x < k_side; ++x) {
       const dvec3 through = size * dvec3(0.1 + 0.8 * (x + 0.5) / k_side, 0.5, 0.1 + 0.8 * (y + 0.5) / k_side);
-      rays.push_back({eye, eye + 2.0 * (through - eye)});
+      rays.push_back({camera_position, camera_position + 2.0 * (through - camera_position)});
     }
   return rays;
 }

@@ -99,26 +99,28 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
        {std::tuple("VTK fixed point", false, 1), std::tuple("VTK fixed point", false, 2),
         std::tuple("VTK OpenGL", true, 0)}) {
     RenderRow row{name, 0.5 * mm, threads};
-    RenderPeerRequest asked{result->voxels.data(),
-                            size,
-                            mm,
-                            {},
-                            {},
-                            {},
-                            {},
-                            28,
-                            k_ramp,
-                            static_cast<int>(std::size(k_ramp) / 2),
-                            row.step,
-                            threads,
-                            is_on_gpu,
-                            {size / 2, size / 2, size / 8}};
+    RenderPeerRequest peer_request{result->voxels.data(),
+                                   size,
+                                   mm,
+                                   {},
+                                   {},
+                                   {},
+                                   {},
+                                   28,
+                                   k_ramp,
+                                   static_cast<int>(std::size(k_ramp) / 2),
+                                   row.step,
+                                   threads,
+                                   is_on_gpu,
+                                   {size / 2, size / 2, size / 8}};
     for (int a = 0; a < 3; ++a) {
-      asked.origin[a] = scan->frame.origin()[a];
-      asked.eye[a] = request.camera.at[a], asked.aim[a] = middle[a], asked.up[a] = request.camera.up[a];
+      peer_request.origin[a] = scan->frame.origin()[a];
+      peer_request.camera_position[a] = request.camera.at[a], peer_request.aim[a] = middle[a],
+      peer_request.up[a] = request.camera.up[a];
     }
     RenderPeerAnswer answer;
-    row.is_there = peer != nullptr && peer(asked, window, answer) && answer.greys.size() == exact.size();
+    row.is_there =
+        peer != nullptr && peer(peer_request, window, answer) && answer.greys.size() == exact.size();
     row.frame_ms = answer.frame_ms, row.changed_ms = answer.changed_ms;
     if (row.is_there)
       row.error = rms([&](std::size_t i) {

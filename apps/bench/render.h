@@ -14,7 +14,7 @@ struct RenderPeerRequest {
   std::int16_t* voxels;
   int size;
   double spacing, origin[3];
-  double eye[3], aim[3], up[3], view_angle;
+  double camera_position[3], aim[3], up[3], view_angle;
   const double* ramp;  ///< value and opacity per mm, pair by pair
   int ramp_count;
   double step;  ///< mm
@@ -29,7 +29,7 @@ struct RenderPeerAnswer {
 using RenderPeer = bool (*)(const RenderPeerRequest&, vtkRenderWindow*, RenderPeerAnswer&);
 
 struct RenderRow {
-  std::string who;
+  std::string renderer;
   double step = 0;  ///< mm
   int threads = 1;
   double frame_ms = 0, changed_ms = 0;

@@ -163,7 +163,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   const bool has_contact = step.has_contact && glm::length(step.proxy_world - hip) > 1e-3 * voxel;
   const dvec3 force = raw_.step(step, hip, scene_.scene), smoothed = smoothed_.step(step, hip, scene_.scene);
   const bool had_contact = i > k_dropped && has_contact && contact_.back();
-  if (had_contact) most_change_ = std::max(most_change_, glm::length(force - last_force_));
+  if (had_contact) max_change_ = std::max(max_change_, glm::length(force - last_force_));
   last_force_ = force;
   raw_n_.push_back(glm::length(force));
   contact_.push_back(has_contact);
@@ -252,7 +252,7 @@ void Scorer::find_falls(const dvec3& proxy) {
 }
 
 void Scorer::add_from_same() {
-  for (const double off : pending_same_) most_from_same_ = std::max(most_from_same_, off);
+  for (const double off : pending_same_) max_from_same_ = std::max(max_from_same_, off);
   pending_same_.clear();
 }
 
@@ -261,7 +261,7 @@ void Scorer::add_errors() {
     distance_square_ += e.distance * e.distance;
     ++distance_count_;
     if (!e.is_pressed) continue;
-    most_off_ = std::max(most_off_, e.off);
+    max_off_ = std::max(max_off_, e.off);
     tangential_.push_back(e.aside);
     off_square_ += e.off * e.off;
     rendered_square_ += e.unrendered * e.unrendered;
@@ -282,7 +282,7 @@ void Scorer::finish(FeelRow& row) {
   row.contacts = contacts_;
   row.fall_throughs = std::max(row.fall_throughs, entered_);
   row.stuck = stuck_, row.parted = parted_, row.missed = missed_, row.ghosts = ghosts_;
-  if (on_same_) row.method_error_voxels = most_from_same_ / ideal_.voxel();
+  if (on_same_) row.method_error_voxels = max_from_same_ / ideal_.voxel();
   if (const auto rms = root(distance_square_, static_cast<std::size_t>(distance_count_)))
     row.total_rms_voxels = *rms / ideal_.voxel();
   if (scene_.distance) row.deepest_voxels = deepest_ / ideal_.voxel();
@@ -290,14 +290,14 @@ void Scorer::finish(FeelRow& row) {
   if (!tangential_.empty()) {
     row.force_rms_n = scene_.scene.items[0].material.stiffness * *root(off_square_, tangential_.size());
     row.rendered_rms_n = root(rendered_square_, tangential_.size());
-    row.most_off_mm = most_off_;
+    row.max_off_mm = max_off_;
     row.tangential_p50_mm = percentile_of(tangential_, 50);
     row.tangential_p99_mm = percentile_of(tangential_, 99);
   }
   row.rough_n = rough_above_20_hz(raw_n_, contact_);
   row.rough_smoothed_n = rough_above_20_hz(smoothed_n_, contact_);
   row.jump_n = jumps_ > 0 ? jump_ / static_cast<double>(jumps_) : 0;
-  row.most_change_n = most_change_;
+  row.max_change_n = max_change_;
 }
 
 haptics::ProxyStep step_of_answer(const dvec3& proxy, const dvec3& hip) {

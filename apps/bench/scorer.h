@@ -113,7 +113,7 @@ class Scorer {
   std::vector<double> raw_n_, smoothed_n_, tangential_;
   std::vector<bool> contact_;
   double distance_square_ = 0, angle_square_ = 0, off_square_ = 0, rendered_square_ = 0, jump_ = 0;
-  double most_change_ = 0, most_off_ = 0, deepest_ = 0, most_from_same_ = 0;
+  double max_change_ = 0, max_off_ = 0, deepest_ = 0, max_from_same_ = 0;
   long contacts_ = 0, distance_count_ = 0, angle_count_ = 0, jumps_ = 0, missed_ = 0, ghosts_ = 0;
   long stuck_ = 0, parted_ = 0, entered_ = 0;
   bool was_inside_ = false;

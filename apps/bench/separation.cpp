@@ -40,9 +40,9 @@ SeparationRow measure(double voxel, double burr) {
       editor.remove({r * along(i), r * along(i + 1), 0.5 * burr, false});
     const auto after = editor.freeze();
     const auto begin = Clock::now();
-    const volume::Separation result = volume::detect_detachment(
-        field, bits, *before, *after,
-        {.least_samples = static_cast<std::int64_t>(std::ceil(k_smallest / sample))});
+    const volume::Separation result =
+        volume::detect_detachment(field, bits, *before, *after,
+                                  {.min_samples = static_cast<std::int64_t>(std::ceil(k_smallest / sample))});
     times.push_back(1e3 * seconds_since(begin));
     ++row.strokes;
     row.held += result.kind == volume::Separation::Kind::connected;
@@ -50,10 +50,10 @@ SeparationRow measure(double voxel, double burr) {
     row.pending += result.kind == volume::Separation::Kind::pending;
     const auto whole = Clock::now();
     const volume::SolidParts parts(field, bits, *after);
-    row.whole_ms = 1e3 * seconds_since(whole);
+    row.complete_ms = 1e3 * seconds_since(whole);
     const bool is_loose =
         std::any_of(parts.parts().begin(), parts.parts().end(), [&](const volume::SolidParts::Part& part) {
-          return part.is_off && static_cast<double>(part.samples) * sample >= k_smallest;
+          return part.is_detached && static_cast<double>(part.samples) * sample >= k_smallest;
         });
     row.wrong += result.kind != volume::Separation::Kind::pending &&
                  is_loose != (result.kind == volume::Separation::Kind::detached);

@@ -11,7 +11,7 @@ struct SeparationRow {
   int samples_a_voxel = 1;  ///< along an axis
   int strokes = 0, held = 0, parted = 0, pending = 0;
   double p50_ms = 0, p99_ms = 0;  ///< of one answer
-  double whole_ms = 0;            ///< all parts of the whole volume recomputed
+  double complete_ms = 0;         ///< all parts of the whole volume recomputed
   int wrong = 0;                  ///< answers that contradict those parts
 };
 std::vector<SeparationRow> run_separation_benchmark();

@@ -40,9 +40,9 @@ struct Device {
       lost += h * damping * glm::dot(v, v);
       const double speed = glm::length(v);
       if (speed > 0 && coulomb > 0) {
-        const double most = speed * mass / (1000 * h);  // at most what stops it
-        total -= std::min(coulomb, most) / speed * v;
-        lost += h * std::min(coulomb, most) * speed;
+        const double max_force = speed * mass / (1000 * h);  // N, stops it within the substep
+        total -= std::min(coulomb, max_force) / speed * v;
+        lost += h * std::min(coulomb, max_force) * speed;
       }
       v += 1000 * h / mass * total;  // 1 N = 1000 kg mm/s2
       x += h * v;
@@ -193,8 +193,9 @@ bool is_passive(Surface& surface, double stiffness, const Loop& loop) {
     constexpr int k_cycles = 8, k_settling = 2;
     for (long i = 0; i < static_cast<long>(k_cycles + k_settling) * m.ticks; ++i) {
       const double depth = depth_at(i),
-                   seen = loop.encoder > 0 ? std::floor(depth / loop.encoder + 0.5) * loop.encoder : depth;
-      const dvec3 place = surface.start - seen * surface.normal;
+                   measured_depth =
+                       loop.encoder > 0 ? std::floor(depth / loop.encoder + 0.5) * loop.encoder : depth;
+      const dvec3 place = surface.start - measured_depth * surface.normal;
       const haptics::ProxyStep step = method.step(surface.scene, version, state, {place});
       std::rotate(pipe.begin(), std::next(pipe.begin()), pipe.end());
       pipe.back() = model.step(step, place, surface.scene);
@@ -308,12 +309,12 @@ dvec3 request_at(double t) {
 
 /// Generated energy: given by the surface and stored, minus the device's loss, above its minimum so far.
 struct EnergyMade {
-  double given = 0, least = 0, most = 0;
+  double given = 0, least = 0, largest = 0;
   void add_work(double work, double stored, double lost) {
     given += work;
     const double now = given + stored - lost;
     least = std::min(least, now);
-    most = std::max(most, now - least);
+    largest = std::max(largest, now - least);
   }
 };
 
@@ -322,7 +323,7 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
   scene.items[0].material = {0.5, 0, 0, 0};
   const auto method = haptics::make_method(haptics::k_default_method).value();
   if (method->prepare(scene)) return;
-  const haptics::ServoScene seen =
+  const haptics::ServoScene servo_scene =
       haptics::scene_for_one(scene, *method, std::make_shared<volume::Version>(scene.base));
   haptics::ServoCore core({}, 1e-3);
   Device device;
@@ -333,7 +334,7 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
     last = device.x;
     haptics::ServoInput input;
     input.pose.position_world = device.x;
-    const haptics::ServoRecord r = core.step(seen, input);
+    const haptics::ServoRecord r = core.step(servo_scene, input);
     const dvec3 stretch = r.has_contact ? r.proxy_world - device.x : dvec3(0);
     result.add_work(work, 0.25 * glm::dot(stretch, stretch), device.lost);
     held = r.force_world;
@@ -341,7 +342,7 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
     ++row.frictionless_steps;
     device.hold(held + 0.3 * (request_at(1e-3 * static_cast<double>(i)) - device.x) - 0.006 * device.v, 1e-3);
   }
-  row.most_generated = result.most;
+  row.max_generated = result.largest;
 }
 
 }  // namespace
@@ -353,7 +354,7 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
   const auto method = haptics::make_method(haptics::k_default_method).value();
   if (method->prepare(scene)) return row;
   const auto untouched = std::make_shared<volume::Version>(scene.base);
-  haptics::ServoScene seen = haptics::scene_for_one(scene, *method, untouched);
+  haptics::ServoScene servo_scene = haptics::scene_for_one(scene, *method, untouched);
   volume::RemovalEditor editor(untouched, {scene.items[0].field});
   haptics::ServoCore core({}, 1e-3);
   Device device;
@@ -367,15 +368,15 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
     const dvec3 request = request_at(t), x = device.measured();
     if (i % 5000 == 2500) {
       editor.remove({x, x, 2});
-      seen.hands[0].state.version = editor.publish();
+      servo_scene.hands[0].state.version = editor.publish();
     }
     if (i % 40'000 == 39'999) {
       editor.reset(untouched);
-      seen.hands[0].state.version = editor.publish();
+      servo_scene.hands[0].state.version = editor.publish();
     }
     haptics::ServoInput input;
     input.pose.position_world = x;
-    const haptics::ServoRecord r = core.step(seen, input);
+    const haptics::ServoRecord r = core.step(servo_scene, input);
     held = r.force_world;
     for (const dvec3* v : {&r.proxy_world, &r.normal_world, &r.force_world})
       for (int a = 0; a < 3; ++a) hash.add((*v)[a]);
@@ -465,7 +466,7 @@ std::vector<EnergyRow> run_energy_test() {
           }
           (has_controller ? row.contact_share_with : row.contact_share) =
               static_cast<double>(contacts) / k_ticks;
-          (has_controller ? row.most_generated_with : row.most_generated) = result.most;
+          (has_controller ? row.max_generated_with : row.max_generated) = result.largest;
           (has_controller ? row.balance_with : row.balance_without) = least;
           (has_controller ? row.one_step : row.one_step_without) = one_step;
           row.share_cut = static_cast<double>(controller.cuts()) / k_ticks;

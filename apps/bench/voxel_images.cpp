@@ -94,7 +94,7 @@ void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_h
 }
 
 void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& changed) {
-  asked_ = 0;
+  query_count_ = 0;
   const VoxelSamples samples(source);
   // The surface also moves with the neighbouring voxel.
   const ivec3 low = glm::max(changed.low - 1, ivec3(0)), high = glm::min(changed.high + 1, size_ - 1);
@@ -114,7 +114,7 @@ void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& ch
           const auto find = [&](int from, int to) {  // excludes `to`
             for (int k = from; k != to; k += step) {
               at[axis] = k;
-              ++asked_;
+              ++query_count_;
               if (samples.is_solid(at)) return true;
             }
             return false;

@@ -30,7 +30,7 @@ class VoxelImages {
     return image(axis, from_high)[pixel(axis, i, j)].at;
   }
   /// Returns the number of voxels that the last update read one by one.
-  std::size_t asked() const noexcept { return asked_; }
+  std::size_t query_count() const noexcept { return query_count_; }
 
  private:
   struct Pixel {
@@ -52,7 +52,7 @@ class VoxelImages {
 
   glm::ivec3 size_;
   std::array<Image, 6> images_;
-  std::size_t asked_ = 0;
+  std::size_t query_count_ = 0;
 };
 
 }  // namespace trephine::bench

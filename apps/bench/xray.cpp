@@ -149,7 +149,7 @@ std::vector<XrayRow> run_xray_benchmark(int size, int pixels) {
       row.filled = filled / (static_cast<double>(lines.blocks().x) * lines.blocks().y * lines.blocks().z);
       std::vector<double> sums(count), joseph(count);
       std::vector<std::vector<float>> ours;
-      double square = 0, most = 0;
+      double square = 0, largest = 0;
       for (int angle = 0; angle < k_angles; ++angle) {
         const volume::RayFan fan = fan_of(v, 30 * angle, pixels);
         for (const volume::RaySum how : {volume::RaySum::exact, volume::RaySum::joseph}) {
@@ -169,12 +169,12 @@ std::vector<XrayRow> run_xray_benchmark(int size, int pixels) {
             const double length = length_of(v, fan, i, j);
             image.push_back(static_cast<float>(sums[at] * length));
             square += (joseph[at] - sums[at]) * (joseph[at] - sums[at]) * length * length;
-            most = std::max(most, sums[at] * length);
+            largest = std::max(largest, sums[at] * length);
           }
         if (threads == 1) judge(v, fan, sums, row);
         ours.push_back(std::move(image));
       }
-      row.joseph_rmse = std::sqrt(square / (static_cast<double>(count) * k_angles)) / most;
+      row.joseph_rmse = std::sqrt(square / (static_cast<double>(count) * k_angles)) / largest;
       const auto few = run_plastimatch(folder, pixels, threads, 2),
                  many = run_plastimatch(folder, pixels, threads, 12);
       if (few && many) {
@@ -203,7 +203,7 @@ std::vector<XrayRow> run_xray_benchmark(int size, int pixels) {
             error += off * off;
           }
         }
-        if (aa > 0) row.peer_rmse = std::sqrt(error / (static_cast<double>(count) * k_angles)) / most;
+        if (aa > 0) row.peer_rmse = std::sqrt(error / (static_cast<double>(count) * k_angles)) / largest;
       }
       rows.push_back(row);
     }

@@ -242,7 +242,7 @@ int trephine_operation_verify(trephine_operation* operation, trephine_error* err
     }
     if (!failed && operation->session->is_damaged())
       failed = Error{.what = "the session is damaged",
-                     .where = "byte " + std::to_string(operation->session->whole_bytes()),
+                     .where = "byte " + std::to_string(operation->session->complete_bytes()),
                      .expected = "a whole file",
                      .remedy = "the part before this tick was compared"};
     if (const std::optional<sim::Mismatch>& found = replay.mismatch())

@@ -17,7 +17,7 @@ Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int colu
                  .found = "no object near the tool that is touched by them",
                  .expected = "the tool near a model or video of --depth"};
   const DepthSet& first = *depths[0].set;
-  const haptics::Placement& placement = depths[0].drawn;
+  const haptics::Placement& placement = depths[0].item_pose;
   // Each camera is on a face of the clip volume: axis and sign of the face, and the directions of its image.
   struct Camera {
     int axis;
@@ -27,8 +27,8 @@ Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int colu
   const Camera cameras[] = {{0, 1, {0, 1, 0}, {0, 0, 1}},  {1, 1, {-1, 0, 0}, {0, 0, 1}},
                             {2, 1, {1, 0, 0}, {0, 1, 0}},  {0, -1, {0, -1, 0}, {0, 0, 1}},
                             {1, -1, {1, 0, 0}, {0, 0, 1}}, {2, -1, {-1, 0, 0}, {0, 1, 0}}};
-  constexpr int k_gap = 2, k_most = 96, k_fewest = 8;
-  const int side = std::clamp(std::min((columns - 2 * k_gap) / 3, (rows - k_gap) / 2), k_fewest, k_most);
+  constexpr int k_gap = 2, k_max = 96, k_min = 8;
+  const int side = std::clamp(std::min((columns - 2 * k_gap) / 3, (rows - k_gap) / 2), k_min, k_max);
   Panel panel;
   panel.columns = 3 * side + 2 * k_gap, panel.rows = 2 * side + k_gap;
   panel.mm_per_pixel = first.view.edge / side;
@@ -50,8 +50,8 @@ Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int colu
         for (const sim::DisplayedDepths& object : depths) {
           haptics::FacetHit hit;
           int visited = 0;
-          if (object.set->tree->cast(object.now.local_from_world(from), object.now.local_from_world(to), true,
-                                     true, hit, visited))
+          if (object.set->tree->cast(object.surface_pose.local_from_world(from),
+                                     object.surface_pose.local_from_world(to), true, true, hit, visited))
             nearest = std::min(nearest, hit.t);
         }
         const auto grey = static_cast<std::uint8_t>(nearest < 1 ? std::lround(235 - 195 * nearest) : 12);
@@ -71,7 +71,7 @@ std::vector<std::array<dvec3, 2>> clip_volumes(std::span<const sim::DisplayedDep
   for (const sim::DisplayedDepths& object : depths) {
     const auto corner = [&](int c) {
       const dvec3 half = 0.5 * object.set->view.edge * dvec3(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1);
-      return object.drawn.world_from_local(object.set->view.middle + half);
+      return object.item_pose.world_from_local(object.set->view.middle + half);
     };
     for (int c = 0; c < 8; ++c)
       for (const int other : {c | 1, c | 2, c | 4})

@@ -6,7 +6,7 @@
 
 namespace trephine::imaging {
 
-PaneWorker::PaneWorker(std::size_t panes) : requests_(panes), made_(panes) {}
+PaneWorker::PaneWorker(std::size_t panes) : requests_(panes), finished_(panes) {}
 
 PaneWorker::~PaneWorker() {
   {
@@ -30,19 +30,19 @@ void PaneWorker::request(std::size_t pane, Make make, std::uint64_t stamp) {
 void PaneWorker::forget(std::size_t pane) {
   const std::lock_guard guard(lock_);
   requests_[pane] = {};
-  made_[pane].reset();
+  finished_[pane].reset();
 }
 
-std::optional<PaneWorker::Made> PaneWorker::take(std::size_t pane) {
+std::optional<PaneWorker::FinishedImage> PaneWorker::take(std::size_t pane) {
   const std::lock_guard guard(lock_);
-  return std::exchange(made_[pane], std::nullopt);
+  return std::exchange(finished_[pane], std::nullopt);
 }
 
 bool PaneWorker::is_idle() const {
   const std::lock_guard guard(lock_);
   for (const auto& [request, stamp] : requests_)
     if (request) return false;
-  for (const std::optional<Made>& image : made_)
+  for (const std::optional<FinishedImage>& image : finished_)
     if (image) return false;
   return !is_working_;
 }
@@ -72,8 +72,8 @@ void PaneWorker::run() {
     const double ms = 1e3 * workbench::seconds_since(start);
     guard.lock();
     is_working_ = false;
-    ++counters_.made;
-    made_[pane] = Made{std::move(panel), ms, stamp};
+    ++counters_.finished;
+    finished_[pane] = FinishedImage{std::move(panel), ms, stamp};
   }
 }
 

@@ -19,13 +19,13 @@ namespace trephine::imaging {
 class PaneWorker {
  public:
   using Make = std::function<Result<Panel>()>;
-  struct Made {
+  struct FinishedImage {
     Result<Panel> panel;
     double milliseconds = 0;  ///< duration of rendering
     std::uint64_t stamp = 0;  ///< stamp of the request
   };
   struct Counters {
-    std::uint64_t made = 0, superseded = 0;  ///< finished images; requests replaced by newer ones
+    std::uint64_t finished = 0, superseded = 0;  ///< finished images; requests replaced by newer ones
   };
 
   explicit PaneWorker(std::size_t panes);
@@ -39,7 +39,7 @@ class PaneWorker {
   /// Discards the pending request and the finished image of a pane; an image in progress is still finished.
   void forget(std::size_t pane);
   /// Returns the newest image of a pane once; nullopt if there is no new one.
-  std::optional<Made> take(std::size_t pane);
+  std::optional<FinishedImage> take(std::size_t pane);
   /// True if there are no pending requests, no image in progress and no image that was not yet fetched.
   bool is_idle() const;
   Counters counters() const;
@@ -50,7 +50,7 @@ class PaneWorker {
   mutable std::mutex lock_;
   std::condition_variable changed_;
   std::vector<std::pair<Make, std::uint64_t>> requests_;
-  std::vector<std::optional<Made>> made_;
+  std::vector<std::optional<FinishedImage>> finished_;
   Counters counters_;
   std::size_t next_ = 0;  ///< next pane in turn
   bool is_working_ = false, is_stopping_ = false;

@@ -67,7 +67,7 @@ void Panes::forget() {
   xray_ = {};
   xray_.stamp = stamp;
   has_window_ = has_arm_ = is_live_ = false;
-  xray_note_.clear(), looks_.clear();
+  xray_note_.clear(), appearances_.clear();
   subject_ = {};
   arm_ = {};
 }
@@ -159,8 +159,8 @@ void Panes::scroll(std::size_t index, int slices) {
   if (!image_plane) return;
   // One step is the spacing of the scan's own slices in this direction.
   const dvec3 n = image_plane->normal(), step = subject_.scan->frame.vector_volume_from_world(n);
-  const double most = std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)});
-  set_focus(at_ + slices / most * n);
+  const double largest_step = std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)});
+  set_focus(at_ + slices / largest_step * n);
 }
 
 void Panes::zoom(std::size_t index, double factor, const dvec2& around) {
@@ -210,21 +210,21 @@ void Panes::set_slab(double thickness) {
   make_slices_stale();
 }
 
-void Panes::set_camera(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip) {
-  const bool is_same = has_eye_ && eye.at == eye_.at && eye.forward == eye_.forward && eye.up == eye_.up &&
-                       eye.height == eye_.height && eye.distance == eye_.distance &&
-                       clip.has_value() == clip_.has_value() &&
+void Panes::set_camera(const volume::Camera& camera, const std::optional<volume::Openings::Plane>& clip) {
+  const bool is_same = has_camera_ && camera.at == camera_.at && camera.forward == camera_.forward &&
+                       camera.up == camera_.up && camera.height == camera_.height &&
+                       camera.distance == camera_.distance && clip.has_value() == clip_.has_value() &&
                        (!clip || (clip->at == clip_->at && clip->normal == clip_->normal));
   if (is_same) return;
-  eye_ = eye, clip_ = clip, has_eye_ = true;
+  camera_ = camera, clip_ = clip, has_camera_ = true;
   for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::drawn) pane.image.is_stale = true;
+    if (pane.kind == PaneKind::rendering) pane.image.is_stale = true;
 }
 
 void Panes::set_transfer_function(std::string_view name) {
   if (name != transfer_) transfer_ = name;
   for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::drawn) {
+    if (pane.kind == PaneKind::rendering) {
       if (pane.is_cancelled) *pane.is_cancelled = true;
       pane.renderer.reset(), pane.image.is_stale = true;
     }
@@ -237,8 +237,8 @@ volume::TransferFunction Panes::transfer(const volume::Volume& scan) const {
 }
 
 void Panes::set_label_opacity(std::size_t label, double opacity) {
-  looks_.resize(std::max(looks_.size(), label + 1));
-  looks_[label].opacity = opacity;
+  appearances_.resize(std::max(appearances_.size(), label + 1));
+  appearances_[label].opacity = opacity;
   set_transfer_function(transfer_);  // redraws
 }
 

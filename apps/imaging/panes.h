@@ -12,9 +12,9 @@
 
 namespace trephine::imaging {
 
-/// Kind of a pane. `tool`: a slice that contains the tool's shaft. `drawn`: the scan by ray casting, seen by
-/// the camera of the 3-D view. `depths`: the depth images around the tool.
-enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray, drawn, depths };
+/// Kind of a pane. `tool`: a slice that contains the tool's shaft. `rendering`: the scan by ray casting, as
+/// seen by the camera of the 3-D view. `depths`: the depth images around the tool.
+enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray, rendering, depths };
 /// True for kinds that show a plane of the scan.
 constexpr bool is_planar(PaneKind kind) { return kind < PaneKind::xray; }
 inline constexpr std::string_view k_pane_kinds[] = {"axial",   "coronal", "sagittal", "tool",
@@ -71,7 +71,7 @@ class Panes {
 
   // Ray-cast scan.
   /// Sets the camera of the 3-D view. Its columns and rows are replaced by those of the pane.
-  void set_camera(const volume::Camera& eye, const std::optional<volume::Openings::Plane>& clip);
+  void set_camera(const volume::Camera& camera, const std::optional<volume::Openings::Plane>& clip);
   /// Selects the transfer function by a name of k_transfer_functions.
   void set_transfer_function(std::string_view name);
   const std::string& transfer_function() const noexcept { return transfer_; }
@@ -105,7 +105,7 @@ class Panes {
   /// Time that the newest image took, ms.
   double milliseconds(std::size_t pane) const noexcept { return image_of(pane).milliseconds; }
   /// Number of images that were made for the pane.
-  std::uint64_t made(std::size_t pane) const noexcept { return image_of(pane).made; }
+  std::uint64_t image_count(std::size_t pane) const noexcept { return image_of(pane).count; }
   /// Counter that changes whenever the pane must be redrawn.
   std::uint64_t changes(std::size_t pane) const noexcept {
     return panes_[pane].changes + image_of(pane).changes;
@@ -132,7 +132,7 @@ class Panes {
     std::optional<Panel> panel;
     std::string problem;
     double milliseconds = 0;
-    std::uint64_t made = 0, changes = 0;
+    std::uint64_t count = 0, changes = 0;
     std::uint64_t stamp = 0;  ///< changes with the kind and the scan: older images are discarded
     bool is_stale = false;
   };
@@ -171,7 +171,7 @@ class Panes {
   bool is_mirrored(const fluoroscopy::View& view) const noexcept;
   void show_side(Panel& panel) const;
   void request(std::size_t index);
-  void request_drawn(std::size_t index);
+  void request_rendering(std::size_t index);
   void request_xray();
   void make_stale(bool includes_xrays);
   /// Marks slices, and sections if `includes_sections`, as stale.
@@ -186,11 +186,11 @@ class Panes {
   bool is_from_back_ = false, has_labels_ = false, is_live_ = false, has_window_ = false, has_arm_ = false;
   double slab_ = 0;
   fluoroscopy::CArm arm_;
-  volume::Camera eye_;
+  volume::Camera camera_;
   std::optional<volume::Openings::Plane> clip_;
   std::string transfer_ = "bone", xray_note_;
-  std::vector<volume::LabelAppearance> looks_;  ///< by label, for ray casting
-  bool has_eye_ = false;
+  std::vector<volume::LabelAppearance> appearances_;  ///< by label, for ray casting
+  bool has_camera_ = false;
   double pixels_per_ms_ = 2000;  ///< speed of recent ray casting
   PaneWorker worker_;            ///< a slot for each pane, then one for the C-arm
 };

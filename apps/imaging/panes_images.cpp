@@ -33,7 +33,7 @@ fluoroscopy::CArm with_columns(fluoroscopy::CArm arm, int columns) {
 void Panes::request(std::size_t index) {
   Pane& pane = panes_[index];
   pane.image.is_stale = false;
-  if (pane.kind == PaneKind::drawn) return request_drawn(index);
+  if (pane.kind == PaneKind::rendering) return request_rendering(index);
   if (pane.kind == PaneKind::depths) {
     worker_.request(
         index,
@@ -46,7 +46,7 @@ void Panes::request(std::size_t index) {
   const ImagePlane plane = plane_of(pane);
   if (pane.kind == PaneKind::section) {
     if (!subject_.bone) {
-      pane.image.problem = "The section needs a shape as bone. Choose a range of values or a label.",
+      pane.image.problem = "The section needs the shape of bone. Choose a range of values or a label.",
       ++pane.changes;
       return;
     }
@@ -88,7 +88,7 @@ void Panes::request_xray() {
   xray_.is_stale = false;
   ++xray_.changes;
   if (!subject_.scan->is_hounsfield) {
-    xray_.problem = "X-rays need Hounsfield units, but the scan has other values";
+    xray_.problem = "X-rays need a scan in Hounsfield units. Open a CT.";
     return;
   }
   if (!xray_.camera) xray_.camera = std::make_shared<XrayCamera>();
@@ -105,13 +105,13 @@ void Panes::request_xray() {
 }
 
 /// Requests a ray-cast image: during motion with as many pixels as 60 ms allow, at rest with all pixels.
-void Panes::request_drawn(std::size_t index) {
+void Panes::request_rendering(std::size_t index) {
   Pane& pane = panes_[index];
-  if (!has_eye_) return;
+  if (!has_camera_) return;
   if (!pane.renderer) {
     pane.renderer = std::make_shared<Renderer>();
     pane.renderer->set_transfer_function(transfer(*subject_.scan));
-    pane.renderer->set_labels(looks_);
+    pane.renderer->set_labels(appearances_);
   }
   const auto now = std::chrono::steady_clock::now();
   const bool is_moving = now - pane.requested < std::chrono::milliseconds(250);
@@ -122,7 +122,7 @@ void Panes::request_drawn(std::size_t index) {
       is_moving ? std::clamp(std::sqrt(k_budget * pixels_per_ms_ / pixel_count), 0.08, 1.0) : 1.0;
   pane.is_coarse = share < 0.95;
   volume::RaycastRequest request;
-  request.camera = eye_;
+  request.camera = camera_;
   request.openings.plane = clip_;
   request.camera.columns =
       std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
@@ -155,7 +155,7 @@ bool Panes::adopt(std::size_t slot, Image& image) {
     image.is_stale = image.is_stale || (slot < panes_.size() && *panes_[slot].is_cancelled);
     return false;
   }
-  ++image.changes, ++image.made;
+  ++image.changes, ++image.count;
   image.milliseconds = result->milliseconds;
   image.problem = result->panel ? "" : result->panel.error().message();
   if (result->panel) image.panel = std::move(result->panel).value();
@@ -176,7 +176,7 @@ bool Panes::frame() {
     Pane& pane = panes_[i];
     if (!adopt(i, pane.image)) continue;
     is_new = true;
-    if (pane.kind == PaneKind::drawn && pane.image.panel && pane.image.milliseconds > 0)
+    if (pane.kind == PaneKind::rendering && pane.image.panel && pane.image.milliseconds > 0)
       pixels_per_ms_ = static_cast<double>(pane.image.panel->pixels.size()) / pane.image.milliseconds;
   }
   is_new |= adopt_xray();
@@ -192,7 +192,7 @@ bool Panes::frame() {
   }
   // Draw a coarse image at full resolution after 300 ms without motion.
   for (Pane& pane : panes_)
-    if (pane.is_coarse && pane.kind == PaneKind::drawn &&
+    if (pane.is_coarse && pane.kind == PaneKind::rendering &&
         std::chrono::steady_clock::now() - pane.requested > std::chrono::milliseconds(300))
       pane.image.is_stale = true;
   bool has_stale = is_xray_due();

@@ -51,8 +51,8 @@ dvec3 colour_of(volume::Matter matter) {
 }
 }  // namespace
 
-volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
-                        const std::array<glm::ivec3, 2>& voxels, int columns, int rows) {
+volume::Camera camera_from(std::string_view side, const volume::Frame& frame,
+                           const std::array<glm::ivec3, 2>& voxels, int columns, int rows) {
   constexpr double k_half_angle = 0.2443;  // 14 degrees, as the window's camera
   dvec3 from = glm::normalize(dvec3(0.55, -1, 0.38)), up(0, 0, 1);
   if (side == "front") from = {0, -1, 0};
@@ -61,24 +61,24 @@ volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
   if (side == "right") from = {-1, 0, 0};
   if (side == "top") from = {0, 0, 1}, up = {0, -1, 0};
   if (side == "bottom") from = {0, 0, -1}, up = {0, -1, 0};
-  volume::Camera eye;
+  volume::Camera camera;
   const dvec3 middle = frame.world_from_volume(0.5 * dvec3(voxels[0] + voxels[1]));
-  eye.forward = -from;
-  eye.up = glm::normalize(up - glm::dot(up, from) * from);
-  eye.columns = columns, eye.rows = rows;
+  camera.forward = -from;
+  camera.up = glm::normalize(up - glm::dot(up, from) * from);
+  camera.columns = columns, camera.rows = rows;
   // The smallest distance from which every corner is visible.
-  const dvec3 right = eye.right();
+  const dvec3 right = camera.right();
   const double narrow = std::tan(k_half_angle) * std::min(1.0, columns / static_cast<double>(rows));
   double distance = 1e-6;
   for (const dvec3& corner : volume::corners_world(frame, voxels[0], voxels[1])) {
     const dvec3 offset = corner - middle;
-    const double lateral = std::max(std::abs(glm::dot(offset, right)), std::abs(glm::dot(offset, eye.up)));
+    const double lateral = std::max(std::abs(glm::dot(offset, right)), std::abs(glm::dot(offset, camera.up)));
     distance = std::max(distance, glm::dot(offset, from) + lateral / narrow);
   }
-  eye.at = middle + distance * from;
-  eye.distance = distance;
-  eye.height = 2 * distance * std::tan(k_half_angle);
-  return eye;
+  camera.at = middle + distance * from;
+  camera.distance = distance;
+  camera.height = 2 * distance * std::tan(k_half_angle);
+  return camera;
 }
 
 void Renderer::set_transfer_function(const TransferFunction& transfer) {
@@ -86,8 +86,8 @@ void Renderer::set_transfer_function(const TransferFunction& transfer) {
   is_transfer_new_ = true;
 }
 
-void Renderer::set_labels(std::vector<volume::LabelAppearance> looks) {
-  labels_ = std::move(looks);
+void Renderer::set_labels(std::vector<volume::LabelAppearance> appearances) {
+  labels_ = std::move(appearances);
   if (image_) image_->set_labels(labels_);
 }
 

@@ -20,15 +20,15 @@ volume::TransferFunction transfer_function_of(std::string_view name, const volum
 
 /// Returns a camera that shows all `voxels` (low and high corner) from a named side (front, back, left,
 /// right, top, bottom), or obliquely from the front for any other name.
-volume::Camera eye_from(std::string_view side, const volume::Frame& frame,
-                        const std::array<glm::ivec3, 2>& voxels, int columns, int rows);
+volume::Camera camera_from(std::string_view side, const volume::Frame& frame,
+                           const std::array<glm::ivec3, 2>& voxels, int columns, int rows);
 inline constexpr std::string_view k_sides[] = {"front", "back", "left", "right", "top", "bottom", "oblique"};
 
 /// Renders one scan after another; the acceleration structures of a scan are built once.
 class Renderer {
  public:
   void set_transfer_function(const volume::TransferFunction& transfer);
-  void set_labels(std::vector<volume::LabelAppearance> looks);
+  void set_labels(std::vector<volume::LabelAppearance> appearances);
   /// Low and high corner of the voxels that may be visible; the whole scan if no voxel is visible.
   std::array<glm::ivec3, 2> visible_box(const std::shared_ptr<const volume::Volume>& scan, int threads);
   /// Draws the scan and the objects, which occlude each other.

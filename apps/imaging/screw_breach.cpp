@@ -10,7 +10,7 @@ using glm::dvec3;
 
 ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& subject) {
   constexpr double k_along = 0.25, k_back = 0.05;  // mm
-  constexpr double k_most_diameters = 3;
+  constexpr double k_max_diameters = 3;
   constexpr int k_around = 72;
   const volume::BoneClassifier is_bone(*subject.scan, *subject.bone, subject.version.get());
   const dvec3 shaft = screw.tip_world - screw.entry_world, along = glm::normalize(shaft);
@@ -41,10 +41,10 @@ ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& sub
       has_entered = is_whole || s - entered_at > screw.diameter;
       if (!has_entered) continue;
     }
-    const auto distance_to_bone = [&](const dvec3& from, const dvec3& direction, double most) {
+    const auto distance_to_bone = [&](const dvec3& from, const dvec3& direction, double max_distance) {
       double distance = 0;
-      while (distance < most && !is_bone(from + distance * direction)) distance += k_back;
-      return std::min(distance, most);
+      while (distance < max_distance && !is_bone(from + distance * direction)) distance += k_back;
+      return std::min(distance, max_distance);
     };
     double breach = 0;
     dvec3 breach_direction(0);
@@ -54,7 +54,7 @@ ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& sub
             depth > breach)
           breach = depth, breach_direction = outward(i);
     } else {  // away from the bone nearest to the axis
-      double nearest = k_most_diameters * screw.diameter;
+      double nearest = k_max_diameters * screw.diameter;
       for (int i = 0; i < k_around; ++i)
         if (const double distance = distance_to_bone(axis, outward(i), nearest); distance < nearest || i == 0)
           nearest = distance, breach_direction = -outward(i);

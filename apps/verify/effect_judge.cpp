@@ -13,9 +13,9 @@ constexpr double k_turn = 6.283185307179586;
 constexpr double k_power = 500;            // N mm/s, largest power of active effects
 constexpr double k_velocity_time = 0.003;  // s over which a hand's velocity is averaged
 
-dvec3 limited(const dvec3& v, double most) {
+dvec3 limited(const dvec3& v, double limit) {
   const double size = glm::length(v);
-  return size > most ? v * (most / size) : v;
+  return size > limit ? v * (limit / size) : v;
 }
 }  // namespace
 
@@ -120,7 +120,7 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
       case Kind::align:  // no force
         break;
     }
-    (is_active ? sum.active : sum.rendered) += limited(force, law.most);
+    (is_active ? sum.active : sum.rendered) += limited(force, law.max_force);
   }
   if (const double speed = glm::length(velocity_); speed > 0)
     sum.active = limited(sum.active, k_power / speed);
@@ -132,7 +132,8 @@ dvec3 EffectJudge::torque(const dvec3& shaft, const dvec3& rotation) {
   dvec3 sum(0);
   for (const EffectLaw& law : laws_)
     if (law.kind == EffectLaw::Kind::align)
-      sum += limited(law.strength * glm::cross(shaft, law.direction) - law.second * spin_, 10 * law.most);
+      sum +=
+          limited(law.strength * glm::cross(shaft, law.direction) - law.second * spin_, 10 * law.max_force);
   return sum;
 }
 

@@ -29,7 +29,7 @@ struct EffectLaw {
   double strength = 0;        ///< N s/mm, N/mm, N, kg, mm, N mm/rad or a share, by its kind
   double second = 0;          ///< resistance N, frequency Hz, wavelength mm or N mm s/rad
   double third = 0;           ///< a share, of a spin
-  double most = 3;            ///< largest force, N
+  double max_force = 3;       ///< largest force, N
   std::uint32_t id = 0;
 };
 

@@ -59,8 +59,8 @@ dvec3 ForceJudge::passive(const dvec3& requested, const dvec3& position, const d
     else if (proxy == position)
       firmness_ += 0.002 * (1 - firmness_);
     force = firmness_ * requested;
-    const double most = std::max(0.0, allowance) / speed_factor, work = glm::dot(force, motion_);
-    if (work > most) force -= (work - most) / glm::dot(motion_, motion_) * motion_;
+    const double max_work = std::max(0.0, allowance) / speed_factor, work = glm::dot(force, motion_);
+    if (work > max_work) force -= (work - max_work) / glm::dot(motion_, motion_) * motion_;
   }
   sent_.push_back(force);
   measured_.push_back(position);
@@ -77,9 +77,9 @@ dvec3 ForceJudge::passive(const dvec3& requested, const dvec3& position, const d
 
 void ForceJudge::judge_tick(const ForceTick& t) {
   ++ticks_;
-  const auto limited = [](const dvec3& v, double most) {
+  const auto limited = [](const dvec3& v, double limit) {
     const double size = glm::length(v);
-    return size > most ? v * (most / size) : v;
+    return size > limit ? v * (limit / size) : v;
   };
   if (t.is_reset || t.is_restarted) {
     given_ = 0;
@@ -191,9 +191,9 @@ void ForceJudge::judge_tick(const ForceTick& t) {
 
 /// Judges the torque of a tick and its energy.
 void ForceJudge::judge_torque(const ForceTick& t, bool is_known) {
-  const auto limited = [](const dvec3& v, double most) {
+  const auto limited = [](const dvec3& v, double limit) {
     const double size = glm::length(v);
-    return size > most ? v * (most / size) : v;
+    return size > limit ? v * (limit / size) : v;
   };
   // Turn of the stylus: half the sum of the axes' motions about their previous directions.
   dvec3 turn(0);

@@ -206,10 +206,10 @@ bool SmoothSolid::is_free_in_cube(const dvec3& from, const dvec3& to) const {
   for (const auto& [field, per_voxel] : fields_) {
     const dvec3 a = from * dvec3(per_voxel), b = to * dvec3(per_voxel);
     const ivec3 v = nearest_sample(0.5 * (a + b));
-    double most = -1e300;
+    double highest = -1e300;
     for (int n = 0; n < 27; ++n)
-      most = std::max(most, field(v.x + n % 3 - 1, v.y + n / 3 % 3 - 1, v.z + n / 9 - 1));
-    if (most < 0) return true;
+      highest = std::max(highest, field(v.x + n % 3 - 1, v.y + n / 3 % 3 - 1, v.z + n / 9 - 1));
+    if (highest < 0) return true;
     polynomials.push_back(bernstein_along(field, v, a, b));
   }
   return is_free_polynomial(polynomials, 48);
@@ -255,9 +255,9 @@ dvec3 sweep_ideal_proxy(const SmoothSolid& solid, const glm::dmat3& axes, const 
     // Descends: tries a step in many directions, and halves the step if none is nearer to the HIP. The first
     // step is small, so that no pocket of free space is skipped.
     at = advance(at, hip);
-    constexpr int k_most_rounds = 3000;
+    constexpr int k_max_rounds = 3000;
     double step = 0.05 * voxel;
-    for (int round = 0; round < k_most_rounds && step > 1e-7 * voxel && energy(at) > 0; ++round) {
+    for (int round = 0; round < k_max_rounds && step > 1e-7 * voxel && energy(at) > 0; ++round) {
       const dvec3 to_hip = glm::normalize(axes * (hip - at));
       dvec3 u = glm::cross(to_hip, std::abs(to_hip.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
       u = glm::normalize(u);

@@ -448,9 +448,9 @@ void BoneLayer::Painter::prepare_batch() {
   draw_all_once();
   pass_ = Pass::batch;
   for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
-  const double most = std::max(60000.0, triangles_per_ms_ * k_batch_ms);
+  const double max_triangles = std::max(60000.0, triangles_per_ms_ * k_batch_ms);
   drawn_triangles_ = 0;
-  while (!to_draw_.empty() && static_cast<double>(drawn_triangles_) < most) {
+  while (!to_draw_.empty() && static_cast<double>(drawn_triangles_) < max_triangles) {
     if (const auto it = chunks_.find(to_draw_.back()); it != chunks_.end()) {
       it->second.actor->VisibilityOn();
       drawn_triangles_ += it->second.triangles;

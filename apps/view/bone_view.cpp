@@ -303,7 +303,7 @@ ScreenDepth* BoneView::screen_depth() { return parts_->scenery ? &parts_->scener
 OverlayLayer& BoneView::overlays() { return *parts_->overlays; }
 const BoneLayer& BoneView::bone() const { return *parts_->bone; }
 
-void BoneView::show(const StylusLook& s) {
+void BoneView::show(const StylusState& s) {
   Parts& p = *parts_;
   if (p.drawn != s.tool.parts) {
     for (vtkActor* part : p.tool) p.on_top->RemoveActor(part);
@@ -332,9 +332,9 @@ void BoneView::show(const StylusLook& s) {
   place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, std::max(4.5, 2.6 * s.tool.shaft_radius));
   // A handle seen end-on or from nearby hides the tool's work: draw it translucent, or not at all.
   vtkCamera* camera = p.renderer->GetActiveCamera();
-  double eye[3];
-  camera->GetPosition(eye);
-  const dvec3 viewer = dvec3(eye[0], eye[1], eye[2]) - s.tool_world;
+  double position[3];
+  camera->GetPosition(position);
+  const dvec3 viewer = dvec3(position[0], position[1], position[2]) - s.tool_world;
   constexpr double k_half_degree = 3.14159265358979 / 360;
   // Height of the picture at the tool, mm.
   const double view_height = 2 * glm::length(viewer) * std::tan(camera->GetViewAngle() * k_half_degree);
@@ -401,9 +401,9 @@ double BoneView::distance_of(const dvec3& low, const dvec3& high) {
 
 void BoneView::aim_camera(const dvec3& target, const dvec3& from, const dvec3& up, double distance) {
   vtkCamera* camera = parts_->renderer->GetActiveCamera();
-  const dvec3 eye = target + distance * glm::normalize(from);
+  const dvec3 position = target + distance * glm::normalize(from);
   camera->SetFocalPoint(target.x, target.y, target.z);
-  camera->SetPosition(eye.x, eye.y, eye.z);
+  camera->SetPosition(position.x, position.y, position.z);
   // For a view straight from above or below, the patient's front is upward.
   const bool is_upright = std::abs(glm::dot(up, glm::normalize(from))) < 0.99 * glm::length(up);
   const dvec3 upward = is_upright ? up : std::abs(up.y) < 0.5 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);

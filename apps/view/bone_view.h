@@ -10,7 +10,7 @@
 #include "apps/view/bone_layer.h"
 #include "apps/view/overlay_layer.h"
 #include "apps/view/screen_depth.h"
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 
 class vtkRenderer;
 class vtkRenderWindow;
@@ -18,10 +18,10 @@ class vtkRenderWindow;
 namespace trephine::view {
 
 /// State of the instrument in the picture; world frame, mm, N.
-struct StylusLook {
+struct StylusState {
   bool is_visible = true;
   glm::dvec3 hip_world{0.0};
-  ToolLook tool = {};
+  ToolAppearance tool = {};
   glm::dvec3 tool_world{0.0};   ///< origin of the tool's frame
   glm::dquat turn{1, 0, 0, 0};  ///< orientation of the tool's frame
   bool has_contact = false;
@@ -45,7 +45,7 @@ class BoneView {
 
   BoneLayer& bone();
   const BoneLayer& bone() const;
-  void show(const StylusLook& stylus);
+  void show(const StylusState& stylus);
   OverlayLayer& overlays();
   /// Scenery, which is touched by its depth on the screen, and that depth; null without scenery or a live
   /// window.

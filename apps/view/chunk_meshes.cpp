@@ -149,11 +149,11 @@ Result<volume::Volume> block_counts(const volume::Volume& base, const volume::Oc
 VertexMatter matter_of_detached(const haptics::TouchScene& scene, const dvec3& p_world,
                                 const dvec3& normal_world) {
   const volume::Field* deepest = nullptr;
-  double most = -1e300;
+  double deepest_value = -1e300;
   for (const haptics::TouchItem& item : scene.items) {
     if (item.is_mesh()) continue;
     const double value = item.field.value(item.field.volume().frame.volume_from_world(p_world));
-    if (deepest == nullptr || value > most) deepest = &item.field, most = value;
+    if (deepest == nullptr || value > deepest_value) deepest = &item.field, deepest_value = value;
   }
   if (deepest == nullptr) return {};
   const volume::Frame& frame = deepest->volume().frame;

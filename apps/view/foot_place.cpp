@@ -157,8 +157,8 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3&
   }
   if (edges.empty()) return {std::nullopt, "no edge of bone is near. Move the tool to an edge."};
   std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) { return x.s < y.s; });
-  constexpr std::size_t k_most_edges = 6;
-  edges.resize(std::min(edges.size(), k_most_edges));
+  constexpr std::size_t k_max_edges = 6;
+  edges.resize(std::min(edges.size(), k_max_edges));
   bool is_too_thick = false;
   for (Edge& edge : edges) {
     // Make the direction perpendicular to the edge, by the course of the edge on both sides.
@@ -233,7 +233,7 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
       if (i * i + j * j <= steps * steps) offsets.emplace_back(k_grid * i, k_grid * j);
   std::sort(offsets.begin(), offsets.end(),
             [](const glm::dvec2& x, const glm::dvec2& y) { return glm::dot(x, x) < glm::dot(y, y); });
-  constexpr int k_most = 40;  // points at which the foot is fitted
+  constexpr int k_max = 40;  // points at which the foot is fitted
   bool is_open = false;
   int fitted = 0;
   for (const glm::dvec2& offset : offsets) {
@@ -241,7 +241,7 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
     if (is_bone(at - 0.5 * shaft) || column_at(is_bone, at, shaft).has_bone) continue;
     is_open = true;
     if (!is_disc_free(is_bone, at, shaft, tool.bit, -2, k_above)) continue;
-    if (++fitted > k_most) break;
+    if (++fitted > k_max) break;
     const std::optional<double> depth = foot_depth(was_bone, tool, at, shaft);
     if (!depth) continue;
     const double height = -*depth;

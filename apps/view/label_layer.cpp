@@ -66,14 +66,14 @@ bool LabelLayer::is_stale() const noexcept { return parts_->is_stale; }
 void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3& colour) {
   const auto actor = vtkSmartPointer<vtkTextActor>::New();
   actor->SetInput(text.c_str());
-  vtkTextProperty* look = actor->GetTextProperty();
-  look->SetFontFamilyToArial();
-  look->SetFontSize(static_cast<int>(std::lround(k_text_size * parts_->scale)));
+  vtkTextProperty* style = actor->GetTextProperty();
+  style->SetFontFamilyToArial();
+  style->SetFontSize(static_cast<int>(std::lround(k_text_size * parts_->scale)));
   // Lighter than the colour of the labelled object, to be readable on the dark plate.
-  look->SetColor(0.5 + 0.5 * colour.r, 0.5 + 0.5 * colour.g, 0.5 + 0.5 * colour.b);
-  look->SetBackgroundColor(0.05, 0.07, 0.10);
-  look->SetBackgroundOpacity(0.78);
-  look->SetVerticalJustificationToBottom();
+  style->SetColor(0.5 + 0.5 * colour.r, 0.5 + 0.5 * colour.g, 0.5 + 0.5 * colour.b);
+  style->SetBackgroundColor(0.05, 0.07, 0.10);
+  style->SetBackgroundOpacity(0.78);
+  style->SetVerticalJustificationToBottom();
   actor->SetVisibility(false);
   parts_->renderer->AddActor2D(actor);
   parts_->labels.push_back({at_world, text, actor});

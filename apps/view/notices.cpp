@@ -29,13 +29,13 @@ double seconds_of(EventLevel level) noexcept {
 void Notices::add(Entry entry) {
   ++count_;
   log_.push_back(std::move(entry));
-  if (log_.size() > k_most_logged) log_.pop_front();
+  if (log_.size() > k_max_logged) log_.pop_front();
 }
 
 template <class Visit>
 void Notices::visit_shown(double now, const Visit& visit) const {
   std::vector<const Entry*> shown;
-  for (auto entry = log_.rbegin(); entry != log_.rend() && shown.size() < k_most_shown; ++entry) {
+  for (auto entry = log_.rbegin(); entry != log_.rend() && shown.size() < k_max_shown; ++entry) {
     if (entry->time > now) continue;  // possible in a replay
     if (now - entry->time > k_danger_seconds) break;
     if (now - entry->time > seconds_of(entry->level) || entry->level == EventLevel::record) continue;

@@ -13,7 +13,7 @@ namespace trephine::view {
 class Notices {
  public:
   static constexpr double k_outcome_seconds = 5, k_refusal_seconds = 6, k_danger_seconds = 8;
-  static constexpr std::size_t k_most_shown = 3, k_most_logged = 2000;
+  static constexpr std::size_t k_max_shown = 3, k_max_logged = 2000;
 
   struct Entry {
     double time = 0;          ///< time of adding, s

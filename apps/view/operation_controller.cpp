@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 #include "apps/workbench/text.h"
 #include "volume/base/percentile.h"
 
@@ -20,7 +20,7 @@ using workbench::seconds_since;
 
 namespace {
 
-constexpr std::size_t k_most_times = 1 << 20;  // recorded frame times; enough for hours
+constexpr std::size_t k_max_times = 1 << 20;  // recorded frame times; enough for hours
 
 haptics::ServoOptions servo_options(const WindowOptions& options) {
   haptics::ServoOptions servo;
@@ -110,17 +110,17 @@ std::string OperationController::fault_text() const {
            ". Lift it.";
   }
   std::string reason;
-  if (faults & haptics::fault_lost_device) reason = "the device does not answer";
-  if (faults & haptics::fault_not_finite) reason = "the device sent no number";
-  if (faults & haptics::fault_full_ring) reason = "the edits stood still";
-  if (faults & haptics::fault_stale_scene) reason = "the computer was busy elsewhere";
+  if (faults & haptics::fault_lost_device) reason = "the haptic device does not respond";
+  if (faults & haptics::fault_not_finite) reason = "the haptic device sent an invalid position";
+  if (faults & haptics::fault_full_ring) reason = "the computation of cuts is too slow";
+  if (faults & haptics::fault_stale_scene) reason = "the computer is too busy";
   return "The force is off: " + reason +
-         (options_.device ? ". Press F to turn it on again." : ". It comes back by itself.");
+         (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 
 std::string OperationController::notice_text() const {
-  const bool is_off = (state_.newest.faults & haptics::k_latched_faults) != 0;
-  const std::string fault = is_off ? fault_text() : "", shown = notices_.shown(seconds());
+  const bool has_latched_fault = (state_.newest.faults & haptics::k_latched_faults) != 0;
+  const std::string fault = has_latched_fault ? fault_text() : "", shown = notices_.shown(seconds());
   std::string text = fault;
   for (const std::string& line : {job_text(), shown})
     text += (text.empty() || line.empty() ? "" : "\n") + line;
@@ -137,8 +137,8 @@ std::string OperationController::job_text() const {
 }
 
 EventLevel OperationController::notice_level() const {
-  const bool is_off = (state_.newest.faults & haptics::k_latched_faults) != 0;
-  return is_off ? EventLevel::danger : notices_.shown_level(seconds());
+  const bool has_latched_fault = (state_.newest.faults & haptics::k_latched_faults) != 0;
+  return has_latched_fault ? EventLevel::danger : notices_.shown_level(seconds());
 }
 
 void OperationController::collect_notices() {
@@ -151,7 +151,7 @@ void OperationController::collect_notices() {
   }
   if (state_.refused)
     notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,
-                  "Not done: " + state_.refused->message()});
+                  "The command was refused: " + state_.refused->message()});
 }
 
 void OperationController::add_notice(const char* text) {
@@ -189,7 +189,8 @@ void OperationController::frame() {
   if (state_.refused || requested_stroke_ == state_.strokes) requested_stroke_.reset();
   version_ = state_.version;
   viewport_.request(version_, state_.changed);
-  viewport_.show_stylus(state_.newest, look_of(state_.tool), *version_, -viewport_.ray_at(x_, y_).direction);
+  viewport_.show_stylus(state_.newest, appearance_of(state_.tool), *version_,
+                        -viewport_.ray_at(x_, y_).direction);
   const bool is_held =
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
                                      [](const sim::Overlay& overlay) { return overlay.holder >= 0; });
@@ -207,9 +208,9 @@ void OperationController::frame() {
     ++report_.frames_skipped;
     return;
   }
-  if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(*ms));
+  if (frame_ms_.size() < k_max_times) frame_ms_.push_back(static_cast<float>(*ms));
   const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed();
-  if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(*ms));
+  if (is_cutting && drilling_ms_.size() < k_max_times) drilling_ms_.push_back(static_cast<float>(*ms));
 }
 
 /// Updates the touch of scenery by its screen depth, which is read around the hand after the view turned, or
@@ -225,8 +226,8 @@ void OperationController::touch_scenery() {
     const bool is_hidden =
         state_.newest.shape == scenery_ && r.has_contact && (!behind || *behind > 1 + 2 * pixel);
     hidden_pictures_ += is_hidden;
-    constexpr double k_least = 2;  // mm
-    if (!is_hidden && depth->edge > k_least) live_.submit_picture(picture, scenery_, depth->at, depth->edge);
+    constexpr double k_min = 2;  // mm
+    if (!is_hidden && depth->edge > k_min) live_.submit_picture(picture, scenery_, depth->at, depth->edge);
     // A hand that was in the scenery before the picture arrived is moved in front of it.
     const double deepest = depth_mm_ + 2 * state_.tool_radius + 4;
     if (!is_hidden && !r.has_contact && behind && *behind > -state_.tool_radius && *behind < deepest) {
@@ -235,7 +236,7 @@ void OperationController::touch_scenery() {
     }
   }
   constexpr double k_edge = 40, k_margin = 8;  // mm: edge of a request; known margin around the hand
-  const volume::Camera eye = viewport_.eye();
+  const volume::Camera camera = viewport_.camera();
   const haptics::depth::DepthSet* known = nullptr;
   for (const sim::DisplayedDepths& depths : state_.depths)
     if (depths.item == scenery_) known = depths.set.get();
@@ -248,9 +249,10 @@ void OperationController::touch_scenery() {
   if (state_.overlays)
     for (const sim::Overlay& overlay : *state_.overlays)
       if (overlay.kind == sim::Overlay::Kind::scenery) mesh = overlay.surface.get();
-  const bool is_same_view = eye.at == requested_eye_.at && eye.forward == requested_eye_.forward &&
-                            eye.up == requested_eye_.up && eye.columns == requested_eye_.columns &&
-                            eye.rows == requested_eye_.rows && mesh == requested_mesh_;
+  const bool is_same_view =
+      camera.at == requested_camera_.at && camera.forward == requested_camera_.forward &&
+      camera.up == requested_camera_.up && camera.columns == requested_camera_.columns &&
+      camera.rows == requested_camera_.rows && mesh == requested_mesh_;
   const auto knows = [&](const dvec3& p) {
     return known != nullptr && known->knows(p, k_margin + state_.tool_radius);
   };
@@ -261,7 +263,7 @@ void OperationController::touch_scenery() {
   // The depth was requested already, or the screen shows no more of the scenery.
   const bool is_same_place = glm::length(proxy - requested_at_) < 1;
   if (is_same_view && (is_same_place || (knows(hip) && knows(proxy)))) return;
-  requested_eye_ = eye, requested_mesh_ = mesh, requested_at_ = proxy;
+  requested_camera_ = camera, requested_mesh_ = mesh, requested_at_ = proxy;
   viewport_.request_depth(proxy, k_edge);
 }
 
@@ -272,7 +274,7 @@ bool OperationController::grasp_or_release() {
   const int body = state_.newest.shape - haptics::item_count(*scene_);  // bodies follow the scene's items
   if (!state_.newest.has_contact || body < 0 || body >= static_cast<int>(state_.bodies.size())) return false;
   apply(sim::HoldBody{state_.bodies[static_cast<std::size_t>(body)]});
-  add_notice("Grasped. Press T to release it.");
+  add_notice("The piece is grasped. Press T to release it.");
   return true;
 }
 
@@ -340,8 +342,8 @@ void OperationController::drag_point() {
   const std::optional<dvec3> at = touched();
   if (!has_point() || !at || ++frames_since_drag_ < k_every || glm::length(*at - dragged_to_) < 0.2) return;
   for (const sim::Field& field : dragged_point_.schema().fields) {
-    const sim::FieldPlace place = field.place(dragged_point_.data());
-    if (auto* const* point = std::get_if<dvec3*>(&place); point && field.name == "at") **point = *at;
+    const sim::FieldPointer pointer = field.pointer_in(dragged_point_.data());
+    if (auto* const* point = std::get_if<dvec3*>(&pointer); point && field.name == "at") **point = *at;
   }
   apply(dragged_point_);
   dragged_to_ = *at;
@@ -358,12 +360,12 @@ std::optional<dvec3> OperationController::touched() const {
 /// structures, where no bone holds it.
 double OperationController::distance_above_soft(const Ray& ray, double along) const {
   constexpr double k_clearance = 0.5;  // mm; covers the motion between two frames
-  constexpr int k_most_steps = 20;
-  const ToolLook look = look_of(state_.tool);
-  const double radius = std::max(state_.tool_radius, look.radius);
+  constexpr int k_max_steps = 20;
+  const ToolAppearance tool = appearance_of(state_.tool);
+  const double radius = std::max(state_.tool_radius, tool.radius);
   // Centre of the tool's end: a ball is held at its centre, another tool at its lowest point.
-  const dvec3 middle = look.is_ball && state_.tool_radius > 0 ? dvec3(0) : radius * shaft();
-  for (int i = 0; i < k_most_steps; ++i) {
+  const dvec3 middle = tool.is_ball && state_.tool_radius > 0 ? dvec3(0) : radius * shaft();
+  for (int i = 0; i < k_max_steps; ++i) {
     double clearance = 1e9;
     for (const auto& structure : live_.engine().forbidden())
       clearance =
@@ -399,7 +401,7 @@ void OperationController::follow_cursor() {
                                : std::min(hit - radius, contact() + 0.7 * voxel) + k_rest;
   // A craniotome is perpendicular to the bone around it, not to the bone under a cursor that is ahead.
   const bool is_craniotome_held =
-      guide_.is_holding() && look_of(state_.tool).foot.kind == FootTool::Kind::craniotome;
+      guide_.is_holding() && appearance_of(state_.tool).foot.kind == FootTool::Kind::craniotome;
   follow_surface(
       is_craniotome_held ? Ray{ray.origin, glm::normalize(state_.newest.proxy_world - ray.origin)} : ray,
       is_over_bone_ || is_craniotome_held);

@@ -92,7 +92,7 @@ class OperationController {
   /// Undoes or redoes to the state with this number of strokes.
   void go_to_stroke(std::size_t strokes);
   /// States of the history that can be compared. Waits for the edits, some milliseconds.
-  std::vector<sim::LiveSession::Place> history_states() { return live_.places().get(); }
+  std::vector<sim::LiveSession::HistoryState> history_states() { return live_.history_states().get(); }
   const haptics::TouchScene& scene() const noexcept { return *scene_; }
   /// Forbidden structures; constant during an operation.
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden() const {
@@ -175,8 +175,8 @@ class OperationController {
   bool has_click_ = false;     ///< a press since the last frame, however short
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
-  int scenery_ = -1;              ///< item that is touched by its screen depth; -1: no such item
-  volume::Camera requested_eye_;  ///< camera, position and mesh of the last depth request
+  int scenery_ = -1;                 ///< item that is touched by its screen depth; -1: no such item
+  volume::Camera requested_camera_;  ///< camera, position and mesh of the last depth request
   glm::dvec3 requested_at_{1e9};
   const haptics::MeshTree* requested_mesh_ = nullptr;
   std::uint64_t hidden_pictures_ = 0, touched_picture_ = 0;

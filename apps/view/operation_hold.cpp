@@ -5,7 +5,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "apps/view/operation_controller.h"
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 #include "modules/cross_section/section.h"
 
 namespace trephine::view {
@@ -18,8 +18,8 @@ using workbench::seconds_since;
 /// Holds a tool perpendicular to the surface, a ball so that its work is visible. A working tool turns no
 /// faster than a wrist.
 void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
-  const ToolLook look = look_of(state_.tool);
-  const bool is_kerrison = look.foot.kind == FootTool::Kind::kerrison;
+  const ToolAppearance tool = appearance_of(state_.tool);
+  const bool is_kerrison = tool.foot.kind == FootTool::Kind::kerrison;
   if (!is_over_bone && !is_kerrison) return;
   if (hold_ == Hold::fixed) return;
   std::optional<dvec3> normal = viewport_.facing(*untouched_, ray);
@@ -27,27 +27,27 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
   if (!normal) return;
   const dvec3 target = hold_ == Hold::viewer ? -ray.direction
-                       : look.is_ball        ? Viewport::shaft_direction(*normal, -ray.direction)
+                       : tool.is_ball        ? Viewport::shaft_direction(*normal, -ray.direction)
                                              : *normal;
   if (!is_pressed_) {
     shaft_ = target;
     return;
   }
-  constexpr double k_most = 0.01;  // radians per frame
+  constexpr double k_max = 0.01;  // radians per frame
   const double angle = std::acos(std::clamp(glm::dot(shaft_, target), -1.0, 1.0));
-  if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_most / angle) * (target - shaft_));
+  if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_max / angle) * (target - shaft_));
 }
 
 void OperationController::tilt(double right, double up) {
-  constexpr double k_radians = 3.14159265358979 / 180, k_most = 75;  // degrees
-  const volume::Camera eye = viewport_.eye();
-  const dvec3 toward = right * glm::cross(eye.forward, eye.up) + up * eye.up;
+  constexpr double k_radians = 3.14159265358979 / 180, k_max = 75;  // degrees
+  const volume::Camera camera = viewport_.camera();
+  const dvec3 toward = right * glm::cross(camera.forward, camera.up) + up * camera.up;
   const dvec3 axis = glm::cross(shaft(), toward);
   const double angle = std::hypot(right, up);
   if (angle <= 0 || glm::length(axis) < 0.05 * angle) return;
   const glm::dquat before = tilt_;
   tilt_ = glm::normalize(glm::angleAxis(k_radians * angle, glm::normalize(axis)) * tilt_);
-  if (tilted() > k_most) tilt_ = before;
+  if (tilted() > k_max) tilt_ = before;
 }
 
 double OperationController::tilted() const {
@@ -62,9 +62,10 @@ OperationController::Hold OperationController::hold_next() {
 }
 
 void OperationController::move_tip(double right, double up) {
-  const volume::Camera eye = viewport_.eye();
-  const double height = eye.height * reach_ / std::max(1.0, eye.distance);  // of the picture at the tip, mm
-  const double width = height * eye.columns / eye.rows;
+  const volume::Camera camera = viewport_.camera();
+  const double height =
+      camera.height * reach_ / std::max(1.0, camera.distance);  // of the picture at the tip, mm
+  const double width = height * camera.columns / camera.rows;
   x_ = std::clamp(x_ + right / width, 0.0, 1.0);
   y_ = std::clamp(y_ + up / height, 0.0, 1.0);
 }
@@ -92,7 +93,7 @@ std::optional<dvec3> OperationController::bone_near(const Ray& ray, double hit) 
 /// Holds a tool with a foot by its guide; returns false if the guide has no pose for it.
 bool OperationController::follow_guide(const Ray& ray, double hit) {
   const bool was_holding = guide_.is_holding(), is_pressed = std::exchange(has_click_, false) || is_pressed_;
-  const FootTool tool = look_of(state_.tool).foot;
+  const FootTool tool = appearance_of(state_.tool).foot;
   if (tool.kind == FootTool::Kind::none && !was_holding) return viewport_.mark_edge({}), false;
   // Labels count as well: a window of intensities excludes marrow.
   const auto bone_of = [this](const volume::Version& version) {
@@ -106,7 +107,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   };
   ToolGuide::Input input;
   input.tool = tool;
-  input.eye = ray.origin, input.direction = ray.direction;
+  input.ray_origin = ray.origin, input.ray_direction = ray.direction;
   if (hit >= 0) input.surface = ray.origin + hit * ray.direction;
   if (tool.kind == FootTool::Kind::kerrison) input.surface = bone_near(ray, hit);
   if (const double old = viewport_.distance_to_solid(*untouched_, ray); old >= 0)
@@ -120,7 +121,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   viewport_.mark_edge(guide_.edge());
   if (std::string reason = guide_.take_message(); !reason.empty())
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
-                  "Not possible here: " + reason});
+                  "The tool cannot work here: " + reason});
   if (was_holding && !pose) request_ = dvec3(1e9);  // lifts the stylus
   if (!pose) return false;
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed);

@@ -87,7 +87,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
 
 bool PaneController::frame(const PaneInput& input) {
   panes_.show(subject_of(input), input.is_changed);
-  panes_.set_camera(input.eye, input.clip);
+  panes_.set_camera(input.camera, input.clip);
   follow(input.settings);
   const haptics::ServoRecord& r = input.newest;
   constexpr double k_shaft = 60;  // drawn length of the shaft, mm

@@ -26,7 +26,7 @@ struct PaneInput {
   double touch_radius = 0;    ///< mm, of the ball with which the tool touches; 0: a point
   bool is_tool_there = true;  ///< the tool touches or is over an object
   double elapsed = 0;         ///< s, since the last frame
-  volume::Camera eye;         ///< camera of the 3-D view
+  volume::Camera camera;      ///< camera of the 3-D view
   std::optional<volume::Openings::Plane> clip;
   std::span<const sim::DisplayedDepths> depths = {};
 };

@@ -40,19 +40,19 @@ PictureText::PictureText(vtkRenderer* renderer) : renderer_(renderer) {
   const double positions[4][2] = {{0.985, 0.5}, {0.015, 0.5}, {0.5, 0.975}, {0.5, 0.025}};
   for (std::size_t i = 0; i < 4; ++i) {
     auto& edge = edges_[i] = vtkSmartPointer<vtkTextActor>::New();
-    vtkTextProperty* look = edge->GetTextProperty();
-    look->SetFontFamilyToArial();
-    look->SetFontSize(k_letter_size);
-    look->BoldOn();
-    look->SetColor(0.96, 0.97, 0.99);
-    look->SetBackgroundColor(0.05, 0.07, 0.10);
-    look->SetBackgroundOpacity(0.7);
-    i == 0   ? look->SetJustificationToRight()
-    : i == 1 ? look->SetJustificationToLeft()
-             : look->SetJustificationToCentered();
-    i == 2   ? look->SetVerticalJustificationToTop()
-    : i == 3 ? look->SetVerticalJustificationToBottom()
-             : look->SetVerticalJustificationToCentered();
+    vtkTextProperty* style = edge->GetTextProperty();
+    style->SetFontFamilyToArial();
+    style->SetFontSize(k_letter_size);
+    style->BoldOn();
+    style->SetColor(0.96, 0.97, 0.99);
+    style->SetBackgroundColor(0.05, 0.07, 0.10);
+    style->SetBackgroundOpacity(0.7);
+    i == 0   ? style->SetJustificationToRight()
+    : i == 1 ? style->SetJustificationToLeft()
+             : style->SetJustificationToCentered();
+    i == 2   ? style->SetVerticalJustificationToTop()
+    : i == 3 ? style->SetVerticalJustificationToBottom()
+             : style->SetVerticalJustificationToCentered();
     edge->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
     edge->SetPosition(positions[i][0], positions[i][1]);
     renderer->AddActor2D(edge);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 
 namespace trephine::view {
 
@@ -45,7 +45,7 @@ Status ReplayController::frame(double elapsed) {
   if (replay_->next_tick() > 0)
     viewport_.show_stylus(
         record(),
-        look_of(replay_->engine().now().settings.hands[static_cast<std::size_t>(hand())].parameters),
+        appearance_of(replay_->engine().now().settings.hands[static_cast<std::size_t>(hand())].parameters),
         *version, viewer);
   if (shown_ != replay_->next_tick()) {  // the engine's overlays include the poses of held bodies
     sim::Overlays overlays = replay_->engine().overlays();

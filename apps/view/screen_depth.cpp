@@ -24,7 +24,7 @@ using haptics::depth::DepthPicture;
 
 namespace {
 
-constexpr int k_most = 160;  // largest width and height that is read, in pixels; the limit of a command
+constexpr int k_max = 160;  // largest width and height that is read, in pixels; the limit of a command
 
 /// Converts the picture's camera to that of depth pictures (x right, y down, z ahead), with all its pixels.
 std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const int* size) {
@@ -59,10 +59,10 @@ void ScreenDepth::read_before(vtkRenderer* renderer, vtkRenderWindow* window) {
   // Half the cube's diagonal, which covers any orientation.
   const double reach = 0.87 * request.edge / p.z * whole.fx + 2;
   const auto range = [&](double middle, int count, int& first, int& number) {
-    const double half = std::min(reach, 0.5 * (k_most - 1));
+    const double half = std::min(reach, 0.5 * (k_max - 1));
     first = static_cast<int>(std::clamp(std::floor(middle - half), 0.0, 1.0 * count));
     const int last = static_cast<int>(std::clamp(std::ceil(middle + half), -1.0, count - 1.0));
-    number = std::min(k_most, last - first + 1);
+    number = std::min(k_max, last - first + 1);
   };
   int left = 0, top = 0, columns = 0, rows = 0;
   range(column, whole.width, left, columns);
@@ -87,16 +87,16 @@ void ScreenDepth::read_after(vtkRenderer*, vtkRenderWindow*) {
 }
 
 /// Reads the depth into a buffer in graphics memory; restores every binding.
-void ScreenDepth::read(std::size_t which) {
+void ScreenDepth::read(std::size_t buffer) {
   const DepthCamera& c = pending_->picture.camera;
   GLint from = 0, to = 0, pack = 0, alignment = 4;
   glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &from);
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &to);
   glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &pack);
   glGetIntegerv(GL_PACK_ALIGNMENT, &alignment);
-  if (buffers_[which] == 0) glGenBuffers(1, &buffers_[which]);
+  if (buffers_[buffer] == 0) glGenBuffers(1, &buffers_[buffer]);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(to));
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, buffers_[which]);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, buffers_[buffer]);
   glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(sizeof(float)) * c.width * c.height, nullptr,
                GL_STREAM_READ);
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
@@ -117,11 +117,11 @@ std::optional<ScreenDepth::Reading> ScreenDepth::take_result() {
   std::array<std::vector<float>, 2> read;
   GLint pack = 0;
   glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &pack);
-  for (std::size_t which = 0; which < 2; ++which) {
-    read[which].resize(count);
-    glBindBuffer(GL_PIXEL_PACK_BUFFER, buffers_[which]);
+  for (std::size_t buffer = 0; buffer < 2; ++buffer) {
+    read[buffer].resize(count);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, buffers_[buffer]);
     glGetBufferSubData(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(sizeof(float) * count),
-                       read[which].data());
+                       read[buffer].data());
   }
   glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pack));
   // Scenery is visible where the depth decreased. GL stores rows bottom up.

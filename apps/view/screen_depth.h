@@ -41,7 +41,7 @@ class ScreenDepth {
   const Counters& counters() const noexcept { return counters_; }
 
  private:
-  void read(std::size_t which);
+  void read(std::size_t buffer);
 
   struct Request {
     glm::dvec3 at;

@@ -75,14 +75,14 @@ void add_text(vtkRenderer* to, const std::string& text, double x, double y, int 
   actor->SetInput(text.c_str());
   actor->GetPositionCoordinate()->SetCoordinateSystemToDisplay();
   actor->SetPosition(x, y);
-  vtkTextProperty* look = actor->GetTextProperty();
-  look->SetFontSize(size);
-  look->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
-  look->SetVerticalJustificationToCentered();
-  look->SetBackgroundColor(0.07, 0.07, 0.08);
-  look->SetBackgroundOpacity(0.4);  // for bright pictures
-  if (align == Align::right) look->SetJustificationToRight();
-  if (align == Align::centre) look->SetJustificationToCentered();
+  vtkTextProperty* style = actor->GetTextProperty();
+  style->SetFontSize(size);
+  style->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+  style->SetVerticalJustificationToCentered();
+  style->SetBackgroundColor(0.07, 0.07, 0.08);
+  style->SetBackgroundOpacity(0.4);  // for bright pictures
+  if (align == Align::right) style->SetJustificationToRight();
+  if (align == Align::centre) style->SetJustificationToCentered();
   to->AddActor2D(actor);
 }
 

@@ -14,7 +14,7 @@ constexpr double k_leave = 9;   // mm; a cursor farther away releases the tool
 constexpr double k_lead = 8;    // mm by which a pulling hand is ahead of a bit: 4 N at 0.5 N/mm
 
 double distance_to_ray(const dvec3& p, const ToolGuide::Input& input) {
-  return glm::length(glm::cross(p - input.eye, input.direction));
+  return glm::length(glm::cross(p - input.ray_origin, input.ray_direction));
 }
 
 /// True if there is no bone along the axis of a craniotome's bit and at its foot.

@@ -18,11 +18,11 @@ class ToolGuide {
  public:
   struct Input {
     FootTool tool;
-    glm::dvec3 eye{0.0}, direction{0, 0, -1};  ///< the ray of the cursor, world; unit
-    std::optional<glm::dvec3> surface;         ///< point where the ray meets bone
-    std::optional<glm::dvec3> old_surface;     ///< point where it met the bone as scanned
-    glm::dvec3 shaft{0, 0, 1};                 ///< direction of the shaft without a guide; unit
-    glm::dvec3 tip{0.0};                       ///< current position of the tool
+    glm::dvec3 ray_origin{0.0}, ray_direction{0, 0, -1};  ///< of the cursor, world; unit vector
+    std::optional<glm::dvec3> surface;                    ///< point where the ray meets bone
+    std::optional<glm::dvec3> old_surface;                ///< point where it met the bone as scanned
+    glm::dvec3 shaft{0, 0, 1};                            ///< direction of the shaft without a guide; unit
+    glm::dvec3 tip{0.0};                                  ///< current position of the tool
     bool is_pressed = false;
     double seconds = 0;                   ///< since the last call
     std::shared_ptr<const void> version;  ///< differs after bone was removed or restored

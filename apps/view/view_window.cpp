@@ -15,7 +15,7 @@
 #include "apps/view/operation_controller.h"
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 #include "apps/workbench/clock.h"
 #include "apps/workbench/operation.h"
 
@@ -48,13 +48,13 @@ void show_replay(const sim::Replay& replay, const workbench::SessionSummary& sum
   // Turn slightly toward front, left and above, so that a straight hole is not seen end-on.
   from = glm::normalize(from + 0.6 * glm::normalize(glm::dvec3(0.55, -0.75, 0.38)));
   picture.view().aim_camera(0.5 * (low + high), from, {0, 0, 1}, BoneView::distance_of(low, high));
-  picture.show_stylus(record, look_of(replay.engine().now().settings.hands[record.hand].parameters),
+  picture.show_stylus(record, appearance_of(replay.engine().now().settings.hands[record.hand].parameters),
                       *replay.engine().current(), from);
   show_overlays(replay, picture);
 }
 
 /// Places the stylus on the surface in the middle of the picture.
-void rest_stylus(const volume::Version& version, const ToolLook& tool, Viewport& picture) {
+void rest_stylus(const volume::Version& version, const ToolAppearance& tool, Viewport& picture) {
   const Ray ray = picture.ray_at(0.5, 0.5);
   const double hit = picture.resting_position(version, ray).distance;
   if (hit < 0) return;
@@ -83,10 +83,10 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   else if (options.replay)
     show_overlays(*options.replay, picture);  // a session of commands alone has no hand motion
   else if (options.has_tool)
-    rest_stylus(
-        *version,
-        options.start ? look_of(options.start->engine.now().settings.hands[0].parameters) : ball_look(2),
-        picture);
+    rest_stylus(*version,
+                options.start ? appearance_of(options.start->engine.now().settings.hands[0].parameters)
+                              : ball_appearance(2),
+                picture);
   picture.show_text(options.title, "");
   picture.draw();
   WindowReport report;

@@ -59,19 +59,19 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
         dvec3(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z));
     low_ = glm::min(low_, p), high_ = glm::max(high_, p);
   }
-  seen_low_ = low_, seen_high_ = high_;
+  visible_low_ = low_, visible_high_ = high_;
   dvec3 room_low(low_), room_high(high_);
   for (const haptics::TouchItem& item : scene.items) {
     if (!item.tree || item.tree->triangle_count() == 0) continue;
-    dvec3 least(1e300), most(-1e300);
+    dvec3 box_low(1e300), box_high(-1e300);
     for (const dvec3& v : item.tree->vertices()) {
       const dvec3 p = item.placement.world_from_local(v);
-      least = glm::min(least, p), most = glm::max(most, p);
+      box_low = glm::min(box_low, p), box_high = glm::max(box_high, p);
     }
-    room_low = glm::min(room_low, least), room_high = glm::max(room_high, most);
+    room_low = glm::min(room_low, box_low), room_high = glm::max(room_high, box_high);
     // Skip a room around a head, which is not viewed from outside.
-    if (glm::length(most - least) > 1.5 * glm::length(high_ - low_)) continue;
-    seen_low_ = glm::min(seen_low_, least), seen_high_ = glm::max(seen_high_, most);
+    if (glm::length(box_high - box_low) > 1.5 * glm::length(high_ - low_)) continue;
+    visible_low_ = glm::min(visible_low_, box_low), visible_high_ = glm::max(visible_high_, box_high);
   }
   view_.bone().set_room(room_low, room_high);
   view_.overlays().bone_colour = [this](const dvec3& p, const dvec3& normal) {
@@ -80,8 +80,8 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
   view_.overlays().labels().is_hidden = [this](const dvec3& at) {
     constexpr double k_deep = 6;  // mm; a point on the surface of bone is not hidden by it
     if (!version_) return false;
-    const dvec3 eye = this->eye().at, line = at - eye;
-    const double hit = distance_to_solid(*version_, {eye, glm::normalize(line)});
+    const dvec3 from = camera().at, line = at - from;
+    const double hit = distance_to_solid(*version_, {from, glm::normalize(line)});
     return hit >= 0 && hit < glm::length(line) - k_deep;
   };
 }
@@ -159,21 +159,21 @@ std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
   return volume::Openings::Plane{clip_origin_, -clip_normal_};
 }
 
-volume::Camera Viewport::eye() {
-  vtkCamera* camera = view_.renderer()->GetActiveCamera();
-  volume::Camera eye;
+volume::Camera Viewport::camera() {
+  vtkCamera* vtk_camera = view_.renderer()->GetActiveCamera();
+  volume::Camera camera;
   const int* size = window_->GetSize();
-  camera->GetPosition(eye.at.x, eye.at.y, eye.at.z);
-  camera->GetDirectionOfProjection(eye.forward.x, eye.forward.y, eye.forward.z);
+  vtk_camera->GetPosition(camera.at.x, camera.at.y, camera.at.z);
+  vtk_camera->GetDirectionOfProjection(camera.forward.x, camera.forward.y, camera.forward.z);
   dvec3 up;
-  camera->GetViewUp(up.x, up.y, up.z);
-  eye.forward = glm::normalize(eye.forward);
-  eye.up = glm::normalize(up - glm::dot(up, eye.forward) * eye.forward);
-  eye.distance = camera->GetDistance();
+  vtk_camera->GetViewUp(up.x, up.y, up.z);
+  camera.forward = glm::normalize(camera.forward);
+  camera.up = glm::normalize(up - glm::dot(up, camera.forward) * camera.forward);
+  camera.distance = vtk_camera->GetDistance();
   constexpr double k_half_degree = 3.14159265358979 / 360;
-  eye.height = 2 * eye.distance * std::tan(camera->GetViewAngle() * k_half_degree);
-  eye.columns = std::max(1, size[0]), eye.rows = std::max(1, size[1]);
-  return eye;
+  camera.height = 2 * camera.distance * std::tan(vtk_camera->GetViewAngle() * k_half_degree);
+  camera.columns = std::max(1, size[0]), camera.rows = std::max(1, size[1]);
+  return camera;
 }
 
 void Viewport::turn(double left, double up) {
@@ -211,11 +211,11 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
   if (factor < 1) current = std::max(current, k_nearest);  // also out of bone
   const double next = std::clamp(current / factor, std::min(current, k_nearest), k_farthest);
   // The point under the cursor remains there, and the focal point moves to its distance.
-  const dvec3 eye = ray.origin + (current - next) * ray.direction;
+  const dvec3 position = ray.origin + (current - next) * ray.direction;
   const dvec3 forward = glm::normalize(target - ray.origin);
   const double distance = std::max(k_nearest, next * glm::dot(ray.direction, forward));
-  const dvec3 at = eye + distance * forward;
-  camera->SetPosition(eye.x, eye.y, eye.z);
+  const dvec3 at = position + distance * forward;
+  camera->SetPosition(position.x, position.y, position.z);
   camera->SetFocalPoint(at.x, at.y, at.z);
   view_.renderer()->ResetCameraClippingRange();
 }
@@ -224,12 +224,12 @@ Ray Viewport::ray_at(double x, double y) {
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();
   // Starts at the camera, because the near plane moves when the view turns.
-  double eye[3], world[4];
-  renderer->GetActiveCamera()->GetPosition(eye);
+  double position[3], world[4];
+  renderer->GetActiveCamera()->GetPosition(position);
   renderer->SetDisplayPoint(x * size[0], y * size[1], 1);
   renderer->DisplayToWorld();
   renderer->GetWorldPoint(world);
-  const dvec3 from(eye[0], eye[1], eye[2]);
+  const dvec3 from(position[0], position[1], position[2]);
   return {from, glm::normalize(dvec3(world[0], world[1], world[2]) / world[3] - from)};
 }
 
@@ -259,16 +259,16 @@ dvec3 Viewport::shaft_direction(const dvec3& normal, const dvec3& toward_viewer)
   return glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
 }
 
-void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
-                           const dvec3& toward_viewer) {
-  StylusLook look;
-  look.hip_world = record.pose.position_world;
-  look.has_contact = record.has_contact;
-  look.proxy_world = record.has_contact ? record.proxy_world : look.hip_world;
-  look.force_world = record.force_world;
+void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance tool,
+                           const volume::Version& version, const dvec3& toward_viewer) {
+  StylusState stylus;
+  stylus.hip_world = record.pose.position_world;
+  stylus.has_contact = record.has_contact;
+  stylus.proxy_world = record.has_contact ? record.proxy_world : stylus.hip_world;
+  stylus.force_world = record.force_world;
   if (tool.is_ball)  // a point is drawn as a fine tip
     if (const double radius = std::max(touch_radius_, 0.6); tool.radius < radius) {
-      tool = ball_look(radius);
+      tool = ball_appearance(radius);
       tool.parts[0].is_fluted = false;
     }
   const bool is_round = touch_radius_ > 0;  // the proxy is the ball's centre
@@ -276,32 +276,32 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
   dvec3 shaft;
   if (tool.is_ball && record.pose.orientation == k_identity) {
     const dvec3 touched = is_round && record.has_contact
-                              ? look.proxy_world - touch_radius_ * record.normal_world
-                              : look.proxy_world;
+                              ? stylus.proxy_world - touch_radius_ * record.normal_world
+                              : stylus.proxy_world;
     const dvec3 normal = normal_at(version, touched);
     shaft = normal != dvec3(0) ? shaft_direction(normal, toward_viewer) : toward_viewer;
-    look.turn = glm::dquat(dvec3(0, 0, 1), shaft);
+    stylus.turn = glm::dquat(dvec3(0, 0, 1), shaft);
   } else {
     const dvec3 half = 0.5 * record.turn_world;
     const glm::dquat bent(std::sqrt(std::max(0.0, 1 - glm::dot(half, half))), half);
-    look.turn = glm::normalize(bent * haptics::unit_of(record.pose.orientation));
-    shaft = look.turn * dvec3(0, 0, 1);
+    stylus.turn = glm::normalize(bent * haptics::unit_of(record.pose.orientation));
+    shaft = stylus.turn * dvec3(0, 0, 1);
   }
-  look.tool_world = look.proxy_world;
+  stylus.tool_world = stylus.proxy_world;
   if (!is_round && tool.is_ball)
-    look.tool_world += tool.radius * (record.has_contact ? record.normal_world : shaft);
+    stylus.tool_world += tool.radius * (record.has_contact ? record.normal_world : shaft);
   // The depth cue: a ring where the tool would touch the bone.
-  const Ray down{look.tool_world, -shaft};
+  const Ray down{stylus.tool_world, -shaft};
   constexpr double k_near = 40;  // mm
   if (const double landing = distance_to_solid(version, down);
       !record.has_contact && landing > 0 && landing < k_near) {
-    look.has_ring = true;
-    look.ring_world = down.origin + landing * down.direction;
-    look.ring_normal_world = normal_at(version, look.ring_world);
+    stylus.has_ring = true;
+    stylus.ring_world = down.origin + landing * down.direction;
+    stylus.ring_normal_world = normal_at(version, stylus.ring_world);
   }
-  look.tool = std::move(tool);
-  look.edge = edge_;
-  view_.show(look);
+  stylus.tool = std::move(tool);
+  stylus.edge = edge_;
+  view_.show(stylus);
 }
 
 void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands) {
@@ -336,17 +336,17 @@ void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
   view_.bounds(low, high);
   view_.aim_camera(glm::mix(0.5 * (low + high), at, share), from, upward_from(from),
                    distance_factor * BoneView::distance_of(low, high));
-  view_.show(StylusLook{.is_visible = false});
+  view_.show(StylusState{.is_visible = false});
   const haptics::ServoRecord nowhere;
   show(overlays, {&nowhere, 1});
   draw();
 }
 
 void Viewport::look_at_work(const dvec3& at_world) {
-  const dvec3 middle = 0.5 * (seen_low_ + seen_high_), out = at_world - middle;
-  if (glm::length(out) < 1) return view_.look_from(0, seen_low_, seen_high_);
+  const dvec3 middle = 0.5 * (visible_low_ + visible_high_), out = at_world - middle;
+  if (glm::length(out) < 1) return view_.look_from(0, visible_low_, visible_high_);
   view_.aim_camera(glm::mix(middle, at_world, 0.6), oblique_direction(glm::normalize(out)), {0, 0, 1},
-                   0.75 * BoneView::distance_of(seen_low_, seen_high_));
+                   0.75 * BoneView::distance_of(visible_low_, visible_high_));
 }
 
 void Viewport::set_plan(sim::Overlays plan) {

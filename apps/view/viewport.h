@@ -47,7 +47,7 @@ class Viewport {
   /// Plane in front of which the picture is clipped; nullopt: no clipping.
   std::optional<volume::Openings::Plane> clip_plane() const;
   /// Camera of the picture, in its own pixels.
-  volume::Camera eye();
+  volume::Camera camera();
   /// Turns the camera about its focal point, in degrees; the patient's head remains up.
   void turn(double left, double up);
 
@@ -58,7 +58,7 @@ class Viewport {
   void set_touch_radius(double radius) { touch_radius_ = radius; }
   double touch_radius() const noexcept { return touch_radius_; }
   /// Shows the stylus of a tick. A stylus without an orientation is tilted by shaft_direction().
-  void show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
+  void show_stylus(const haptics::ServoRecord& record, ToolAppearance tool, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
   /// Direction (unit) of the shaft of a ball on a surface, between the normal and the viewer, so that the
   /// ball is visible.
@@ -81,7 +81,7 @@ class Viewport {
   /// Returns the direction that is upward in pictures of show_still() from `from` (unit).
   static glm::dvec3 upward_from(const glm::dvec3& from);
   /// Shows all of the bone from one of A P L R S I, or from the front left above (0).
-  void look_from(char side) { view_.look_from(side, seen_low_, seen_high_); }
+  void look_from(char side) { view_.look_from(side, visible_low_, visible_high_); }
   /// Shows the view of a surgeon who works at a position: from outside, slightly oblique.
   void look_at_work(const glm::dvec3& at_world);
   /// Adopts finished chunks and draws. Returns the duration in ms; nullopt, without drawing, if the picture
@@ -145,8 +145,8 @@ class Viewport {
   OpenedStructures structures_;
   ClipChoice clip_;
   double touch_radius_;
-  glm::dvec3 low_{0.0}, high_{0.0};            ///< world box of the solid voxels
-  glm::dvec3 seen_low_{0.0}, seen_high_{0.0};  ///< world box of solid voxels and models
+  glm::dvec3 low_{0.0}, high_{0.0};                  ///< world box of the solid voxels
+  glm::dvec3 visible_low_{0.0}, visible_high_{0.0};  ///< world box of solid voxels and models
   glm::dvec3 clip_origin_{0.0}, clip_normal_{0.0};
 };
 

@@ -32,7 +32,7 @@ QColor colour_of(PaneKind kind) {
     case PaneKind::section:
       return {190, 150, 235};
     case PaneKind::xray:
-    case PaneKind::drawn:
+    case PaneKind::rendering:
     case PaneKind::depths:
       break;
   }
@@ -64,19 +64,19 @@ void write_legend(QPainter& painter, const Panel& panel, const QRectF& area) {
         }))
       entries.push_back(&line);
   const double row_height = painter.fontMetrics().height() + 2.0, swatch = 0.6 * row_height;
-  const std::size_t most =
+  const std::size_t shown_count =
       std::min(entries.size(), static_cast<std::size_t>(std::max(0.0, 0.45 * area.height() / row_height)));
-  double y = area.bottom() - row_height * static_cast<double>(most + (most < entries.size()));
-  for (std::size_t i = 0; i < most; ++i, y += row_height) {
+  double y = area.bottom() - row_height * static_cast<double>(shown_count + (shown_count < entries.size()));
+  for (std::size_t i = 0; i < shown_count; ++i, y += row_height) {
     const Panel::Line& line = *entries[i];
     write(painter, QRectF(area.left() + swatch + 10, y, area.width() - swatch - 10, row_height),
           Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(line.name));
     painter.fillRect(QRectF(area.left() + 2, y + 0.2 * row_height, swatch, swatch),
                      QColor(line.colour[0], line.colour[1], line.colour[2]));
   }
-  if (most < entries.size())
+  if (shown_count < entries.size())
     write(painter, QRectF(area.left(), y, area.width(), row_height), Qt::AlignLeft | Qt::AlignVCenter,
-          QString("and %1 more").arg(entries.size() - most));
+          QString("and %1 more").arg(entries.size() - shown_count));
 }
 
 }  // namespace
@@ -109,16 +109,16 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
   preset_ = new QComboBox(this);
   preset_->setObjectName(QString("xray_view_%1").arg(index));
   preset_->setFocusPolicy(Qt::NoFocus);
-  preset_->setToolTip(tr("Pose of the C-arm"));
+  preset_->setToolTip(tr("Select a pose of the C-arm"));
   for (const std::string_view name : fluoroscopy::k_presets)
     preset_->addItem(name == "ap" ? QString("AP") : words_of(name));
   connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
   live_ = button("xray_live", tr("Live"),
-                 tr("Continuous X-rays until switched off, which cause dose; then the last image is held"));
+                 tr("Take X-rays until switched off. Each X-ray adds dose. The last image is held."));
   live_->setCheckable(true);
   live_->setStyleSheet("QToolButton:checked { background: #c8862a; color: black; font-weight: bold }");
   connect(live_, &QToolButton::toggled, this, [this](bool is_down) { on_live(is_down); });
-  shoot_ = button("xray_shoot", tr("Shoot"), tr("One X-ray"));
+  shoot_ = button("xray_shoot", tr("Shoot"), tr("Take one X-ray"));
   connect(shoot_, &QToolButton::clicked, this, [this] { on_shoot(); });
   maximise_ = button("maximise", "\u25a1", tr("Maximise or restore this pane  (double click)"));
   connect(maximise_, &QToolButton::clicked, this, [this] { on_maximise(); });
@@ -296,7 +296,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
           QString::fromStdString(panes_->problem(index_)));
   } else if (kind == PaneKind::xray) {
     write(painter, inner, Qt::AlignCenter,
-          panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Shoot once, or switch Live on"));
+          panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Press Shoot, or switch Live on."));
   }
   painter.setPen(QPen(colour_of(kind), 2));
   painter.drawLine(0, 0, width(), 0);
@@ -321,7 +321,7 @@ void ImagePane::mousePressEvent(QMouseEvent* event) {
 void ImagePane::mouseMoveEvent(QMouseEvent* event) {
   const QPointF step = event->localPos() - last_;
   last_ = event->localPos();
-  if (panes_->kind(index_) == PaneKind::drawn && event->buttons() != Qt::NoButton)
+  if (panes_->kind(index_) == PaneKind::rendering && event->buttons() != Qt::NoButton)
     return on_turn(0.4 * step.x(), 0.4 * step.y());
   if (!imaging::is_planar(panes_->kind(index_))) return;
   if (event->modifiers() & Qt::ShiftModifier) {

@@ -87,7 +87,7 @@ void EventLog::update_from(const Notices& notices) {
     if (const auto colour = colour_of(entry.level)) item->setForeground(*colour);
     list_->addItem(item);
   }
-  while (list_->count() > static_cast<int>(Notices::k_most_logged)) delete list_->takeItem(0);
+  while (list_->count() > static_cast<int>(Notices::k_max_logged)) delete list_->takeItem(0);
   count_ = notices.count();
   if (follows) list_->scrollToBottom();
 }

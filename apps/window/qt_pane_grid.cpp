@@ -35,10 +35,10 @@ void PaneGrid::set_canvas(QWidget* canvas) {
 }
 
 void PaneGrid::update_visibility() {
-  const auto is_shown = [&](int which) {  // 0: the picture
-    if (maximised_ >= 0) return which == maximised_;
-    return which == 0 || (layout_ == Layout::slices) || (layout_ == Layout::xray && which > 1) ||
-           ((layout_ == Layout::drawn || layout_ == Layout::depths) && which == 2);
+  const auto is_shown = [&](int pane) {  // 0: the picture
+    if (maximised_ >= 0) return pane == maximised_;
+    return pane == 0 || (layout_ == Layout::slices) || (layout_ == Layout::xray && pane > 1) ||
+           ((layout_ == Layout::rendering || layout_ == Layout::depths) && pane == 2);
   };
   if (canvas_) canvas_->setVisible(is_shown(0));
   for (std::size_t i = 0; i < k_panes; ++i) panes_[i]->setVisible(is_shown(static_cast<int>(i) + 1));
@@ -66,18 +66,18 @@ void PaneGrid::arrange(Layout layout) {
   if (!has_changed || layout == Layout::picture) return;
   constexpr PaneKind slices[] = {PaneKind::sagittal, PaneKind::axial, PaneKind::coronal},
                      xray[] = {PaneKind::sagittal, PaneKind::xray, PaneKind::section},
-                     drawn[] = {PaneKind::sagittal, PaneKind::drawn, PaneKind::coronal},
+                     rendering[] = {PaneKind::sagittal, PaneKind::rendering, PaneKind::coronal},
                      depths[] = {PaneKind::sagittal, PaneKind::depths, PaneKind::coronal};
-  const PaneKind* kinds[] = {nullptr, slices, xray, drawn, depths};
+  const PaneKind* kinds[] = {nullptr, slices, xray, rendering, depths};
   for (std::size_t i = 0; i < k_panes; ++i) panes_[i]->set_kind(kinds[static_cast<std::size_t>(layout)][i]);
   setSizes(layout == Layout::xray ? QList<int>{620, 380} : QList<int>{500, 500});
   left_->setSizes({500, 500});
   right_->setSizes({500, 500});
 }
 
-void PaneGrid::maximise(int which) {
+void PaneGrid::maximise(int pane) {
   store_shares();
-  maximised_ = maximised_ == which ? -1 : which;
+  maximised_ = maximised_ == pane ? -1 : pane;
   update_visibility();
 }
 

@@ -10,7 +10,7 @@
 namespace trephine::view {
 
 /// Arrangements; k_layouts has their names.
-enum class Layout : std::uint8_t { picture, slices, xray, drawn, depths };
+enum class Layout : std::uint8_t { picture, slices, xray, rendering, depths };
 inline constexpr std::array k_layouts{"picture", "slices", "xray", "drawn", "depths"};
 
 /// Two columns: the picture above one pane, and two panes. Borders can be dragged; any part can be maximised.
@@ -28,7 +28,7 @@ class PaneGrid : public QSplitter {
   ImagePane* pane(std::size_t i) const { return panes_[i]; }
   static constexpr std::size_t k_panes = 3;
   /// Maximises one part (0 the picture, then the panes), or restores the arrangement.
-  void maximise(int which);
+  void maximise(int pane);
   bool is_maximised() const noexcept { return maximised_ >= 0; }
 
   /// Returns arrangement, kinds and sizes as text.

@@ -63,8 +63,8 @@ void DrillSound::show(double force, bool is_pressed, bool has_contact) {
   has_contact_ = has_contact;
 }
 
-qint64 DrillSound::readData(char* data, qint64 most) {
-  const int count = static_cast<int>(std::min<qint64>(most / 2, 2205));
+qint64 DrillSound::readData(char* data, qint64 max_size) {
+  const int count = static_cast<int>(std::min<qint64>(max_size / 2, 2205));
   voice_.fill(reinterpret_cast<std::int16_t*>(data), count, force_, is_pressed_, has_contact_);
   return 2 * count;
 }

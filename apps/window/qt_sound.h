@@ -38,7 +38,7 @@ class DrillSound : public QIODevice {
   void show(double force, bool is_pressed, bool has_contact);
 
  protected:
-  qint64 readData(char* data, qint64 most) override;
+  qint64 readData(char* data, qint64 max_size) override;
   qint64 writeData(const char*, qint64) override { return -1; }
 
  private:

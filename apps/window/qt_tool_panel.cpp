@@ -34,11 +34,11 @@ class NumberBox : public QDoubleSpinBox {
   QString textFromValue(double value) const override { return locale().toString(value, 'g', 7); }
 };
 
-/// Returns the address of a field in a value.
+/// Returns the pointer of a field in a value.
 template <class T>
 T* address_of(const sim::Field& field, sim::Value& value) {
-  const auto address = field.place(value.data());
-  return *std::get_if<T*>(&address);
+  const auto pointer = field.pointer_in(value.data());
+  return *std::get_if<T*>(&pointer);
 }
 
 }  // namespace
@@ -81,8 +81,8 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
   }
   bool has_number = false;
   for (const sim::Field& field : fields) {
-    const auto address = field.place(value_.data());
-    if (std::holds_alternative<double*>(address)) {
+    const auto pointer = field.pointer_in(value_.data());
+    if (std::holds_alternative<double*>(pointer)) {
       auto* box = new NumberBox(field.info);
       if (!has_number) step_ = [box](int steps) { box->stepBy(steps); };
       has_number = true;
@@ -91,14 +91,14 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
         notify_change();
       });
       add_row(box, field, [this, box, &field] { box->setValue(*address_of<double>(field, value_)); });
-    } else if (std::holds_alternative<bool*>(address)) {
+    } else if (std::holds_alternative<bool*>(pointer)) {
       auto* box = new QCheckBox(label_of(field));
       connect(box, &QCheckBox::toggled, this, [this, &field](bool is_on) {
         *address_of<bool>(field, value_) = is_on;
         notify_change();
       });
       add_row(box, field, [this, box, &field] { box->setChecked(*address_of<bool>(field, value_)); });
-    } else if (std::holds_alternative<std::uint8_t*>(address)) {
+    } else if (std::holds_alternative<std::uint8_t*>(pointer)) {
       auto* box = new QComboBox;
       const QString unit = field.info.unit.empty() ? QString() : " " + text_of(field.info.unit);
       for (const std::string_view choice : field.info.choices) box->addItem(words_of(choice) + unit);
@@ -108,7 +108,7 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
       });
       add_row(box, field,
               [this, box, &field] { box->setCurrentIndex(*address_of<std::uint8_t>(field, value_)); });
-    } else if (std::holds_alternative<std::string*>(address)) {
+    } else if (std::holds_alternative<std::string*>(pointer)) {
       QWidget* text = make_text(field, offer);
       add_row(text, field, [this, text, &field] {
         const QString current = QString::fromStdString(*address_of<std::string>(field, value_));
@@ -192,25 +192,27 @@ ToolPicture::ToolPicture(QWidget* parent) : QWidget(parent) {
 }
 
 void ToolPicture::show_tool(const sim::Value& tool) {
-  look_ = look_of(tool);
-  if (!look_.parts.empty()) {  // add a short part of the shaft
-    const double from = look_.shaft_from, radius = look_.shaft_radius;
-    look_.parts.insert(
-        look_.parts.begin(),
-        {{{from, 0}, {from, radius}, {from + 2 * look_.radius, radius}}, glm::dvec3(0), {0, 0, 1}, false});
+  appearance_ = appearance_of(tool);
+  if (!appearance_.parts.empty()) {  // add a short part of the shaft
+    const double from = appearance_.shaft_from, radius = appearance_.shaft_radius;
+    appearance_.parts.insert(appearance_.parts.begin(),
+                             {{{from, 0}, {from, radius}, {from + 2 * appearance_.radius, radius}},
+                              glm::dvec3(0),
+                              {0, 0, 1},
+                              false});
   }
-  setVisible(!look_.parts.empty());
+  setVisible(!appearance_.parts.empty());
   update();
 }
 
 /// Draws the tool horizontally, with its tip to the left (z of the tool to the right, x up), without teeth.
 void ToolPicture::paintEvent(QPaintEvent*) {
-  if (look_.parts.empty()) return;
+  if (appearance_.parts.empty()) return;
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
   std::vector<QPolygonF> shapes;
   QRectF bounds;
-  for (const ToolPart& part : look_.parts) {
+  for (const ToolPart& part : appearance_.parts) {
     const QPointF at(part.at.z, -part.at.x), along(part.along.z, -part.along.x),
         across(-along.y(), along.x());
     QPolygonF shape;
@@ -232,7 +234,7 @@ void ToolPicture::paintEvent(QPaintEvent*) {
   steel.setColorAt(0, QColor(235, 238, 244));
   steel.setColorAt(1, QColor(140, 150, 165));
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    painter.setBrush(look_.parts[i].is_cutting ? QBrush(steel) : QBrush(QColor(120, 128, 140)));
+    painter.setBrush(appearance_.parts[i].is_cutting ? QBrush(steel) : QBrush(QColor(120, 128, 140)));
     painter.drawPolygon(shapes[i]);
   }
   painter.restore();

@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 #include "sim/api/catalogue.h"
 
 class QComboBox;
@@ -61,7 +61,7 @@ class ToolPicture : public QWidget {
   void paintEvent(QPaintEvent* event) override;
 
  private:
-  ToolLook look_;
+  ToolAppearance appearance_;
 };
 
 /// Controls of the first hand's instrument and its parameters.

@@ -167,7 +167,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   style->on_shift_press = [this](bool is_down) {
     if (!operation_) return;
     if (!is_down) return operation_->drop_point();
-    if (!operation_->grab_point()) show_message(tr("There is no point of an outline to drag."));
+    if (!operation_->grab_point()) show_message(tr("Touch a point of an outline to drag it."));
   };
   style->on_wheel = [this](int steps) { press_deeper(steps); };
   style->on_roll = [this](int steps) {
@@ -259,7 +259,7 @@ void MainWindow::set_clip() {
 }
 
 /// Reports disconnected parts, such as a table or a head holder, after the picture was drawn.
-void MainWindow::offer_largest() {
+void MainWindow::report_disconnected_parts() {
   if (!has_checked_parts_ && !parts_.valid() && viewport()->is_complete()) {
     has_checked_parts_ = true;
     parts_ = std::async(std::launch::async, [scene = scene_, owner = owner_] {
@@ -271,7 +271,7 @@ void MainWindow::offer_largest() {
   const auto [scene, is_other_large] = parts_.get();
   if (!is_other_large || scene != scene_ || !operation_) return;  // another scan was opened meanwhile
   const char* text =
-      "The shape has disconnected parts: a table, a head holder, another bone? To omit them, check Largest "
+      "The shape has disconnected parts, such as a table, a head holder or another bone. To omit them, check Largest "
       "part only and press Use.";
   operation_->note(text);
   show_message(text);
@@ -346,7 +346,7 @@ void MainWindow::tick() {
   }
   show_panes(elapsed);
   show_state();
-  offer_largest();
+  report_disconnected_parts();
 }
 
 bool MainWindow::is_drawable() const {
@@ -400,7 +400,8 @@ void MainWindow::show_state() {
       fit_panel();
     }
     if (!refused.empty()) {
-      show_message("not done: " + QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
+      show_message("The command was refused: " +
+                   QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
     }
     show_notices();
     constexpr double k_servo_seconds = 1;  // between two updates of the servo's times
@@ -418,13 +419,13 @@ void MainWindow::show_state() {
     fault_->setText(!fault.empty() ? QString::fromStdString("\u26a0 " + fault)
                     : recording
                         ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
-                    : record.is_escaping                   ? QString("leading the tool out of restored bone")
+                    : record.is_escaping                   ? QString("guiding the tool out of restored bone")
                     : operation_->state().pending_jobs > 0 ? QString::fromStdString(operation_->job_text())
                     : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
                     : panes_.panes().is_waiting() ? tr("computing images ...")
                                                   : QString("ready"));
-    const QString look = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
-    if (fault_->styleSheet() != look) fault_->setStyleSheet(look);
+    const QString style = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
+    if (fault_->styleSheet() != style) fault_->setStyleSheet(style);
   } else {
     show_notices();
     play_->setText(replay_->is_playing() ? "Pause" : "Play");
@@ -433,7 +434,7 @@ void MainWindow::show_state() {
     session_time_->setText(
         QString("%1 / %2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
     servo_->setText(QString("replay at %1 Hz").arg(options_.rate_hz, 0, 'f', 0));
-    fault_->setText(record.faults & haptics::k_latched_faults ? "\u26a0 the force was off here" : "");
+    fault_->setText(record.faults & haptics::k_latched_faults ? "\u26a0 the force was off at this time" : "");
   }
 }
 

@@ -116,7 +116,7 @@ class MainWindow : public QMainWindow {
   void tilt(double right, double up);
   void turn(double right, double up);
   bool move_by_key(const QKeyEvent* event);
-  void offer_largest();
+  void report_disconnected_parts();
   void preview_shape();
   void use_shape();
   void forget_preview();

@@ -26,7 +26,7 @@ namespace trephine::view {
 // ---- opening --------------------------------------------------------------------------------------------
 
 void MainWindow::use_shape() {
-  if (is_opening()) return show_message(tr("A scan is already being opened."));
+  if (is_opening()) return show_message(tr("A scan is already being opened. Wait for it, or press Cancel."));
   const double low = low_->value();
   const double high =
       high_->value() < high_->maximum() ? high_->value() : std::numeric_limits<double>::infinity();
@@ -78,8 +78,9 @@ void MainWindow::show_assumptions() {
 }
 
 void MainWindow::start_opening(std::function<Result<OpenedScene>(const WindowHost::Listener&)> open) {
-  if (!stage_.open()) return show_message(tr("A scan is already being opened."));
-  notice_->setText(tr("opening ..."));
+  if (!stage_.open())
+    return show_message(tr("A scan is already being opened. Wait for it, or press Cancel."));
+  notice_->setText(tr("Opening ..."));
   opening_ = Opening();
   opening_.result = std::async(std::launch::async, [open = std::move(open), listener = opening_.listener()] {
     return open(listener);
@@ -92,7 +93,7 @@ void MainWindow::start_opening(std::function<Result<OpenedScene>(const WindowHos
 void MainWindow::cancel_opening() {
   if (!stage_.cancel()) return;
   *opening_.is_cancelled = true;
-  notice_->setText(tr("cancelling ..."));
+  notice_->setText(tr("Cancelling ..."));
 }
 
 /// Replaces the operation by the opened one when that is ready and no dialog about the old one is open.
@@ -105,7 +106,7 @@ void MainWindow::adopt_opened() {
   opening_bar_->hide();
   cancel_->hide();
   notice_->clear();
-  if (!stage_.opened()) return show_message(tr("not opened"));
+  if (!stage_.opened()) return show_message(tr("The scan was not opened."));
   if (!opened) return show_error(opened.error());
   OpenedScene& o = opened.value();
   const QString session = saved_session();

@@ -94,7 +94,7 @@ void MainWindow::build_menu() {
   QAction* sound = add(view, "sound", tr("&Sound of contact and drill"), {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();
-    if (is_on && !is_sound_on_) show_message(tr("There is no sound device."));
+    if (is_on && !is_sound_on_) show_message(tr("No sound device was found. Connect one, then start again."));
   });
   sound->setCheckable(true);
   build_panes_menu();
@@ -137,7 +137,7 @@ void MainWindow::build_pieces_menu() {
 namespace {
 /// True for fields with one point.
 bool is_point(const sim::Field& field) {
-  return field.type == sim::detail::IndexIn<glm::dvec3, sim::FieldPlace>::k_index;
+  return field.type == sim::detail::IndexIn<glm::dvec3, sim::FieldPointer>::k_index;
 }
 }  // namespace
 
@@ -173,8 +173,8 @@ void MainWindow::apply_at_touched(const sim::ValueType& type) {
   const std::optional<glm::dvec3> touched = operation_->touched();
   if (!touched) return show_message(tr("Touch a position on the bone, then press the key."));
   sim::Value command = sim::Value::of(type);
-  const sim::FieldPlace place = type.schema->fields[0].place(command.data());
-  *std::get<glm::dvec3*>(place) = *touched;
+  const sim::FieldPointer pointer = type.schema->fields[0].pointer_in(command.data());
+  *std::get<glm::dvec3*>(pointer) = *touched;
   operation_->apply(std::move(command));
 }
 

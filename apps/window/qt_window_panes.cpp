@@ -60,7 +60,8 @@ void MainWindow::build_panes_menu() {
   add(menu, "layout_picture", tr("&Picture alone"), QKeySequence("F5"), arrange(Layout::picture));
   add(menu, "layout_slices", tr("Picture and three &slices"), QKeySequence("F6"), arrange(Layout::slices));
   add(menu, "layout_xray", tr("Picture, &X-ray and section"), QKeySequence("F7"), arrange(Layout::xray));
-  add(menu, "layout_drawn", tr("Picture and &volume rendering"), QKeySequence("F8"), arrange(Layout::drawn));
+  add(menu, "layout_drawn", tr("Picture and &volume rendering"), QKeySequence("F8"),
+      arrange(Layout::rendering));
   add(menu, "layout_depths", tr("Picture and &depth images"), QKeySequence("F9"), arrange(Layout::depths));
   menu->addSeparator();
   QMenu* greys = menu->addMenu(tr("&Windowing"));
@@ -129,9 +130,9 @@ void MainWindow::fill_structures(QMenu* menu) {
   if (names.size() < 2) menu->addAction("The scan has no labels")->setEnabled(false);
   for (std::size_t label = 1; label < names.size(); ++label) {
     QMenu* structure = menu->addMenu(QString::fromStdString(names[label]));
-    constexpr std::pair<const char*, double> looks[] = {
+    constexpr std::pair<const char*, double> appearances[] = {
         {"&Shown", 1}, {"&Translucent", 0.15}, {"&Hidden", 0}};
-    for (const auto& [text, opacity] : looks)
+    for (const auto& [text, opacity] : appearances)
       connect(structure->addAction(text), &QAction::triggered, this,
               [this, label, opacity = opacity] { panes_.panes().set_label_opacity(label, opacity); });
   }
@@ -141,11 +142,15 @@ void MainWindow::fill_structures(QMenu* menu) {
 void MainWindow::use_drawn_window() {
   const auto window =
       volume::window_of_opacity(panes_.panes().transfer(*scene_->base), imaging::k_touch_opacity);
-  if (!window || !low_->isEnabled()) return show_message(tr("The solid shape cannot be chosen here."));
+  if (!window || !low_->isEnabled())
+    return show_message(
+        window
+            ? tr("The solid shape is a label or belongs to a session. Open the scan alone to choose another.")
+            : tr("The visible values are not one range. Set the range of values by hand."));
   low_->setValue(window->low.value_or(low_->minimum()));
   high_->setValue(window->high.value_or(high_->maximum()));
   preview_shape();
-  show_message(tr("The picture shows what would be touched. Press Use to apply it."));
+  show_message(tr("The picture shows the new solid shape. Press Use to operate on it."));
 }
 
 /// Shows facts about the scan, without names.
@@ -165,7 +170,8 @@ void MainWindow::show_scan_facts() {
               .arg(mm.z * scan.size.z, 0, 'f', 0);
   text += scan.is_hounsfield ? "Hounsfield units\n" : "values without a unit\n";
   const glm::dvec3 along = scan.frame.vector_world_from_volume({0, 0, 1});
-  text += QString("slices go toward %1\n").arg(QString::fromStdString(imaging::direction_letters(along)));
+  text += QString("slices are ordered toward %1\n")
+              .arg(QString::fromStdString(imaging::direction_letters(along)));
   if (scan.label_names.size() > 1) text += QString("%1 labels\n").arg(scan.label_names.size() - 1);
   auto* box = new QMessageBox(QMessageBox::Information, "The scan", text.trimmed(), QMessageBox::Ok, this);
   box->setObjectName("scan_facts");
@@ -204,7 +210,7 @@ void MainWindow::show_panes(double elapsed) {
   panes_.frame({*scene_, version(), is_changed, overlays, options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
                 viewport()->touch_radius(), !operation_ || operation_->touched().has_value(), elapsed,
-                viewport()->eye(), viewport()->clip_plane(), depths});
+                viewport()->camera(), viewport()->clip_plane(), depths});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {

@@ -91,8 +91,8 @@ void MainWindow::build_panel() {
   grid->addLayout(history, 2, 0, 1, 3);
   column->addWidget(tool);
 
-  auto* look = new QGroupBox(tr("View"));
-  auto* views = new QGridLayout(look);
+  auto* view_box = new QGroupBox(tr("View"));
+  auto* views = new QGridLayout(view_box);
   const std::pair<char, const char*> sides[] = {{'A', "Front"}, {'P', "Back"},  {'L', "Left"},
                                                 {'R', "Right"}, {'S', "Above"}, {'I', "Below"}};
   for (int i = 0; i < 6; ++i) {
@@ -113,7 +113,7 @@ void MainWindow::build_panel() {
   connect(clip_share_, &QSlider::valueChanged, this, [this] { set_clip(); });
   views->addWidget(clip_, 3, 0, 1, 2);
   views->addWidget(clip_share_, 4, 0, 1, 2);
-  column->addWidget(look);
+  column->addWidget(view_box);
 
   auto* shape = new QGroupBox(tr("Solid shape"));
   auto* form = new QGridLayout(shape);
@@ -130,8 +130,9 @@ void MainWindow::build_panel() {
   };
   low_ = box_of("low", 300);
   high_ = box_of("high", 4000);
-  use_shape_ = make_button("use_shape", tr("Use"), tr("Operate on this shape, from the untouched scan"));
-  keep_shape_ = make_button("keep_shape", tr("Reset"), tr("Show the shape that is operated on"));
+  use_shape_ =
+      make_button("use_shape", tr("Use"), tr("Start again from the untouched scan, with this shape"));
+  keep_shape_ = make_button("keep_shape", tr("Reset"), tr("Return to the shape in use"));
   connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
   connect(keep_shape_, &QPushButton::clicked, this, [this] {
     viewport()->preview(nullptr, version());
@@ -157,7 +158,7 @@ void MainWindow::build_panel() {
   largest_ = new QCheckBox(tr("Largest part only"));
   largest_->setObjectName("largest");
   largest_->setFocusPolicy(Qt::NoFocus);
-  largest_->setToolTip(tr("Omits disconnected parts: a table, a head holder"));
+  largest_->setToolTip(tr("Omit disconnected parts, such as a table or a head holder"));
   connect(largest_, &QCheckBox::toggled, this, [this] { use_shape_->setEnabled(largest_->isEnabled()); });
   form->addWidget(shape_of_, 0, 0, 1, 2);
   form->addWidget(new QLabel(tr("from")), 1, 0);
@@ -275,8 +276,9 @@ void MainWindow::show_history() {
 void MainWindow::ask_and_compare() {
   if (!operation_) return;
   operation_->press(false);
-  const std::vector<sim::LiveSession::Place> states = operation_->history_states();
-  const auto now = std::find_if(states.begin(), states.end(), [](const auto& state) { return state.is_now; });
+  const std::vector<sim::LiveSession::HistoryState> states = operation_->history_states();
+  const auto now =
+      std::find_if(states.begin(), states.end(), [](const auto& state) { return state.is_current; });
   if (now == states.end()) return;
   auto* dialog = new QDialog(this);
   dialog->setObjectName("comparison");
@@ -285,9 +287,9 @@ void MainWindow::ask_and_compare() {
   auto* column = new QVBoxLayout(dialog);
   auto* with = new QComboBox;
   with->setObjectName("compare_with");
-  std::vector<sim::LiveSession::Place> others;
+  std::vector<sim::LiveSession::HistoryState> others;
   for (const auto& state : states)
-    if (!state.is_now) others.push_back(state);
+    if (!state.is_current) others.push_back(state);
   for (const auto& state : others) with->addItem(QString::fromStdString(state.name));
   auto* picture = new QLabel(tr("..."));
   picture->setObjectName("compared");
@@ -297,7 +299,7 @@ void MainWindow::ask_and_compare() {
   column->addWidget(picture, 1);
   const auto draw = [this, others, current = *now, picture](int index) {
     if (!operation_ || index < 0) return;
-    const sim::LiveSession::Place& other = others[static_cast<std::size_t>(index)];
+    const sim::LiveSession::HistoryState& other = others[static_cast<std::size_t>(index)];
     // compare() draws into memory with its own GL context, and a thread has one current context at a time.
     canvas_->makeCurrent();
     canvas_->doneCurrent();

@@ -26,7 +26,7 @@ Result<ContinuedSession> continue_session(const std::string& path, const SourceC
     return Error{.what = "the session is damaged and cannot be continued",
                  .where = where,
                  .found = "blocks after the damage",
-                 .expected = "a whole file",
+                 .expected = "an undamaged file",
                  .remedy = "replay it and write the result with -o"};
   if (header.hands.size() != 1)
     return Error{.what = "only sessions of one hand can be continued here",

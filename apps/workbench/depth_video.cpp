@@ -42,12 +42,12 @@ Result<std::vector<std::string>> keys_of(const ModelChoice& model) {
   for (fs::directory_iterator at(model.file, failed), end; !failed && at != end; at.increment(failed))
     if (data_tools::is_polygon_model(at->path().string())) files.push_back(at->path().string());
   std::sort(files.begin(), files.end());
-  constexpr std::size_t k_most = 200;
-  if (files.empty() || files.size() > k_most)
+  constexpr std::size_t k_max = 200;
+  if (files.empty() || files.size() > k_max)
     return Error{.what = "the number of models in the folder is out of range",
                  .where = data_tools::file_name(model.file),
                  .found = std::to_string(files.size()),
-                 .expected = "1 to " + std::to_string(k_most) +
+                 .expected = "1 to " + std::to_string(k_max) +
                              ", .ply, .ply.gz, .obj, .stl, .vtk or .vtp; or a depth video",
                  .remedy = "pass a folder with the keys of one animation"};
   return files;
@@ -89,11 +89,11 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
   }
   const double seconds = request.seconds > 0 ? request.seconds : longest;
   const auto count = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(seconds * request.rate)));
-  constexpr std::size_t k_most = 3000;
-  if (count > k_most)
+  constexpr std::size_t k_max = 3000;
+  if (count > k_max)
     return Error{.what = "the depth video would be too long",
                  .found = std::to_string(count) + " pictures",
-                 .expected = "at most " + std::to_string(k_most),
+                 .expected = "at most " + std::to_string(k_max),
                  .remedy = "choose a shorter duration or a lower rate"};
   DepthVideo video;
   video.width = request.width, video.height = request.height;

@@ -25,7 +25,9 @@ EventText text_of(const sim::FaultEvent& e) {
   return e.is_cleared ? EventText{"The force is on again.", Level::outcome}
                       : EventText{"The force is off (" + e.names + ").", Level::record};
 }
-EventText text_of(const sim::JobDiscarded& e) { return {"Not finished: " + e.reason + ".", Level::refusal}; }
+EventText text_of(const sim::JobDiscarded& e) {
+  return {"A computation was not finished: " + e.reason + ".", Level::refusal};
+}
 EventText text_of(const sim::ForbiddenEntered& e) {
   return {"The tool entered " + words_of(e.structure) + (e.is_working ? " while it was running." : "."),
           Level::danger};
@@ -36,7 +38,7 @@ EventText text_of(const sim::ForbiddenLeft& e) {
           Level::record};
 }
 EventText text_of(const sim::StructureStripped& e) {
-  return {format_text("%s pushed aside by %.2f mm.", words_of(e.structure).c_str(), e.deepest),
+  return {format_text("The tool pushed %s aside by %.2f mm.", words_of(e.structure).c_str(), e.deepest),
           Level::outcome};
 }
 EventText text_of(const sim::StructureTouched& e) {
@@ -44,7 +46,8 @@ EventText text_of(const sim::StructureTouched& e) {
           Level::danger};
 }
 EventText text_of(const sim::StructureTorn& e) {
-  return {format_text("%s torn, %.2f mm deep.", words_of(e.structure).c_str(), e.deepest), Level::danger};
+  return {format_text("The tool tore %s, %.2f mm deep.", words_of(e.structure).c_str(), e.deepest),
+          Level::danger};
 }
 EventText text_of(const sim::BodyAdded& e) {
   return {format_text("Implant %u added, %.0f mm³.", e.body.value, e.size), Level::outcome};
@@ -93,17 +96,19 @@ EventText text_of(const laminectomy::Judgement& e) {
           Level::outcome};
 }
 EventText text_of(const laminectomy::JudgementFailed& e) {
-  return {"Vertebra " + e.vertebra + " not judged: " + e.reason, Level::refusal};
+  return {"Vertebra " + e.vertebra + " was not judged: " + e.reason, Level::refusal};
 }
 EventText text_of(const drilling::Breakthrough& e) {
-  return {
-      format_text("Broke through under %.1f N, plunged %.1f mm in %.2f s.", e.thrust, e.plunge, e.seconds),
-      Level::outcome};
+  return {format_text("The burr broke through under %.1f N and plunged %.1f mm in %.2f s.", e.thrust,
+                      e.plunge, e.seconds),
+          Level::outcome};
 }
 EventText text_of(const drilling::PerforatorStopped& e) {
   return {format_text("The clutch released after %.1f mm of bone.", e.depth), Level::outcome};
 }
-EventText text_of(const drilling::CraniotomeRefused& e) { return {"No cut: " + e.reason, Level::refusal}; }
+EventText text_of(const drilling::CraniotomeRefused& e) {
+  return {"The craniotome did not cut: " + e.reason, Level::refusal};
+}
 EventText text_of(const rongeur::Bite& e) {
   return {format_text("Bite of %.0f mm³.", e.size), Level::outcome};
 }

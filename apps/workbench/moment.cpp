@@ -21,7 +21,7 @@ Status open_session_at(const MomentChoice& choice, const Listener& listener, Mom
   const std::uint64_t tick_count = session.reader->tick_count();
   const double end = static_cast<double>(tick_count) / rate;
   if (choice.until && *choice.until > end + 0.5 / rate)
-    return Error{.what = "the session is shorter",
+    return Error{.what = "the session ends before this time",
                  .where = "until",
                  .found = format_text("%g s", *choice.until),
                  .expected = format_text("0 to %.1f s", end)};
@@ -113,12 +113,12 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
         if (!s.is_forbidden && !moment->shape) moment->shape = s.shape;
     }
   }
-  if (choice.shape.is_made() || !moment->shape) {
+  if (choice.shape.is_set() || !moment->shape) {
     const Source& source = moment->session ? moment->session->source : moment->source;
     const auto shape = choose_shape(source, choice.shape, listener);
     if (shape)
       moment->shape = shape.value();
-    else if (choice.shape.is_made())
+    else if (choice.shape.is_set())
       return shape.error();
   }
   std::vector<ModelChoice> models = moment->session ? std::vector<ModelChoice>() : models_of(moment->source);

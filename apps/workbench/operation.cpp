@@ -38,7 +38,7 @@ Status check_effects(const std::vector<std::string>& effects) {
 /// Adds the touchable shapes of the scan: the chosen one, or those of its case.
 Status add_touchable(const Source& source, const ShapeChoice& choice, const Listener& listener,
                      SceneDescription& spec) {
-  if (!source.plan || choice.is_made()) {
+  if (!source.plan || choice.is_set()) {
     Result<volume::Shape> shape = choose_shape(source, choice, listener);
     if (!shape) return shape.error();
     spec.structures.emplace_back().shape = shape.value();
@@ -114,7 +114,7 @@ Status add_stream(const OperationChoice& choice, const ModelChoice& model, int& 
   if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(model, movers);
   auto stream = stream_of(std::move(video).value(), model.is_repeating);
   if (!stream) return stream.error();
-  auto surface = stream.value()->look(0);
+  auto surface = stream.value()->surface_at(0);
   data.models.push_back(surface ? std::move(surface) : std::make_shared<const haptics::MeshTree>());
   spec.models.push_back({data.models.back()->triangle_count(), sim::content_hash(*data.models.back())});
   spec.streams.push_back({stream.value()->pictures().pictures.size(), stream.value()->hash()});
@@ -350,7 +350,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
     SceneDescription touched;  // for a case, its first touchable structure is the shape
     if (Status error = add_touchable(source, choice.shape, {}, touched)) return *error;
     if (Status error = keep_largest(source, touched.structures[0].shape, listener)) return *error;
-  } else if (choice.shape.omits_holder && !choice.shape.is_made() && source.volume->is_hounsfield &&
+  } else if (choice.shape.omits_holder && !choice.shape.is_set() && source.volume->is_hounsfield &&
              !source.plan && !source.is_builtin) {
     auto shape = choose_shape(source, choice.shape);
     if (!shape) return shape.error();

@@ -93,7 +93,7 @@ std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
     place.outward =
         haptics::outward_normal(scene.items[0], untouched, frame.volume_from_world(place.point), cells);
     place.thickness = thickness_below(place.point, place.outward, scene);
-    const bool is_thick = place.thickness == 0 || place.thickness >= request.least_thickness;
+    const bool is_thick = place.thickness == 0 || place.thickness >= request.min_thickness;
     if (is_thick && glm::dot(place.outward, -path) >= 0.5 * length) {  // no rim or wall of a hole
       place.along = along_of(place.outward, request.up);
       place.across = glm::cross(place.outward, place.along);
@@ -122,7 +122,7 @@ Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::
                .where = "place " + request.name,
                .found = "no surface on " + std::to_string(request.from.size()) + " paths to the middle",
                .expected = "a surface that faces one of them" +
-                           std::string(request.least_thickness > 0 ? ", as thick as was asked for" : ""),
+                           std::string(request.min_thickness > 0 ? ", with the required thickness" : ""),
                .remedy = "choose other directions, or the shape with iso"};
 }
 

@@ -15,12 +15,12 @@ struct Preset {
   const char* name;
   double low, certain;  ///< HU: bone from `low` on if connected to a voxel from `certain` on
   double thin_mm;
-  double least_share;  ///< size of other kept parts, relative to the largest; 1: the largest only
+  double min_share;  ///< size of other kept parts, relative to the largest; 1: the largest only
 };
 // A skull is one part. Vertebrae are several, their cancellous bone is soft and their shells are thin.
 constexpr std::array<Preset, 2> k_presets{{{"skull", 300, 700, 2, 1}, {"spine", 150, 350, 4, 0.01}}};
 constexpr double k_thin_share = 0.5;  ///< of the threshold, to which thin bone may have dropped
-constexpr double k_most_thin_mm = 10;
+constexpr double k_max_thin_mm = 10;
 
 const Preset* find(std::string name) {
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -59,8 +59,8 @@ Status check(const PresetChoice& choice, const ShapeChoice& shape) {
                  .where = "preset",
                  .found = shape.label.empty() ? "a window" : "a label",
                  .expected = "a preset, or a window, or a label",
-                 .remedy = "an iso value moves a preset's threshold"};
-  if (choice.thin_mm && !(*choice.thin_mm >= 0 && *choice.thin_mm <= k_most_thin_mm))
+                 .remedy = "to change the preset's threshold, pass an iso value only"};
+  if (choice.thin_mm && !(*choice.thin_mm >= 0 && *choice.thin_mm <= k_max_thin_mm))
     return Error{.what = "the reach is out of range",
                  .where = "fill thin",
                  .found = text_of(*choice.thin_mm),
@@ -113,7 +113,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
     if (!result) return result.error();
     listener.notice(format_text(
         "thin walls were closed in the shape (--fill-thin %.3g): %lld voxels (%.2g %% of the scan, "
-        "%.0f mm³) of %.0f and more count as %.0f; the scan stays as it is",
+        "%.0f mm³) of %.0f and more count as %.0f; the scan is unchanged",
         reach, static_cast<long long>(filled), percent_of_voxels(filled),
         static_cast<double>(filled) * source.volume->frame.voxel_mm3(), lowest, fill_value));
     if (filled > 0) take(source, std::move(result));
@@ -121,20 +121,20 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
   if (preset) {
     const double certain = std::max(preset->certain, shape.low);
     volume::ShapeParts removed;
-    auto result = volume::keep_seeded_parts(source.volume, shape, certain,
-                                            std::min(preset->least_share, 0.99), removed);
+    auto result =
+        volume::keep_seeded_parts(source.volume, shape, certain, std::min(preset->min_share, 0.99), removed);
     if (!result) return result.error();
     listener.notice(
         format_text("bone: %.0f HU and above if connected to %.0f HU; %d small part%s, %lld voxels, "
-                    "left out of the shape; the scan stays as it is",
+                    "left out of the shape; the scan is unchanged",
                     shape.low, certain, removed.count, removed.count == 1 ? "" : "s",
                     static_cast<long long>(removed.others)));
     if (removed.count > 0) take(source, std::move(result));
   }
-  if (preset ? preset->least_share == 1 || shape_choice.is_largest : shape_choice.is_largest) {
+  if (preset ? preset->min_share == 1 || shape_choice.is_largest : shape_choice.is_largest) {
     if (Status error = keep_largest(source, shape, listener)) return *error;
   } else {
-    offer_largest(source, shape, listener);
+    report_large_parts(source, shape, listener);
   }
   return shape;
 }

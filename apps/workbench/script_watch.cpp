@@ -210,9 +210,9 @@ void ScriptWatch::record_command(const ScriptCommand& command, double t, const S
 void ScriptWatch::check(const ScriptExpectation& request, const ScriptMoment& moment) {
   const double value = value_of(request.what, request.hand, moment).value_or(std::nan(""));
   std::string words = request.what;
-  if (request.least) words = text_of(*request.least) + " <= " + words;
-  if (request.most) words += " <= " + text_of(*request.most);
-  const bool is_met = value >= request.least.value_or(value) && value <= request.most.value_or(value);
+  if (request.minimum) words = text_of(*request.minimum) + " <= " + words;
+  if (request.maximum) words += " <= " + text_of(*request.maximum);
+  const bool is_met = value >= request.minimum.value_or(value) && value <= request.maximum.value_or(value);
   report_.checks.push_back({request.line, words, moment.t, is_met, text_of(value)});
 }
 

@@ -21,7 +21,7 @@ Status check(const RecordChoice& choice) {
   if (choice.file.empty())
     return choice.is_embedding ? Status(Error{.what = "no session to embed the scan in",
                                               .where = "embed",
-                                              .expected = "a recording too"})
+                                              .expected = "a file for the recording"})
                                : std::nullopt;
   if (!fs::exists(choice.file, error)) return data_tools::check_writable(choice.file);
   return Error{
@@ -66,7 +66,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   if (session.is_damaged())
     listener.notice(
         format_text("note: the session is damaged at byte %llu; only the %.1f s before that are used",
-                    static_cast<unsigned long long>(session.whole_bytes()),
+                    static_cast<unsigned long long>(session.complete_bytes()),
                     static_cast<double>(session.tick_count()) / header.rate_hz));
   else if (!session.end() && !sim::SessionWriter::is_being_written(path))
     listener.notice("note: the session was not closed; it ends with the last block that was written");

@@ -308,7 +308,7 @@ Status omit_holder(Source& source, const volume::Shape& shape, const Listener& l
   if (removed.count == 0) return std::nullopt;
   listener.notice(format_text(
       "left out: %d part%s outside the patient's body (a table, a head holder), %.1f %% of the size of the "
-      "bone; a threshold of your choice shows them",
+      "bone; to keep them, choose a threshold",
       removed.count, removed.count == 1 ? "" : "s",
       100.0 * static_cast<double>(removed.others) / static_cast<double>(removed.largest)));
   source.volume = std::move(kept).value();
@@ -316,12 +316,12 @@ Status omit_holder(Source& source, const volume::Shape& shape, const Listener& l
   return std::nullopt;
 }
 
-void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener) {
+void report_large_parts(const Source& source, const volume::Shape& shape, const Listener& listener) {
   const volume::ShapeParts parts = volume::parts_of(source.volume, shape);
   if (!parts.is_other_large()) return;
   listener.notice(format_text(
-      "note: %d parts are not connected to the largest, one of %.1f %% of its size (a table, a holder, "
-      "another bone?): --largest, of the commands that have it, removes them",
+      "note: %d parts are not connected to the largest; the second has %.1f %% of its size (a table, a holder, "
+      "another bone?). To remove them, pass --largest",
       parts.count - 1, 100.0 * static_cast<double>(parts.second) / static_cast<double>(parts.largest)));
 }
 

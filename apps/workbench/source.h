@@ -21,7 +21,7 @@ struct ShapeChoice {
   bool is_largest = false;  ///< only the largest part of the shape
   /// Removes a table or head holder from the default shape of a CT without a plan.
   bool omits_holder = false;
-  bool is_made() const { return iso || !window.empty() || !label.empty(); }
+  bool is_set() const { return iso || !window.empty() || !label.empty(); }
 };
 
 /// Path of a scan, and options of its reading.
@@ -70,7 +70,7 @@ Status keep_largest(Source& source, const volume::Shape& shape, const Listener& 
 /// them. Does not change a scan without such parts.
 Status omit_holder(Source& source, const volume::Shape& shape, const Listener& listener);
 /// Reports other parts of a shape that are large enough to disturb, such as a table or a head holder.
-void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener);
+void report_large_parts(const Source& source, const volume::Shape& shape, const Listener& listener);
 /// Checks that need no scan.
 Status check(const ShapeChoice& choice);
 /// Returns the chosen shape. The default for CT, with a notice, is bone from 300 HU (a spine, or a CT

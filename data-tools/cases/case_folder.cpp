@@ -178,7 +178,7 @@ volume::PlannedTarget read_target(TomlReader& reader, const toml::value& value,
   const volume::PlannedTarget target{reader.text(t, "name").value_or(""),
                                      reader.text(t, "label").value_or("")};
   if (std::find(labels.begin(), labels.end(), target.label) == labels.end())
-    reader.fail(value, "a target names no label of the case", target.label, "one of names under [labels]");
+    reader.fail(value, "a target has an unknown label", target.label, "a name under [labels]");
   return target;
 }
 
@@ -189,8 +189,8 @@ void for_each_quality(Quality& q, const Use& use) {
   use("blur_across", q.blur_across);
   use("noise", q.noise);
   use("thinnest", q.thinnest);
-  use("least_wall", q.least_wall);
-  use("least_gap", q.least_gap);
+  use("least_wall", q.min_wall);
+  use("least_gap", q.min_gap);
 }
 
 ScanQuality read_quality(TomlReader& reader, const toml::value& value) {

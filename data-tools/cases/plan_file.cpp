@@ -19,7 +19,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::uintmax_t k_most_bytes = 64u << 20;
+constexpr std::uintmax_t k_max_bytes = 64u << 20;
 
 /// Returns the factors that convert "LPS", "RAS" or Slicer's numbers to LPS; empty for other frames.
 std::optional<glm::dvec3> signs_of(const std::string& frame) {
@@ -231,7 +231,7 @@ Result<PlanFile> read_plan(const std::string& path) {
   const auto bytes = std::filesystem::file_size(path, error);  // fails unless it is a plain file
   std::ifstream file;
   if (!error) file.open(path, std::ios::binary);
-  if (error || !file || bytes > k_most_bytes)
+  if (error || !file || bytes > k_max_bytes)
     return Error{.what = "the plan cannot be read",
                  .where = where,
                  .found = error ? "" : std::to_string(bytes) + " bytes",

@@ -36,12 +36,12 @@ std::vector<std::array<double, 6>> read_points(TomlReader& reader, const toml::t
       has_place
           ? "points = [[t, right, up, above, button, share], ...]: s, mm, 0 or 1, share of the thickness"
           : "points = [[t, x, y, z, button], ...]: s, mm (LPS), 0 or 1";
-  const std::size_t most = has_place ? 6 : 5;
+  const std::size_t max_columns = has_place ? 6 : 5;
   if (!it->second.is_array())
     return reader.fail(it->second, "the points are not a list", "", expected), result;
   for (const toml::value& row : it->second.as_array()) {
     std::array<double, 6> point{};
-    bool is_valid = row.is_array() && row.as_array().size() >= 4 && row.as_array().size() <= most;
+    bool is_valid = row.is_array() && row.as_array().size() >= 4 && row.as_array().size() <= max_columns;
     for (std::size_t i = 0; is_valid && i < row.as_array().size(); ++i) {
       const toml::value& v = row.as_array()[i];
       is_valid = v.is_integer() || v.is_floating();
@@ -88,7 +88,8 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
     reader.fail(value, "a hand requires exactly one path",
                 hand.path.empty() ? "no path" : "both path and points", "path = \"FILE.csv\", or points");
   if (hand.instrument.empty() && !hand.parameters.empty())
-    reader.fail(value, "parameters without an instrument", hand.parameters, "instrument = \"burr\" too");
+    reader.fail(value, "parameters without an instrument", hand.parameters,
+                "also the key instrument, for example instrument = \"burr\"");
   return hand;
 }
 
@@ -99,7 +100,7 @@ ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
   place.name = reader.text(t, "name").value_or("");
   place.trajectory = reader.text(t, "trajectory").value_or("");
   place.up = read_direction(reader, value, reader.point(t, "up"), place.up);
-  place.least_thickness = reader.number(t, "thickness", 0, 20).value_or(0);
+  place.min_thickness = reader.number(t, "thickness", 0, 20).value_or(0);
   const auto from = t.find("from");
   if (from != t.end() && from->second.is_array())
     for (const toml::value& item : from->second.as_array()) {
@@ -221,11 +222,11 @@ ScriptExpectation read_expectation(TomlReader& reader, const toml::value& value,
   expectation.at = reader.number(t, "at", 0, k_longest_seconds);
   expectation.hand = read_hand(reader, value, t, hands);
   expectation.what = reader.text(t, "what").value_or("");
-  expectation.least = reader.number(t, "least", -1e12, 1e12),
-  expectation.most = reader.number(t, "most", -1e12, 1e12);
-  if (expectation.what.empty() || (!expectation.least && !expectation.most))
+  expectation.minimum = reader.number(t, "least", -1e12, 1e12),
+  expectation.maximum = reader.number(t, "most", -1e12, 1e12);
+  if (expectation.what.empty() || (!expectation.minimum && !expectation.maximum))
     reader.fail(value, "an expectation is not complete", "", "what = \"name\", and least, most or both");
-  if (expectation.least && expectation.most && *expectation.least > *expectation.most)
+  if (expectation.minimum && expectation.maximum && *expectation.minimum > *expectation.maximum)
     reader.fail(value, "the limits of an expectation are reversed", "", "least <= most",
                 "swap the two values");
   return expectation;
@@ -261,7 +262,7 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.free_pieces = reader.number(top, "free_pieces", 0, 1e6);
   script.smallest_burr = reader.number(top, "smallest_burr", 1e-3, 30);
   for (const toml::value* v : reader.tables(top, "hands")) script.hands.push_back(read_hand(reader, *v));
-  if (script.hands.empty() || script.hands.size() > Script::k_most_hands)
+  if (script.hands.empty() || script.hands.size() > Script::k_max_hands)
     reader.fail(root, "the number of hands is out of range", std::to_string(script.hands.size()),
                 "one to four [[hands]]");
   for (const toml::value* v : reader.tables(top, "places")) script.places.push_back(read_place(reader, *v));

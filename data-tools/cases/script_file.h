@@ -19,7 +19,7 @@ struct ScriptPlace {
   std::string name;
   std::string trajectory;        ///< of the plan; empty: a surface point
   std::vector<glm::dvec3> from;  ///< directions (LPS) from the scan's centre, in the order of trial
-  double least_thickness = 0;    ///< of the solid below it, mm
+  double min_thickness = 0;      ///< of the solid below it, mm
   glm::dvec3 up{0, 0, 1};        ///< upward direction (LPS) in the view from outside
 };
 
@@ -68,7 +68,7 @@ struct ScriptExpectation {
   std::optional<double> at;  ///< s; empty: at the end
   int hand = 0;
   std::string what;  ///< name of the measured value
-  std::optional<double> least, most;
+  std::optional<double> minimum, maximum;
 };
 
 /// A picture at a point in time.
@@ -87,7 +87,7 @@ struct ScriptPicture {
 
 struct Script {
   static constexpr int k_schema = 1;
-  static constexpr std::size_t k_most_hands = 4;
+  static constexpr std::size_t k_max_hands = 4;
   std::string title, scan;
   std::optional<double> iso;
   std::string window, label;

@@ -50,14 +50,15 @@ class TomlReader {
          "a number from " + text_of(low) + " to " + text_of(high));
     return std::nullopt;
   }
-  std::optional<std::string> text(const toml::table& t, const std::string& key, std::size_t most = 200) {
+  std::optional<std::string> text(const toml::table& t, const std::string& key,
+                                  std::size_t max_length = 200) {
     const auto it = t.find(key);
     if (it == t.end()) return std::nullopt;
     if (it->second.is_string() && !it->second.as_string().str.empty() &&
-        it->second.as_string().str.size() <= most)
+        it->second.as_string().str.size() <= max_length)
       return it->second.as_string().str;
     fail(it->second, "the value of " + key + " is not text", value_text(it->second),
-         "\"text\" of 1 to " + std::to_string(most) + " characters");
+         "\"text\" of 1 to " + std::to_string(max_length) + " characters");
     return std::nullopt;
   }
   std::optional<bool> boolean(const toml::table& t, const std::string& key) {

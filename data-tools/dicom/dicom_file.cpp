@@ -20,9 +20,9 @@ constexpr DicomTag k_media_class = 0x00020002;
 constexpr std::uint32_t k_undefined = 0xffffffff;
 constexpr DicomTag k_item = 0xfffee000, k_item_end = 0xfffee00d, k_sequence_end = 0xfffee0dd;
 constexpr std::size_t k_first_read = 8 << 10;
-constexpr std::uint64_t k_most_header = 256u << 20;                // limit of the bytes before the pixels
-constexpr std::uint64_t k_most_inflated = std::uint64_t{4} << 30;  // limit for a deflated file
-constexpr std::size_t k_most_text = 64 << 10;
+constexpr std::uint64_t k_max_header = 256u << 20;                // limit of the bytes before the pixels
+constexpr std::uint64_t k_max_inflated = std::uint64_t{4} << 30;  // limit for a deflated file
+constexpr std::size_t k_max_text = 64 << 10;
 constexpr int k_deepest = 12;
 
 /// The beginning of a file, read on demand.
@@ -32,7 +32,7 @@ class HeaderBytes {
   std::uint64_t size() const { return source_->size(); }
   /// Returns `count` bytes at `offset`; null if there are fewer. Invalidates earlier pointers.
   const unsigned char* at(std::uint64_t offset, std::size_t count) {
-    if (offset > size() || count > size() - offset || offset + count > k_most_header) return nullptr;
+    if (offset > size() || count > size() - offset || offset + count > k_max_header) return nullptr;
     const std::uint64_t end = offset + count;
     if (end > bytes_.size()) {
       const std::uint64_t old_size = bytes_.size(),
@@ -91,7 +91,7 @@ std::string_view implicit_vr(DicomTag tag) {
     case k_segment_number:
     case k_referenced_segment:
     case k_cielab:
-    case k_most_fractional:
+    case k_max_fractional:
       return "US";
     case k_b_value:
       return "FD";
@@ -225,7 +225,7 @@ class Parser {
       }
       if (length > end - value || value > end) return fail("it ends within an attribute");
       if (is_kept) {
-        const std::size_t count = std::min<std::size_t>(length, k_most_text);
+        const std::size_t count = std::min<std::size_t>(length, k_max_text);
         const unsigned char* bytes = header_->at(value, count);
         if (!bytes) return fail("its header is longer than 256 MiB, or cannot be read");
         result->elements.push_back({tag, text_of_value(vr, bytes, count, syntax.is_big_endian), {}});
@@ -309,7 +309,7 @@ std::unique_ptr<ByteSource> inflate_source(const ByteSource& source, std::uint64
   stream.next_in = reinterpret_cast<Bytef*>(compressed.data());
   stream.avail_in = static_cast<uInt>(std::min<std::size_t>(compressed.size(), 0xffffffffu));
   int state = Z_OK;
-  while (state == Z_OK && out->size() < k_most_inflated) {
+  while (state == Z_OK && out->size() < k_max_inflated) {
     const std::size_t size = out->size();
     out->resize(size + std::max<std::size_t>(size, 1 << 16));
     stream.next_out = reinterpret_cast<Bytef*>(out->data()) + size;
@@ -388,7 +388,7 @@ std::variant<DicomFile, DicomFailure> read_dicom_file(std::unique_ptr<ByteSource
         length = long_at(p + 8, false);
         value = at + 12;
       }
-      const unsigned char* bytes = length <= k_most_text ? header->at(value, length) : nullptr;
+      const unsigned char* bytes = length <= k_max_text ? header->at(value, length) : nullptr;
       if (!bytes) return DicomFailure{DicomFault::broken, "it ends within its first attributes"};
       if (tag == k_transfer_syntax) file.transfer_syntax = text_of_value("UI", bytes, length, false);
       if (tag == k_media_class) media_class = text_of_value("UI", bytes, length, false);

@@ -15,14 +15,14 @@ using namespace dicom_tag;
 
 namespace {
 
-constexpr std::size_t k_most_files = 200'000;
+constexpr std::size_t k_max_files = 200'000;
 
 /// Returns the paths of plain files in a folder, to any depth; links to folders are not followed.
 std::vector<std::string> files_below(const std::string& path) {
   std::vector<std::string> files;
   std::error_code failure;
   for (fs::recursive_directory_iterator it(path, fs::directory_options::skip_permission_denied, failure), end;
-       !failure && it != end && files.size() < k_most_files; it.increment(failure)) {
+       !failure && it != end && files.size() < k_max_files; it.increment(failure)) {
     if (it->path().filename().string().starts_with(".")) {  // hidden files never come from scanners
       if (it->is_directory(failure)) it.disable_recursion_pending();
       continue;
@@ -48,11 +48,11 @@ Result<std::vector<DicomHeader>> read_dicom_heads(const std::string& path, const
         std::holds_alternative<DicomFile>(file) &&
         std::get<DicomFile>(file).data.text(k_sop_class) == k_dicom_index_class)
       return read_dicom_heads(fs::absolute(path).parent_path().string(), progress);
-  if (files.size() >= k_most_files)
+  if (files.size() >= k_max_files)
     return Error{.what = "the folder contains too many files",
                  .where = where,
                  .found = std::to_string(files.size()) + " and more",
-                 .expected = "fewer than " + std::to_string(k_most_files),
+                 .expected = "fewer than " + std::to_string(k_max_files),
                  .remedy = "pass the folder of one patient"};
   const auto name_of = [&](const std::string& file) {  // all of them start with the folder's path
     return is_folder ? file.substr(file.find_first_not_of('/', path.size())) : file_name(file);

@@ -83,14 +83,14 @@ std::size_t count_positions(const std::vector<DicomSlice>& slices) {
   return count;
 }
 /// Returns the largest number of slices at one position.
-std::size_t most_per_position(const std::vector<DicomSlice>& slices) {
+std::size_t max_per_position(const std::vector<DicomSlice>& slices) {
   const std::vector<std::size_t> order = sort_by_height(slices);
-  std::size_t most = 1, count = 1;
+  std::size_t max_count = 1, count = 1;
   for (std::size_t i = 1; i < order.size(); ++i) {
     count = have_same_position(slices[order[i - 1]], slices[order[i]]) ? count + 1 : 1;
-    most = std::max(most, count);
+    max_count = std::max(max_count, count);
   }
-  return most;
+  return max_count;
 }
 }  // namespace
 
@@ -141,7 +141,7 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
 void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& stacks) {
   if (!has_doubles(stack.slices)) return stacks.push_back(std::move(stack));
   const std::size_t marks = stack.slices[0].marks.size(), position_count = count_positions(stack.slices),
-                    largest_pile = most_per_position(stack.slices);
+                    largest_pile = max_per_position(stack.slices);
   for (; mark < marks; ++mark) {
     std::map<std::string, DicomStack> parts;
     std::vector<std::string> values;
@@ -210,10 +210,10 @@ void join_lone_slices(DicomFolder& folder) {
       key.append(*text).append("|");
     groups[key].push_back(s);
   }
-  constexpr std::size_t k_least = 3;
+  constexpr std::size_t k_min = 3;
   std::vector<char> is_joined(folder.series.size(), 0);
   for (const auto& [key, members] : groups) {
-    if (members.size() < k_least) continue;
+    if (members.size() < k_min) continue;
     const DicomSlice& first = folder.series[members[0]].stacks[0].slices[0];
     std::vector<DicomSlice> slices;
     std::vector<SlicePosition> positions;

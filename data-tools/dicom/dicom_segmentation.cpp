@@ -208,7 +208,7 @@ Result<OpenedVolume> open_dicom_segmentation(const std::string& path, int only_s
                           std::to_string(bytes) + " bytes of its pixels",
                  .expected = "a complete file",
                  .remedy = "copy or export it again"};
-  const double full_value = data.number(k_most_fractional).value_or(255);
+  const double full_value = data.number(k_max_fractional).value_or(255);
   std::int64_t overlaps = 0, partial_count = 0;
   for (std::size_t f = 0; f < frames; ++f) {
     const auto [slice, segment] = layout.value().slice_and_segment[f];

@@ -49,9 +49,9 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
       if (!std::isfinite(v))
         return Error{.what = "a slice has no finite position, direction or spacing",
                      .remedy = "re-export the series from its source"};
-    constexpr double k_least = 1e-4, k_most = 1000;  // mm, beyond any scanner and any patient
-    if (!(std::min(s.row_spacing, s.column_spacing) >= k_least &&
-          std::max(s.row_spacing, s.column_spacing) <= k_most))
+    constexpr double k_min = 1e-4, k_max = 1000;  // mm, beyond any scanner and any patient
+    if (!(std::min(s.row_spacing, s.column_spacing) >= k_min &&
+          std::max(s.row_spacing, s.column_spacing) <= k_max))
       return Error{.what = "a slice has an invalid pixel spacing",
                    .found = s.name + ": " + mm(s.column_spacing) + " x " + mm(s.row_spacing) +
                             " (0: absent or invalid)",
@@ -114,7 +114,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
                      sorted.end());
     const double usual = sorted[sorted.size() / 2];
-    const auto [least, most] = std::minmax_element(gaps.begin(), gaps.end());
+    const auto [smallest_gap, largest_gap] = std::minmax_element(gaps.begin(), gaps.end());
     // Rounding changes the distance of two positions by at most sqrt(3) steps; limited to a part of a slice.
     const double rounding = std::min(std::sqrt(3.0) * rounding_of(slices), 0.25 * usual);
     const double tolerance = std::max({k_step_share * usual, k_step_mm, 0.5 * rounding});
@@ -130,7 +130,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
                      .remedy = "remove it if it does not belong to this stack"};
     }
     std::size_t steps = count - 1;
-    if (*most - *least > 2 * tolerance) {
+    if (*largest_gap - *smallest_gap > 2 * tolerance) {
       std::size_t missing = 0;
       bool is_only_missing = true;
       for (const double g : gaps) {
@@ -153,7 +153,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
                        .expected = "a slice every " + mm(usual),
                        .remedy = "add the missing files, or interpolate them with --resample"};
         return Error{.what = "the slices are not evenly spaced",
-                     .found = "steps from " + mm(*least) + " to " + mm(*most) + ": " + where,
+                     .found = "steps from " + mm(*smallest_gap) + " to " + mm(*largest_gap) + ": " + where,
                      .expected = "one step throughout, mostly " + mm(usual),
                      .remedy = "interpolate even slices with --resample, or export an even reconstruction"};
       }

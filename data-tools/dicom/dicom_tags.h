@@ -40,7 +40,7 @@ inline constexpr DicomTag k_transfer_syntax = 0x00020010, k_records = 0x00041220
                           k_segments = 0x00620002, k_segment_number = 0x00620004,
                           k_segment_label = 0x00620005, k_cielab = 0x0062000d,
                           k_segment_identification = 0x0062000a, k_referenced_segment = 0x0062000b,
-                          k_most_fractional = 0x0062000e, k_shared_groups = 0x52009229,
+                          k_max_fractional = 0x0062000e, k_shared_groups = 0x52009229,
                           k_frame_groups = 0x52009230, k_isocentre = 0x300a012c, k_pixels = 0x7fe00010;
 
 /// Tags that DicomDataSet keeps, sorted: all of the above except the pixels.
@@ -111,7 +111,7 @@ inline constexpr DicomTag k_kept[] = {k_transfer_syntax,
                                       k_segment_identification,
                                       k_referenced_segment,
                                       k_cielab,
-                                      k_most_fractional,
+                                      k_max_fractional,
                                       k_isocentre,
                                       k_shared_groups,
                                       k_frame_groups};

@@ -149,7 +149,7 @@ class Loader {
           [&](int) {
             ValueStatistics child_statistics;
             if (collect(child_statistics)) throw std::runtime_error("");
-            const double numbers[2] = {child_statistics.most(), child_statistics.noise()};
+            const double numbers[2] = {child_statistics.max_magnitude(), child_statistics.noise()};
             std::memcpy(shared->data(), numbers, sizeof numbers);
           },
           [this](double share) { return report_progress(0.3 * share); }, 600);
@@ -196,7 +196,7 @@ class Loader {
     const int low = slice.padding ? slice.padding->first : 1,
               high = slice.padding ? slice.padding->second : 0;
     const std::size_t count = static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
-    int least = 0, most = 0;
+    int lowest = 0, highest = 0;
     std::uint32_t padding_count = 0;
     const auto convert = [&](auto number_of) {
       for (std::size_t i = 0; i < count; ++i) {
@@ -204,8 +204,8 @@ class Loader {
         padding_count +=
             static_cast<std::uint32_t>(stored >= low) & static_cast<std::uint32_t>(stored <= high);
         const int value = slope * stored + intercept;
-        least = std::min(least, value);
-        most = std::max(most, value);
+        lowest = std::min(lowest, value);
+        highest = std::max(highest, value);
         voxels[i] = static_cast<std::int16_t>(value);
       }
     };
@@ -216,7 +216,7 @@ class Loader {
       convert(
           [unused_bits](std::uint32_t raw) { return static_cast<int>(raw << unused_bits >> unused_bits); });
     padding = padding_count;
-    return least >= -32768 && most <= 32767;
+    return lowest >= -32768 && highest <= 32767;
   }
 
   Status read_slice(const DicomPixels& pixels, const DicomSlice& slice, std::int16_t* voxels,

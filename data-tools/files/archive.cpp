@@ -18,7 +18,7 @@ namespace trephine::data_tools {
 
 namespace {
 
-constexpr std::size_t k_most_members = 200'000;
+constexpr std::size_t k_max_members = 200'000;
 // Limit against archive bombs: largest ratio of unpacked to packed size, and bytes that are always allowed.
 constexpr std::uint64_t k_largest_ratio = 200, k_always_allowed_bytes = 256u << 20;
 
@@ -129,10 +129,10 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
     }
     member.bytes = std::make_shared<const std::string>(std::move(bytes));
     members.push_back(std::move(member));
-    if (members.size() > k_most_members)
+    if (members.size() > k_max_members)
       return Error{.what = "the archive contains too many files",
                    .where = archive_name,
-                   .found = "more than " + std::to_string(k_most_members),
+                   .found = "more than " + std::to_string(k_max_members),
                    .remedy = "unpack it and pass the folder of one patient"};
     if (progress && !progress(0.2 * static_cast<double>(archive_filter_bytes(reader.get(), -1)) /
                               static_cast<double>(std::max<std::uint64_t>(packed_bytes, 1))))

@@ -112,9 +112,9 @@ fs::path resolve_links(fs::path path) {
 
 /// Returns a file's name, or its end if the prefix would make it too long.
 std::string name_suffix(const fs::path& target) {
-  constexpr std::size_t k_most = 160;
+  constexpr std::size_t k_max = 160;
   const std::string name = target.filename().string();
-  return name.size() > k_most ? name.substr(name.size() - k_most) : name;
+  return name.size() > k_max ? name.substr(name.size() - k_max) : name;
 }
 
 /// Returns a unique path in the same folder that includes the process id. The extension stays last: writers

@@ -68,11 +68,11 @@ SharedBytes::~SharedBytes() { ::munmap(data_, bytes_); }
 
 SubprocessResult run_in_subprocess(int count, const std::function<void(int)>& work,
                                    const std::function<bool(double)>& on_progress, double seconds_per_item,
-                                   int least_items) {
+                                   int min_items) {
   using Clock = std::chrono::steady_clock;
   using End = SubprocessResult::End;
   const int processes =
-      std::clamp(std::min(static_cast<int>(std::thread::hardware_concurrency()), count / least_items), 1, 16);
+      std::clamp(std::min(static_cast<int>(std::thread::hardware_concurrency()), count / min_items), 1, 16);
   const auto shared = SharedBytes::make(sizeof(Progress) * static_cast<std::size_t>(processes));
   if (!shared) return {End::failed, -1, "not enough memory"};
   auto* progress = reinterpret_cast<Progress*>(shared->data());

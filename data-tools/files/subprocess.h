@@ -33,9 +33,9 @@ struct SubprocessResult {
 
 /// Runs work(0) to work(count - 1) in forked processes that print nothing. Their changes are lost, except in
 /// SharedBytes. `on_progress` is called in this process with the finished share; false stops the work. An
-/// item may take `seconds_per_item`; each process gets at least `least_items` items.
+/// item may take `seconds_per_item`; each process gets at least `min_items` items.
 SubprocessResult run_in_subprocess(int count, const std::function<void(int)>& work,
                                    const std::function<bool(double)>& on_progress,
-                                   double seconds_per_item = 60, int least_items = 1);
+                                   double seconds_per_item = 60, int min_items = 1);
 
 }  // namespace trephine::data_tools

@@ -69,11 +69,12 @@ inline std::string utf8_text(const std::string& text) {
 }
 
 /// Returns the first `most` names and the number of the others: "a, b and 3 more".
-inline std::string list_of(const std::vector<std::string>& names, std::size_t most = 5) {
+inline std::string list_of(const std::vector<std::string>& names, std::size_t max_count = 5) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), most); ++i)
+  for (std::size_t i = 0; i < std::min(names.size(), max_count); ++i)
     text.append(i == 0 ? "" : ", ").append(names[i]);
-  if (names.size() > most) text.append(" and ").append(std::to_string(names.size() - most)).append(" more");
+  if (names.size() > max_count)
+    text.append(" and ").append(std::to_string(names.size() - max_count)).append(" more");
   return text;
 }
 

@@ -28,9 +28,9 @@ constexpr const char* k_depth_file = "depth.json";
 constexpr const char* k_tum_file = "depth.txt";
 constexpr const char* k_schema = "trephine.depth/1";
 constexpr const char* k_world = "LPS, mm";
-constexpr double k_tum_step = 0.2;             // mm: 5000 per metre
-constexpr std::size_t k_most_pictures = 3000;  // some minutes
-constexpr std::size_t k_most_values = std::size_t{1} << 30;
+constexpr double k_tum_step = 0.2;            // mm: 5000 per metre
+constexpr std::size_t k_max_pictures = 3000;  // some minutes
+constexpr std::size_t k_max_values = std::size_t{1} << 30;
 
 std::string picture_name(std::size_t index) {
   std::string digits = std::to_string(index + 1);
@@ -90,8 +90,8 @@ Status read_depth_json(const std::string& path, DepthVideo& video, std::vector<s
   const json j = json::parse(in, nullptr, false);
   if (j.is_discarded() || !j.is_object()) return json_error("not a JSON object");
   if (!j.contains("schema") || j["schema"] != k_schema)
-    return json_error(j.contains("schema") ? "another schema" : "no schema");
-  if (j.contains("world") && j["world"] != k_world) return json_error("another world");
+    return json_error(j.contains("schema") ? "an unknown schema" : "no schema");
+  if (j.contains("world") && j["world"] != k_world) return json_error("an unknown frame in world");
   try {
     // Either all intrinsics are present or no intrinsics, which are then an option of the command line.
     const bool has_camera = j.contains("fx") || j.contains("fy") || j.contains("cx") || j.contains("cy");
@@ -170,11 +170,11 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
                  .where = is_ours ? k_depth_file : k_tum_file,
                  .expected = "focal lengths and principal point, in pixels",
                  .remedy = "pass --camera; for a Kinect --camera 525,525,319.5,239.5"};
-  if (files.empty() || files.size() > k_most_pictures)
+  if (files.empty() || files.size() > k_max_pictures)
     return Error{.what = "the number of pictures of the depth video is out of range",
                  .where = is_ours ? k_depth_file : k_tum_file,
                  .found = std::to_string(files.size()),
-                 .expected = "1 to " + std::to_string(k_most_pictures)};
+                 .expected = "1 to " + std::to_string(k_max_pictures)};
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (i > 0 && !(video.times[i] > video.times[i - 1]))
       return Error{.what = "the times of a depth video are not increasing",
@@ -184,7 +184,7 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
     if (!fs::is_regular_file(files[i], missing))
       return Error{.what = "a picture of a depth video is missing",
                    .where = file_name(files[i]),
-                   .remedy = "remove the rest from the list"};
+                   .remedy = "copy the pictures again, or remove the missing ones from the list"};
   }
   // The first picture determines the size of all.
   const auto first = SharedBytes::make(sizeof(PictureFacts));
@@ -213,7 +213,7 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
                  .remedy = "use the pictures that match its intrinsics"};
   video.width = facts.width, video.height = facts.height;
   const std::size_t area = static_cast<std::size_t>(facts.width) * static_cast<std::size_t>(facts.height);
-  if (area == 0 || area * files.size() > k_most_values)
+  if (area == 0 || area * files.size() > k_max_values)
     return too_large(area * files.size() * 2, file_name(path));
   const auto values = SharedBytes::make(area * files.size() * sizeof(float));
   const auto picture_facts = SharedBytes::make(files.size() * sizeof(PictureFacts));

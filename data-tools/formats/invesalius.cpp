@@ -19,7 +19,7 @@ namespace trephine::data_tools {
 
 namespace {
 
-constexpr std::size_t k_most_list = 64u << 20;
+constexpr std::size_t k_max_list = 64u << 20;
 
 /// Returns the value of a key in a property list: a <dict> of alternating <key> and value; null if absent.
 vtkXMLDataElement* value_of(vtkXMLDataElement* dict, const std::string& key) {
@@ -79,7 +79,7 @@ Result<OpenedVolume> open_invesalius(const std::string& path, const OpenOptions&
   vtkNew<vtkXMLDataParser> parser;
   std::string parse_errors;
   listen_to(parser, parse_errors);
-  std::istringstream text(list->bytes->substr(0, k_most_list));
+  std::istringstream text(list->bytes->substr(0, k_max_list));
   parser->SetStream(&text);
   const bool is_parsed = parser->Parse() != 0;
   vtkXMLDataElement* root = is_parsed && parse_errors.empty() ? parser->GetRootElement() : nullptr;

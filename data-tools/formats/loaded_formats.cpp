@@ -9,7 +9,7 @@ namespace trephine::data_tools {
 
 namespace {
 constexpr double k_seconds_per_item = 60;
-constexpr int k_least_items = 24;  // number of pictures read in the time of loading the library
+constexpr int k_min_items = 24;  // number of pictures read in the time of loading the library
 }  // namespace
 
 Status with_library(LoadedFormat format, int count, const std::string& where,
@@ -35,7 +35,7 @@ Status with_library(LoadedFormat format, int count, const std::string& where,
         }
         use(table, item);
       },
-      on_progress, k_seconds_per_item, k_least_items);
+      on_progress, k_seconds_per_item, k_min_items);
   if (*missing_flag->data() != 0)
     return Error{.what = is_pictures ? "the library that reads and writes pictures is not installed"
                                      : "the library that reads and writes .vdb is not installed",

@@ -258,8 +258,8 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   if (is_single_file && image->iname_offset < (version == 2 ? 544 : 352))
     return read_error("voxels that begin at byte " + std::to_string(image->iname_offset) +
                       ", within its header");
-  constexpr std::int64_t k_most = 1'000'000;
-  if (image->nx > k_most || image->ny > k_most || image->nz > k_most) return read_error("an impossible size");
+  constexpr std::int64_t k_max = 1'000'000;
+  if (image->nx > k_max || image->ny > k_max || image->nz > k_max) return read_error("an impossible size");
   const glm::ivec3 size(static_cast<int>(image->nx), static_cast<int>(image->ny),
                         static_cast<int>(image->nz));
   const bool has_no_frame = image->sform_code <= 0 && image->qform_code <= 0;

@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* k_stack_file = "stack.json";
 constexpr const char* k_kind = "trephine.stack";
-constexpr std::size_t k_most_pictures = 20'000;
+constexpr std::size_t k_max_pictures = 20'000;
 /// Limits for reading in one pass; unused pages take no memory.
 constexpr std::size_t k_small_values = 16 << 20, k_small_pages = 4096;
 
@@ -70,7 +70,7 @@ std::vector<std::string> find_pictures(const std::string& folder) {
     else if (name.front() != '.' && name != "Thumbs.db" && !has_extension(name, ".json") &&
              !has_extension(name, ".txt"))
       return {};
-    if (names.size() > k_most_pictures) return {};
+    if (names.size() > k_max_pictures) return {};
   }
   std::sort(names.begin(), names.end(), comes_before);
   return names;

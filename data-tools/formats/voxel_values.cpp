@@ -11,8 +11,8 @@ namespace trephine::data_tools {
 namespace {
 
 constexpr std::size_t k_part = 1 << 16;
-constexpr std::size_t k_most_differences = 1 << 18;  // enough for a median
-constexpr double k_most_voxel = 32700;               // leaves a margin for overshoot of interpolation
+constexpr std::size_t k_max_differences = 1 << 18;  // enough for a median
+constexpr double k_max_voxel = 32700;               // leaves a margin for overshoot of interpolation
 
 /// Calls visit(first, values) for all values in order until it returns false.
 template <class Visit>
@@ -29,10 +29,10 @@ void for_all(std::size_t count, const ValueReader& values, const Visit& visit) {
 
 void ValueStatistics::add(std::span<const double> values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
-    most_ = std::max(most_, std::abs(values[i]));
+    max_magnitude_ = std::max(max_magnitude_, std::abs(values[i]));
     if (i + 1 == values.size() || values[i] == values[i + 1] || ++difference_count_ % stride_ != 0) continue;
     differences_.push_back(std::abs(values[i + 1] - values[i]));
-    if (differences_.size() < k_most_differences) continue;
+    if (differences_.size() < k_max_differences) continue;
     for (std::size_t k = 0; 2 * k < differences_.size(); ++k) differences_[k] = differences_[2 * k];
     differences_.resize((differences_.size() + 1) / 2);
     stride_ *= 2;
@@ -51,9 +51,9 @@ double ValueStatistics::noise() const {
 ValueStep step_for(const ValueStatistics& statistics) {
   // Prefer whole units.
   const double noise = statistics.noise();
-  if (statistics.most() <= k_most_voxel && noise >= 1) return {1, true};
+  if (statistics.max_magnitude() <= k_max_voxel && noise >= 1) return {1, true};
   // Two digits, rounded up, so that the notice states the exact value.
-  double step = statistics.most() > 0 ? statistics.most() / k_most_voxel : 1;
+  double step = statistics.max_magnitude() > 0 ? statistics.max_magnitude() / k_max_voxel : 1;
   const double digit = std::pow(10, std::floor(std::log10(step)) - 1);
   if (digit > 0) step = std::strtod(short_number(std::ceil(step / digit) * digit).c_str(), nullptr);
   return {step, step <= noise};
@@ -62,7 +62,7 @@ ValueStep step_for(const ValueStatistics& statistics) {
 Error too_coarse(const std::string& where, const ValueStatistics& statistics) {
   return Error{.what = "rounding to 16 bits would exceed the noise of the values",
                .where = where,
-               .found = "values up to " + short_number(statistics.most()) + ", noise of " +
+               .found = "values up to " + short_number(statistics.max_magnitude()) + ", noise of " +
                         short_number(statistics.noise()),
                .expected = "a step of at most " + short_number(statistics.noise()),
                .remedy = "accept a coarser step: --scale " + short_number(step_for(statistics).step)};
@@ -108,13 +108,13 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
                  .found = short_number(value_step.step),
                  .expected = "above 0"};
   if (has_fractions && !value_step.is_finer_than_noise) return too_coarse(where, statistics);
-  if (statistics.most() / value_step.step > 32767 || (!scale && !has_fractions))
+  if (statistics.max_magnitude() / value_step.step > 32767 || (!scale && !has_fractions))
     return Error{.what = "a value does not fit into 16 bits",
                  .where = where,
-                 .found = short_number(statistics.most()),
+                 .found = short_number(statistics.max_magnitude()),
                  .expected = scale ? "at most " + short_number(32767 * value_step.step) : "-32768 to 32767",
                  .remedy = "read it with a coarser step, such as --scale " +
-                           short_number(std::ceil(statistics.most() / 32767 * 100) / 100)};
+                           short_number(std::ceil(statistics.max_magnitude() / 32767 * 100) / 100)};
   for_all(count, values, [&](std::size_t first, std::span<const double> part) {
     for (std::size_t i = 0; i < part.size(); ++i)
       voxels[first + i] = static_cast<std::int16_t>(std::floor(part[i] / value_step.step + 0.5));
@@ -135,18 +135,18 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
 
 std::string guess_hounsfield(volume::Volume& volume) {
   // Characteristic of CT: much air, and most of the values below water are air.
-  std::size_t air = 0, below = 0, least_count = 0;
+  std::size_t air = 0, below = 0, lowest_count = 0;
   std::int16_t least = 32767;
   for (const std::int16_t v : volume.voxels.span()) {
     air += v >= -1100 && v <= -900;
     below += v < -200;
-    if (v < least) least = v, least_count = 0;
-    least_count += v == least;
+    if (v < least) least = v, lowest_count = 0;
+    lowest_count += v == least;
   }
   // One value far below air in many voxels is padding outside the field of view (-2000, -3024, ...).
   const std::size_t count = std::max<std::size_t>(volume.voxels.size(), 1);
-  const bool has_padding = least < -1100 && 200 * least_count >= count;
-  const std::size_t padding = has_padding ? least_count : 0;
+  const bool has_padding = least < -1100 && 200 * lowest_count >= count;
+  const std::size_t padding = has_padding ? lowest_count : 0;
   const double share = static_cast<double>(air) / static_cast<double>(count);
   volume.is_hounsfield = share >= 0.01 && 2 * air >= below - padding;
   if (!volume.is_hounsfield) return "";

@@ -27,13 +27,13 @@ class ValueStatistics {
  public:
   ValueStatistics() = default;
   /// Creates statistics that were collected elsewhere.
-  ValueStatistics(double most, double noise) : most_(most), known_noise_(noise) {}
+  ValueStatistics(double max_magnitude, double noise) : max_magnitude_(max_magnitude), known_noise_(noise) {}
   void add(std::span<const double> values);
-  double most() const noexcept { return most_; }  ///< largest absolute value
-  double noise() const;                           ///< sigma; 0 if there are too few differences
+  double max_magnitude() const noexcept { return max_magnitude_; }  ///< largest absolute value
+  double noise() const;  ///< sigma; 0 if there are too few differences
 
  private:
-  double most_ = 0;
+  double max_magnitude_ = 0;
   std::optional<double> known_noise_;
   std::vector<double> differences_;
   std::size_t difference_count_ = 0, stride_ = 1;  ///< every stride_-th difference is kept

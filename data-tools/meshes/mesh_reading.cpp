@@ -71,7 +71,7 @@ Status check_corners(vtkPolyData* raw, const std::string& name) {
                        .where = name,
                        .found = std::to_string(ids[k]),
                        .expected = "0 to " + std::to_string(count - 1),
-                       .remedy = "the file is damaged"};
+                       .remedy = "copy or export the file again"};
     }
   }
   return std::nullopt;
@@ -81,9 +81,9 @@ Status check_corners(vtkPolyData* raw, const std::string& name) {
 /// "SPACE=RAS" into the comments or the first lines of its models.
 std::string frame_in_comments(const std::string& path) {
   // The whole header of a .ply file; the description at the beginning of other formats.
-  constexpr std::size_t k_most = 1 << 16, k_description = 600;
+  constexpr std::size_t k_max = 1 << 16, k_description = 600;
   std::ifstream file(path, std::ios::binary);
-  std::string header(k_most, '\0');
+  std::string header(k_max, '\0');
   file.read(header.data(), static_cast<std::streamsize>(header.size()));
   header.resize(static_cast<std::size_t>(file.gcount()));
   const std::size_t end = header.find("end_header");

@@ -179,7 +179,7 @@ Result<PolygonModel> read_ply(const std::string& text, const std::string& name) 
                          .where = name,
                          .found = std::to_string(corner),
                          .expected = "a number below " + std::to_string(model.vertices.size()),
-                         .remedy = "the file is damaged"};
+                         .remedy = "copy or export the file again"};
         if (is_strip) {
           add_strips();
           continue;

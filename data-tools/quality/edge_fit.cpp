@@ -23,7 +23,7 @@ dvec3 gradient_at(const Volume& v, const glm::ivec3& at) {
   return v.frame.gradient_world_from_volume(slope);
 }
 
-double share_of(std::vector<double> values, double share) {
+double quantile(std::vector<double> values, double share) {
   const auto at =
       values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
@@ -65,14 +65,14 @@ EdgeFit::EdgeFit(const Volume& v, const glm::ivec3& at, double in_plane, const d
         offsets_.push_back(offset);
         values_.push_back(v.voxels[v.index(p.x, p.y, p.z)]);
       }
-  if (offsets_.size() < k_least_voxels) return;
-  initial_.outside = share_of(values_, 0.05);
-  initial_.step = share_of(values_, 0.95) - initial_.outside;
+  if (offsets_.size() < k_min_voxels) return;
+  initial_.outside = quantile(values_, 0.05);
+  initial_.step = quantile(values_, 0.95) - initial_.outside;
   initial_.sigma = 0.8 * voxel;
 }
 
-EdgeFit::Fit EdgeFit::run(double noise, double least_step, Edge& edge) const {
-  if (offsets_.size() < k_least_voxels || !(initial_.step > least_step)) return Fit::none;
+EdgeFit::Fit EdgeFit::run(double noise, double min_step, Edge& edge) const {
+  if (offsets_.size() < k_min_voxels || !(initial_.step > min_step)) return Fit::none;
   edge = initial_;
   // Levenberg-Marquardt iteration.
   double damping = 1e-3, error = squares(edge);
@@ -102,7 +102,7 @@ EdgeFit::Fit EdgeFit::run(double noise, double least_step, Edge& edge) const {
     }
   }
   const double residual = std::sqrt(error / static_cast<double>(offsets_.size()));
-  if (!(edge.step > least_step) || residual > 2 * noise + 0.06 * edge.step) return Fit::none;
+  if (!(edge.step > min_step) || residual > 2 * noise + 0.06 * edge.step) return Fit::none;
   const bool is_clean =
       residual < 1.25 * noise + 0.012 * edge.step && is_level(edge, -1, noise) && is_level(edge, 1, noise);
   return is_clean ? Fit::clean : Fit::rough;

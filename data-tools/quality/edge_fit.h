@@ -13,7 +13,7 @@ namespace trephine::data_tools {
 /// Returns the gradient in the world frame, per mm: central differences of the neighbouring voxels.
 glm::dvec3 gradient_at(const volume::Volume& v, const glm::ivec3& at);
 /// Returns the quantile: the value below which `share` (0 to 1) of the values are.
-double share_of(std::vector<double> values, double share);
+double quantile(std::vector<double> values, double share);
 
 /// A blurred edge through a patch of voxels: outside + step * Phi(distance / sigma), where Phi is the normal
 /// integral and distance is measured from the edge along its normal. The edge may be curved like a sphere.
@@ -38,13 +38,13 @@ class EdgeFit {
           double slice_step);
   /// Quality of a fit: rough if residuals or uneven sides exceed what noise explains.
   enum class Fit { none, rough, clean };
-  /// Fits one edge of at least `least_step` and rates the fit; `noise` is a sigma, both as intensities.
-  Fit run(double noise, double least_step, Edge& edge) const;
+  /// Fits one edge of at least `min_step` and rates the fit; `noise` is a sigma, both as intensities.
+  Fit run(double noise, double min_step, Edge& edge) const;
   /// Returns every seventh voxel as distance from the edge (mm) and share of its step.
   std::vector<ScanQuality::EdgePoint> superimposed_points(const Edge& edge) const;
 
  private:
-  static constexpr std::size_t k_unknowns = 7, k_least_voxels = 30;
+  static constexpr std::size_t k_unknowns = 7, k_min_voxels = 30;
   using System = std::array<std::array<double, k_unknowns + 1>, k_unknowns>;
   using Unknowns = std::array<double, k_unknowns>;
   /// Returns true if one side of the edge (-1 or 1) is sampled and as even as noise permits. Layers below the

@@ -94,10 +94,10 @@ std::optional<double> measure_noise(const Volume& v) {
       deviations.end());
   const double typical = mode(deviations);
   // In a small scan most blocks may contain an edge: then only the most uniform ones are noise.
-  const double most_uniform = share_of(deviations, 0.05);
-  if (typical <= 2 * most_uniform) return typical;
+  const double smallest_deviation = quantile(deviations, 0.05);
+  if (typical <= 2 * smallest_deviation) return typical;
   deviations.erase(std::remove_if(deviations.begin(), deviations.end(),
-                                  [most_uniform](double d) { return d > 1.5 * most_uniform; }),
+                                  [smallest_deviation](double d) { return d > 1.5 * smallest_deviation; }),
                    deviations.end());
   return median(std::move(deviations));
 }
@@ -116,9 +116,9 @@ double linear_at(const Volume& v, const dvec3& p) {
 }
 
 /// Returns the thickness, mm, of the shape below a surface voxel along the inward normal; empty if that line
-/// reaches the border of the scan or the wall is thicker than `most` mm.
+/// reaches the border of the scan or the wall is thicker than `max_thickness` mm.
 std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, const glm::ivec3& at,
-                                 double most) {
+                                 double max_thickness) {
   const dvec3 normal_world = gradient_at(v, at);
   if (!(glm::length(normal_world) > 0)) return std::nullopt;
   const dvec3 inward = v.frame.vector_volume_from_world(glm::normalize(normal_world));  // voxels per mm
@@ -135,7 +135,7 @@ std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, co
   while (g(begin += step) < 0)
     if (begin > 1) return std::nullopt;
   const double outside = crossing(begin);
-  for (double end = begin; end - outside < most; end += step) {
+  for (double end = begin; end - outside < max_thickness; end += step) {
     const dvec3 p = dvec3(at) + end * inward;
     for (int a = 0; a < 3; ++a)
       if (p[a] < 1 || p[a] > v.size[a] - 2) return std::nullopt;
@@ -160,11 +160,11 @@ class Survey {
   std::array<std::vector<ScanQuality::EdgePoint>, kinds> edge_points;
   std::vector<double> walls, insides, outsides;  ///< of the shape: thickness (mm), intensities of both sides
 
-  Survey(const Volume& v, const volume::Shape& shape, double noise, double least_step)
+  Survey(const Volume& v, const volume::Shape& shape, double noise, double min_step)
       : v_(&v),
         shape_(&shape),
         noise_(noise),
-        least_step_(least_step),
+        min_step_(min_step),
         in_plane_(std::max(v.frame.spacing().x, v.frame.spacing().y)) {
     VoxelSampler sampler(v.size, 2);
     for (int i = 0; sampler.is_possible() && i < k_tries; ++i) {
@@ -175,10 +175,10 @@ class Survey {
   }
 
  private:
-  static constexpr int k_tries = 400'000, k_most_fits = 2000;
-  static constexpr std::size_t k_wanted = 150, k_batch = 48, k_most_walls = 1500, k_most_points = 3000;
-  static constexpr double k_most_in_plane = 0.35, k_least_across = 0.9;  // cosines of edge and slice normal
-  static constexpr double k_skin = -500;                                 // HU
+  static constexpr int k_tries = 400'000, k_max_fits = 2000;
+  static constexpr std::size_t k_wanted = 150, k_batch = 48, k_max_walls = 1500, k_max_points = 3000;
+  static constexpr double k_max_in_plane = 0.35, k_min_across = 0.9;  // cosines of edge and slice normal
+  static constexpr double k_skin = -500;                              // HU
   struct Candidate {
     glm::ivec3 at;
     Kind kind;
@@ -201,9 +201,9 @@ class Survey {
     for (const Kind kind : {shape_edge, skin_edge}) {
       if (kind == skin_edge && !v_->is_hounsfield) continue;
       if (!is_edge(p, kind == shape_edge ? shape_->low : k_skin)) continue;
-      if (kind == shape_edge && walls.size() < k_most_walls)
+      if (kind == shape_edge && walls.size() < k_max_walls)
         if (const auto wall = wall_below(*v_, *shape_, p, 30)) walls.push_back(*wall);
-      if (fits_[kind] >= k_most_fits || std::min(along[kind].size(), across[kind].size()) >= k_wanted)
+      if (fits_[kind] >= k_max_fits || std::min(along[kind].size(), across[kind].size()) >= k_wanted)
         continue;
       ++fits_[kind];
       batch_.push_back({p, kind});
@@ -214,7 +214,7 @@ class Survey {
     parallel_for(static_cast<int>(batch_.size()), 0, [this](int i) {
       Candidate& candidate = batch_[static_cast<std::size_t>(i)];
       const EdgeFit fit(*v_, candidate.at, in_plane_, slice_normal(*v_), slice_step(*v_));
-      candidate.found = fit.run(noise_, least_step_, candidate.edge);
+      candidate.found = fit.run(noise_, min_step_, candidate.edge);
       if (candidate.found != EdgeFit::Fit::none) candidate.points = fit.superimposed_points(candidate.edge);
     });
     for (const Candidate& candidate : batch_)
@@ -226,21 +226,21 @@ class Survey {
     const Kind kind = candidate.found == EdgeFit::Fit::rough ? rough : candidate.kind;
     // An edge that is sharper than voxels allow is synthetic, not scanned; an edge that hardly exceeds the
     // threshold does not belong to the shape. Shares of a voxel, and of the edge's step.
-    constexpr double k_least_sigma = 0.27, k_clearance = 0.15;
+    constexpr double k_min_sigma = 0.27, k_clearance = 0.15;
     const double height = edge.outside + edge.step - k_clearance * edge.step;
-    if (edge.sigma < k_least_sigma * in_plane_ || (kind == shape_edge && height < shape_->low)) return;
+    if (edge.sigma < k_min_sigma * in_plane_ || (kind == shape_edge && height < shape_->low)) return;
     const double cosine = std::abs(glm::dot(edge.normal, slice_normal(*v_)));
     const FittedEdge fitted{cosine * cosine, edge.sigma * edge.sigma};
-    if (cosine < k_most_in_plane) along[kind].push_back(fitted);
-    if (cosine > k_least_across) across[kind].push_back(fitted);
+    if (cosine < k_max_in_plane) along[kind].push_back(fitted);
+    if (cosine > k_min_across) across[kind].push_back(fitted);
     if (kind == shape_edge) insides.push_back(edge.outside + edge.step), outsides.push_back(edge.outside);
-    if (cosine < k_most_in_plane && edge_points[kind].size() < k_most_points)
+    if (cosine < k_max_in_plane && edge_points[kind].size() < k_max_points)
       edge_points[kind].insert(edge_points[kind].end(), candidate.points.begin(), candidate.points.end());
   }
 
   const Volume* v_;
   const volume::Shape* shape_;
-  double noise_, least_step_, in_plane_;
+  double noise_, min_step_, in_plane_;
   std::array<int, kinds> fits_{};
   std::vector<Candidate> batch_;
 };
@@ -298,8 +298,8 @@ void set_resolution(double low, ScanQuality& quality) {
     }
     return thick;
   };
-  quality.least_wall = least((low + 3 * noise - quality.outside) / height);
-  quality.least_gap = least((quality.inside - low + 3 * noise) / height);
+  quality.min_wall = least((low + 3 * noise - quality.outside) / height);
+  quality.min_gap = least((quality.inside - low + 3 * noise) / height);
 }
 
 }  // namespace
@@ -321,16 +321,16 @@ ScanQuality scan_quality(const Volume& v, const volume::Shape& shape) {
       outside.push_back(value);
   }
   if (inside.size() < 20) return quality;
-  quality.inside = share_of(inside, 0.75);
+  quality.inside = quantile(inside, 0.75);
   quality.outside = outside.size() < 20 ? (v.is_hounsfield ? -1000 : 0) : median(outside);
 
   const double noise = quality.noise.value_or(0),
-               least_step = std::max(20 * noise, 0.15 * std::abs(quality.inside - quality.outside));
-  const Survey survey(v, shape, noise, least_step);
+               min_step = std::max(20 * noise, 0.15 * std::abs(quality.inside - quality.outside));
+  const Survey survey(v, shape, noise, min_step);
   measure_blur(survey, quality);
   for (const auto& points : survey.edge_points)
     if (quality.edge.size() < 200) quality.edge.insert(quality.edge.end(), points.begin(), points.end());
-  if (survey.walls.size() >= 100) quality.thinnest = share_of(survey.walls, 0.02);
+  if (survey.walls.size() >= 100) quality.thinnest = quantile(survey.walls, 0.02);
   if (survey.insides.size() >= k_enough)
     quality.inside = median(survey.insides), quality.outside = median(survey.outsides);
   set_resolution(shape.low, quality);

@@ -21,7 +21,7 @@ struct ScanQuality {
   std::optional<double> thinnest;  ///< mm; 2 % of the measured walls of the shape are thinner
   /// Thinnest wall that is still touched without holes, and narrowest gap that is still open, mm, within
   /// slices; finer ones are lost in blur and noise.
-  std::optional<double> least_wall, least_gap;
+  std::optional<double> min_wall, min_gap;
   /// Sample of the superimposed edges: distance from the edge (mm), share of the step from outside to inside.
   struct EdgePoint {
     double place, share;

@@ -39,15 +39,15 @@ struct LomiRest {
 // `inside(p)` returns true if p (mm) is in matter, by the nearest pixels or smoothly between them. No
 // function here allocates.
 
-inline constexpr int k_most_steps = 4096;  ///< queries along a motion; a longer one is sampled more coarsely
-inline constexpr int k_most_voxels = 31;   ///< along an edge of the map
+inline constexpr int k_max_steps = 4096;  ///< queries along a motion; a longer one is sampled more coarsely
+inline constexpr int k_max_voxels = 31;   ///< along an edge of the map
 
 /// Finds the last free position of a motion in steps of the resolution. Returns false if all of it is free.
 template <class Inside>
 bool preliminary_collision(const glm::dvec3& from, const glm::dvec3& hip, double resolution,
                            const Inside& inside, LomiRest& rest) noexcept {
   const double length = glm::length(hip - from);
-  const int steps = static_cast<int>(std::clamp(std::ceil(length / resolution), 1.0, 1.0 * k_most_steps));
+  const int steps = static_cast<int>(std::clamp(std::ceil(length / resolution), 1.0, 1.0 * k_max_steps));
   rest.before = from;
   for (int i = 1; i <= steps; ++i) {
     const glm::dvec3 p = from + (static_cast<double>(i) / steps) * (hip - from);
@@ -64,7 +64,7 @@ template <class Inside>
 glm::dvec3 walk_abstract_lomi(const glm::dvec3& middle, const glm::dvec3& hip, const LomiOptions& options,
                               const Inside& inside, LomiRest& rest) noexcept {
   const int reach = options.voxels / 2;
-  std::array<glm::ivec3, 2 * k_most_voxels> visited;
+  std::array<glm::ivec3, 2 * k_max_voxels> visited;
   int count = 0;
   const auto position_of = [&](const glm::ivec3& v) { return middle + options.resolution * glm::dvec3(v); };
   const auto is_queried = [&](const glm::ivec3& v, int visited_count) {
@@ -102,7 +102,7 @@ template <class Inside>
 glm::dvec3 search_physical_lomi(const glm::dvec3& middle, const glm::dvec3& hip, const LomiOptions& options,
                                 const Inside& inside, LomiRest& rest) noexcept {
   enum Type : std::uint8_t { free_space, surface, interior };
-  constexpr std::size_t k_cells = static_cast<std::size_t>(k_most_voxels) * k_most_voxels * k_most_voxels;
+  constexpr std::size_t k_cells = static_cast<std::size_t>(k_max_voxels) * k_max_voxels * k_max_voxels;
   std::array<std::uint8_t, (k_cells + 3) / 4> map;  // two bits per voxel
   const int n = options.voxels, reach = n / 2;
   const auto index = [n](int x, int y, int z) { return static_cast<std::size_t>(x + n * (y + n * z)); };

@@ -92,9 +92,9 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
   if (is_rubbing) {
     const Material& material = material_of(scene, result.shape, result.side);
     const dvec3 slid = rest.before - rest.place;
-    const double most = material.dynamic_friction * glm::distance(rest.place, input.hip_world);
+    const double max_slide = material.dynamic_friction * glm::distance(rest.place, input.hip_world);
     const double length = glm::length(slid);
-    if (length > 0) result.proxy_world += std::min(1.0, most / length) * slid;
+    if (length > 0) result.proxy_world += std::min(1.0, max_slide / length) * slid;
   }
   return result;
 }

@@ -243,8 +243,8 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
       return bad("unknown mover", std::to_string(mover), "-1, or 0 to 7");
-    if (haptics::item_count(scene->touch) >= haptics::ShapeSet::k_most)
-      return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_most + 1), "128");
+    if (haptics::item_count(scene->touch) >= haptics::ShapeSet::k_max)
+      return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_max + 1), "128");
     auto tree = copy_mesh(vertices, vertex_count, triangles, triangle_count);
     if (!tree) return tree.error();
     scene->touch.items.push_back(haptics::mesh_item(name ? name : "", std::move(tree).value()));

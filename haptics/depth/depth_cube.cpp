@@ -117,10 +117,10 @@ struct Needed {
 
 /// Sides of the lattice beyond which a point is, one bit each.
 enum Beyond : std::uint8_t { beyond_x = 3, beyond_y = 12, beyond_z = 48 };
-std::uint8_t beyond(const dvec3& p, const dvec3& most) noexcept {
+std::uint8_t beyond(const dvec3& p, const dvec3& high) noexcept {
   int bits = 0;
   for (int axis = 0; axis < 3; ++axis)
-    bits |= (p[axis] < -0.5) << (2 * axis) | (p[axis] > most[axis]) << (2 * axis + 1);
+    bits |= (p[axis] < -0.5) << (2 * axis) | (p[axis] > high[axis]) << (2 * axis + 1);
   return static_cast<std::uint8_t>(bits);
 }
 
@@ -155,11 +155,11 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
                                           const volume::Frame& frame, const ivec3& size, int threads,
                                           std::vector<std::uint32_t>* met_triangles) {
   for (int axis = 0; axis < 3; ++axis)
-    if (size[axis] < 2 || size[axis] > k_most)
+    if (size[axis] < 2 || size[axis] > k_max)
       return Error{.what = "depth images are too small or too large",
                    .where = "pixels",
                    .found = std::to_string(size[axis]),
-                   .expected = "2 to " + std::to_string(k_most),
+                   .expected = "2 to " + std::to_string(k_max),
                    .remedy = "choose another resolution"};
   DepthCube cube;
   cube.frame_ = frame, cube.size_ = size;
@@ -173,9 +173,9 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
   };
   std::vector<std::uint8_t> beyonds(corners.size());
   std::atomic<std::size_t> too_far{corners.size()};
-  for_corners([&, most = dvec3(size) - 0.5](std::size_t i) {
+  for_corners([&, high = dvec3(size) - 0.5](std::size_t i) {
     const dvec3 p = position_of(i);
-    beyonds[i] = beyond(p, most);
+    beyonds[i] = beyond(p, high);
     if (std::abs(p.x) < k_farthest && std::abs(p.y) < k_farthest && std::abs(p.z) < k_farthest) return;
     for (std::size_t first = too_far; i < first && !too_far.compare_exchange_weak(first, i);) {}
   });
@@ -308,11 +308,11 @@ Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume:
   DepthCube cube;
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t pixels = static_cast<std::int64_t>(rays[axis]) * (size[axis] + 1) + 1;
-    if (rays[axis] < 1 || pixels > k_most)
+    if (rays[axis] < 1 || pixels > k_max)
       return Error{.what = "depth images are too large",
                    .where = "pixels",
                    .found = std::to_string(pixels),
-                   .expected = "at most " + std::to_string(k_most),
+                   .expected = "at most " + std::to_string(k_max),
                    .remedy = "choose a coarser resolution"};
     cube.size_[axis] = static_cast<int>(pixels);
   }
@@ -434,7 +434,7 @@ ivec3 rays_per_voxel(const volume::Volume& volume, double pixel_mm) noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     const int wanted =
         static_cast<int>(std::ceil(std::min(volume.frame.spacing()[axis] / pixel_mm, 1e4) - 1e-9));
-    rays[axis] = std::clamp(std::min(wanted, (DepthCube::k_most - 1) / (volume.size[axis] + 1)), 1, 1 << 10);
+    rays[axis] = std::clamp(std::min(wanted, (DepthCube::k_max - 1) / (volume.size[axis] + 1)), 1, 1 << 10);
   }
   return rays;
 }
@@ -453,11 +453,11 @@ Result<volume::Frame> lattice_around(const dvec3& low, const dvec3& high, double
                    .found = "nothing",
                    .expected = "triangles"};
     const double pixels = std::ceil(wide[axis] / pixel_mm) + 3;
-    if (!(pixels <= DepthCube::k_most))
+    if (!(pixels <= DepthCube::k_max))
       return Error{.what = "depth images of this resolution are too large",
                    .where = "resolution",
                    .found = std::to_string(pixel_mm) + " mm",
-                   .expected = "at most " + std::to_string(DepthCube::k_most) + " pixels along an edge",
+                   .expected = "at most " + std::to_string(DepthCube::k_max) + " pixels along an edge",
                    .remedy = "choose a coarser resolution"};
     size[axis] = static_cast<int>(pixels);
   }

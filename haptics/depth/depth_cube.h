@@ -47,7 +47,7 @@ struct ModelCorners {
 /// complete lines, so that a lattice inside matter is handled as well.
 class DepthCube {
  public:
-  static constexpr int k_most = 2048;  ///< pixels along an edge
+  static constexpr int k_max = 2048;  ///< pixels along an edge
 
   /// Builds from triangles that face outward counter-clockwise, in the frame of `frame`. Matter is where the
   /// winding number is not 0. Corners are rounded to 2^-14 of a pixel across the rays, and the triangles that

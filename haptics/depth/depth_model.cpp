@@ -111,11 +111,11 @@ Status DepthModel::check(double pixel) const {
                  .expected = "a closed surface that encloses a volume",
                  .remedy = "use method mesh"};
   const dvec3 wide = high_ - low_;
-  constexpr double k_most = 10'000;  // pixels
+  constexpr double k_max = 10'000;  // pixels
   const double widest = std::max({wide.x, wide.y, wide.z, std::abs(low_.x), std::abs(high_.x),
                                   std::abs(low_.y), std::abs(high_.y), std::abs(low_.z), std::abs(high_.z)});
-  if (!(pixel > 0) || !(widest / pixel <= k_most * 100) ||
-      !(std::max({wide.x, wide.y, wide.z}) / pixel <= k_most))
+  if (!(pixel > 0) || !(widest / pixel <= k_max * 100) ||
+      !(std::max({wide.x, wide.y, wide.z}) / pixel <= k_max))
     return Error{.what = "the model is too large for this pixel size",
                  .where = "model",
                  .found = std::to_string(widest / pixel) + " pixels",
@@ -161,7 +161,7 @@ double DepthModel::next_motion_change(double time) const noexcept {
   return is_moving(time) ? keys_.beat * (std::floor(std::max(0.0, time) / keys_.beat) + 1) : 1e300;
 }
 
-std::shared_ptr<const MeshTree> DepthModel::look(double time) const {
+std::shared_ptr<const MeshTree> DepthModel::surface_at(double time) const {
   if (trees_.empty()) return nullptr;
   const Between at = between(time);
   return trees_[at.share < 0.5 ? at.before : at.after];
@@ -181,8 +181,8 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
   auto cube = DepthCube::of_triangles(current, keys_.triangles, frame.value(), size, threads, &met_triangles);
   if (!cube) return cube.error();
   DepthSet set = set_of(view, DepthNet(std::move(cube).value()));
-  set.goes_on = is_moving(view.time);
-  if (!set.goes_on) return set;
+  set.has_successor = is_moving(view.time);
+  if (!set.has_successor) return set;
   const ModelCorners next = corners(view.time + view.interval);
   // Triangles near the touch, or all triangles if there is no near one.
   std::vector<MovingPlacement> samples;
@@ -191,8 +191,8 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
     const dvec3 low = view.touch - around, high = view.touch + around;
     for (const std::uint32_t i : met_triangles) {
       const dvec3 a = current[t[i]], b = current[t[i + 1]], c = current[t[i + 2]];
-      const dvec3 least = glm::min(glm::min(a, b), c), most = glm::max(glm::max(a, b), c);
-      if (glm::any(glm::greaterThan(least, high)) || glm::any(glm::lessThan(most, low))) continue;
+      const dvec3 lowest = glm::min(glm::min(a, b), c), highest = glm::max(glm::max(a, b), c);
+      if (glm::any(glm::greaterThan(lowest, high)) || glm::any(glm::lessThan(highest, low))) continue;
       const dvec3 across = glm::cross(b - a, c - a);
       const double doubled = glm::length(across);
       if (!(doubled > 0)) continue;

@@ -35,7 +35,7 @@ class DepthModel final : public DepthSource {
   void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
   std::uint64_t hash() const noexcept override { return hash_; }
   /// Returns the nearest key.
-  std::shared_ptr<const MeshTree> look(double time) const override;
+  std::shared_ptr<const MeshTree> surface_at(double time) const override;
 
   const ModelKeys& keys() const noexcept { return keys_; }
   /// Returns the corners at a time (s).

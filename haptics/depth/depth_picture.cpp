@@ -21,19 +21,19 @@ PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& 
   result.first = ivec2(0), result.last = ivec2(c.width - 1, c.height - 1);
   if (high.z <= 0) result.last = ivec2(-1);
   if (low.z > 0) {
-    dvec2 least(1e300), most(-1e300);
+    dvec2 lowest(1e300), highest(-1e300);
     for (int k = 0; k < 8; ++k) {
       const dvec3 p(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z);
       const dvec2 at(c.fx * p.x / p.z + c.cx, c.fy * p.y / p.z + c.cy);
-      least = glm::min(least, at), most = glm::max(most, at);
+      lowest = glm::min(lowest, at), highest = glm::max(highest, at);
     }
     const auto within = [](double value, int count) {
       return static_cast<int>(std::clamp(value, -1.0, 1.0 * count));
     };
-    result.first = glm::max(result.first, ivec2(within(std::floor(least.x) - 1, c.width),
-                                                within(std::floor(least.y) - 1, c.height)));
-    result.last = glm::min(
-        result.last, ivec2(within(std::ceil(most.x) + 1, c.width), within(std::ceil(most.y) + 1, c.height)));
+    result.first = glm::max(result.first, ivec2(within(std::floor(lowest.x) - 1, c.width),
+                                                within(std::floor(lowest.y) - 1, c.height)));
+    result.last = glm::min(result.last, ivec2(within(std::ceil(highest.x) + 1, c.width),
+                                              within(std::ceil(highest.y) + 1, c.height)));
   }
   // Beyond the whole clip volume, so that outlines without a background are walls too.
   const double background = std::max(0.0, high.z) + beyond;
@@ -54,9 +54,9 @@ PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& 
     const std::vector<dvec3>& above = rows[(j - 1) & 1];
     for (std::size_t i = 0; i + 1 < static_cast<std::size_t>(columns); ++i) {
       const std::array<dvec3, 4> corners{above[i], points[i], points[i + 1], above[i + 1]};
-      const dvec3 least = glm::min(glm::min(corners[0], corners[1]), glm::min(corners[2], corners[3])),
-                  most = glm::max(glm::max(corners[0], corners[1]), glm::max(corners[2], corners[3]));
-      if (glm::any(glm::greaterThan(least, high)) || glm::any(glm::lessThan(most, low))) continue;
+      const dvec3 lowest = glm::min(glm::min(corners[0], corners[1]), glm::min(corners[2], corners[3])),
+                  highest = glm::max(glm::max(corners[0], corners[1]), glm::max(corners[2], corners[3]));
+      if (glm::any(glm::greaterThan(lowest, high)) || glm::any(glm::lessThan(highest, low))) continue;
       const auto number = [&](int row, std::size_t column, const dvec3& p) {
         std::uint32_t& known = numbers[row & 1][column];
         if (known == k_none) {

@@ -14,12 +14,12 @@ using glm::ivec3;
 
 Result<volume::Frame> DepthView::lattice(ivec3& size) const {
   const auto is_length = [](double mm) { return mm > 0 && std::isfinite(mm); };
-  if (!is_length(pixel) || !is_length(edge) || !(edge / pixel <= DepthCube::k_most - 1))
-    return Error{.what = "the size of depth images is out of range",
-                 .where = "clip volume",
-                 .found = std::to_string(edge) + " mm in pixels of " + std::to_string(pixel) + " mm",
-                 .expected = "lengths, and at most " + std::to_string(DepthCube::k_most - 1) +
-                             " pixels along an edge"};
+  if (!is_length(pixel) || !is_length(edge) || !(edge / pixel <= DepthCube::k_max - 1))
+    return Error{
+        .what = "the size of depth images is out of range",
+        .where = "clip volume",
+        .found = std::to_string(edge) + " mm in pixels of " + std::to_string(pixel) + " mm",
+        .expected = "lengths, and at most " + std::to_string(DepthCube::k_max - 1) + " pixels along an edge"};
   constexpr double k_farthest = 1e6;  // pixels
   dvec3 first;
   for (int axis = 0; axis < 3; ++axis) {

@@ -51,7 +51,7 @@ struct DepthSet {
   std::shared_ptr<const MeshTree> tree;  ///< surface within the clip volume, without its border
   glm::dvec3 low{0.0}, high{0.0};        ///< mm, box in which the surface is known
   DepthMotion motion;
-  bool goes_on = false;         ///< the object changes later, and a new set is due
+  bool has_successor = false;   ///< the object changes later, and a new set is due
   Placement extrapolated = {};  ///< displacement that the previous set predicted for `view.time`
   double slack_before = 0;      ///< mm, `slack` of the previous set
   double slack = 0;             ///< mm, largest error of `motion` when the next set is due
@@ -101,7 +101,7 @@ class DepthSource {
   /// Returns a hash of all its data.
   virtual std::uint64_t hash() const noexcept = 0;
   /// Returns the surface to display at a time (s), own frame; null: the item's own.
-  virtual std::shared_ptr<const MeshTree> look(double /*time*/) const { return nullptr; }
+  virtual std::shared_ptr<const MeshTree> surface_at(double /*time*/) const { return nullptr; }
 };
 
 /// Returns the set of an item by its index among the items touched by depth images; null: not made yet.

@@ -114,14 +114,14 @@ double DepthStream::depth_at(int column, int row, double time) const noexcept {
   return depth_of(number_of(column, row), between(time));
 }
 
-std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
+std::shared_ptr<const MeshTree> DepthStream::surface_at(double time) const {
   const Between at = between(time);
   const std::size_t picture = at.share < 0.5 ? at.before : at.after;
-  const std::lock_guard guard(look_cache_.lock);
-  if (look_cache_.picture == picture) return look_cache_.tree;
+  const std::lock_guard guard(surface_cache_.lock);
+  if (surface_cache_.picture == picture) return surface_cache_.tree;
   const DepthCamera& c = pictures_.camera;
-  constexpr int k_most = 160;  // pixels along each axis
-  const int step = std::max(1, (std::max(c.width, c.height) - 1) / k_most + 1);
+  constexpr int k_max = 160;  // pixels along each axis
+  const int step = std::max(1, (std::max(c.width, c.height) - 1) / k_max + 1);
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
   constexpr std::uint32_t k_none = 0xffffffff;
@@ -145,11 +145,11 @@ std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
       triangles.insert(triangles.end(), {a, b, d, a, d, e});
     }
   }
-  look_cache_.picture = picture;
-  look_cache_.tree = triangles.empty()
-                         ? nullptr
-                         : std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
-  return look_cache_.tree;
+  surface_cache_.picture = picture;
+  surface_cache_.tree = triangles.empty()
+                            ? nullptr
+                            : std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
+  return surface_cache_.tree;
 }
 
 bool DepthStream::is_moving(double time) const noexcept {
@@ -173,12 +173,12 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
   DepthSet set;
   set.view = view;
   set.low = view.middle - 0.5 * view.edge, set.high = view.middle + 0.5 * view.edge;
-  set.goes_on = is_moving(view.time);
+  set.has_successor = is_moving(view.time);
   PixelSurface surface = pixel_surface(c, set.low, set.high, view.edge, [&](int column, int row) {
     return depth_of(number_of(column, row), current);
   });
   std::vector<MovingPlacement> places;
-  for (int j = surface.first.y; set.goes_on && j <= surface.last.y; ++j)
+  for (int j = surface.first.y; set.has_successor && j <= surface.last.y; ++j)
     for (int i = surface.first.x; i <= surface.last.x; ++i) {
       const double depth = depth_of(number_of(i, j), current);
       if (depth <= 0) continue;
@@ -192,7 +192,7 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
   set.pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
   set.crossings = surface.pixels_with_depth;
   set.tree = std::make_shared<const MeshTree>(std::move(surface.vertices), std::move(surface.triangles));
-  if (set.goes_on) {
+  if (set.has_successor) {
     set.motion = motion_of(places);
     set.slack = slack_of(set.motion, places, view.touch);
   }

@@ -35,7 +35,7 @@ class DepthStream final : public DepthSource {
   std::uint64_t hash() const noexcept override { return hash_; }
   /// Returns the nearest picture's surface for display: without walls behind outlines, in at most 160 pixels
   /// along each axis; null without measurements.
-  std::shared_ptr<const MeshTree> look(double time) const override;
+  std::shared_ptr<const MeshTree> surface_at(double time) const override;
   const DepthPictures& pictures() const noexcept { return pictures_; }
   /// Returns the depth, mm; 0: no measurement there at that time.
   double depth_at(int column, int row, double time) const noexcept;
@@ -56,13 +56,13 @@ class DepthStream final : public DepthSource {
   DepthPictures pictures_;
   glm::dvec3 low_{1}, high_{-1};
   std::uint64_t hash_ = 0;
-  /// The newest result of look(), and its picture.
-  struct LookCache {
+  /// The newest result of surface_at(), and its picture.
+  struct SurfaceCache {
     std::mutex lock;
     std::size_t picture = static_cast<std::size_t>(-1);
     std::shared_ptr<const MeshTree> tree;
   };
-  mutable LookCache look_cache_;
+  mutable SurfaceCache surface_cache_;
 };
 
 }  // namespace trephine::haptics::depth

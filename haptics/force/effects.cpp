@@ -134,7 +134,7 @@ dvec3* direction_of(EffectKind& kind) {
 bool parse_layers(std::string_view text, Insertion& track) {
   track.layer_count = 0;
   while (!text.empty()) {
-    if (track.layer_count == Insertion::k_most_layers) return false;
+    if (track.layer_count == Insertion::k_max_layers) return false;
     InsertionLayer layer;
     const bool is_item = text.starts_with("item");
     if (!is_item && !text.starts_with("label")) return false;
@@ -207,7 +207,7 @@ Status check_effect(const Effect& effect) {
                  .found = std::to_string(found),
                  .expected = std::to_string(low) + " to " + std::to_string(high)};
   };
-  if (!(effect.most > 0 && effect.most <= 20)) return range_error("most", effect.most, 0, 20);
+  if (!(effect.max_force > 0 && effect.max_force <= 20)) return range_error("most", effect.max_force, 0, 20);
   EffectKind kind = effect.kind;
   for (const Parameter& p : description.parameters(kind)) {
     if (p.track) {
@@ -246,7 +246,7 @@ Result<Effect> parse_effect(const std::string& text) {
     const std::size_t equals = word.find('=');
     const std::string key = word.substr(0, equals),
                       value = equals == std::string::npos ? "" : word.substr(equals + 1);
-    bool is_read = key == "most" && parse_numbers(value, &effect.most, 1);
+    bool is_read = key == "most" && parse_numbers(value, &effect.max_force, 1);
     for (const Parameter& p : parameters)
       if (key == p.name) {
         double numbers[3];
@@ -279,7 +279,7 @@ std::string words_of(const Effect& effect) {
       text.append(text_of(*p.number));
     }
   }
-  return text.append(" most=").append(text_of(effect.most));
+  return text.append(" most=").append(text_of(effect.max_force));
 }
 
 namespace {
@@ -366,8 +366,10 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     memory.kind = effect.kind.index() + 1;
     if (start) memory.start_world = *start, memory.ahead_world = *ahead;
   }
-  const auto add_rendered = [&](const dvec3& force) { sum.rendered_world += limited(force, effect.most); };
-  const auto add_active = [&](const dvec3& force) { sum.active_world += limited(force, effect.most); };
+  const auto add_rendered = [&](const dvec3& force) {
+    sum.rendered_world += limited(force, effect.max_force);
+  };
+  const auto add_active = [&](const dvec3& force) { sum.active_world += limited(force, effect.max_force); };
   const auto advance = [&](double hz) {
     memory.phase += std::min(hz, 0.25 / input.dt) * input.dt;
     memory.phase -= std::floor(memory.phase);
@@ -437,7 +439,7 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     constexpr double k_arm = 10;  // mm, since the limit of an effect is given in newtons
     sum.torque_world += limited(align->stiffness * glm::cross(points, align->direction_world) -
                                     align->damping * input.angular_velocity_world,
-                                k_arm * effect.most);
+                                k_arm * effect.max_force);
   }
 }
 

@@ -96,11 +96,11 @@ struct InsertionLayer {
 /// proxy. Matter resists only while the track grows: motion within the track is free. It always dissipates
 /// energy.
 struct Insertion {
-  static constexpr std::size_t k_most_layers = 4;
+  static constexpr std::size_t k_max_layers = 4;
   glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};
-  double lateral = 2;                                  ///< N/mm, spring to the line
-  double along = 1;                                    ///< N/mm, spring to the end of the track
-  std::array<InsertionLayer, k_most_layers> layers{};  ///< the first that contains the tip resists
+  double lateral = 2;                                 ///< N/mm, spring to the line
+  double along = 1;                                   ///< N/mm, spring to the end of the track
+  std::array<InsertionLayer, k_max_layers> layers{};  ///< the first that contains the tip resists
   std::size_t layer_count = 0;
   friend bool operator==(const Insertion&, const Insertion&) = default;
 };
@@ -109,7 +109,7 @@ using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, Pla
                                 GravityCompensation, Texture, Align, Spin, Insertion>;
 struct Effect {
   EffectKind kind;
-  double most = 3;  ///< largest force, N; for a torque in units of 10 N mm
+  double max_force = 3;  ///< largest force, N; for a torque in units of 10 N mm
   friend bool operator==(const Effect&, const Effect&) = default;
 };
 

@@ -7,9 +7,9 @@
 namespace trephine::haptics {
 
 /// Returns the vector with its length limited to `most`.
-inline glm::dvec3 limited(const glm::dvec3& v, double most) noexcept {
+inline glm::dvec3 limited(const glm::dvec3& v, double limit) noexcept {
   const double size = glm::length(v);
-  return size > most ? v * (most / size) : v;
+  return size > limit ? v * (limit / size) : v;
 }
 
 }  // namespace trephine::haptics

@@ -20,7 +20,7 @@ PassivityController::PassivityController(double allowance, int delay_ticks,
                                          double device_damping_over_dt) noexcept
     : allowance_(allowance),
       damping_(device_damping_over_dt),
-      delay_(std::clamp(delay_ticks, 0, k_most_delay)) {
+      delay_(std::clamp(delay_ticks, 0, k_max_delay)) {
   under_way_.fill(dvec3(0));
 }
 

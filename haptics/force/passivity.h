@@ -17,9 +17,9 @@ namespace trephine::haptics {
 /// stiffened again out of contact. Plain data. Servo thread: no allocation, no waiting.
 class PassivityController {
  public:
-  static constexpr int k_most_delay = 4;
+  static constexpr int k_max_delay = 4;
   /// `allowance`: N mm that may be returned beyond the stored energy. `delay_ticks`: whole ticks from this
-  /// call to the hold that renders its force, 0 (the next one) to k_most_delay; forces under way count as
+  /// call to the hold that renders its force, 0 (the next one) to k_max_delay; forces under way count as
   /// rendered. `device_damping_over_dt`: the device's own damping divided by the period, N/mm; the energy
   /// that it takes from the motion of the hand may be returned. 0 if unknown.
   explicit PassivityController(double allowance = 0, int delay_ticks = 0,
@@ -51,9 +51,9 @@ class PassivityController {
  private:
   double allowance_, damping_;
   int delay_;
-  std::array<glm::dvec3, k_most_delay + 1> under_way_{};  ///< oldest first; [0] was held since the last call
-  glm::dvec3 last_x_{0.0}, last_p_{0.0}, move_{0.0};      ///< move_: the newest motion above 0
-  double energy_ = 0, softness_ = 1, largest_ = 0;        ///< largest_: energy of the largest recent step
+  std::array<glm::dvec3, k_max_delay + 1> under_way_{};  ///< oldest first; [0] was held since the last call
+  glm::dvec3 last_x_{0.0}, last_p_{0.0}, move_{0.0};     ///< move_: the newest motion above 0
+  double energy_ = 0, softness_ = 1, largest_ = 0;       ///< largest_: energy of the largest recent step
   long cuts_ = 0;
   bool has_last_ = false;
 };

@@ -13,11 +13,11 @@ constexpr double k_velocity_seconds = 0.003;  // time constant of the velocity f
 }
 
 Status LawSet::add(ServoLaw law) {
-  if (laws_.size() == k_most)
+  if (laws_.size() == k_max)
     return Error{.what = "too many servo laws",
                  .where = "laws of a hand",
                  .found = std::to_string(laws_.size() + 1),
-                 .expected = "at most " + std::to_string(k_most)};
+                 .expected = "at most " + std::to_string(k_max)};
   for (const ServoLaw& other : laws_)
     if (other.id == law.id)
       return Error{.what = "two laws have the same id",
@@ -37,7 +37,7 @@ void LawMemory::bind(const LawSet& set) noexcept {
     return true;
   };
   if (is_bound()) return;
-  const std::array<Slot, LawSet::k_most> previous = slots_;
+  const std::array<Slot, LawSet::k_max> previous = slots_;
   for (std::size_t i = 0; i < set.laws().size(); ++i) {
     const ServoLaw& law = set.laws()[i];
     slots_[i] = {law.id, law.step, {}};

@@ -79,7 +79,7 @@ ServoLaw make_law(std::uint32_t id, Parameters parameters) {
 /// The laws of one hand. Immutable when published.
 class LawSet {
  public:
-  static constexpr std::size_t k_most = 8;
+  static constexpr std::size_t k_max = 8;
   /// Error if the set is full or contains a law with this id.
   Status add(ServoLaw law);
   const std::vector<ServoLaw>& laws() const noexcept { return laws_; }
@@ -103,7 +103,7 @@ class LawMemory {
   template <class Fields>
   void each_field(Fields& fields) {
     fields(count_, last_, last_turn_, velocity_, turning_, has_last_);
-    count_ = count_ <= k_most ? count_ : 0;  // may come from an invalid file
+    count_ = count_ <= k_max ? count_ : 0;  // may come from an invalid file
     for (std::size_t i = 0; i < count_; ++i) fields(slots_[i].id, slots_[i].memory);
   }
   /// Assigns loaded memories to the laws with the same ids.
@@ -118,8 +118,8 @@ class LawMemory {
   };
   void bind(const LawSet& set) noexcept;
 
-  static constexpr std::size_t k_most = LawSet::k_most;
-  std::array<Slot, k_most> slots_;
+  static constexpr std::size_t k_max = LawSet::k_max;
+  std::array<Slot, k_max> slots_;
   std::size_t count_ = 0;
   glm::dvec3 last_{0.0}, velocity_{0.0}, turning_{0.0};
   glm::dquat last_turn_{1, 0, 0, 0};

@@ -27,13 +27,13 @@ class BoxTest {
     low_ = glm::min(a, a + motion) - slack_;
     high_ = glm::max(a, a + motion) + slack_;
   }
-  /// Returns true if the motion, up to its share `most`, may meet the box.
-  bool meets(const dvec3& low, const dvec3& high, double most) const noexcept {
+  /// Returns true if the motion, up to its share `max_share`, may meet the box.
+  bool meets(const dvec3& low, const dvec3& high, double max_share) const noexcept {
     // Most boxes are off the whole motion.
     if (low.x > high_.x || high.x < low_.x || low.y > high_.y || high.y < low_.y || low.z > high_.z ||
         high.z < low_.z)
       return false;
-    double from = 0, to = most;
+    double from = 0, to = max_share;
     for (int k = 0; k < 3; ++k) {
       if (motion_[k] == 0) continue;
       const double t0 = (low[k] - slack_[k] - a_[k]) * inverse_[k],
@@ -166,13 +166,13 @@ bool MeshTree::is_near(const dvec3& p, double reach) const noexcept {
   for_triangles([&](const Node& node) { return !is_any && square_to(node, p) <= reach * reach; },
                 [&](std::uint32_t t) {
                   Near near;
-                  is_any = is_any || look(t, p, reach, near);
+                  is_any = is_any || nearest_on(t, p, reach, near);
                 });
   return is_any;
 }
 
 bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back, FacetHit& hit,
-                    int& looked) const noexcept {
+                    int& visited) const noexcept {
   if (a == b) return false;
   const dvec3 motion = b - a;
   const BoxTest boxes(a, motion, 0, low(), high());
@@ -184,7 +184,7 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
   for_triangles(meets, [&](std::uint32_t i) {
     const auto [p, q, r] = corners(i);
     double t = 0, facing = 0;
-    ++looked;
+    ++visited;
     if (!crossing.crosses(p, q, r, t, facing) || t >= nearest) return;
     if (facing < 0 ? !is_front : !is_back) return;
     const dvec3 normal = glm::normalize(glm::cross(q - p, r - p));
@@ -198,12 +198,12 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
 }
 
 std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p,
-                                          int& looked) const noexcept {
-  constexpr int k_most_steps = 16;
+                                          int& visited) const noexcept {
+  constexpr int k_max_steps = 16;
   constexpr double k_nearer = 1e-9;       // of the distance: a smaller decrease is the same point
   constexpr double k_same_place = 1e-10;  // of coordinates, mm: corners within it coincide
-  int remaining = k_most_connected;
-  for (int step = 0; step < k_most_steps; ++step) {
+  int remaining = k_max_connected;
+  for (int step = 0; step < k_max_steps; ++step) {
     const auto [u, v, w] = corners(triangle);
     TriangleFeature feature;
     const dvec3 pivot = nearest_on_triangle(p, u, v, w, &feature);
@@ -215,9 +215,9 @@ std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p
       return remaining > 0 && square_to(node, pivot) <= reach * reach && square_to(node, p) < least * least;
     };
     for_triangles(can_be_nearer, [&](std::uint32_t other) {
-      --remaining, ++looked;
+      --remaining, ++visited;
       Near near;
-      if (!look(other, pivot, reach, near)) return;
+      if (!nearest_on(other, pivot, reach, near)) return;
       const auto [a, b, c] = corners(other);
       if (const double distance = glm::length(p - nearest_on_triangle(p, a, b, c)); distance < least)
         least = distance, nearer = other;
@@ -229,7 +229,7 @@ std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p
 }
 
 bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_front, bool is_back,
-                         FacetHit& hit, int& looked) const noexcept {
+                         FacetHit& hit, int& visited) const noexcept {
   if (a == b) return false;
   const dvec3 motion = b - a;
   const double length = glm::length(motion);
@@ -244,7 +244,7 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
     if (!(glm::dot(across, across) > 0)) return;  // degenerate
     const bool is_before = glm::dot(across, a - p) >= 0;
     if (is_before ? !is_front : !is_back) return;
-    ++looked;
+    ++visited;
     // The distance to a triangle, which is convex, is convex along the motion: Newton steps from before the
     // first crossing never pass it, and once the distance increases nothing is met.
     double t = 0;

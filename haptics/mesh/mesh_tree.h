@@ -36,21 +36,21 @@ class MeshTree {
   void refit(std::span<const glm::dvec3> vertices);
 
   /// Finds the first triangle that a ball meets on a blocking side while its centre moves from a to b (mm). A
-  /// ball of radius 0 (mm) is a point. Adds the number of tested triangles to `looked`.
+  /// ball of radius 0 (mm) is a point. Adds the number of tested triangles to `visited`.
   bool cast(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
-            FacetHit& hit, int& looked) const noexcept {
-    return radius > 0 ? cast_ball(a, b, radius, is_front, is_back, hit, looked)
-                      : cast(a, b, is_front, is_back, hit, looked);
+            FacetHit& hit, int& visited) const noexcept {
+    return radius > 0 ? cast_ball(a, b, radius, is_front, is_back, hit, visited)
+                      : cast(a, b, is_front, is_back, hit, visited);
   }
   /// As above, for a point.
   bool cast(const glm::dvec3& a, const glm::dvec3& b, bool is_front, bool is_back, FacetHit& hit,
-            int& looked) const noexcept;
+            int& visited) const noexcept;
 
   /// As above, for a ball: finds where it first comes as near as `radius` to a triangle. A ball that is
   /// already nearer is stopped as soon as it approaches further. The start of the centre determines front or
   /// back. The normal points from the triangle to the centre.
   bool cast_ball(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
-                 FacetHit& hit, int& looked) const noexcept;
+                 FacetHit& hit, int& visited) const noexcept;
 
   /// A triangle near a point.
   struct Near {
@@ -68,9 +68,9 @@ class MeshTree {
   template <class Use>
   void for_nearest(const glm::dvec3& p, double reach, double tie, Use&& use) const noexcept;
   /// Walks from a triangle to neighbours that share the point nearest to p, as long as they are nearer to p,
-  /// and returns the last one. Tests at most k_most_connected triangles and adds their number to `looked`.
-  std::uint32_t nearest_connected(std::uint32_t triangle, const glm::dvec3& p, int& looked) const noexcept;
-  static constexpr int k_most_connected = 256;
+  /// and returns the last one. Tests at most k_max_connected triangles and adds their number to `visited`.
+  std::uint32_t nearest_connected(std::uint32_t triangle, const glm::dvec3& p, int& visited) const noexcept;
+  static constexpr int k_max_connected = 256;
   /// Returns true if a triangle is within `reach` mm of p.
   bool is_near(const glm::dvec3& p, double reach) const noexcept;
   std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept {
@@ -115,7 +115,7 @@ class MeshTree {
   template <class Meets, class Use>
   void for_triangles(Meets&& meets, Use&& use) const noexcept;
   /// Returns false if the triangle is farther than `reach`, or degenerate.
-  bool look(std::uint32_t triangle, const glm::dvec3& p, double reach, Near& near) const noexcept;
+  bool nearest_on(std::uint32_t triangle, const glm::dvec3& p, double reach, Near& near) const noexcept;
   static double square_to(const Node& node, const glm::dvec3& p) noexcept {
     const glm::dvec3 off = p - glm::clamp(p, node.low, node.high);
     return glm::dot(off, off);
@@ -157,8 +157,8 @@ inline glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, 
   return on(face, a + (vb * share) * ab + (vc * share) * ac);
 }
 
-inline bool MeshTree::look(std::uint32_t triangle, const glm::dvec3& p, double reach,
-                           Near& near) const noexcept {
+inline bool MeshTree::nearest_on(std::uint32_t triangle, const glm::dvec3& p, double reach,
+                                 Near& near) const noexcept {
   const auto [a, b, c] = corners(triangle);
   const glm::dvec3 nearest = nearest_on_triangle(p, a, b, c);
   const double distance = glm::length(p - nearest);
@@ -193,7 +193,7 @@ template <class Use>
 void MeshTree::for_near(const glm::dvec3& p, double reach, Use&& use) const noexcept {
   for_triangles([&](const Node& node) { return square_to(node, p) <= reach * reach; },
                 [&](std::uint32_t t) {
-                  if (Near near; look(t, p, reach, near)) use(near);
+                  if (Near near; nearest_on(t, p, reach, near)) use(near);
                 });
 }
 
@@ -214,7 +214,7 @@ void MeshTree::for_nearest(const glm::dvec3& p, double reach, double tie, Use&& 
     const Node& node = nodes_[n];
     for (std::uint32_t t = node.first; t < node.first + node.count; ++t) {
       Near near;
-      if (!look(t, p, within, near)) continue;
+      if (!nearest_on(t, p, within, near)) continue;
       use(near);
       within = std::min(within, near.distance + tie);
     }

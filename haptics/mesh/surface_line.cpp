@@ -42,7 +42,7 @@ Surface::Surface(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangl
   for (std::uint32_t i = 0; i < triangles_.size(); ++i) around_[next[triangles_[i]]++] = i / 3;
 }
 
-bool Surface::nearest(const dvec3& p, Place& place) const {
+bool Surface::nearest(const dvec3& p, Point& place) const {
   double least = std::numeric_limits<double>::infinity();
   for (std::uint32_t t = 0; 3 * t < triangles_.size(); ++t) {
     const dvec3 &a = vertices_[triangles_[3 * t]], &b = vertices_[triangles_[3 * t + 1]],
@@ -57,7 +57,7 @@ bool Surface::nearest(const dvec3& p, Place& place) const {
   return std::isfinite(least);
 }
 
-std::vector<Surface::Place> Surface::nearest_on_one_part(std::span<const dvec3> points) const {
+std::vector<Surface::Point> Surface::nearest_on_one_part(std::span<const dvec3> points) const {
   // Joins the corners of triangles to parts.
   std::vector<std::uint32_t> part(vertices_.size());
   for (std::uint32_t v = 0; v < part.size(); ++v) part[v] = v;
@@ -69,7 +69,7 @@ std::vector<Surface::Place> Surface::nearest_on_one_part(std::span<const dvec3> 
     for (std::size_t k = 1; k < 3; ++k) part[root(triangles_[t + k])] = root(triangles_[t]);
   struct Part {
     std::size_t triangles = 0;
-    std::vector<Place> places;
+    std::vector<Point> places;
     std::vector<double> squared;
   };
   std::map<std::uint32_t, Part> parts;
@@ -103,7 +103,7 @@ std::vector<Surface::Place> Surface::nearest_on_one_part(std::span<const dvec3> 
     for (const double squared : one.squared) sum += std::sqrt(squared);
     if (sum < least) least = sum, best = &one;
   }
-  return best != nullptr ? best->places : std::vector<Place>();
+  return best != nullptr ? best->places : std::vector<Point>();
 }
 
 double length_of(const std::vector<dvec3>& line) noexcept {
@@ -117,12 +117,12 @@ class LineFinder {
  public:
   explicit LineFinder(const Surface& surface) : s_(surface) {}
 
-  std::vector<dvec3> find(const Surface::Place& from, const Surface::Place& to) {
+  std::vector<dvec3> find(const Surface::Point& from, const Surface::Point& to) {
     if (!walk_edges(from, to)) return {};
     double length = length_of(points());
     int still = 0;
-    for (int round = 0; round < k_most_rounds && still < 20; ++round) {
-      pull_ = still < 10 && round < k_most_rounds - 100 ? 1.85 : 1;
+    for (int round = 0; round < k_max_rounds && still < 20; ++round) {
+      pull_ = still < 10 && round < k_max_rounds - 100 ? 1.85 : 1;
       for (std::size_t i = 1; i + 1 < nodes_.size(); ++i) straighten(i);
       tidy();
       const double now = length_of(points());
@@ -133,7 +133,7 @@ class LineFinder {
   }
 
  private:
-  static constexpr int k_most_rounds = 3000;
+  static constexpr int k_max_rounds = 3000;
   static constexpr std::uint32_t k_none = 0xffffffffu;
 
   struct Node {
@@ -162,7 +162,7 @@ class LineFinder {
   }
 
   /// Dijkstra along edges, from the corners of one triangle to those of the other.
-  bool walk_edges(const Surface::Place& from, const Surface::Place& to) {
+  bool walk_edges(const Surface::Point& from, const Surface::Point& to) {
     nodes_.clear();
     if (from.triangle == to.triangle) {
       nodes_ = {{k_none, k_none, from.triangle, from.at}, {k_none, k_none, to.triangle, to.at}};
@@ -352,8 +352,8 @@ class LineFinder {
   double pull_ = 1;
 };
 
-std::vector<dvec3> surface_line(const Surface& surface, const Surface::Place& from,
-                                const Surface::Place& to) {
+std::vector<dvec3> surface_line(const Surface& surface, const Surface::Point& from,
+                                const Surface::Point& to) {
   return LineFinder(surface).find(from, to);
 }
 

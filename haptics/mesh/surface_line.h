@@ -15,17 +15,17 @@ class Surface {
  public:
   Surface(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles);
 
-  struct Place {
+  struct Point {
     std::uint32_t triangle = 0;
     glm::dvec3 at{0.0};
   };
   /// Finds the point of the surface nearest to p. Returns false if there are no triangles. Reads all
   /// triangles.
-  bool nearest(const glm::dvec3& p, Place& place) const;
+  bool nearest(const glm::dvec3& p, Point& place) const;
 
   /// Returns the points nearest to several points, all on one connected part: the one with the least sum of
   /// distances. Parts of fewer than 100 triangles count only if there is no larger one. Empty: no triangles.
-  std::vector<Place> nearest_on_one_part(std::span<const glm::dvec3> points) const;
+  std::vector<Point> nearest_on_one_part(std::span<const glm::dvec3> points) const;
 
   const std::vector<glm::dvec3>& vertices() const noexcept { return vertices_; }
   const std::vector<std::uint32_t>& triangles() const noexcept { return triangles_; }
@@ -40,8 +40,8 @@ class Surface {
 /// Returns a line between two points along the surface: the shortest path along edges, pulled straight across
 /// triangles until no vertex on it leaves an angle below 180 degrees on a side (Martinez, Velho and Carvalho
 /// 2005): a geodesic, close to the shortest. Empty: the points are on parts that are not connected.
-std::vector<glm::dvec3> surface_line(const Surface& surface, const Surface::Place& from,
-                                     const Surface::Place& to);
+std::vector<glm::dvec3> surface_line(const Surface& surface, const Surface::Point& from,
+                                     const Surface::Point& to);
 
 /// Depth of a point in the solid (mm, above 0 inside), and the direction out of it.
 struct Inside {

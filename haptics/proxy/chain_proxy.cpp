@@ -21,7 +21,7 @@ constexpr double k_near = 0.4;          // nearer walls bound a motion
 constexpr double k_worth = 1e-4;        // least gain in distance to the hand for a motion
 constexpr double k_still = 1e-5;        // a smaller motion ends the rounds
 constexpr double k_longest_turn = 0.1;  // rad per round
-constexpr int k_rounds = 8, k_sweeps = 60, k_most_walls = 48;
+constexpr int k_rounds = 8, k_sweeps = 60, k_max_walls = 48;
 
 /// A motion of the tool: translation (mm) and rotation about its position.
 struct Twist {
@@ -87,7 +87,7 @@ class Chain {
   }
   ShapeSet solids_at(const dvec3& p) noexcept {
     ShapeSet found;
-    for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
+    for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
       if (walls_.is_solid(s, p)) found.flip(s);
     return found;
   }
@@ -116,18 +116,18 @@ class Chain {
   ProxyCounters& counters_;
   double square_, voxel_;
   Placement hand_, tool_;
-  std::array<Bound, k_most_walls> bounds_;
+  std::array<Bound, k_max_walls> bounds_;
   struct Push {
     std::size_t ball;
     Wall wall;
     double size;
   };
-  std::array<Push, k_most_walls> previous_pushes_;  // of the previous round
+  std::array<Push, k_max_walls> previous_pushes_;  // of the previous round
   int count_ = 0, previous_count_ = 0;
 };
 
 void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept {
-  if (count_ == k_most_walls) return;
+  if (count_ == k_max_walls) return;
   const volume::ValueAndGradient field = walls_.value_and_gradient(wall, p);
   const dvec3 gradient = walls_.frame().gradient_world_from_volume(field.gradient);
   const double steepness = glm::length(gradient);
@@ -154,7 +154,7 @@ void Chain::find_bounds() noexcept {
   for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
     const dvec3 p = ball(tool_, i);
     const ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(p) : ShapeSet{};
-    for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
+    for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1)) {
       if (!walls_.may_block(s, inside.contains(s))) continue;
       SceneWalls::WallList few;
       const int found = walls_.walls_at(s, inside, p, k_near * voxel_, few);
@@ -174,7 +174,7 @@ Twist Chain::solve(const Twist& request) noexcept {
     t.about += (b.push * inverse_square) * b.about;
   }
   for (int sweep = 0; sweep < k_sweeps; ++sweep) {
-    double most = 0;
+    double largest_change = 0;
     for (int k = 0; k < count_; ++k) {
       Bound& b = bounds_[static_cast<std::size_t>(k)];
       const double weight = 1 + inverse_square * glm::dot(b.about, b.about);
@@ -183,9 +183,9 @@ Twist Chain::solve(const Twist& request) noexcept {
       b.push = push;
       t.along += change * b.along;
       t.about += (change * inverse_square) * b.about;
-      most = std::max(most, std::abs(change));
+      largest_change = std::max(largest_change, std::abs(change));
     }
-    if (most < 0.1 * k_still * voxel_) break;
+    if (largest_change < 0.1 * k_still * voxel_) break;
   }
   return t;
 }
@@ -207,7 +207,7 @@ double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped_b
 /// Updates the flags of balls that have left a solid, or entered one that does not block.
 void Chain::update_inside_flags() noexcept {
   bool may_enter = false;
-  for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
+  for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
     may_enter = may_enter || (!walls_.is_mesh(s) && !walls_.blocks(s, Side::front));
   for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
     const std::uint32_t bit = 1u << i;
@@ -235,7 +235,7 @@ double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noe
 }
 
 bool Chain::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
-  constexpr int k_most_pushes = 8;
+  constexpr int k_max_pushes = 8;
   const MeshTree& tree = walls_.tree_of(mesh);
   const bool is_front = walls_.blocks(mesh, Side::front), is_back = walls_.blocks(mesh, Side::back);
   const double hair = 1e-5 * voxel_;
@@ -270,7 +270,7 @@ bool Chain::yield_to(int mesh, const Placement& previous, const Placement& curre
       try_pose({along.position_world, unit_of(along.rotation)}))
     return true;
   Placement to = tool_;
-  for (int i = 0; i < k_most_pushes; ++i) {
+  for (int i = 0; i < k_max_pushes; ++i) {
     if (!find_push(to, push)) return try_pose(to);
     to.position_world += push;
   }

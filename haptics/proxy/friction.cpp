@@ -71,7 +71,7 @@ dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene, 
   const int first = std::min(landing, step.waypoint_count - 1);
   const dvec3 spacing = frame.spacing();
   // Shorter legs, within the gap before facets, do not count as a slide; mm.
-  const double least_slide = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});
+  const double min_slide = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});
   bool may_stick = is_sticking;
   is_sticking = false;
   double slid = 0;
@@ -79,9 +79,9 @@ dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene, 
     const LegFacets& leg = facets[static_cast<std::size_t>(i)];
     const dvec3 begin = waypoint(i), motion = waypoint(i + 1) - begin;
     const double length = glm::length(frame.vector_world_from_volume(motion));
-    const bool is_short = slid + length < least_slide && i + 2 < step.waypoint_count;
+    const bool is_short = slid + length < min_slide && i + 2 < step.waypoint_count;
     if (const FrictionLoad load = load_at(leg, begin, may_stick); !is_short && load.is_held()) {
-      is_sticking = slid < least_slide && load.is_at_rest(may_stick);
+      is_sticking = slid < min_slide && load.is_at_rest(may_stick);
       step.waypoint_count = i + 1;
       return begin;
     }

@@ -8,13 +8,13 @@ namespace trephine::haptics {
 
 /// Walls that stop a tool at one point.
 struct HoldingWalls {
-  static constexpr int k_most = 6;
+  static constexpr int k_max = 6;
   int count = 0;
-  std::array<glm::dvec3, k_most> normals;  ///< unit, world, into the solid
-  std::array<double, k_most> friction;     ///< coefficients
+  std::array<glm::dvec3, k_max> normals;  ///< unit, world, into the solid
+  std::array<double, k_max> friction;     ///< coefficients
 
   void add(const glm::dvec3& normal_into_solid, double coefficient) noexcept {
-    if (count == k_most) return;
+    if (count == k_max) return;
     normals[static_cast<std::size_t>(count)] = normal_into_solid;
     friction[static_cast<std::size_t>(count++)] = coefficient;
   }
@@ -49,13 +49,13 @@ glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, 
 /// Facets along which a leg of a path leads.
 struct LegFacets {
   int count = 0;
-  static constexpr int k_most = 3;
-  std::array<glm::dvec3, k_most> normals;  ///< unit, world, toward the tool
-  std::array<int, k_most> shapes;
-  std::array<Side, k_most> sides;
+  static constexpr int k_max = 3;
+  std::array<glm::dvec3, k_max> normals;  ///< unit, world, toward the tool
+  std::array<int, k_max> shapes;
+  std::array<Side, k_max> sides;
 
   void add(const glm::dvec3& normal, int shape, Side side) noexcept {
-    if (count == k_most) {
+    if (count == k_max) {
       for (std::size_t i = 1; i < normals.size(); ++i)
         normals[i - 1] = normals[i], shapes[i - 1] = shapes[i], sides[i - 1] = sides[i];
       --count;

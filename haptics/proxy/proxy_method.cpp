@@ -29,9 +29,9 @@ Status check_offsets(const TouchScene& scene, bool has_balls) {
   return std::nullopt;
 }
 
-Status check_smallest_burr(const TouchScene& scene, double least) {
+Status check_smallest_burr(const TouchScene& scene, double min_mm) {
   // A round tool touches offset fields, which contain cuts exactly.
-  if (scene.tool_radius > 0 || scene.smallest_burr <= 0 || scene.smallest_burr >= least) return std::nullopt;
+  if (scene.tool_radius > 0 || scene.smallest_burr <= 0 || scene.smallest_burr >= min_mm) return std::nullopt;
   const auto mm = [](double value) {
     char words[32];
     std::snprintf(words, sizeof words, "%.3g mm", value);
@@ -40,7 +40,7 @@ Status check_smallest_burr(const TouchScene& scene, double least) {
   return Error{.what = "this method is too coarse for the smallest burr",
                .where = "smallest burr",
                .found = mm(scene.smallest_burr),
-               .expected = "no less than " + mm(1.001 * least) + " on these voxels",
+               .expected = "no less than " + mm(1.001 * min_mm) + " on these voxels",
                .remedy = "use method subvoxel"};
 }
 

@@ -9,9 +9,9 @@ namespace trephine::haptics {
 /// Checks the requirement of most methods: at most k_max_shapes shapes of one volume, each with its bits.
 /// Also an error for a tool with a radius, or meshes, unless the method supports them.
 Status check_touchable(const TouchScene& scene, bool has_radius = false, bool has_meshes = false);
-/// For methods that lead a point only into cuts at least `least_mm` wide: error if the scene allows smaller
+/// For methods that lead a point only into cuts at least `min_mm` wide: error if the scene allows smaller
 /// burrs.
-Status check_smallest_burr(const TouchScene& scene, double least_mm);
+Status check_smallest_burr(const TouchScene& scene, double min_mm);
 /// For methods on the voxels of the scan: error if a burr may be narrower than the diagonal of a voxel, since
 /// its hole could then pass between voxel centres.
 Status check_burr_opens_voxels(const TouchScene& scene);

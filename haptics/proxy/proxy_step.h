@@ -100,10 +100,10 @@ struct ToolContact {
   Side side;
 };
 
-/// At most k_most contacts. The cost of a copy is that of the contacts in it.
+/// At most k_max contacts. The cost of a copy is that of the contacts in it.
 class ToolContacts {
  public:
-  static constexpr std::size_t k_most = 8;
+  static constexpr std::size_t k_max = 8;
   ToolContacts() noexcept = default;
   ToolContacts(const ToolContacts& other) noexcept : count_(other.count_) {
     std::copy_n(other.all_.begin(), count_, all_.begin());
@@ -117,7 +117,7 @@ class ToolContacts {
   const ToolContact& operator[](std::size_t i) const noexcept { return all_[i]; }
   /// Keeps the hardest contacts if there are too many.
   void add(const ToolContact& contact) noexcept {
-    if (count_ < k_most) {
+    if (count_ < k_max) {
       all_[count_++] = contact;
       return;
     }
@@ -129,7 +129,7 @@ class ToolContacts {
 
  private:
   std::size_t count_ = 0;
-  std::array<ToolContact, k_most> all_;
+  std::array<ToolContact, k_max> all_;
 };
 
 /// Result of a step, without path and contacts.

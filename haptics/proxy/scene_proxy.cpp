@@ -13,7 +13,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_look_around = 8;  // mm beyond the needs of a step, so that few steps search again
+constexpr double k_search_margin = 8;  // mm beyond the needs of a step, so that few steps search again
 
 bool has_friction(const Material& m) noexcept { return m.static_friction > 0 || m.dynamic_friction > 0; }
 
@@ -45,7 +45,7 @@ void update_near(const TouchScene& scene, const SceneLayout& layout, const Place
   }
   around.nearby = ShapeSet{};
   around.near_middle_world = hip;
-  around.near_radius = reach + k_look_around;
+  around.near_radius = reach + k_search_margin;
   for (int s = 0; s < item_count(scene); ++s)
     if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.nearby.flip(s);
 }
@@ -62,8 +62,8 @@ void move_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls&
   const Placement& place = walls.placement_of(mesh);
   const dvec3 start = place.local_from_world(proxy);
   dvec3 p = start;
-  constexpr int k_most_rounds = 16;  // in a corner one facet after another
-  for (int round = 0; round < k_most_rounds; ++round) {
+  constexpr int k_max_rounds = 16;  // in a corner one facet after another
+  for (int round = 0; round < k_max_rounds; ++round) {
     // Triangles that meet at the nearest point decide together whether the proxy is before or behind them.
     double nearest = std::max(reach, off);
     dvec3 to(0), normals(0);
@@ -225,8 +225,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
     const auto push_aside = [&](std::size_t m, int shape, const dvec3& a) {
       const bool is_front = blocks(scene, around.passable, shape, Side::front),
                  is_back = blocks(scene, around.passable, shape, Side::back);
-      constexpr int k_most_rounds = 8;
-      for (int round = 0; round < k_most_rounds; ++round) {
+      constexpr int k_max_rounds = 8;
+      for (int round = 0; round < k_max_rounds; ++round) {
         const dvec3 b = next[m].local_from_world(start);
         FacetHit hit;
         if (!tree_of(shape).cast(a, b, scene.tool_radius, is_front, is_back, hit, result.counters.triangles))
@@ -283,15 +283,15 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   slide(scene, walls, base, state, input.hip_world, result);
   // Beyond the border of depth images the surface along which the tool slides is unknown: the tool stops
   // there until the next ones arrive.
-  constexpr double k_least = 1.0 / 64;  // of the motion; a smaller share counts as 0
+  constexpr double k_min = 1.0 / 64;  // of the motion; a smaller share counts as 0
   int left_shape = may_leave ? find_left_shape(scene, layout_, touch_state, walls, base, start, result) : -1;
   const int border_shape = left_shape;
   for (double share = 0.5; left_shape >= 0; share *= 0.5) {
     state = previous_state, result = previous_result;
-    const dvec3 part = share < k_least ? dvec3(0) : share * (input.hip_world - start);
+    const dvec3 part = share < k_min ? dvec3(0) : share * (input.hip_world - start);
     slide(scene, walls, base, state, start + part, result);
     left_shape =
-        share < k_least ? -1 : find_left_shape(scene, layout_, touch_state, walls, base, start, result);
+        share < k_min ? -1 : find_left_shape(scene, layout_, touch_state, walls, base, start, result);
   }
   if (border_shape >= 0 && !result.has_contact) {
     result.has_contact = state.had_contact = true;

@@ -18,7 +18,7 @@ bool Slide<Walls>::begin() noexcept {
   start_ = has_own_frame() ? frame_.volume_from_world(base_.world_from_volume(state_.proxy_volume))
                            : state_.proxy_volume;
   if (!is_fresh)
-    for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
+    for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1)) {
       // A change of the scene may have moved the proxy through a side that does not block; blocking sides are
       // tested below.
       const bool was = inside_.contains(s);
@@ -58,7 +58,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
   int& count = planes.count;
   count = 0;
   is_in_solid_ = false;
-  for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
+  for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1)) {
     const bool is_inside = inside_.contains(s);
     if (!walls_.may_block(s, is_inside)) continue;
     typename Walls::WallList walls;

@@ -22,14 +22,14 @@ template <class Walls>
 void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept {
   stopping_ = wall.is_step || wall.sheet >= 0 ? wall : Wall{};
   // The motion up may meet the faces of further cubes.
-  constexpr int k_most_faces = 3;
-  if (!wall.is_step || result_.waypoint_count + k_most_faces + 4 > k_max_waypoints) return;
+  constexpr int k_max_faces = 3;
+  if (!wall.is_step || result_.waypoint_count + k_max_faces + 4 > k_max_waypoints) return;
   const ShapeSet inside = inside_;
   const int count = result_.waypoint_count;
   glm::bvec3 is_kept(false);
   glm::dvec3 p = at;
   Wall step = wall;
-  for (int i = 0; i < k_most_faces; ++i) {
+  for (int i = 0; i < k_max_faces; ++i) {
     Plane plane;
     plane_of(step, p, plane);
     std::array<glm::dvec3, k_max_planes + 1> normals{plane.normal};
@@ -56,8 +56,8 @@ void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3
 /// After a climb to `at`, goes on to a point on the walls, over further steps if necessary.
 template <class Walls>
 void Slide<Walls>::climb_to(const glm::dvec3& to, glm::dvec3& at) noexcept {
-  constexpr int k_most_climbs = 3;
-  for (int i = 0; i < k_most_climbs && result_.waypoint_count + 4 <= k_max_waypoints; ++i) {
+  constexpr int k_max_climbs = 3;
+  for (int i = 0; i < k_max_climbs && result_.waypoint_count + 4 <= k_max_waypoints; ++i) {
     planes_at(at, k_touch * voxel_mm_, planes_);
     moved_planes_.copy_from(planes_);
     const glm::dvec3 from = at, from_world = frame_.world_from_volume(from),

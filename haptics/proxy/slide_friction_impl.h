@@ -91,7 +91,7 @@ void Slide<Walls>::move_back(const glm::dvec3& from, glm::dvec3& to, Planes& pla
   const double length = glm::length(slide);
   if (!at_end.is_held() || at_end.limit <= 0 || !(length > 0)) return;
   constexpr double k_within = 4e-3;  // of the limit: tolerance inside the cone
-  constexpr int k_most_tries = 8;
+  constexpr int k_max_tries = 8;
   double low = 0, high = 1, low_excess = 1e300, high_excess = at_end.along - at_end.limit;
   Planes held, frictionless;
   held.copy_from(planes);
@@ -99,7 +99,7 @@ void Slide<Walls>::move_back(const glm::dvec3& from, glm::dvec3& to, Planes& pla
   const glm::dvec3 frictionless_at = to;
   glm::dvec3 held_at = to, probe = to;
   double share = 1 - (1 - 0.25 * k_within) * at_end.limit / length;
-  for (int i = 0; i < k_most_tries; ++i) {
+  for (int i = 0; i < k_max_tries; ++i) {
     if (!(share > low && share < high)) share = 0.5 * (low + high);
     if (!slide_by(begin, slide, share, probe, planes)) break;
     const FrictionLoad load = load_at(frame_.world_from_volume(probe), planes, false);

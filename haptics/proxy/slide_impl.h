@@ -113,7 +113,7 @@ class Slide {
   /// Returns the shapes with p in their solid.
   ShapeSet solids_at(const glm::dvec3& p) noexcept {
     ShapeSet found;
-    for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
+    for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
       if (walls_.is_solid(s, p)) found.flip(s);
     return found;
   }

@@ -10,7 +10,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_least_hessian = 0.25;  // of the reduced Hessian; below it a step would diverge
+constexpr double k_min_hessian = 0.25;  // of the reduced Hessian; below it a step would diverge
 
 }  // namespace
 
@@ -39,17 +39,17 @@ dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plan
   const double un = glm::dot(hessian_u, n_voxel), wn = glm::dot(hessian_w, n_voxel);
   double a = 1 + lambda * uu, c = 1 + lambda * ww;
   const double b = lambda * uw;
-  if (a < k_least_hessian || c < k_least_hessian || (a - k_least_hessian) * (c - k_least_hessian) < b * b) {
+  if (a < k_min_hessian || c < k_min_hessian || (a - k_min_hessian) * (c - k_min_hessian) < b * b) {
     const double half = 0.5 * (a - c), least = 0.5 * (a + c) - std::sqrt(half * half + b * b);
-    a += k_least_hessian - least;
-    c += k_least_hessian - least;
+    a += k_min_hessian - least;
+    c += k_min_hessian - least;
   }
   const double ru = hip_u - lambda * plane.room * un, rw = hip_w - lambda * plane.room * wn;
   const double share = 1 / (a * c - b * b);
   const double pu = share * (c * ru - b * rw), pw = share * (a * rw - b * ru);
   const dvec3 p = plane.room * n + pu * u + pw * w;
   // A short step follows the wall to second order.
-  if (const double most = k_short_step * voxel_mm; pu * pu + pw * pw > most * most) return p;
+  if (const double max_step = k_short_step * voxel_mm; pu * pu + pw * pw > max_step * max_step) return p;
   return p - inverse *
                  (0.5 * (pu * pu * uu + pw * pw * ww) + pu * pw * uw + plane.room * (pu * un + pw * wn)) * n;
 }
@@ -85,7 +85,7 @@ dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& plan
         if (!at(k).is_frozen)
           curvature += pull / at(k).steepness * glm::dot(at(k).jet.hessian_times(e_voxel), e_voxel);
       const dvec3 base = coefficients(at(i).room, at(j).room);
-      const dvec3 p = base + glm::dot(to_hip, e) / std::max(k_least_hessian, curvature) * e;
+      const dvec3 p = base + glm::dot(to_hip, e) / std::max(k_min_hessian, curvature) * e;
       if (is_kept(p)) return p;
       spare = base;
     }

@@ -10,7 +10,7 @@ namespace trephine::haptics {
 /// Set of shape indices. Plain data of 16 bytes.
 class ShapeSet {
  public:
-  static constexpr int k_most = 128;
+  static constexpr int k_max = 128;
 
   constexpr bool contains(int s) const noexcept { return words_[word(s)] >> (s & 63) & 1u; }
   constexpr void flip(int s) noexcept { words_[word(s)] ^= std::uint64_t{1} << (s & 63); }
@@ -22,11 +22,11 @@ class ShapeSet {
     a.words_[0] |= b.words_[0], a.words_[1] |= b.words_[1];
     return a;
   }
-  /// Returns the first member from `s` on; k_most after the last.
+  /// Returns the first member from `s` on; k_max after the last.
   constexpr int next(int s) const noexcept {
-    for (std::size_t w = word(s); s < k_most; s = static_cast<int>(64 * ++w))
+    for (std::size_t w = word(s); s < k_max; s = static_cast<int>(64 * ++w))
       if (const std::uint64_t rest = words_[w] >> (s & 63); rest != 0) return s + std::countr_zero(rest);
-    return k_most;
+    return k_max;
   }
   friend constexpr bool operator==(const ShapeSet&, const ShapeSet&) = default;
 

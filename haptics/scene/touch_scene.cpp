@@ -141,16 +141,16 @@ std::optional<volume::Occupancy> bits_on_grid(const TouchItem& item, const volum
 }  // namespace
 
 void soften(TouchScene& scene, int threads) {
-  std::vector<std::size_t> which;
+  std::vector<std::size_t> shapes;
   for (std::size_t s = 0; s < scene.items.size(); ++s)
     if (const TouchItem& item = scene.items[s];
         !item.is_mesh() && volume::SoftField::is_two_valued(item.field, *item.bits))
-      which.push_back(s);
-  soften(scene, which, threads);
+      shapes.push_back(s);
+  soften(scene, shapes, threads);
 }
 
-void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) {
-  for (const std::size_t s : which) {
+void soften(TouchScene& scene, std::span<const std::size_t> shapes, int threads) {
+  for (const std::size_t s : shapes) {
     TouchItem& shape = scene.items[s];
     std::vector<const volume::Occupancy*> whole, at_surface;
     std::vector<volume::Occupancy> resampled;
@@ -160,7 +160,7 @@ void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) 
       const TouchItem& item = scene.items[other];
       if (other == s || item.is_mesh() || shape.sides != Side::front || item.sides != Side::front) continue;
       // A tool in a shape that it passes must not touch parts of the other one that the first covers.
-      const bool is_soft = std::find(which.begin(), which.end(), other) != which.end();
+      const bool is_soft = std::find(shapes.begin(), shapes.end(), other) != shapes.end();
       const double pop_force = std::max(item.material.pop_force, shape.material.pop_force);
       if (&item.field.volume() == &shape.field.volume()) {
         (is_soft && pop_force == 0 ? whole : at_surface).push_back(item.bits.get());
@@ -234,11 +234,11 @@ Status check_tool_balls(double radius, const std::vector<glm::dvec3>& balls) {
                  .where = "tool radius",
                  .found = std::to_string(radius) + " mm",
                  .expected = "more than 0"};
-  if (balls.size() > TouchScene::k_most_balls)
+  if (balls.size() > TouchScene::k_max_balls)
     return Error{.what = "a tool has too many balls",
                  .where = "balls",
                  .found = std::to_string(balls.size()),
-                 .expected = "at most " + std::to_string(TouchScene::k_most_balls)};
+                 .expected = "at most " + std::to_string(TouchScene::k_max_balls)};
   constexpr double k_longest = 300;  // mm
   for (const glm::dvec3& at : balls)
     if (!(glm::length(at) <= k_longest))
@@ -259,10 +259,10 @@ Status set_tool(TouchScene& scene, double radius, std::vector<glm::dvec3> balls,
 double squared_gyration_radius(const TouchScene& scene) noexcept {
   // mm2: a hand turns a tool as if it held it 20 mm to either side. Coupled by its balls alone, a
   // craniotome's bit tilts under the bone until it is caught in its burr hole.
-  constexpr double k_least = 400;
+  constexpr double k_min = 400;
   double sum = 0;
   for (const glm::dvec3& at : scene.tool_balls) sum += glm::dot(at, at);
-  return std::max(k_least, sum / static_cast<double>(std::max<std::size_t>(1, scene.tool_balls.size())));
+  return std::max(k_min, sum / static_cast<double>(std::max<std::size_t>(1, scene.tool_balls.size())));
 }
 
 Result<volume::Shape> window_of_opacity(std::span<const double> intensities,

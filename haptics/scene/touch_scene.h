@@ -132,7 +132,7 @@ struct TouchScene {
   double tool_radius = 0;  ///< mm; above 0 every shape requires its offset field
   /// Centres of the balls of a rigid tool, mm, in the hand's frame; empty: one ball or a point at the HIP.
   std::vector<glm::dvec3> tool_balls = {};
-  static constexpr std::size_t k_most_balls = 16;
+  static constexpr std::size_t k_max_balls = 16;
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes with shapes; not cut
   double smallest_burr = 0;  ///< mm, diameter of the smallest cutting tool; 0: cuts are as coarse as voxels
   std::optional<volume::CutLattice> lattice = std::nullopt;  ///< of cuts, for `smallest_burr`
@@ -164,8 +164,8 @@ const std::string& name_of(const TouchItem& item) noexcept;
 /// volumes. Shapes with more than two values near their surface stay as they are. Adjacent shapes that are
 /// touched from the front only extend into one another, so set their sides first.
 void soften(TouchScene& scene, int threads = 0);
-/// Smooths only the items with the indices `which`.
-void soften(TouchScene& scene, std::span<const std::size_t> which, int threads = 0);
+/// Smooths only the items with the indices `shapes`.
+void soften(TouchScene& scene, std::span<const std::size_t> shapes, int threads = 0);
 
 /// Prepares for burrs of this diameter (mm) and larger, for any slice thickness; 0: for cuts as coarse as the
 /// voxels. Call before any cut. Error if the scan is too coarse; it names the smallest burr that works.

@@ -67,7 +67,7 @@ const char* event_name(TouchEvent::Kind kind) noexcept {
 
 namespace {
 void add_event(ServoRecord& record, TouchEvent::Kind kind, int shape) noexcept {
-  if (record.event_count < ServoRecord::k_most_events)
+  if (record.event_count < ServoRecord::k_max_events)
     record.events[record.event_count++] = {kind, static_cast<std::int16_t>(shape)};
 }
 }  // namespace
@@ -128,7 +128,7 @@ void ServoCore::find_depths_ready(const ServoHand& hand, const dvec3& hip, doubl
     const dvec3 hip_at_rest = place.local_from_world(hip), proxy_at_rest = place.local_from_world(proxy);
     if (set) place = place * set->displacement_at(time());
     const dvec3 hip_local = place.local_from_world(hip), proxy_local = place.local_from_world(proxy);
-    const double late = set && set->goes_on ? time() - set->view.time - set->view.interval : 0;
+    const double late = set && set->has_successor ? time() - set->view.time - set->view.interval : 0;
     const bool is_known = set && set->knows(hip_local, farthest) && set->knows(proxy_local, farthest) &&
                           late < depth::k_extrapolation_time + depth::k_fading;
     dvec3 low, high;
@@ -152,7 +152,7 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
     if (const TouchItem& item = item_of(*hand.scene, s); item.is_mesh() && item.since > layout_)
       state_.around.new_models.set(s, true);
   for (ShapeSet* items : {&state_.around.new_models, &state_.around.passable, &not_ready_})
-    for (int s = items->next(count); s < ShapeSet::k_most; s = items->next(s + 1)) items->set(s, false);
+    for (int s = items->next(count); s < ShapeSet::k_max; s = items->next(s + 1)) items->set(s, false);
   if (step_.shape >= count) step_.shape = -1;
   layout_ = hand.layout;
   popped_shape_ = last_shape_ = -1;
@@ -203,7 +203,7 @@ void ServoCore::emit_events(ServoRecord& record) noexcept {
     last_shape_ = shape;
   }
   if (not_ready_ == reported_not_ready_) return;
-  for (int s = 0; s < ShapeSet::k_most; ++s) {
+  for (int s = 0; s < ShapeSet::k_max; ++s) {
     if (not_ready_.contains(s) == reported_not_ready_.contains(s)) continue;
     add_event(record, not_ready_.contains(s) ? TouchEvent::not_ready : TouchEvent::ready, s);
   }
@@ -314,7 +314,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
   emit_events(record);
   account(record);
   record.energy = energy_;
-  if (servo_scene.has_held || has_places_) remember_place(servo_scene, record);
+  if (servo_scene.has_held || has_recent_poses_) remember_pose(servo_scene, record);
   if (is_escaping_ && next_place_ == escape_path_.count) {
     is_escaping_ = false;  // arrived: from here on the method controls the proxy
     state_.begin_at(anchor_volume_);
@@ -337,22 +337,22 @@ ProxyStep ServoCore::step_with_held(const ServoHand& hand, const ServoInput& inp
 }
 
 /// Records the placement of the hand if its pose is valid.
-void ServoCore::remember_place(const ServoScene& servo_scene, const ServoRecord& record) noexcept {
+void ServoCore::remember_pose(const ServoScene& servo_scene, const ServoRecord& record) noexcept {
   if (!servo_scene.has_held) {
-    places_ = {};
-    has_places_ = false;
+    recent_poses_ = {};
+    has_recent_poses_ = false;
   } else if ((record.raised & fault_not_finite) == 0) {
-    places_[1] = places_[0];
-    places_[0] = {place_of(record.pose), record.tick, true};
-    has_places_ = true;
+    recent_poses_[1] = recent_poses_[0];
+    recent_poses_[0] = {place_of(record.pose), record.tick, true};
+    has_recent_poses_ = true;
   }
 }
 
 Placement place_of(const Pose& pose) noexcept { return {pose.position_world, unit_of(pose.orientation)}; }
 
-std::optional<Placement> ServoCore::place_before(std::uint64_t tick) const noexcept {
-  for (const Place& place : places_)
-    if (place.is_known && place.tick < tick) return place.where;
+std::optional<Placement> ServoCore::pose_before(std::uint64_t tick) const noexcept {
+  for (const RecentPose& recent : recent_poses_)
+    if (recent.is_known && recent.tick < tick) return recent.pose;
   return std::nullopt;
 }
 
@@ -454,8 +454,9 @@ void ServoCore::account(const ServoRecord& record) noexcept {
 }
 
 /// Counts the work of torques, until no torque is left.
-void ServoCore::account_turn(const ServoRecord& record, bool goes_on) noexcept {
-  if (goes_on) energy_.turning += glm::dot(last_torque_, turn_between(last_turn_, record.pose.orientation));
+void ServoCore::account_turn(const ServoRecord& record, bool is_continued) noexcept {
+  if (is_continued)
+    energy_.turning += glm::dot(last_torque_, turn_between(last_turn_, record.pose.orientation));
   last_torque_ = record.torque_world;
   last_turn_ = record.pose.orientation;
   is_turning_ = last_torque_ != dvec3(0) || torque_ != dvec3(0);

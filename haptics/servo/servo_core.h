@@ -64,15 +64,15 @@ struct ServoRecord {
   std::uint8_t hand = 0;
   EnergyLedger energy;  ///< since the start
   Wrench wrench() const noexcept { return {force_world, torque_world}; }
-  static constexpr std::size_t k_most_events = 6;
+  static constexpr std::size_t k_max_events = 6;
   std::uint8_t event_count = 0;  ///< further events are dropped
-  std::array<TouchEvent, k_most_events> events;
+  std::array<TouchEvent, k_max_events> events;
 };
 
 /// Returns the frame of a hand, in which the meshes that it holds are fixed.
 Placement place_of(const Pose& pose) noexcept;
 /// Placement of each hand in the previous tick, if known.
-using HandPlacements = std::array<std::optional<Placement>, ServoScene::k_most_hands>;
+using HandPlacements = std::array<std::optional<Placement>, ServoScene::k_max_hands>;
 
 /// Input of a tick.
 struct ServoInput {
@@ -107,7 +107,7 @@ class ServoCore {
 
   std::uint64_t next_tick() const noexcept { return tick_; }
   /// Returns the placement of the hand in the last tick before `tick`; empty while no mesh is held.
-  std::optional<Placement> place_before(std::uint64_t tick) const noexcept;
+  std::optional<Placement> pose_before(std::uint64_t tick) const noexcept;
   const ProxyStep& last_step() const noexcept { return step_; }
   const ProxyState& proxy_state() const noexcept { return state_; }
   const EnergyLedger& energy() const noexcept { return energy_; }
@@ -121,10 +121,10 @@ class ServoCore {
            torque_, escape_path_, is_escaping_, is_fresh_, next_place_, anchor_volume_, force_cap_, laws_,
            passivity_, not_ready_, reported_not_ready_, last_shape_, popped_shape_, popped_side_,
            popped_at_world_, energy_, last_force_, last_torque_, last_turn_, last_active_, last_normal_,
-           last_position_, had_position_, was_led_, is_turning_, has_places_, places_);
+           last_position_, had_position_, was_led_, is_turning_, has_recent_poses_, recent_poses_);
   }
   ProxyStep step_with_held(const ServoHand& hand, const ServoInput& input) noexcept;
-  void remember_place(const ServoScene& servo_scene, const ServoRecord& record) noexcept;
+  void remember_pose(const ServoScene& servo_scene, const ServoRecord& record) noexcept;
   ServoRecord step_without_hand(const ServoScene& servo_scene, const ServoInput& input) noexcept;
   void adopt(const ServoHand& hand) noexcept;
   void release_proxy() noexcept;
@@ -133,7 +133,7 @@ class ServoCore {
   glm::dvec3 passive_part(const glm::dvec3& rendered) const noexcept;
   void account(const ServoRecord& record) noexcept;
   void account_motion(const glm::dvec3& motion) noexcept;
-  void account_turn(const ServoRecord& record, bool goes_on) noexcept;
+  void account_turn(const ServoRecord& record, bool is_continued) noexcept;
   void pop_through(const ServoHand& hand, const glm::dvec3& hip_world, ServoRecord& record) noexcept;
   void emit_events(ServoRecord& record) noexcept;
   void find_ready(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
@@ -175,24 +175,24 @@ class ServoCore {
   bool is_turning_ = false;  ///< a law makes a torque, or a torque is still rendered
 
   /// Placements of the hand in the two newest ticks, kept while any hand holds a mesh.
-  struct Place {
-    Placement where;
+  struct RecentPose {
+    Placement pose;
     std::uint64_t tick = 0;
     bool is_known = false;
     template <class Fields>
     void each_field(Fields& fields) {
-      fields(where.position_world, where.rotation, tick, is_known);
+      fields(pose.position_world, pose.rotation, tick, is_known);
     }
   };
-  std::array<Place, 2> places_;
-  bool has_places_ = false;
+  std::array<RecentPose, 2> recent_poses_;
+  bool has_recent_poses_ = false;
 };
 
 /// Returns the placements of the hands of several cores, before any of them runs the tick.
 template <class Cores>
 HandPlacements placements_before(const Cores& cores, std::uint64_t tick) noexcept {
   HandPlacements all;
-  for (std::size_t h = 0; h < cores.size(); ++h) all[h] = cores[h].place_before(tick);
+  for (std::size_t h = 0; h < cores.size(); ++h) all[h] = cores[h].pose_before(tick);
   return all;
 }
 

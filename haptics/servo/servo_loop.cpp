@@ -29,10 +29,10 @@ void sleep_until(std::int64_t ns) noexcept {
 
 std::size_t ring_capacity(const ServoOptions& options, std::size_t hands) {
   if (options.ring_capacity > 0) return options.ring_capacity;
-  constexpr double k_least = 4096, k_most = 1 << 20;
+  constexpr double k_min = 4096, k_max = 1 << 20;
   const double lag = options.lag_seconds * options.rate_hz * static_cast<double>(hands);
   // A non-finite rate is refused later, by start().
-  return static_cast<std::size_t>(2 * lag > k_least ? std::min(2 * lag, k_most) : k_least);
+  return static_cast<std::size_t>(2 * lag > k_min ? std::min(2 * lag, k_max) : k_min);
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ std::size_t ring_capacity(const ServoOptions& options, std::size_t hands) {
 ServoLoop::ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const ServoOptions& options,
                      std::uint64_t first_tick)
     : channel_(&channel), options_(options), ring_(ring_capacity(options, devices.size())) {
-  TREPHINE_ASSERT(!devices.empty() && devices.size() <= ServoScene::k_most_hands);
+  TREPHINE_ASSERT(!devices.empty() && devices.size() <= ServoScene::k_max_hands);
   for (Device* device : devices)
     hands_.push_back({device, ServoCore(options.force, 1 / options.rate_hz, hands_.size(), first_tick), {}});
 }
@@ -168,7 +168,7 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
       waiting > 0.5 * static_cast<double>(ring_.capacity());
   HandPlacements places;
   for (std::size_t h = 0; servo_scene->has_held && h < hands_.size(); ++h)
-    places[h] = hands_[h].core.place_before(hands_[h].core.next_tick());
+    places[h] = hands_[h].core.pose_before(hands_[h].core.next_tick());
   for (Hand& hand : hands_) {
     ServoInput input;
     input.places = &places;

@@ -45,7 +45,7 @@ void fields_of(ProxyStep& s, Fields& fields) {
 template <class Fields>
 void fields_of(EscapePath& w, Fields& fields) {
   fields(w.serial, w.count);
-  w.count = w.count <= EscapePath::k_most_places ? w.count : 0;  // may come from an invalid file
+  w.count = w.count <= EscapePath::k_max_places ? w.count : 0;  // may come from an invalid file
   for (std::uint32_t i = 0; i < w.count; ++i) fields(w.places_volume[i]);
 }
 template <class Fields>
@@ -65,7 +65,7 @@ void fields_of(ServoRecord& r, Fields& fields) {
   fields(r.tick, r.t, r.version, r.pose, r.proxy_world, r.normal_world, r.force_world, r.torque_world,
          r.contact_force_world, r.turn_world, r.has_contact, r.is_buried, r.is_escaping, r.shape, r.side,
          r.faults, r.raised, r.is_reset, r.is_restarted, r.restart_volume, r.hand, r.energy, r.event_count);
-  r.event_count = r.event_count <= ServoRecord::k_most_events ? r.event_count : 0;
+  r.event_count = r.event_count <= ServoRecord::k_max_events ? r.event_count : 0;
   for (std::uint8_t i = 0; i < r.event_count; ++i) fields(r.events[i]);
 }
 
@@ -74,7 +74,7 @@ concept HasFields = requires(T& value, Fields& fields) {
   value.each_field(fields);
 };
 
-constexpr double k_most = 1e12;  // in any unit
+constexpr double k_max = 1e12;  // in any unit
 
 /// Writes or reads every field; invalid positions and numbers are refused.
 template <bool k_is_saving>
@@ -105,7 +105,7 @@ struct Fields {
       is_good = is_good && byte <= 1;
     } else if constexpr (std::is_floating_point_v<T>) {
       raw(value);
-      is_good = is_good && std::abs(value) <= k_most;
+      is_good = is_good && std::abs(value) <= k_max;
     } else if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, std::byte>) {
       raw(value);
     } else if constexpr (std::is_same_v<T, glm::dvec3>) {
@@ -175,16 +175,16 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
                          state.touched_mover, state.plane.shape})
     is_good = is_good && is_item(item, scene);
   is_good = is_good && std::abs(glm::length(state.tool_turn) - 1) < 1e-6 &&
-            (state.balls_inside >> TouchScene::k_most_balls) == 0;
-  for (const ServoCore::Place& place : result.places_)
-    is_good = is_good && std::abs(glm::length(place.where.rotation) - 1) < 1e-6;
+            (state.balls_inside >> TouchScene::k_max_balls) == 0;
+  for (const ServoCore::RecentPose& recent : result.recent_poses_)
+    is_good = is_good && std::abs(glm::length(recent.pose.rotation) - 1) < 1e-6;
   for (const Side side : {result.step_.side, result.popped_side_}) is_good = is_good && is_side(side);
   for (std::uint32_t i = 0; i < result.escape_path_.count; ++i)
     is_good = is_good && is_near(result.escape_path_.places_volume[i]);
   for (const ShapeSet& items : {state.inside, state.around.nearby, state.around.passable,
                                 state.around.new_models, result.not_ready_, result.reported_not_ready_})
-    is_good = is_good && items.next(item_count(scene)) == ShapeSet::k_most;
-  for (int s = state.inside.next(0); is_good && s < ShapeSet::k_most; s = state.inside.next(s + 1))
+    is_good = is_good && items.next(item_count(scene)) == ShapeSet::k_max;
+  for (int s = state.inside.next(0); is_good && s < ShapeSet::k_max; s = state.inside.next(s + 1))
     is_good = !item_of(scene, s).is_mesh();
   const auto is_share = [](double share) { return share >= 0 && share <= 1; };
   is_good = is_good && is_share(result.guard_.fade()) && is_share(result.passivity_.softness());
@@ -212,7 +212,7 @@ bool get_record(std::string_view& in, ServoRecord& record) {
   Fields<false> fields{nullptr, in};
   fields_of(record, fields);
   in = fields.in;
-  return fields.is_good && is_side(record.side) && record.hand < ServoScene::k_most_hands;
+  return fields.is_good && is_side(record.side) && record.hand < ServoScene::k_max_hands;
 }
 
 }  // namespace trephine::haptics

@@ -31,7 +31,7 @@ void ServoHand::set_scene(std::shared_ptr<const TouchScene> items,
                                        [this](const Part& part) { return part.item >= item_count(*scene); });
   part_count = static_cast<std::size_t>(kept_end - parts.begin());
   // A later item with such an index starts touchable and ready.
-  for (int i = item_count(*scene); i < ShapeSet::k_most; ++i)
+  for (int i = item_count(*scene); i < ShapeSet::k_max; ++i)
     untouchable.set(i, false), not_ready.set(i, false);
 }
 

@@ -17,10 +17,10 @@ namespace trephine::haptics {
 /// Escape path of a proxy that restored matter covers: its previous positions, newest first, up to one that
 /// is free then.
 struct EscapePath {
-  static constexpr std::size_t k_most_places = 64;
+  static constexpr std::size_t k_max_places = 64;
   std::uint64_t serial = 0;  ///< of the first ServoScene with that matter
   std::uint32_t count = 0;   ///< number of positions; 0: no path is known, and a buried proxy is released
-  std::array<glm::dvec3, k_most_places> places_volume;
+  std::array<glm::dvec3, k_max_places> places_volume;
 };
 
 /// Touchable data of one hand. A value; immutable when published.
@@ -44,20 +44,20 @@ struct ServoHand {
   void set_touchable(int item, bool is_touchable) noexcept { untouchable.set(item, !is_touchable); }
   void set_ready(int item, bool is_ready) noexcept;
   /// Sets the voxels of a shape with available bits (low > high: no voxel): the shape is ready while hand and
-  /// proxy are within them, a few voxels off their border. For k_most_parts items at a time; a further one is
+  /// proxy are within them, a few voxels off their border. For k_max_parts items at a time; a further one is
   /// not ready at all.
   void set_ready(int item, const volume::VoxelBox& voxels) noexcept;
   /// Sets the placement of a moving mesh.
   void set_placement(int mover, const Placement& placement) noexcept;
 
-  static constexpr std::size_t k_most_parts = 8;
+  static constexpr std::size_t k_max_parts = 8;
   struct Part {  ///< available part of an item
     int item;
     volume::VoxelBox voxels;
   };
   ShapeSet untouchable, not_ready;
   ShapeSet let_through;  ///< items that do not block the hand's instrument now
-  std::array<Part, k_most_parts> parts;
+  std::array<Part, k_max_parts> parts;
   std::size_t part_count = 0;
   std::array<Placement, TouchScene::k_max_movers> placements;
   std::size_t placement_count = 0;  ///< number of placements set, from the first on; others are initial
@@ -75,7 +75,7 @@ struct ServoHand {
 };
 
 struct ServoScene {
-  static constexpr std::size_t k_most_hands = 4;
+  static constexpr std::size_t k_max_hands = 4;
   std::uint64_t serial = 0;      ///< increases with every published scene; ticks record it
   std::vector<ServoHand> hands;  ///< as many in every scene; a hand without entry gets no force, and faults
   bool has_held = false;         ///< some hand touches a mesh that another one holds

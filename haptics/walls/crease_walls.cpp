@@ -15,14 +15,14 @@ using glm::dvec3;
 using glm::ivec3;
 
 dvec3 turned_away(dvec3 way, std::span<const dvec3> normals) noexcept {
-  constexpr double k_least = 0.1;  // cosine
-  constexpr int k_most_turns = 12;
-  for (int i = 0; i < k_most_turns && !normals.empty(); ++i) {
+  constexpr double k_min = 0.1;  // cosine
+  constexpr int k_max_turns = 12;
+  for (int i = 0; i < k_max_turns && !normals.empty(); ++i) {
     const double size = glm::length(way);
     const dvec3& worst = *std::max_element(
         normals.begin(), normals.end(),
         [&](const dvec3& a, const dvec3& b) { return glm::dot(way, a) < glm::dot(way, b); });
-    if (glm::dot(way, worst) < -k_least * size) break;
+    if (glm::dot(way, worst) < -k_min * size) break;
     way -= size / (i + 1) * worst;
   }
   return way;
@@ -30,7 +30,7 @@ dvec3 turned_away(dvec3 way, std::span<const dvec3> normals) noexcept {
 
 dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const dvec3> normals_world,
                               glm::bvec3& is_kept) noexcept {
-  constexpr double k_free = 1e-6, k_most_square = 1;  // voxels, their square
+  constexpr double k_free = 1e-6, k_max_square = 1;  // voxels, their square
   constexpr double k_across = 0.05;  // of a gradient: the share below which its wall is across the way
   const ivec3 here = volume::voxel_of(p);
   for (int a = 0; a < 3; ++a) is_kept[a] = is_kept[a] || here[a] != wall.cube[a];
@@ -55,7 +55,7 @@ dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const 
     if (s.value + slack <= 0) return q;
     if (!(slope > 0)) return p;
     q += (s.value + 2 * slack) / slope * way;
-    if (!(glm::dot(q - p, q - p) < k_most_square)) return p;
+    if (!(glm::dot(q - p, q - p) < k_max_square)) return p;
   }
   return p;
 }

@@ -16,10 +16,10 @@ using glm::ivec3;
 
 namespace {
 
-constexpr double k_most_motion = 40;   // mm that an object may move between two sets of depth images
+constexpr double k_max_motion = 40;    // mm that an object may move between two sets of depth images
 constexpr double k_step = 0.5;         // mm, of the scene's frame if there are models only
 constexpr double k_steps_across = 40;  // a model is at least this many steps across
-constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half the gap of the slide
+constexpr double k_min_gap = 5e-8;     // of a step of the scene's frame: half the gap of the slide
 
 /// Returns the box of a shape's voxels in the world, enlarged by two voxels and by the extension of a soft
 /// shape into others. low > high: the shape has no matter.
@@ -67,8 +67,8 @@ SceneLayout::Box world_box(const dvec3& low, const dvec3& high, const Placement&
 }  // namespace
 
 namespace {
-Error too_many(const char* what, int found, int most) {
-  return {what, "scene", std::to_string(found), "at most " + std::to_string(most), ""};
+Error too_many(const char* what, int found, int limit) {
+  return {what, "scene", std::to_string(found), "at most " + std::to_string(limit), ""};
 }
 }  // namespace
 
@@ -136,7 +136,7 @@ Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
   if (mesh.depth) {
     mesh.depth->bounds(low, high);
     // Includes its motion until the next set.
-    if (mesh.mover >= 0 && low.x <= high.x) low -= k_most_motion, high += k_most_motion;
+    if (mesh.mover >= 0 && low.x <= high.x) low -= k_max_motion, high += k_max_motion;
   }
   boxes_.push_back(mesh.mover < 0 ? world_box(low, high, mesh.placement) : Box{low, high});
   return std::nullopt;
@@ -182,8 +182,8 @@ const Placement& SceneLayout::set_place(const TouchItem& mesh, const ProxyInput&
 }
 
 Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
-  if (item_count(scene) > ShapeSet::k_most)
-    return too_many("too many shapes and meshes to touch at once", item_count(scene), ShapeSet::k_most);
+  if (item_count(scene) > ShapeSet::k_max)
+    return too_many("too many shapes and meshes to touch at once", item_count(scene), ShapeSet::k_max);
   SceneLayout layout;
   layout.movers_.fill(-1);
   for (int i = 0; i < item_count(scene); ++i) {
@@ -233,8 +233,8 @@ int SceneWalls::part_of(int shape) const noexcept {
 
 SmoothWalls& SceneWalls::walls_of(int i) noexcept {
   SmoothWalls& walls = walls_[static_cast<std::size_t>(i)].walls;
-  if (bool& is_made = is_made_[static_cast<std::size_t>(i)]; !is_made) {
-    is_made = true;
+  if (bool& is_constructed = is_constructed_[static_cast<std::size_t>(i)]; !is_constructed) {
+    is_constructed = true;
     new (&walls)
         SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : touch_state_, state_.around.passable,
                     counters_, part(i).begin, part(i).end, &state_.around.nearby);
@@ -269,8 +269,8 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
   // Stops before the facet along the motion, and never so close that rounding could put the proxy behind it.
   const double step = frame().spacing().x, before = hit.t - 0.5 * tolerance / (step * glm::length(b - a));
   const double approach = -glm::dot(to - from, hit.normal_world);
-  const double most = approach > 0 ? hit.t - k_least_gap * step / approach : 0;
-  reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, most));
+  const double latest = approach > 0 ? hit.t - k_min_gap * step / approach : 0;
+  reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, latest));
   reach.is_blocked = true;
   reach.wall = {shape, false, hit.side == Side::back, hit.triangle};
   return true;
@@ -288,7 +288,7 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
     const Reach part_hit = walls_of(i).reach(in_part(i, a), in_part(i, b), after, tolerance);
     if (part_hit.is_blocked && (!first.is_blocked || part_hit.t < first.t)) first = part_hit, blocking = i;
   }
-  for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
+  for (int s = next_shape(0); s < ShapeSet::k_max; s = next_shape(s + 1))
     if (is_mesh(s) && s != skipped && reach_mesh(s, a, b, tolerance, first)) blocking = -1;
   if (first.is_blocked && after != before) {
     after = before;
@@ -376,7 +376,7 @@ volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall,
   // Bounds of |second derivatives| along the scene's axes.
   const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
                        glm::abs(part(i).from_scene[2]));
-  const volume::Jet as_jet{{0, dvec3(0)}, own.own, own.cross};
+  const volume::Jet as_jet{{0, dvec3(0)}, own.pure, own.cross};
   const dvec3 bent[3] = {as_jet.hessian_times(map[0]), as_jet.hessian_times(map[1]),
                          as_jet.hessian_times(map[2])};
   return {{glm::dot(map[0], bent[0]), glm::dot(map[1], bent[1]), glm::dot(map[2], bent[2])},
@@ -412,18 +412,18 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
   const double radius = scene_.tool_radius;
   const bool is_front = blocks(shape, Side::front), is_back = blocks(shape, Side::back);
   // Collects the nearest few, nearest first.
-  constexpr std::size_t k_most = 12;
-  std::array<MeshTree::Near, k_most> nearest;
+  constexpr std::size_t k_max = 12;
+  std::array<MeshTree::Near, k_max> nearest;
   std::size_t found = 0;
   tree.for_near(at, radius + within, [&](const MeshTree::Near& candidate) {
     ++counters_.triangles;
     if (candidate.is_front ? !is_front : !is_back) return;
-    std::size_t place = std::min(found, k_most - 1);
-    if (found == k_most && candidate.distance >= nearest[place].distance) return;
+    std::size_t place = std::min(found, k_max - 1);
+    if (found == k_max && candidate.distance >= nearest[place].distance) return;
     for (; place > 0 && candidate.distance < nearest[place - 1].distance; --place)
       nearest[place] = nearest[place - 1];
     nearest[place] = candidate;
-    found = std::min(found + 1, k_most);
+    found = std::min(found + 1, k_max);
   });
   // Leaves out facets that are wholly behind a nearer one, so that no wall holds the tool back at edges that
   // it can pass around.

@@ -140,7 +140,7 @@ class SceneWalls {
   };
   static_assert(std::is_trivially_destructible_v<SmoothWalls>);
   std::array<WallsStorage, SceneLayout::k_max_volumes> walls_;
-  std::array<bool, SceneLayout::k_max_volumes> is_made_{};
+  std::array<bool, SceneLayout::k_max_volumes> is_constructed_{};
 };
 
 }  // namespace trephine::haptics

@@ -29,7 +29,7 @@ double rounding_of(const volume::ValueAndGradient& field,
                    const volume::QuadraticPatch::HessianBound& hessian) noexcept {
   const dvec3& g = field.gradient;
   return k_rounding * (1 + std::abs(field.value) + std::abs(g.x) + std::abs(g.y) + std::abs(g.z) +
-                       hessian.own.x + hessian.own.y + hessian.own.z);
+                       hessian.pure.x + hessian.pure.y + hessian.pure.z);
 }
 
 const volume::QuadraticPatch::HessianBound& SmoothWalls::hessian_bound_of(Cached& cached) const noexcept {
@@ -177,7 +177,7 @@ volume::QuadraticPatch::HessianBound SmoothWalls::bound_over(const Wall& wall, c
   if (low == high) return bound;
   const auto add = [&](const ivec3& v) {
     const auto& here = bound_at(v);
-    bound.own = glm::max(bound.own, here.own);
+    bound.pure = glm::max(bound.pure, here.pure);
     bound.cross = glm::max(bound.cross, here.cross);
   };
   const ivec3 extent = high - low + 1;
@@ -207,10 +207,10 @@ bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
 bool SmoothWalls::is_covered(int shape, const ShapeSet& inside, const ivec3& v) noexcept {
   if (end_ - begin_ < 2 || !is_near_cut(v) || inside.contains(shape) || !blocks(shape, Side::front))
     return false;
-  for (int other = next_shape(0); other < ShapeSet::k_most; other = next_shape(other + 1)) {
+  for (int other = next_shape(0); other < ShapeSet::k_max; other = next_shape(other + 1)) {
     if (other == shape || inside.contains(other) || !blocks(other, Side::front)) continue;
-    if (!(patch(other, v).patch.least() > 0)) continue;
-    if (other < shape || !(patch(shape, v).patch.least() > 0))
+    if (!(patch(other, v).patch.minimum() > 0)) continue;
+    if (other < shape || !(patch(shape, v).patch.minimum() > 0))
       return true;  // of two shapes that fill it the first stays
   }
   return false;
@@ -276,12 +276,12 @@ double SmoothWalls::reach_in_piece(const Wall& field, const ivec3& v, const ivec
   for (int i = 0; i < k_max_proofs; ++i) {
     const double forward = step_from(t, 1, by_cut);
     if (t + forward >= end) return t1;
-    if (forward < leg.least_step) break;
+    if (forward < leg.min_step) break;
     t += k_short * forward;
     bool ignored = false;
     const double backward = step_from(end, -1, ignored);
     if (end - backward <= t) return t1;
-    if (backward > leg.least_step) end -= backward;
+    if (backward > leg.min_step) end -= backward;
   }
   blocker = {field.shape, by_cut, is_inside, 0, by_cut ? -1 : field.sheet, v};
   return t;
@@ -310,7 +310,7 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
     return reach_in_piece(field, v, &sample, leg, t0, t1, blocker);
   }
   // Without matter the cut need not be evaluated.
-  if (!is_inside && patch(shape, v).patch.most() < 0) return t1;
+  if (!is_inside && patch(shape, v).patch.maximum() < 0) return t1;
   // The pieces of the leg in the cubes of samples. Rounding may leave a rest before or behind them.
   const volume::Segment in_samples(lattice.lattice_from_volume(leg.a),
                                    lattice.lattice_from_volume(leg.a + leg.along));
@@ -386,7 +386,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
   const auto cube = [&](const ivec3& v, double t0, double t1, Reach& reach, bool is_known_near) {
     std::array<Passage, 32> passages;
     std::size_t passage_count = 0;
-    for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1)) {
+    for (int s = next_shape(0); s < ShapeSet::k_max; s = next_shape(s + 1)) {
       double from = t0;
       for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
         const bool is_inside = inside.contains(s);
@@ -427,7 +427,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     if (is_round_ && inside.is_empty()) {
       const int first = next_shape(0);
       volume::VoxelBox free = offset(static_cast<std::size_t>(first)).free_box(v);
-      for (int s = next_shape(first + 1); s < ShapeSet::k_most; s = next_shape(s + 1)) {
+      for (int s = next_shape(first + 1); s < ShapeSet::k_max; s = next_shape(s + 1)) {
         const volume::VoxelBox other = offset(static_cast<std::size_t>(s)).free_box(v);
         free = {glm::max(free.low, other.low), glm::min(free.high, other.high)};
       }
@@ -437,7 +437,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
       }
     } else if (inside.is_empty() && volume_->contains(v)) {
       int far = 255;
-      for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
+      for (int s = next_shape(0); s < ShapeSet::k_max; s = next_shape(s + 1))
         far = std::min(far, empty_distance(s, v));
       if (far > 1) {
         const ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);

@@ -73,10 +73,10 @@ class SmoothWalls {
     return is_round_ ? scene_->items[static_cast<std::size_t>(begin_)].offset->frame() : volume_->frame;
   }
 
-  /// Returns the first shape from `s` on; ShapeSet::k_most after the last.
+  /// Returns the first shape from `s` on; ShapeSet::k_max after the last.
   int next_shape(int s) const noexcept {
     if (near_) s = near_->next(s < begin_ ? begin_ : s);
-    return s < end_ ? s : ShapeSet::k_most;
+    return s < end_ ? s : ShapeSet::k_max;
   }
   bool blocks(int shape, Side side) const noexcept {
     return haptics::blocks(*scene_, *passable_, shape, side);
@@ -192,7 +192,7 @@ class SmoothWalls {
   /// A motion a + t along, and the steps of t below which the proof ends.
   struct Leg {
     const glm::dvec3 &a, &along;
-    double least_step;
+    double min_step;
   };
   /// Tests one shape over [t0, t1] of the leg, all in cube v. Returns the end of the free part: t1, or less
   /// at `blocker`.

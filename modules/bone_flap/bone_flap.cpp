@@ -35,7 +35,7 @@ struct FlapResult final : sim::JobResult {
     dvec3 middle_world;
   };
   std::vector<Piece> pieces;
-  std::vector<Near> structures;
+  std::vector<StructureClearance> structures;
   sim::Detachment detached;
   std::uint64_t fingerprint = 0;
 
@@ -47,8 +47,8 @@ struct FlapResult final : sim::JobResult {
     mix.add(static_cast<std::uint64_t>(holes));
     const auto add_point = [&mix](const dvec3& p) { mix.add(p.x), mix.add(p.y), mix.add(p.z); };
     for (const Piece& piece : pieces) sim::add_value(mix, piece.event), add_point(piece.middle_world);
-    for (const Near& near : structures)
-      sim::add_bytes(mix, near.structure), mix.add(near.mm), add_point(near.at_world);
+    for (const StructureClearance& clearance : structures)
+      sim::add_bytes(mix, clearance.structure), mix.add(clearance.mm), add_point(clearance.at_world);
     if (error)
       sim::add_bytes(mix, error->reason), add_point(error->position_world);
     else
@@ -98,7 +98,7 @@ class Flap {
     world.outline = surface_.outline(), world.floor = surface_.floor();
     world.area = surface_.outer_mm2(shape_.field);
     world.wall = surface_.wall_mm2(shape_.field, editor_.working());
-    result_->structures = nearness_of(world, input_.forbidden);
+    result_->structures = clearances_of(world, input_.forbidden);
     return std::nullopt;
   }
 
@@ -152,7 +152,7 @@ class Flap {
     const volume::SolidParts parts(shape_.field, *shape_.bits, *version_);
     const volume::CutLattice& lattice = version_->lattice();
     const int seed_part = parts.part_of(lattice.centre_of(*seed_));
-    if (seed_part < 0 || !parts.parts()[static_cast<std::size_t>(seed_part)].is_off) {
+    if (seed_part < 0 || !parts.parts()[static_cast<std::size_t>(seed_part)].is_detached) {
       return find_leak();
     }
     struct Candidate {
@@ -162,7 +162,7 @@ class Flap {
     };
     std::vector<Candidate> candidates;
     for (std::size_t p = 0; p < parts.parts().size(); ++p) {
-      if (!parts.parts()[p].is_off) continue;
+      if (!parts.parts()[p].is_detached) continue;
       Candidate candidate{static_cast<int>(p), 0, {}};
       if (is_mostly_inside(parts, candidate.part, candidate.size, candidate.middle))
         candidates.push_back(candidate);
@@ -188,14 +188,14 @@ class Flap {
     }
     for (const sim::Id& id : request_.leave)
       if (id.value == 0 || id.value > result_->pieces.size()) {
-        return LocatedError{"there is no piece " + std::to_string(id.value) +
-                                ": number of pieces: " + std::to_string(result_->pieces.size()),
+        return LocatedError{"piece " + std::to_string(id.value) + " does not exist: number of pieces: " +
+                                std::to_string(result_->pieces.size()),
                             surface_.pyramid().centre_world};
       }
     if (result_->pieces.empty() ||
         std::none_of(result_->pieces.begin(), result_->pieces.end(),
                      [](const FlapResult::Piece& piece) { return piece.event.is_detached; })) {
-      return LocatedError{"no piece is to be detached", surface_.pyramid().centre_world};
+      return LocatedError{"the request leaves all pieces in place", surface_.pyramid().centre_world};
     }
     result_->cut.flaps = 1;
     result_->detached = sim::detach_parts(shape_, parts, fates, input_.solids, version_);
@@ -270,8 +270,8 @@ class Flap {
     });
     const double distance = glm::length(w);
     const std::string cause =
-        distance < line->from ? whole(line->from - distance) + " mm deeper than the saw went"
-        : distance > line->to ? whole(distance - line->to) + " mm above where the saw began"
+        distance < line->from ? rounded(line->from - distance) + " mm deeper than the saw went"
+        : distance > line->to ? rounded(distance - line->to) + " mm above where the saw began"
                               : "through a hole of the cut";
     return {"the bone inside the outline is still connected to the rest " +
                 between_anchors(line->side, surface_.pyramid().size()) + ", " + cause,
@@ -317,13 +317,13 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
                    output.cut.centre);
   for (const FlapResult::Piece& piece : output.pieces) work.raise_event(piece.event, piece.middle_world);
   // The running saw is stiff: it touches or tears a structure in the bone, and strips one below the bone.
-  for (const Near& near : output.structures) {
-    if (near.is_stripped())
-      work.raise_event(sim::StructureStripped{near.structure, -near.mm}, near.at_world);
-    else if (near.mm < -sim::k_tear_depth)
-      work.raise_event(sim::StructureTorn{near.structure, -near.mm}, near.at_world);
-    else if (near.mm < 0)
-      work.raise_event(sim::StructureTouched{near.structure, -near.mm}, near.at_world);
+  for (const StructureClearance& clearance : output.structures) {
+    if (clearance.is_stripped())
+      work.raise_event(sim::StructureStripped{clearance.structure, -clearance.mm}, clearance.at_world);
+    else if (clearance.mm < -sim::k_tear_depth)
+      work.raise_event(sim::StructureTorn{clearance.structure, -clearance.mm}, clearance.at_world);
+    else if (clearance.mm < 0)
+      work.raise_event(sim::StructureTouched{clearance.structure, -clearance.mm}, clearance.at_world);
   }
 }
 
@@ -374,11 +374,11 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
                  .expected = count > 0 ? "1 to " + std::to_string(count) : "no anchors"};
   };
   const auto check_count = [](const char* where, std::int64_t found) -> Status {
-    if (found <= k_most_anchors) return std::nullopt;
+    if (found <= k_max_anchors) return std::nullopt;
     return Error{.what = "the outline has too many anchors",
                  .where = where,
                  .found = std::to_string(found),
-                 .expected = "at most " + std::to_string(k_most_anchors),
+                 .expected = "at most " + std::to_string(k_max_anchors),
                  .remedy = "remove some of them"};
   };
   if (command.request.as<AddAnchor>()) return check_count("add-anchor", count + 1);

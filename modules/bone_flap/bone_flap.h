@@ -9,7 +9,7 @@ namespace trephine::bone_flap {
 enum class Saw : std::uint8_t { w0_8, w1_2, w1_6, w2_0, w2_4 };
 double width_of(Saw saw) noexcept;  ///< mm
 
-inline constexpr std::int64_t k_most_anchors = 1000;
+inline constexpr std::int64_t k_max_anchors = 1000;
 
 // Commands that draw an outline anchor by anchor. The outline is a setting: undo does not change it.
 

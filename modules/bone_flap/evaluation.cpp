@@ -76,16 +76,16 @@ OutlineShape shape_of(const FlapState& flap) {
   return shape;
 }
 
-Cover cover_of(const FlapState& flap, const volume::Volume& scan, int label) {
-  Cover cover;
-  if (scan.labels.is_empty() || flap.outline.size() < 3) return cover;
+LabelExposure exposure_of(const FlapState& flap, const volume::Volume& scan, int label) {
+  LabelExposure exposure;
+  if (scan.labels.is_empty() || flap.outline.size() < 3) return exposure;
   const Plane plane(flap);
   const std::vector<dvec2> loop = project_outline(flap, plane);
   // Rasterize the label's projection in squares of the finest voxel spacing.
   const dvec3& h = scan.frame.spacing();
   const double cell = std::min({h.x, h.y, h.z});
   std::set<std::pair<int, int>> projection;
-  cover.depth = 1e300;
+  exposure.depth = 1e300;
   for (int z = 0; z < scan.size.z; ++z)
     for (int y = 0; y < scan.size.y; ++y)
       for (int x = 0; x < scan.size.x; ++x) {
@@ -93,21 +93,21 @@ Cover cover_of(const FlapState& flap, const volume::Volume& scan, int label) {
         const dvec3 p = scan.frame.world_from_volume(dvec3(x, y, z));
         const dvec2 at = plane(p) / cell;
         projection.emplace(static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)));
-        cover.depth = std::min(cover.depth, glm::dot(plane.middle - p, plane.normal));
+        exposure.depth = std::min(exposure.depth, glm::dot(plane.middle - p, plane.normal));
       }
   if (projection.empty()) return {};
-  cover.is_any = true;
-  cover.margin = 1e300;
+  exposure.has_label = true;
+  exposure.margin = 1e300;
   std::size_t covered = 0;
   for (const auto& [x, y] : projection) {
     const dvec2 p = cell * dvec2(x + 0.5, y + 0.5);
     const double edge = distance_to(loop, p);
     const double inside = (is_within(loop, p) ? edge : -edge) - 0.5 * flap.width;
     covered += inside >= 0;
-    cover.margin = std::min(cover.margin, inside);
+    exposure.margin = std::min(exposure.margin, inside);
   }
-  cover.share = static_cast<double>(covered) / static_cast<double>(projection.size());
-  return cover;
+  exposure.share = static_cast<double>(covered) / static_cast<double>(projection.size());
+  return exposure;
 }
 
 OutlineDistance distance_between(const std::vector<dvec3>& first, const std::vector<dvec3>& second) {
@@ -146,20 +146,20 @@ OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<dvec
   return distance_between(project(flap.outline), project(plan));
 }
 
-std::vector<Near> nearness_of(const FlapState& flap,
-                              std::span<const std::shared_ptr<const sim::Forbidden>> forbidden) {
-  std::vector<Near> clearances;
+std::vector<StructureClearance> clearances_of(
+    const FlapState& flap, std::span<const std::shared_ptr<const sim::Forbidden>> forbidden) {
+  std::vector<StructureClearance> clearances;
   for (const auto& structure : forbidden) {
-    Near near{structure->name(), sim::Forbidden::k_reach, {}, 1.5 * structure->voxel_mm()};
+    StructureClearance clearance{structure->name(), sim::Forbidden::k_reach, {}, 1.5 * structure->voxel_mm()};
     for (std::size_t i = 0; i < flap.outline.size(); ++i) {
       // The footplate slides below the bone: the saw's end, modelled as a ball, reaches the inner table.
       const dvec3 up = flap.outline[i] - flap.floor[i];
       const double length = glm::length(up), lift = std::min(length, k_overcut + 0.5 * flap.width);
       const dvec3 end = length > 0 ? flap.floor[i] + lift / length * up : flap.floor[i];
-      const double mm = structure->clearance(flap.outline[i], {end, 0.5 * flap.width}, near.mm);
-      if (mm < near.mm) near.mm = mm, near.at_world = end;
+      const double mm = structure->clearance(flap.outline[i], {end, 0.5 * flap.width}, clearance.mm);
+      if (mm < clearance.mm) clearance.mm = mm, clearance.at_world = end;
     }
-    clearances.push_back(std::move(near));
+    clearances.push_back(std::move(clearance));
   }
   return clearances;
 }

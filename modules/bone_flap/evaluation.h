@@ -15,17 +15,17 @@ OutlineShape shape_of(const FlapState& flap);
 
 /// Exposure of a label: its projection along the normal, compared with the opening (the outline less half of
 /// the saw's width).
-struct Cover {
+struct LabelExposure {
   double share = 0;   ///< 0 to 1, of the projected area
   double margin = 0;  ///< mm, smallest distance of the projection from the opening's edge; negative: outside
   double depth = 0;   ///< mm from the outline's plane to the label's nearest voxel
-  bool is_any = false;  ///< false: no voxel has the label
+  bool has_label = false;  ///< false: no voxel has the label
 };
-Cover cover_of(const FlapState& flap, const volume::Volume& scan, int label);
+LabelExposure exposure_of(const FlapState& flap, const volume::Volume& scan, int label);
 
 /// Clearance between the saw's lines, down to the inner table, and a structure that must not be cut. A
 /// footplate keeps the saw from matter below the bone, and strips it off.
-struct Near {
+struct StructureClearance {
   std::string structure;
   double mm = sim::Forbidden::k_reach;  ///< clearance, at most k_reach; negative: depth of the cut into it
   glm::dvec3 at_world{0.0};             ///< position of the smallest clearance, mm
@@ -34,8 +34,8 @@ struct Near {
   /// table by that much, and the footplate strips it. A structure that is deeper in the bone is cut.
   bool is_stripped() const noexcept { return mm < 0 && -mm <= resolved; }
 };
-std::vector<Near> nearness_of(const FlapState& flap,
-                              std::span<const std::shared_ptr<const sim::Forbidden>> forbidden);
+std::vector<StructureClearance> clearances_of(
+    const FlapState& flap, std::span<const std::shared_ptr<const sim::Forbidden>> forbidden);
 
 /// Distance between two closed outlines, mm: mean over the points of both, and the largest.
 struct OutlineDistance {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double k_inward = 60;         // mm that lines are searched inward of the outline's chord
 constexpr double k_jump = 3;            // mm, largest step of a table from line to line
-constexpr double k_least_line = 0.5;    // mm between lines along the outline, or half a saw's width
+constexpr double k_min_line = 0.5;      // mm between lines along the outline, or half a saw's width
 constexpr double k_nearest_apex = 5;    // mm from the apex to the nearest bone, at least
 constexpr double k_margin = k_overcut;  // mm of the surface beyond the tables
 
@@ -38,9 +38,9 @@ void for_bricks(const volume::CutLattice& lattice, const dvec3& low, const dvec3
   const glm::dmat3 inverse = glm::inverse(lattice.frame().axes());
   glm::ivec3 first, last;
   for (int a = 0; a < 3; ++a) {
-    const double reach = beyond * glm::length(glm::row(inverse, a)), most = lattice.size()[a] - 1;
-    first[a] = static_cast<int>(std::clamp(std::floor(low[a] - reach), 0.0, most));
-    last[a] = static_cast<int>(std::clamp(std::ceil(high[a] + reach), 0.0, most));
+    const double reach = beyond * glm::length(glm::row(inverse, a)), last_index = lattice.size()[a] - 1;
+    first[a] = static_cast<int>(std::clamp(std::floor(low[a] - reach), 0.0, last_index));
+    last[a] = static_cast<int>(std::clamp(std::ceil(high[a] + reach), 0.0, last_index));
   }
   box = volume::united(box, {first, last});
   first /= volume::k_brick, last /= volume::k_brick;
@@ -60,7 +60,7 @@ LocatedStatus CutSurface::make(const Pyramid& pyramid, const Field& bone, double
   pyramid_ = pyramid;
   width_ = width;
   lines_.clear();
-  const double step = std::min(k_least_line, 0.5 * width);
+  const double step = std::min(k_min_line, 0.5 * width);
   for (std::size_t i = 0; i < pyramid_.size(); ++i) {
     const dvec3 &a = pyramid_.anchor(i), &b = pyramid_.anchor(i + 1);
     const int count = std::max(2, static_cast<int>(std::ceil(glm::length(b - a) / step)));
@@ -113,7 +113,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
       const Run* closest = nearest(central_runs[first], chord[first], k_inward);
       return LocatedError{"anchor " + std::to_string(lines_[first].side + 1) + " lies off the bone" +
                               (closest ? ": the nearest along the saw is " +
-                                             whole(std::abs(closest->high - chord[first])) + " mm away"
+                                             rounded(std::abs(closest->high - chord[first])) + " mm away"
                                        : ""),
                           pyramid_.anchor(lines_[first].side)};
     }
@@ -125,7 +125,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
     if (const Line& one = lines_[first + half], &other = lines_[(first + half + 1) % n];
         one.is_bone && other.is_bone && std::abs(one.outer - other.outer) > 2 * k_jump) {
       return LocatedError{"the skull's surface is not continuous " + between_anchors(one.side, sides) +
-                              ": it jumps by " + whole(std::abs(one.outer - other.outer)) + " mm",
+                              ": it jumps by " + rounded(std::abs(one.outer - other.outer)) + " mm",
                           point_at(one, one.outer)};
     }
     first = next;
@@ -135,7 +135,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
     Line& line = lines_[i];
     if (!line.is_bone) continue;
     if (line.outer - line.inner > limits.thickest) {
-      return LocatedError{"the bone is thicker than " + whole(limits.thickest) + " mm " +
+      return LocatedError{"the bone is thicker than " + rounded(limits.thickest) + " mm " +
                               between_anchors(line.side, sides) + ": it is not calvaria",
                           point_at(line, line.outer - limits.thickest)};
     }
@@ -171,9 +171,9 @@ LocatedStatus CutSurface::check_holes(double largest) {
       constexpr double k_largest_foramen = 20;
       const dvec3 at = 0.5 * (outer_point(first - 1) + outer_point(end % n));
       return LocatedError{gap <= k_largest_foramen
-                              ? "the outline goes through a hole of " + whole(gap) + " mm in the bone " +
+                              ? "the outline goes through a hole of " + rounded(gap) + " mm in the bone " +
                                     between_anchors(before.side, sides)
-                              : "the outline leaves the bone for " + whole(gap) + " mm " +
+                              : "the outline leaves the bone for " + rounded(gap) + " mm " +
                                     between_anchors(before.side, sides),
                           at};
     }
@@ -187,7 +187,7 @@ LocatedStatus CutSurface::check_holes(double largest) {
     first = end;
   }
   // Extend each line by its neighbours within half of the width of the saw.
-  const double step = std::min(k_least_line, 0.5 * width_);
+  const double step = std::min(k_min_line, 0.5 * width_);
   const auto neighbours = static_cast<std::size_t>(std::ceil(0.5 * width_ / step));
   const std::vector<Line> original = lines_;
   for (std::size_t i = 0; i < n; ++i) {

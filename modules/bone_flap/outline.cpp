@@ -55,8 +55,8 @@ LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
   // The user has not closed the line: its continuation is unknown.
   constexpr double k_open = 4;
   if (const double gap = glm::length(anchors[n - 1] - anchors[0]); n > 4 && gap > k_open * longest) {
-    return LocatedError{"the outline is open: its ends are " + whole(gap) +
-                            " mm apart, and its other anchors " + whole(longest) + " at most",
+    return LocatedError{"the outline is open: its ends are " + rounded(gap) +
+                            " mm apart, and its other anchors " + rounded(longest) + " at most",
                         0.5 * (anchors[0] + anchors[n - 1])};
   }
   return std::nullopt;
@@ -64,7 +64,7 @@ LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
 
 }  // namespace
 
-std::string whole(double value) { return std::to_string(std::lround(value)); }
+std::string rounded(double value) { return std::to_string(std::lround(value)); }
 std::string tenths(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f", value);
@@ -211,7 +211,7 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<dvec3>& anchors_wor
     dvec3 normal;
     if (!outward(bone, at, normal)) {
       return LocatedError{
-          anchor_name(i) + " lies off the bone: no bone within " + whole(k_anchor_reach) + " mm", at};
+          anchor_name(i) + " lies off the bone: no bone within " + rounded(k_anchor_reach) + " mm", at};
     }
     const double weight =
         0.5 * (glm::length(at - result.anchor(i + n - 1)) + glm::length(result.anchor(i + 1) - at));
@@ -255,8 +255,8 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<dvec3>& anchors_wor
                               " and " + std::to_string(j + 1) + " to " + std::to_string((j + 1) % n + 1),
                           0.5 * (result.anchor(i) + result.anchor(i + 1))};
     }
-  constexpr double k_least_mm2 = 30;
-  if (0.5 * std::abs(twice_area) * distance * distance < k_least_mm2) {
+  constexpr double k_min_mm2 = 30;
+  if (0.5 * std::abs(twice_area) * distance * distance < k_min_mm2) {
     return LocatedError{"the outline encloses almost no area", result.centre_world};
   }
   return result;

@@ -16,7 +16,7 @@ namespace trephine::bone_flap {
 using sim::LocatedError, sim::LocatedStatus;
 
 /// Returns a rounded number as text: "12".
-std::string whole(double value);
+std::string rounded(double value);
 /// Returns a number with one decimal as text: "1.4".
 std::string tenths(double value);
 

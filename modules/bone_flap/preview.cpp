@@ -56,9 +56,9 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
   preview.summary = "flap of " + tenths(output->area / 100) + " cm\u00b2";
   FlapState cut;
   cut.width = width_of(request.saw), cut.outline = surface.outline(), cut.floor = surface.floor();
-  for (const Near& one : nearness_of(cut, input.forbidden))
-    if (one.mm < 0 && !one.is_stripped())
-      preview.summary += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
+  for (const StructureClearance& clearance : clearances_of(cut, input.forbidden))
+    if (clearance.mm < 0 && !clearance.is_stripped())
+      preview.summary += "\nthe saw would go " + tenths(-clearance.mm) + " mm into " + clearance.structure;
   return output;
 }
 

@@ -14,7 +14,7 @@ const sim::Schema& AddAnchor::schema() {
 const sim::Schema& MoveAnchor::schema() {
   static constexpr sim::Field fields[] = {
       field<&MoveAnchor::number>(
-          "number", {.low = 1, .high = k_most_anchors, .help = "number of the anchor, starting at 1"}),
+          "number", {.low = 1, .high = k_max_anchors, .help = "number of the anchor, starting at 1"}),
       field<&MoveAnchor::at>("at",
                              {.unit = "mm", .low = -1e5, .high = 1e5, .help = "position on the skull"})};
   static constexpr sim::Schema table{"move-anchor", 1, fields};
@@ -22,7 +22,7 @@ const sim::Schema& MoveAnchor::schema() {
 }
 const sim::Schema& RemoveAnchor::schema() {
   static constexpr sim::Field fields[] = {field<&RemoveAnchor::number>(
-      "number", {.low = 0, .high = k_most_anchors, .help = "number of the anchor; 0: the last one"})};
+      "number", {.low = 0, .high = k_max_anchors, .help = "number of the anchor; 0: the last one"})};
   static constexpr sim::Schema table{"remove-anchor", 1, fields};
   return table;
 }

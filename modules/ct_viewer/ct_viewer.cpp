@@ -16,21 +16,22 @@ std::span<const sim::ValueType* const> CtViewer::commands() const {
 }
 
 Status CtViewer::allows(const sim::Command& command, const sim::OperationState&) const {
-  const auto* look = command.request.as<LookAt>();
-  if (look == nullptr) return std::nullopt;
+  const auto* request = command.request.as<LookAt>();
+  if (request == nullptr) return std::nullopt;
   constexpr double k_far = 1e4;  // mm
   for (int a = 0; a < 3; ++a)
-    if (!(std::abs(look->at[a]) <= k_far))
+    if (!(std::abs(request->at[a]) <= k_far))
       return Error{.what = "the position is too far away",
                    .where = "look-at at",
-                   .found = std::to_string(look->at[a]),
+                   .found = std::to_string(request->at[a]),
                    .expected = "at most 10000 mm"};
   return std::nullopt;
 }
 
 void CtViewer::apply(const sim::Command& command, sim::ModuleWork& work) const {
   auto& settings = work.change_settings<CtViewerState>();
-  if (const auto* look = command.request.as<LookAt>()) settings.at = look->at, settings.is_looking = true;
+  if (const auto* request = command.request.as<LookAt>())
+    settings.at = request->at, settings.is_looking = true;
   if (const auto* window = command.request.as<SetGreyWindow>())
     settings.level = window->level, settings.width = window->width, settings.is_window = true;
 }

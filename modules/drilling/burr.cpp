@@ -278,7 +278,7 @@ Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene
                  .found = "a point",
                  .expected = "a tool with a radius",
                  .remedy = "begin the operation with this tool"};
-  const double width = 2 * body.least_radius();
+  const double width = 2 * body.min_radius();
   if (is_round && width < 2 * scene.tool_radius)
     return Error{.what = "the burr is smaller than its contact ball",
                  .where = "burr diameter",
@@ -346,13 +346,13 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
                  .found = std::to_string(burr.shaft) + " mm",
                  .expected = "0, or a round burr"};
   // Contact balls along the burr, at most 1.25 radii apart.
-  const double least_radius = body.least_radius();
-  const double longest = 1.25 * least_radius * (haptics::TouchScene::k_most_balls - 1);
-  if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * least_radius)
+  const double min_radius = body.min_radius();
+  const double longest = 1.25 * min_radius * (haptics::TouchScene::k_max_balls - 1);
+  if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * min_radius)
     return Error{.what = "the burr and its shaft are too long for their width",
                  .where = "burr shaft",
                  .found = std::to_string(body.high() - body.low() + burr.shaft) + " mm",
-                 .expected = "at most " + std::to_string(longest + 2 * least_radius) + " mm in all",
+                 .expected = "at most " + std::to_string(longest + 2 * min_radius) + " mm in all",
                  .remedy = "use a shorter shaft"};
   return check_body(body, burr.is_round, scene);
 }
@@ -360,14 +360,14 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
 /// Returns the finest cut and the contact balls. Both are fixed for a round burr while the session lasts.
 sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   const ToolBody body = burr.body();
-  sim::ToolNeeds needs{2 * body.least_radius(), 0, {}};
+  sim::ToolNeeds needs{2 * body.min_radius(), 0, {}};
   if (!burr.is_round) return needs;
   const double radius = needs.touch_radius = touch_radius(burr, anatomy);
   if (body.is_ball() && burr.shaft == 0) return needs;
   // Balls inside the body, from its tip along the shaft: one radius apart or less, farther on long shafts.
   const double first = body.low() + radius, last = std::max(first, body.high() - radius + burr.shaft);
   const int gaps = std::clamp(static_cast<int>(std::ceil((last - first) / radius)), 0,
-                              static_cast<int>(haptics::TouchScene::k_most_balls) - 1);
+                              static_cast<int>(haptics::TouchScene::k_max_balls) - 1);
   for (int i = 0; i <= gaps; ++i)
     needs.balls.push_back({0, 0, gaps == 0 ? first : first + (last - first) * i / gaps});
   return needs;
@@ -399,7 +399,7 @@ ToolBody Burr::body() const noexcept {
 }
 
 double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept {
-  const double radius = burr.body().least_radius();
+  const double radius = burr.body().min_radius();
   const double step = volume::OffsetField::step_for(radius, volume);
   return std::max(0.5 * radius, radius - step);
 }

@@ -174,8 +174,8 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   } else if (request_length > 1e-9 && glm::dot(motion, state.heading) > 0) {
     // Turn toward the request by as much as the tightest curve allows over this travel.
     const dvec3 aside = across(request / request_length, state.heading);
-    const double size = glm::length(aside), most = travel / c.turning_radius;
-    if (size > 1e-9) state.heading = glm::normalize(state.heading + std::min(1.0, most / size) * aside);
+    const double size = glm::length(aside), max_turn = travel / c.turning_radius;
+    if (size > 1e-9) state.heading = glm::normalize(state.heading + std::min(1.0, max_turn / size) * aside);
   }
 }
 
@@ -191,7 +191,7 @@ sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
   Burr bit = bit_of(c);
   const double radius = touch_radius(bit, anatomy);
   sim::ToolNeeds needs{c.diameter, radius, {}};
-  constexpr int k_bit_balls = static_cast<int>(haptics::TouchScene::k_most_balls) - 4;
+  constexpr int k_bit_balls = static_cast<int>(haptics::TouchScene::k_max_balls) - 4;
   for (int i = 0; i < k_bit_balls; ++i)
     needs.balls.push_back({0, 0, radius + (c.length - 2 * radius) * i / (k_bit_balls - 1)});
   const double offset = 0.5 * c.foot - radius;
@@ -202,14 +202,14 @@ sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
 
 Status check(const Craniotome& c, const haptics::TouchScene& scene) {
   if (!(c.foot > c.diameter))
-    return Error{.what = "the foot is no wider than the bit",
+    return Error{.what = "the foot is not wider than the bit",
                  .where = "craniotome foot",
                  .found = std::to_string(c.foot) + " mm",
                  .expected = "more than " + std::to_string(c.diameter) + " mm"};
   if (scene.tool_balls.empty())
     return Error{.what = "a craniotome needs contact balls along its bit",
                  .where = "craniotome",
-                 .found = "none",
+                 .found = "no balls",
                  .expected = "a tool of several balls",
                  .remedy = "begin the operation with this tool"};
   if (Status error = check_touch(needs(c, *scene.base), scene, "craniotome")) return error;

@@ -32,7 +32,7 @@ constexpr double k_heat_cutting = 0.012, k_heat_diamond = 0.041;
 constexpr double k_wet = 0.05;
 
 // Apparent density by HU, g/cm3 (Rho, Hobatho and Ashman 1995).
-constexpr double k_density_0 = 0.131, k_density_hu = 1.067e-3, k_least_density = 0.1;
+constexpr double k_density_0 = 0.131, k_density_hu = 1.067e-3, k_min_density = 0.1;
 
 /// mm per turn: two flutes with bites of 0.1 mm. Assumed.
 constexpr double k_bite_router = 2 * 0.1;
@@ -71,7 +71,7 @@ Warming warming(const Cutting& c) noexcept {
 }
 
 double apparent_density(double hounsfield) noexcept {
-  return std::max(k_least_density, k_density_0 + k_density_hu * hounsfield);
+  return std::max(k_min_density, k_density_0 + k_density_hu * hounsfield);
 }
 
 double relative_energy(const volume::RemovalReport& removed, const volume::Volume& scan) noexcept {

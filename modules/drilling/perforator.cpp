@@ -13,7 +13,7 @@ using volume::ToolBody;
 
 namespace {
 
-constexpr double k_least_depth = 1;            // mm of bone before the clutch may release
+constexpr double k_min_depth = 1;              // mm of bone before the clutch may release
 constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the tip at which bone holds the inner drill
 
 Burr inner_of(const Perforator& p) { return {.diameter = p.inner, .is_round = true, .rpm = 1000}; }
@@ -42,7 +42,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   if (!input.tick.has_contact) state.has_centre = false;
   if (!state.has_centre && glm::length(input.tick.proxy_world - state.centre) > 0.5 * p.inner)
     state.has_begun = false;
-  if (press < p.engages || !input.tick.has_contact) return;
+  if (press < p.engage_force || !input.tick.has_contact) return;
   inner.removal_rate = p.feed * press * std::numbers::pi * outer.radius * outer.radius;
   const double outer_offset = p.lead - 0.5 * p.inner;  // from the ball's centre to the outer drill's end
   const volume::ToolPose previous{state.centre, state.shaft};
@@ -61,7 +61,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   if (!state.has_begun && work.removed().removed_units > 0)
     state.has_begun = true, state.begun_tip = tip_of(p, state);
   const double depth = glm::dot(state.begun_tip - tip_of(p, state), state.shaft);
-  if (!state.has_begun || depth < k_least_depth || is_held(p, state, work)) return;
+  if (!state.has_begun || depth < k_min_depth || is_held(p, state, work)) return;
   state.has_stopped = true;
   work.raise_event(PerforatorStopped{depth}, tip_of(p, state));
 }
@@ -76,7 +76,7 @@ sim::ToolNeeds needs(const Perforator& p, const volume::Volume& anatomy) {
 
 Status check(const Perforator& p, const haptics::TouchScene& scene) {
   if (!(p.inner < p.diameter))
-    return Error{.what = "the inner drill is no smaller than the outer one",
+    return Error{.what = "the inner drill is not smaller than the outer drill",
                  .where = "perforator inner",
                  .found = std::to_string(p.inner) + " mm",
                  .expected = "less than " + std::to_string(p.diameter) + " mm"};
@@ -118,12 +118,12 @@ const sim::Schema& Perforator::schema() {
                                         .help = "feed per newton of contact force",
                                         .label = "Feed per newton",
                                         .is_expert = true}),
-      field<&Perforator::engages>("engages", {.unit = "N",
-                                              .low = 0,
-                                              .high = 20,
-                                              .help = "contact force above which the clutch engages",
-                                              .label = "Engaging force",
-                                              .is_expert = true})};
+      field<&Perforator::engage_force>("engages", {.unit = "N",
+                                                   .low = 0,
+                                                   .high = 20,
+                                                   .help = "contact force above which the clutch engages",
+                                                   .label = "Engaging force",
+                                                   .is_expert = true})};
   static constexpr sim::Schema table{"perforator", 1, fields};
   return table;
 }

@@ -7,11 +7,11 @@
 namespace trephine::drilling {
 
 struct Perforator {
-  double diameter = 14;  ///< mm, of the outer drill
-  double inner = 11;     ///< mm, of the inner drill, which has a round end
-  double lead = 3;       ///< mm by which the inner drill is ahead
-  double feed = 0.2;     ///< mm/s per newton of contact force
-  double engages = 0.5;  ///< N, contact force above which the clutch engages
+  double diameter = 14;       ///< mm, of the outer drill
+  double inner = 11;          ///< mm, of the inner drill, which has a round end
+  double lead = 3;            ///< mm by which the inner drill is ahead
+  double feed = 0.2;          ///< mm/s per newton of contact force
+  double engage_force = 0.5;  ///< N, contact force above which the clutch engages
   static const sim::Schema& schema();
 };
 

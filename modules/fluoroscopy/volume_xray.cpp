@@ -195,19 +195,19 @@ Status VolumeXray::project(const View& view, std::shared_ptr<const volume::Versi
   if (is_new) {
     view_ = view, method_ = method;
     const std::size_t count = static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows);
-    whole_.assign(count, 0), removed_sums_.assign(count, 0);
-    lines_.integrate(view.fan_in(scan_->frame), open, method, threads, whole_);
+    full_sums_.assign(count, 0), removed_sums_.assign(count, 0);
+    lines_.integrate(view.fan_in(scan_->frame), open, method, threads, full_sums_);
     for (int row = open.row_low; row < open.row_high; ++row)
       for (int column = open.column_low; column < open.column_high; ++column)
-        whole_[index_of(view, column, row)] *= length_of(view, column, row);
+        full_sums_[index_of(view, column, row)] *= length_of(view, column, row);
     counters_.full_rays +=
         static_cast<std::int64_t>(open.column_high - open.column_low) * (open.row_high - open.row_low);
     update_removed(view, nullptr, threads);
   } else if (!changed.empty()) {
     update_removed(view, &changed, threads);
   }
-  std::vector<double> sums(whole_.size());
-  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = whole_[i] - removed_sums_[i];
+  std::vector<double> sums(full_sums_.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = full_sums_[i] - removed_sums_[i];
   if (Status error = add_objects(view, objects, threads, sums)) return error;
   for (double& sum : sums) sum = std::max(sum, 0.0);  // rounding where all matter was removed
   sums_ = std::move(sums);
@@ -275,10 +275,10 @@ std::vector<double> VolumeXray::beyond(const View& view, int threads) const {
       const double u = static_cast<double>(column % k_step) / k_step;
       const double a = coarse[coarse_index(i, j)], b = coarse[coarse_index(i + 1, j)],
                    c = coarse[coarse_index(i, j + 1)], e = coarse[coarse_index(i + 1, j + 1)];
-      const auto [least, most] = std::minmax({a, b, c, e});
+      const auto [lowest, highest] = std::minmax({a, b, c, e});
       result[index_of(view, open.column_low + column, open.row_low + row)] =
-          most - least > k_even ? at_pixel(open.column_low + column, open.row_low + row)
-                                : (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * e);
+          highest - lowest > k_even ? at_pixel(open.column_low + column, open.row_low + row)
+                                    : (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * e);
     }
   });
   return result;

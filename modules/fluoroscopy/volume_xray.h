@@ -79,8 +79,8 @@ class VolumeXray {
   std::optional<View> view_;
   volume::RaySum method_ = volume::RaySum::exact;
   int tiles_across_ = 0;
-  std::vector<BlockList> tiles_;                     ///< blocks that rays of each tile may meet
-  std::vector<double> whole_, removed_sums_, sums_;  ///< of the untouched scan; of removed matter; of all
+  std::vector<BlockList> tiles_;                         ///< blocks that rays of each tile may meet
+  std::vector<double> full_sums_, removed_sums_, sums_;  ///< of the untouched scan; of removed matter; of all
   Counters counters_;
 };
 

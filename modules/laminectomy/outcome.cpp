@@ -55,7 +55,7 @@ class Judge {
           section_at(o_.frame, o_.frame.low + i * k_section, {bone_, label_}, &version_);
     });
     if (!find_pedicles()) return LocatedError{"no pedicles on both sides of the canal", o_.frame.middle};
-    if (!find_roof()) return LocatedError{"no lamina closes the canal behind", o_.frame.middle};
+    if (!find_roof()) return LocatedError{"no lamina closes the canal at the back", o_.frame.middle};
     double least = 1e300, widest = 0;
     for (int i = o_.roof_first; i <= o_.roof_last; ++i) {
       const CanalSection& s = o_.sections[static_cast<std::size_t>(i)];

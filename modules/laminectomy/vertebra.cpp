@@ -63,12 +63,12 @@ class Line {
     constexpr double k_before = 2, k_behind = 3.5;  // voxels, by the blur of scans
     const double voxel = std::max(1.0 / glm::length(along_), step);
     const auto intensity = [this](double s) { return bone_.value(at(s)) + bone_.shape().low; };
-    double least = intensity(t), most = least, low_at = t, high_at = t;
+    double lowest = intensity(t), highest = lowest, low_at = t, high_at = t;
     for (double s = t - k_before * voxel; s < t; s += step)
-      if (const double i = intensity(s); i < least) least = i, low_at = s;
+      if (const double i = intensity(s); i < lowest) lowest = i, low_at = s;
     for (double s = t + step; s <= t + k_behind * voxel; s += step)
-      if (const double i = intensity(s); i > most) most = i, high_at = s;
-    const double level = 0.5 * (least + most);
+      if (const double i = intensity(s); i > highest) highest = i, high_at = s;
+    const double level = 0.5 * (lowest + highest);
     double near = low_at, far = high_at;
     if (!(intensity(near) < level && intensity(far) > level)) return t;
     for (int i = 0; i < 20; ++i) {
@@ -173,8 +173,8 @@ bool middle_of(const CanalSection& section, dvec2& middle) {
     }
     last = i, ++closed;
   }
-  constexpr double k_least = 40, k_most = 900;  // mm2, range of spinal canals
-  if (closed < k_rays * 8 / 10 || twice < 2 * k_least || twice > 2 * k_most) return false;
+  constexpr double k_min = 40, k_max = 900;  // mm2, range of spinal canals
+  if (closed < k_rays * 8 / 10 || twice < 2 * k_min || twice > 2 * k_max) return false;
   middle = sum / twice;
   return true;
 }
@@ -388,13 +388,13 @@ Result<VertebraFrame, LocatedError> find_vertebra(const Walls& walls, const dvec
   if (canal_world) {
     frame.middle = *canal_world;
   } else if (label < 0) {
-    return LocatedError{"without a vertebra's label a position in its canal is required", {}};
+    return LocatedError{"no vertebra selected: set its label, or a position in its canal", {}};
   } else if (!find_hole(scan, label, points, frame.middle)) {
     return LocatedError{"the vertebra's label encloses no canal: set a position in it",
                         points[points.size() / 2]};
   }
   if (!align(walls, points, frame)) {
-    return LocatedError{"there is no canal with bone around it", frame.middle};
+    return LocatedError{"the position is not in a canal with bone around it", frame.middle};
   }
   if (points.empty()) return frame;
   std::vector<double> heights;

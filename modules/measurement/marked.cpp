@@ -66,12 +66,12 @@ bool is_within(const std::vector<dvec2>& polygon, const dvec2& p) {
 }  // namespace
 
 std::optional<double> area_within(const haptics::Surface& surface,
-                                  std::span<const haptics::Surface::Place> places,
+                                  std::span<const haptics::Surface::Point> places,
                                   const std::vector<dvec3>& outline) {
   dvec3 normal(0.0), outward(0.0);
   for (std::size_t i = 0; i < outline.size(); ++i)
     normal += glm::cross(outline[i] - outline[0], outline[(i + 1) % outline.size()] - outline[0]);
-  for (const haptics::Surface::Place& place : places)
+  for (const haptics::Surface::Point& place : places)
     outward += glm::normalize(area_vector(corners_of(surface, place.triangle)));
   if (!(glm::length(normal) > 0)) return 0.0;
   normal = glm::normalize(glm::dot(normal, outward) < 0 ? -normal : normal);
@@ -86,7 +86,7 @@ std::optional<double> area_within(const haptics::Surface& surface,
   double area = 0;
   bool turns_away = false;
   std::vector<std::uint32_t> open;
-  for (const haptics::Surface::Place& place : places) open.push_back(place.triangle);
+  for (const haptics::Surface::Point& place : places) open.push_back(place.triangle);
   const TrianglesOfCorner triangles_of_corner(surface);
   triangles_of_corner.flood(surface, open, [&](std::uint32_t t) {
     const auto c = corners_of(surface, t);
@@ -99,7 +99,7 @@ std::optional<double> area_within(const haptics::Surface& surface,
         }
     if (inside == 0) {
       // A triangle outside the outline is passed only at a point of the line.
-      for (const haptics::Surface::Place& place : places)
+      for (const haptics::Surface::Point& place : places)
         if (place.triangle == t) return true;
       return false;
     }

@@ -12,7 +12,7 @@ namespace trephine::measurement {
 /// Returns the area of the surface within a closed line on it, mm2; the inside is decided in the plane of the
 /// line. `places`: points of the line on the surface. Empty if the surface turns away within the line.
 std::optional<double> area_within(const haptics::Surface& surface,
-                                  std::span<const haptics::Surface::Place> places,
+                                  std::span<const haptics::Surface::Point> places,
                                   const std::vector<glm::dvec3>& outline);
 
 /// Size of the connected part of a surface to which a triangle belongs.

@@ -84,17 +84,17 @@ haptics::Inside inside(const volume::Field& shape, const volume::Version& versio
 
 /// Reduces a line to at most 400 points, enough for display.
 void thin_out(std::vector<dvec3>& line) {
-  constexpr std::size_t k_most = 400;
-  if (line.size() <= k_most) return;
+  constexpr std::size_t k_max = 400;
+  if (line.size() <= k_max) return;
   std::vector<dvec3> fewer;
-  for (std::size_t i = 0; i < k_most; ++i) fewer.push_back(line[i * (line.size() - 1) / (k_most - 1)]);
+  for (std::size_t i = 0; i < k_max; ++i) fewer.push_back(line[i * (line.size() - 1) / (k_max - 1)]);
   line = std::move(fewer);
 }
 
 /// A surface, and points on it through which a line along it leads.
 struct LineOnSurface {
   haptics::Surface surface;
-  std::vector<haptics::Surface::Place> places;
+  std::vector<haptics::Surface::Point> places;
 };
 /// Finds the line along the shape's surface through the requested positions. Sets line and distance (`moved`)
 /// in `output`; empty, with a problem in `output`, if there is no such line.
@@ -122,13 +122,13 @@ std::optional<LineOnSurface> lay_line(const Measure& request, const volume::Fiel
     if (output.line.empty()) continue;
     if (output.moved <= k_farthest) return LineOnSurface{std::move(surface), std::move(places)};
     char text[80];
-    std::snprintf(text, sizeof text, "a place lies %.1f mm from the surface; at most %.0f", output.moved,
-                  k_farthest);
+    std::snprintf(text, sizeof text, "a position is %.1f mm from the surface, more than %.0f mm",
+                  output.moved, k_farthest);
     output.problem = text;
     output.line = request.at;
     return std::nullopt;
   }
-  output.problem = "no surface joins these places";
+  output.problem = "the positions are on separate surfaces";
   return std::nullopt;
 }
 
@@ -142,20 +142,20 @@ void measure_patch(const Measure& request, const volume::Field& shape, const vol
   if (area)
     output.area = *area;
   else
-    output.problem = "the surface turns away within the outline: mark it in smaller parts";
+    output.problem = "the surface is too curved within the outline: measure it in smaller parts";
 }
 
 void measure_part(const Measure& request, const volume::Field& shape, const volume::Version& version,
                   Measured& output) {
   const haptics::Surface surface = surface_near(shape, version, request.at, request.radius + 5);
-  haptics::Surface::Place place;
+  haptics::Surface::Point place;
   if (!surface.nearest(request.at[0], place) || glm::length(place.at - request.at[0]) > request.radius) {
-    output.problem = "nothing of the shape is so near";
+    output.problem = "the shape has no surface within the radius";
     return;
   }
   const MarkedPart part = part_of(surface, place.triangle, request.at[0]);
   if (part.farthest > request.radius) {
-    output.problem = "the part reaches farther than the radius";
+    output.problem = "the part is larger than the radius: increase the radius";
     return;
   }
   output.area = part.area, output.size = std::abs(part.volume);
@@ -183,7 +183,7 @@ void measure_region(const Measure& request, const volume::Volume& scan, Measured
     high[a] = std::min(scan.size[a] - 1, static_cast<int>(std::ceil(middle[a] + reach)));
   }
   double count = 0, sum = 0, square = 0;
-  output.least = 1e300, output.most = -1e300;
+  output.minimum = 1e300, output.maximum = -1e300;
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x) {
@@ -191,11 +191,11 @@ void measure_region(const Measure& request, const volume::Volume& scan, Measured
         if (glm::dot(offset, offset) > request.radius * request.radius) continue;
         const double v = scan.voxels[scan.index(x, y, z)];
         ++count, sum += v, square += v * v;
-        output.least = std::min(output.least, v), output.most = std::max(output.most, v);
+        output.minimum = std::min(output.minimum, v), output.maximum = std::max(output.maximum, v);
       }
   if (count == 0) {
-    output.least = output.most = 0;
-    output.problem = "no voxel's middle lies in it";
+    output.minimum = output.maximum = 0;
+    output.problem = "the region contains no voxel centre: increase its radius";
     return;
   }
   output.mean = sum / count;
@@ -425,8 +425,8 @@ const sim::Schema& Measured::schema() {
       field<&Measured::angle>("angle", {.unit = "degrees"}),
       field<&Measured::mean>("mean"),
       field<&Measured::deviation>("deviation"),
-      field<&Measured::least>("least"),
-      field<&Measured::most>("most"),
+      field<&Measured::minimum>("least"),
+      field<&Measured::maximum>("most"),
       field<&Measured::size>("size", {.unit = "mm3"}),
       field<&Measured::problem>("problem"),
       field<&Measured::line>("line", {.unit = "mm"}),

@@ -28,11 +28,11 @@ struct Measured {
   double taut = 0;      ///< mm, of a tape pulled taut, which bridges grooves
   double moved = 0;     ///< mm, largest distance of a requested position from its point on the surface
   double angle = 0;     ///< degrees
-  double mean = 0, deviation = 0, least = 0, most = 0;  ///< scanned intensities of a region
-  double size = 0;                                      ///< mm3 of a region's voxels, or of a part
-  std::string problem;                                  ///< reason of a failure; empty: success
-  std::vector<glm::dvec3> line = {};                    ///< points of the measured line, mm, world
-  double area = 0;                                      ///< mm2, of a patch, or of a part's surface
+  double mean = 0, deviation = 0, minimum = 0, maximum = 0;  ///< scanned intensities of a region
+  double size = 0;                                           ///< mm3 of a region's voxels, or of a part
+  std::string problem;                                       ///< reason of a failure; empty: success
+  std::vector<glm::dvec3> line = {};                         ///< points of the measured line, mm, world
+  double area = 0;                                           ///< mm2, of a patch, or of a part's surface
   static const sim::Schema& schema();
 };
 /// Returns the value with its unit, as shown next to the measurement.

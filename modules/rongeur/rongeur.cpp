@@ -93,11 +93,11 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
     work.raise_event(BiteRefused{std::move(reason)}, middle);
     return;
   }
-  if (const double size = bite_size(r, at, work); size > r.most) {
-    work.raise_event(
-        BiteRefused{"it would take " + std::to_string(std::lround(size)) + " mm³, and a hand bites " +
-                    std::to_string(std::lround(r.most)) + " mm³. Take less of the edge, or thin the bone."},
-        middle);
+  if (const double size = bite_size(r, at, work); size > r.max_bite) {
+    work.raise_event(BiteRefused{"it would take " + std::to_string(std::lround(size)) +
+                                 " mm³, and a hand bites " + std::to_string(std::lround(r.max_bite)) +
+                                 " mm³. Take less of the edge, or thin the bone."},
+                     middle);
     return;
   }
   const volume::RemovalReport report = work.remove(volume::ToolSweep{r.bite(), at, at});
@@ -148,12 +148,12 @@ const sim::Schema& Rongeur::schema() {
                                                  .help = "time to close by the button, without a squeeze",
                                                  .label = "Closing time",
                                                  .is_expert = true}),
-      field<&Rongeur::most>("most", {.unit = "mm3",
-                                     .low = 1,
-                                     .high = 2000,
-                                     .help = "largest volume of a bite",
-                                     .label = "Largest bite",
-                                     .is_expert = true})};
+      field<&Rongeur::max_bite>("most", {.unit = "mm3",
+                                         .low = 1,
+                                         .high = 2000,
+                                         .help = "largest volume of a bite",
+                                         .label = "Largest bite",
+                                         .is_expert = true})};
   static constexpr sim::Schema table{"rongeur", 1, fields};
   return table;
 }

@@ -15,7 +15,7 @@ struct Rongeur {
   double width = 4;         ///< mm, of the round jaws
   double opening = 12;      ///< mm between the open jaws
   double jaw = 1.2;         ///< mm, thickness of each jaw
-  double most = 60;         ///< mm3, largest bite of a hand; larger bites are refused
+  double max_bite = 60;     ///< mm3, largest bite of a hand; larger bites are refused
   double close_time = 0.4;  ///< s until the jaws are closed by the button, for devices without a squeeze
   static const sim::Schema& schema();
   /// Returns the body between the open jaws, which a bite removes.

@@ -138,7 +138,7 @@ Detachment detach_free_pieces(const haptics::TouchItem& shape, const FreePieces&
   const double sample_mm3 = version->lattice().frame().voxel_mm3();
   std::vector<PartFate> fates;
   for (const volume::SolidParts::Part& part : parts.parts())
-    fates.push_back(!part.is_off                                                         ? PartFate::stays
+    fates.push_back(!part.is_detached                                                    ? PartFate::stays
                     : static_cast<double>(part.samples) * sample_mm3 >= request.smallest ? PartFate::piece
                                                                                          : PartFate::debris);
   return detach_parts(shape, parts, fates, std::move(solids), version);

@@ -46,7 +46,7 @@ const Schema& AdoptFields::schema() {
 }
 const Schema& AdoptDepths::schema() {
   static constexpr Field fields[] = {
-      field<&AdoptDepths::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&AdoptDepths::item>("item", {.low = 0, .high = haptics::ShapeSet::k_max - 1}),
       field<&AdoptDepths::serial>("serial", {.low = 1, .high = 0x1p53}),
       field<&AdoptDepths::middle>("middle", {.unit = "mm", .low = -1e6, .high = 1e6}),
       field<&AdoptDepths::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
@@ -59,7 +59,7 @@ const Schema& AdoptDepths::schema() {
 const Schema& AdoptPicture::schema() {
   using Fields = AdoptPicture;
   static constexpr Field fields[] = {
-      field<&Fields::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&Fields::item>("item", {.low = 0, .high = haptics::ShapeSet::k_max - 1}),
       field<&Fields::serial>("serial", {.low = 1, .high = 0x1p53}),
       field<&Fields::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
       field<&Fields::edge>("edge", {.unit = "mm", .low = 0.1, .high = 1000}),
@@ -85,7 +85,7 @@ const Schema& RemoveInstrument::schema() {
 }
 const Schema& SwitchItem::schema() {
   static constexpr Field fields[] = {
-      field<&SwitchItem::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&SwitchItem::item>("item", {.low = 0, .high = haptics::ShapeSet::k_max - 1}),
       field<&SwitchItem::is_touchable>("touchable")};
   static constexpr Schema table{"switch-item", 1, fields};
   return table;
@@ -130,7 +130,7 @@ const Schema& TakeInstrument::schema() {
 }
 const Schema& FreePieces::schema() {
   static constexpr Field fields[] = {
-      field<&FreePieces::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&FreePieces::item>("item", {.low = 0, .high = haptics::ShapeSet::k_max - 1}),
       field<&FreePieces::smallest>("smallest", {.unit = "mm3", .low = 0, .high = 1e9})};
   static constexpr Schema table{"free-pieces", 1, fields};
   return table;

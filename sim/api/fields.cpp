@@ -28,8 +28,8 @@ template <class... Lambdas>
 Overloaded(Lambdas...) -> Overloaded<Lambdas...>;
 
 /// Returns a pointer to a field of a value that is only read.
-FieldPlace place_in(const Field& field, const void* value) noexcept {
-  return field.place(const_cast<void*>(value));
+FieldPointer pointer_in(const Field& field, const void* value) noexcept {
+  return field.pointer_in(const_cast<void*>(value));
 }
 
 using sim::text_of;
@@ -67,7 +67,7 @@ std::string names_of(const Schema& schema) {
 const char* type_name(const Field& field) noexcept {
   constexpr const char* k_names[] = {"flag",   "integer", "number",  "point",  "id",
                                      "choice", "text",    "numbers", "points", "ids"};
-  static_assert(std::size(k_names) == std::variant_size_v<FieldPlace>);
+  static_assert(std::size(k_names) == std::variant_size_v<FieldPointer>);
   return k_names[field.type];
 }
 
@@ -78,7 +78,7 @@ Error range_error(const Schema& schema, const Field& field, std::string found, s
                .expected = std::move(expected)};
 }
 
-Status check_field(const Schema& schema, const Field& field, const FieldPlace& place) {
+Status check_field(const Schema& schema, const Field& field, const FieldPointer& pointer) {
   const auto check_number = [&](double v) -> Status {
     if (v >= field.info.low && v <= field.info.high) return std::nullopt;
     return range_error(schema, field, text_of(v), range_of(field));
@@ -116,7 +116,7 @@ Status check_field(const Schema& schema, const Field& field, const FieldPlace& p
                  [&](std::vector<Id>* v) -> Status {
                    return check_each(*v, [](Id) -> Status { return std::nullopt; });
                  }},
-      place);
+      pointer);
 }
 
 // ---- bytes ----
@@ -243,7 +243,7 @@ std::optional<std::string> take_quoted(std::string_view& words) {
   return std::nullopt;
 }
 
-std::string value_text(const Field& field, const FieldPlace& place) {
+std::string value_text(const Field& field, const FieldPointer& pointer) {
   return std::visit(
       Overloaded{[](bool* v) { return std::string(*v ? "yes" : "no"); },
                  [](std::int64_t* v) { return std::to_string(*v); }, [](double* v) { return text_of(*v); },
@@ -256,10 +256,10 @@ std::string value_text(const Field& field, const FieldPlace& place) {
                  [](std::vector<double>* v) { return list_text(*v, ','); },
                  [](std::vector<dvec3>* v) { return list_text(*v, ';'); },
                  [](std::vector<Id>* v) { return list_text(*v, ','); }},
-      place);
+      pointer);
 }
 
-bool read_value(const Field& field, const FieldPlace& place, std::string_view text) {
+bool read_value(const Field& field, const FieldPointer& pointer, std::string_view text) {
   return std::visit(
       Overloaded{[&](bool* v) {
                    *v = text == "yes" || text == "1";
@@ -281,27 +281,27 @@ bool read_value(const Field& field, const FieldPlace& place, std::string_view te
                  [&](std::vector<double>* v) { return read_list(text, ',', *v, read_number); },
                  [&](std::vector<dvec3>* v) { return read_list(text, ';', *v, read_point); },
                  [&](std::vector<Id>* v) { return read_list(text, ',', *v, read_id); }},
-      place);
+      pointer);
 }
 
 }  // namespace
 
 Status check_fields(const Schema& schema, const void* value) {
   for (const Field& field : schema.fields)
-    if (Status error = check_field(schema, field, place_in(field, value))) return error;
+    if (Status error = check_field(schema, field, pointer_in(field, value))) return error;
   return std::nullopt;
 }
 
 void encode_fields(const Schema& schema, const void* value, std::string& out) {
   for (const Field& field : schema.fields)
-    std::visit([&](auto* v) { put_value(out, *v); }, place_in(field, value));
+    std::visit([&](auto* v) { put_value(out, *v); }, pointer_in(field, value));
 }
 
 Status decode_fields(const Schema& schema, void* value, std::string_view bytes) {
   for (const Field& field : schema.fields) {
     if (bytes.empty()) break;  // written before the field was added
-    if (!std::visit([&](auto* v) { return get_value(bytes, *v); }, field.place(value)))
-      return Error{.what = "a record is broken",
+    if (!std::visit([&](auto* v) { return get_value(bytes, *v); }, field.pointer_in(value)))
+      return Error{.what = "a record is damaged",
                    .where = std::string(schema.name) + ' ' + std::string(field.name),
                    .found = std::to_string(bytes.size()) + " bytes left",
                    .expected = type_name(field)};
@@ -310,7 +310,7 @@ Status decode_fields(const Schema& schema, void* value, std::string_view bytes) 
 }
 
 std::string to_words(const Field& field, const void* value) {
-  return value_text(field, place_in(field, value));
+  return value_text(field, pointer_in(field, value));
 }
 
 std::vector<Field> joined(std::span<const Field> first, std::span<const Field> more) {
@@ -361,8 +361,8 @@ Status from_words(const Schema& schema, void* value, std::string_view words) {
                    .where = std::string(schema.name),
                    .found = std::string(word),
                    .expected = "NAME=VALUE, with a name of: " + names_of(schema)};
-    const FieldPlace place = found->place(value);
-    if (!read_value(*found, place, text))
+    const FieldPointer pointer = found->pointer_in(value);
+    if (!read_value(*found, pointer, text))
       return Error{.what = "invalid value",
                    .where = std::string(schema.name) + ' ' + std::string(name),
                    .found = text,

@@ -23,8 +23,9 @@ struct Id {
 };
 
 /// Pointer to a struct's member; its alternative is the field's type. A choice is an enum of one byte.
-using FieldPlace = std::variant<bool*, std::int64_t*, double*, glm::dvec3*, Id*, std::uint8_t*, std::string*,
-                                std::vector<double>*, std::vector<glm::dvec3>*, std::vector<Id>*>;
+using FieldPointer =
+    std::variant<bool*, std::int64_t*, double*, glm::dvec3*, Id*, std::uint8_t*, std::string*,
+                 std::vector<double>*, std::vector<glm::dvec3>*, std::vector<Id>*>;
 
 /// Properties of a field in addition to its type.
 struct FieldInfo {
@@ -41,8 +42,8 @@ struct FieldInfo {
 struct Field {
   std::string_view name;
   FieldInfo info;
-  std::size_t type;  ///< index of the alternative of FieldPlace
-  FieldPlace (*place)(void* object) noexcept;
+  std::size_t type;  ///< index of the alternative of FieldPointer
+  FieldPointer (*pointer_in)(void* object) noexcept;
 };
 
 namespace detail {
@@ -73,7 +74,8 @@ constexpr Field field(std::string_view name, FieldInfo info = {}) {
   using Type = typename detail::MemberOf<decltype(k_member)>::Type;
   using Stored = std::conditional_t<std::is_enum_v<Type>, std::uint8_t, Type>;
   static_assert(sizeof(Stored) == sizeof(Type), "a choice is an enum of one byte");
-  return {name, info, detail::IndexIn<Stored, FieldPlace>::k_index, [](void* object) noexcept -> FieldPlace {
+  return {name, info, detail::IndexIn<Stored, FieldPointer>::k_index,
+          [](void* object) noexcept -> FieldPointer {
             return reinterpret_cast<Stored*>(&(static_cast<Of*>(object)->*k_member));
           }};
 }

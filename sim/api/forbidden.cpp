@@ -22,7 +22,7 @@ Forbidden::Forbidden(std::shared_ptr<const volume::Volume> volume, const volume:
 Result<std::shared_ptr<const Forbidden>> Forbidden::build(std::shared_ptr<const volume::Volume> volume,
                                                           const volume::Shape& shape, int threads) {
   if (shape.is_label() && volume->labels.is_empty())
-    return Error{.what = "a forbidden structure is a label of a volume without labels", .where = shape.name};
+    return Error{.what = "the volume of a forbidden structure has no labels", .where = shape.name};
   const auto bits = volume::Occupancy::build(*volume, shape, threads);
   if (bits.count_solid() == 0)
     return Error{.what = "a forbidden structure is empty",
@@ -161,8 +161,8 @@ Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept
 /// Calls each(position) for positions half a voxel apart between `from` and `to`, without the ends.
 template <class Each>
 void Forbidden::for_positions(const dvec3& from, const dvec3& to, const Each& each) const noexcept {
-  constexpr double k_most_parts = 4096;  // faster than any hand: a metre in a tick
-  const int parts = static_cast<int>(std::min(std::ceil(glm::length(to - from) / step_mm_), k_most_parts));
+  constexpr double k_max_parts = 4096;  // faster than any hand: a metre in a tick
+  const int parts = static_cast<int>(std::min(std::ceil(glm::length(to - from) / step_mm_), k_max_parts));
   for (int i = 1; i < parts; ++i) each(from + (static_cast<double>(i) / parts) * (to - from));
 }
 

@@ -31,8 +31,8 @@ struct ToolNeeds {
 /// Forces that an instrument adds to those of surfaces, and items that it passes through. Depends on
 /// parameters and state alone, so that a replay and an undo need nothing else.
 struct HandForces {
-  static constexpr std::size_t k_most = 2;
-  std::array<std::optional<haptics::Effect>, k_most> effects;
+  static constexpr std::size_t k_max = 2;
+  std::array<std::optional<haptics::Effect>, k_max> effects;
   haptics::ShapeSet let_through;  ///< items of the scene that do not block the hand
   friend bool operator==(const HandForces&, const HandForces&) = default;
 };

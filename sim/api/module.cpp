@@ -6,11 +6,11 @@ namespace trephine::sim {
 
 namespace {
 /// Most events of a tick or a command; modules that answer each other's events without end are cut off.
-constexpr std::size_t k_most_events = 1000;
+constexpr std::size_t k_max_events = 1000;
 }  // namespace
 
 void ModuleReaction::raise_event(Value value, const glm::dvec3& position_world) {
-  if (events_->size() < k_most_events) events_->push_back({tick_, hand_, position_world, std::move(value)});
+  if (events_->size() < k_max_events) events_->push_back({tick_, hand_, position_world, std::move(value)});
 }
 
 Status Module::allows(const Command&, const OperationState&) const { return std::nullopt; }

@@ -63,36 +63,36 @@ void LiveSession::stop() {
   // Requests during the last round.
   std::vector<Command> commands;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
-  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places;
+  std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>> history_states;
   {
     const std::lock_guard guard(lock_);
     if (!std::exchange(is_running_, false)) return;
     commands.swap(commands_);
     snapshots.swap(snapshots_);
-    places.swap(places_);
+    history_states.swap(state_requests_);
   }
   for (const Command& command : commands) carry_out(command, false);
   for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
-  for (auto& [most, promise] : places) promise.set_value(places_now(most));
+  for (auto& [max_count, promise] : history_states) promise.set_value(history_states_now(max_count));
 }
 
-std::vector<LiveSession::Place> LiveSession::places_now(std::size_t most) {
+std::vector<LiveSession::HistoryState> LiveSession::history_states_now(std::size_t max_count) {
   engine_.freeze();
-  std::vector<Place> result{{"the untouched bone", engine_.untouched()}};
+  std::vector<HistoryState> result{{"the untouched bone", engine_.untouched()}};
   const Branch& branch = engine_.branch();
   const std::size_t count = branch.history.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const bool is_now = i == branch.position;
-    if (i + most < count && !is_now) continue;
+    const bool is_current = i == branch.position;
+    if (i + max_count < count && !is_current) continue;
     const std::size_t stroke = branch.forgotten + i;
-    if (stroke == 0 && !is_now) continue;
-    if (const auto place = branch.history[i]->place())
+    if (stroke == 0 && !is_current) continue;
+    if (const auto state = branch.history[i]->state())
       result.push_back({stroke == 0 ? "before the first stroke" : "stroke " + std::to_string(stroke),
-                        is_now ? engine_.current() : place.value().world.version, is_now});
+                        is_current ? engine_.current() : state.value().world.version, is_current});
   }
   for (const Branch& other : engine_.other_branches())
-    if (const auto place = other.history[other.position]->place())
-      result.push_back({"branch " + other.name, place.value().world.version});
+    if (const auto state = other.history[other.position]->state())
+      result.push_back({"branch " + other.name, state.value().world.version});
   return result;
 }
 
@@ -208,13 +208,13 @@ std::future<std::shared_ptr<const OperationState>> LiveSession::snapshot() {
   return answer;
 }
 
-std::future<std::vector<LiveSession::Place>> LiveSession::places(std::size_t most) {
+std::future<std::vector<LiveSession::HistoryState>> LiveSession::history_states(std::size_t max_count) {
   const std::lock_guard guard(lock_);
-  auto& [count, promise] = places_.emplace_back(most, std::promise<std::vector<Place>>());
+  auto& [count, promise] = state_requests_.emplace_back(max_count, std::promise<std::vector<HistoryState>>());
   auto answer = promise.get_future();
   if (!is_running_) {
-    promise.set_value(places_now(most));
-    places_.pop_back();
+    promise.set_value(history_states_now(max_count));
+    state_requests_.pop_back();
   }
   return answer;
 }
@@ -226,7 +226,7 @@ void LiveSession::run() {
   std::deque<Command> commands;
   std::vector<std::pair<std::size_t, glm::dvec3>> teleports;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
-  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places;
+  std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>> history_states;
   for (;;) {
     const bool is_last_round = is_stopping_.load();
     bool was_busy = false;
@@ -241,7 +241,7 @@ void LiveSession::run() {
       commands_.clear();
       teleports.swap(pending_teleports_);
       snapshots.swap(snapshots_);
-      places.swap(places_);
+      history_states.swap(state_requests_);
     }
     for (; !commands.empty(); commands.pop_front()) carry_out(commands.front());
     if (wants_reset_.exchange(false)) {
@@ -252,8 +252,8 @@ void LiveSession::run() {
     if (!is_last_round) handle_results();
     for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
     snapshots.clear();
-    for (auto& [most, promise] : places) promise.set_value(places_now(most));
-    places.clear();
+    for (auto& [max_count, promise] : history_states) promise.set_value(history_states_now(max_count));
+    history_states.clear();
     for (const auto& [hand, place] : teleports) servo_.request_restart(place, hand);
     teleports.clear();
     if (is_last_round && !was_busy) return;
@@ -362,8 +362,8 @@ void LiveSession::update_state(const Outcome& outcome) {
     const Chronicle& chronicle = engine_.now().chronicle;
     for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
       state_.events.push_back(chronicle[i]);
-    if (state_.events.size() > LiveState::k_most_events)
-      state_.events.erase(state_.events.begin(), state_.events.end() - LiveState::k_most_events);
+    if (state_.events.size() > LiveState::k_max_events)
+      state_.events.erase(state_.events.begin(), state_.events.end() - LiveState::k_max_events);
   }
   if (outcome.is_changed) {
     state_.version = engine_.current();

@@ -33,8 +33,8 @@ struct LiveState {
   std::size_t history_bytes = 0;        ///< of all branches, at the end of the last stroke
   std::vector<ForbiddenWatch> watches;  ///< of the first hand, one per forbidden structure
   std::optional<Error> refused;         ///< new: of the newest refused command
-  std::vector<Event> events;            ///< new: the newest k_most_events
-  static constexpr std::size_t k_most_events = 256;
+  std::vector<Event> events;            ///< new: the newest k_max_events
+  static constexpr std::size_t k_max_events = 256;
   bool can_undo = false, can_redo = false;
   /// Overlays of the anatomy, at least as recent as the previous fetch; null before that.
   std::shared_ptr<const Overlays> overlays;
@@ -115,17 +115,17 @@ class LiveSession {
   /// Requests a frozen copy of the state, for any thread; made by the edit thread.
   std::future<std::shared_ptr<const OperationState>> snapshot();
   /// Named state of the history.
-  struct Place {
+  struct HistoryState {
     std::string name;
     std::shared_ptr<const volume::Version> version;  ///< frozen
-    bool is_now = false;                             ///< the current state
+    bool is_current = false;                         ///< the current state
   };
-  /// Requests states of the history: the untouched anatomy, those after the newest `most` strokes of the
+  /// Requests states of the history: the untouched anatomy, those after the newest `max_count` strokes of the
   /// current branch, the current one, and the current states of other branches. Any thread.
-  std::future<std::vector<Place>> places(std::size_t most = 20);
+  std::future<std::vector<HistoryState>> history_states(std::size_t max_count = 20);
 
  private:
-  std::vector<Place> places_now(std::size_t most);
+  std::vector<HistoryState> history_states_now(std::size_t max_count);
   void run();
   void consume(const haptics::ServoRecord& record);
   Outcome carry_out(const Command& command, bool may_begin = true);
@@ -150,7 +150,8 @@ class LiveSession {
   std::vector<std::pair<std::size_t, glm::dvec3>> pending_teleports_;
   std::optional<Command> picture_;                                              ///< pending submitted picture
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< pending requests
-  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places_;  ///< pending requests
+  std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>>
+      state_requests_;       ///< pending requests
   bool is_running_ = false;  ///< the edit thread answers requests
   std::atomic<bool> is_stopping_{false}, wants_reset_{false}, is_state_requested_{false};
   std::optional<PieceWatch> pieces_;         ///< edit thread only

@@ -95,17 +95,17 @@ Replay::Replay(SessionReader& session, Engine engine)
 /// Keeps the current state, to return to.
 void Replay::keep() {
   state_->engine.freeze();
-  state_->place = session_->place();
+  state_->position = session_->position();
   kept_states_.push_back(*state_);
 }
 
 Status Replay::restore(State state) {
   // Anything may look different between the two states.
   changed_ = {glm::ivec3(0), state.engine.scene().base->size - 1};
-  const SessionReader::Place place = state.place;
+  const SessionReader::Position position = state.position;
   state_ = std::make_unique<State>(std::move(state));
   comparing_.reset();
-  return session_->go_to(place);
+  return session_->go_to(position);
 }
 
 /// Goes to a checkpoint. Error if it does not match this session; the state is then undefined.
@@ -121,7 +121,7 @@ Status Replay::open_at(std::size_t checkpoint) {
   opened.next_tick = stored.image.now.next_tick;
   opened.opened_at = stored.image.serial;
   opened.hashable = {{stored.image.serial, opened.engine.current()}};  // hash not read yet
-  opened.place = {stored.block, 0};
+  opened.position = {stored.block, 0};
   opened.fields = stored.fields;
   if (Status error = restore(std::move(opened))) return error;
   const Error wrong{"a checkpoint of the session is broken", "", "it does not match the ticks after it", "",
@@ -158,7 +158,7 @@ Status Replay::open_at(std::size_t checkpoint) {
 }
 
 SessionTail Replay::tail() {
-  return {session_->whole_bytes(), session_->block_count(), session_->log_count(), session_->types(),
+  return {session_->complete_bytes(), session_->block_count(), session_->log_count(), session_->types(),
           checkpoints_.tail()};
 }
 
@@ -169,14 +169,14 @@ Status Replay::why_not_verifiable() const {
         return Error{.what = "the session cannot be verified, only viewed",
                      .found = "module " + named.name + " of version " + std::to_string(named.version),
                      .expected = "version " + std::to_string(module->version()),
-                     .remedy = "verify it with the version that recorded it; other versions can display it"};
+                     .remedy = "verify it with the version that recorded it"};
   const std::uint32_t revision = session_->header().revision;
   if (revision == k_replay_revision) return std::nullopt;
   return Error{.what = "the session cannot be verified, only viewed",
                .found = "recorded by " + session_->header().program + ", arithmetic revision " +
                         std::to_string(revision),
                .expected = "revision " + std::to_string(k_replay_revision),
-               .remedy = "verify it with the version that recorded it; other versions can display it"};
+               .remedy = "verify it with the version that recorded it"};
 }
 
 Result<bool> Replay::step() {
@@ -201,7 +201,7 @@ Result<bool> Replay::step() {
 Status Replay::take(const LogItem& item) {
   if (const auto* command = std::get_if<CommandItem>(&item)) {
     if (command->command.hand >= state_->engine.hand_count())
-      return Error{.what = "the session's record is broken",
+      return Error{.what = "the session's record is damaged",
                    .found = "a command for a hand that it does not have"};
     run_command(command->command);
   } else if (const auto* version = std::get_if<VersionItem>(&item)) {
@@ -222,11 +222,12 @@ Status Replay::take(const LogItem& item) {
 
 /// Compares the next checkpoint with the state, if the last item read begins its block.
 void Replay::compare_checkpoint() {
-  const SessionReader::Place place = session_->place();
-  while (next_checkpoint_ < checkpoints_.size() && checkpoints_.index(next_checkpoint_).block < place.block)
+  const SessionReader::Position position = session_->position();
+  while (next_checkpoint_ < checkpoints_.size() &&
+         checkpoints_.index(next_checkpoint_).block < position.block)
     ++next_checkpoint_;
-  if (place.items != 1 || next_checkpoint_ == checkpoints_.size() ||
-      checkpoints_.index(next_checkpoint_).block != place.block)
+  if (position.items != 1 || next_checkpoint_ == checkpoints_.size() ||
+      checkpoints_.index(next_checkpoint_).block != position.block)
     return;
   const std::uint64_t tick = state_->next_tick;
   Result<Checkpoint> read = checkpoints_.read(next_checkpoint_);
@@ -281,7 +282,7 @@ void Replay::compare_tick() {
 Status Replay::run_tick(const TickItem& item) {
   const haptics::ServoRecord& recorded = item.record;
   if (!state_->servo.can_follow(recorded))
-    return Error{.what = "the session's record is broken",
+    return Error{.what = "the session's record is damaged",
                  .where = "tick " + std::to_string(recorded.tick),
                  .found = recorded.hand >= state_->engine.hand_count()
                               ? "a hand that the session does not have"

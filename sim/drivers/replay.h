@@ -89,7 +89,7 @@ class Replay {
     bool is_in_tick = false;                    ///< the last hand's part of the tick is missing
     /// Offset fields of tools that were built from earlier states, and will be adopted.
     std::vector<Checkpoint::Fields> fields;
-    SessionReader::Place place;
+    SessionReader::Position position;
     std::vector<haptics::ServoRecord> records = {};  ///< newest of each hand
   };
   Replay(SessionReader& session, Engine engine);

@@ -86,7 +86,7 @@ double DepthSets::interval_of(const TouchItem& item, double time) noexcept {
 
 namespace {
 constexpr double k_usual_speed = 1000;  // mm/s, of a hand
-constexpr double k_most_pixels = 800;   // along the edge of a clip volume
+constexpr double k_max_pixels = 800;    // along the edge of a clip volume
 constexpr double k_border = 6;          // pixels, between the known part and the edge
 
 /// Returns the edge of the clip volume for a hand's speed in mm/s, mm.
@@ -103,11 +103,11 @@ double DepthSets::edge_of(const TouchItem& item) const noexcept {
 
 Status DepthSets::check_pixel(double pixel_mm, double rate, double tool_radius) {
   const double least = edge_at(k_usual_speed, rate, 1e-3) + 2 * tool_radius + k_border * pixel_mm;
-  if (k_most_pixels * pixel_mm >= least) return std::nullopt;
+  if (k_max_pixels * pixel_mm >= least) return std::nullopt;
   return Error{
       .what = "depth images in pixels so fine show too little around a hand",
       .where = "depth pixel",
-      .found = text_of(k_most_pixels * pixel_mm) + " mm",
+      .found = text_of(k_max_pixels * pixel_mm) + " mm",
       .expected = text_of(least) + " mm and more: a hand of 1 m/s, " + text_of(rate) + " sets a second",
       .remedy = "use larger pixels, or more sets per second"};
 }
@@ -144,39 +144,40 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     if (item.depth->is_streamed()) continue;
     const DepthSet* set = newest_[d].get();
     const double edge = edge_of(item);
-    haptics::Placement drawn = item.placement;  // without the object's own motion
+    haptics::Placement item_pose = item.placement;  // without the object's own motion
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)
-      drawn = hand.placements[static_cast<std::size_t>(item.mover)];
-    const haptics::Placement place = set ? drawn * set->displacement_at(time) : drawn;
+      item_pose = hand.placements[static_cast<std::size_t>(item.mover)];
+    const haptics::Placement place = set ? item_pose * set->displacement_at(time) : item_pose;
     const dvec3 hip = place.local_from_world(hip_), proxy = place.local_from_world(proxy_);
-    const dvec3 drawn_hip = drawn.local_from_world(hip_), drawn_proxy = drawn.local_from_world(proxy_);
+    const dvec3 local_hip = item_pose.local_from_world(hip_),
+                local_proxy = item_pose.local_from_world(proxy_);
     dvec3 low, high;
     item.depth->bounds(low, high);
     const auto is_far = [&](const dvec3& p) {
       return glm::length(p - glm::clamp(p, low, high)) > 0.5 * edge + hand.scene->tool_radius;
     };
     // The bounds contain all of the object's own motion.
-    if (!(low.x <= high.x) || (is_far(drawn_hip) && is_far(drawn_proxy))) continue;
+    if (!(low.x <= high.x) || (is_far(local_hip) && is_far(local_proxy))) continue;
     // The next set is requested when a third of the distance to the border is left.
     const double reach = edge / 3 + hand.scene->tool_radius;
     // Never before the next set is due, however little the last one shows.
     const bool is_due = !set || time >= set->view.time + set->view.interval;
-    const bool is_old = !set || set->goes_on || !set->knows(hip, reach) || !set->knows(proxy, reach);
+    const bool is_old = !set || set->has_successor || !set->knows(hip, reach) || !set->knows(proxy, reach);
     if (!is_due || !is_old) continue;
     constexpr double k_widest = 150;  // mm; a hand so deep that it needs more loses contact
     DepthJob job{number, items_[d], next_serial(d), item.depth, {}};
-    job.view.touch = drawn_proxy;
-    job.view.middle = 0.5 * (drawn_hip + drawn_proxy);
+    job.view.touch = local_proxy;
+    job.view.middle = 0.5 * (local_hip + local_proxy);
     // The known part ends a few pixels before the border.
     const double requested =
         std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
         k_border * item.depth_pixel;
-    job.view.edge = std::min(requested, k_most_pixels * item.depth_pixel);
+    job.view.edge = std::min(requested, k_max_pixels * item.depth_pixel);
     job.view.pixel = item.depth_pixel;
     job.view.time = time;
     job.view.interval = interval_of(item, time);
     // A hand at rest whose surroundings no set can cover gets no further one.
-    if (set && !set->goes_on && job.view.middle == set->view.middle && job.view.edge == set->view.edge)
+    if (set && !set->has_successor && job.view.middle == set->view.middle && job.view.edge == set->view.edge)
       continue;
     return job;
   }

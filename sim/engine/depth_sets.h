@@ -38,8 +38,8 @@ std::shared_ptr<const haptics::depth::DepthSet> set_of(const AdoptPicture& reque
 struct DisplayedDepths {
   int item;
   std::shared_ptr<const haptics::depth::DepthSet> set;
-  haptics::Placement drawn;  ///< of the item's frame, and the clip volume, in the world
-  haptics::Placement now;    ///< of the drawn surface, extrapolated to the current time
+  haptics::Placement item_pose;     ///< of the item's frame, and the clip volume, in the world
+  haptics::Placement surface_pose;  ///< of the drawn surface, extrapolated to the current time
 };
 
 /// Depth images of one hand. A value.

@@ -48,12 +48,12 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
   }
   forces_.resize(hands_.size());
   for (std::size_t h = 0; h < hands_.size(); ++h) {
-    Change change = Change::cut;
+    Change change = Change::removal;
     use_forces_of_instrument(h, change);
   }
   now_.world.version = published_version_ = untouched_ = editor_.publish();
   use_fields();
-  publish(Change::cut);
+  publish(Change::removal);
   branch_.history.push_back(make_entry(k_no_voxels));
 }
 
@@ -88,14 +88,14 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     if (work.removed().bricks_changed > 0) {
       now_.world.version = published_version_ = editor_.publish();
       ++now_.edits;
-      publish(Change::cut);
+      publish(Change::removal);
       record_cut(work.removed());
       outcome.is_changed = outcome.is_edit = true;
       outcome.box = work.removed().box;
     }
   }
   if (instrument.type != nullptr && instrument.type->forces != nullptr)
-    if (Change change = Change::cut; use_forces_of_instrument(tick.hand, change))
+    if (Change change = Change::removal; use_forces_of_instrument(tick.hand, change))
       publish(change), outcome.is_changed = true;
   if (!forbidden_.empty()) watch_forbidden(input);
   if (!now_.world.bodies.empty()) end_motions(previous_tick, outcome);
@@ -188,7 +188,7 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     outcome.job = cancel->job;
   } else if (request.as<RemoveInstrument>()) {
     now_.settings.hands[command.hand] = {};
-    if (Change change = Change::cut; use_forces_of_instrument(command.hand, change))
+    if (Change change = Change::removal; use_forces_of_instrument(command.hand, change))
       publish(change), outcome.is_changed = true;
     work_[command.hand].is_pressed = false;
     work_[command.hand].body.reset();
@@ -252,13 +252,13 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
       use_bodies(Bodies::others);
     }
     for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
-    publish(Change::growth);
+    publish(Change::addition);
     for (HandWork& hand : work_) hand.is_fresh = true;
     outcome.box = {glm::ivec3(0), scene().base->size - 1};
     stroke_box_ = outcome.box;
   } else if (is_cut) {
     now_.world.version = published_version_ = editor_.publish();
-    publish(Change::cut);
+    publish(Change::removal);
     record_cut(work.removed());
     outcome.box = work.removed().box;
   }
@@ -351,12 +351,12 @@ void Engine::end_stroke() {
   is_stroke_changed_ = false;
 }
 
-/// Publishes the current scene of the hands with a new serial, for servos to adopt. After growth of matter
-/// each hand is given its escape path.
+/// Publishes the current scene of the hands with a new serial, for servos to adopt. After an addition of
+/// matter each hand is given its escape path.
 void Engine::publish(Change change) {
   std::shared_ptr<haptics::ServoScene> next = make_scene(servo_scene_ ? serial() + 1 : 1);
-  if (change == Change::growth) {
-    ++growths_;
+  if (change == Change::addition) {
+    ++addition_count_;
     for (std::size_t h = 0; h < hands_.size(); ++h) {
       // Trails have no rotations: a tool of several balls is set free without a path.
       const bool has_trail = tools_[h].scene->tool_balls.empty();

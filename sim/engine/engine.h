@@ -116,14 +116,14 @@ class Engine {
   bool is_in_stroke() const noexcept;
   /// Largest number of strokes and commands that can be undone; older ones are final, so that an hour's work
   /// fits in memory.
-  static constexpr std::size_t k_most_strokes = 256;
+  static constexpr std::size_t k_max_strokes = 256;
   /// Number of applied strokes and commands.
   std::size_t stroke_count() const noexcept { return branch_.forgotten + branch_.position; }
   bool can_undo() const noexcept { return branch_.position > 0 || is_stroke_changed_; }
   bool can_redo() const noexcept { return branch_.position + 1 < branch_.history.size(); }
   // Current branch of the history, and the other ones.
   static constexpr const char* k_first_branch = "main";
-  static constexpr std::size_t k_most_branches = 16;
+  static constexpr std::size_t k_max_branches = 16;
   const Branch& branch() const noexcept { return branch_; }
   const std::vector<Branch>& other_branches() const noexcept { return left_branches_; }
   /// Bytes of tables, bricks and masks of all branches; shared ones count once. Traverses all of them.
@@ -158,7 +158,8 @@ class Engine {
   std::uint64_t next_picture(std::int64_t item, std::size_t hand) const;
 
  private:
-  enum class Change { cut, growth };
+  /// Change of the touchable matter: only removed, or also added (restored, or a new tool or object).
+  enum class Change { removal, addition };
   const haptics::ServoHand& servo_hand(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
   TouchFields* fields_of(std::size_t hand) noexcept;
   Status check_setting(const Command& command) const;
@@ -221,7 +222,7 @@ class Engine {
   void add_entry(const volume::VoxelBox& box);
   void publish(Change change);
   void handle_events(Outcome& outcome);
-  HistoryPlace current_place() const;
+  EntryState current_entry_state() const;
   template <class SomeEngine, class Image, class Each>
   static void for_each_kept(SomeEngine& engine, Image& image, Each&& each);
   std::shared_ptr<const HistoryEntry> make_entry(const volume::VoxelBox& box);
@@ -250,7 +251,7 @@ class Engine {
   bool is_stroke_changed_ = false;
   volume::VoxelBox stroke_box_ = k_no_voxels;
   volume::VoxelBox ever_cut_ = k_no_voxels;  ///< since the start, undone or not
-  std::uint64_t growths_ = 0;                ///< number of growths of matter
+  std::uint64_t addition_count_ = 0;         ///< scenes in which matter was added
 
   std::vector<PendingJob> jobs_;
   std::uint32_t last_job_ = 0, last_body_ = 0;

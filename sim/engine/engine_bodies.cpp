@@ -92,10 +92,11 @@ Status Engine::check_room_for_bodies() const {
                    .found = std::string(name),
                    .expected = "subvoxel, scene or chain",
                    .remedy = "use a tool with this method"};
-    if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_most)
+    if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_max)
       return Error{.what = "too many objects to touch together with the detached bodies",
                    .found = std::to_string(haptics::item_count(*tool.scene)),
-                   .expected = "room for eight more"};
+                   .expected = "at most " +
+                               std::to_string(haptics::ShapeSet::k_max - haptics::TouchScene::k_max_movers)};
   }
   return std::nullopt;
 }
@@ -166,7 +167,7 @@ bool Engine::change_body(const Command& command, Outcome& outcome) {
   // A body with a new pose counts as a new item there, so that it pushes no hand.
   const bool is_elsewhere = command.request.as<DiscardBody>() || command.request.as<PlaceBody>();
   use_bodies(is_elsewhere ? Bodies::others : Bodies::same);
-  publish(Change::cut);
+  publish(Change::removal);
   outcome.is_changed = true;
   if (command.request.as<HoldBody>()) return true;  // the release is the undoable change
   is_stroke_changed_ = outcome.is_edit = true;
@@ -210,9 +211,9 @@ std::vector<const haptics::TouchItem*> Engine::models() const {
 }
 
 std::shared_ptr<const haptics::MeshTree> Engine::surface_of(const haptics::TouchItem& model) const {
-  std::shared_ptr<const haptics::MeshTree> look;
-  if (model.depth) look = model.depth->look(seconds());
-  return look ? look : model.tree;
+  std::shared_ptr<const haptics::MeshTree> surface;
+  if (model.depth) surface = model.depth->surface_at(seconds());
+  return surface ? surface : model.tree;
 }
 
 bool Engine::has_moving_surfaces() const {
@@ -233,8 +234,8 @@ std::vector<DisplayedDepths> Engine::displayed_depths(std::size_t hand) const {
   for (int i = 0; i < haptics::item_count(scene()); ++i)
     if (const auto at = depths_[hand].index_of(i))
       if (const auto& set = depths_[hand].newest()[*at]) {
-        const haptics::Placement drawn = place_of(haptics::item_of(scene(), i));
-        result.push_back({i, set, drawn, drawn * set->displacement_at(time)});
+        const haptics::Placement item_pose = place_of(haptics::item_of(scene(), i));
+        result.push_back({i, set, item_pose, item_pose * set->displacement_at(time)});
       }
   return result;
 }
@@ -252,7 +253,7 @@ void Engine::release_all_bodies(Outcome& outcome) {
     if (body.holder >= 0) release_body(body), was_held = true;
   if (!was_held) return;
   use_bodies(Bodies::same);
-  publish(Change::cut);
+  publish(Change::removal);
   is_stroke_changed_ = outcome.is_edit = outcome.is_changed = true;
   end_stroke();
 }
@@ -282,7 +283,7 @@ void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& out
     pending_events_.push_back(
         {now_.next_tick, hand, glm::dvec3(0), DebrisFreed{detachment.debris, detachment.debris_mm3}});
   use_bodies(Bodies::others);
-  publish(Change::cut);
+  publish(Change::removal);
   volume::RemovalReport report;
   report.box = detachment.box;
   record_cut(report);
@@ -300,8 +301,8 @@ std::string Engine::reason_not_to_add(std::span<const NewBody> bodies) const {
   for (const HandTool& tool : tools_)
     if (haptics::item_count(*tool.scene) + static_cast<int>(now_.world.bodies.size() + bodies.size()) +
             haptics::TouchScene::k_max_movers >
-        haptics::ShapeSet::k_most)
-      return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_most) + " objects";
+        haptics::ShapeSet::k_max)
+      return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_max) + " objects";
   const Status no_room = check_room_for_bodies();
   return no_room ? no_room->message() : std::string();
 }
@@ -321,7 +322,7 @@ void Engine::add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& ou
     now_.world.bodies.push_back(std::move(body));
   }
   use_bodies(Bodies::others);
-  publish(Change::cut);
+  publish(Change::removal);
   is_stroke_changed_ = outcome.is_changed = outcome.is_edit = true;
 }
 
@@ -334,7 +335,7 @@ void Engine::end_motions(std::uint64_t previous_tick, Outcome& outcome) {
   };
   if (std::none_of(bodies.begin(), bodies.end(), is_ending)) return;
   use_bodies(Bodies::others);
-  publish(Change::cut);
+  publish(Change::removal);
   outcome.is_changed = true;
 }
 

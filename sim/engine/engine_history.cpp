@@ -46,11 +46,11 @@ Status Engine::check_branch(const Command& command) const {
                  .where = "begin-branch name",
                  .found = name,
                  .expected = "another name"};
-  if (left_branches_.size() + 1 >= k_most_branches)
+  if (left_branches_.size() + 1 >= k_max_branches)
     return Error{.what = "too many branches",
                  .where = "begin-branch",
                  .found = std::to_string(left_branches_.size() + 1),
-                 .expected = "at most " + std::to_string(k_most_branches)};
+                 .expected = "at most " + std::to_string(k_max_branches)};
   return std::nullopt;
 }
 
@@ -72,9 +72,9 @@ Status Engine::check_target_entry(const Command& command) const {
 }
 
 Status Engine::check_entry(const HistoryEntry& entry) const {
-  const Result<HistoryPlace> place = entry.place();
-  if (!place) return place.error();
-  return place.value().world.bodies.empty() ? Status() : check_room_for_bodies();
+  const Result<EntryState> state = entry.state();
+  if (!state) return state.error();
+  return state.value().world.bodies.empty() ? Status() : check_room_for_bodies();
 }
 
 /// Returns false for other commands.
@@ -126,20 +126,20 @@ void Engine::add_entry(const volume::VoxelBox& box) {
   branch_.history.erase(branch_.history.begin() + static_cast<std::ptrdiff_t>(branch_.position) + 1,
                         branch_.history.end());
   branch_.history.push_back(make_entry(box));
-  if (++branch_.position <= k_most_strokes) return;
+  if (++branch_.position <= k_max_strokes) return;
   branch_.history.erase(branch_.history.begin());
   --branch_.position;
   ++branch_.forgotten;
 }
 
-HistoryPlace Engine::current_place() const {
-  HistoryPlace place{now_.world, {}};
-  for (const TouchFields& fields : fields_) place.fields.emplace_back(fields.scene(), fields.keep());
-  return place;
+EntryState Engine::current_entry_state() const {
+  EntryState state{now_.world, {}};
+  for (const TouchFields& fields : fields_) state.fields.emplace_back(fields.scene(), fields.keep());
+  return state;
 }
 
 std::shared_ptr<const HistoryEntry> Engine::make_entry(const volume::VoxelBox& box) {
-  return std::make_shared<const HistoryEntry>(HistoryEntry{++last_entry_, box, current_place()});
+  return std::make_shared<const HistoryEntry>(HistoryEntry{++last_entry_, box, current_entry_state()});
 }
 
 void Engine::go_to(std::size_t position, Outcome& outcome) {
@@ -149,11 +149,11 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
 
 /// `box`: voxels that look different there.
 void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome) {
-  const HistoryPlace place = entry.place().value();  // read by check_target_entry()
+  const EntryState state = entry.state().value();  // read by check_target_entry()
   outcome.is_changed = outcome.is_edit = true;
   outcome.box = box;
-  editor_.reset(place.world.version);
-  const std::vector<Body> previous_bodies = std::exchange(now_.world, place.world).bodies;
+  editor_.reset(state.world.version);
+  const std::vector<Body> previous_bodies = std::exchange(now_.world, state.world).bodies;
   const bool has_bodies = !previous_bodies.empty() || !now_.world.bodies.empty();
   // A held body stays in its hand, if it exists in that state: grasps are not undoable.
   for (Body& body : now_.world.bodies) {
@@ -165,13 +165,13 @@ void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outco
   if (has_bodies) use_bodies(Bodies::others);
   now_.world.version = published_version_ = editor_.publish();
   for (TouchFields& fields : fields_) {
-    const auto kept = std::find_if(place.fields.begin(), place.fields.end(),
+    const auto kept = std::find_if(state.fields.begin(), state.fields.end(),
                                    [&](const auto& one) { return one.first == fields.scene(); });
     // A tool that is newer than the entry has uncut fields, until a job updates them.
-    fields.go_back(kept == place.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, current(),
+    fields.go_back(kept == state.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, current(),
                    serial() + 1);
   }
-  publish(Change::growth);
+  publish(Change::addition);
 }
 
 std::size_t Engine::history_bytes() const {
@@ -179,7 +179,8 @@ std::size_t Engine::history_bytes() const {
   std::size_t bytes = 0;
   const auto add = [&](const Branch& branch) {
     for (const auto& entry : branch.history)
-      if (!entry->load && entry->here.world.version) bytes += entry->here.world.version->add_bytes(counted);
+      if (!entry->load && entry->stored.world.version)
+        bytes += entry->stored.world.version->add_bytes(counted);
   };
   add(branch_);
   for (const Branch& one : left_branches_) add(one);

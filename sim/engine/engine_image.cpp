@@ -11,7 +11,7 @@ void Engine::for_each_kept(SomeEngine& engine, Image& image, Each&& each) {
   each(engine.branch_, image.branch);
   each(engine.left_branches_, image.other_branches);
   each(engine.last_entry_, image.last_entry);
-  each(engine.growths_, image.growths);
+  each(engine.addition_count_, image.addition_count);
   each(engine.is_stroke_changed_, image.is_stroke_changed);
   each(engine.stroke_box_, image.stroke_box);
   each(engine.ever_cut_, image.ever_cut);
@@ -52,7 +52,7 @@ Status Engine::restore(const EngineImage& image) {
   for (const bool is_ending : {true, false}) {
     if (!is_ending)
       for (std::size_t h = 0; h < hands_.size(); ++h) {
-        Change change = Change::cut;  // the restored servos know it
+        Change change = Change::removal;  // the restored servos know it
         use_forces_of_instrument(h, change);
       }
     for (const auto& [key, command] : now_.settings.latest_commands) {
@@ -60,7 +60,7 @@ Status Engine::restore(const EngineImage& image) {
       if ((effect && effect->words.empty()) != is_ending || command.request.as<ToolGeometry>()) continue;
       Status error = effect ? Status() : check_setting(command);
       std::int64_t number = 0;
-      Change change = Change::cut;
+      Change change = Change::removal;
       if (!error) set(command, number, change, error);
       if (error) return error;
     }

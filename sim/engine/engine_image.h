@@ -15,7 +15,7 @@
 namespace trephine::sim {
 
 /// State of the operation at an entry of the history.
-struct HistoryPlace {
+struct EntryState {
   UndoableState world;
   /// Offset fields, one per scene with a round tool.
   std::vector<std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept>> fields;
@@ -23,10 +23,10 @@ struct HistoryPlace {
 struct HistoryEntry {
   std::uint64_t number = 0;            ///< unique, from 1 on
   volume::VoxelBox box = k_no_voxels;  ///< voxels changed by the step to this entry
-  HistoryPlace here;
-  /// Reads the state on demand, for an operation opened in its middle. Null: `here` has the state.
-  std::function<Result<HistoryPlace>()> load = {};
-  Result<HistoryPlace> place() const { return load ? load() : here; }
+  EntryState stored;
+  /// Reads the state on demand, for an operation opened in its middle. Null: `stored` has it.
+  std::function<Result<EntryState>()> load = {};
+  Result<EntryState> state() const { return load ? load() : stored; }
 };
 
 /// A named line of the history.
@@ -55,7 +55,7 @@ struct PendingJob {
   std::function<std::shared_ptr<const JobResult>()> run;
   const JobType* type = nullptr;  ///< null: a job of the engine
   std::size_t module = 0;
-  std::uint64_t growths = 0;           ///< the engine's count when the job began
+  std::uint64_t addition_count = 0;    ///< the engine's count when the job began
   volume::VoxelBox cut = k_no_voxels;  ///< of all cuts before the job began
 };
 
@@ -63,8 +63,8 @@ struct PendingJob {
 struct HandTool {
   std::shared_ptr<const haptics::TouchScene> scene;
   std::shared_ptr<const haptics::ProxyMethod> method;
-  std::uint64_t number = 0;  ///< of tool changes so far
-  std::string own;           ///< the hand's initial method
+  std::uint64_t change_count = 0;  ///< number of tool changes so far
+  std::string initial_method;      ///< name of the method at the start
 };
 
 struct EngineImage {
@@ -83,7 +83,7 @@ struct EngineImage {
 
   Branch branch;
   std::vector<Branch> other_branches;  ///< other branches, in the order in which they were first left
-  std::uint64_t last_entry = 0, growths = 0;
+  std::uint64_t last_entry = 0, addition_count = 0;
   bool is_stroke_changed = false;
   volume::VoxelBox stroke_box = k_no_voxels;
   volume::VoxelBox ever_cut = k_no_voxels;

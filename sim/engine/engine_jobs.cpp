@@ -26,7 +26,7 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
   job.hand = command.hand;
   job.parameters = std::make_shared<const Value>(command.request);
   job.input = snapshot();
-  job.growths = growths_;
+  job.addition_count = addition_count_;
   job.cut = ever_cut_;
   make_runnable(job);
   jobs_.push_back(std::move(job));
@@ -204,10 +204,10 @@ Status Engine::check_picture(const AdoptPicture& request, std::size_t hand) cons
   const haptics::TouchScene& scene = *tools_[hand].scene;
   if (!depths_[hand].index_of(request.item) ||
       !haptics::item_of(scene, static_cast<int>(request.item)).depth->is_streamed())
-    return Error{.what = "this item does not take pictures",
+    return Error{.what = "this item is not touched by pictures",
                  .where = "adopt-picture",
                  .found = std::to_string(request.item),
-                 .expected = "an item that is touched by them"};
+                 .expected = "an item with submitted pictures"};
   if (Status error = check_rotation(request.rotation, "adopt-picture rotation")) return error;
   return haptics::depth::check(picture_of(request));
 }
@@ -246,7 +246,7 @@ void Engine::adopt_fields(const AdoptFields& request, std::size_t hand, Outcome&
     offsets = job->make(0);
   }
   if (!fields->take(serial, std::move(offsets))) return;
-  publish(Change::cut);
+  publish(Change::removal);
   outcome.is_changed = true;
   // The entry of the state between strokes gets the new fields, for a later return to it.
   if (!is_stroke_changed_)

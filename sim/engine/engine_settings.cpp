@@ -56,7 +56,7 @@ Result<std::shared_ptr<const haptics::LawSet>> laws_with_effect(const haptics::S
 }
 
 /// Least id of the effects of an instrument; no named effect has such an id.
-constexpr std::uint32_t k_instruments_effect = 0xffffffff - (HandForces::k_most - 1);
+constexpr std::uint32_t k_instruments_effect = 0xffffffff - (HandForces::k_max - 1);
 
 HandForces forces_of(const Instrument& instrument) {
   return instrument.type && instrument.type->forces
@@ -68,7 +68,7 @@ HandForces forces_of(const Instrument& instrument) {
 Result<std::shared_ptr<const haptics::LawSet>> laws_with_forces(const haptics::ServoHand& hand,
                                                                 const HandForces& forces) {
   std::shared_ptr<const haptics::LawSet> laws = hand.laws;
-  for (std::size_t i = 0; i < HandForces::k_most; ++i) {
+  for (std::size_t i = 0; i < HandForces::k_max; ++i) {
     const std::uint32_t id = k_instruments_effect + static_cast<std::uint32_t>(i);
     std::optional<haptics::ServoLaw> law;
     if (const auto& effect = forces.effects[i]) {
@@ -150,10 +150,10 @@ Result<Instrument> Engine::named_instrument(const TakeInstrument& request) const
   spec.instrument = request.instrument, spec.parameters = request.parameters;
   auto instrument = sim::instrument_of(spec, catalogue_);
   if (instrument && instrument.value().type == nullptr)
-    return Error{.what = "no instrument named",
+    return Error{.what = "no instrument selected",
                  .where = "take-instrument instrument",
                  .expected = "the name of an instrument",
-                 .remedy = "trephine modules lists them"};
+                 .remedy = "list them with trephine modules"};
   return instrument;
 }
 
@@ -179,7 +179,7 @@ Status Engine::check_taking(const TakeInstrument& request, std::size_t hand) con
 /// Puts an instrument into a hand.
 void Engine::give(Instrument instrument, std::size_t hand, Outcome& outcome) {
   now_.settings.hands[hand] = std::move(instrument);
-  if (Change change = Change::cut; use_forces_of_instrument(hand, change))
+  if (Change change = Change::removal; use_forces_of_instrument(hand, change))
     publish(change), outcome.is_changed = true;
   work_[hand].is_fresh = true;
   work_[hand].body.reset();
@@ -194,7 +194,7 @@ bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
   if (!laws) return false;
   // An item that blocks again may enclose the tool.
   const haptics::ShapeSet& next = forces.let_through;
-  if ((next | forces_[hand].let_through) != next) change = Change::growth;
+  if ((next | forces_[hand].let_through) != next) change = Change::addition;
   hands_[hand].laws = std::move(laws).value();
   hands_[hand].let_through = next;
   forces_[hand] = std::move(forces);
@@ -208,7 +208,7 @@ bool Engine::set(const Command& command, std::int64_t& number, Change& change, S
   if (const auto* item = command.request.as<SwitchItem>()) {
     hand.set_touchable(static_cast<int>(number = item->item), item->is_touchable);
     // An item that becomes touchable may enclose the tool.
-    if (item->is_touchable) change = Change::growth;
+    if (item->is_touchable) change = Change::addition;
   } else if (const auto* place = command.request.as<PlaceModel>()) {
     number = place->mover;
     const std::vector<double>& q = place->rotation;
@@ -239,7 +239,7 @@ bool Engine::set(const Command& command, std::int64_t& number, Change& change, S
 
 bool Engine::record_setting(const Command& command) {
   std::int64_t number = 0;
-  Change change = Change::cut;
+  Change change = Change::removal;
   Status error;  // excluded by check()
   if (!set(command, number, change, error)) return false;
   Command latest = command;
@@ -249,7 +249,7 @@ bool Engine::record_setting(const Command& command) {
   return true;
 }
 
-/// Replaces the hand's tool, which is growth: matter may reach where the old tool was free, and its
+/// Replaces the hand's tool, which is an addition: matter may reach where the old tool was free, and its
 /// instrument if the job brings one. Returns false, and keeps the old tool, if it does not fit the
 /// instrument.
 bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outcome& outcome) {
@@ -269,19 +269,20 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   }
   if (take) give(std::move(instrument), job.hand, outcome);
   HandTool& tool = tools_[job.hand];
-  tool = {geometry.scene, geometry.method, tool.number + 1, tool.own};
+  tool = {geometry.scene, geometry.method, tool.change_count + 1, tool.initial_method};
   use_bodies(job.hand, Bodies::others);
   use_fields();
   if (TouchFields* fields = fields_of(job.hand)) {
     // Its fields are valid if no cut was undone since.
     const bool is_cut_since = job.input->edits != now_.edits;
     TouchFields::Kept kept{{}, ever_cut_};
-    if (growths_ == job.growths) kept = {geometry.offsets, is_cut_since ? ever_cut_ : k_no_voxels};
+    if (addition_count_ == job.addition_count)
+      kept = {geometry.offsets, is_cut_since ? ever_cut_ : k_no_voxels};
     fields->go_back(kept, current(), serial() + 1);
   }
   const Command latest{needed, job.hand};
   now_.settings.latest_commands.insert_or_assign(key_of(latest, 0), latest);
-  publish(Change::growth);
+  publish(Change::addition);
   return true;
 }
 

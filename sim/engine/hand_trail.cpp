@@ -16,9 +16,9 @@ void HandTrail::add(const haptics::ServoHand& hand, const haptics::ServoRecord& 
 }
 
 void HandTrail::add(const glm::dvec3& place) {
-  if (full_.size() == k_most_chunks) {
-    full_.erase(full_.begin(), full_.begin() + k_most_chunks / 2);
-    first_ += k_most_chunks / 2 * k_chunk;
+  if (full_.size() == k_max_chunks) {
+    full_.erase(full_.begin(), full_.begin() + k_max_chunks / 2);
+    first_ += k_max_chunks / 2 * k_chunk;
   }
   newest_.push_back(place);
   if (newest_.size() < k_chunk) return;
@@ -61,11 +61,11 @@ std::optional<haptics::EscapePath> HandTrail::escape_path(const haptics::ServoHa
   }
   haptics::EscapePath result;
   const std::size_t stride =
-      (path.size() + haptics::EscapePath::k_most_places - 1) / haptics::EscapePath::k_most_places;
+      (path.size() + haptics::EscapePath::k_max_places - 1) / haptics::EscapePath::k_max_places;
   for (std::size_t i = stride - 1; i < path.size(); i += stride)
     result.places_volume[result.count++] = path[i];
   if (path.size() % stride != 0) {
-    if (result.count == haptics::EscapePath::k_most_places) --result.count;
+    if (result.count == haptics::EscapePath::k_max_places) --result.count;
     result.places_volume[result.count++] = path.back();
   }
   return result;

@@ -27,7 +27,7 @@ class HandTrail {
   static HandTrail of(std::size_t first, std::span<const glm::dvec3> places);
 
  private:
-  static constexpr std::size_t k_chunk = 128, k_most_chunks = 32;
+  static constexpr std::size_t k_chunk = 128, k_max_chunks = 32;
   using Chunk = std::array<glm::dvec3, k_chunk>;
   std::size_t size() const noexcept { return k_chunk * full_.size() + newest_.size(); }
   const glm::dvec3& at(std::size_t i) const noexcept {

@@ -44,7 +44,7 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
   const double sample = previous->lattice().frame().voxel_mm3();
   const volume::Separation separation =
       volume::detect_detachment(shape->field, *shape->bits, *previous, *before_,
-                                {.least_samples = static_cast<std::int64_t>(std::ceil(smallest_ / sample))});
+                                {.min_samples = static_cast<std::int64_t>(std::ceil(smallest_ / sample))});
   ++counts_.strokes;
   counts_.disconnected += separation.kind == volume::Separation::Kind::detached;
   counts_.pending += separation.kind == volume::Separation::Kind::pending;
@@ -80,7 +80,7 @@ bool PieceWatch::has_disconnected_part(const haptics::TouchScene& scene, const v
   const volume::SolidParts parts(shape->field, *shape->bits, version);
   const double sample = version.lattice().frame().voxel_mm3();
   return std::any_of(parts.parts().begin(), parts.parts().end(), [&](const volume::SolidParts::Part& part) {
-    return part.is_off && static_cast<double>(part.samples) * sample >= smallest;
+    return part.is_detached && static_cast<double>(part.samples) * sample >= smallest;
   });
 }
 

@@ -218,11 +218,11 @@ Result<TouchScene> build_items(const SceneDescription& spec, const SceneData& da
 
 Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData& data,
                                    const Catalogue& catalogue) {
-  if (spec.hands.empty() || spec.hands.size() > haptics::ServoScene::k_most_hands)
+  if (spec.hands.empty() || spec.hands.size() > haptics::ServoScene::k_max_hands)
     return Error{.what = "too many hands",
                  .where = "hands",
                  .found = std::to_string(spec.hands.size()),
-                 .expected = "1 to " + std::to_string(haptics::ServoScene::k_most_hands)};
+                 .expected = "1 to " + std::to_string(haptics::ServoScene::k_max_hands)};
   if (Status error = check_data(spec, data)) return *error;
   Result<TouchScene> items = build_items(spec, data);
   if (!items) return items.error();

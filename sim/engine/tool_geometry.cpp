@@ -42,9 +42,9 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
   const double radius = request.radius;
   if ((result->failed = haptics::set_tool(*scene, radius, request.balls))) return result;
   // Several balls need the chain method; one ball uses the hand's initial method, or the general one.
-  auto method = haptics::make_method(!request.balls.empty() ? "chain"
-                                     : tool.own == "chain"  ? "scene"
-                                                            : tool.own);
+  auto method = haptics::make_method(!request.balls.empty()           ? "chain"
+                                     : tool.initial_method == "chain" ? "scene"
+                                                                      : tool.initial_method);
   if (!method) {
     result->failed = method.error();
     return result;

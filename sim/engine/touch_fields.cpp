@@ -17,8 +17,8 @@ OffsetJob::Offsets OffsetJob::make(int threads) const {
 void TouchFields::record_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
                              const volume::VoxelBox& box) {
   // Bounds the number of kept versions if fields are never submitted.
-  constexpr std::size_t k_most = 4096;
-  if (cuts_.size() == k_most) {
+  constexpr std::size_t k_max = 4096;
+  if (cuts_.size() == k_max) {
     stale_box_ = united(stale_box_, cuts_.front().box);
     cuts_.erase(cuts_.begin());
   }

@@ -39,7 +39,7 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
     has_seen_[record.hand] = record.version >= pending_->image.serial;
     if (std::find(has_seen_.begin(), has_seen_.end(), false) == has_seen_.end())
       finish_servo();
-    else if (pending_->records.size() >= k_most_records)
+    else if (pending_->records.size() >= k_max_records)
       return pending_.reset();
   }
   are_fields_done_ = engine.oldest_stale_serial() > pending_->image.serial;

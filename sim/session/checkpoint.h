@@ -41,7 +41,7 @@ class CheckpointMaker {
   /// Default spacing, in ticks without contact; ticks with contact count more, cuts even more.
   static constexpr int k_work = 8000;
   /// Largest number of ticks to wait for servos that lag behind; then the checkpoint is given up.
-  static constexpr std::size_t k_most_records = 1024;
+  static constexpr std::size_t k_max_records = 1024;
 
   void add(const haptics::ServoRecord& record, const Engine& engine, const Outcome& outcome);
   void add(const Command& command, const Engine& engine, const Outcome& outcome);

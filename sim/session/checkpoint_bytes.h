@@ -30,9 +30,9 @@ class ByteReader {
     if (!get(in_, result)) throw Broken{"it ends early"};
     return result;
   }
-  std::uint64_t count(std::uint64_t most = ~std::uint64_t{0}) {
+  std::uint64_t count(std::uint64_t limit = ~std::uint64_t{0}) {
     const std::int64_t result = signed_number();
-    if (result < 0 || static_cast<std::uint64_t>(result) > most) throw Broken{"a number out of its range"};
+    if (result < 0 || static_cast<std::uint64_t>(result) > limit) throw Broken{"a number out of its range"};
     return static_cast<std::uint64_t>(result);
   }
   std::int64_t signed_number() {

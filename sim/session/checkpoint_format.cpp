@@ -54,7 +54,7 @@ void put_hand(std::string& out, const EngineImage::Hand& hand) {
   put(out, hand.tool.scene->tool_radius);
   put_count(out, hand.tool.scene->tool_balls.size());
   for (const glm::dvec3& at : hand.tool.scene->tool_balls) put(out, at);
-  put_count(out, hand.tool.number);
+  put_count(out, hand.tool.change_count);
   put(out, static_cast<std::uint8_t>(hand.escape_path != nullptr));
   if (hand.escape_path) {
     put(out, hand.escape_path->serial);
@@ -80,8 +80,8 @@ void put_cuts(std::string& out, const TouchFields& fields) {
 
 /// Writes the counts of an image, and the boxes of its cuts.
 void put_numbers(std::string& out, const EngineImage& image) {
-  for (const std::uint64_t number :
-       {image.last_entry, image.growths, std::uint64_t{image.last_job}, std::uint64_t{image.last_body}})
+  for (const std::uint64_t number : {image.last_entry, image.addition_count, std::uint64_t{image.last_job},
+                                     std::uint64_t{image.last_body}})
     put_count(out, number);
   put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
   put_box(out, image.stroke_box);
@@ -100,7 +100,7 @@ void put_job(std::string& out, const PendingJob& job) {
   put_count(out, job.id.value);
   put(out, job.hand);
   put_value(out, *job.parameters);
-  put_count(out, job.growths);
+  put_count(out, job.addition_count);
   put_box(out, job.cut);
 }
 
@@ -162,7 +162,7 @@ void CheckpointEncoder::put_fields(std::string& out, const Checkpoint& checkpoin
                                    const TouchFields::Kept& kept) {
   const std::size_t hand = hand_of(checkpoint, scene);
   put_count(out, hand);
-  put_count(out, checkpoint.image.hands[hand].tool.number);
+  put_count(out, checkpoint.image.hands[hand].tool.change_count);
   put_box(out, kept.stale_box);
   put_offsets(out, scene, kept.fields);
 }
@@ -200,14 +200,15 @@ void CheckpointEncoder::put_world(std::string& out, const UndoableState& world) 
   }
 }
 
-void CheckpointEncoder::put_place(std::string& out, const Checkpoint& checkpoint, const HistoryPlace& place) {
-  put_world(out, place.world);
+void CheckpointEncoder::put_entry_state(std::string& out, const Checkpoint& checkpoint,
+                                        const EntryState& state) {
+  put_world(out, state.world);
   const auto is_of_a_hand = [&](const auto& one) {
     return hand_of(checkpoint, one.first) < checkpoint.image.hands.size();
   };
   put_count(
-      out, static_cast<std::uint64_t>(std::count_if(place.fields.begin(), place.fields.end(), is_of_a_hand)));
-  for (const auto& one : place.fields)
+      out, static_cast<std::uint64_t>(std::count_if(state.fields.begin(), state.fields.end(), is_of_a_hand)));
+  for (const auto& one : state.fields)
     if (is_of_a_hand(one)) put_fields(out, checkpoint, one.first, one.second);
 }
 
@@ -285,13 +286,13 @@ void CheckpointEncoder::put_history(std::string& out, const Checkpoint& checkpoi
   for_branches(checkpoint.image, [&](const Branch& branch) {
     for (const auto& entry : branch.history) {
       if (entry->number <= tail_.last_entry || !written_entries.insert(entry->number).second) continue;
-      const Result<HistoryPlace> history_place = entry->place();
-      if (!history_place) continue;  // its session is missing: readers cannot go there either
-      std::string place;
-      put_place(place, checkpoint, history_place.value());
+      const Result<EntryState> entry_state = entry->state();
+      if (!entry_state) continue;  // its session is missing: readers cannot go there either
+      std::string bytes;
+      put_entry_state(bytes, checkpoint, entry_state.value());
       put_count(out, entry->number);
       put_box(out, entry->box);
-      put_text(out, place);
+      put_text(out, bytes);
     }
   });
   tail_.last_entry = checkpoint.image.last_entry;

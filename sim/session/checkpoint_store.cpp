@@ -53,13 +53,13 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
                                     bool& starts_after_known) {
     std::vector<std::string> result;
     std::size_t bytes = 0;
-    constexpr std::size_t k_most_bytes = std::size_t{1} << 30;
+    constexpr std::size_t k_max_bytes = std::size_t{1} << 30;
     starts_after_known = false;
     for (std::uint64_t n = number;; --n) {
       const auto found = links.find({chain, n});
       if (found == links.end()) throw Broken{"a missing state"};
       result.push_back(value_or_throw(session->read(found->second->bytes)));
-      if ((bytes += result.back().size()) > k_most_bytes) throw Broken{"a chain that is too long"};
+      if ((bytes += result.back().size()) > k_max_bytes) throw Broken{"a chain that is too long"};
       if (found->second->is_first) break;
       if (n == 0) throw Broken{"a chain without a beginning"};
       if ((starts_after_known = n - 1 == known)) break;
@@ -114,7 +114,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const std::string_view name = in.text(), bytes = in.text();
     if (name.empty()) return {};
     const ValueType* type = session->catalogue().find(name);
-    if (type == nullptr) throw Broken{"a value that this program does not know"};
+    if (type == nullptr) throw Broken{"a value of an unknown type"};
     return value_or_throw(Value::from_bytes(*type, bytes));
   }
 
@@ -206,9 +206,9 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   };
   /// Reads the offset fields of a scene; if it is null, skips them.
   OffsetJob::Offsets read_offsets(ByteReader& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
-    OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_most));
+    OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_max));
     if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
-      throw Broken{"another number of offset fields than of shapes"};
+      throw Broken{"different numbers of offset fields and shapes"};
     for (std::size_t s = 0; s < offsets.size(); ++s) {
       const std::uint64_t chain = in.count(), link = in.count();
       if (scene) offsets[s] = field_at(chain, link, scene, s);
@@ -251,7 +251,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     UndoableState world;
     world.version = version_at(in.count());
     world.modules = read_modules(in, start.now().world.modules);
-    for (std::uint64_t remaining = in.count(haptics::ShapeSet::k_most); remaining > 0; --remaining) {
+    for (std::uint64_t remaining = in.count(haptics::ShapeSet::k_max); remaining > 0; --remaining) {
       Body body;
       body.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
       const std::int64_t mover = in.signed_number();
@@ -279,17 +279,17 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       for (std::size_t h = 0; h < start.hand_count(); ++h)
         is_valid =
             is_valid && std::none_of(start.scene(h).items.begin(), start.scene(h).items.end(), is_used);
-      if (!is_valid) throw Broken{"a body with the id or the mover of another"};
+      if (!is_valid) throw Broken{"two bodies with the same id or mover"};
       world.bodies.push_back(std::move(body));
     }
     return world;
   }
-  HistoryPlace read_place(ByteReader& in, const Hands& hands) {
-    HistoryPlace place;
-    place.world = read_world(in);
-    for (std::uint64_t remaining = in.count(haptics::ServoScene::k_most_hands); remaining > 0; --remaining)
-      if (auto fields = read_fields(in, hands); fields.first) place.fields.push_back(std::move(fields));
-    return place;
+  EntryState read_entry_state(ByteReader& in, const Hands& hands) {
+    EntryState state;
+    state.world = read_world(in);
+    for (std::uint64_t remaining = in.count(haptics::ServoScene::k_max_hands); remaining > 0; --remaining)
+      if (auto fields = read_fields(in, hands); fields.first) state.fields.push_back(std::move(fields));
+    return state;
   }
   OperationState read_state(ByteReader& in, const std::vector<Event>& all_events) {
     const OperationState& initial = start.now();
@@ -333,30 +333,30 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     state.chronicle.redos = in.count();
     for (std::size_t w = 0; w < initial.watches.size(); ++w)
       if (decode_fields(ForbiddenWatch::schema(), &state.watches.emplace_back(), in.text()))
-        throw Broken{"a forbidden structure's values"};
+        throw Broken{"invalid values of a forbidden structure"};
     return state;
   }
   /// Reads a hand, with its initial tool or another one.
   void read_hand(ByteReader& in, std::size_t h, EngineImage::Hand& hand) {
     ToolGeometry geometry{in.number(), {}};
-    for (std::uint64_t remaining = in.count(haptics::TouchScene::k_most_balls); remaining > 0; --remaining)
+    for (std::uint64_t remaining = in.count(haptics::TouchScene::k_max_balls); remaining > 0; --remaining)
       geometry.balls.push_back(in.place());
     hand.tool = start.tool(h);
-    hand.tool.number = in.count();
-    if (hand.tool.number != 0) {
+    hand.tool.change_count = in.count();
+    if (hand.tool.change_count != 0) {
       std::shared_ptr<const PreparedTool>& prepared = geometries[{h, Value(geometry).bytes()}];
       if (!prepared) {
         if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"an invalid tool"};
         prepared = make_geometry(hand.tool, geometry, *start.now().world.version, k_no_voxels);
       }
-      if (prepared->failed) throw Broken{"a tool that cannot be made"};
+      if (prepared->failed) throw Broken{"a tool of invalid geometry"};
       hand.tool.scene = prepared->scene;
       hand.tool.method = prepared->method;
     }
     if (in.flags(1) != 0) {
       auto path = std::make_shared<haptics::EscapePath>();
       path->serial = in.value<std::uint64_t>();
-      path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_most_places));
+      path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_max_places));
       for (std::uint32_t i = 0; i < path->count; ++i) path->places_volume[i] = in.place();
       hand.escape_path = std::move(path);
     }
@@ -374,12 +374,12 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   void read_history(ByteReader& in, std::size_t i, const Hands& hands, EngineImage& image) {
     const auto& stored = entries_up_to(i);
     std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>> entries_read;  // branches share entries
-    const std::uint64_t others = in.count(Engine::k_most_branches - 1);
+    const std::uint64_t others = in.count(Engine::k_max_branches - 1);
     image.branch = read_branch(in, hands, stored, entries_read);
     for (std::uint64_t remaining = others; remaining > 0; --remaining)
       image.other_branches.push_back(read_branch(in, hands, stored, entries_read));
     image.last_entry = in.count();
-    image.growths = in.count();
+    image.addition_count = in.count();
     image.last_job = static_cast<std::uint32_t>(in.count());
     image.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
   }
@@ -389,7 +389,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     Branch branch;
     branch.name = in.text();
     std::uint64_t number = 0;
-    for (std::uint64_t remaining = in.count(Engine::k_most_strokes + 1); remaining > 0; --remaining) {
+    for (std::uint64_t remaining = in.count(Engine::k_max_strokes + 1); remaining > 0; --remaining) {
       number += static_cast<std::uint64_t>(in.signed_number());
       std::shared_ptr<const HistoryEntry>& entry = entries_read[number];
       if (!entry) entry = read_entry(number, hands, stored);
@@ -407,14 +407,14 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     if (found == stored.end()) throw Broken{"a missing history entry"};
     HistoryEntry entry{number, found->second.box, {}, {}};
     entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
-                  loaded = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
+                  loaded = std::make_shared<std::optional<EntryState>>()]() -> Result<EntryState> {
       try {
         if (*loaded) return **loaded;
         if (shared->life.expired())
           return Error{.what = "the earlier history can no longer be read",
                        .expected = "its session to stay open while it is continued"};
         ByteReader place(bytes);
-        return *(*loaded = shared->read_place(place, hands));
+        return *(*loaded = shared->read_entry_state(place, hands));
       } catch (const Broken& broken) {
         return error_of(broken);
       } catch (const std::bad_alloc&) {
@@ -430,7 +430,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       job.id.value = static_cast<std::uint32_t>(in.count());
       job.hand = in.value<std::uint8_t>();
       job.parameters = std::make_shared<const Value>(read_value(in));
-      job.growths = in.count();
+      job.addition_count = in.count();
       job.cut = in.box(start.scene().base->size);
       job.input = std::make_shared<const OperationState>(read_state(in, all_events));
       if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"an invalid job"};
@@ -443,7 +443,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
           (job.type && job.type->check && job.type->check(job.parameters->data(), anatomy)) ||
           (job.parameters->as<TakeInstrument>() &&
            !start.named_instrument(*job.parameters->as<TakeInstrument>())))
-        throw Broken{"a job that does not fit the anatomy"};
+        throw Broken{"a job of another anatomy"};
       image.jobs.push_back(std::move(job));
     }
   }
@@ -459,7 +459,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     ByteReader in(bytes);
     const std::size_t count = start.hand_count();
     for (std::size_t h = 0; h < count; ++h) result.cores.emplace_back(in.text());
-    for (std::uint64_t remaining = in.count(CheckpointMaker::k_most_records); remaining > 0; --remaining) {
+    for (std::uint64_t remaining = in.count(CheckpointMaker::k_max_records); remaining > 0; --remaining) {
       result.records.push_back(in.record());
       if (result.records.back().hand >= count) throw Broken{"a tick of an unknown hand"};
     }
@@ -470,7 +470,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       read_hand(in, h, image.hands[h]);
       image.hands[h].trail = std::move(trails[h]);
       hands.scenes.push_back(image.hands[h].tool.scene);
-      hands.layouts.push_back(image.hands[h].tool.number);
+      hands.layouts.push_back(image.hands[h].tool.change_count);
     }
     read_history(in, i, hands, image);
     image.is_stroke_changed = in.flags(1) != 0;
@@ -498,12 +498,12 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       if (output.hand >= count) throw Broken{"offset fields of an unknown hand"};
       output.offsets = read_offsets(in, hands.scenes[output.hand]);
     }
-    if (!in.is_at_end()) throw Broken{"surplus bytes"};
+    if (!in.is_at_end()) throw Broken{"excess bytes"};
     return result;
   }
 
   static Error error_of(const Broken& broken) {
-    return Error{.what = "a checkpoint of the session is broken",
+    return Error{.what = "a checkpoint of the session is damaged",
                  .found = broken.what,
                  .expected = "unchanged data written by trephine",
                  .remedy = "open the session from its start"};

@@ -51,16 +51,17 @@ Result<std::uint64_t> fork_session(const std::string& path, std::uint64_t tick,
     return Error{.what = "the session is damaged and cannot be forked",
                  .where = where,
                  .found = "blocks after the damage",
-                 .expected = "a whole file"};
+                 .expected = "an undamaged file"};
   std::ifstream in(path, std::ios::binary);
   std::vector<Block> all;
   std::vector<std::size_t> logs;
-  for (std::uint64_t at = 16; at + sizeof(BlockHead) < reader.value().whole_bytes();) {
+  for (std::uint64_t at = 16; at + sizeof(BlockHead) < reader.value().complete_bytes();) {
     Block block;
     in.seekg(static_cast<std::streamoff>(at));
     if (!in.read(reinterpret_cast<char*>(&block.head), sizeof block.head))
-      return Error{
-          .what = "the session is no longer readable", .where = where, .expected = "a file that stays"};
+      return Error{.what = "the session is no longer readable",
+                   .where = where,
+                   .expected = "a file that is neither moved nor deleted"};
     block.at = at + sizeof block.head;
     at = block.at + block.head.length + sizeof(std::uint64_t);
     if (static_cast<BlockKind>(block.head.kind) == BlockKind::log) logs.push_back(all.size());

@@ -47,10 +47,10 @@ bool same_bits(const dvec3& a, const dvec3& b) { return std::memcmp(&a, &b, size
 bool same_bits(const glm::dquat& a, const glm::dquat& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 Error broken(const char* what) {
-  return Error{.what = "the session's record is broken",
+  return Error{.what = "the session's record is damaged",
                .found = what,
                .expected = "unchanged data written by trephine",
-               .remedy = "the part before it can be used"};
+               .remedy = "use the part before the damage"};
 }
 
 }  // namespace

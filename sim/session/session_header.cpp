@@ -218,7 +218,7 @@ double* find_material_value(StructureSpec& shape, std::string_view key) {
 }  // namespace
 
 namespace {
-constexpr std::size_t k_most_types = 255, k_most_objects = 64, k_most_models = 256;
+constexpr std::size_t k_max_types = 255, k_max_objects = 64, k_max_models = 256;
 
 template <class T>
 bool take_number(std::string_view& text, T& value, int base = 10) {
@@ -279,7 +279,7 @@ std::optional<bool> read_plan_line(std::string_view key, std::string_view value,
     return true;
   };
   const auto begin = [&](auto& objects) {
-    if (objects.size() >= volume::k_most_planned) return false;
+    if (objects.size() >= volume::k_max_planned) return false;
     objects.emplace_back().name = value;
     return true;
   };
@@ -298,7 +298,7 @@ std::optional<bool> read_plan_line(std::string_view key, std::string_view value,
   if (key == "outline") return begin(plan.outlines);
   if (key == "outline_point") {
     const std::optional<glm::dvec3> p = three_numbers(value);
-    if (!p || plan.outlines.empty() || plan.outlines.back().points_world.size() >= volume::k_most_planned)
+    if (!p || plan.outlines.empty() || plan.outlines.back().points_world.size() >= volume::k_max_planned)
       return false;
     plan.outlines.back().points_world.push_back(*p);
     return true;
@@ -376,23 +376,23 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
       h.case_name = value;
     } else if (key == "volume") {
       const std::optional<VolumeSpec> volume = volume_of(value);
-      if ((is_good = volume && h.volumes.size() < k_most_objects)) h.volumes.push_back(*volume);
+      if ((is_good = volume && h.volumes.size() < k_max_objects)) h.volumes.push_back(*volume);
     } else if (key == "model") {
       const std::optional<ModelSpec> model = model_of(value);
-      if ((is_good = model && h.models.size() < k_most_models)) h.models.push_back(*model);
+      if ((is_good = model && h.models.size() < k_max_models)) h.models.push_back(*model);
     } else if (key == "stream") {
       const std::optional<ModelSpec> stream = model_of(value);  // also a count and a hash
-      if ((is_good = stream && h.streams.size() < k_most_objects))
+      if ((is_good = stream && h.streams.size() < k_max_objects))
         h.streams.push_back({stream->triangles, stream->hash});
     } else if (key == "of_stream") {
-      if ((is_good = shape && is_whole(0, k_most_objects))) shape->stream = static_cast<int>(number);
+      if ((is_good = shape && is_whole(0, k_max_objects))) shape->stream = static_cast<int>(number);
     } else if (key == "structure") {
-      if ((is_good = h.structures.size() < haptics::ShapeSet::k_most)) {
+      if ((is_good = h.structures.size() < haptics::ShapeSet::k_max)) {
         h.structures.emplace_back();
         h.structures.back().shape.name = value;
       }
     } else if (key == "hand") {
-      if ((is_good = h.hands.size() < haptics::ServoScene::k_most_hands))
+      if ((is_good = h.hands.size() < haptics::ServoScene::k_max_hands))
         h.hands.emplace_back().instrument = value;
     } else if (key == "parameters") {
       if ((is_good = hand != nullptr)) hand->parameters = value;
@@ -401,7 +401,7 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
     } else if (key == "module" || key == "type") {
       std::vector<NamedVersion>& list = key == "type" ? h.types : h.modules;
       const std::optional<NamedVersion> entry = named_version(value);
-      if ((is_good = entry && list.size() < k_most_types)) list.push_back(*entry);
+      if ((is_good = entry && list.size() < k_max_types)) list.push_back(*entry);
     } else if (key == "revision") {
       if ((is_good = is_whole(0, 1e9))) h.revision = static_cast<std::uint32_t>(number);
     } else if (key == "builtin") {
@@ -419,7 +419,7 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
     } else if (key == "passive") {
       if ((is_good = is_whole(0, 1))) h.force.is_passive = number == 1;
     } else if (key == "delay_ticks") {
-      if ((is_good = is_whole(0, haptics::PassivityController::k_most_delay)))
+      if ((is_good = is_whole(0, haptics::PassivityController::k_max_delay)))
         h.force.delay_ticks = static_cast<int>(number);
     } else if (key == "torque_limit") {
       if ((is_good = is_between(0, 1e6))) h.force.torque_limit = number;
@@ -431,12 +431,12 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
       if ((is_good = hand && is_between(0, 6))) hand->tool_radius = number;
     } else if (key == "tool_ball") {
       const std::optional<glm::dvec3> at = three_numbers(value);
-      is_good = hand && at && hand->tool_balls.size() < haptics::TouchScene::k_most_balls;
+      is_good = hand && at && hand->tool_balls.size() < haptics::TouchScene::k_max_balls;
       if (is_good) hand->tool_balls.push_back(*at);
     } else if (key == "smallest_burr") {
       if ((is_good = is_between(0, 1e3))) h.smallest_burr = number;
     } else if (key == "effect") {
-      if ((is_good = hand && hand->effects.size() < haptics::LawSet::k_most && is_effect(value)))
+      if ((is_good = hand && hand->effects.size() < haptics::LawSet::k_max && is_effect(value)))
         hand->effects.emplace_back(value);
     } else if (const auto planned = read_plan_line(key, value, h.plan)) {
       is_good = *planned;
@@ -449,9 +449,9 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
     } else if (key == "forbidden") {
       if ((is_good = is_whole(0, 1))) shape->is_forbidden = number == 1;
     } else if (key == "of_volume") {
-      if ((is_good = is_whole(0, k_most_objects))) shape->volume = static_cast<int>(number);
+      if ((is_good = is_whole(0, k_max_objects))) shape->volume = static_cast<int>(number);
     } else if (key == "of_model") {
-      if ((is_good = is_whole(0, k_most_models))) shape->model = static_cast<int>(number);
+      if ((is_good = is_whole(0, k_max_models))) shape->model = static_cast<int>(number);
     } else if (key == "mover") {
       if ((is_good = is_whole(0, haptics::TouchScene::k_max_movers - 1)))
         shape->mover = static_cast<int>(number);
@@ -460,7 +460,7 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
       if ((is_good = found != std::end(volume::k_matters)))
         shape->matter = static_cast<volume::Matter>(found - std::begin(volume::k_matters));
     } else if (key == "depth_keys") {
-      if ((is_good = is_whole(1, k_most_models))) shape->depth_keys = static_cast<int>(number);
+      if ((is_good = is_whole(1, k_max_models))) shape->depth_keys = static_cast<int>(number);
     } else if (key == "depth_beat") {
       if ((is_good = is_between(1e-6, 1e6))) shape->depth_beat = number;
     } else if (key == "depth_repeats") {

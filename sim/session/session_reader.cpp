@@ -45,14 +45,14 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
                  .remedy = "open it with that version"};
 
   // Reads block by block, up to the first incomplete one.
-  r.whole_bytes_ = sizeof magic;
+  r.complete_bytes_ = sizeof magic;
   bool has_header = false;
   std::string payload;
-  while (size - r.whole_bytes_ >= sizeof(BlockHead) + 8) {
+  while (size - r.complete_bytes_ >= sizeof(BlockHead) + 8) {
     BlockHead head;
-    r.file_.seekg(static_cast<std::streamoff>(r.whole_bytes_));
+    r.file_.seekg(static_cast<std::streamoff>(r.complete_bytes_));
     if (!r.file_.read(reinterpret_cast<char*>(&head), sizeof head)) break;
-    const std::uint64_t at = r.whole_bytes_ + sizeof head;
+    const std::uint64_t at = r.complete_bytes_ + sizeof head;
     if (head.magic != k_block_magic || head.number != r.block_count_ || head.length > size - at - 8) break;
     payload.resize(head.length);
     std::uint64_t check = 0;
@@ -108,16 +108,16 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
       default:
         break;  // a kind that this program does not need
     }
-    r.whole_bytes_ = at + head.length + 8;
+    r.complete_bytes_ = at + head.length + 8;
     ++r.block_count_;
   }
   if (!has_header) return no_session("its header is not whole");
   r.file_.clear();
-  r.lost_bytes_ = size - r.whole_bytes_;
+  r.lost_bytes_ = size - r.complete_bytes_;
 
   // Whole blocks afterwards distinguish damage in the middle from a truncated end.
   constexpr std::uint64_t k_chunk = 1 << 24;
-  for (std::uint64_t at = r.whole_bytes_ + 4; at + 4 <= size && !r.is_damaged_; at += k_chunk) {
+  for (std::uint64_t at = r.complete_bytes_ + 4; at + 4 <= size && !r.is_damaged_; at += k_chunk) {
     std::string rest(static_cast<std::size_t>(std::min(size - at, k_chunk + 3)), '\0');  // 3: across the seam
     r.file_.seekg(static_cast<std::streamoff>(at));
     r.file_.read(rest.data(), static_cast<std::streamsize>(rest.size()));
@@ -144,8 +144,9 @@ Result<std::string> SessionReader::read(const Span& span) {
   file_.clear();
   file_.seekg(static_cast<std::streamoff>(span.at));
   if (!file_.read(bytes.data(), static_cast<std::streamsize>(span.length)))
-    return Error{
-        .what = "the session is no longer readable", .where = where_, .expected = "a file that stays"};
+    return Error{.what = "the session is no longer readable",
+                 .where = where_,
+                 .expected = "a file that is neither moved nor deleted"};
   return bytes;
 }
 
@@ -186,17 +187,17 @@ Result<std::vector<std::shared_ptr<const haptics::depth::DepthStream>>> SessionR
 
 Result<bool> SessionReader::next(LogItem& item) {
   while (!decoder_ || decoder_->is_at_end()) {
-    if (decoder_) place_ = {place_.block + 1, 0};
+    if (decoder_) position_ = {position_.block + 1, 0};
     decoder_.reset();
-    if (place_.block >= logs_.size()) return false;
-    Result<std::string> bytes = read_packed(logs_[place_.block]);
+    if (position_.block >= logs_.size()) return false;
+    Result<std::string> bytes = read_packed(logs_[position_.block]);
     if (!bytes) return bytes.error();
     payload_ = std::move(bytes).value();
     decoder_ = std::make_unique<ItemDecoder>(payload_, types_);
   }
   Result<LogItem> read = decoder_->next();
   if (!read) return read.error();
-  ++place_.items;
+  ++position_.items;
   item = std::move(read).value();
   return true;
 }
@@ -207,11 +208,11 @@ std::uint64_t SessionReader::log_bytes() const noexcept {
   return sum;
 }
 
-Status SessionReader::go_to(const Place& place) {
+Status SessionReader::go_to(const Position& position) {
   decoder_.reset();
-  place_ = {place.block, 0};
+  position_ = {position.block, 0};
   LogItem item;
-  while (place_.items < place.items) {
+  while (position_.items < position.items) {
     const Result<bool> read = next(item);
     if (!read) return read.error();
     if (!read.value()) break;

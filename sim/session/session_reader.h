@@ -34,7 +34,7 @@ class SessionReader {
   Result<std::vector<std::shared_ptr<const haptics::depth::DepthStream>>> streams();
   /// Empty if the recording program was killed.
   const std::optional<SessionEnd>& end() const noexcept { return end_; }
-  std::uint64_t whole_bytes() const noexcept { return whole_bytes_; }
+  std::uint64_t complete_bytes() const noexcept { return complete_bytes_; }
   std::uint64_t block_count() const noexcept { return block_count_; }
   /// Bytes after the last whole block: a truncated end, or damage if more blocks follow.
   std::uint64_t lost_bytes() const noexcept { return lost_bytes_; }
@@ -45,11 +45,11 @@ class SessionReader {
   /// Reads the next item, in the order in which the engine applied them; false after the last one.
   Result<bool> next(LogItem& item);
   /// Position of next(), to return to: a block of the log, and the number of its items read so far.
-  struct Place {
+  struct Position {
     std::size_t block = 0, items = 0;
   };
-  Place place() const noexcept { return place_; }
-  Status go_to(const Place& place);
+  Position position() const noexcept { return position_; }
+  Status go_to(const Position& position);
   std::size_t log_count() const noexcept { return logs_.size(); }
   std::uint64_t log_bytes() const noexcept;
 
@@ -76,11 +76,11 @@ class SessionReader {
   TypeList types_;
   std::optional<std::uint64_t> scan_hash_;
   std::optional<SessionEnd> end_;
-  std::uint64_t whole_bytes_ = 0, block_count_ = 0, lost_bytes_ = 0, tick_count_ = 0;
+  std::uint64_t complete_bytes_ = 0, block_count_ = 0, lost_bytes_ = 0, tick_count_ = 0;
   bool is_damaged_ = false;
   std::vector<Span> logs_, scans_, models_, streams_;
   std::vector<CheckpointIndex> checkpoints_;  ///< positions of their parts are those in the file
-  Place place_;
+  Position position_;
   std::string payload_;
   std::unique_ptr<ItemDecoder> decoder_;
 };

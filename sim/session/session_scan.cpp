@@ -13,10 +13,10 @@ using trephine::put;
 namespace {
 
 Error broken(const char* what) {
-  return Error{.what = "the session's record is broken",
+  return Error{.what = "the session's record is damaged",
                .found = what,
                .expected = "unchanged data written by trephine",
-               .remedy = "the part before it can be used"};
+               .remedy = "use the part before the damage"};
 }
 
 /// Flags for the parts of a scan in a session, in addition to its voxels.

@@ -59,7 +59,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   const std::string where = name_of(path), header_text = encode(header);
   // No recording is started that could not be read again.
   if (const auto readable = decode_header(header_text); !readable)
-    return Error{.what = "this cannot be recorded",
+    return Error{.what = "the session cannot be recorded",
                  .where = where,
                  .found = readable.error().found,
                  .expected = "a value in the range of sessions"};
@@ -118,7 +118,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::append(SessionLock lock, S
       return Error{.what = "the session cannot be continued",
                    .where = where,
                    .found = "a session without " + std::string(type->schema->name),
-                   .expected = "what this program may have to write",
+                   .expected = "a session with all types of this program",
                    .remedy = "continue it with the version that recorded it"};
   const int file = std::exchange(lock.file_, -1);
   std::unique_ptr<SessionWriter> writer(new SessionWriter(file, lock.path_, std::move(tail.types), options));
@@ -254,8 +254,8 @@ void SessionWriter::record_checkpoint(Engine& engine) {
 
 /// Returns the block of the log that begins here; empty while too many checkpoints are unwritten.
 std::optional<std::uint64_t> SessionWriter::block_for_checkpoint() {
-  constexpr std::size_t k_most_waiting = 4;  // while the disk does not respond
-  const auto has_room = [this] { return pending_checkpoints_.size() < k_most_waiting; };
+  constexpr std::size_t k_max_waiting = 4;  // while the disk does not respond
+  const auto has_room = [this] { return pending_checkpoints_.size() < k_max_waiting; };
   std::unique_lock guard(lock_);
   if (may_wait_) encoded_.wait(guard, has_room);
   if (!has_room() || status_) return std::nullopt;

@@ -41,7 +41,7 @@ TEST(EventText, EveryEventOfTheCatalogueHasASentence) {
 
 TEST(EventText, SentencesAndLevels) {
   const EventText torn = describe_event({0, 0, {}, sim::StructureTorn{"dura", 1.45}});
-  EXPECT_EQ(torn.text, "Dura torn, 1.45 mm deep.");
+  EXPECT_EQ(torn.text, "The tool tore dura, 1.45 mm deep.");
   EXPECT_EQ(torn.level, EventLevel::danger);
   const EventText none = describe_event({0, 0, {}, bone_flap::FlapFailed{"the outline crosses itself"}});
   EXPECT_EQ(none.text, "No bone flap: the outline crosses itself");

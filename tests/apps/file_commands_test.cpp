@@ -33,7 +33,7 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
   const Ended output = run("import raw.nii.gz --preset spine -o spine");
   EXPECT_EQ(output.exit_code, 0);
   for (const char* word :
-       {"thin walls were closed in the shape (--fill-thin 4)", "150 HU and above", "the scan stays as it is"})
+       {"thin walls were closed in the shape (--fill-thin 4)", "150 HU and above", "the scan is unchanged"})
     EXPECT_NE(output.err.find(word), std::string::npos) << output.err;
   const Ended plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
   EXPECT_EQ(plain.err.find("thin walls"), std::string::npos) << plain.err;
@@ -176,7 +176,7 @@ TEST_F(Command, TypingErrorsAreReportedWithTheirRemedy) {
     const char *command, *says;
   } cases[] = {{"convert scan.nrrd -o x.dcm", "--as dicom"},
                {"convert scan.nrrd -o x.png", "--as png"},
-               {"convert scan.nrrd -o x.nrrd --as png", "a folder of slices is named like a file"},
+               {"convert scan.nrrd -o x.nrrd --as png", "the folder of slices has the extension of a file"},
                {"convert scan.nrrd -o x --as jpeg", "one of dicom, png, tiff"},
                {"info one.png", "a single picture is not a scan"},
                {"import scan.nrrd --presett skull -o x", "found:    --presett"},

@@ -36,8 +36,8 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_EQ(read(file("again.mha")), read(file("open.mha")));
   const std::string timeline = run("timeline f.session").out;
   EXPECT_NE(timeline.find("Bone flap of"), std::string::npos);
-  EXPECT_NE(timeline.find("Dura pushed aside"), std::string::npos) << timeline;
-  EXPECT_EQ(timeline.find("torn"), std::string::npos) << timeline;
+  EXPECT_NE(timeline.find("The tool pushed dura aside"), std::string::npos) << timeline;
+  EXPECT_EQ(timeline.find("The tool tore"), std::string::npos) << timeline;
   EXPECT_NE(timeline.find("place-body"), std::string::npos);
   // The flap was cut before the first tick: the first state is the one before it.
   const Json compared = json("compare f.session --scan h");

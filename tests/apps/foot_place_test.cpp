@@ -136,7 +136,7 @@ struct Desk {
     return pose;
   }
   void look_at(const dvec3& at, const dvec3& shaft) {
-    input.eye = at + 300.0 * shaft, input.direction = -shaft, input.shaft = shaft;
+    input.ray_origin = at + 300.0 * shaft, input.ray_direction = -shaft, input.shaft = shaft;
     input.surface = input.old_surface = at;
   }
 };

@@ -159,7 +159,7 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
       }
     }
     const haptics::Surface strip(std::move(near), std::move(corners));
-    haptics::Surface::Place from, to;
+    haptics::Surface::Point from, to;
     ASSERT_TRUE(strip.nearest(line.front(), from) && strip.nearest(line.back(), to));
     const double is = haptics::searched(strip, from, to);
     std::printf("tape on the skull %.2f mm, by search %.2f\n", along, is);

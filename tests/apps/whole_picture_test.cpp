@@ -164,7 +164,7 @@ class Subject {
   Viewport& picture() { return *picture_; }
   vtkRenderWindow* window() { return surface_->window(); }
   vtkCamera* camera() { return picture_->view().renderer()->GetActiveCamera(); }
-  void look(char side, double nearer) {
+  void aim_camera(char side, double nearer) {
     picture_->look_from(side);
     camera()->Dolly(nearer);
   }
@@ -200,7 +200,7 @@ void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
       if (!is_whole() && view_number++ % 5 != 0) continue;  // 0 from afar, P near, S from afar
       const std::string view = name + "-" + (side ? side : '0') + (nearer > 1 ? "-near" : "");
       SCOPED_TRACE(view);
-      subject.look(side, nearer);
+      subject.aim_camera(side, nearer);
       subject.picture().view().bone().show_reduced({make_reduced_mesh(scene, 0, *haptics::untouched(scene))});
       subject.picture().view().bone().render();
       EXPECT_FALSE(subject.picture().view().bone().is_complete());
@@ -309,7 +309,7 @@ TEST(WholePicture, ACompletePictureIsShown) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);
   for (const char side : {'A', 'L'}) {
-    subject.look(side, 1);
+    subject.aim_camera(side, 1);
     subject.picture().draw();
     ASSERT_TRUE(subject.picture().complete());
     const Picture complete = read(subject.window());
@@ -322,7 +322,7 @@ TEST(WholePicture, ACompletePictureIsShown) {
 TEST(WholePicture, MissingPartsAreDetected) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);
-  subject.look('L', 1);
+  subject.aim_camera('L', 1);
   subject.picture().set_clip({ClipChoice::Axis::view, 0.2});
   ASSERT_TRUE(subject.picture().complete());
   EXPECT_GT(subject.faults(false).missing, 1000);
@@ -332,7 +332,7 @@ TEST(WholePicture, MissingPartsAreDetected) {
 TEST(WholePicture, StaysWholeWhenOthersMoveTheCamerasPlanes) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);
-  subject.look('A', 1);
+  subject.aim_camera('A', 1);
   subject.picture().draw();
   double range[2];
   subject.camera()->GetClippingRange(range);

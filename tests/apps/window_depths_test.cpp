@@ -70,7 +70,7 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   // Its images, and the clip volume; no images are drawn for a hidden pane.
   constexpr std::size_t depths = 1;
   imaging::Panes& panes = window.pane_controller().panes();
-  EXPECT_EQ(panes.made(depths), 0u);
+  EXPECT_EQ(panes.image_count(depths), 0u);
   const std::size_t drawn = window.operation()->viewport().overlay_count();
   child<QAction>(window, "layout_depths")->trigger();
   ASSERT_EQ(panes.kind(depths), imaging::PaneKind::depths);
@@ -82,8 +82,8 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   for (const auto& colour : panes.panel(depths)->pixels) bright += colour[0] > 100;
   EXPECT_GT(bright, panes.panel(depths)->pixels.size() / 20);
   EXPECT_GT(window.operation()->viewport().overlay_count(), drawn) << "the clip volume";
-  const std::uint64_t made = panes.made(depths);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.made(depths) > made + 3; }, 10000)) << "it moves";
+  const std::uint64_t made = panes.image_count(depths);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.image_count(depths) > made + 3; }, 10000)) << "it moves";
   child<QAction>(window, "layout_picture")->trigger();
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == drawn; }, 5000));
   window.close();

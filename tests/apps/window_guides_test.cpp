@@ -56,7 +56,8 @@ class GuidedWindow : public Window {
 };
 
 TEST_F(GuidedWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
-  open("spine", rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 14, .most = 130}));
+  open("spine",
+       rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 14, .max_bite = 130}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   QTest::qWait(200);
   // The lower edge of the lamina of L4, next to its spinous process.

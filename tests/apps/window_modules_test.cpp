@@ -1,5 +1,5 @@
 // The window with instruments, commands and devices unknown to its code, and with one scene opened at a time.
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/eraser/eraser.h"
 #include "tests/apps/window_fixture.h"
@@ -323,7 +323,7 @@ TEST_F(Window, OpensOneSceneAtATimeAndCancelsOnRequest) {
   EXPECT_EQ(asked, 1);
   QTest::mouseClick(child<QPushButton>(window, "cancel_opening"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, 5000));
-  EXPECT_EQ(child<QLabel>(window, "notice")->text(), "not opened");
+  EXPECT_EQ(child<QLabel>(window, "notice")->text(), "The scan was not opened.");
   EXPECT_FALSE(child<QProgressBar>(window, "opening")->isVisible());
   EXPECT_EQ(window.windowTitle(), "ball - trephine");
   // Closed during opening, the window does not wait for it.

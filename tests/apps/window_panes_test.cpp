@@ -62,10 +62,10 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   open(window);
   imaging::Panes& panes = window.pane_controller().panes();
   QTest::qWait(200);
-  EXPECT_EQ(panes.counters().made, 0u) << "all panes are hidden";
+  EXPECT_EQ(panes.counters().finished, 0u) << "all panes are hidden";
   child<QAction>(window, "layout_slices")->trigger();
   ASSERT_TRUE(settle(window));
-  EXPECT_GE(panes.counters().made, 3u);
+  EXPECT_GE(panes.counters().finished, 3u);
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
     EXPECT_TRUE(window.panes()->pane(i)->isVisible());
     ASSERT_NE(panes.panel(i), nullptr) << panes.problem(i);
@@ -136,12 +136,12 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   EXPECT_FALSE(window.panes()->pane(0)->isVisible());
   EXPECT_FALSE(window.canvas()->isVisible());
   ASSERT_TRUE(settle(window));
-  const std::uint64_t others = panes.made(0) + panes.made(2), own = panes.made(axial);
+  const std::uint64_t others = panes.image_count(0) + panes.image_count(2), own = panes.image_count(axial);
   QTest::keyClick(pane, Qt::Key_Right);
   ASSERT_TRUE(settle(window));
   QTest::qWait(60);
-  EXPECT_GT(panes.made(axial), own);
-  EXPECT_EQ(panes.made(0) + panes.made(2), others);
+  EXPECT_GT(panes.image_count(axial), own);
+  EXPECT_EQ(panes.image_count(0) + panes.image_count(2), others);
   keep(window, "panes_alone");
   QTest::mouseDClick(pane, Qt::LeftButton, {}, QPoint(100, 200));
   EXPECT_TRUE(window.canvas()->isVisible());
@@ -213,9 +213,9 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   ASSERT_NE(panes.panel(xray), nullptr);
   EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
   EXPECT_EQ(panes.panel(xray)->columns, 256);
-  const std::uint64_t made = panes.counters().made;
+  const std::uint64_t made = panes.counters().finished;
   QTest::qWait(300);
-  EXPECT_EQ(panes.counters().made, made) << "nothing is made while nothing changes";
+  EXPECT_EQ(panes.counters().finished, made) << "nothing is made while nothing changes";
 
   // The image of a shot is not lost when its pane is hidden before the shot is confirmed or computed.
   child<QToolButton>(window, "xray_shoot_1")->click();
@@ -290,8 +290,8 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
   // An X-ray taken then is mirrored, too.
   from_back->trigger();
   child<QToolButton>(window, "xray_shoot_1")->click();
-  const std::uint64_t made = panes.made(1);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.made(1) > made; }, 20000));
+  const std::uint64_t made = panes.image_count(1);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.image_count(1) > made; }, 20000));
   EXPECT_EQ(panes.panel(1)->left, "L");
 }
 
@@ -302,17 +302,17 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   child<QAction>(window, "layout_drawn")->trigger();
   ASSERT_TRUE(settle(window));
   constexpr std::size_t drawn = 1;
-  ASSERT_EQ(panes.kind(drawn), imaging::PaneKind::drawn);
+  ASSERT_EQ(panes.kind(drawn), imaging::PaneKind::rendering);
   EXPECT_FALSE(window.panes()->pane(0)->isVisible());
   ASSERT_NE(panes.panel(drawn), nullptr) << panes.problem(drawn);
   EXPECT_EQ(panes.panel(drawn)->columns, window.panes()->pane(drawn)->width()) << "at rest in all pixels";
   const auto before = panes.panel(drawn)->pixels;
   // Without changes no image is drawn.
-  const std::uint64_t made = panes.made(drawn);
+  const std::uint64_t made = panes.image_count(drawn);
   QTest::qWait(400);
-  EXPECT_EQ(panes.made(drawn), made);
+  EXPECT_EQ(panes.image_count(drawn), made);
   window.operation()->viewport().look_from('L');
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.made(drawn) > made; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.image_count(drawn) > made; }, 5000));
   ASSERT_TRUE(settle(window));
   touch(window);
   drill(window, 10);

@@ -45,7 +45,7 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_NEAR(window.replay()->seconds(), 1.9, 0.01);
   // Seen from where the work was done: from above. Events are shown at the tool, and hidden again before
   // their time.
-  EXPECT_LT(window.replay()->viewport().eye().forward.z, -0.7);
+  EXPECT_LT(window.replay()->viewport().camera().forward.z, -0.7);
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->text() == "Dura torn."; }, 5000));
   const double late = window.replay()->engine().removed_mm3();

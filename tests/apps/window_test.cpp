@@ -244,8 +244,9 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
   ASSERT_EQ(image.branch.history.size(), 2u);
   sim::HistoryEntry gone = *image.branch.history[0];
   gone.load = [] {
-    return Result<sim::HistoryPlace>(Error{
-        .what = "the session is no longer readable", .where = "a.session", .expected = "a file that stays"});
+    return Result<sim::EntryState>(Error{.what = "the session is no longer readable",
+                                         .where = "a.session",
+                                         .expected = "a file that is neither moved nor deleted"});
   };
   image.branch.history[0] = std::make_shared<const sim::HistoryEntry>(gone);
   ASSERT_FALSE(engine.restore(image));
@@ -254,13 +255,13 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
   ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "undo")->isEnabled(); }, 10000));
-  EXPECT_FALSE(child<QLabel>(window, "notice")->text().contains("not done"));
+  EXPECT_FALSE(child<QLabel>(window, "notice")->text().contains("was refused"));
   QTest::mouseClick(child<QPushButton>(window, "undo"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor(
       [&] {
         return child<QLabel>(window, "notice")
             ->text()
-            .startsWith("not done: a.session: the session is no longer readable");
+            .startsWith("The command was refused: a.session: the session is no longer readable");
       },
       10000))
       << child<QLabel>(window, "notice")->text().toStdString();

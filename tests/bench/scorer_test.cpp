@@ -30,10 +30,10 @@ class Scored {
   explicit Scored(const std::string& id) : scene_(scene_named(id)), ideal_(scene_) {
     const auto method = haptics::make_method(haptics::k_default_method).value();
     EXPECT_FALSE(method->prepare(scene_.scene));
-    const haptics::TouchState seen = scene_.seen();
+    const haptics::TouchState touch_state = scene_.touch_state();
     haptics::ProxyState state;
     for (const auto& sample : scene_.path.samples())
-      steps_.push_back(method->step(scene_.scene, seen, state, {sample.pose.position_world}));
+      steps_.push_back(method->step(scene_.scene, touch_state, state, {sample.pose.position_world}));
   }
   using Spoil = std::function<void(std::size_t, ProxyStep&)>;
   FeelRow score(const Spoil& spoil = [](std::size_t, ProxyStep&) {}) const {
@@ -128,7 +128,7 @@ TEST(Scorer, DetectsOneJumpAmongAllSteps) {
   const Scored scored("sphere-psf-1.5-slide-100-mm-s");
   const FeelRow right = scored.score();
   EXPECT_LT(right.method_error_voxels.value(), 1e-4);
-  EXPECT_LT(right.most_change_n, 0.05);
+  EXPECT_LT(right.max_change_n, 0.05);
   // One step of 1500, the last one too, 3 mm along the surface.
   for (const std::size_t leap : {777u, 1499u}) {
     const FeelRow row = scored.score([leap](std::size_t i, ProxyStep& step) {
@@ -137,8 +137,8 @@ TEST(Scorer, DetectsOneJumpAmongAllSteps) {
       step.proxy_world = glm::length(step.proxy_world) * glm::normalize(step.proxy_world + aside);
     });
     EXPECT_NEAR(row.method_error_voxels.value() * scored.voxel(), 3, 0.1);
-    EXPECT_NEAR(row.most_off_mm.value(), 3, 0.1);
-    EXPECT_GT(row.most_change_n, 1);
+    EXPECT_NEAR(row.max_off_mm.value(), 3, 0.1);
+    EXPECT_GT(row.max_change_n, 1);
   }
 }
 
@@ -156,7 +156,7 @@ TEST(Scorer, MeasuresTremblingAndDepth) {
   EXPECT_GT(trembling.direction_rms_deg.value(), right.direction_rms_deg.value() + 3);
   EXPECT_GT(trembling.rendered_rms_n.value(), right.rendered_rms_n.value() + 0.005);
   EXPECT_GT(trembling.rough_n, 2 * right.rough_n);
-  EXPECT_GT(trembling.most_change_n, right.most_change_n + 0.1);
+  EXPECT_GT(trembling.max_change_n, right.max_change_n + 0.1);
   // Alternately nearer and farther: the length of the force trembles, also when smoothed and at voxel
   // changes.
   const FeelRow rough = scored.score([](std::size_t i, ProxyStep& step) {
@@ -186,7 +186,7 @@ TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsHalf) {
     FeelRow row;
     scorer.finish(row);
     EXPECT_NEAR(row.total_rms_voxels.value() * ideal.voxel(), off, 1e-6);
-    EXPECT_NEAR(row.most_off_mm.value(), off, 1e-6);
+    EXPECT_NEAR(row.max_off_mm.value(), off, 1e-6);
     EXPECT_NEAR(row.tangential_p99_mm.value(), 0, 1e-6);
     EXPECT_EQ(row.fall_throughs + row.stuck + row.missed, 0);
   }

@@ -79,7 +79,7 @@ TEST(VoxelImages, ShowTheFirstVoxelOfEachRowThroughCutsAndUndo) {
     before.push_back(version), boxes.push_back(cut.box);
     if (cut.box.low.x > cut.box.high.x) continue;
     images.update(source(*version), cut.box);
-    most = std::max(most, images.asked());
+    most = std::max(most, images.query_count());
     ASSERT_EQ(differences(images, source(*version)), 0) << n;
   }
   EXPECT_GT(most, 100u);

@@ -126,7 +126,7 @@ TEST(ScanQuality, LeastWallAndGapEqualThoseOfPhantoms) {
   Known known{glm::dvec3(0.4), blur, 0, 0, "plate", {}};
   const ScanQuality q =
       scan_quality(make({glm::dvec3(0.4), blur, 0, 0, "sphere", {{"radius", 20}}}), volume::Shape{});
-  ASSERT_TRUE(q.least_wall && q.least_gap);
+  ASSERT_TRUE(q.min_wall && q.min_gap);
   const auto is_there = [&](double thickness) {
     known.parameters["thickness"] = thickness;
     const Volume v = make(known);
@@ -136,7 +136,7 @@ TEST(ScanQuality, LeastWallAndGapEqualThoseOfPhantoms) {
   };
   const double wall = least_of(is_there);
   // Plates are 1600 HU in air, and bone's median is a little lower.
-  EXPECT_NEAR(*q.least_wall / wall, 1, 0.1);
+  EXPECT_NEAR(*q.min_wall / wall, 1, 0.1);
   Known slot{glm::dvec3(0.4), blur, 0, 0, "slot", {{"width", 1}, {"depth", 15}}};
   const auto is_open = [&](double width) {
     slot.parameters["width"] = width;
@@ -149,14 +149,14 @@ TEST(ScanQuality, LeastWallAndGapEqualThoseOfPhantoms) {
     return least < 300;
   };
   const double gap = least_of(is_open);
-  EXPECT_NEAR(*q.least_gap / gap, 1, 0.1);
+  EXPECT_NEAR(*q.min_gap / gap, 1, 0.1);
 }
 
 TEST(ScanQuality, ReportsNothingThatIsMissing) {
   Volume v = volume::make_volume(glm::ivec3(40), volume::Frame()).value();
   for (std::int16_t& voxel : v.voxels.span()) voxel = 40;
   const ScanQuality even = scan_quality(v, volume::Shape{});
-  EXPECT_FALSE(even.blur_in_plane || even.thinnest || even.least_wall);
+  EXPECT_FALSE(even.blur_in_plane || even.thinnest || even.min_wall);
   const Volume tiny = volume::make_volume(glm::ivec3(2), volume::Frame()).value();
   EXPECT_EQ(scan_quality(tiny, volume::Shape{}).edges, 0);
 }

@@ -35,7 +35,7 @@ constexpr Phrase k_opening{R"(^(Of|What|Where|Which|Whence|How|The same)\b)",
                            "begin with the subject or a verb"};
 
 /// The most phrases that each room may have. Lower a count when phrases go; never raise one.
-const std::map<std::string, int> k_most{
+const std::map<std::string, int> k_max_phrases{
     {"README.md", 0},  {"volume", 0},  {"haptics", 0}, {"sim", 0},           {"modules", 0},
     {"data-tools", 0}, {"apps", 0},    {"tests", 0},   {"docs", 0},          {"cmake", 0},
     {"packaging", 0},  {"demo.sh", 0}, {"test.sh", 0}, {"CMakeLists.txt", 0}};
@@ -58,9 +58,9 @@ std::vector<Text> texts_of_code(const std::string& code) {
     std::smatch found;
     const bool has_comment = std::regex_search(line, found, comment);
     if (has_comment) {
-      const bool goes_on = is_in_comment && found.position(0) <= static_cast<std::ptrdiff_t>(
-                                                                     line.find_first_not_of(" \t") + 1);
-      texts.push_back({goes_on ? Text::Kind::doc : Text::Kind::comment, number, found[2]});
+      const bool is_continued = is_in_comment && found.position(0) <= static_cast<std::ptrdiff_t>(
+                                                                          line.find_first_not_of(" \t") + 1);
+      texts.push_back({is_continued ? Text::Kind::doc : Text::Kind::comment, number, found[2]});
     }
     const std::string before =
         has_comment ? line.substr(0, static_cast<std::size_t>(found.position(0)) + 1) : line;
@@ -142,7 +142,7 @@ void check(const std::vector<Text>& texts, const Found& found) {
 
 TEST(Vocabulary, IsThatOfTheGlossary) {
   const fs::path root = TREPHINE_SOURCE_DIR;
-  for (const auto& [room, most] : k_most) {
+  for (const auto& [room, limit] : k_max_phrases) {
     int count = 0;
     std::string first;
     std::vector<fs::path> files;
@@ -161,10 +161,10 @@ TEST(Vocabulary, IsThatOfTheGlossary) {
                    found.words + "\n    write: " + phrase.instead + "\n";
       });
     }
-    EXPECT_LE(count, most) << room << " has new phrases that docs/glossary.md does not write. Among these:\n"
-                           << first;
-    EXPECT_GE(count, most) << room
-                           << " has fewer of them: lower its count in tests/house/vocabulary_test.cpp";
+    EXPECT_LE(count, limit) << room << " has new phrases that docs/glossary.md does not write. Among these:\n"
+                            << first;
+    EXPECT_GE(count, limit) << room
+                            << " has fewer of them: lower its count in tests/house/vocabulary_test.cpp";
   }
 }
 

@@ -241,7 +241,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
       [](CutFlap& w) { w.seed = {dvec3(0, 0, 60)}; });
   add("the position on the flap lies outside", dvec3(18, 0, 72.4), 1,
       [](CutFlap& w) { w.seed = {dvec3(18, 0, 72.4)}; });
-  add("there is no piece 2: number of pieces: 1", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{2}}; });
+  add("piece 2 does not exist: number of pieces: 1", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{2}}; });
   add("encloses almost no area", dvec3(0, 0, 74), 20, [&](CutFlap& w) {
     w.anchors = {a[0], 0.5 * (a[0] + a[1]) * dvec3(0.9, 0.9, 1), a[1]};
   });
@@ -255,7 +255,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
                  {-15, -15}, {15, -15}, {15, 15}, {9, 15}, {9, -9}, {-9, -9}, {-9, 15}, {-15, 15}})
           w.anchors.push_back(k_outer * glm::normalize(dvec3(x, y, 73)));
       });
-  add("no piece is to be detached", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{1}}; });
+  add("the request leaves all pieces in place", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{1}}; });
   for (const Case& one : cases) {
     SCOPED_TRACE(one.words);
     const Vault vault(dvec3(0.9), 6.5, one.hounsfield, 24);

@@ -89,7 +89,7 @@ TEST(Rongeur, ABiteHasALargestSize) {
   for (const double share : {0.8, 1.2}) {
     const Lamina lamina(dvec3(0.4));
     sim::Lockstep run =
-        lamina.with({.kind = Kind::kerrison, .width = 4, .opening = 6, .most = share * exact});
+        lamina.with({.kind = Kind::kerrison, .width = 4, .opening = 6, .max_bite = share * exact});
     hold(run, {0, 0, -0.6}, 0, 10);
     hold(run, {0, 0, -0.6}, -1);
     EXPECT_EQ(events<Bite>(run).size(), share > 1 ? 1u : 0u) << share;

@@ -29,7 +29,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     auto writer = bench.writer(path, often(1500));
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     const haptics::PosePath first = resting(), second = sawing();
-    double resting_at = 0, at_freedom = 0, at_lift = 0, least_after = 1e9, most_after = -1e9;
+    double resting_at = 0, at_freedom = 0, at_lift = 0, min_after = 1e9, max_after = -1e9;
     double force_before = 0, force_after = 0;
     std::int64_t removed = 0;
     for (int i = 0; i < static_cast<int>(1000 * k_end); ++i) {
@@ -51,8 +51,8 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
         EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
       }
       if (i > static_cast<int>(1000 * k_sawn)) {
-        least_after = std::min(least_after, rests.proxy_world.z);
-        most_after = std::max(most_after, rests.proxy_world.z);
+        min_after = std::min(min_after, rests.proxy_world.z);
+        max_after = std::max(max_after, rests.proxy_world.z);
       }
       force_after = glm::length(rests.force_world);
     }
@@ -64,9 +64,9 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     EXPECT_NEAR(freed->size, 3.14159265 * r * r * 4 / std::cos(0.1745), 0.06 * freed->size);
     EXPECT_NEAR(at_freedom, resting_at, 0.1);
     EXPECT_NEAR(at_lift, resting_at, 0.1);
-    EXPECT_GT(least_after, resting_at - 0.1);
+    EXPECT_GT(min_after, resting_at - 0.1);
     // Lifted by 3 mm, like the hand that rests on it, which is pressed by the spring.
-    EXPECT_GT(most_after, resting_at + 2.5);
+    EXPECT_GT(max_after, resting_at + 2.5);
     EXPECT_GT(force_after, force_before + 0.8);
     // Released where it is; after undo it is at its old position again.
     EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
@@ -203,10 +203,10 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
   haptics::Pose poses[2];
-  double most_force = 0;
+  double max_force = 0;
   const auto step = [&] {
     for (const haptics::ServoRecord& r : run.step(poses)) {
-      most_force = std::max(most_force, glm::length(r.force_world));
+      max_force = std::max(max_force, glm::length(r.force_world));
       EXPECT_LT(glm::length(r.proxy_world - r.pose.position_world), 0.2);
     }
   };
@@ -216,7 +216,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   poses[0] = resting().at(k_sawn), poses[1] = sawing().at(k_sawn);
   poses[0].position_world = {0, 0, 9};  // away from it
   for (int i = 0; i < 600; ++i) run.step(poses);
-  most_force = 0;
+  max_force = 0;
   // Move next to it, grasp it, carry it 30 mm along an arc and down again.
   for (int i = 0; i <= 300; ++i) poses[1].position_world = {k_circle, 0, 8 - 0.01 * i}, step();
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
@@ -243,7 +243,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   run.undo();  // of the release: the hand has grasped it again already, and keeps it
   for (int i = 0; i < 60; ++i) step();
   EXPECT_EQ(run.engine().now().world.bodies[0].holder, 1);
-  EXPECT_LT(most_force, 1e-9);
+  EXPECT_LT(max_force, 1e-9);
 }
 
 TEST(Bodies, ToolsAndBodiesMayChangeTogether) {

@@ -72,7 +72,7 @@ TEST(Branches, EachKeepsItsWholeHistory) {
   EXPECT_NE(engine.apply(SwitchBranch{"other"}).refused->what.find("already active"), std::string::npos);
   EXPECT_NE(engine.apply(SwitchBranch{"third"}).refused->what.find("unknown branch"), std::string::npos);
   EXPECT_EQ(undoable_of(engine), other);
-  for (std::size_t n = 2; n < Engine::k_most_branches; ++n)
+  for (std::size_t n = 2; n < Engine::k_max_branches; ++n)
     done(BeginBranch{std::string("b").append(std::to_string(n))});
   EXPECT_NE(engine.apply(BeginBranch{"more"}).refused->what.find("too many branches"), std::string::npos);
 }

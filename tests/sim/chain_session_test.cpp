@@ -37,7 +37,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue()), {}, 1000,
                writer.value().get());
   const haptics::PosePath request = drilling_request(20);
-  double most_torque = 0;
+  double max_torque = 0;
   long contacts[3] = {};
   const auto give = [&](const ToolGeometry& geometry) {
     const Outcome begun = run.apply(geometry);
@@ -48,7 +48,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
     haptics::Pose poses[2] = {waving(i), request.at(1e-3 * i)};
     poses[1].position_world.x += 3;
     const haptics::ServoRecord r = run.step(poses)[0];
-    most_torque = std::max(most_torque, glm::length(r.torque_world));
+    max_torque = std::max(max_torque, glm::length(r.torque_world));
     contacts[i / 1500] += r.has_contact;
     if (i == 1499) give({1.2, {}});
     if (i >= 1600 && i < 2990) {
@@ -59,7 +59,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
     if (i == 2300) run.redo();
   }
   for (const long count : contacts) EXPECT_GT(count, 300);
-  EXPECT_GT(most_torque, 3);
+  EXPECT_GT(max_torque, 3);
   const auto refused = [&](const Command& command, const char* words) {
     const Outcome outcome = run.apply(command);
     ASSERT_TRUE(outcome.refused) << words;

@@ -194,7 +194,7 @@ TEST(Checkpoint, OpensAfterManyUndos) {
 TEST(Checkpoint, CommandsAreRepeatedInAValidOrder) {
   RoundBench bench;
   auto laws = std::make_shared<haptics::LawSet>();
-  for (std::uint32_t id = 1; id <= haptics::LawSet::k_most; ++id)
+  for (std::uint32_t id = 1; id <= haptics::LawSet::k_max; ++id)
     ASSERT_FALSE(laws->add(haptics::law_of(haptics::parse_effect("viscous").value(), id).value()));
   Engine engine(
       {HandStart{haptics::ServoHand(haptics::borrowed(bench.scene), haptics::borrowed(*bench.method),

@@ -216,7 +216,7 @@ TEST(DepthSession, APictureShowsAMovingObjectAtItsTime) {
   // The drawn surface is on the object at its present pose.
   double least = 1e300;
   for (const dvec3& p : seen.back().set->tree->vertices())
-    least = std::min(least, seen.back().now.world_from_local(p).z);
+    least = std::min(least, seen.back().surface_pose.world_from_local(p).z);
   EXPECT_NEAR(least, lowest(1), 0.25);
 }
 

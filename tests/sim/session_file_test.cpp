@@ -90,7 +90,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksAreKept) {
       EXPECT_FALSE(opened.error().what.empty());
       continue;
     }
-    EXPECT_EQ(opened.value().whole_bytes() + opened.value().lost_bytes(), cut);
+    EXPECT_EQ(opened.value().complete_bytes() + opened.value().lost_bytes(), cut);
     EXPECT_FALSE(opened.value().is_damaged());
     EXPECT_GE(opened.value().tick_count(), last_ticks);
     last_ticks = opened.value().tick_count();

@@ -361,7 +361,7 @@ TEST(Session, KilledAtAnyMomentKeepsAllThatWasWritten) {
     const std::uint64_t lost = then > kept ? then - kept : 0;
     worst = std::max(worst, lost);
     most = std::max(most, kept);
-    EXPECT_GE(opened.value().whole_bytes(), bytes_then);
+    EXPECT_GE(opened.value().complete_bytes(), bytes_then);
     kills_with_bytes += bytes_then > 0;
     if (k % 8 == 0) {
       expect_same(replay(path));

@@ -93,7 +93,7 @@ TEST(Lockstep, TheOldestStrokesCannotBeUndoneAndFreeTheirMemory) {
   const drilling::Burr burr{1, 60, 400, true};
   Engine edits(scene, method, drilling::burr(burr), 1e-3);
   haptics::ServoRecord tick;
-  const std::size_t strokes = Engine::k_most_strokes + 30;
+  const std::size_t strokes = Engine::k_max_strokes + 30;
   for (std::size_t i = 0; i < strokes; ++i) {
     for (const bool is_pressed : {true, false}) {
       tick.pose = {{-12 + 0.08 * static_cast<double>(i), 0, -1}, {1, 0, 0, 0}, is_pressed};
@@ -103,7 +103,7 @@ TEST(Lockstep, TheOldestStrokesCannotBeUndoneAndFreeTheirMemory) {
   EXPECT_EQ(edits.stroke_count(), strokes);
   std::size_t undone = 0;
   while (edits.apply(Undo{}).is_changed) ++undone;
-  EXPECT_EQ(undone, Engine::k_most_strokes);
+  EXPECT_EQ(undone, Engine::k_max_strokes);
   EXPECT_EQ(edits.stroke_count(), 30u);
   EXPECT_GT(edits.removed_mm3(), 0);
   while (edits.apply(Redo{}).is_changed) {}

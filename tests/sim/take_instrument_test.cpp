@@ -92,7 +92,7 @@ TEST(TakeInstrument, IsRefusedWithItsReason) {
     return outcome.refused ? outcome.refused->message() : std::string();
   };
   EXPECT_NE(refusal("scalpel", "").find("unknown instrument"), std::string::npos);
-  EXPECT_NE(refusal("", "").find("no instrument named"), std::string::npos);
+  EXPECT_NE(refusal("", "").find("no instrument selected"), std::string::npos);
   EXPECT_NE(refusal("perforator", "diameter=100").find("diameter"), std::string::npos);
   EXPECT_NE(refusal("perforator", "colour=red").find("colour"), std::string::npos);
   EXPECT_NE(refusal("perforator", "diameter=10 inner=11").find("inner"), std::string::npos);

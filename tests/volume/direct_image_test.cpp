@@ -122,15 +122,15 @@ struct BruteForceRay {
   }
 };
 
-Camera eye_at(const dvec3& at, int pixels, double height) {
-  Camera eye;
-  eye.at = at;
-  eye.forward = glm::normalize(-at);
-  const dvec3 up = std::abs(eye.forward.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
-  eye.up = glm::normalize(up - glm::dot(up, eye.forward) * eye.forward);
-  eye.distance = glm::length(at), eye.height = height;
-  eye.columns = eye.rows = pixels;
-  return eye;
+Camera camera_at(const dvec3& at, int pixels, double height) {
+  Camera camera;
+  camera.at = at;
+  camera.forward = glm::normalize(-at);
+  const dvec3 up = std::abs(camera.forward.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
+  camera.up = glm::normalize(up - glm::dot(up, camera.forward) * camera.forward);
+  camera.distance = glm::length(at), camera.height = height;
+  camera.columns = camera.rows = pixels;
+  return camera;
 }
 
 TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
@@ -160,7 +160,7 @@ TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
     for (const dvec3& at : {dvec3(0, -200, 0), dvec3(150, 80, 60), dvec3(-20, 5, 190), dvec3(8, -3, 1)})
       for (int opening = 0; opening < 3; ++opening) {
         RaycastRequest request;
-        request.camera = eye_at(at, 24, 46);
+        request.camera = camera_at(at, 24, 46);
         if (opening == 2) request.camera.distance = 0;
         if (opening == 1)
           request.openings.plane = Openings::Plane{{1, 2, 0}, glm::normalize(dvec3(0.3, -1, 0.2))};
@@ -209,7 +209,7 @@ TEST(DirectImage, BallConvergesToItsChordWithTheStep) {
   double before = 1;
   for (const double step : {2.0, 1.0, 0.5, 0.25}) {
     RaycastRequest request;
-    request.camera = eye_at({0, -300, 0}, 40, 36);
+    request.camera = camera_at({0, -300, 0}, 40, 36);
     request.step = step;
     std::vector<DirectPixel> drawn(1600);
     image.draw(request, untouched, {}, 2, drawn);
@@ -248,7 +248,7 @@ TEST(DirectImage, EndsOnWallsHidesLabelsAndReportsDepth) {
   DirectImage image(scan, 1);
   image.set_transfer_function({{500, {1, 0, 0}, 0}, {1000, {1, 0, 0}, 0.9}});
   RaycastRequest request;
-  request.camera = eye_at({0, -100, 0}, 1, 1);
+  request.camera = camera_at({0, -100, 0}, 1, 1);
   DirectPixel pixel;
   image.draw(request, untouched, {}, 1, {&pixel, 1});
   EXPECT_GT(pixel.opacity, 0.99);
@@ -276,7 +276,7 @@ TEST(DirectImage, ThinLayersShowNoRings) {
   image.set_transfer_function(layer);
   const Version untouched(scan);
   RaycastRequest request;
-  request.camera = eye_at({10, -300, 20}, 80, 20);
+  request.camera = camera_at({10, -300, 20}, 80, 20);
   const auto opacities = [&](double step) {
     request.step = step;
     std::vector<DirectPixel> pixels(80 * 80);
@@ -329,10 +329,10 @@ TEST(DirectImage, ChecksTransferFunctionsAndFindsTheirWindows) {
   const TransferFunction two_runs{{0, dvec3(1), 0},   {10, dvec3(1), 1},  {20, dvec3(1), 0},
                                   {100, dvec3(1), 0}, {200, dvec3(1), 1}, {300, dvec3(1), 0}};
   EXPECT_NEAR(*window_of_opacity(two_runs, 0.5)->low, 150, 1e-9);
-  Camera eye;
-  EXPECT_FALSE(check(eye).has_value());
-  eye.up = {0, 1, 0};
-  EXPECT_TRUE(check(eye).has_value());
+  Camera camera;
+  EXPECT_FALSE(check(camera).has_value());
+  camera.up = {0, 1, 0};
+  EXPECT_TRUE(check(camera).has_value());
 }
 
 }  // namespace

@@ -197,7 +197,7 @@ TEST(OffsetField, EqualsNearestDistanceInAGyroid) {
 double nearest_solid(const verify::SmoothSolid& solid, const Volume& base, const dvec3& p, double reach) {
   double nearest = 1e9;
   dvec3 nearest_point = p;
-  const auto look = [&](const dvec3 middle, double wide, double step) {
+  const auto scan_box = [&](const dvec3 middle, double wide, double step) {
     for (double z = -wide; z <= wide; z += step)
       for (double y = -wide; y <= wide; y += step)
         for (double x = -wide; x <= wide; x += step) {
@@ -207,8 +207,8 @@ double nearest_solid(const verify::SmoothSolid& solid, const Volume& base, const
             nearest = d, nearest_point = q;
         }
   };
-  look(p, reach, 0.15);
-  for (const double step : {0.05, 0.01}) look(nearest_point, 6 * step, step);
+  scan_box(p, reach, 0.15);
+  for (const double step : {0.05, 0.01}) scan_box(nearest_point, 6 * step, step);
   return nearest;
 }
 

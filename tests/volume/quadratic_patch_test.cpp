@@ -59,8 +59,8 @@ TEST(QuadraticPatch, EqualsTheSumOfSplinesWithItsDerivativesAndBounds) {
       ASSERT_NEAR(s.value, judge.value(f, dvec3(v) + u), scale) << f;
       ASSERT_EQ(s.value, j.value);
       ASSERT_EQ(s.gradient, j.gradient);
-      ASSERT_LE(s.value, patch.most() + scale);
-      ASSERT_GE(s.value, patch.least() - scale);
+      ASSERT_LE(s.value, patch.maximum() + scale);
+      ASSERT_GE(s.value, patch.minimum() - scale);
       // Derivatives against central differences of the values, which are exact to rounding for these
       // low-degree polynomials.
       const double h = 1e-4;
@@ -102,7 +102,7 @@ TEST(QuadraticPatch, WideAndNarrowKernelsGiveTheSameBits) {
     ASSERT_EQ(wide_jet.hessian_diagonal, narrow_jet.hessian_diagonal);
     ASSERT_EQ(wide_jet.hessian_mixed, narrow_jet.hessian_mixed);
     const auto wide_bound = patch.hessian_bound(), narrow_bound = patch.narrow_hessian_bound();
-    ASSERT_EQ(wide_bound.own, narrow_bound.own);
+    ASSERT_EQ(wide_bound.pure, narrow_bound.pure);
     ASSERT_EQ(wide_bound.cross, narrow_bound.cross);
   }
 }

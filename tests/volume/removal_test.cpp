@@ -458,7 +458,7 @@ TEST(Channel, ReadersSeeWholeVersionsWhileEditsGoOn) {
   RemovalEditor editor(std::make_shared<Version>(base), {field});
   Channel<Version> channel(editor.publish());
   std::atomic<bool> is_over{false};
-  std::atomic<int> torn{0}, looks{0}, backward{0};
+  std::atomic<int> torn{0}, reads{0}, backward{0};
   std::vector<std::jthread> readers;
   for (int r = 0; r < 3; ++r)
     readers.emplace_back([&, r] {
@@ -474,30 +474,30 @@ TEST(Channel, ReadersSeeWholeVersionsWhileEditsGoOn) {
           if (i % 8 == 0) std::this_thread::yield();
           if (version->is_kept(v) != (version->voxel_distance(v.x, v.y, v.z) > 0)) ++torn;
         }
-        ++looks;
+        ++reads;
       }
       channel.close_reader(reader);
     });
   glm::dvec3 at(20, 20, 20);
-  std::size_t most_alive = 0;
+  std::size_t max_alive = 0;
   for (int i = 0; i < 400; ++i) {
     const glm::dvec3 to = at + glm::dvec3(0.06, 0.05, 0.04);
     editor.remove({at, to, 6, i > 0});
     channel.publish(editor.publish());
-    most_alive = std::max(most_alive, static_cast<std::size_t>(channel.alive_count()));
+    max_alive = std::max(max_alive, static_cast<std::size_t>(channel.alive_count()));
     at = to;
     if (i % 3 == 0) std::this_thread::yield();
   }
   const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (looks.load() < 20 && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
-  EXPECT_GE(looks.load(), 20);
+  while (reads.load() < 20 && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  EXPECT_GE(reads.load(), 20);
   is_over = true;
   readers.clear();
   EXPECT_EQ(torn.load(), 0);
   EXPECT_EQ(backward.load(), 0);
   channel.publish(editor.publish());
   EXPECT_EQ(channel.alive_count(), 1) << "all readers are gone: only the newest may live";
-  EXPECT_GE(most_alive, 1u);
+  EXPECT_GE(max_alive, 1u);
 }
 
 TEST(Channel, KeepsWhatAReaderHolds) {

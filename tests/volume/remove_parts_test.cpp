@@ -101,7 +101,7 @@ TEST(TakeOut, FreesASawnDiskAsThatDisk) {
     const SolidParts parts(slab.field, slab.bits, *slab.version);
     int off = -1, count = 0;
     for (std::size_t p = 0; p < parts.parts().size(); ++p)
-      if (parts.parts()[p].is_off) off = static_cast<int>(p), ++count;
+      if (parts.parts()[p].is_detached) off = static_cast<int>(p), ++count;
     ASSERT_EQ(count, 1);
     const PartSurface surface = part_surface(slab.field, slab.bits, slab.version, parts, off);
 
@@ -182,7 +182,7 @@ TEST(TakeOut, KeepsNeighbouringParts) {
   const auto cut = editor.publish();
   const SolidParts parts(field, bits, *cut);
   ASSERT_EQ(parts.parts().size(), 2u);
-  ASSERT_TRUE(parts.parts()[0].is_off);
+  ASSERT_TRUE(parts.parts()[0].is_detached);
   const auto before = part_surface(field, bits, cut, parts, 1);
   editor.remove_parts(parts, {1, 0}, parts.parts()[0].box);
   const auto left = editor.freeze();
@@ -216,8 +216,8 @@ TEST(TakeOut, NeighbouringDistancesDifferByAtMostTheirSpacing) {
     std::vector<std::uint8_t> goes;
     VoxelBox box;
     for (const SolidParts::Part& part : parts.parts()) {
-      goes.push_back(part.is_off);
-      if (part.is_off) box = part.box;
+      goes.push_back(part.is_detached);
+      if (part.is_detached) box = part.box;
     }
     slab.editor.remove_parts(parts, goes, box);
     const auto left = slab.editor.publish();

@@ -29,7 +29,7 @@ struct Cut {
   bool has_disconnected_part(const Version& version) const {
     const SolidParts parts(field, bits, version);
     for (const SolidParts::Part& part : parts.parts())
-      if (part.is_off) return true;
+      if (part.is_detached) return true;
     return false;
   }
   /// Removes loose parts until none remains.
@@ -40,8 +40,8 @@ struct Cut {
       std::vector<std::uint8_t> goes;
       VoxelBox box{glm::ivec3(1 << 20), glm::ivec3(-1)};
       for (const SolidParts::Part& part : parts.parts()) {
-        goes.push_back(part.is_off);
-        if (part.is_off) box = {glm::min(box.low, part.box.low), glm::max(box.high, part.box.high)};
+        goes.push_back(part.is_detached);
+        if (part.is_detached) box = {glm::min(box.low, part.box.low), glm::max(box.high, part.box.high)};
       }
       if (box.high.x < 0) return;
       editor.remove_parts(parts, goes, box);

@@ -23,7 +23,7 @@ struct Flooded {
     return static_cast<std::size_t>(s.x + size.x * (s.y + size.y * s.z));
   }
   Flooded(const Field& field, const Version& version) : size(version.lattice().size()) {
-    look(field, version, {});
+    check_parts(field, version, {});
     if (version.lattice().is_of_voxels()) return;
     // For separated parts: the voxels that differ from a neighbour, within two voxels around the part's box.
     const Volume& volume = version.base();
@@ -46,11 +46,11 @@ struct Flooded {
       return volume.contains(v) && field.at(v.x, v.y, v.z) >= 0;
     };
     for (std::size_t p = 0; p < samples.size(); ++p) {
-      bool is_off = false;
+      bool is_detached = false;
       for (std::size_t q = 0; q < samples.size(); ++q)
-        is_off = is_off || (whole_of[q] == whole_of[p] &&
-                            (samples[q] > samples[p] || (samples[q] == samples[p] && q < p)));
-      for (int z = boxes[p].low.z - 2; is_off && z <= boxes[p].high.z + 2; ++z)
+        is_detached = is_detached || (whole_of[q] == whole_of[p] &&
+                                      (samples[q] > samples[p] || (samples[q] == samples[p] && q < p)));
+      for (int z = boxes[p].low.z - 2; is_detached && z <= boxes[p].high.z + 2; ++z)
         for (int y = boxes[p].low.y - 2; y <= boxes[p].high.y + 2; ++y)
           for (int x = boxes[p].low.x - 2; x <= boxes[p].high.x + 2; ++x)
             for (int n = 0; n < 27; ++n)
@@ -58,9 +58,9 @@ struct Flooded {
                   is_solid(glm::ivec3(x, y, z) + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)))
                 asked.insert({x, y, z});
     }
-    if (!asked.empty()) look(field, version, asked);
+    if (!asked.empty()) check_parts(field, version, asked);
   }
-  void look(const Field& field, const Version& version, const std::set<std::array<int, 3>>& asked) {
+  void check_parts(const Field& field, const Version& version, const std::set<std::array<int, 3>>& asked) {
     const CutLattice& lattice = version.lattice();
     const Volume& volume = version.base();
     state.clear();
@@ -173,12 +173,12 @@ TEST(SolidParts, EqualPartsOfAFlood) {
       ASSERT_EQ(part_of.size(), parts.parts().size());
       for (std::size_t p = 0; p < samples.size(); ++p) {
         EXPECT_EQ(parts.parts()[p].samples, samples[p]);
-        bool is_off = false;
+        bool is_detached = false;
         for (std::size_t q = 0; q < samples.size(); ++q)
-          is_off = is_off || (part_of[static_cast<int>(q)] == part_of[static_cast<int>(p)] &&
-                              (samples[q] > samples[p] || (samples[q] == samples[p] && q < p)));
-        EXPECT_EQ(parts.parts()[p].is_off, is_off);
-        off += is_off;
+          is_detached = is_detached || (part_of[static_cast<int>(q)] == part_of[static_cast<int>(p)] &&
+                                        (samples[q] > samples[p] || (samples[q] == samples[p] && q < p)));
+        EXPECT_EQ(parts.parts()[p].is_detached, is_detached);
+        off += is_detached;
       }
       more += static_cast<int>(samples.size()) - 1;
     }
@@ -195,7 +195,7 @@ TEST(SolidParts, NoPartIsSeparatedWithoutACut) {
   const Occupancy bits = Occupancy::build(*volume, shape);
   const SolidParts parts(field, bits, Version(volume));
   ASSERT_EQ(parts.parts().size(), 2u);
-  EXPECT_FALSE(parts.parts()[0].is_off || parts.parts()[1].is_off);
+  EXPECT_FALSE(parts.parts()[0].is_detached || parts.parts()[1].is_detached);
 }
 
 }  // namespace

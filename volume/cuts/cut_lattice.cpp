@@ -10,8 +10,8 @@ namespace trephine::volume {
 namespace {
 
 constexpr int k_longest_axis = 1 << 22;  // samples
-constexpr std::int64_t k_most_regions = std::int64_t{1}
-                                        << 16;  // regions of 512^3 samples in a version's table
+constexpr std::int64_t k_max_regions = std::int64_t{1}
+                                       << 16;  // regions of 512^3 samples in a version's table
 
 /// Smallest odd division of the voxels with steps of at most `step` mm.
 glm::ivec3 division(const glm::dvec3& spacing, double step) {
@@ -31,10 +31,10 @@ bool is_possible(const Volume& volume, const glm::ivec3& per_voxel) {
   std::int64_t regions = 1;
   for (int a = 0; a < 3; ++a) {
     const std::int64_t samples = std::int64_t{volume.size[a]} * per_voxel[a] + 2 * CutLattice::k_margin;
-    if (per_voxel[a] > CutLattice::k_most_per_voxel || samples > k_longest_axis) return false;
+    if (per_voxel[a] > CutLattice::k_max_per_voxel || samples > k_longest_axis) return false;
     regions *= (samples + 511) / 512;
   }
-  return regions <= k_most_regions;
+  return regions <= k_max_regions;
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ namespace trephine::volume {
 /// samples at integers.
 class CutLattice {
  public:
-  static constexpr int k_margin = 8;            ///< samples beyond the voxels on each side
-  static constexpr int k_most_per_voxel = 127;  ///< along one axis
+  static constexpr int k_margin = 8;           ///< samples beyond the voxels on each side
+  static constexpr int k_max_per_voxel = 127;  ///< along one axis
   static constexpr double k_samples_per_radius =
       4.5;  ///< least samples per radius of a burr, along each axis
 

@@ -281,14 +281,14 @@ RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
   const double lever = std::max(std::abs(body.low()), std::abs(body.high())) + body.radius;
   const double path_mm = glm::length(sweep.end.at_world - sweep.start.at_world) +
                          1.58 * lever * glm::length(sweep.end.axis_world - sweep.start.axis_world);
-  constexpr double k_most_poses = 1e6;  // bound beyond any motion of a hand
-  const int count = static_cast<int>(std::ceil(std::min(path_mm / step, k_most_poses)));
+  constexpr double k_max_poses = 1e6;  // bound beyond any motion of a hand
+  const int count = static_cast<int>(std::ceil(std::min(path_mm / step, k_max_poses)));
   RemovalReport total;
-  for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += SweptShape::k_most_stamps) {
-    const int last = std::min(first + SweptShape::k_most_stamps - 1, count);
+  for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += SweptShape::k_max_stamps) {
+    const int last = std::min(first + SweptShape::k_max_stamps - 1, count);
     const SweptShape shape(sweep, first, last, std::max(1, count), *next_);
     // The body is inside the hull of balls of its largest radius at both ends of its axis.
-    std::array<glm::dvec3, 2 * SweptShape::k_most_stamps> ends;
+    std::array<glm::dvec3, 2 * SweptShape::k_max_stamps> ends;
     std::size_t end_count = 0;
     for (int i = first; i <= last; ++i) {
       const ToolPose pose = between(sweep.start, sweep.end, static_cast<double>(i) / std::max(1, count));

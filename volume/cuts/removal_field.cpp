@@ -21,13 +21,13 @@ template <std::size_t Words>
 bool points_within(const RemovalField::Distances& mm, const glm::ivec3& s, const glm::vec3& shift,
                    std::array<std::uint64_t, Words>& points) noexcept {
   constexpr int n = Words == 1 ? 4 : 8;
-  float least = at(mm, s), most = least;
+  float lowest = at(mm, s), highest = lowest;
   for (int i = 0; i < 27; ++i) {
     const float d = at(mm, s + glm::ivec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
-    least = std::min(least, d), most = std::max(most, d);
+    lowest = std::min(lowest, d), highest = std::max(highest, d);
   }
-  if (least > 0) return false;
-  if (most <= 0) {
+  if (lowest > 0) return false;
+  if (highest <= 0) {
     points.fill(~std::uint64_t{0});
     return true;
   }

@@ -9,7 +9,7 @@ namespace {
 /// of both.
 constexpr double k_spline_share = 3.0 / 16;
 /// Largest allowance as a share of the radius, for balls of only one or two steps.
-constexpr double k_most_allowance = 0.02;
+constexpr double k_max_allowance = 0.02;
 /// Share of a ball's allowance for a body: its side is curved in one direction, and its ends hardly.
 constexpr double k_side_share = 1.0 / 3;
 /// Points along a cell's edge: a body's surface crosses more cells than a ball's and is flatter in them.
@@ -18,7 +18,7 @@ constexpr int k_points_of_a_body = 4;
 double allowance(double radius_mm, const Frame& lattice) {
   const glm::dvec3& h = lattice.spacing();
   const double square = (h.x * h.x + h.y * h.y + h.z * h.z) / 3;
-  return radius_mm > 0 ? std::min(k_spline_share * square / radius_mm, k_most_allowance * radius_mm) : 0;
+  return radius_mm > 0 ? std::min(k_spline_share * square / radius_mm, k_max_allowance * radius_mm) : 0;
 }
 
 /// Counting points along a cell's edge: 4 for a ball of many cells, 8 for a small one. The error of the
@@ -41,7 +41,7 @@ SweptShape::SweptShape(const Sweep& s, const Version& version)
 }
 
 SweptShape::SweptShape(const ToolSweep& s, int first, int last, int count, const Version& version)
-    : SweptShape(s.start.at_world, s.continues, s.body.least_radius(), version) {
+    : SweptShape(s.start.at_world, s.continues, s.body.min_radius(), version) {
   n = k_points_of_a_body;
   allowance = static_cast<float>(k_side_share * volume::allowance(radius, version.lattice().frame()));
   length = along[0] = along[1] = along[2] = 0;

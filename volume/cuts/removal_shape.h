@@ -13,7 +13,7 @@ namespace trephine::volume {
 /// Data of one call to RemovalEditor::remove().
 struct SweptShape : SweepShape {
   /// Most poses of a body in one shape.
-  static constexpr int k_most_stamps = 32;
+  static constexpr int k_max_stamps = 32;
 
   glm::dvec3 start_world;  ///< mm; origin of all single-precision positions
   bool continues;          ///< as Sweep::continues
@@ -74,10 +74,10 @@ struct SweptShape : SweepShape {
   }
 
   BodyShape body_{};
-  std::array<BodyShape::Stamp, k_most_stamps> stamps_;  ///< poses of the body
-  int stamp_count_ = 0;                                 ///< 0: the shape is the sweep of a ball
+  std::array<BodyShape::Stamp, k_max_stamps> stamps_;  ///< poses of the body
+  int stamp_count_ = 0;                                ///< 0: the shape is the sweep of a ball
   /// Stamps that reach the brick last passed to sweep_brick().
-  mutable std::array<BodyShape::Stamp, k_most_stamps> near_stamps_;
+  mutable std::array<BodyShape::Stamp, k_max_stamps> near_stamps_;
   mutable int near_count_ = 0;
   float body_middle_ = 0, body_reach_ = 0;  ///< bounding ball: centre along the axis, and radius, mm
 };

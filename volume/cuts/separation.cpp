@@ -85,7 +85,7 @@ class Search {
         lattice_(after.lattice()),
         size_((lattice_.size() + (k_brick - 1)) / k_brick),
         max_bricks_(limits.max_bricks),
-        min_samples_(limits.least_samples),
+        min_samples_(limits.min_samples),
         cost_(lattice_.is_of_voxels() ? 1 : 3) {}
 
   Separation run() {

@@ -20,8 +20,8 @@ struct Separation {
 };
 
 struct SeparationLimits {
-  std::int64_t max_bricks = 900;   ///< limit of bricks read; on a finer lattice each counts as three
-  std::int64_t least_samples = 1;  ///< smaller parts may stay undetected
+  std::int64_t max_bricks = 900;  ///< limit of bricks read; on a finer lattice each counts as three
+  std::int64_t min_samples = 1;   ///< smaller parts may stay undetected
 };
 
 /// Compares `after` with `before`, which must have no detached part. Floods the solid samples next to the

@@ -331,7 +331,7 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
 }
 
 Result<Volume> keep_seeded_parts(const std::shared_ptr<const Volume>& volume, const Shape& shape, double seed,
-                                 double least_share, ShapeParts& removed) {
+                                 double min_share, ShapeParts& removed) {
   const SolidParts parts = find_parts(volume, shape);
   std::vector<bool> is_kept(parts.parts().size(), false);
   for_each_voxel(*volume, parts, [&](int part, std::size_t voxel) {
@@ -343,7 +343,7 @@ Result<Volume> keep_seeded_parts(const std::shared_ptr<const Volume>& volume, co
   for (std::size_t p = 0; p < is_kept.size(); ++p) {
     const std::int64_t samples = parts.parts()[p].samples;
     is_kept[p] =
-        is_kept[p] && static_cast<double>(samples) >= least_share * static_cast<double>(removed.largest);
+        is_kept[p] && static_cast<double>(samples) >= min_share * static_cast<double>(removed.largest);
     if (!is_kept[p])
       removed.others += samples, removed.second = std::max(removed.second, samples), ++removed.count;
   }

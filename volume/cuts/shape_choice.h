@@ -40,10 +40,10 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
                                                               PartSize size = PartSize::large);
 
 /// Hysteresis threshold for windows: returns a copy with only those parts that contain an intensity of at
-/// least `seed` and have at least `least_share` of the largest such part's voxels. `removed`: the removed
+/// least `seed` and have at least `min_share` of the largest such part's voxels. `removed`: the removed
 /// parts, and in `largest` the largest kept one.
 Result<Volume> keep_seeded_parts(const std::shared_ptr<const Volume>& volume, const Shape& shape, double seed,
-                                 double least_share, ShapeParts& removed);
+                                 double min_share, ShapeParts& removed);
 
 /// Closes walls that are thinner than the scan resolves and therefore below the threshold. Returns a copy in
 /// which shape voxels of at least `low` are raised to `high` if all of these hold: they are in gaps of the

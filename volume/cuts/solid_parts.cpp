@@ -93,7 +93,7 @@ bool SolidParts::refine_surfaces(const Occupancy& bits) {
   };
   bool is_any = false;
   for (const Part& part : parts_) {
-    if (!part.is_off) continue;
+    if (!part.is_detached) continue;
     const glm::ivec3 low = glm::max(part.box.low - 2, glm::ivec3(0)),
                      high = glm::min(part.box.high + 2, size_ - 1);
     for (int z = low.z; z <= high.z; ++z)
@@ -278,8 +278,8 @@ void SolidParts::number_parts(std::vector<int>& part_of_run, std::vector<int>& w
   // All parts of a whole but the largest are detached.
   std::vector<int> largest(whole_of_run.size(), k_air);
   for (const int i : order) {
-    int& most = largest[static_cast<std::size_t>(candidate(i).whole)];
-    if (most == k_air || candidate(i).samples > candidate(most).samples) most = i;
+    int& best = largest[static_cast<std::size_t>(candidate(i).whole)];
+    if (best == k_air || candidate(i).samples > candidate(best).samples) best = i;
   }
   for (const int i : order) {
     part_number[static_cast<std::size_t>(i)] = static_cast<int>(parts_.size());

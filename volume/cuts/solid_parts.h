@@ -23,7 +23,7 @@ class SolidParts {
     VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels with samples of the part
     /// True if the part is detached: removed matter connects it to a larger part (or one of equal size and
     /// lower number).
-    bool is_off = false;
+    bool is_detached = false;
   };
 
   /// `bits`: occupancy of the field's shape.

@@ -39,7 +39,7 @@ struct ToolBody {
   double high() const noexcept { return form == Form::cone ? length + end_radius : length; }
   double middle() const noexcept { return 0.5 * (low() + high()); }
   /// Smallest radius, mm: a lattice that resolves a ball of this radius resolves the body.
-  double least_radius() const noexcept { return radius < end_radius ? radius : end_radius; }
+  double min_radius() const noexcept { return radius < end_radius ? radius : end_radius; }
   /// Radius of the bounding ball around `middle()` on the axis, mm.
   double reach() const noexcept;
   /// Exact signed distance in mm from a point to the surface; negative inside.

@@ -417,9 +417,9 @@ class OffsetField::Builder {
       is_changed = true;
     }
     if (!is_changed) return;
-    const auto [least, most] = std::minmax_element(brick->values.begin(), brick->values.end());
-    const bool is_near = *least > -far ? *least < far : *most > -far;
-    slot.is_solid = *most > 0;
+    const auto [lowest, highest] = std::minmax_element(brick->values.begin(), brick->values.end());
+    const bool is_near = *lowest > -far ? *lowest < far : *highest > -far;
+    slot.is_solid = *highest > 0;
     slot.brick = is_near ? std::move(brick) : nullptr;
   }
   /// u at lattice point v.

@@ -20,8 +20,8 @@ using glm::ivec3;
 namespace {
 
 constexpr int k_edge = SampleBrick::k_edge;
-constexpr double k_steps_per_radius = 12;       // of the lattice
-constexpr double k_least_creased_radius = 1.9;  // steps; samples of smaller tools are inside the solid
+constexpr double k_steps_per_radius = 12;     // of the lattice
+constexpr double k_min_creased_radius = 1.9;  // steps; samples of smaller tools are inside the solid
 
 }  // namespace
 
@@ -30,17 +30,17 @@ double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   const double voxel = std::min({spacing.x, spacing.y, spacing.z});
   // The error of a quadratic spline of samples with spacing h is h^2 / 8 times the sum of second derivatives,
   // which is 2 / r for the distance to a point.
-  const double most = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
+  const double max_step = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
   // Limits the build to seconds, and the tables for the air of scans that are metres wide.
-  constexpr double k_most_points = 1 << 28;
+  constexpr double k_max_points = 1 << 28;
   const dvec3 extent = spacing * dvec3(volume.size);
   const double least =
-      deterministic_exp(deterministic_log(extent.x * extent.y * extent.z / k_most_points) / 3);
-  double step = std::min(voxel, std::max(most, least));
+      deterministic_exp(deterministic_log(extent.x * extent.y * extent.z / k_max_points) / 3);
+  double step = std::min(voxel, std::max(max_step, least));
   // A slightly smaller step gives sheets to a small tool.
   constexpr double k_finer = 0.7;
-  if (radius < k_least_creased_radius * step && radius >= k_finer * k_least_creased_radius * step)
-    step = std::max(least, radius / (1.02 * k_least_creased_radius));
+  if (radius < k_min_creased_radius * step && radius >= k_finer * k_min_creased_radius * step)
+    step = std::max(least, radius / (1.02 * k_min_creased_radius));
   return std::max(radius / k_steps_per_radius, step);
 }
 
@@ -84,7 +84,7 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   result->pages_.resize(static_cast<std::size_t>(result->pages_size_.x) *
                         static_cast<std::size_t>(result->pages_size_.y) *
                         static_cast<std::size_t>(result->pages_size_.z));
-  if (radius >= k_least_creased_radius * step)
+  if (radius >= k_min_creased_radius * step)
     result->sheets_ = std::make_shared<CreaseSheets>(result->slots_size_);
   Work total;
   Builder(*result, field, bits, version, nullptr, {}, soft).run(threads, total);

@@ -133,22 +133,22 @@ QuadraticPatch::HessianBound QuadraticPatch::narrow_hessian_bound() const noexce
   for (int k = 0; k < 2; ++k)
     for (int j = 0; j < 2; ++j)
       yz = larger(yz, magnitude(rows_[k + 1][j + 1] - rows_[k + 1][j] - rows_[k][j + 1] + rows_[k][j]));
-  const auto most2 = [](const Lanes& a) { return std::max(a.first(), a.second()); };
-  return {{xx, yy.most3(), zz.most3()}, {yz.most3(), most2(xz), most2(xy)}};
+  const auto max2 = [](const Lanes& a) { return std::max(a.first(), a.second()); };
+  return {{xx, yy.max3(), zz.max3()}, {yz.max3(), max2(xz), max2(xy)}};
 }
 
-double QuadraticPatch::least() const noexcept {
+double QuadraticPatch::minimum() const noexcept {
   Lanes minimum = rows_[0][0];
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 3; ++j) minimum = smaller(minimum, rows_[k][j]);
   return std::min(std::min(minimum.first(), minimum.second()), minimum.third());
 }
 
-double QuadraticPatch::most() const noexcept {
+double QuadraticPatch::maximum() const noexcept {
   Lanes maximum = rows_[0][0];
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 3; ++j) maximum = larger(maximum, rows_[k][j]);
-  return maximum.most3();
+  return maximum.max3();
 }
 
 }  // namespace trephine::volume

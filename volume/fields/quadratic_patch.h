@@ -119,13 +119,13 @@ class QuadraticPatch {
     return jet;
   }
 
-  /// Bounds of |second derivative| over the cube: own = max |xx|, |yy|, |zz|, cross = max |yz|, |xz|, |xy|.
+  /// Bounds of |second derivative| over the cube: pure = max |xx|, |yy|, |zz|, cross = max |yz|, |xz|, |xy|.
   /// Each second derivative is a mean, with positive weights, of second differences of the samples.
   struct HessianBound {
-    glm::dvec3 own, cross;
+    glm::dvec3 pure, cross;
     /// Bounds |v . (second derivatives) v|.
     double along(const glm::dvec3& v) const noexcept {
-      return own.x * v.x * v.x + own.y * v.y * v.y + own.z * v.z * v.z +
+      return pure.x * v.x * v.x + pure.y * v.y * v.y + pure.z * v.z * v.z +
              2 * (cross.x * std::abs(v.y * v.z) + cross.y * std::abs(v.x * v.z) +
                   cross.z * std::abs(v.x * v.y));
     }
@@ -133,13 +133,13 @@ class QuadraticPatch {
   HessianBound hessian_bound() const noexcept;
   HessianBound narrow_hessian_bound() const noexcept;  ///< variant without AVX2
   friend void rescale(HessianBound& b, const glm::dvec3& k) noexcept {
-    b.own *= k * k;
+    b.pure *= k * k;
     b.cross *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
   }
 
   /// Bounds of the values in the cube.
-  double least() const noexcept;
-  double most() const noexcept;
+  double minimum() const noexcept;
+  double maximum() const noexcept;
 
  private:
   /// Three samples along x, and a fourth lane without weight.
@@ -176,7 +176,7 @@ class QuadraticPatch {
     double first() const noexcept { return _mm_cvtsd_f64(low); }
     double second() const noexcept { return _mm_cvtsd_f64(_mm_unpackhi_pd(low, low)); }
     double third() const noexcept { return _mm_cvtsd_f64(high); }
-    double most3() const noexcept { return std::max(std::max(first(), second()), third()); }
+    double max3() const noexcept { return std::max(std::max(first(), second()), third()); }
     /// Differences of neighbours in the first two lanes; the others are 0.
     Lanes step() const noexcept { return {_mm_sub_pd(_mm_shuffle_pd(low, high, 1), low), _mm_setzero_pd()}; }
   };

@@ -94,7 +94,7 @@ void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) no
   out[8] = mixed[0], out[9] = mixed[1];
 }
 
-/// `out`: own, cross.
+/// `out`: pure, cross.
 void hessian_bound_of_patch_wide(const double* rows, double out[6]) noexcept {
   __m256d r[3][3];
   for (int k = 0; k < 3; ++k)

@@ -186,10 +186,10 @@ void fill(const std::array<float, 2 * k_reach + 1>& weights, Scratch& s, SampleB
             }
         const bool is_solid = solid(x + k_guard + k_reach, y + k_guard + k_reach, z + k_guard + k_reach);
         const float g = s.blurred[at3(x + k_guard, y + k_guard, z + k_guard, k_mid)];
-        constexpr float k_least = static_cast<float>(SoftField::k_least);
+        constexpr float k_min = static_cast<float>(SoftField::k_min);
         brick.values[SampleBrick::index(x, y, z)] = is_thin    ? (is_solid ? 0.5f : -0.5f)
-                                                    : is_solid ? std::max(g, k_least)
-                                                               : std::min(g, -k_least);
+                                                    : is_solid ? std::max(g, k_min)
+                                                               : std::min(g, -k_min);
       }
 }
 

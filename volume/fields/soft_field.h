@@ -29,7 +29,7 @@ class SoftField {
  public:
   static constexpr double k_sigma = 1.5;     ///< voxels
   static constexpr int k_reach = 4;          ///< radius of the kernel, voxels
-  static constexpr double k_least = 0.01;    ///< least |g| at a voxel
+  static constexpr double k_min = 0.01;      ///< least |g| at a voxel
   static constexpr double k_conflict = 0.1;  ///< |g| of wrong sign after the blur above which it is undone
 
   static constexpr int k_overlap = 4;  ///< extension of a shape into its neighbours, voxels

@@ -125,8 +125,8 @@ void DirectImage::set_transfer_function(const TransferFunction& function, int th
   measure_leaps();
 }
 
-void DirectImage::set_labels(std::vector<LabelAppearance> looks, int threads) {
-  labels_ = std::move(looks);
+void DirectImage::set_labels(std::vector<LabelAppearance> appearances, int threads) {
+  labels_ = std::move(appearances);
   const Volume& v = *scan_;
   if (labels_.empty() || v.labels.size() != v.voxels.size()) {
     near_labels_.clear();

@@ -32,7 +32,7 @@ struct ValueWindow {
 };
 /// Returns the longest range of intensities with an opacity of at least `least` per mm, a window for touching
 /// the visible matter; nullopt if there is no such range.
-std::optional<ValueWindow> window_of_opacity(const TransferFunction& function, double least);
+std::optional<ValueWindow> window_of_opacity(const TransferFunction& function, double min_opacity);
 
 /// Camera, world frame. Pixel (i, j) is counted from the upper left.
 struct Camera {
@@ -102,7 +102,7 @@ class DirectImage {
   /// Sets the appearance by label value; labels beyond the end keep the transfer function. A label also
   /// applies to unlabelled voxels within `k_blur` voxels, whose intensity it affects by blur. Makes a pass
   /// over the labels.
-  void set_labels(std::vector<LabelAppearance> looks, int threads = 0);
+  void set_labels(std::vector<LabelAppearance> appearances, int threads = 0);
   static constexpr int k_blur = 3;
 
   /// Renders an image. `version`: of the scan, frozen or not. `obstacles`: distance along each ray to the

@@ -102,7 +102,7 @@ struct DirectImage::Cast {
     return image.air_ + kept * (uncut - image.air_);
   }
   /// Brightness of a point, 0.22 to 1.2, by the gradient of the values.
-  float brightness(const vec3& p, bool is_cut, const vec3& toward_eye,
+  float brightness(const vec3& p, bool is_cut, const vec3& toward_camera,
                    const vec3& toward_lamp) const noexcept {
     constexpr float h = 0.6F;  // voxels
     const vec3 by_voxels(value(p + vec3(h, 0, 0), is_cut) - value(p - vec3(h, 0, 0), is_cut),
@@ -112,12 +112,12 @@ struct DirectImage::Cast {
     const float size = std::sqrt(glm::dot(g, g));
     if (!(size > 1)) return 0.7F;
     const vec3 n = g / -size;  // points out of the denser matter
-    return shade(glm::dot(n, toward_eye) < 0 ? -n : n, toward_eye, toward_lamp);
+    return shade(glm::dot(n, toward_camera) < 0 ? -n : n, toward_camera, toward_lamp);
   }
   /// Brightness of a surface with normal n: constant, diffuse, viewer-facing and specular terms.
-  static float shade(const vec3& n, const vec3& toward_eye, const vec3& toward_lamp) noexcept {
-    const float front = std::max(0.0F, glm::dot(n, toward_lamp)), facing = glm::dot(n, toward_eye);
-    const float half = std::max(0.0F, glm::dot(n, glm::normalize(toward_eye + toward_lamp)));
+  static float shade(const vec3& n, const vec3& toward_camera, const vec3& toward_lamp) noexcept {
+    const float front = std::max(0.0F, glm::dot(n, toward_lamp)), facing = glm::dot(n, toward_camera);
+    const float half = std::max(0.0F, glm::dot(n, glm::normalize(toward_camera + toward_lamp)));
     float shine = half * half;
     shine *= shine, shine *= shine, shine *= shine;  // ^16
     return 0.22F + 0.5F * front + 0.28F * facing + 0.18F * shine;
@@ -136,7 +136,7 @@ struct DirectImage::Cast {
   struct Progress {
     Camera::Ray ray;
     dvec3 from, along;  // volume frame
-    vec3 toward_eye, toward_lamp;
+    vec3 toward_camera, toward_lamp;
     DirectPixel pixel;
     Counters* count;
     bool is_opaque() const noexcept { return pixel.opacity > k_full; }
@@ -214,7 +214,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
   Progress progress{.ray = request.camera.ray(i, j),
                     .from = {},
                     .along = {},
-                    .toward_eye = {},
+                    .toward_camera = {},
                     .toward_lamp = vec3(glm::normalize(-request.camera.forward + 0.45 * request.camera.up -
                                                        0.35 * request.camera.right())),
                     .pixel = {},
@@ -222,7 +222,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
   const Camera::Ray& ray = progress.ray;
   progress.from = scan.frame.volume_from_world(ray.from);
   progress.along = scan.frame.vector_volume_from_world(ray.along);
-  progress.toward_eye = vec3(-ray.along);
+  progress.toward_camera = vec3(-ray.along);
   // Clips the ray to the scan, to half a voxel beyond the outermost voxel centres.
   double enter = 0, leave = wall;
   for (int a = 0; a < 3; ++a) {
@@ -346,9 +346,9 @@ void DirectImage::Cast::add_layer(const Range& range, float first, float second,
     colour *= request.is_shaded ? 0.7F : 1.0F;
   } else {
     ++progress.count->shaded;
-    colour *= middle < face.end ? shade(face.normal, progress.toward_eye, progress.toward_lamp)
+    colour *= middle < face.end ? shade(face.normal, progress.toward_camera, progress.toward_lamp)
                                 : brightness(clamped(p), image.is_cut_[block_of(voxel_of(p))] != 0,
-                                             progress.toward_eye, progress.toward_lamp);
+                                             progress.toward_camera, progress.toward_lamp);
   }
   pixel.red += share * std::min(1.0F, colour.x);
   pixel.green += share * std::min(1.0F, colour.y);

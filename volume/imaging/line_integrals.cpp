@@ -18,8 +18,8 @@ constexpr int k_block = 8;  // voxels along a block's edge, slabs in a layer
 constexpr int k_tile_columns = 64, k_tile_rows = 16;
 constexpr double k_shallow = 0x1p-13;  // voxels per slab; smaller slopes need double precision at a plane
 constexpr double k_near = 1e-9;        // voxels; nearer rays may be in the plane
-constexpr std::size_t k_most_voxels = std::size_t{1} << 31;  // larger volumes are integrated ray by ray
-constexpr double k_far = 0x1p18;                             // voxels; beyond, fractions lose digits
+constexpr std::size_t k_max_voxels = std::size_t{1} << 31;  // larger volumes are integrated ray by ray
+constexpr double k_far = 0x1p18;                            // voxels; beyond, fractions lose digits
 
 bool is_traceable(const dvec3& p) noexcept {
   for (int a = 0; a < 3; ++a)
@@ -222,7 +222,7 @@ void LineIntegrals::integrate_tile(const RayFan& fan, const PixelBox& tile, RayS
       packet.row = j;
       // Kernels use 32-bit offsets within a slab.
       const bool is_wide =
-          view.slabs.size_a > 1 && view.slabs.size_b > 1 && volume_->voxels.size() < k_most_voxels;
+          view.slabs.size_a > 1 && view.slabs.size_b > 1 && volume_->voxels.size() < k_max_voxels;
       for (std::size_t lane = 0; lane < 8 && i + static_cast<int>(lane) < tile.column_high; ++lane) {
         const int column = i + static_cast<int>(lane);
         if (column < tile.column_low) continue;

@@ -43,7 +43,7 @@ Status check(const TransferFunction& function) {
   return std::nullopt;
 }
 
-std::optional<ValueWindow> window_of_opacity(const TransferFunction& function, double least) {
+std::optional<ValueWindow> window_of_opacity(const TransferFunction& function, double min_opacity) {
   // Runs of visible values end at points of the function or between two of them.
   struct Run {
     double low, high;
@@ -60,10 +60,11 @@ std::optional<ValueWindow> window_of_opacity(const TransferFunction& function, d
   };
   for (std::size_t i = 0; i < function.size(); ++i) {
     const TransferPoint& p = function[i];
-    const bool is_visible = p.opacity >= least && p.opacity > 0;
+    const bool is_visible = p.opacity >= min_opacity && p.opacity > 0;
     if (i > 0 && is_visible != current.has_value()) {
       const TransferPoint& q = function[i - 1];
-      const double crossing = q.value + (least - q.opacity) / (p.opacity - q.opacity) * (p.value - q.value);
+      const double crossing =
+          q.value + (min_opacity - q.opacity) / (p.opacity - q.opacity) * (p.value - q.value);
       if (is_visible)
         current = Run{crossing, crossing, false};
       else

@@ -181,11 +181,11 @@ bool box_of(const Volume& v, const dvec3& corner, const dvec3& to_right, const d
             ivec3& high) {
   const dvec3 a = corner + to_right, b = corner + to_below, c = a + to_below;
   for (int axis = 0; axis < 3; ++axis) {
-    const double least = std::min({corner[axis], a[axis], b[axis], c[axis]}),
-                 most = std::max({corner[axis], a[axis], b[axis], c[axis]});
-    if (!(least > -k_farthest && most < k_farthest)) return false;
-    low[axis] = std::clamp(static_cast<int>(std::floor(least)) - 1, 0, v.size[axis] - 1);
-    high[axis] = std::clamp(static_cast<int>(std::floor(most)) + 2, 0, v.size[axis] - 1);
+    const double lowest = std::min({corner[axis], a[axis], b[axis], c[axis]}),
+                 highest = std::max({corner[axis], a[axis], b[axis], c[axis]});
+    if (!(lowest > -k_farthest && highest < k_farthest)) return false;
+    low[axis] = std::clamp(static_cast<int>(std::floor(lowest)) - 1, 0, v.size[axis] - 1);
+    high[axis] = std::clamp(static_cast<int>(std::floor(highest)) + 2, 0, v.size[axis] - 1);
   }
   return true;
 }
@@ -339,8 +339,8 @@ void reslice_plane(const PixelGrid& grid, std::int16_t outside, int threads, Res
 void reslice_slab(const PixelGrid& grid, const Slab& slab, std::int16_t outside, int threads,
                   ResliceCode code, std::span<std::int16_t> pixels) {
   const Frame& frame = grid.volume.frame;
-  const double least = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
-  const int layers = 1 + static_cast<int>(std::ceil(2 * slab.thickness / least));
+  const double lowest = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
+  const int layers = 1 + static_cast<int>(std::ceil(2 * slab.thickness / lowest));
   for_tiles(grid.plane, threads, [&](int column, int first_row, int count, int rows) {
     std::array<float, k_tile> values, sums, counts;
     for (int row = first_row; row < first_row + rows; ++row) {

@@ -13,8 +13,8 @@ namespace trephine::volume {
 
 /// Value of a field beyond the grid, next to a voxel with value `g`: negative (not solid), also if g is 0.
 inline double beyond_border(double g) noexcept {
-  constexpr double k_least = 1e-9;
-  return -std::max(std::abs(g), k_least);
+  constexpr double k_min = 1e-9;
+  return -std::max(std::abs(g), k_min);
 }
 
 /// Borrows its volume. Queries are noexcept, allocate nothing and take points in the volume frame.

@@ -24,11 +24,11 @@ bool is_position(const glm::dvec3& p) {
 /// Checks number and names of the objects of one kind.
 template <class T>
 Status check_names(const std::vector<T>& objects, const char* kind) {
-  if (objects.size() > k_most_planned)
+  if (objects.size() > k_max_planned)
     return Error{.what = "the plan has too many objects of one kind",
                  .where = kind,
                  .found = std::to_string(objects.size()),
-                 .expected = "at most " + std::to_string(k_most_planned)};
+                 .expected = "at most " + std::to_string(k_max_planned)};
   std::set<std::string> names;
   for (const T& object : objects) {
     if (!is_name(object.name))
@@ -74,9 +74,9 @@ Status check(const SurgicalPlan& plan) {
   for (const PlannedLandmark& l : plan.landmarks)
     if (!is_position(l.position_world)) return invalid("landmarks", l.name, "a position");
   for (const PlannedOutline& o : plan.outlines)
-    if (o.points_world.size() < 3 || o.points_world.size() > k_most_planned ||
+    if (o.points_world.size() < 3 || o.points_world.size() > k_max_planned ||
         !std::all_of(o.points_world.begin(), o.points_world.end(), is_position))
-      return invalid("outlines", o.name, "3 to " + std::to_string(k_most_planned) + " points");
+      return invalid("outlines", o.name, "3 to " + std::to_string(k_max_planned) + " points");
   for (const PlannedPlane& p : plan.planes)
     if (!is_position(p.point_world) || !(std::abs(glm::length(p.normal_world) - 1) < 1e-9))
       return invalid("planes", p.name, "a point and a unit normal");

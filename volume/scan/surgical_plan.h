@@ -61,7 +61,7 @@ struct SurgicalPlan {
 };
 
 /// Most objects of each kind in a plan, and most points of an outline.
-inline constexpr std::size_t k_most_planned = 256;
+inline constexpr std::size_t k_max_planned = 256;
 /// Returns an error if names are missing or not unique, or an object is invalid. Targets are not compared
 /// with the labels of a scan.
 Status check(const SurgicalPlan& plan);

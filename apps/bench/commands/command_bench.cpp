@@ -106,7 +106,7 @@ void bench_flood(int size, Outcome& outcome) {
 void bench_xray(int size, bool is_quick, Outcome& outcome) {
   // Largest allowed difference, relative to the largest sum. Plastimatch treats matter at the border
   // differently.
-  const auto most_rmse = [](const bench::XrayRow& row) {
+  const auto max_rmse = [](const bench::XrayRow& row) {
     return row.volume == "solid" ? 0.25 / row.size : 1e-6;
   };
   outcome.text += format_text(
@@ -131,7 +131,7 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
     if (row.peer_ms) one["plastimatch_ms"] = *row.peer_ms;
     if (row.peer_rmse) one["plastimatch_rmse"] = *row.peer_rmse;
     rows.push_back(std::move(one));
-    if (row.worst_error > 1e-6 || row.peer_rmse.value_or(0) > most_rmse(row))
+    if (row.worst_error > 1e-6 || row.peer_rmse.value_or(0) > max_rmse(row))
       outcome.exit_code = exit_check_failed;
   }
   outcome.json["rows"] = rows;
@@ -163,12 +163,12 @@ Status bench_render(int size, Outcome& outcome) {
   Json rows = Json::array();
   for (const bench::RenderRow& row : bench::run_render_benchmark(size, surface.value()->window())) {
     if (!row.is_there) {
-      outcome.text += format_text("%-16s is not installed, or could not draw\n", row.who.c_str());
+      outcome.text += format_text("%-16s is not installed, or could not draw\n", row.renderer.c_str());
       continue;
     }
-    outcome.text += format_text("%-16s %8.3f %8d %10.1f %15.1f %14.4f\n", row.who.c_str(), row.step,
+    outcome.text += format_text("%-16s %8.3f %8d %10.1f %15.1f %14.4f\n", row.renderer.c_str(), row.step,
                                 row.threads, row.frame_ms, row.changed_ms, row.error);
-    rows.push_back({{"by", row.who},
+    rows.push_back({{"by", row.renderer},
                     {"step_mm", row.step},
                     {"threads", row.threads},
                     {"image_ms", row.frame_ms},
@@ -216,7 +216,7 @@ void bench_separation(Outcome& outcome) {
   for (const bench::SeparationRow& row : bench::run_separation_benchmark()) {
     outcome.text += format_text("%6.2f %5.1f %8d %5d %6d %7d %6.2f %6.2f %12.1f %5d\n", row.voxel_mm,
                                 row.burr_mm, row.samples_a_voxel, row.held, row.parted, row.pending,
-                                row.p50_ms, row.p99_ms, row.whole_ms, row.wrong);
+                                row.p50_ms, row.p99_ms, row.complete_ms, row.wrong);
     rows.push_back({{"voxel_mm", row.voxel_mm},
                     {"burr_mm", row.burr_mm},
                     {"samples_a_voxel", row.samples_a_voxel},
@@ -226,7 +226,7 @@ void bench_separation(Outcome& outcome) {
                     {"pending", row.pending},
                     {"p50_ms", row.p50_ms},
                     {"p99_ms", row.p99_ms},
-                    {"whole_volume_ms", row.whole_ms},
+                    {"whole_volume_ms", row.complete_ms},
                     {"wrong", row.wrong}});
     if (row.wrong > 0) outcome.exit_code = exit_check_failed;
   }

@@ -104,7 +104,7 @@ void report_falls(bool is_quick, Outcome& outcome) {
       for (const auto& m : row.methods) outcome.text += format_text("%20s", m.name.c_str());
       outcome.text += "\n";
     }
-    outcome.text += format_text("%-10s %9.1f %9ld   ", row.thing.c_str(), row.wall, row.steps);
+    outcome.text += format_text("%-10s %9.1f %9ld   ", row.object.c_str(), row.wall, row.steps);
     Json methods = Json::array();
     for (const auto& m : row.methods) {
       outcome.text += format_text("%20s", format_text("%ld (%ld)", m.passed, m.touched).c_str());
@@ -112,7 +112,7 @@ void report_falls(bool is_quick, Outcome& outcome) {
     }
     outcome.text += "\n";
     outcome.json["falls"].push_back(
-        {{"thing", row.thing}, {"wall_mm", row.wall}, {"steps", row.steps}, {"methods", methods}});
+        {{"thing", row.object}, {"wall_mm", row.wall}, {"steps", row.steps}, {"methods", methods}});
   }
 }
 
@@ -185,7 +185,7 @@ Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
     outcome.text += format_text(
         "%s, %d triangles; images of 20 mm in 100^2 %.2f ms, of all in 0.2 mm %.1f ms\n"
         "  %-10s %15s %12s %12s %12s %12s\n",
-        row.name.c_str(), row.triangles, row.clip_ms, row.whole_ms, "method", "prepared, ms", "p50, us",
+        row.name.c_str(), row.triangles, row.clip_ms, row.complete_ms, "method", "prepared, ms", "p50, us",
         "p99.9, us", "rms, mm", "worst, mm");
     Json methods = Json::array();
     for (const bench::ModelRow::Method& m : row.methods) {
@@ -200,7 +200,7 @@ Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
     json["models"].push_back({{"name", row.name},
                               {"triangles", row.triangles},
                               {"clip_images_ms", row.clip_ms},
-                              {"whole_images_ms", row.whole_ms},
+                              {"whole_images_ms", row.complete_ms},
                               {"methods", methods}});
   }
   outcome.text +=

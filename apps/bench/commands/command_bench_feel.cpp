@@ -120,16 +120,16 @@ bench::FeelScene real_scene(const std::string& name, const std::string& motion, 
 
 /// The path resampled at 1 kHz, as the chart plays it.
 Result<haptics::PosePath> at_a_kilohertz(const haptics::PosePath& path, const std::string& where) {
-  constexpr std::size_t k_most = 20'000;
+  constexpr std::size_t k_max = 20'000;
   std::vector<haptics::PosePath::Sample> samples;
   for (const double t : haptics::servo_times(path, 1000))
-    if (samples.size() < k_most) samples.push_back({t, path.at(t)});
+    if (samples.size() < k_max) samples.push_back({t, path.at(t)});
   return haptics::PosePath::from_samples(std::move(samples), where);
 }
 
 /// Poses of a session's first hand; invalid poses are left out.
 Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string& where) {
-  constexpr double k_most_seconds = 20;
+  constexpr double k_max_seconds = 20;
   std::vector<haptics::PosePath::Sample> samples;
   sim::LogItem item;
   for (;;) {
@@ -140,7 +140,7 @@ Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string
     if (tick == nullptr || tick->record.hand != 0 || (tick->record.raised & haptics::fault_not_finite))
       continue;
     samples.push_back({static_cast<double>(tick->record.tick) / session.header().rate_hz, tick->record.pose});
-    if (samples.back().t - samples.front().t > k_most_seconds) break;
+    if (samples.back().t - samples.front().t > k_max_seconds) break;
   }
   return haptics::PosePath::from_samples(std::move(samples), where);
 }
@@ -189,7 +189,7 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   options.is_quick = arguments.is_quick;
   options.only = arguments.only;
   bool is_any = false;  // a built-in scene was played
-  options.look = [&](const bench::FeelScene& scene) -> Status {
+  options.inspect = [&](const bench::FeelScene& scene) -> Status {
     is_any = is_any || scene.group != "real";
     return arguments.export_folder.empty() ? std::nullopt : export_scene(arguments.export_folder, scene);
   };
@@ -197,8 +197,8 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   std::ostringstream ours;
   ours << "scene,proxy_x,proxy_y,proxy_z\n";
   if (!arguments.export_folder.empty())
-    options.answered = [&ours](const bench::FeelScene& scene, const std::string& method,
-                               const std::vector<glm::dvec3>& proxies) {
+    options.on_answers = [&ours](const bench::FeelScene& scene, const std::string& method,
+                                 const std::vector<glm::dvec3>& proxies) {
       if (method != haptics::k_default_method) return;
       for (const glm::dvec3& p : proxies)
         ours << format_text("%s,%.17g,%.17g,%.17g\n", bench::feel_id(scene).c_str(), p.x, p.y, p.z);

@@ -115,7 +115,7 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
 
   std::mt19937_64 random(1);
   std::vector<double> milliseconds;
-  std::uint64_t most_played = 0;
+  std::uint64_t max_played = 0;
   struct {
     double milliseconds = 0;
     std::uint64_t tick = 0, played = 0;
@@ -127,7 +127,7 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
     if (Status error = replay.seek(tick)) return error;
     milliseconds.push_back(1e3 * seconds_since(start));
     const std::uint64_t played = replay.counts().ticks - before;
-    most_played = std::max(most_played, played);
+    max_played = std::max(max_played, played);
     if (milliseconds.back() > slowest.milliseconds) slowest = {milliseconds.back(), tick, played};
   }
   std::sort(milliseconds.begin(), milliseconds.end());
@@ -143,7 +143,7 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
   outcome.json["ticks"] = ticks;
   outcome.json["checkpoints"] = reader.checkpoints().size();
   outcome.json["opened_by_checkpoint"] = replay.counts().opened;
-  outcome.json["most_ticks_played"] = most_played;
+  outcome.json["most_ticks_played"] = max_played;
   outcome.json["open_ms"] = {{"count", k_places},
                              {"p50", part_of(milliseconds, 0.5)},
                              {"p99", part_of(milliseconds, 0.99)},
@@ -158,7 +158,7 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
       "%.1f bytes per tick and hand, and %.1f of checkpoints\n",
       static_cast<unsigned long long>(ticks), reader.checkpoints().size(), k_places,
       part_of(milliseconds, 0.5), part_of(milliseconds, 0.99), milliseconds.back(),
-      static_cast<unsigned long long>(most_played), log_bytes, checkpoint_bytes);
+      static_cast<unsigned long long>(max_played), log_bytes, checkpoint_bytes);
   return std::nullopt;
 }
 

@@ -132,12 +132,12 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
       static_cast<double>(soak.frictionless_steps) / 60e3,
       100.0 * static_cast<double>(soak.frictionless_contacts) /
           static_cast<double>(std::max(1L, soak.frictionless_steps)),
-      soak.most_generated);
+      soak.max_generated);
   outcome.json["soak"] = {{"steps", soak.steps},
                           {"contacts", soak.contacts},
                           {"not_finite", soak.not_finite},
                           {"drift_mm", soak.drift_mm},
-                          {"most_made_nmm", soak.most_generated},
+                          {"most_made_nmm", soak.max_generated},
                           {"frictionless_steps", soak.frictionless_steps},
                           {"frictionless_contacts", soak.frictionless_contacts},
                           {"hash", format_text("%016llx", static_cast<unsigned long long>(soak.hash))}};
@@ -171,12 +171,12 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
   for (const bench::EnergyRow& row : energies) {
     outcome.text +=
         format_text("  %-7s %8.1f %6d %10.3f %12.3f %8.3f\n", row.surface.c_str(), row.stiffness_over_bound,
-                    row.delay_ticks, row.most_generated, row.most_generated_with, row.one_step_without);
+                    row.delay_ticks, row.max_generated, row.max_generated_with, row.one_step_without);
     outcome.json["energy"].push_back({{"surface", row.surface},
                                       {"contact_share", row.contact_share},
                                       {"contact_share_with", row.contact_share_with},
-                                      {"most_made", row.most_generated},
-                                      {"most_made_with", row.most_generated_with},
+                                      {"most_made", row.max_generated},
+                                      {"most_made_with", row.max_generated_with},
                                       {"stiffness_over_bound", row.stiffness_over_bound},
                                       {"delay_ticks", row.delay_ticks},
                                       {"balance_without", row.balance_without},

@@ -8,36 +8,37 @@ namespace trephine::scenes {
 using haptics::MethodInfo;
 
 std::shared_ptr<const volume::OffsetField> touch_offset_field(const haptics::TouchScene& scene,
-                                                              const haptics::TouchState* seen,
+                                                              const haptics::TouchState* touch_state,
                                                               std::size_t shape) {
   if (scene.tool_radius <= 0) return nullptr;
-  return seen ? seen->shared_offset(scene, shape) : scene.items[shape].offset;
+  return touch_state ? touch_state->shared_offset(scene, shape) : scene.items[shape].offset;
 }
 
 verify::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
-                                         std::shared_ptr<const haptics::TouchState> seen, std::size_t shape) {
-  if (const auto offset = touch_offset_field(scene, seen.get(), shape))
+                                         std::shared_ptr<const haptics::TouchState> touch_state,
+                                         std::size_t shape) {
+  if (const auto offset = touch_offset_field(scene, touch_state.get(), shape))
     return verify::SmoothSolid([offset](int x, int y, int z) { return offset->at(x, y, z); },
                                {[offset](const glm::ivec3& cube) { return offset->sheets_at(cube); },
                                 [offset](int sheet, const glm::ivec3& cube, const glm::ivec3& at) {
                                   return offset->sheet_at(sheet, cube, at);
                                 }});
   const haptics::TouchItem& touched = scene.items[shape];
-  return verify::smooth_solid(scene.base, touched.field.shape(), seen ? seen->version : nullptr,
+  return verify::smooth_solid(scene.base, touched.field.shape(), touch_state ? touch_state->version : nullptr,
                               touched.soft);
 }
 
 Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
-                 std::shared_ptr<const haptics::TouchState> seen, std::size_t index)
+                 std::shared_ptr<const haptics::TouchState> touch_state, std::size_t index)
     : base_(scene.base) {
   using Solid = MethodInfo::Solid;
   const haptics::TouchItem& shape = scene.items[index];
-  if (method.is_of_untouched) seen = nullptr;
-  const std::shared_ptr<const volume::Version> version = seen ? seen->version : nullptr;
+  if (method.is_of_untouched) touch_state = nullptr;
+  const std::shared_ptr<const volume::Version> version = touch_state ? touch_state->version : nullptr;
   // A model of triangles is rounded differently; at least its centre stays outside.
-  if (!method.is_of_untouched) offset_ = touch_offset_field(scene, seen.get(), index);
+  if (!method.is_of_untouched) offset_ = touch_offset_field(scene, touch_state.get(), index);
   if (method.solid == Solid::smooth) {
-    smooth_ = std::make_unique<verify::SmoothSolid>(touched_smooth_solid(scene, seen, index));
+    smooth_ = std::make_unique<verify::SmoothSolid>(touched_smooth_solid(scene, touch_state, index));
     return;
   }
   if (method.solid == Solid::cubes || method.solid == Solid::nothing) {

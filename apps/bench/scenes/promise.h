@@ -19,7 +19,7 @@ class Promise {
  public:
   /// `seen` null: untouched. Copies the needed parts of the scene, and keeps no reference to it.
   Promise(const haptics::MethodInfo& method, const haptics::TouchScene& scene,
-          std::shared_ptr<const haptics::TouchState> seen = nullptr, std::size_t shape = 0);
+          std::shared_ptr<const haptics::TouchState> touch_state = nullptr, std::size_t shape = 0);
 
   /// True if the segment from a to b (volume frame), or the point if both are equal, meets the solid.
   bool meets(const glm::dvec3& a, const glm::dvec3& b) const;
@@ -35,11 +35,11 @@ class Promise {
 
 /// The offset field in which a shape is touched; null for a point.
 std::shared_ptr<const volume::OffsetField> touch_offset_field(const haptics::TouchScene& scene,
-                                                              const haptics::TouchState* seen,
+                                                              const haptics::TouchState* touch_state,
                                                               std::size_t shape = 0);
 /// The smooth solid of a shape, in the frame of touch_offset_field() if there is one.
 verify::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
-                                         std::shared_ptr<const haptics::TouchState> seen,
+                                         std::shared_ptr<const haptics::TouchState> touch_state,
                                          std::size_t shape = 0);
 
 }  // namespace trephine::scenes

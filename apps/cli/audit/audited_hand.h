@@ -48,7 +48,7 @@ inline double stiffness_at(const haptics::TouchScene& scene, const haptics::Serv
 class BallAudit {
  public:
   explicit BallAudit(const haptics::TouchScene& scene)
-      : scene_(scene), judge_(scene.tool_radius), least_move_(0.01 * scene.tool_radius) {
+      : scene_(scene), judge_(scene.tool_radius), min_move_(0.01 * scene.tool_radius) {
     const glm::dvec3& spacing = scene.base->frame.spacing();
     allowed_ = std::min(0.1, 0.2 * std::max({spacing.x, spacing.y, spacing.z})) + 0.02 * scene.tool_radius;
   }
@@ -61,7 +61,7 @@ class BallAudit {
   /// Judges the tip's centre if the tip has moved or a cut was made. `popped`: the shape that the proxy
   /// passes through after pop-through; -1 if no shape.
   void judge_centre(const glm::dvec3& centre_world, int popped) {
-    if (!is_new_ && glm::length(centre_world - last_) < least_move_) return;
+    if (!is_new_ && glm::length(centre_world - last_) < min_move_) return;
     is_new_ = false, last_ = centre_world;
     const double penetration_mm = judge_.penetration_mm(centre_world, [&](const glm::dvec3& at) {
       const glm::dvec3 p = scene_.base->frame.volume_from_world(at);
@@ -83,7 +83,7 @@ class BallAudit {
  private:
   const haptics::TouchScene& scene_;
   verify::BallJudge judge_;
-  double least_move_, allowed_;
+  double min_move_, allowed_;
   std::vector<verify::SmoothSolid> solids_;
   bool is_new_ = true;
   glm::dvec3 last_{0.0};

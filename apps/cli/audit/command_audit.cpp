@@ -26,7 +26,7 @@ verify::EffectLaw law_of(const std::string& words) {
   using Kind = verify::EffectLaw::Kind;
   const haptics::Effect effect = haptics::parse_effect(words).value();  // checked when the header was read
   verify::EffectLaw law;
-  law.most = effect.most;
+  law.max_force = effect.max_force;
   if (const auto* e = std::get_if<haptics::ConstantForce>(&effect.kind))
     law.position = e->force_world;
   else if (const auto* e = std::get_if<haptics::Viscosity>(&effect.kind))
@@ -139,7 +139,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  .where = "--plant",
                  .found = *to_plant,
                  .expected = "a session of --round or --radius by a method that touches the smooth solid",
-                 .remedy = "plant another"};
+                 .remedy = "plant another fault"};
   for (std::uint64_t n = 0;; ++n) {
     if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(tick_count)))
       return interrupted("the audit");
@@ -354,13 +354,13 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
     return Error{.what = "a fault can be planted in a session only",
                  .where = "--plant",
                  .found = arguments.plant,
-                 .expected = "SESSION too"};
+                 .expected = "a recorded session as SESSION"};
   if (!arguments.session.empty()) return audit_session(arguments);
   if (!arguments.case_source.empty())
     return Error{.what = "no session to audit",
                  .where = "--scan",
                  .found = arguments.case_source,
-                 .expected = "SESSION too"};
+                 .expected = "a recorded session as SESSION"};
   if (arguments.rays < 1 || arguments.rays > 1'000'000'000'000)
     return Error{.what = "the number of rays is out of range",
                  .where = "--count",

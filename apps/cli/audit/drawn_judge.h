@@ -52,7 +52,7 @@ class DrawnJudge {
       const glm::dvec3 proxy_local = placement.local_from_world(p);
       const bool is_known =
           set &&
-          (!set->goes_on ||
+          (!set->has_successor ||
            time <= set->view.time + set->view.interval + haptics::depth::k_extrapolation_time) &&
           set->knows(set->displacement_at(time).local_from_world(proxy_local), servo_hand.scene->tool_radius);
       // Skip the triangles of distant objects.

@@ -20,7 +20,7 @@ constexpr double k_on_surface = 2e-3;  // voxels
 constexpr double k_leap_mm = 1;
 constexpr double k_model_reach_mm = 1;                // models farther away are ignored
 constexpr double k_facet_slack_mm = 0.02;             // facets of a model within this distance are walls
-constexpr double k_least_mm = 0.05;                   // a shorter pull is not judged
+constexpr double k_min_mm = 0.05;                     // a shorter pull is not judged
 constexpr double k_share = 0.04, k_slack_mm = 0.004;  // tolerated pull outside the cone
 
 }  // namespace
@@ -72,7 +72,7 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
       glm::length(r.pose.position_world - std::exchange(last_hand_, r.pose.position_world));
   const double moved = glm::length(r.proxy_world - last);
   const bool is_new = std::exchange(is_new_, false);
-  if (solids_.empty() || r.side != haptics::Side::front || !(glm::length(pull) > k_least_mm)) {
+  if (solids_.empty() || r.side != haptics::Side::front || !(glm::length(pull) > k_min_mm)) {
     is_new_ = true;
     return;
   }
@@ -103,20 +103,21 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
     }
   }
   const auto depth = [&](const dvec3& p) {
-    double most = -1e300;
+    double deepest = -1e300;
     for (std::size_t s = 0; s < solids_.size(); ++s) {
       const dvec3 p_volume = solids_[s].frame.volume_from_world(p);
       double least = 1e300;
       for (std::size_t f = 0; f < slopes[s].size(); ++f)
         least = std::min(least, solids_[s].solid.value(f, p_volume) / slopes[s][f]);
-      most = std::max(most, least);
+      deepest = std::max(deepest, least);
     }
     for (const Model& model : models_) {
       if (!model.blocks) continue;
       const double reach = model.radius + k_model_reach_mm;
-      most = std::max(most, model.radius - model.wall->distance(model.placement.local_from_world(p), reach));
+      deepest =
+          std::max(deepest, model.radius - model.wall->distance(model.placement.local_from_world(p), reach));
     }
-    return most;
+    return deepest;
   };
   auto walls = verify::walls_at(depth, r.proxy_world, step, 0);
   // Skip a proxy that is about to leave the surface over an edge.

@@ -23,8 +23,8 @@ class ReturnedEnergy {
       work_ += glm::dot(force_, motion);
       bound_ += delay_ticks_ * stiffness_ * glm::dot(motion, motion);
     }
-    constexpr double k_least_force = 1e-4;  // N; a smoothed force decays without reaching 0
-    const bool is_on = r.has_contact || glm::length(r.force_world) > k_least_force;
+    constexpr double k_min_force = 1e-4;  // N; a smoothed force decays without reaching 0
+    const bool is_on = r.has_contact || glm::length(r.force_world) > k_min_force;
     if (is_on_ && !is_on) end();
     if (r.has_contact && r.shape >= 0) {
       const haptics::TouchItem& item = haptics::item_of(scene_, r.shape);

@@ -14,14 +14,14 @@ namespace {
 /// Triangles of a model whose vertices are mapped by `map`.
 template <class Map>
 verify::MeshWall wall_of(const std::vector<glm::dvec3>& vertices, const std::vector<std::uint32_t>& triangles,
-                         double least_cube, const Map& map) {
+                         double min_cube, const Map& map) {
   std::vector<glm::dvec3> mapped;
   mapped.reserve(vertices.size());
   for (const glm::dvec3& v : vertices) mapped.push_back(map(v));
-  double longest = least_cube;
+  double longest = min_cube;
   for (std::size_t i = 0; i < triangles.size(); ++i)
     longest = std::max(longest, glm::length(mapped[triangles[i]] - mapped[triangles[i - i % 3]]));
-  return {mapped, triangles, std::max(least_cube, longest / 8)};
+  return {mapped, triangles, std::max(min_cube, longest / 8)};
 }
 
 /// Returns judges for the models that a method touches by their triangles, in the volume's frame.

@@ -50,7 +50,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   const std::uint64_t tick_count = session.reader->tick_count();
   for (const double time : {arguments.at.value_or(0), arguments.with.value_or(0)})
     if (time * rate > static_cast<double>(tick_count) + 0.5)
-      return Error{.what = "the session is shorter",
+      return Error{.what = "the session ends before this time",
                    .where = "--time, --with",
                    .found = format_text("%.1f s", time),
                    .expected = format_text("0 to %.1f s", static_cast<double>(tick_count) / rate)};

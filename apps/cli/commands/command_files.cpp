@@ -176,7 +176,7 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
                                                  : "-o FOLDER --as tiff"};
   if (is_folder &&
       (is_slice || !data_tools::check_extension(data_tools::OutputKind::volume, arguments.output)))
-    return Error{.what = "a folder of slices is named like a file",
+    return Error{.what = "the folder of slices has the extension of a file",
                  .where = "output",
                  .found = extension,
                  .expected = "a folder's name",

@@ -182,35 +182,36 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
                               shape.length, shape.width, shape.roundness);
   // Distance of the saw to forbidden structures, along its lines down to below the inner table.
   Json distances = Json::array();
-  for (const bone_flap::Near& near : bone_flap::nearness_of(flap, engine.forbidden())) {
-    distances.push_back(
-        {{"structure", near.structure}, {"nearest_mm", near.mm}, {"is_stripped", near.is_stripped()}});
-    const char* name = near.structure.c_str();
-    if (near.is_stripped())
+  for (const bone_flap::StructureClearance& clearance : bone_flap::clearances_of(flap, engine.forbidden())) {
+    distances.push_back({{"structure", clearance.structure},
+                         {"nearest_mm", clearance.mm},
+                         {"is_stripped", clearance.is_stripped()}});
+    const char* name = clearance.structure.c_str();
+    if (clearance.is_stripped())
       outcome.text += format_text("the saw's foot strips %s off the bone\n", name);
-    else if (near.mm < 0)
-      outcome.text += format_text("the saw goes %.1f mm into %s\n", -near.mm, name);
-    else if (near.mm < sim::Forbidden::k_reach)
-      outcome.text += format_text("the saw stays %.1f mm from %s\n", near.mm, name);
+    else if (clearance.mm < 0)
+      outcome.text += format_text("the saw goes %.1f mm into %s\n", -clearance.mm, name);
+    else if (clearance.mm < sim::Forbidden::k_reach)
+      outcome.text += format_text("the saw stays %.1f mm from %s\n", clearance.mm, name);
   }
   if (engine.forbidden().empty())
     outcome.text += "the plan has no forbidden structures: no distance was checked\n";
   json["forbidden"] = distances;
   if (!a.target.empty()) {
-    const bone_flap::Cover cover =
-        bone_flap::cover_of(flap, *operation.source.volume, label_of(a, operation));
-    if (!cover.is_any)
+    const bone_flap::LabelExposure exposure =
+        bone_flap::exposure_of(flap, *operation.source.volume, label_of(a, operation));
+    if (!exposure.has_label)
       return Error{.what = "the label has no voxels",
                    .where = "target",
                    .found = a.target,
                    .expected = "a label that is in the scan"};
     json["target"] = {{"name", a.target},
-                      {"covered_share", cover.share},
-                      {"margin_mm", cover.margin},
-                      {"depth_mm", cover.depth}};
+                      {"covered_share", exposure.share},
+                      {"margin_mm", exposure.margin},
+                      {"depth_mm", exposure.depth}};
     outcome.text +=
         format_text("%s: %.1f %% of its projection under the opening, margin %.1f mm, %.0f mm deep\n",
-                    a.target.c_str(), 100 * cover.share, cover.margin, cover.depth);
+                    a.target.c_str(), 100 * exposure.share, exposure.margin, exposure.depth);
   }
   if (!planned.empty()) {
     const bone_flap::OutlineDistance distance = bone_flap::distance_from_plan(flap, planned);

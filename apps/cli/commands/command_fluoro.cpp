@@ -45,7 +45,7 @@ struct FluoroArguments {
 /// Moves the session to a shot, by its number. Returns the shot, with the pose of the C-arm.
 Result<fluoroscopy::XrayTaken> go_to_shot(workbench::Moment& moment, int number) {
   if (!moment.session)
-    return Error{.what = "a scan has no shots",
+    return Error{.what = "a scan contains no shots",
                  .where = "shot",
                  .found = std::to_string(number),
                  .expected = "a recorded session"};
@@ -223,7 +223,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   std::optional<fluoroscopy::XrayTaken> session_shot;
   if (a.shot) {
     if (a.moment.until)
-      return Error{.what = "a shot already has a time",
+      return Error{.what = "the shot already selects the time",
                    .where = "--until",
                    .found = format_text("%g s", *a.moment.until),
                    .expected = "--shot alone"};
@@ -235,7 +235,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   if (!moment.scan->is_hounsfield)
     return Error{.what = "the scan's values are not Hounsfield units",
                  .where = "SRC",
-                 .found = "values of another kind",
+                 .found = "values without a unit",
                  .expected = "CT",
                  .remedy = "for CT without this information pass --hounsfield"};
   const auto placed = arm_of(a, moment, session_shot ? &*session_shot : nullptr);

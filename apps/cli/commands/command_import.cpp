@@ -116,7 +116,7 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
 /// Sets the plan's structures: those of the case, unless the arguments define another shape.
 Status choose_structures(const ImportArguments& arguments, workbench::Source& source,
                          data_tools::CasePlan& plan) {
-  const bool is_overridden = !arguments.labels.empty() || arguments.shape.is_made() ||
+  const bool is_overridden = !arguments.labels.empty() || arguments.shape.is_set() ||
                              !arguments.preset.name.empty() || arguments.preset.thin_mm;
   if (source.plan && !is_overridden)
     return arguments.shape.is_largest && !plan.structures.empty()
@@ -184,9 +184,9 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   if (!target.has_filename()) target = target.parent_path();
   if (Status error = check(arguments.preset, arguments.shape)) return *error;
   if (!data_tools::is_utf8(arguments.name))
-    return Error{.what = "the name of the case is not a text",
+    return Error{.what = "the name of the case is not text",
                  .where = "name",
-                 .found = "a byte that is no UTF-8",
+                 .found = "a byte that is not UTF-8",
                  .expected = "a name in UTF-8"};
   data_tools::OutputSet outputs;
   for (const std::string& input : {arguments.source.path, arguments.labels}) outputs.add_input(input);
@@ -212,7 +212,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   }
 
   // A built-in phantom has its own plan.
-  if (!source.plan && source.is_builtin && !arguments.shape.is_made() && arguments.preset.name.empty())
+  if (!source.plan && source.is_builtin && !arguments.shape.is_set() && arguments.preset.name.empty())
     source.plan = data_tools::phantom_plan(source.name);
   data_tools::CasePlan plan = source.plan.value_or(data_tools::CasePlan{});
   plan.name = name;

@@ -134,7 +134,7 @@ Result<Outcome> describe_session(const std::string& path) {
         format_text("  %llu ticks were dropped (full ring)\n", static_cast<unsigned long long>(dropped));
   if (session.is_damaged())
     outcome.text += format_text("  damaged at byte %llu: the %llu bytes from there on are ignored\n",
-                                static_cast<unsigned long long>(session.whole_bytes()),
+                                static_cast<unsigned long long>(session.complete_bytes()),
                                 static_cast<unsigned long long>(session.lost_bytes()));
   else if (sim::SessionWriter::is_being_written(path))
     outcome.text += "  being recorded right now\n";
@@ -220,7 +220,8 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   if (!opened) return opened.error();
   const workbench::Source& source = opened.value();
   const volume::Volume& v = *source.volume;
-  if (v.is_hounsfield && !source.plan) workbench::offer_largest(source, volume::Shape(), terminal_listener());
+  if (v.is_hounsfield && !source.plan)
+    workbench::report_large_parts(source, volume::Shape(), terminal_listener());
   const auto [low, high] = std::minmax_element(v.voxels.span().begin(), v.voxels.span().end());
   double sum = 0;
   for (const std::int16_t i : v.voxels.span()) sum += i;

@@ -129,7 +129,7 @@ class Plane {
 /// Draws the canal's wall into a panel of across(), whose centre is 15 mm behind the canal's centre. A line
 /// ends where neighbouring rays meet different bones, as at a foramen; lines shorter than 3 mm are omitted.
 void add_walls(imaging::Panel& panel, const CanalSection& section) {
-  constexpr double k_jump = 1.5, k_least = 3;  // mm
+  constexpr double k_jump = 1.5, k_min = 3;  // mm
   for (const bool is_after : {false, true}) {
     const std::vector<double>& wall = is_after ? section.after : section.before;
     const auto ray_at = [](int ray) { return static_cast<std::size_t>(ray % laminectomy::k_rays); };
@@ -146,7 +146,7 @@ void add_walls(imaging::Panel& panel, const CanalSection& section) {
     imaging::Panel::Line line{{}, colour, is_ring, is_after ? "canal now" : "canal before"};
     double length = 0;
     const auto finish = [&] {
-      if (length >= k_least) panel.lines.push_back(line);
+      if (length >= k_min) panel.lines.push_back(line);
       line.places.clear(), length = 0;
     };
     for (int ray = first; ray < first + laminectomy::k_rays; ++ray) {
@@ -280,7 +280,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
           ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)))
           : tick_count;
   if (arguments.until && *arguments.until * rate > static_cast<double>(tick_count) + 0.5)
-    return Error{.what = "the session is shorter",
+    return Error{.what = "the session ends before this time",
                  .where = "--until",
                  .found = format_text("%.1f s", *arguments.until),
                  .expected = format_text("0 to %.1f s", static_cast<double>(tick_count) / rate)};

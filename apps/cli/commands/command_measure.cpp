@@ -73,7 +73,7 @@ std::string text_of(const Measured& m, bool is_hounsfield) {
       break;
   }
   return format_text("region: mean %.1f%s, deviation %.1f, %.0f to %.0f, %.0f mm³\n", m.mean,
-                     is_hounsfield ? " HU" : "", m.deviation, m.least, m.most, m.size);
+                     is_hounsfield ? " HU" : "", m.deviation, m.minimum, m.maximum, m.size);
 }
 
 Json report_of(const Measured& m) {
@@ -99,7 +99,8 @@ Json report_of(const Measured& m) {
       json["size_mm3"] = m.size, json["area_mm2"] = m.area;
       break;
     case Kind::region:
-      json["mean"] = m.mean, json["deviation"] = m.deviation, json["least"] = m.least, json["most"] = m.most;
+      json["mean"] = m.mean, json["deviation"] = m.deviation, json["least"] = m.minimum,
+      json["most"] = m.maximum;
       json["size_mm3"] = m.size;
       break;
   }

@@ -72,13 +72,13 @@ Result<std::size_t> label_of(const volume::Volume& scan, const std::string& name
 }
 
 /// Sets the opacities of the hidden and translucent labels.
-Status set_label_looks(const RenderArguments& a, const volume::Volume& scan,
-                       std::vector<volume::LabelAppearance>& looks) {
+Status set_label_appearances(const RenderArguments& a, const volume::Volume& scan,
+                             std::vector<volume::LabelAppearance>& appearances) {
   const auto set = [&](const std::string& name, const char* option, double opacity) -> Status {
     const auto label = label_of(scan, name, option);
     if (!label) return label.error();
-    looks.resize(std::max(looks.size(), label.value() + 1));
-    looks[label.value()].opacity = opacity;
+    appearances.resize(std::max(appearances.size(), label.value() + 1));
+    appearances[label.value()].opacity = opacity;
     return std::nullopt;
   };
   for (const std::string& name : a.hidden)
@@ -173,8 +173,8 @@ Result<Outcome> run_render(const RenderArguments& a) {
     request.step = glm::length(mm) / a.samples;
   }
   if (Status error = set_openings(a, moment, request.openings)) return *error;
-  std::vector<volume::LabelAppearance> looks;
-  if (Status error = set_label_looks(a, scan, looks)) return *error;
+  std::vector<volume::LabelAppearance> appearances;
+  if (Status error = set_label_appearances(a, scan, appearances)) return *error;
 
   imaging::Subject subject = imaging::subject_of(moment);
   std::string notice;
@@ -185,9 +185,9 @@ Result<Outcome> run_render(const RenderArguments& a) {
   }
   imaging::Renderer renderer;
   renderer.set_transfer_function(transfer);
-  renderer.set_labels(std::move(looks));
+  renderer.set_labels(std::move(appearances));
   request.camera =
-      imaging::eye_from(a.from, scan.frame, renderer.visible_box(subject.scan, 0), a.size, a.size);
+      imaging::camera_from(a.from, scan.frame, renderer.visible_box(subject.scan, 0), a.size, a.size);
   const auto clock = Clock::now();
   imaging::Panel panel = renderer.draw(subject, request, 0);
   const double seconds = seconds_since(clock);

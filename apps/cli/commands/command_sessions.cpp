@@ -35,7 +35,7 @@ struct ResumeArguments {
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (arguments.wants_window && (arguments.is_verifying || arguments.until || !arguments.output.empty() ||
                                  !arguments.steps.empty() || !arguments.screenshot.empty()))
-    return Error{.what = "the window of a replay takes no other options",
+    return Error{.what = "--show cannot be combined with these options",
                  .where = "--show",
                  .found = "--verify, --until, -o, --table or --screenshot too",
                  .expected = "--show alone",
@@ -100,10 +100,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   const std::uint64_t hash = engine.current()->content_hash();
   std::optional<sim::Mismatch> mismatch = replay.mismatch();
   if (session.reader->is_damaged() && !mismatch)
-    mismatch = sim::Mismatch{
-        tick_count, "file",
-        format_text("damaged at byte %llu", static_cast<unsigned long long>(session.reader->whole_bytes())),
-        "everything before that is the same"};
+    mismatch = sim::Mismatch{tick_count, "file",
+                             format_text("damaged at byte %llu",
+                                         static_cast<unsigned long long>(session.reader->complete_bytes())),
+                             "everything before that is the same"};
   // A session that was cut to its header has nothing to compare, which counts as a mismatch.
   if (!mismatch && replay.counts().ticks == 0 && replay.counts().commands == 0)
     mismatch = sim::Mismatch{0, "session", "neither ticks nor commands", "something to compare"};
@@ -193,7 +193,7 @@ Status fork(const ResumeArguments& arguments) {
     return Error{.what = "no file for the new session",
                  .where = "--record",
                  .expected = "--record FILE with --at S",
-                 .remedy = "a session is continued at its end without --at"};
+                 .remedy = "to continue the session at its end, omit --at"};
   if (!(*arguments.at >= 0 && *arguments.at <= 1e6))
     return Error{.what = "the time is out of range",
                  .where = "--at",

@@ -29,9 +29,9 @@ struct Row {
 
 /// Truncates a text, such as a long list of numbers, to a line of a terminal.
 std::string shortened(const std::string& text) {
-  constexpr std::size_t k_most = 160;
-  if (text.size() <= k_most) return text;
-  std::size_t end = k_most;
+  constexpr std::size_t k_max = 160;
+  if (text.size() <= k_max) return text;
+  std::size_t end = k_max;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // no part of a letter
   return text.substr(0, end) + " ...";
 }

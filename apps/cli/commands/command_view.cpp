@@ -152,7 +152,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   constexpr double k_fine_burr = 2;
   choice.smallest_burr = arguments.smallest_burr;
   if (!arguments.smallest_burr && !arguments.burr.is_round)
-    choice.smallest_burr = std::min(2 * arguments.burr.body().least_radius(), k_fine_burr);
+    choice.smallest_burr = std::min(2 * arguments.burr.body().min_radius(), k_fine_burr);
   std::vector<std::string> notices;
   workbench::Listener listener = terminal_listener();
   listener.notice = [&notices, print = listener.notice](const std::string& text) {
@@ -199,8 +199,8 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
     return Error{.what = "recording needs a window",
                  .where = "--record",
                  .expected = "a window",
-                 .remedy = view::has_display() ? "with --screenshot a window needs --seconds"
-                                               : "start it on a display"};
+                 .remedy = view::has_display() ? "pass --seconds too, so that a window opens"
+                                               : "start trephine on a display"};
   auto started = workbench::start_recording(record, operation);
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());

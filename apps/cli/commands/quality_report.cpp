@@ -18,8 +18,8 @@ Json quality_json(const data_tools::ScanQuality& q) {
   add("noise", q.noise);
   json["slice_step_mm"] = q.slice_step;
   add("thinnest_mm", q.thinnest);
-  add("least_wall_mm", q.least_wall);
-  add("least_gap_mm", q.least_gap);
+  add("least_wall_mm", q.min_wall);
+  add("least_gap_mm", q.min_gap);
   return json;
 }
 
@@ -40,19 +40,19 @@ std::string quality_text(const data_tools::ScanQuality& q, bool is_hounsfield, d
           format_text("; slices are %.3g mm apart\n", q.slice_step);
   text += format_text("  solid (from %.0f%s): ", low, unit);
   if (q.thinnest) text += "2 % of its surface has less than " + mm(q.thinnest) + " of it below";
-  if (q.least_wall)
-    text += (q.thinnest ? "; " : "") + std::string("a wall of ") + mm(q.least_wall) +
-            " and more is touched as whole, a gap of " + mm(q.least_gap) + " and more as open";
-  return text + (q.thinnest || q.least_wall ? "\n" : "unknown\n");
+  if (q.min_wall)
+    text += (q.thinnest ? "; " : "") + std::string("a wall of ") + mm(q.min_wall) +
+            " and more is touched as whole, a gap of " + mm(q.min_gap) + " and more as open";
+  return text + (q.thinnest || q.min_wall ? "\n" : "unknown\n");
 }
 
 Status write_quality_chart(const data_tools::ScanQuality& q, const std::string& path) {
   if (q.edge.empty())
-    return Error{.what = "no edge to draw",
+    return Error{.what = "no edge for the chart",
                  .where = "chart",
-                 .found = "no edge is free enough to be measured",
-                 .expected = "some edges",
-                 .remedy = "measure it on the scan itself, with skin and air in it"};
+                 .found = "no edge far enough from others",
+                 .expected = "at least one measurable edge",
+                 .remedy = "pass the whole scan, with skin and air"};
   view::Chart chart;
   chart.title = "edges of the scan, laid over each other";
   chart.x_label = "mm from the edge, inward";

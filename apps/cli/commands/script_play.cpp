@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/view/render_window.h"
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 #include "apps/view/viewport.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
@@ -42,10 +42,10 @@ class ScriptPictures {
     const auto h = static_cast<std::size_t>(request.hand);
     const haptics::ServoRecord& hand = moment.hands[h];
     if (request.has_tool)
-      picture_->show_stylus(hand, view::look_of(moment.engine.now().settings.hands[h].parameters), version,
-                            from_);
+      picture_->show_stylus(hand, view::appearance_of(moment.engine.now().settings.hands[h].parameters),
+                            version, from_);
     else
-      picture_->view().show(view::StylusLook{.is_visible = false});
+      picture_->view().show(view::StylusState{.is_visible = false});
     picture_->show(moment.engine.overlays(), moment.hands);
     picture_->show_text(caption, "");
     picture_->draw();
@@ -164,8 +164,8 @@ Result<PlayedScript> play_script(const ScriptRequest& request) {
 }
 
 Json servo_json(const haptics::ServoReport& servo) {
-  const auto times = [](double p50, double p99, double p999, double most) {
-    return Json{{"p50", p50}, {"p99", p99}, {"p999", p999}, {"max", most}};
+  const auto times = [](double p50, double p99, double p999, double max) {
+    return Json{{"p50", p50}, {"p99", p99}, {"p999", p999}, {"max", max}};
   };
   return {{"ticks", servo.ticks},
           {"step_us", times(servo.step_p50_us, servo.step_p99_us, servo.step_p999_us, servo.step_max_us)},

@@ -32,12 +32,12 @@ Option add_field(Options& options, const sim::Schema& schema, void* object, std:
   for (const sim::Field& candidate : schema.fields) {
     if (candidate.name != field) continue;
     const std::string meaning = std::string(schema.name).append(" ").append(field), help = help_of(candidate);
-    const sim::FieldPlace place = candidate.place(object);
-    if (auto* const* number = std::get_if<double*>(&place))
+    const sim::FieldPointer pointer = candidate.pointer_in(object);
+    if (auto* const* number = std::get_if<double*>(&pointer))
       return options.add(names, **number, help).means(meaning.c_str());
-    if (auto* const* choice = std::get_if<std::uint8_t*>(&place))
+    if (auto* const* choice = std::get_if<std::uint8_t*>(&pointer))
       return options.add(names, **choice, candidate.info.choices, help).means(meaning.c_str());
-    return options.add(names, *std::get<bool*>(place), help).means(meaning.c_str());
+    return options.add(names, *std::get<bool*>(pointer), help).means(meaning.c_str());
   }
   TREPHINE_ASSERT(false);
   return Option(nullptr, nullptr);

@@ -23,10 +23,10 @@ bool intersects(const ImagePlane& plane, const volume::Volume& scan) {
 
 /// Width (mm) of the square around the plane's centre that shows the whole scan, at most 1000.
 double width_of(const ImagePlane& plane, const workbench::Moment& moment) {
-  double most = 0;
+  double half_width = 0;
   const auto add = [&](const dvec3& world) {
     const glm::dvec2 p = plane.from_world(world);
-    most = std::max({most, std::abs(p.x), std::abs(p.y)});
+    half_width = std::max({half_width, std::abs(p.x), std::abs(p.y)});
   };
   for (const dvec3& corner : volume::corners_world(moment.scan->frame, glm::ivec3(0), moment.scan->size - 1))
     add(corner);
@@ -37,7 +37,7 @@ double width_of(const ImagePlane& plane, const workbench::Moment& moment) {
       add(object.place.world_from_local(
           {n & 1 ? high.x : low.x, n & 2 ? high.y : low.y, n & 4 ? high.z : low.z}));
   }
-  return std::min(2 * most, 1000.0);
+  return std::min(2 * half_width, 1000.0);
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ const sim::Schema& Eraser::schema() {
   return table;
 }
 const sim::Schema& LimitEraser::schema() {
-  static constexpr sim::Field fields[] = {field<&LimitEraser::most>(
+  static constexpr sim::Field fields[] = {field<&LimitEraser::max_amount>(
       "most", {.unit = "mm3", .low = 0, .high = 1e6, .help = "that may be erased in all"})};
   static constexpr sim::Schema table{"limit-eraser", 1, fields};
   return table;
@@ -69,7 +69,7 @@ const sim::Schema& EraserTotal::schema() {
   return table;
 }
 const sim::Schema& EraserLimit::schema() {
-  static constexpr sim::Field fields[] = {field<&EraserLimit::most>("most", {.unit = "mm3"})};
+  static constexpr sim::Field fields[] = {field<&EraserLimit::max_amount>("most", {.unit = "mm3"})};
   static constexpr sim::Schema table{"eraser-limit", 1, fields};
   return table;
 }
@@ -90,18 +90,19 @@ std::span<const sim::ValueType* const> EraserModule::events() const {
 /// Called before each command of any module is executed.
 Status EraserModule::allows(const sim::Command& command, const sim::OperationState& now) const {
   if (!command.request.as<Eraser>()) return std::nullopt;
-  const double most = now.persistent_of<EraserLimit>()->most, amount = now.undoable_of<EraserTotal>()->amount;
-  if (amount < most) return std::nullopt;
+  const double max_amount = now.persistent_of<EraserLimit>()->max_amount,
+               amount = now.undoable_of<EraserTotal>()->amount;
+  if (amount < max_amount) return std::nullopt;
   return Error{.what = "the eraser is used up",
                .where = "eraser",
                .found = std::to_string(amount) + " mm3",
-               .expected = "less than " + std::to_string(most) + " mm3",
+               .expected = "less than " + std::to_string(max_amount) + " mm3",
                .remedy = "undo a stroke, or raise its limit"};
 }
 
 void EraserModule::apply(const sim::Command& command, sim::ModuleWork& work) const {
   if (const auto* limit = command.request.as<LimitEraser>())
-    work.change_settings<EraserLimit>().most = limit->most;
+    work.change_settings<EraserLimit>().max_amount = limit->max_amount;
 }
 
 void EraserModule::react(const sim::Event& event, const sim::OperationState&,

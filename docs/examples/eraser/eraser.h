@@ -14,7 +14,7 @@ struct Eraser {
 
 /// Command: sets the total amount from which the eraser is refused.
 struct LimitEraser {
-  double most = 100;  ///< mm3
+  double max_amount = 100;  ///< mm3
   static const sim::Schema& schema();
 };
 
@@ -32,7 +32,7 @@ struct EraserTotal {
 };
 /// Persistent setting, which undo does not change.
 struct EraserLimit {
-  double most = 1e6;  ///< mm3
+  double max_amount = 1e6;  ///< mm3
   static const sim::Schema& schema();
 };
 

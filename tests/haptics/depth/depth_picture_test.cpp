@@ -72,7 +72,7 @@ struct ScreenHand {
     EXPECT_FALSE(method->prepare(scene));
   }
   /// Adopts a picture as a window does, unless it hides the hand.
-  void look(double degrees) {
+  void surface_at(double degrees) {
     const DepthPicture picture = picture_of_ball(degrees, proxy);
     const auto behind = picture.behind(proxy);
     if (!behind || *behind > 1 + 2 * k_pixel) {
@@ -102,7 +102,7 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
     ScreenHand hand(radius);
     const dvec3 out = glm::normalize(dvec3(0.1, 0.2, -1));
     hand.proxy = (k_radius + radius + 3) * out;
-    hand.look(0);
+    hand.surface_at(0);
     for (int i = 0; i < 100; ++i) hand.step((k_radius + radius + 3 - 0.05 * i) * out);
     const dvec3 first = hand.proxy;
     EXPECT_NEAR(glm::length(first), k_radius + radius, 0.02) << radius;
@@ -110,7 +110,7 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
     double worst = 0, leap = 0;
     // A turn of 60 degrees in a second, at 60 pictures per second.
     for (int i = 0; i < 1000; ++i) {
-      if (i % 16 == 0) hand.look(0.06 * i);
+      if (i % 16 == 0) hand.surface_at(0.06 * i);
       const ProxyStep step = hand.step((k_radius + radius - 2) * out);
       ASSERT_TRUE(step.has_contact) << i;
       worst = std::max(worst, std::abs(glm::length(hand.proxy) - k_radius - radius));
@@ -124,7 +124,7 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
     // From behind, the touched side is hidden: its last picture is kept.
     const auto before = hand.seen.depths[0];
     for (int i = 0; i < 100; ++i) {
-      if (i % 16 == 0) hand.look(120 + 0.5 * i);
+      if (i % 16 == 0) hand.surface_at(120 + 0.5 * i);
       ASSERT_TRUE(hand.step((k_radius + radius - 2) * out).has_contact) << i;
     }
     EXPECT_EQ(hand.hidden, 7);
@@ -137,13 +137,13 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
 TEST(DepthPicture, NoSurfaceIsPassedThrough) {
   ScreenHand hand(0);
   hand.proxy = {0, 0, -k_radius - 4};
-  hand.look(0);
+  hand.surface_at(0);
   double deepest = 0;
   long in_contact = 0;
   for (int i = 0; i < 4000; ++i) {
     const double a = 0.011 * i, b = 0.037 * i;
     const dvec3 hip(6 * std::sin(a), 5 * std::sin(b), -k_radius + 4 * std::sin(0.05 * i));
-    if (i % 50 == 0) hand.look(5 * std::sin(0.001 * i));
+    if (i % 50 == 0) hand.surface_at(5 * std::sin(0.001 * i));
     in_contact += hand.step(hip).has_contact;
     deepest = std::max(deepest, k_radius - glm::length(hand.proxy));
   }

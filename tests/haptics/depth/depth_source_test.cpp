@@ -141,12 +141,12 @@ TEST(DepthSource, PredictsRigidMotion) {
   view.interval = 0.01;
   const DepthSet set = model->draw(view).value();
   EXPECT_LT(set.slack, 1e-7);
-  EXPECT_TRUE(set.goes_on);
+  EXPECT_TRUE(set.has_successor);
   const Placement then = set.displacement_at(0.01);
   for (std::size_t i = 0; i < m.vertices.size(); i += 17)
     EXPECT_LT(glm::length(then.world_from_local(m.vertices[i]) - keys.keys[1][i]), 1e-7) << i;
   EXPECT_LT(glm::length(set.displacement_at(0).world_from_local({1, 2, 3}) - dvec3(1, 2, 3)), 1e-12);
-  EXPECT_FALSE(model->draw({view.middle, view.touch, 20, 0.2, 0.01, 0.01}).value().goes_on);
+  EXPECT_FALSE(model->draw({view.middle, view.touch, 20, 0.2, 0.01, 0.01}).value().has_successor);
   // A swelling model does not move rigidly: the slack (mm) is reported.
   for (std::size_t i = 0; i < m.vertices.size(); ++i) keys.keys[1][i] = 1.1 * m.vertices[i];
   EXPECT_GT(DepthModel::of(keys).value()->draw(view).value().slack, 0.01);
@@ -256,8 +256,8 @@ TEST(DepthStream, SourcesAgree) {
     const DepthSource* sources[] = {stream.get(), model.get()};
     for (int k = 0; k < 2; ++k) {
       const DepthSet set = sources[k]->draw(view).value();
-      int looked = 0;
-      ASSERT_TRUE(set.tree->cast(middle + 32.5 * out, middle + 27.5 * out, true, false, hits[k], looked))
+      int visited = 0;
+      ASSERT_TRUE(set.tree->cast(middle + 32.5 * out, middle + 27.5 * out, true, false, hits[k], visited))
           << n << k;
     }
     EXPECT_NEAR(5 * hits[0].t, 5 * hits[1].t, 0.03) << n;

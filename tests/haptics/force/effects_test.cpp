@@ -189,7 +189,7 @@ TEST(Effects, ErrorsOfUnknownWordsListTheKnownOnes) {
   }
   EXPECT_NE(parse_effect("hum").error().message().find("texture"), std::string::npos);
   LawSet laws;
-  for (std::uint32_t i = 0; i < LawSet::k_most; ++i) EXPECT_FALSE(laws.add(law_of("viscous", i)).has_value());
+  for (std::uint32_t i = 0; i < LawSet::k_max; ++i) EXPECT_FALSE(laws.add(law_of("viscous", i)).has_value());
   EXPECT_TRUE(laws.add(law_of("viscous", 100)).has_value());
   LawSet twice;
   EXPECT_FALSE(twice.add(law_of("viscous", 3)).has_value());

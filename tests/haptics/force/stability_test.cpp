@@ -103,7 +103,7 @@ TEST(Stability, AnHourOfContactDoesNotDriftAndGivesTheSameBitsOnEveryCompiler) {
   EXPECT_GT(soak.contacts, soak.steps / 4);
   EXPECT_LT(soak.drift_mm, 1e-9);
   EXPECT_GT(soak.frictionless_contacts, soak.frictionless_steps / 4);
-  EXPECT_LT(soak.most_generated, 0.02);  // the energy of one step: 0.5 N/mm x 2 mm x 0.02 mm
+  EXPECT_LT(soak.max_generated, 0.02);  // the energy of one step: 0.5 N/mm x 2 mm x 0.02 mm
   EXPECT_EQ(soak.early_hash, scenes::golden("soak, its first minute"));
   if (is_whole) {
     EXPECT_EQ(soak.hash, scenes::golden("soak, its hour"));
@@ -140,18 +140,18 @@ TEST(Stability, EnergyIsBoundedInsideTheBoundAndHeldByTheControllerBeyond) {
     EXPECT_GT(row.contact_share, 0.05);  // beyond the bound it chatters
     if (row.delay_ticks == 0 && row.stiffness_over_bound < 1) {
       EXPECT_GE(row.balance_without, -1e-6);
-      EXPECT_LE(row.most_generated, row.one_step_without);
+      EXPECT_LE(row.max_generated, row.one_step_without);
       step_inside = row.one_step_without;
     }
     // Planted fault: beyond the bound, and with delay, energy is generated without the controller.
     if (row.stiffness_over_bound > (row.delay_ticks > 0 ? 0.8 : 2)) {
-      EXPECT_GT(row.most_generated, 10 * step_inside);
+      EXPECT_GT(row.max_generated, 10 * step_inside);
       EXPECT_LT(row.balance_without, -2);
     }
     // With it, at most the energy of one step, which with delayed forces may be detected a little late.
-    EXPECT_LT(row.most_generated_with, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
+    EXPECT_LT(row.max_generated_with, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
     if (row.delay_ticks == 0) {
-      EXPECT_LT(row.most_generated_with, 1.5 * step_inside);
+      EXPECT_LT(row.max_generated_with, 1.5 * step_inside);
       EXPECT_GE(row.balance_with, -1e-6);
     }
     // The surface is still there.

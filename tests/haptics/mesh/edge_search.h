@@ -12,7 +12,7 @@ namespace trephine::haptics {
 
 /// Length by Dijkstra's search over several points of each edge, all of a triangle's joined: never shorter
 /// than the shortest line, and close to it.
-inline double searched(const Surface& surface, const Surface::Place& from, const Surface::Place& to) {
+inline double searched(const Surface& surface, const Surface::Point& from, const Surface::Point& to) {
   constexpr int k_points = 7;
   const auto& triangles = surface.triangles();
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> edges;

@@ -58,15 +58,15 @@ TEST(MeshTree, FindsTheFirstTriangleOfABruteForceSearch) {
         nearest = std::min(nearest, t);
     }
     FacetHit hit;
-    int looked = 0;
-    const bool is_hit = tree.cast(a, b, is_front, is_back, hit, looked);
+    int visited = 0;
+    const bool is_hit = tree.cast(a, b, is_front, is_back, hit, visited);
     ASSERT_EQ(is_hit, nearest <= 1);
     if (is_hit) {
       ASSERT_EQ(hit.t, nearest);
       ASSERT_LE(glm::dot(hit.normal_world, b - a), 0);
       ++hits;
     }
-    looked_all += looked;
+    looked_all += visited;
   }
   EXPECT_GT(hits, 500);
   EXPECT_LT(looked_all / 4000, 300);
@@ -76,7 +76,7 @@ TEST(MeshTree, FindsTheFirstTriangleOfABruteForceSearch) {
 TEST(MeshTree, IsWatertightAtEdgesAndVerticesAtAnyScale) {
   for (const double scale : {1.0, 1e-3, 50.0}) {
     const MeshTree tree = ball(60, 10 * scale);
-    int looked = 0;
+    int visited = 0;
     for (std::uint64_t n = 0; n < 20000; ++n) {
       // Toward vertices and midpoints of edges for half of the rays, anywhere for the others.
       const double i = n % 2 ? 60 * random(3 * n) : std::floor(120 * random(3 * n)) / 2,
@@ -84,10 +84,10 @@ TEST(MeshTree, IsWatertightAtEdgesAndVerticesAtAnyScale) {
       const double a = 3.14159265358979323846 * i / 60, b = 3.14159265358979323846 * j / 60;
       const dvec3 u(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
       FacetHit hit;
-      ASSERT_TRUE(tree.cast(12 * scale * u, dvec3(0), true, false, hit, looked)) << n << " " << scale;
+      ASSERT_TRUE(tree.cast(12 * scale * u, dvec3(0), true, false, hit, visited)) << n << " " << scale;
       ASSERT_NEAR(hit.t, 2.0 / 12, 0.01);
-      ASSERT_FALSE(tree.cast(dvec3(0), 12 * scale * u, true, false, hit, looked));
-      ASSERT_TRUE(tree.cast(dvec3(0), 12 * scale * u, false, true, hit, looked));
+      ASSERT_FALSE(tree.cast(dvec3(0), 12 * scale * u, true, false, hit, visited));
+      ASSERT_TRUE(tree.cast(dvec3(0), 12 * scale * u, false, true, hit, visited));
     }
   }
 }
@@ -114,11 +114,11 @@ TEST(MeshTree, NothingFallsIntoABallWithTenMicrometreEdgesOrAMovedOne) {
                 std::sin(0.023 * static_cast<double>(n) + 1.6));
       ProxyStep step;
       PathFacets facets;
-      int looked = 0;
+      int visited = 0;
       move_god_object(
           frame, hip, proxy, tree.gap(),
           [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
-            return tree.cast(a, b, true, false, hit, looked);
+            return tree.cast(a, b, true, false, hit, visited);
           },
           facets, step);
       proxy = step.path_volume[static_cast<std::size_t>(step.waypoint_count - 1)];

@@ -36,8 +36,8 @@ Surface net_of(const ivec3& size, const dvec3& mm, const std::function<double(co
   for (const glm::vec3& p : net.vertices.span()) vertices.push_back(v.frame.world_from_volume(dvec3(p)));
   return {vertices, {net.triangles.span().begin(), net.triangles.span().end()}};
 }
-Surface::Place on(const Surface& surface, const dvec3& p) {
-  Surface::Place place;
+Surface::Point on(const Surface& surface, const dvec3& p) {
+  Surface::Point place;
   EXPECT_TRUE(surface.nearest(p, place));
   return place;
 }
@@ -82,7 +82,7 @@ TEST(SurfaceLine, OnBumpsEqualsASearch) {
   double worst = 0;
   for (std::uint64_t n = 0; n < 10; ++n) {
     const auto at = [n](std::uint64_t k) { return number(80 * n + k) - 0.5; };
-    const Surface::Place a = on(bumps, 16.0 * glm::normalize(dvec3(at(0), at(1), at(2)))),
+    const Surface::Point a = on(bumps, 16.0 * glm::normalize(dvec3(at(0), at(1), at(2)))),
                          b = on(bumps, 16.0 * glm::normalize(dvec3(at(3), at(4), at(5))));
     const double result = length_of(surface_line(bumps, a, b)), is = searched(bumps, a, b);
     worst = std::max(worst, result / is - 1);
@@ -126,9 +126,9 @@ TEST(SurfaceLine, BetweenDisconnectedPartsIsEmpty) {
   EXPECT_GT(places[0].at.x, 6);
   EXPECT_GT(places[1].at.x, 6);
   EXPECT_FALSE(surface_line(two, places[0], places[1]).empty());
-  const Surface::Place here = on(two, {23, 0, 0});
+  const Surface::Point here = on(two, {23, 0, 0});
   EXPECT_EQ(length_of(surface_line(two, here, here)), 0);
-  Surface::Place nowhere;
+  Surface::Point nowhere;
   EXPECT_FALSE(Surface({}, {}).nearest({0, 0, 0}, nowhere));
 }
 

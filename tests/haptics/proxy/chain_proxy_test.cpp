@@ -229,7 +229,7 @@ TEST(ChainProxy, GivesNoEnergyOnClosedPaths) {
   ASSERT_FALSE(method.prepare(scene));
   const auto seen = seen_by(scene, method);
   ServoCore core({}, 1e-3);
-  double most_torque = 0;
+  double max_torque = 0;
   long contacts = 0;
   for (int i = 0; i <= 12000; ++i) {
     const double a = 2 * 3.14159265358979 * i / 2000;
@@ -238,11 +238,11 @@ TEST(ChainProxy, GivesNoEnergyOnClosedPaths) {
     pose.orientation = turn({0.3 * std::sin(2 * a), 0.3 * std::cos(a) - 0.3, 0.2 * std::sin(a)});
     const ServoRecord r = core.step(*seen, {.pose = pose});
     contacts += r.has_contact;
-    most_torque = std::max(most_torque, glm::length(r.torque_world));
+    max_torque = std::max(max_torque, glm::length(r.torque_world));
     ASSERT_EQ(r.faults & k_latched_faults, 0u);
   }
   EXPECT_GT(contacts, 3000);
-  EXPECT_GT(most_torque, 5);
+  EXPECT_GT(max_torque, 5);
   const EnergyLedger& energy = core.energy();
   EXPECT_LT(energy.contact + energy.turning, 0.5) << energy.contact << ' ' << energy.turning;
 }

@@ -424,7 +424,7 @@ TEST(SceneProxy, AHundredShapesOutOfReachAreNotSearched) {
     ASSERT_EQ(b.counters.triangles, 0);
   }
   EXPECT_TRUE(all.state.around.nearby.contains(0));
-  EXPECT_EQ(all.state.around.nearby.next(1), ShapeSet::k_most);
+  EXPECT_EQ(all.state.around.nearby.next(1), ShapeSet::k_max);
   many.items.resize(29 + 100, many.items[1]);
   EXPECT_TRUE(make_method("scene").value()->prepare(many).has_value());  // 129
 }

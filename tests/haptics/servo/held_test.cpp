@@ -86,7 +86,7 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
   // No object is held: poses are not recorded.
   const HandPlacements none;
   for (ServoCore& core : cores) core.step(lies, {.pose = second, .places = &none});
-  EXPECT_FALSE(cores[0].place_before(1 << 20) || cores[1].place_before(1 << 20));
+  EXPECT_FALSE(cores[0].pose_before(1 << 20) || cores[1].pose_before(1 << 20));
 }
 
 TEST(Held, AFaultOfTheHolderLeavesTheObjectInPlace) {
@@ -98,8 +98,8 @@ TEST(Held, AFaultOfTheHolderLeavesTheObjectInPlace) {
   for (int i = 0; i < 5; ++i) core.step(held, {.pose = second});
   for (int i = 0; i < 3; ++i) {
     core.step(held, {.pose = {{std::nan(""), 0, 0}}});
-    ASSERT_TRUE(core.place_before(core.next_tick()));
-    EXPECT_EQ(core.place_before(core.next_tick())->position_world, second.position_world);
+    ASSERT_TRUE(core.pose_before(core.next_tick()));
+    EXPECT_EQ(core.pose_before(core.next_tick())->position_world, second.position_world);
   }
 }
 

@@ -1,5 +1,5 @@
-// ToolLook: a tool is drawn with its cutting shape in every window.
-#include "apps/view/tool_look.h"
+// ToolAppearance: a tool is drawn with its cutting shape in every window.
+#include "apps/view/tool_appearance.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -15,7 +15,7 @@ namespace {
 using drilling::Burr;
 using drilling::Shape;
 
-TEST(ToolLook, IsAsLargeAsTheCuttingBody) {
+TEST(ToolAppearance, IsAsLargeAsTheCuttingBody) {
   for (const Shape shape : {Shape::sphere, Shape::cylinder, Shape::barrel, Shape::match_head})
     for (const double diameter : {0.5, 4.0, 7.0})
       for (const double length : {0.0, 11.0}) {
@@ -23,11 +23,11 @@ TEST(ToolLook, IsAsLargeAsTheCuttingBody) {
         Burr burr{.diameter = diameter, .shape = shape};
         burr.length = length;
         const volume::ToolBody body = burr.body();
-        const ToolLook look = look_of(burr);
-        ASSERT_EQ(look.parts.size(), 1u);
-        EXPECT_EQ(look.is_ball, shape == Shape::sphere);
-        EXPECT_DOUBLE_EQ(look.radius, 0.5 * diameter);
-        const std::vector<glm::dvec2>& profile = look.parts[0].profile;
+        const ToolAppearance tool = appearance_of(burr);
+        ASSERT_EQ(tool.parts.size(), 1u);
+        EXPECT_EQ(tool.is_ball, shape == Shape::sphere);
+        EXPECT_DOUBLE_EQ(tool.radius, 0.5 * diameter);
+        const std::vector<glm::dvec2>& profile = tool.parts[0].profile;
         double low = 1e9, high = -1e9;
         for (const glm::dvec2& p : profile) {
           EXPECT_NEAR(body.distance(p.x, p.y), 0, 0.02 * diameter)
@@ -37,20 +37,20 @@ TEST(ToolLook, IsAsLargeAsTheCuttingBody) {
         }
         EXPECT_NEAR(low, body.low(), 1e-6);
         EXPECT_NEAR(high, body.high(), 1e-6);
-        EXPECT_LE(look.shaft_from, body.high() + 1e-6);  // no gap
+        EXPECT_LE(tool.shaft_from, body.high() + 1e-6);  // no gap
       }
 }
 
-TEST(ToolLook, ShowsFootJawsAndTheDrillAhead) {
+TEST(ToolAppearance, ShowsFootJawsAndTheDrillAhead) {
   const drilling::Craniotome craniotome;
-  const ToolLook saw = look_of(craniotome);
+  const ToolAppearance saw = appearance_of(craniotome);
   ASSERT_EQ(saw.parts.size(), 2u);
   EXPECT_NEAR(saw.shaft_from, craniotome.length, 1e-9);
   EXPECT_LT(saw.parts[1].profile.front().x, -0.5);  // below the held point
   EXPECT_NEAR(saw.parts[1].profile[1].y, 0.5 * craniotome.foot, 1e-9);
 
   const drilling::Perforator perforator;
-  const ToolLook drill = look_of(perforator);
+  const ToolAppearance drill = appearance_of(perforator);
   ASSERT_EQ(drill.parts.size(), 2u);
   EXPECT_NEAR(drill.parts[0].profile.front().x, -0.5 * perforator.inner, 1e-9);
   EXPECT_NEAR(drill.parts[1].profile.front().x - drill.parts[0].profile.front().x, perforator.lead, 1e-9);
@@ -58,7 +58,7 @@ TEST(ToolLook, ShowsFootJawsAndTheDrillAhead) {
 
   for (const rongeur::Kind kind : {rongeur::Kind::rongeur, rongeur::Kind::kerrison}) {
     const rongeur::Rongeur tool{.kind = kind};
-    const ToolLook jaws = look_of(tool);
+    const ToolAppearance jaws = appearance_of(tool);
     EXPECT_FALSE(jaws.is_ball);
     // Between the jaws only rods are drawn.
     const ToolPart &one = jaws.parts[0], &other = jaws.parts[kind == rongeur::Kind::kerrison ? 1 : 2];
@@ -70,7 +70,7 @@ TEST(ToolLook, ShowsFootJawsAndTheDrillAhead) {
     EXPECT_NEAR(gap, tool.opening, 1e-9);
     EXPECT_NEAR(one.profile[1].y, 0.5 * tool.width, 1e-9);
   }
-  EXPECT_TRUE(look_of({}).parts.empty());
+  EXPECT_TRUE(appearance_of({}).parts.empty());
 }
 
 }  // namespace

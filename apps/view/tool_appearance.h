@@ -1,4 +1,4 @@
-// ToolLook: appearance of a tool, derived from the table of its parameters.
+// ToolAppearance: appearance of a tool, derived from the table of its parameters.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -20,7 +20,7 @@ struct ToolPart {
 };
 
 /// Appearance of a tool, in the frame of the hand: the origin is the held point, z points along the shaft.
-struct ToolLook {
+struct ToolAppearance {
   std::vector<ToolPart> parts;
   double radius = 0;          ///< half of the cutter's diameter or of the jaws' width, mm
   bool is_ball = true;        ///< a ball held at its centre, which looks the same in every orientation
@@ -32,8 +32,8 @@ struct ToolLook {
 /// Derives the look from the fields "diameter", "shape" (sphere, cylinder, barrel, match-head) and "length";
 /// a "foot" adds a foot below the bit, "inner" and "lead" a drill ahead of it; "width", "opening" and "jaw"
 /// give two jaws. Without these fields the tool is a fine tip of radius 0 without parts.
-ToolLook look_of(const sim::Value& parameters);
-ToolLook ball_look(double radius);
+ToolAppearance appearance_of(const sim::Value& parameters);
+ToolAppearance ball_appearance(double radius);
 /// Half of the field "diameter", mm; 0 without that field.
 double drawn_radius(const sim::Value& parameters);
 /// Changes the first number field by 0.5 of its unit per step, within its range. Returns false if there is no

@@ -1,4 +1,4 @@
-#include "apps/view/tool_look.h"
+#include "apps/view/tool_appearance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,12 +19,12 @@ struct Fields {
   explicit Fields(const sim::Value& tool) {
     if (tool.is_empty()) return;
     for (const sim::Field& field : tool.schema().fields) {
-      // place() takes a mutable struct; nothing is written here.
-      const auto place = field.place(const_cast<void*>(tool.data()));
-      if (auto* const* number = std::get_if<double*>(&place))
+      // pointer_in() takes a mutable struct; nothing is written here.
+      const auto pointer = field.pointer_in(const_cast<void*>(tool.data()));
+      if (auto* const* number = std::get_if<double*>(&pointer))
         for (const auto& [name, value] : numbers)
           if (name == field.name) *value = **number;
-      if (auto* const* choice = std::get_if<std::uint8_t*>(&place);
+      if (auto* const* choice = std::get_if<std::uint8_t*>(&pointer);
           choice && **choice < field.info.choices.size()) {
         if (field.name == "shape") shape = field.info.choices[**choice];
         if (field.name == "kind") kind = field.info.choices[**choice];
@@ -100,81 +100,81 @@ ToolPart between_balls(double radius, double end, double top) {
 
 double drawn_radius(const sim::Value& parameters) { return 0.5 * Fields(parameters).diameter; }
 
-ToolLook ball_look(double radius) {
-  ToolLook look;
-  look.radius = radius;
-  look.shaft_radius = 0.45 * radius;
-  look.parts.push_back(ball_to(radius, radius));
-  return look;
+ToolAppearance ball_appearance(double radius) {
+  ToolAppearance tool;
+  tool.radius = radius;
+  tool.shaft_radius = 0.45 * radius;
+  tool.parts.push_back(ball_to(radius, radius));
+  return tool;
 }
 
-ToolLook look_of(const sim::Value& parameters) {
+ToolAppearance appearance_of(const sim::Value& parameters) {
   const Fields f(parameters);
-  ToolLook look;
-  const double radius = look.radius = 0.5 * f.diameter;
+  ToolAppearance tool;
+  const double radius = tool.radius = 0.5 * f.diameter;
   if (f.width > 0 && f.opening > 0 && f.jaw > 0) {
-    const double half_width = look.radius = 0.5 * f.width;
-    look.is_ball = false;
-    look.shaft_radius = std::max(0.6, 0.35 * half_width);
+    const double half_width = tool.radius = 0.5 * f.width;
+    tool.is_ball = false;
+    tool.shaft_radius = std::max(0.6, 0.35 * half_width);
     if (f.kind == "kerrison") {
-      look.parts = {
+      tool.parts = {
           disc(-f.jaw, 0, half_width), disc(f.opening, f.opening + 2 * f.jaw, half_width),
-          rod({-half_width, 0, -f.jaw}, {-half_width, 0, f.opening + 4 * f.jaw}, 0.45 * look.shaft_radius)};
-      look.shaft_from = f.opening + 2 * f.jaw;
-      look.foot = {.kind = FootTool::Kind::kerrison,
+          rod({-half_width, 0, -f.jaw}, {-half_width, 0, f.opening + 4 * f.jaw}, 0.45 * tool.shaft_radius)};
+      tool.shaft_from = f.opening + 2 * f.jaw;
+      tool.foot = {.kind = FootTool::Kind::kerrison,
                    .radius = half_width,
                    .thickness = f.jaw,
                    .opening = f.opening,
                    .jaw = f.jaw};
-      return look;
+      return tool;
     }
-    look.shaft_from = half_width + 2 * f.opening;
+    tool.shaft_from = half_width + 2 * f.opening;
     for (const double side : {-1.0, 1.0}) {
       ToolPart cup = disc(0, f.jaw, half_width);
       cup.at = {0.5 * side * f.opening, 0, -half_width};
       cup.along = {side, 0, 0};
-      look.parts.push_back(cup);
-      look.parts.push_back(rod({0.5 * side * (f.opening + f.jaw), 0, -0.5 * half_width},
-                               {0, 0, look.shaft_from}, 0.6 * look.shaft_radius));
+      tool.parts.push_back(cup);
+      tool.parts.push_back(rod({0.5 * side * (f.opening + f.jaw), 0, -0.5 * half_width},
+                               {0, 0, tool.shaft_from}, 0.6 * tool.shaft_radius));
     }
-    return look;
+    return tool;
   }
-  if (radius <= 0) return look;
-  look.shaft_radius = std::min(0.5 * radius, 1.2);
+  if (radius <= 0) return tool;
+  tool.shaft_radius = std::min(0.5 * radius, 1.2);
   if (f.inner > 0) {
     const double tip = 0.5 * f.inner, begin = f.lead - tip;
-    look.parts = {ball_to(tip, begin), disc(begin, begin + f.diameter, radius, false)};
-    look.shaft_from = begin + f.diameter;
-    look.shaft_radius = 0.4 * radius;
+    tool.parts = {ball_to(tip, begin), disc(begin, begin + f.diameter, radius, false)};
+    tool.shaft_from = begin + f.diameter;
+    tool.shaft_radius = 0.4 * radius;
   } else if (f.foot > 0) {
     constexpr double k_foot_thickness = 0.8;
-    look.parts = {drum(radius, radius, f.length), disc(-k_foot_thickness, 0, 0.5 * f.foot, false)};
-    look.shaft_from = f.length;
-    look.shaft_radius = 1.6 * radius;
-    look.foot = {.kind = FootTool::Kind::craniotome,
+    tool.parts = {drum(radius, radius, f.length), disc(-k_foot_thickness, 0, 0.5 * f.foot, false)};
+    tool.shaft_from = f.length;
+    tool.shaft_radius = 1.6 * radius;
+    tool.foot = {.kind = FootTool::Kind::craniotome,
                  .radius = 0.5 * f.foot,
                  .thickness = k_foot_thickness,
                  .bit = radius,
                  .length = f.length};
   } else if (f.shape == "cylinder" || f.shape == "barrel") {
     const bool is_barrel = f.shape == "barrel";
-    look.shaft_from = f.length > 0 ? f.length : (is_barrel ? 2.4 : 3) * radius;
-    look.parts = {drum(radius, is_barrel ? 0.75 * radius : radius, look.shaft_from)};
+    tool.shaft_from = f.length > 0 ? f.length : (is_barrel ? 2.4 : 3) * radius;
+    tool.parts = {drum(radius, is_barrel ? 0.75 * radius : radius, tool.shaft_from)};
   } else if (f.shape == "match-head") {
-    look.shaft_from = (f.length > 0 ? f.length : 3 * radius) - radius;
-    look.parts = {between_balls(radius, 0.6 * radius, look.shaft_from)};
+    tool.shaft_from = (f.length > 0 ? f.length : 3 * radius) - radius;
+    tool.parts = {between_balls(radius, 0.6 * radius, tool.shaft_from)};
   } else {
-    return ball_look(radius);
+    return ball_appearance(radius);
   }
-  look.is_ball = false;
-  return look;
+  tool.is_ball = false;
+  return tool;
 }
 
 bool step_first_number(sim::Value& parameters, int steps) {
   if (parameters.is_empty()) return false;
   for (const sim::Field& field : parameters.schema().fields) {
-    const auto place = field.place(parameters.data());
-    if (auto* const* number = std::get_if<double*>(&place)) {
+    const auto pointer = field.pointer_in(parameters.data());
+    if (auto* const* number = std::get_if<double*>(&pointer)) {
       **number = std::clamp(**number + 0.5 * steps, std::max(0.5, field.info.low), field.info.high);
       return true;
     }
