@@ -26,6 +26,7 @@ const std::map<std::string, std::set<std::string>> k_apps_may_use{
     {"workbench", {}},
     {"c_api", {"workbench"}},
     {"imaging", {"workbench"}},
+    {"api", {"imaging", "workbench"}},
     {"view", {"imaging", "workbench"}},
     {"window", {"view", "imaging", "workbench"}},
     {"bench", {"verify", "cli", "view", "imaging", "workbench"}},

@@ -10,6 +10,7 @@ cmake -S "$source/tests/package/outside" -B "$scratch/outside" -DCMAKE_PREFIX_PA
 cmake --build "$scratch/outside" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
 env -u LD_LIBRARY_PATH "$scratch/outside/outside"
 env -u LD_LIBRARY_PATH "$scratch/outside/drill" | tail -1
+env -u LD_LIBRARY_PATH "$scratch/outside/drill_head" | tail -1
 for file in bin/trephine share/man/man1/trephine.1.gz share/man/man1/trephine-drill.1.gz lib/udev/rules.d/60-trephine.rules \
   share/bash-completion/completions/trephine; do
   [ -s "$scratch/prefix/$file" ] || { echo "missing: $file"; exit 1; }
