@@ -18,8 +18,9 @@ namespace {
 constexpr const char* k_where = "operation";
 
 Touch touch_of(const haptics::ServoRecord& record) noexcept {
-  return {record.proxy_world, record.normal_world, record.force_world, record.torque_world,
-          record.has_contact, record.shape,        record.faults};
+  return {record.proxy_world,  record.normal_world, record.force_world,
+          record.torque_world, record.has_contact,  record.side == haptics::Side::back,
+          record.shape,        record.faults};
 }
 
 sim::HandSpec spec_of(const Hand& hand) {
@@ -152,6 +153,11 @@ struct Operation::Data {
     return std::move(outcome.refused);
   }
 };
+
+Status load_module(const std::string& path) {
+  const auto loaded = modules::load_module(path);
+  return loaded ? std::nullopt : Status(loaded.error());
+}
 
 Operation::Operation(std::unique_ptr<Data> data) noexcept : data_(std::move(data)) {}
 Operation::Operation(Operation&&) noexcept = default;
@@ -353,6 +359,8 @@ Status Operation::verify() {
 
 bool Operation::is_whole() const noexcept { return data_->session && data_->session->reader->end(); }
 
+bool Operation::is_recorded() const noexcept { return data_->session != nullptr; }
+bool Operation::is_read_only() const noexcept { return is_recorded() || data_->has_ended; }
 std::uint64_t Operation::tick() const noexcept { return data_->engine().now().next_tick; }
 std::uint64_t Operation::tick_count() const noexcept {
   return data_->session ? data_->session->reader->tick_count() : tick();

@@ -66,8 +66,9 @@ struct Touch {
   glm::dvec3 force_world{0.0};   ///< N, for the device: finite, limited, slew-limited
   glm::dvec3 torque_world{0.0};  ///< N mm
   bool has_contact = false;
-  int item = -1;             ///< index of the touched structure; -1 without contact
-  std::uint32_t faults = 0;  ///< latched until reset(); the force is 0 meanwhile
+  bool is_from_inside = false;  ///< touches the back of a surface, from within the solid
+  int item = -1;                ///< index of the touched structure; -1 without contact
+  std::uint32_t faults = 0;     ///< latched until reset(); the force is 0 meanwhile
 };
 
 /// Triangles in the world frame, mm, counter-clockwise as viewed from outside.
@@ -105,6 +106,10 @@ struct XrayPose {
 struct VoxelRange {
   glm::ivec3 low{0}, high{-1};  ///< both included
 };
+
+/// Loads a module of a shared library (docs/how-to/add-a-module.md), for operations that are opened
+/// afterwards. Call before other threads open operations.
+Status load_module(const std::string& path);
 
 /// Owns all that it needs. For one thread at a time; operations share no changing data. Equal input gives
 /// equal bits on every machine. A moved-from operation can only be destroyed or assigned to. A query by index
@@ -160,6 +165,8 @@ class Operation {
   bool is_whole() const noexcept;
 
   // ---- state ----
+  bool is_recorded() const noexcept;          ///< from reopen()
+  bool is_read_only() const noexcept;         ///< recorded, or ended
   std::uint64_t tick() const noexcept;        ///< number of executed ticks
   std::uint64_t tick_count() const noexcept;  ///< number of recorded ticks; of open(): tick()
   std::size_t hand_count() const noexcept;

@@ -23,7 +23,8 @@ std::string read(const fs::path& path) {
 /// The headers that a CMakeLists.txt names as HEADERS or FRONT; `folder` is its own.
 std::set<std::string> headers_in(const std::string& cmake, const std::string& folder) {
   std::set<std::string> all;
-  static const std::regex list(R"(\b(?:HEADERS|FRONT)\b([^)]*?)(?=\b(SOURCES|HEADERS|FRONT|USES|LINKS|PACKAGE)\b|\)))");
+  static const std::regex list(
+      R"(\b(?:HEADERS|FRONT)\b([^)]*?)(?=\b(SOURCES|HEADERS|FRONT|USES|LINKS|PACKAGE)\b|\)))");
   for (std::sregex_iterator it(cmake.begin(), cmake.end(), list), end; it != end; ++it) {
     std::istringstream names((*it)[1]);
     for (std::string name; names >> name;) all.insert(folder + "/" + name);
@@ -88,6 +89,15 @@ TEST(House, ThePublicListFindsWhatIsPrivate) {
   EXPECT_NE(fault("a/one.h", "a/own.h", all_public, library_of), "");
   EXPECT_NE(fault("b/z.cpp", "a/own.h", all_public, library_of), "");
   EXPECT_NE(fault("apps/z.cpp", "a/own.h", all_public, library_of), "");
+}
+
+TEST(House, VersionOfModulesIsThatOfTheProject) {
+  const fs::path root = TREPHINE_SOURCE_DIR;
+  std::smatch project, module;
+  const std::string cmake = read(root / "CMakeLists.txt"), header = read(root / "sim/api/module_export.h");
+  ASSERT_TRUE(std::regex_search(cmake, project, std::regex(R"(project\(trephine VERSION ([0-9.]+))")));
+  ASSERT_TRUE(std::regex_search(header, module, std::regex(R"re(k_version = "([0-9.]+)")re")));
+  EXPECT_EQ(project[1], module[1]);
 }
 
 /// Returns true if the comment at the head of a file explains why it is "one file".
