@@ -32,11 +32,12 @@ add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>)
 # An installed program finds its libraries by a path relative to itself, at any prefix.
 set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR};$ORIGIN")
 
-# trephine_library(NAME SOURCES ... [HEADERS ...] [USES public targets] [LINKS private targets] [PACKAGE library|command])
+# trephine_library(NAME SOURCES ... [HEADERS ...] [FRONT ...] [USES public targets] [LINKS private targets] [PACKAGE library|command])
 # With PACKAGE it is installed: shared (unless BUILD_SHARED_LIBS is off), with its HEADERS, which are public, in the package dev.
+# FRONT headers are public too, and included as <trephine/HEADER>, here and installed.
 # Other headers are the library's own: a test reads these lists.
 function(trephine_library name)
-  cmake_parse_arguments(arg "" "PACKAGE" "SOURCES;HEADERS;USES;LINKS" ${ARGN})
+  cmake_parse_arguments(arg "" "PACKAGE" "SOURCES;HEADERS;FRONT;USES;LINKS" ${ARGN})
   if(arg_PACKAGE)
     add_library(trephine_${name} ${arg_SOURCES})
   else()
@@ -53,6 +54,14 @@ function(trephine_library name)
   target_include_directories(trephine_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/trephine>)
   target_link_libraries(trephine_${name} PUBLIC ${arg_USES} PRIVATE $<BUILD_INTERFACE:trephine_flags> ${arg_LINKS})
+  if(arg_FRONT)
+    file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+    foreach(header ${arg_FRONT})
+      file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/include/trephine/${header} CONTENT "#include \"${folder}/${header}\"\n")
+    endforeach()
+    target_include_directories(trephine_${name} PUBLIC
+      $<BUILD_INTERFACE:${CMAKE_CURRENT_BINARY_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  endif()
   if(arg_PACKAGE)
     install(TARGETS trephine_${name} EXPORT trephine-${name}
       LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${arg_PACKAGE} NAMELINK_COMPONENT dev
@@ -62,6 +71,9 @@ function(trephine_library name)
     foreach(header ${arg_HEADERS})
       cmake_path(GET header PARENT_PATH within)
       install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trephine/${folder}/${within} COMPONENT dev)
+    endforeach()
+    foreach(header ${arg_FRONT})
+      install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trephine COMPONENT dev)
     endforeach()
   endif()
 endfunction()

@@ -1,138 +1,135 @@
-#include "apps/c_api/operation.h"
-
+// Functions of operations of the C interface.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <glm/geometric.hpp>
 #include <optional>
 
-#include "haptics/c_api/c_parts.h"
-#include "modules/catalogue.h"
-#include "sim/drivers/lockstep.h"
-#include "sim/drivers/replay.h"
-#include "volume/cuts/operated_volume.h"
+#include "apps/c_api/c_parts.h"
 
 using namespace trephine;
-using haptics::c_api::bad;
-using haptics::c_api::fail;
-using haptics::c_api::guarded;
+using c_api::bad;
+using c_api::fail;
+using c_api::guarded;
 
-/// An operation that is driven by its caller (`run`), or by a file (`replay`).
+/// An operation with the arrays that its last answers refer to.
 struct trephine_operation {
-  sim::SceneDescription scene;
-  double air = -1000;
-  std::unique_ptr<sim::SessionWriter> recorder;
-  std::optional<sim::Lockstep> run;
-  std::unique_ptr<sim::SessionReader> session;
-  std::unique_ptr<sim::Replay> replay;
-  bool has_ended = false;
-  std::vector<haptics::Pose> poses;
-  volume::VoxelBox changed = sim::k_no_voxels;
+  Operation operation;
+  std::vector<Pose> poses;
+  std::optional<std::vector<Body>> bodies = std::nullopt;  ///< of the current state; empty: not asked for yet
+  Surface surface = {};
 
-  ~trephine_operation() {
-    if (recorder && !has_ended) (void)recorder->finish(run->engine());
+  explicit trephine_operation(Operation opened)
+      : operation(std::move(opened)), poses(operation.hand_count()) {}
+  const std::vector<Body>& current_bodies() {
+    if (!bodies) bodies = operation.bodies();
+    return *bodies;
   }
-  const sim::Engine& engine() const noexcept { return run ? run->engine() : replay->engine(); }
-  sim::Engine& engine() noexcept { return run ? run->engine() : replay->engine(); }
 };
 
 namespace {
 
-/// Returns the volumes as scene data; the voxels remain owned by the caller.
-Result<sim::SceneData> borrow_data(const trephine_voxels* volumes, std::size_t count) {
-  sim::SceneData data;
+Result<std::vector<std::shared_ptr<const Volume>>> borrow_volumes(const trephine_voxels* volumes,
+                                                                  std::size_t count) {
   if (count > 0 && volumes == nullptr) return bad("an argument is missing", "NULL", "volumes");
+  std::vector<std::shared_ptr<const Volume>> result;
   for (std::size_t v = 0; v < count; ++v) {
     const trephine_voxels& input = volumes[v];
-    auto result = haptics::c_api::borrow_volume(input.intensities, input.size, input.origin, input.axes);
-    if (!result) return result.error();
-    result.value()->is_hounsfield = input.is_hounsfield != 0;
+    auto volume = c_api::borrow_volume(input.intensities, input.size, input.origin, input.axes);
+    if (!volume) return volume.error();
+    volume.value()->is_hounsfield = input.is_hounsfield != 0;
     if (input.labels)
-      result.value()->labels = Buffer<std::uint8_t>::borrow(input.labels, result.value()->voxels.size());
-    data.volumes.push_back(std::move(result).value());
+      volume.value()->labels = Buffer<std::uint8_t>::borrow(input.labels, volume.value()->voxels.size());
+    result.push_back(std::move(volume).value());
   }
-  return data;
+  return result;
 }
 
-Status begin(trephine_operation& result, const trephine_start& start) {
-  if (start.scene == nullptr || start.volume_count < 1 || (start.model_count > 0 && start.models == nullptr))
+std::string text_or_empty(const char* text) { return text ? text : ""; }
+
+Recording recording_of(const char* file, int is_embedding) {
+  return {text_or_empty(file), is_embedding != 0, "trephine " TREPHINE_VERSION " (C interface)"};
+}
+
+Result<Operation> begin(const trephine_start* start) {
+  if (start == nullptr) return bad("an argument is missing", "NULL", "a trephine_start");
+  if (start->scene == nullptr || start->volume_count < 1 ||
+      (start->model_count > 0 && start->models == nullptr))
     return bad("an argument is missing", "NULL", "a scene, at least one volume, and model_count models");
-  Result<sim::SceneData> data = borrow_data(start.volumes, start.volume_count);
-  if (!data) return data.error();
-  for (std::size_t m = 0; m < start.model_count; ++m) {
-    const trephine_model& model = start.models[m];
-    auto tree =
-        haptics::c_api::copy_mesh(model.vertices, model.vertex_count, model.triangles, model.triangle_count);
-    if (!tree) return tree.error();
-    data.value().models.push_back(std::move(tree).value());
+  auto volumes = borrow_volumes(start->volumes, start->volume_count);
+  if (!volumes) return volumes.error();
+  std::vector<Surface> models;
+  for (std::size_t m = 0; m < start->model_count; ++m) {
+    const trephine_model& model = start->models[m];
+    auto copy = c_api::copy_mesh(model.vertices, model.vertex_count, model.triangles, model.triangle_count);
+    if (!copy) return copy.error();
+    models.push_back(std::move(copy).value());
   }
-  Result<sim::SceneDescription> description = sim::scene_from_text(start.scene, data.value());
-  if (!description) return description.error();
-  sim::SceneDescription spec = std::move(description).value();
-  const volume::Volume& anatomy = *data.value().volumes[0];
-  const auto smallest = spec.smallest_burr > 0 ? std::optional(spec.smallest_burr) : std::nullopt;
-  if (Status error = sim::apply_tool_needs(spec, anatomy, modules::catalogue(), smallest)) return error;
-  spec.is_softening = sim::touches_smooth(spec);
-  auto built = sim::build_scene(spec, data.value(), modules::catalogue());
-  if (!built) return built.error();
-  result.scene = sim::describe_built_scene(spec, built.value());
-  result.air = volume::air_of(anatomy);
-  if (start.record) {
-    sim::SessionHeader header(result.scene);
-    header.program = "trephine " TREPHINE_VERSION " (C interface)";
-    sim::WriterOptions options;
-    options.is_embedding = start.is_embedding != 0;
-    auto recorder =
-        sim::SessionWriter::create(start.record, header, data.value(), modules::catalogue(), options);
-    if (!recorder) return recorder.error();
-    result.recorder = std::move(recorder).value();
-  }
-  result.run.emplace(sim::Engine(built.value().hands, 1 / spec.rate_hz, modules::catalogue(),
-                                 built.value().forbidden, built.value().plan),
-                     spec.force, spec.rate_hz, result.recorder.get());
-  result.poses.resize(result.run->engine().hand_count());
-  return std::nullopt;
+  return Operation::open_scene(start->scene, std::move(volumes).value(), std::move(models),
+                               recording_of(start->record, start->is_embedding));
 }
 
-Status open(trephine_operation& result, const char* path, const trephine_voxels* volumes, std::size_t count) {
-  if (path == nullptr) return bad("an argument is missing", "NULL", "a session's file");
-  Result<sim::SceneData> data = borrow_data(volumes, count);
-  if (!data) return data.error();
-  auto session = sim::SessionReader::open(path, modules::catalogue());
-  if (!session) return session.error();
-  result.session = std::make_unique<sim::SessionReader>(std::move(session).value());
-  auto replay = sim::Replay::open(*result.session, std::move(data).value());
-  if (!replay) return replay.error();
-  result.replay = std::move(replay).value();
-  result.scene = result.session->header();
-  result.air = volume::air_of(*result.engine().scene().base);
-  return std::nullopt;
+Result<Operation> open_scan(const trephine_scan* scan) {
+  if (scan == nullptr || scan->path == nullptr || (scan->tool_count > 0 && scan->tools == nullptr))
+    return bad("an argument is missing", "NULL", "a trephine_scan with a path, and tool_count tools");
+  OperationOptions options;
+  options.hands.clear();
+  for (std::size_t t = 0; t < scan->tool_count; ++t) {
+    const trephine_tool& tool = scan->tools[t];
+    options.hands.push_back({.instrument = text_or_empty(tool.instrument),
+                             .parameters = text_or_empty(tool.parameters),
+                             .tool_radius = tool.tool_radius,
+                             .method = text_or_empty(tool.method)});
+  }
+  options.window = text_or_empty(scan->window);
+  options.label = text_or_empty(scan->label);
+  options.takes_plan = scan->takes_plan != 0;
+  if (scan->rate_hz != 0) options.rate_hz = scan->rate_hz;
+  options.recording = recording_of(scan->record, scan->is_embedding);
+  return Operation::open(scan->path, options);
 }
 
-template <class Initialize>
-trephine_operation* make(trephine_error* error, Initialize&& initialize) noexcept {
+Result<Operation> open_session(const char* session, const trephine_voxels* volumes, std::size_t count) {
+  if (session == nullptr) return bad("an argument is missing", "NULL", "a session's file");
+  if (count == 0) return Operation::reopen(session);
+  auto borrowed = borrow_volumes(volumes, count);
+  if (!borrowed) return borrowed.error();
+  return Operation::reopen(session, std::move(borrowed).value());
+}
+
+/// Returns the operation that `open` opens, or NULL.
+template <class Open>
+trephine_operation* make(trephine_error* error, Open&& open) noexcept {
   std::unique_ptr<trephine_operation> result;
   const int code = guarded(error, [&]() -> Status {
-    result = std::make_unique<trephine_operation>();
-    return initialize(*result);
+    Result<Operation> opened = open();
+    if (!opened) return opened.error();
+    result = std::make_unique<trephine_operation>(std::move(opened).value());
+    return std::nullopt;
   });
   return code == TREPHINE_OK ? result.release() : nullptr;
 }
 
-Status check_run(const trephine_operation* operation) {
-  if (operation == nullptr) return bad("there is no operation", "NULL", "one from trephine_operation_begin");
-  if (!operation->run)
-    return bad("a recorded operation cannot be changed", "opened", "one from trephine_operation_begin");
-  if (operation->has_ended) return bad("the operation has ended", "ended", "an operation that has not ended");
-  return std::nullopt;
-}
-Status check_replay(const trephine_operation* operation) {
-  if (operation != nullptr && operation->replay) return std::nullopt;
-  return bad("this operation was not recorded", operation ? "begun" : "NULL",
-             "one from trephine_operation_open");
+/// Runs `work` on the operation. Errors of the kinds `refused` and `different` have codes of their own, other
+/// errors `otherwise`.
+template <class Work>
+int apply(trephine_operation* operation, trephine_error* error, int otherwise, Work&& work) noexcept {
+  Status failed;
+  const int code = guarded(error, [&]() -> Status {
+    if (operation == nullptr) return bad("there is no operation", "NULL", "an operation");
+    failed = work(operation->operation);
+    return std::nullopt;
+  });
+  if (!failed) return code;
+  return fail(error,
+              failed->kind == ErrorKind::refused     ? TREPHINE_REFUSED
+              : failed->kind == ErrorKind::different ? TREPHINE_DIFFERENT
+                                                     : otherwise,
+              *failed);
 }
 
-haptics::Pose pose_of(const trephine_pose& input) noexcept {
-  haptics::Pose pose;
+Pose pose_of(const trephine_pose& input) noexcept {
+  Pose pose;
   pose.position_world = {input.position[0], input.position[1], input.position[2]};
   pose.orientation = {input.rotation[0], input.rotation[1], input.rotation[2], input.rotation[3]};
   const double length = glm::length(pose.orientation);
@@ -151,132 +148,111 @@ void copy_text(char (&to)[N], std::string_view text) noexcept {
   to[length] = '\0';
 }
 
+glm::dvec3 vector_of(const double v[3]) noexcept { return {v[0], v[1], v[2]}; }
+
+trephine_model to_c(const Surface& surface) noexcept {
+  static_assert(sizeof(glm::dvec3) == 3 * sizeof(double));
+  return {surface.vertices_world.empty() ? nullptr : &surface.vertices_world.data()->x,
+          surface.vertices_world.size(), surface.triangles.data(), surface.triangles.size() / 3};
+}
+
 }  // namespace
 
-uint32_t trephine_operation_abi_version(void) { return TREPHINE_OPERATION_ABI_VERSION; }
+uint32_t trephine_abi_version(void) { return TREPHINE_ABI_VERSION; }
 
-trephine_operation* trephine_operation_begin(const trephine_start* start, trephine_error* error) {
-  return make(error, [&](trephine_operation& result) -> Status {
-    if (start == nullptr) return bad("an argument is missing", "NULL", "a trephine_start");
-    return begin(result, *start);
+int trephine_load_module(const char* path, trephine_error* error) {
+  return guarded(error, [&]() -> Status {
+    if (path == nullptr) return bad("an argument is missing", "NULL", "the path of a module");
+    return load_module(path);
   });
 }
 
+trephine_operation* trephine_operation_begin(const trephine_start* start, trephine_error* error) {
+  return make(error, [&] { return begin(start); });
+}
+trephine_operation* trephine_operation_open_scan(const trephine_scan* scan, trephine_error* error) {
+  return make(error, [&] { return open_scan(scan); });
+}
 trephine_operation* trephine_operation_open(const char* session, const trephine_voxels* volumes,
                                             size_t volume_count, trephine_error* error) {
-  return make(error,
-              [&](trephine_operation& result) { return open(result, session, volumes, volume_count); });
+  return make(error, [&] { return open_session(session, volumes, volume_count); });
 }
-
+trephine_operation* trephine_operation_reopen(const char* session, const char* scan, trephine_error* error) {
+  return make(error, [&]() -> Result<Operation> {
+    if (session == nullptr || scan == nullptr)
+      return bad("an argument is missing", "NULL", "a session's file, and the path of its scan");
+    return Operation::reopen(session, scan);
+  });
+}
 void trephine_operation_destroy(trephine_operation* operation) { delete operation; }
 
 int trephine_operation_step(trephine_operation* operation, const trephine_pose* poses,
                             trephine_touch* touches, trephine_error* error) {
-  return guarded(error, [&]() -> Status {
-    if (Status invalid = check_run(operation)) return invalid;
+  return apply(operation, error, TREPHINE_BAD_ARGUMENT, [&](Operation& on) -> Status {
     if (poses == nullptr) return bad("there are no poses", "NULL", "one pose per hand");
     for (std::size_t h = 0; h < operation->poses.size(); ++h) operation->poses[h] = pose_of(poses[h]);
-    const auto records = operation->run->step(operation->poses);
-    operation->changed = sim::united(operation->changed, operation->run->last_outcome().box);
+    const auto stepped = on.step(operation->poses);
+    if (!stepped) return stepped.error();
+    operation->bodies.reset();
     if (touches)
-      for (std::size_t h = 0; h < records.size(); ++h) touches[h] = haptics::c_api::touch_of(records[h]);
+      std::transform(stepped.value().begin(), stepped.value().end(), touches,
+                     [](const Touch& touch) { return c_api::to_c(touch); });
     return std::nullopt;
   });
 }
 
 int trephine_operation_command(trephine_operation* operation, int hand, const char* command,
                                const char* words, trephine_error* error) {
-  Status refused;
-  const int code = guarded(error, [&]() -> Status {
-    if (Status invalid = check_run(operation)) return invalid;
+  return apply(operation, error, TREPHINE_BAD_ARGUMENT, [&](Operation& on) -> Status {
     if (command == nullptr) return bad("there is no command", "NULL", "a name");
-    if (hand < 0 || hand >= static_cast<int>(operation->poses.size()))
-      return bad("unknown hand", std::to_string(hand), "an index of a hand of the scene");
-    auto request = modules::catalogue().command(command, words ? words : "", hand);
-    if (!request) return request.error();
-    const sim::Outcome outcome = operation->run->apply_whole(request.value());
-    operation->changed = sim::united(operation->changed, outcome.box);
-    refused = outcome.refused;
-    return std::nullopt;
+    operation->bodies.reset();
+    return on.command(command, words ? words : "", hand);
   });
-  return refused ? fail(error, TREPHINE_REFUSED, *refused) : code;
 }
 
 int trephine_operation_reset(trephine_operation* operation) {
-  return guarded(nullptr, [&]() -> Status {
-    if (Status invalid = check_run(operation)) return invalid;
-    operation->run->reset();
-    return std::nullopt;
-  });
+  return apply(operation, nullptr, TREPHINE_BAD_ARGUMENT, [](Operation& on) { return on.reset(); });
 }
 
 int trephine_operation_end(trephine_operation* operation, trephine_error* error) {
-  Status failed;
-  const int code = guarded(error, [&]() -> Status {
-    if (Status invalid = check_run(operation)) return invalid;
-    operation->has_ended = true;
-    if (operation->recorder) failed = operation->recorder->finish(operation->run->engine());
-    return std::nullopt;
-  });
-  return failed ? fail(error, TREPHINE_FAILED, *failed) : code;
+  // An operation that cannot end now is a mistake of the caller; a recording that fails is not.
+  const bool has_ended = operation && operation->operation.is_read_only();
+  return apply(operation, error, has_ended ? TREPHINE_BAD_ARGUMENT : TREPHINE_FAILED,
+               [](Operation& on) { return on.end(); });
 }
 
 int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, trephine_error* error) {
-  return guarded(error, [&]() -> Status {
-    if (Status invalid = check_replay(operation)) return invalid;
-    return operation->replay->seek(tick);
+  return apply(operation, error, TREPHINE_BAD_ARGUMENT, [&](Operation& on) {
+    operation->bodies.reset();
+    return on.go_to(tick);
   });
 }
 
 int trephine_operation_verify(trephine_operation* operation, trephine_error* error) {
-  Status failed, different;
-  const int code = guarded(error, [&]() -> Status {
-    if (Status invalid = check_replay(operation)) return invalid;
-    sim::Replay& replay = *operation->replay;
-    failed = replay.why_not_verifiable();
-    if (!failed) failed = replay.seek(0);
-    for (bool has_next = !failed; has_next;) {
-      const Result<bool> stepped = replay.step();
-      if (!stepped) failed = stepped.error();
-      has_next = stepped && stepped.value();
-    }
-    if (!failed && operation->session->is_damaged())
-      failed = Error{.what = "the session is damaged",
-                     .where = "byte " + std::to_string(operation->session->complete_bytes()),
-                     .expected = "a whole file",
-                     .remedy = "the part before this tick was compared"};
-    if (const std::optional<sim::Mismatch>& found = replay.mismatch())
-      different = Error{.what = "the replay differs from the recording",
-                        .where = "tick " + std::to_string(found->tick),
-                        .found = found->what + " " + found->replayed,
-                        .expected = found->recorded};
-    return std::nullopt;
+  const bool is_recorded = operation && operation->operation.is_recorded();
+  return apply(operation, error, is_recorded ? TREPHINE_FAILED : TREPHINE_BAD_ARGUMENT, [&](Operation& on) {
+    operation->bodies.reset();
+    return on.verify();
   });
-  if (different) return fail(error, TREPHINE_DIFFERENT, *different);
-  return failed ? fail(error, TREPHINE_FAILED, *failed) : code;
 }
 
 int trephine_operation_is_whole(const trephine_operation* operation) {
-  return operation && operation->session && operation->session->end().has_value();
+  return operation && operation->operation.is_whole();
 }
-
 uint64_t trephine_operation_tick(const trephine_operation* operation) {
-  return operation ? operation->engine().now().next_tick : 0;
+  return operation ? operation->operation.tick() : 0;
 }
-
 uint64_t trephine_operation_tick_count(const trephine_operation* operation) {
-  if (operation == nullptr) return 0;
-  return operation->run ? operation->engine().now().next_tick : operation->session->tick_count();
+  return operation ? operation->operation.tick_count() : 0;
 }
-
 size_t trephine_operation_hand_count(const trephine_operation* operation) {
-  return operation ? operation->engine().hand_count() : 0;
+  return operation ? operation->operation.hand_count() : 0;
 }
 
 size_t trephine_operation_scene(const trephine_operation* operation, char* text, size_t capacity) {
   std::string scene;
   if (guarded(nullptr, [&]() -> Status {
-        if (operation) scene = sim::to_text(operation->scene);
+        if (operation) scene = operation->operation.scene();
         return std::nullopt;
       }) != TREPHINE_OK)
     return 0;
@@ -290,22 +266,22 @@ size_t trephine_operation_scene(const trephine_operation* operation, char* text,
 
 uint64_t trephine_operation_hash(trephine_operation* operation) {
   std::uint64_t hash = 0;
-  guarded(nullptr, [&]() -> Status {
-    if (operation) hash = operation->engine().snapshot()->hash();
+  apply(operation, nullptr, TREPHINE_BAD_ARGUMENT, [&](Operation& on) -> Status {
+    hash = on.hash();
     return std::nullopt;
   });
   return hash;
 }
 
 size_t trephine_operation_event_count(const trephine_operation* operation) {
-  return operation ? operation->engine().now().chronicle.size() : 0;
+  return operation ? operation->operation.event_count() : 0;
 }
 
 int trephine_operation_event(const trephine_operation* operation, size_t index, trephine_event* event) {
   return guarded(nullptr, [&]() -> Status {
     if (event == nullptr || index >= trephine_operation_event_count(operation))
       return bad("unknown event", std::to_string(index), "below the count");
-    const sim::Event& source = operation->engine().now().chronicle[index];
+    const Event& source = operation->operation.event(index);
     event->tick = source.tick;
     event->hand = source.hand;
     for (int a = 0; a < 3; ++a) event->place[a] = source.position_world[a];
@@ -318,7 +294,7 @@ int trephine_operation_event(const trephine_operation* operation, size_t index, 
 size_t trephine_operation_measure_count(const trephine_operation* operation) {
   std::size_t count = 0;
   guarded(nullptr, [&]() -> Status {
-    if (operation) count = operation->engine().measures().size();
+    if (operation) count = operation->operation.measures().size();
     return std::nullopt;
   });
   return count;
@@ -326,7 +302,7 @@ size_t trephine_operation_measure_count(const trephine_operation* operation) {
 
 int trephine_operation_measure(const trephine_operation* operation, size_t index, trephine_measure* measure) {
   return guarded(nullptr, [&]() -> Status {
-    const auto measures = operation ? operation->engine().measures() : std::vector<sim::Measure>();
+    const auto measures = operation ? operation->operation.measures() : std::vector<Measure>();
     if (measure == nullptr || index >= measures.size())
       return bad("unknown measure", std::to_string(index), "below the count");
     copy_text(measure->name, measures[index].name);
@@ -336,38 +312,36 @@ int trephine_operation_measure(const trephine_operation* operation, size_t index
   });
 }
 
-size_t trephine_operation_body_count(const trephine_operation* operation) {
-  return operation ? operation->engine().now().world.bodies.size() : 0;
+size_t trephine_operation_body_count(trephine_operation* operation) {
+  std::size_t count = 0;
+  guarded(nullptr, [&]() -> Status {
+    if (operation) count = operation->current_bodies().size();
+    return std::nullopt;
+  });
+  return count;
 }
 
-int trephine_operation_body(const trephine_operation* operation, size_t index, trephine_body* body) {
-  if (body == nullptr || index >= trephine_operation_body_count(operation)) return TREPHINE_BAD_ARGUMENT;
-  const sim::Body& source = operation->engine().now().world.bodies[index];
-  body->id = source.id.value;
-  body->holder = source.holder;
-  body->mm3 = source.piece->mm3;
-  const haptics::Placement placement = operation->engine().place_of(source);
-  const glm::dquat& turn = placement.rotation;
-  const double rotation[4] = {turn.w, turn.x, turn.y, turn.z};
-  std::copy_n(rotation, 4, body->rotation);
-  for (int a = 0; a < 3; ++a) body->position[a] = placement.position_world[a];
-  const haptics::MeshTree& tree = *source.piece->tree;
-  static_assert(sizeof(glm::dvec3) == 3 * sizeof(double));
-  body->surface = {&tree.vertices().data()->x, tree.vertices().size(), tree.triangles().data(),
-                   tree.triangles().size() / 3};
-  return TREPHINE_OK;
+int trephine_operation_body(trephine_operation* operation, size_t index, trephine_body* body) {
+  return guarded(nullptr, [&]() -> Status {
+    if (body == nullptr || index >= trephine_operation_body_count(operation))
+      return bad("unknown body", std::to_string(index), "below the count");
+    const Body& source = operation->current_bodies()[index];
+    body->id = source.id;
+    body->holder = source.holder;
+    body->mm3 = source.mm3;
+    const double rotation[4] = {source.rotation.w, source.rotation.x, source.rotation.y, source.rotation.z};
+    std::copy_n(rotation, 4, body->rotation);
+    for (int a = 0; a < 3; ++a) body->position[a] = source.position_world[a];
+    body->surface = to_c(*source.surface);
+    return std::nullopt;
+  });
 }
 
 int trephine_operation_changed(trephine_operation* operation, int low[3], int high[3]) {
   if (operation == nullptr || low == nullptr || high == nullptr) return 0;
-  const volume::VoxelBox box = operation->replay ? operation->replay->take_changed()
-                                                 : std::exchange(operation->changed, sim::k_no_voxels);
-  if (box.low.x > box.high.x) return 0;
-  const glm::ivec3 last = operation->engine().scene().base->size - 1;
-  for (int a = 0; a < 3; ++a) {
-    low[a] = std::clamp(box.low[a], 0, last[a]);
-    high[a] = std::clamp(box.high[a], 0, last[a]);
-  }
+  const std::optional<VoxelRange> range = operation->operation.take_changed();
+  if (!range) return 0;
+  for (int a = 0; a < 3; ++a) low[a] = range->low[a], high[a] = range->high[a];
   return 1;
 }
 
@@ -376,14 +350,49 @@ int trephine_operation_read(const trephine_operation* operation, const int low[3
   return guarded(error, [&]() -> Status {
     if (operation == nullptr || low == nullptr || high == nullptr || intensities == nullptr)
       return bad("an argument is missing", "NULL", "an operation, a box and room for its voxels");
-    const volume::VoxelBox box{{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
-    const volume::Volume& base = *operation->engine().scene().base;
-    for (int a = 0; a < 3; ++a)
-      if (box.low[a] < 0 || box.high[a] < box.low[a] || box.high[a] >= base.size[a])
-        return bad("the box is not in the volume",
-                   std::to_string(box.low[a]) + " to " + std::to_string(box.high[a]),
-                   "0 <= low <= high < size");
-    volume::read_operated(*operation->engine().current(), box, operation->air, intensities);
+    const auto values = operation->operation.read({{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
+    if (!values) return values.error();
+    std::copy(values.value().begin(), values.value().end(), intensities);
+    return std::nullopt;
+  });
+}
+
+int trephine_operation_surface(trephine_operation* operation, size_t structure, trephine_model* surface,
+                               trephine_error* error) {
+  return apply(operation, error, TREPHINE_BAD_ARGUMENT, [&](Operation& on) -> Status {
+    if (surface == nullptr) return bad("an argument is missing", "NULL", "a trephine_model");
+    auto made = on.surface(structure);
+    if (!made) return made.error();
+    operation->surface = std::move(made).value();
+    *surface = to_c(operation->surface);
+    return std::nullopt;
+  });
+}
+
+int trephine_operation_slice(const trephine_operation* operation, const double middle[3],
+                             const double right[3], const double up[3], double pixel, int columns, int rows,
+                             int16_t* intensities, trephine_error* error) {
+  return guarded(error, [&]() -> Status {
+    if (operation == nullptr || middle == nullptr || right == nullptr || up == nullptr ||
+        intensities == nullptr)
+      return bad("an argument is missing", "NULL", "an operation, a plane and room for its pixels");
+    const auto image = operation->operation.slice(
+        {vector_of(middle), vector_of(right), vector_of(up), pixel, columns, rows});
+    if (!image) return image.error();
+    std::copy(image.value().pixels.begin(), image.value().pixels.end(), intensities);
+    return std::nullopt;
+  });
+}
+
+int trephine_operation_xray(trephine_operation* operation, const double isocentre[3], double primary,
+                            double secondary, double pixel, int columns, int rows, uint8_t* greys,
+                            trephine_error* error) {
+  return apply(operation, error, TREPHINE_BAD_ARGUMENT, [&](Operation& on) -> Status {
+    if (isocentre == nullptr || greys == nullptr)
+      return bad("an argument is missing", "NULL", "an isocentre and room for the pixels");
+    const auto image = on.xray({vector_of(isocentre), primary, secondary, pixel, columns, rows});
+    if (!image) return image.error();
+    std::copy(image.value().pixels.begin(), image.value().pixels.end(), greys);
     return std::nullopt;
   });
 }

@@ -152,7 +152,8 @@ int run_program(const Program& program, int argc, char** argv) {
     notice("note: reports and files may contain the names of folders and files (--keep-identity)");
   }
   try {
-    Result<Outcome> result = chosen->run();
+    const Status not_loaded = chosen->options->load_modules();
+    Result<Outcome> result = not_loaded ? Result<Outcome>(*not_loaded) : chosen->run();
     if (!result) result = chosen->options->in_words_of_options(result.error());
     if (wants_json && !wants_identity) {
       if (!result)

@@ -79,6 +79,8 @@ int exit_code_of(const Error& error) {
     case ErrorKind::interrupted:
       return exit_interrupted;
     case ErrorKind::bad_input:
+    case ErrorKind::refused:
+    case ErrorKind::different:
       break;
   }
   return exit_bad_input;

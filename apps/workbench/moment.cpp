@@ -46,6 +46,23 @@ Result<const volume::PlannedTrajectory*> find_trajectory(const Moment& moment, c
                .expected = known.empty() ? "a case with a plan" : known};
 }
 
+std::vector<Moment::Object> objects_of(const sim::Engine& engine) {
+  std::vector<Moment::Object> objects;
+  for (const haptics::TouchItem* model : engine.models()) {
+    Moment::Object object{model->name, engine.surface_of(*model), engine.place_of(*model), model->matter};
+    object.screw = data_tools::recognized_screw(object.tree->vertices());
+    if (object.screw) {
+      object.screw->entry_world = object.place.world_from_local(object.screw->entry_world);
+      object.screw->tip_world = object.place.world_from_local(object.screw->tip_world);
+    }
+    objects.push_back(std::move(object));
+  }
+  for (const sim::Body& body : engine.now().world.bodies)
+    objects.push_back({format_text(body.is_implant ? "implant %u" : "piece %u", body.id.value),
+                       body.piece->tree, engine.place_of(body), body.matter, !body.is_implant});
+  return objects;
+}
+
 Status go_to(Moment& moment, std::uint64_t tick) {
   OpenedSession& session = *moment.session;
   std::erase_if(moment.objects, [](const Moment::Object& object) { return !object.is_external; });
@@ -64,22 +81,10 @@ Status go_to(Moment& moment, std::uint64_t tick) {
     if (const auto plan =
             session.source.is_builtin ? data_tools::phantom_plan(session.source.name) : session.source.plan)
       moment.forbidden = forbidden_of(*plan);
-  const auto& bodies = engine.now().world.bodies;
   for (const haptics::TouchItem& item : scene.items)
     if (!moment.shape && !item.is_mesh() && &item.field.volume() == scene.base.get())
       moment.shape = item.field.shape();
-  for (const haptics::TouchItem* model : engine.models()) {
-    Moment::Object object{model->name, engine.surface_of(*model), engine.place_of(*model), model->matter};
-    object.screw = data_tools::recognized_screw(object.tree->vertices());
-    if (object.screw) {
-      object.screw->entry_world = object.place.world_from_local(object.screw->entry_world);
-      object.screw->tip_world = object.place.world_from_local(object.screw->tip_world);
-    }
-    moment.objects.push_back(std::move(object));
-  }
-  for (const sim::Body& body : bodies)
-    moment.objects.push_back({format_text(body.is_implant ? "implant %u" : "piece %u", body.id.value),
-                              body.piece->tree, engine.place_of(body), body.matter, !body.is_implant});
+  for (Moment::Object& object : objects_of(engine)) moment.objects.push_back(std::move(object));
   return std::nullopt;
 }
 

@@ -41,6 +41,8 @@ struct Moment {
 /// Finds a trajectory of its plan. The error names the existing ones.
 Result<const volume::PlannedTrajectory*> find_trajectory(const Moment& moment, const std::string& name,
                                                          const char* where);
+/// Returns the models and bodies of an operation at their current poses.
+std::vector<Moment::Object> objects_of(const sim::Engine& engine);
 /// Goes to another moment of its session.
 Status go_to(Moment& moment, std::uint64_t tick);
 /// Opens a scan or a session. Errors name "until" and "models".

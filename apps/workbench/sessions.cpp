@@ -99,7 +99,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   auto replay = sim::Replay::open(session, result->source.volume);
   if (!replay) {
     Error error = replay.error();
-    error.where = where;
+    if (error.where != "module") error.where = where;  // a module is a matter of the program, not of the file
     return error;
   }
   result->replay = std::move(replay).value();

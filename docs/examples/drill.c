@@ -1,7 +1,7 @@
 /* Drills from C: a burr is pressed into a thick plate of bone; the operation is recorded, undone and opened again.
- * With trephine installed in PREFIX: cc drill.c -IPREFIX/include/trephine -LPREFIX/lib/... -ltrephine-c_api */
-#include <apps/c_api/operation.h>
+ * With trephine installed in PREFIX: cc drill.c -IPREFIX/include -LPREFIX/lib/... -ltrephine-c_api */
 #include <stdio.h>
+#include <trephine/trephine.h>
 
 #define N 60
 

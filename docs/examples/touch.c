@@ -1,7 +1,7 @@
 /* Touches a ball of bone from above, in C. With trephine installed in PREFIX: cc touch.c
- * -IPREFIX/include/trephine -LPREFIX/lib/... -ltrephine-haptics */
-#include <haptics/c_api/c_api.h>
+ * -IPREFIX/include -LPREFIX/lib/... -ltrephine-c_api */
 #include <stdio.h>
+#include <trephine/trephine.h>
 
 #define N 80
 

@@ -35,9 +35,10 @@ Result<Catalogue> modules_of(const SessionReader& session) {
     const auto found =
         std::find_if(known.begin(), known.end(), [&](const Module* m) { return m->name() == named.name; });
     if (found == known.end())
-      return Error{.what = "this program does not have a module of the session",
-                   .found = named.name,
-                   .remedy = "open it with the version that recorded it"};
+      return Error{.what = "the session uses the module " + named.name + " " + std::to_string(named.version),
+                   .where = "module",
+                   .found = "a program without this module",
+                   .remedy = "load the module"};
     modules.push_back(*found);
   }
   return Catalogue(std::move(modules));

@@ -82,6 +82,29 @@ TEST(DocsLinks, PlantedFaultsAreFound) {
   EXPECT_EQ(fault_of("#limits", page), "");
 }
 
+/// Returns the lines of the C++ samples of a page that `program` does not contain.
+std::vector<std::string> lines_not_in(const std::string& page, const std::string& program) {
+  std::vector<std::string> missing;
+  std::istringstream lines(page);
+  bool is_sample = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("```"))
+      is_sample = line == "```cpp";
+    else if (is_sample && ("\n" + program).find("\n" + line + "\n") == std::string::npos)
+      missing.push_back(line);
+  }
+  return missing;
+}
+
+TEST(DocsLinks, SamplesOfConceptsAreThoseOfTheProgram) {
+  const fs::path docs = fs::path(TREPHINE_SOURCE_DIR) / "docs";
+  const std::string page = read(docs / "concepts.md"), program = read(docs / "examples" / "concepts.cpp");
+  EXPECT_EQ(lines_not_in(page, program), std::vector<std::string>());
+  EXPECT_NE(page.find("```cpp"), std::string::npos);
+  EXPECT_EQ(lines_not_in("```cpp\nint a;\nint b;\n```\ntext\n", "int b;\n"),
+            (std::vector<std::string>{"int a;"}));
+}
+
 /// Sources name decisions by their file: docs/decisions/0003-the-burr-follows-the-hip.md.
 TEST(DocsLinks, DecisionsThatSourcesNameExist) {
   const fs::path root = TREPHINE_SOURCE_DIR;

@@ -24,8 +24,9 @@ const std::map<std::string, std::set<std::string>> k_may_use{
 const std::map<std::string, std::set<std::string>> k_apps_may_use{
     {"verify", {}},
     {"workbench", {}},
-    {"c_api", {"workbench"}},
+    {"c_api", {"api"}},
     {"imaging", {"workbench"}},
+    {"api", {"imaging", "workbench"}},
     {"view", {"imaging", "workbench"}},
     {"window", {"view", "imaging", "workbench"}},
     {"bench", {"verify", "cli", "view", "imaging", "workbench"}},

@@ -20,10 +20,11 @@ std::string read(const fs::path& path) {
   return text.str();
 }
 
-/// The headers that a CMakeLists.txt names, as they are included; `folder` is its own.
+/// The headers that a CMakeLists.txt names as HEADERS or FRONT; `folder` is its own.
 std::set<std::string> headers_in(const std::string& cmake, const std::string& folder) {
   std::set<std::string> all;
-  static const std::regex list(R"(\bHEADERS\b([^)]*?)(?=\b(SOURCES|USES|LINKS|PACKAGE)\b|\)))");
+  static const std::regex list(
+      R"(\b(?:HEADERS|FRONT)\b([^)]*?)(?=\b(SOURCES|HEADERS|FRONT|USES|LINKS|PACKAGE)\b|\)))");
   for (std::sregex_iterator it(cmake.begin(), cmake.end(), list), end; it != end; ++it) {
     std::istringstream names((*it)[1]);
     for (std::string name; names >> name;) all.insert(folder + "/" + name);
@@ -76,9 +77,10 @@ TEST(House, PublicHeadersAreListedAndNeedNoOthers) {
 TEST(House, ThePublicListFindsWhatIsPrivate) {
   const std::set<std::string> all_public = headers_in(
       "trephine_library(a SOURCES x.cpp\n HEADERS one.h part/two.h\n USES b PACKAGE library)\n"
-      "trephine_library(c SOURCES y.cpp HEADERS three.h)",
+      "trephine_library(c SOURCES y.cpp HEADERS three.h)\n"
+      "trephine_library(d SOURCES z.cpp FRONT four.h USES b)",
       "a");
-  EXPECT_EQ(all_public, (std::set<std::string>{"a/one.h", "a/part/two.h", "a/three.h"}));
+  EXPECT_EQ(all_public, (std::set<std::string>{"a/one.h", "a/part/two.h", "a/three.h", "a/four.h"}));
   const std::map<std::string, std::string> library_of{
       {"a/one.h", "a"}, {"a/own.h", "a"}, {"a/x.cpp", "a"}, {"b/z.cpp", "b"}, {"apps/z.cpp", "apps"}};
   EXPECT_EQ(fault("a/x.cpp", "a/own.h", all_public, library_of), "");
@@ -87,6 +89,15 @@ TEST(House, ThePublicListFindsWhatIsPrivate) {
   EXPECT_NE(fault("a/one.h", "a/own.h", all_public, library_of), "");
   EXPECT_NE(fault("b/z.cpp", "a/own.h", all_public, library_of), "");
   EXPECT_NE(fault("apps/z.cpp", "a/own.h", all_public, library_of), "");
+}
+
+TEST(House, VersionOfModulesIsThatOfTheProject) {
+  const fs::path root = TREPHINE_SOURCE_DIR;
+  std::smatch project, module;
+  const std::string cmake = read(root / "CMakeLists.txt"), header = read(root / "sim/api/module_export.h");
+  ASSERT_TRUE(std::regex_search(cmake, project, std::regex(R"(project\(trephine VERSION ([0-9.]+))")));
+  ASSERT_TRUE(std::regex_search(header, module, std::regex(R"re(k_version = "([0-9.]+)")re")));
+  EXPECT_EQ(project[1], module[1]);
 }
 
 /// Returns true if the comment at the head of a file explains why it is "one file".

@@ -20,6 +20,8 @@ enum class ErrorKind {
   bad_input,     ///< a file, scene, script or argument is wrong
   missing_here,  ///< this machine lacks a resource: memory, a display
   interrupted,   ///< the user requested a stop
+  refused,       ///< the state does not allow a command; nothing was changed
+  different,     ///< a replay differs from its recording
 };
 
 /// Problem, location, found and expected values, and remedy. Initialize the members by name.

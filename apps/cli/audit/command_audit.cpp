@@ -404,6 +404,7 @@ Run build(Options& options) {
               "traversal is judged");
   options.add("--scan", a->case_source, "Scan that was operated on, if the session does not contain it")
       .type("SRC");
+  options.add_modules();
   options.add("--count", a->rays, "Number of rays").shows_default();
   options.add("--seed", a->seed, "Seed of the rays").shows_default();
   options

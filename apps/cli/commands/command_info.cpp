@@ -330,6 +330,7 @@ Run build(Options& options) {
   options.add("--chart", a->chart, "As --quality, with a picture of the measured edges").type("PNG");
   options.add("--list", a->is_listing,
               "List the series and volumes of a DICOM folder, complete or not, and stop");
+  options.add_modules();
   return run_with(a, run_info);
 }
 

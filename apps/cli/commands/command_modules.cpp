@@ -84,6 +84,7 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<ModulesArguments>();
   options.add("NAME", a->name, "Name of a module (default: all modules)");
+  options.add_modules();
   return run_with(a, run_modules);
 }
 

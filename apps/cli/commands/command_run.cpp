@@ -103,6 +103,7 @@ Run build(Options& options) {
   options.add("--live", a->is_live, "Play it on a servo thread in real time");
   options.add("--show", a->wants_window, "Play the result in the window");
   add_record(options, a->record);
+  options.add_modules();
   return run_with(a, run_script);
 }
 

@@ -184,6 +184,7 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<TimelineArguments>();
   options.add("SESSION", a->session, "A recorded session").required();
+  options.add_modules();
   return run_with(a, run_timeline);
 }
 

@@ -295,6 +295,7 @@ Run build(Options& options) {
       .type("NAME");
   add_record(options, a->record);
   options.add("--no-autosave", a->has_no_autosave, "Do not keep the session in ~/.local/state/trephine");
+  options.add_modules();
   return run_with(a, run_view);
 }
 

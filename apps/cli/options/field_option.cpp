@@ -40,7 +40,7 @@ Option add_field(Options& options, const sim::Schema& schema, void* object, std:
     return options.add(names, *std::get<bool*>(pointer), help).means(meaning.c_str());
   }
   TREPHINE_ASSERT(false);
-  return Option(nullptr, nullptr);
+  return Option(nullptr, nullptr, nullptr);
 }
 
 }  // namespace trephine::cli

@@ -13,6 +13,7 @@
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/sensitive_names.h"
 #include "haptics/methods/methods.h"
+#include "modules/catalogue.h"
 
 namespace trephine::cli {
 
@@ -39,6 +40,14 @@ Option& Option::means(const char* input) {
   *means_ = input;
   return *this;
 }
+Option& Option::remedy(const char* text) {
+  *remedy_ = text;
+  return *this;
+}
+Option& Option::one_at_a_time() {
+  option_->allow_extra_args(false);
+  return *this;
+}
 
 Option Options::keep(const char* names, CLI::Option* option,
                      std::function<std::vector<std::string>()> texts) {
@@ -53,7 +62,7 @@ Option Options::keep(const char* names, CLI::Option* option,
   }
   if (first_hidden_) option->group("");
   names_.push_back(std::move(name));
-  return Option(option, &names_.back()->means);
+  return Option(option, &names_.back()->means, &names_.back()->remedy);
 }
 
 void Options::begin_reference() { first_hidden_ = names_.size(); }
@@ -62,6 +71,17 @@ void Options::end_reference(const std::string& title, const std::string& command
   for (std::size_t i = *first_hidden_; i < names_.size(); ++i) text += " " + names_[i]->option;
   first_hidden_.reset();
   app_->footer(text + "\n\n" + app_->get_footer());
+}
+void Options::add_modules() {
+  add("--module", modules_, "A module of one's own, a shared library to load; may be repeated")
+      .type("PATH")
+      .one_at_a_time()
+      .remedy("load it with --module PATH");
+}
+Status Options::load_modules() const {
+  for (const std::string& path : modules_)
+    if (const auto loaded = modules::load_module(path); !loaded) return loaded.error();
+  return std::nullopt;
 }
 std::string Options::command_name() const { return app_->get_name(); }
 
@@ -124,6 +144,7 @@ Error Options::in_words_of_options(Error error) const {
         (best == nullptr || name->means.size() > best->means.size()))
       best = name.get();
   if (best) error.where = best->option + error.where.substr(best->means.size());
+  if (best && !best->remedy.empty()) error.remedy = best->remedy;
   return error;
 }
 
@@ -150,9 +171,9 @@ namespace {
 
 /// True for options whose value is a file or folder, existing or not.
 bool is_file_option(const std::string& name) {
-  for (const char* option :
-       {"SRC", "SESSION", "SCRIPT", "--output", "--scan", "--case", "--path", "--record", "--labels",
-        "--write-labels", "--mesh", "--depth", "--screenshot", "--score", "--export", "--hand", "--pictures"})
+  for (const char* option : {"SRC", "SESSION", "SCRIPT", "--output", "--scan", "--case", "--path", "--record",
+                             "--labels", "--write-labels", "--mesh", "--depth", "--screenshot", "--score",
+                             "--export", "--hand", "--pictures", "--module"})
     if (name == option) return true;
   return false;
 }
@@ -267,6 +288,7 @@ void add_record(Options& options, workbench::RecordChoice& record) {
 void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source) {
   options.add("SESSION", session, "A recorded session").required();
   options.add("--scan", case_source.path, "Case or scan that was operated on").type("SRC");
+  options.add_modules();
   add_reading(options, case_source);
 }
 
@@ -275,6 +297,7 @@ void add_moment(Options& options, workbench::MomentChoice& moment) {
       .required();
   options.add("--scan", moment.case_source, "Case or scan that a session operated on").type("SRC");
   options.add("--until", moment.until, "State of the session at this time, s").type("S");
+  options.add_modules();
   add_reading(options, moment.source);
 }
 

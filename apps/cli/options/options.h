@@ -24,7 +24,8 @@ namespace trephine::cli {
 /// Handle to one option, to set its properties.
 class Option {
  public:
-  explicit Option(CLI::Option* option, std::string* means) : option_(option), means_(means) {}
+  Option(CLI::Option* option, std::string* means, std::string* remedy)
+      : option_(option), means_(means), remedy_(remedy) {}
   Option& type(const char* name);  ///< placeholder of the value in --help: "MM"
   Option& required();
   Option& shows_default();  ///< the initial value is shown in --help
@@ -32,10 +33,14 @@ class Option {
   /// Sets the name that errors of libraries use for this value, so that the option's name can replace it. By
   /// default the option without dashes: "smallest burr" for --smallest-burr.
   Option& means(const char* input);
+  /// Sets the remedy of errors that name this value, in place of that of the library.
+  Option& remedy(const char* text);
+  /// Lets a list take one value each time that the option is given.
+  Option& one_at_a_time();
 
  private:
   CLI::Option* option_;
-  std::string* means_;
+  std::string *means_, *remedy_;
 };
 
 class Options {
@@ -59,6 +64,10 @@ class Options {
   /// as the options that `command` --help describes.
   void begin_reference();
   void end_reference(const std::string& title, const std::string& command);
+  /// Adds --module, for commands that use the catalogue of modules.
+  void add_modules();
+  /// Loads the modules of the command line. Call before the command runs.
+  Status load_modules() const;
   /// Returns the name of the command.
   std::string command_name() const;
 
@@ -78,12 +87,13 @@ class Options {
 
   CLI::App* app_;
   struct Name {
-    std::string option, means;
+    std::string option, means, remedy;
     std::string shown;                                ///< last of its names: replaces file names in errors
     std::function<std::vector<std::string>()> texts;  ///< values on the command line
   };
   std::vector<std::unique_ptr<Name>> names_;
   std::optional<std::size_t> first_hidden_;  ///< index in names_
+  std::vector<std::string> modules_;         ///< paths
 };
 
 // Common options of several commands.

@@ -1,5 +1,5 @@
 /* Operating from C: cut, undo, refuse, record, open again, destroy in any order. */
-#include "apps/c_api/operation.h"
+#include "apps/c_api/trephine.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -110,6 +110,57 @@ static void what_is_refused(const trephine_voxels* block) {
   trephine_operation_destroy(NULL);
 }
 
+/* Images and the surface show the hole that was drilled at x = 0. */
+static void check_images(trephine_operation* operation) {
+  enum { PIXELS = 9 };
+  const double middle[3] = {0, 0, k_top - 1}, right[3] = {1, 0, 0}, up[3] = {0, 1, 0}, none[3] = {0, 0, 0};
+  int16_t values[PIXELS * PIXELS];
+  trephine_error error;
+  CHECK(trephine_operation_slice(operation, middle, right, up, 1.5, PIXELS, PIXELS, values, &error) ==
+        TREPHINE_OK);
+  CHECK(values[PIXELS * PIXELS / 2] < 0 && values[PIXELS * PIXELS / 2 - 4] > 1000);
+  CHECK(trephine_operation_slice(operation, middle, right, none, 1.5, PIXELS, PIXELS, values, &error) ==
+        TREPHINE_BAD_ARGUMENT);
+  static uint8_t greys[64 * 64];
+  CHECK(trephine_operation_xray(operation, middle, 0, 80, 0.5, 64, 64, greys, &error) == TREPHINE_OK);
+  int low = 255, high = 0;
+  for (int i = 0; i < 64 * 64; ++i) low = greys[i] < low ? greys[i] : low, high = greys[i] > high ? greys[i] : high;
+  CHECK(high - low > 100);
+  CHECK(trephine_operation_xray(operation, middle, 0, 80, -1, 64, 64, greys, &error) == TREPHINE_BAD_ARGUMENT);
+  trephine_model surface;
+  CHECK(trephine_operation_surface(operation, 0, &surface, &error) == TREPHINE_OK);
+  CHECK(surface.triangle_count > 1000);
+  double lowest = 1e9; /* of the surface below the middle of the hole */
+  for (size_t v = 0; v < surface.vertex_count; ++v) {
+    const double* p = surface.vertices + 3 * v;
+    if (p[0] * p[0] + p[1] * p[1] < 0.5 && p[2] > -8) lowest = fmin(lowest, p[2]);
+  }
+  CHECK(lowest < k_top - 2 && lowest > k_top - 6);
+  CHECK(trephine_operation_surface(operation, 9, &surface, &error) == TREPHINE_BAD_ARGUMENT);
+}
+
+/* A phantom by its name, with one tool; and what such an opening refuses. */
+static void check_files(void) {
+  trephine_error error;
+  const trephine_tool burr = {.instrument = "burr", .parameters = "diameter=4"};
+  trephine_scan scan = {.path = "head", .tools = &burr, .tool_count = 1};
+  trephine_operation* operation = trephine_operation_open_scan(&scan, &error);
+  if (!operation) printf("%s\n", error.text);
+  CHECK(operation != NULL);
+  const trephine_pose pose = {.position = {0, -20, 66}, .buttons = 1};
+  trephine_touch touch;
+  CHECK(trephine_operation_step(operation, &pose, &touch, &error) == TREPHINE_OK);
+  CHECK(trephine_operation_verify(operation, &error) == TREPHINE_BAD_ARGUMENT);
+  trephine_operation_destroy(operation);
+  scan.path = "haed";
+  CHECK(trephine_operation_open_scan(&scan, &error) == NULL && strstr(error.text, "haed"));
+  scan.tool_count = 0;
+  CHECK(trephine_operation_open_scan(&scan, &error) == NULL && strstr(error.text, "hands"));
+  CHECK(trephine_operation_open_scan(NULL, &error) == NULL);
+  CHECK(trephine_operation_reopen("missing.session", "head", &error) == NULL && error.text[0]);
+  CHECK(trephine_load_module("missing.so", &error) == TREPHINE_BAD_ARGUMENT && strstr(error.text, "missing.so"));
+}
+
 static trephine_operation* const operation_of_nobody = NULL;
 
 int main(int argc, char** argv) {
@@ -117,9 +168,10 @@ int main(int argc, char** argv) {
   char session[4096], other[4096];
   snprintf(session, sizeof session, "%s.%ld.session", argv[0], (long)getpid());
   snprintf(other, sizeof other, "%s.%ld.other.session", argv[0], (long)getpid());
-  CHECK(trephine_operation_abi_version() == TREPHINE_OPERATION_ABI_VERSION);
+  CHECK(trephine_abi_version() == TREPHINE_ABI_VERSION);
   const trephine_voxels block = make_block();
   what_is_refused(&block);
+  check_files();
 
   trephine_error error;
   trephine_start start = {0};
@@ -157,6 +209,7 @@ int main(int argc, char** argv) {
     if (now[i] != voxels[i]) CHECK(is_inside);
   }
   CHECK(!trephine_operation_changed(operation, low, high));
+  check_images(operation);
 
   /* The forbidden part is told when it is cut. */
   CHECK(measure(operation, "nearest to deep") > 0);

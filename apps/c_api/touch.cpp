@@ -1,5 +1,4 @@
-#include "haptics/c_api/c_api.h"
-
+// Touch functions of the C interface.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -7,20 +6,20 @@
 #include <glm/geometric.hpp>
 #include <memory>
 
-#include "haptics/c_api/c_parts.h"
+#include "apps/c_api/c_parts.h"
 #include "haptics/force/effects.h"
 #include "haptics/methods/methods.h"
 #include "haptics/walls/smooth_walls.h"
 
 using namespace trephine;
+using c_api::bad;
+using c_api::borrow_volume;
+using c_api::copy_mesh;
+using c_api::fail;
+using c_api::guarded;
+using c_api::is_valid_position;
+using c_api::to_c;
 using glm::dvec3;
-using haptics::c_api::bad;
-using haptics::c_api::borrow_volume;
-using haptics::c_api::copy_mesh;
-using haptics::c_api::fail;
-using haptics::c_api::guarded;
-using haptics::c_api::is_valid_position;
-using haptics::c_api::touch_of;
 
 struct trephine_surface {
   trephine_scene* scene;
@@ -144,8 +143,6 @@ void cast_motion(trephine_scene& scene, const dvec3& start, const dvec3& end) no
 
 }  // namespace
 
-uint32_t trephine_abi_version(void) { return TREPHINE_ABI_VERSION; }
-
 trephine_scene* trephine_scene_create(const int16_t* voxels, const int size[3], const double origin[3],
                                       const double axes[9], trephine_error* error) {
   std::unique_ptr<trephine_scene> scene;
@@ -245,9 +242,11 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
       return bad("unknown mover", std::to_string(mover), "-1, or 0 to 7");
     if (haptics::item_count(scene->touch) >= haptics::ShapeSet::k_max)
       return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_max + 1), "128");
-    auto tree = copy_mesh(vertices, vertex_count, triangles, triangle_count);
-    if (!tree) return tree.error();
-    scene->touch.items.push_back(haptics::mesh_item(name ? name : "", std::move(tree).value()));
+    auto mesh = copy_mesh(vertices, vertex_count, triangles, triangle_count);
+    if (!mesh) return mesh.error();
+    auto tree = std::make_shared<const haptics::MeshTree>(std::move(mesh.value().vertices_world),
+                                                          std::move(mesh.value().triangles));
+    scene->touch.items.push_back(haptics::mesh_item(name ? name : "", std::move(tree)));
     scene->touch.items.back().mover = mover;
     scene->is_prepared = false;
     index = haptics::item_count(scene->touch) - 1;
@@ -345,7 +344,7 @@ int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_t
   haptics::ServoInput input;
   input.pose.position_world = {position[0], position[1], position[2]};
   const haptics::ServoRecord record = hand->core.step(hand->servo_scene, input);
-  *touch = touch_of(record);
+  *touch = to_c(record);
   return TREPHINE_OK;
 }
 

@@ -1,5 +1,5 @@
 /* The C interface from C; with TREPHINE_LOAD the library is loaded at run time, as a game engine does. */
-#include "haptics/c_api/c_api.h"
+#include "apps/c_api/trephine.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-#include "haptics/c_api/c_parts.h"
+#include "apps/c_api/c_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "volume/base/text.h"
 
-namespace trephine::haptics::c_api {
+namespace trephine::c_api {
 
 int fail(trephine_error* error, int code, const Error& what) noexcept {
   if (error) {
@@ -60,35 +60,46 @@ Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, con
   return result;
 }
 
-Result<std::shared_ptr<const MeshTree>> copy_mesh(const double* vertices, std::size_t vertex_count,
-                                                  const uint32_t* triangles, std::size_t triangle_count) {
+Result<Surface> copy_mesh(const double* vertices, std::size_t vertex_count, const uint32_t* triangles,
+                          std::size_t triangle_count) {
   if (vertices == nullptr || triangles == nullptr || triangle_count < 1 || triangle_count > (1u << 28))
     return bad("the mesh has no triangles", std::to_string(triangle_count), "one triangle or more");
-  std::vector<glm::dvec3> points(vertex_count);
+  Surface surface;
+  surface.vertices_world.resize(vertex_count);
   for (std::size_t i = 0; i < vertex_count; ++i) {
     if (!is_valid_position(vertices + 3 * i))
       return bad("a vertex is out of range", "vertex " + std::to_string(i), "finite, within 100 km");
-    points[i] = {vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]};
+    surface.vertices_world[i] = {vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]};
   }
-  std::vector<std::uint32_t> corners(triangles, triangles + 3 * triangle_count);
-  for (const std::uint32_t c : corners)
-    if (c >= vertex_count)
-      return bad("a triangle refers to a missing vertex", std::to_string(c), "below vertex_count");
-  return std::shared_ptr<const MeshTree>(std::make_shared<MeshTree>(std::move(points), std::move(corners)));
+  surface.triangles.assign(triangles, triangles + 3 * triangle_count);
+  for (const std::uint32_t corner : surface.triangles)
+    if (corner >= vertex_count)
+      return bad("a triangle refers to a missing vertex", std::to_string(corner), "below vertex_count");
+  return surface;
 }
 
-trephine_touch touch_of(const ServoRecord& record) noexcept {
-  trephine_touch touch{};
+trephine_touch to_c(const Touch& touch) noexcept {
+  trephine_touch result{};
   for (int a = 0; a < 3; ++a) {
-    touch.proxy[a] = record.proxy_world[a];
-    touch.normal[a] = record.normal_world[a];
-    touch.force[a] = record.force_world[a];
+    result.proxy[a] = touch.proxy_world[a];
+    result.normal[a] = touch.normal_world[a];
+    result.force[a] = touch.force_world[a];
   }
-  touch.has_contact = record.has_contact;
-  touch.shape = record.has_contact ? record.shape : -1;
-  touch.side = record.has_contact ? static_cast<int>(record.side) : TREPHINE_NONE;
-  touch.faults = record.faults;
-  return touch;
+  result.has_contact = touch.has_contact;
+  result.shape = touch.has_contact ? touch.item : -1;
+  result.side = !touch.has_contact ? TREPHINE_NONE : touch.is_from_inside ? TREPHINE_BACK : TREPHINE_FRONT;
+  result.faults = touch.faults;
+  return result;
 }
 
-}  // namespace trephine::haptics::c_api
+trephine_touch to_c(const haptics::ServoRecord& record) noexcept {
+  return to_c(Touch{.proxy_world = record.proxy_world,
+                    .normal_world = record.normal_world,
+                    .force_world = record.force_world,
+                    .has_contact = record.has_contact,
+                    .is_from_inside = record.side == haptics::Side::back,
+                    .item = record.shape,
+                    .faults = record.faults});
+}
+
+}  // namespace trephine::c_api

@@ -1,16 +1,17 @@
-// Shared parts of the C interfaces: C errors, and checks and conversions of C arguments.
+// Shared parts of the C interface: C errors, and checks and conversions of C arguments.
 #pragma once
 
 #include <exception>
 #include <memory>
 #include <string>
 
-#include "haptics/c_api/c_api.h"
+#include "apps/api/operation.h"
+#include "apps/c_api/trephine.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/servo/servo_core.h"
 #include "volume/scan/volume.h"
 
-namespace trephine::haptics::c_api {
+namespace trephine::c_api {
 
 /// Writes `what` to `error` if that is not null. Returns `code`.
 int fail(trephine_error* error, int code, const Error& what) noexcept;
@@ -37,8 +38,9 @@ bool is_valid_position(const double v[3]) noexcept;
 /// Returns a volume over voxels that the caller keeps.
 Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, const int size[3],
                                                       const double origin[3], const double axes[9]);
-Result<std::shared_ptr<const MeshTree>> copy_mesh(const double* vertices, std::size_t vertex_count,
-                                                  const uint32_t* triangles, std::size_t triangle_count);
-trephine_touch touch_of(const ServoRecord& record) noexcept;
+Result<Surface> copy_mesh(const double* vertices, std::size_t vertex_count, const uint32_t* triangles,
+                          std::size_t triangle_count);
+trephine_touch to_c(const Touch& touch) noexcept;
+trephine_touch to_c(const haptics::ServoRecord& record) noexcept;
 
-}  // namespace trephine::haptics::c_api
+}  // namespace trephine::c_api

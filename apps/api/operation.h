@@ -1,0 +1,201 @@
+// Operation: surgery on a scan, for programs in C++. Poses and commands in; forces, cuts, events, measures,
+// surfaces and images out. docs/concepts.md explains it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "haptics/device/pose_path.h"
+#include "sim/api/command.h"
+#include "sim/api/event.h"
+#include "volume/base/error.h"
+#include "volume/imaging/image_plane.h"
+#include "volume/scan/volume.h"
+
+namespace trephine {
+
+using haptics::Pose;
+using sim::Command, sim::Event, sim::Measure;
+using volume::ImagePlane, volume::Volume;
+
+/// A hand. `trephine modules` lists the instruments with their parameters.
+struct Hand {
+  std::string instrument = {};  ///< "burr", "craniotome", ...; empty: the hand only touches
+  std::string parameters = {};  ///< in words: "diameter=4 removal_rate=30"
+  double tool_radius = 0;   ///< mm, of the ball that it touches with; 0: that of the instrument, or a point
+  std::string method = {};  ///< contact method; empty: "subvoxel"
+  std::vector<std::string> effects = {};  ///< further forces, in words: "viscous damping=0.004"
+};
+
+/// Recording of an operation to a new file.
+struct Recording {
+  std::string file = {};      ///< empty: no recording
+  bool is_embedding = false;  ///< the file also contains the scan
+  std::string program = {};   ///< name and version of your program, stored in the file
+};
+
+struct OperationOptions {
+  std::vector<Hand> hands = {Hand()};
+  /// Solid that is touched and cut; at most one of these three. By default the touchable structures of a
+  /// case, or bone.
+  std::optional<double> iso = std::nullopt;  ///< this value and above
+  std::string window = {};                   ///< values "LO:HI"
+  std::string label = {};                    ///< name of a label
+  bool takes_plan = false;  ///< of a phantom: also its structures, screws and planned trajectories
+  double rate_hz = 1000;    ///< ticks per second, 10 to 100000
+  /// mm, diameter of the smallest burr that will cut; empty: that of the hands.
+  std::optional<double> smallest_burr = std::nullopt;
+  Recording recording = {};
+  /// Receives sentences about assumptions, such as a missing slice that was interpolated.
+  std::function<void(const std::string& text)> notice = [](const std::string&) {};
+};
+
+/// Result of a tick for one hand. World frame.
+struct Touch {
+  glm::dvec3 proxy_world{0.0};   ///< mm
+  glm::dvec3 normal_world{0.0};  ///< unit, toward the proxy; 0 without contact
+  glm::dvec3 force_world{0.0};   ///< N, for the device: finite, limited, slew-limited
+  glm::dvec3 torque_world{0.0};  ///< N mm
+  bool has_contact = false;
+  bool is_from_inside = false;  ///< touches the back of a surface, from within the solid
+  int item = -1;                ///< index of the touched structure; -1 without contact
+  std::uint32_t faults = 0;     ///< latched until reset(); the force is 0 meanwhile
+};
+
+/// Triangles in the world frame, mm, counter-clockwise as viewed from outside.
+struct Surface {
+  std::vector<glm::dvec3> vertices_world;
+  std::vector<std::uint32_t> triangles;  ///< three vertex indices each
+};
+
+/// A detached part of the anatomy, or an implant.
+struct Body {
+  std::uint32_t id = 0;  ///< number in commands: "hold-body" with "body=3"
+  int holder = -1;       ///< the hand that holds it; -1: not held
+  double mm3 = 0;
+  glm::dvec3 position_world{0.0};  ///< mm, current pose of the frame of `surface`
+  glm::dquat rotation{1, 0, 0, 0};
+  std::shared_ptr<const Surface> surface;  ///< in the frame in which the body was detached
+};
+
+/// Image row by row from the upper left.
+template <class Pixel>
+struct Image {
+  int columns = 0, rows = 0;
+  std::vector<Pixel> pixels;
+};
+
+/// Pose of a C-arm. Angles in degrees, as in DICOM: primary 0 with the detector in front of the patient,
+/// positive toward the left; secondary positive toward the head.
+struct XrayPose {
+  glm::dvec3 isocentre_world{0.0};  ///< mm
+  double primary = 0, secondary = 0;
+  double pixel = 0.3;  ///< mm, of the detector
+  int columns = 1024, rows = 1024;
+};
+
+struct VoxelRange {
+  glm::ivec3 low{0}, high{-1};  ///< both included
+};
+
+/// Loads a module of a shared library (docs/how-to/add-a-module.md), for operations that are opened
+/// afterwards. Call before other threads open operations.
+Status load_module(const std::string& path);
+
+/// Owns all that it needs. For one thread at a time; operations share no changing data. Equal input gives
+/// equal bits on every machine. A moved-from operation can only be destroyed or assigned to. A query by index
+/// requires an index below the count.
+class Operation {
+ public:
+  /// Opens a scan (DICOM folder or any supported file), a case, or a phantom: "head", "spine".
+  static Result<Operation> open(const std::string& path, const OperationOptions& options = {});
+  /// Opens a scan in memory, which stays unchanged.
+  static Result<Operation> open(std::shared_ptr<const Volume> scan, const OperationOptions& options = {});
+  /// Opens a scene in text (docs/file-formats.md, "A scene in text"), with its volumes and models. The first
+  /// volume is the anatomy.
+  static Result<Operation> open_scene(std::string_view scene,
+                                      std::vector<std::shared_ptr<const Volume>> volumes,
+                                      std::vector<Surface> models = {}, const Recording& recording = {});
+  /// Opens a recorded operation at its beginning, read-only. `scan`: its path; empty if the file contains the
+  /// scan, or it is a phantom.
+  static Result<Operation> reopen(const std::string& session, const std::string& scan = {});
+  /// Opens a recorded operation with the volumes that the file does not contain, the anatomy first.
+  static Result<Operation> reopen(const std::string& session,
+                                  std::vector<std::shared_ptr<const Volume>> volumes);
+  Operation(Operation&&) noexcept;
+  Operation& operator=(Operation&&) noexcept;
+  /// Finishes the recording; call end() for its errors.
+  ~Operation();
+
+  // ---- operations of open() ----
+  /// Executes one tick with one pose per hand. The results stay valid until the next call. A tick takes some
+  /// microseconds, longer while it cuts. A pose that is not finite gives no force and latches a fault.
+  Result<std::span<const Touch>> step(std::span<const Pose> poses);
+  /// Executes one tick of an operation with one hand.
+  Result<Touch> step(const Pose& pose);
+  /// Executes one tick per pose of one hand; one result per tick.
+  Result<std::vector<Touch>> run(std::span<const Pose> poses);
+  /// Executes a command, and finishes the job that it starts. An error changes nothing. By struct:
+  /// `command(sim::Note{"text"})`; by words: `command("burr", "diameter=3")`.
+  Status command(const Command& command);
+  Status command(std::string_view name, std::string_view words = {}, int hand = 0);
+  /// Undoes a stroke or command; does nothing if there is nothing to undo.
+  Status undo();
+  Status redo();
+  /// Clears faults, contact and force with the next tick.
+  Status reset();
+  /// Ends the operation and its recording. Returns the first error of the recording. Only queries remain.
+  Status end();
+
+  // ---- operations of reopen() ----
+  /// Goes to the state after `tick` ticks, forward or back; tick_count() and beyond: the end.
+  Status go_to(std::uint64_t tick);
+  /// Replays the whole session. Returns the first difference from the recording.
+  Status verify();
+  /// Returns false if the end of the file was lost; the part before is available.
+  bool is_whole() const noexcept;
+
+  // ---- state ----
+  bool is_recorded() const noexcept;          ///< from reopen()
+  bool is_read_only() const noexcept;         ///< recorded, or ended
+  std::uint64_t tick() const noexcept;        ///< number of executed ticks
+  std::uint64_t tick_count() const noexcept;  ///< number of recorded ticks; of open(): tick()
+  std::size_t hand_count() const noexcept;
+  const Volume& scan() const noexcept;  ///< uncut
+  std::string scene() const;            ///< in the format of open_scene()
+  double removed_mm3() const;
+  std::vector<Measure> measures() const;     ///< "removed", "nearest to dura", ...
+  std::size_t event_count() const noexcept;  ///< undo removes no events
+  const Event& event(std::size_t index) const noexcept;
+  std::vector<Body> bodies() const;
+  /// Hash of the whole state: equal states have equal hashes. The cost grows with removed matter.
+  std::uint64_t hash();
+
+  // ---- voxels, surfaces, images; without detached bodies unless stated ----
+  /// Returns the voxels that may have changed since the last call; nullopt if none did.
+  std::optional<VoxelRange> take_changed();
+  /// Returns the current intensities, x fastest. A voxel approaches air in proportion to its removed share.
+  Result<std::vector<std::int16_t>> read(const VoxelRange& range) const;
+  /// Surface of a structure with its cuts. Takes a second per 100 million voxels.
+  Result<Surface> surface(std::size_t item = 0) const;
+  /// Intensities in a plane, with the cuts; -32768 outside the scan.
+  Result<Image<std::int16_t>> slice(const ImagePlane& plane) const;
+  /// X-ray of a CT with bodies and models, in grey values. Further images reuse what did not change.
+  Result<Image<std::uint8_t>> xray(const XrayPose& pose);
+
+ private:
+  struct Data;
+  explicit Operation(std::unique_ptr<Data> data) noexcept;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace trephine

@@ -1,0 +1,402 @@
+// trephine::Operation gives the bits of the libraries below it, and its errors state problem and remedy.
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "apps/api/operation.h"
+#include "apps/bench/scenes/scratch.h"
+#include "apps/imaging/xray_panel.h"
+#include "apps/workbench/operation.h"
+#include "modules/ct_viewer/slice_image.h"
+#include "sim/drivers/lockstep.h"
+#include "volume/surface/surface_nets.h"
+
+namespace trephine {
+namespace {
+
+using glm::dvec3;
+
+const Hand k_burr{.instrument = "burr", .parameters = "diameter=4 removal_rate=30"};
+
+OperationOptions with_burr() {
+  OperationOptions options;
+  options.hands = {k_burr};
+  return options;
+}
+
+/// Presses into the top of the built-in head, then lifts.
+std::vector<Pose> poses() {
+  std::vector<Pose> result(700);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].position_world = {0, -20, i < 650 ? 69 - 0.008 * static_cast<double>(i) : 75.0};
+    result[i].press(i < 650);
+  }
+  return result;
+}
+
+/// A cube of bone in air, its edges 16 mm, with the soft border of a scan.
+std::shared_ptr<const Volume> cube() {
+  auto made =
+      volume::make_volume(glm::ivec3(48), volume::Frame::from_spacing(dvec3(-12), dvec3(0.5)).value());
+  EXPECT_TRUE(made.is_ok());
+  Volume& scan = made.value();
+  scan.is_hounsfield = true;
+  for (int z = 0; z < 48; ++z)
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 48; ++x) {
+        const double outside = std::max({std::abs(x - 23.5), std::abs(y - 23.5), std::abs(z - 23.5)}) - 16;
+        scan.voxels[scan.index(x, y, z)] =
+            static_cast<std::int16_t>(std::clamp(300 - 500 * outside, -1000.0, 1000.0));
+      }
+  return std::make_shared<const Volume>(std::move(made).value());
+}
+
+Operation opened(const OperationOptions& options = with_burr()) {
+  auto result = Operation::open(cube(), options);
+  EXPECT_TRUE(result.is_ok()) << (result ? "" : result.error().message());
+  return std::move(result).value();
+}
+
+/// Drills a hole into the top of the cube.
+void drill(Operation& operation, double x, int ticks = 300) {
+  std::vector<Pose> path(static_cast<std::size_t>(ticks));
+  for (int i = 0; i < ticks; ++i) {
+    Pose& pose = path[static_cast<std::size_t>(i)];
+    pose.position_world = {x, 0, i < ticks - 10 ? 8.5 - 0.01 * i : 12.0};
+    pose.press(i < ticks - 10);
+  }
+  ASSERT_TRUE(operation.run(path).is_ok());
+}
+
+/// The error has all parts that its reader needs.
+template <class T>
+void expect_error(const Result<T>& result, const std::string& what, const std::string& found) {
+  ASSERT_FALSE(result.is_ok());
+  const Error& error = result.error();
+  EXPECT_NE(error.what.find(what), std::string::npos) << error.message();
+  EXPECT_NE(error.found.find(found), std::string::npos) << error.message();
+  EXPECT_FALSE(error.expected.empty()) << error.message();
+  EXPECT_FALSE(error.remedy.empty()) << error.message();
+}
+
+TEST(OperationApi, DrillsTheHeadWithTheBitsOfLockstep) {
+  auto result = Operation::open("head", with_burr());
+  ASSERT_TRUE(result.is_ok()) << result.error().message();
+  Operation& operation = result.value();
+  workbench::OperationChoice choice;
+  choice.hands[0].instrument = k_burr.instrument;
+  choice.hands[0].parameters = k_burr.parameters;
+  const auto built = workbench::open_operation("head", choice);
+  ASSERT_TRUE(built.is_ok());
+  sim::Lockstep lockstep(built.value().engine(), {}, 1000);
+
+  double strongest = 0;
+  for (const Pose& pose : poses()) {
+    const auto touch = operation.step(pose);
+    ASSERT_TRUE(touch.is_ok());
+    const haptics::ServoRecord record = lockstep.step(pose);
+    ASSERT_EQ(touch.value().force_world, record.force_world);
+    ASSERT_EQ(touch.value().proxy_world, record.proxy_world);
+    strongest = std::max(strongest, touch.value().force_world.z);
+  }
+  EXPECT_GT(strongest, 0.1);
+  EXPECT_GT(operation.removed_mm3(), 5);
+  EXPECT_EQ(operation.removed_mm3(), lockstep.engine().removed_mm3());
+  EXPECT_EQ(operation.hash(), lockstep.engine().snapshot()->hash());
+  EXPECT_EQ(operation.tick(), poses().size());
+  EXPECT_EQ(operation.measures()[0].name, "removed");
+  EXPECT_EQ(operation.measures()[0].value, operation.removed_mm3());
+
+  // Images are those of the libraries that make them, and show the hole.
+  ImagePlane plane;
+  plane.middle_world = {0, -20, 66};
+  plane.columns = plane.rows = 64;
+  const auto slice = operation.slice(plane);
+  ASSERT_TRUE(slice.is_ok());
+  const auto values =
+      ct_viewer::slice_values(*built.value().source.volume, *lockstep.engine().current(), plane, {});
+  EXPECT_EQ(slice.value().pixels, values.now);
+  EXPECT_NE(values.now, values.before);
+
+  const XrayPose pose{
+      .isocentre_world = {0, -20, 40}, .secondary = 20, .pixel = 1, .columns = 96, .rows = 80};
+  const auto xray = operation.xray(pose);
+  ASSERT_TRUE(xray.is_ok()) << xray.error().message();
+  fluoroscopy::CArm arm;
+  arm.isocentre = pose.isocentre_world, arm.secondary = 20, arm.pixel = 1, arm.columns = 96, arm.rows = 80;
+  imaging::Subject subject;
+  subject.scan = built.value().source.volume;
+  lockstep.engine().freeze();
+  subject.version = lockstep.engine().current();
+  imaging::XrayCamera camera;
+  const auto panel = camera.shoot(subject, arm, 1);
+  ASSERT_TRUE(panel.is_ok());
+  ASSERT_EQ(xray.value().pixels.size(), 96u * 80u);
+  std::size_t differing = 0, dark = 0;
+  for (std::size_t row = 0; row < 80; ++row)
+    for (std::size_t column = 0; column < 96; ++column) {
+      const std::uint8_t grey = xray.value().pixels[row * 96 + column];
+      differing += grey != panel.value().pixels[(79 - row) * 96 + column][0];
+      dark += grey < 128;
+    }
+  EXPECT_EQ(differing, 0u);
+  EXPECT_GT(dark, 100u);
+  EXPECT_LT(dark, 96u * 80u - 100u);
+
+  ASSERT_FALSE(operation.undo());
+  EXPECT_EQ(operation.removed_mm3(), 0);
+  EXPECT_EQ(operation.slice(plane).value().pixels, values.before);
+  ASSERT_FALSE(operation.redo());
+  EXPECT_EQ(operation.slice(plane).value().pixels, values.now);
+}
+
+TEST(OperationApi, RecordsReopensAndVerifies) {
+  const scenes::Scratch folder;
+  const std::string file = (folder.path / "cube.session").string();
+  OperationOptions options = with_burr();
+  options.recording = {file, true, "operation test"};
+  std::uint64_t hash = 0;
+  double removed = 0;
+  {
+    Operation operation = opened(options);
+    drill(operation, -3);
+    ASSERT_FALSE(operation.command("note", "text=\"first hole\""));
+    drill(operation, 3);
+    hash = operation.hash(), removed = operation.removed_mm3();
+    ASSERT_FALSE(operation.end());
+    // Only queries remain.
+    EXPECT_TRUE(operation.end());
+    EXPECT_FALSE(operation.step(Pose()).is_ok());
+    EXPECT_TRUE(operation.undo());
+    EXPECT_EQ(operation.removed_mm3(), removed);
+  }
+  EXPECT_GT(removed, 10);
+  auto reopened = Operation::reopen(file);
+  ASSERT_TRUE(reopened.is_ok()) << reopened.error().message();
+  Operation& operation = reopened.value();
+  EXPECT_TRUE(operation.is_whole());
+  EXPECT_EQ(operation.tick(), 0u);
+  EXPECT_EQ(operation.tick_count(), 600u);
+  EXPECT_EQ(operation.removed_mm3(), 0);
+  ASSERT_FALSE(operation.go_to(300));
+  EXPECT_GT(operation.removed_mm3(), 0);
+  EXPECT_LT(operation.removed_mm3(), removed);
+  const Status different = operation.verify();
+  EXPECT_FALSE(different) << different->message();
+  EXPECT_EQ(operation.removed_mm3(), removed);
+  EXPECT_EQ(operation.hash(), hash);
+  // It is read-only.
+  EXPECT_EQ(operation.step(Pose()).error().what, "a recorded operation cannot be changed");
+  EXPECT_TRUE(operation.undo() && operation.command("note", "text=no") && operation.reset());
+
+  // The volumes may also come from the caller; those of another scan are refused.
+  EXPECT_TRUE(Operation::reopen(file, {cube()}).is_ok());
+  auto other = volume::copy_of(*cube());
+  other.value().voxels[0] = 7;
+  EXPECT_FALSE(Operation::reopen(file, {std::make_shared<const Volume>(std::move(other).value())}).is_ok());
+
+  // A file that exists is not overwritten, and a truncated one is reported.
+  expect_error(Operation::open(cube(), options), "already exists", "");
+  const std::string part = (folder.path / "part.session").string();
+  std::filesystem::copy_file(file, part);
+  std::filesystem::resize_file(part, std::filesystem::file_size(part) - 100);
+  auto cut = Operation::reopen(part);
+  ASSERT_TRUE(cut.is_ok());
+  EXPECT_FALSE(cut.value().is_whole());
+  // A changed byte in the middle is damage, which verify() reports.
+  std::fstream bytes(part, std::ios::in | std::ios::out | std::ios::binary);
+  bytes.seekp(static_cast<std::streamoff>(std::filesystem::file_size(part) / 2));
+  bytes.write("damage", 6);
+  bytes.close();
+  auto broken = Operation::reopen(part);
+  EXPECT_TRUE(!broken || broken.value().verify());
+}
+
+TEST(OperationApi, CommandsByWordsAndByStructReportWhatIsWrong) {
+  Operation operation = opened();
+  Status error = operation.command("brr", "diameter=3");
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "unknown command");
+  EXPECT_EQ(error->found, "brr");
+  EXPECT_NE(error->expected.find("burr"), std::string::npos);
+  EXPECT_FALSE(error->remedy.empty());
+  error = operation.command("burr", "diametre=3");
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->message().find("diametre"), std::string::npos) << error->message();
+  EXPECT_NE(error->message().find("diameter"), std::string::npos) << error->message();
+  error = operation.command("burr", "diameter=wide");
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->message().find("wide"), std::string::npos) << error->message();
+  error = operation.command("burr", "diameter=4", 1);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "unknown hand");
+  EXPECT_EQ(operation.command(Command(sim::Note{"x"}, 3))->what, "unknown hand");
+  // A command that the state does not allow is refused.
+  error = operation.command("hold-body", "body=3");
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->kind, ErrorKind::refused);
+  EXPECT_FALSE(operation.command("burr", "diameter=5"));
+  EXPECT_FALSE(operation.command(sim::Note{"text"}));
+  // Nothing to undo is no error.
+  EXPECT_FALSE(operation.undo());
+}
+
+TEST(OperationApi, HandsFaultsEventsAndChangedVoxels) {
+  OperationOptions options = with_burr();
+  options.hands.push_back({});
+  Operation operation = opened(options);
+  EXPECT_EQ(operation.hand_count(), 2u);
+  EXPECT_EQ(operation.step(Pose()).error().what, "the number of poses is wrong");
+  EXPECT_FALSE(operation.take_changed());
+  Pose first, second;
+  second.position_world = {0, 0, 20};
+  for (int i = 0; i < 300; ++i) {
+    first.position_world = {0, 0, 9 - 0.01 * i};
+    const Pose both[] = {first, second};
+    const auto touches = operation.step(both);
+    ASSERT_TRUE(touches.is_ok());
+    EXPECT_FALSE(touches.value()[1].has_contact);
+  }
+  const auto changed = operation.take_changed();
+  ASSERT_TRUE(changed);
+  const auto values = operation.read(*changed);
+  ASSERT_TRUE(values.is_ok());
+  EXPECT_LT(*std::min_element(values.value().begin(), values.value().end()), 0);
+  EXPECT_FALSE(operation.take_changed());
+  EXPECT_FALSE(operation.read({glm::ivec3(0), glm::ivec3(48)}).is_ok());
+  EXPECT_FALSE(operation.read({glm::ivec3(5), glm::ivec3(4)}).is_ok());
+
+  first.position_world.z = std::numeric_limits<double>::quiet_NaN();
+  const Pose broken[] = {first, second};
+  const auto faulty = operation.step(broken);
+  EXPECT_NE(faulty.value()[0].faults, 0u);
+  EXPECT_EQ(faulty.value()[0].force_world, dvec3(0));
+  ASSERT_GT(operation.event_count(), 0u);
+  EXPECT_EQ(operation.event(operation.event_count() - 1).value.name(), "fault");
+  EXPECT_FALSE(operation.reset());
+  const Pose again[] = {second, second};
+  EXPECT_EQ(operation.step(again).value()[0].faults, 0u);
+}
+
+TEST(OperationApi, SurfacesBodiesAndScenesInText) {
+  Operation operation = opened();
+  const auto whole = operation.surface();
+  ASSERT_TRUE(whole.is_ok());
+  // The volume below the surface: that of the cube, by the divergence theorem, positive if it faces outward.
+  const auto volume_of = [](const Surface& surface) {
+    double sum = 0;
+    for (std::size_t i = 0; i + 2 < surface.triangles.size(); i += 3) {
+      const dvec3 &a = surface.vertices_world[surface.triangles[i]],
+                  &b = surface.vertices_world[surface.triangles[i + 1]],
+                  &c = surface.vertices_world[surface.triangles[i + 2]];
+      sum += glm::dot(a, glm::cross(b, c)) / 6;
+    }
+    return sum;
+  };
+  EXPECT_NEAR(volume_of(whole.value()), 16 * 16 * 16, 20);
+  drill(operation, 0);
+  EXPECT_NEAR(volume_of(whole.value()) - volume_of(operation.surface().value()), operation.removed_mm3(),
+              0.1 * operation.removed_mm3());
+  EXPECT_FALSE(operation.surface(1).is_ok());
+
+  // A saw cut through the cube, by an instrument in a scene in text, frees a body.
+  auto scene = Operation::open_scene("structure=bone\nlow=300\nhand=burr\nparameters=diameter=4 kinematic=1",
+                                     {cube()});
+  ASSERT_TRUE(scene.is_ok()) << scene.error().message();
+  Operation& sawing = scene.value();
+  std::vector<Pose> path;
+  for (int y = -10; y <= 10; ++y)
+    for (int i = 0; i <= 40; ++i)
+      path.emplace_back().position_world = {y % 2 ? 10 - 0.5 * i : -10 + 0.5 * i, y, 0};
+  path.emplace_back(path.back()).press(false);
+  ASSERT_TRUE(sawing.run(path).is_ok());
+  const Status not_freed = sawing.command("free-pieces");
+  ASSERT_FALSE(not_freed) << not_freed->message();
+  ASSERT_EQ(sawing.bodies().size(), 1u);
+  const Body body = sawing.bodies()[0];
+  EXPECT_GT(body.mm3, 500);
+  EXPECT_NEAR(volume_of(*body.surface), body.mm3, 0.05 * body.mm3);
+  EXPECT_EQ(body.holder, -1);
+  ASSERT_FALSE(sawing.command("place-body", "body=1 position=0,0,5"));
+  EXPECT_EQ(sawing.bodies()[0].position_world, dvec3(0, 0, 5));
+  // Its text opens the same scene again.
+  auto again = Operation::open_scene(sawing.scene(), {cube()});
+  ASSERT_TRUE(again.is_ok()) << again.error().message();
+  EXPECT_EQ(again.value().scene(), sawing.scene());
+
+  EXPECT_FALSE(Operation::open_scene("structure=bone\nlow=300", {}).is_ok());
+  EXPECT_FALSE(Operation::open_scene("structur=bone", {cube()}).is_ok());
+  const Surface hole{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 3}};
+  const auto broken = Operation::open_scene("structure=bone\nlow=300\nhand=", {cube()}, {hole});
+  ASSERT_FALSE(broken.is_ok());
+  EXPECT_EQ(broken.error().where, "model 1");
+}
+
+TEST(OperationApi, RunsTheLinesOfTheReadme) {
+  auto operation =
+      trephine::Operation::open("head", {.hands = {{.instrument = "burr", .parameters = "diameter=4"}}})
+          .value();
+  trephine::Touch touch = operation.step({.position_world = {0, -20, 66}}).value();
+  double removed = operation.removed_mm3();
+  EXPECT_FALSE(touch.has_contact);  // the first position is free by definition
+  EXPECT_EQ(removed, 0);
+}
+
+TEST(OperationApi, MovesAndOutlivesItsOptionsAndScan) {
+  auto scan = cube();
+  const std::weak_ptr<const Volume> watch = scan;
+  std::optional<Operation> last;
+  {
+    Operation first = opened();
+    drill(first, 0);
+    Operation second = std::move(first);
+    const double removed = second.removed_mm3();
+    EXPECT_GT(removed, 5);
+    first = std::move(second);
+    drill(first, 4);
+    EXPECT_GT(first.removed_mm3(), removed);
+    auto from_scan = Operation::open(std::move(scan), with_burr());
+    last = std::move(from_scan).value();
+  }
+  EXPECT_FALSE(watch.expired());
+  drill(*last, 0);
+  EXPECT_GT(last->removed_mm3(), 5);
+  last.reset();
+  EXPECT_TRUE(watch.expired());
+}
+
+TEST(OperationApi, ErrorsOfOpeningStateProblemAndRemedy) {
+  expect_error(Operation::open("haed", with_burr()), "not", "");
+  expect_error(Operation::open("missing/scan.mha", with_burr()), "not", "");
+  OperationOptions options = with_burr();
+  options.hands[0].instrument = "chisel";
+  expect_error(Operation::open("head", options), "unknown instrument", "chisel");
+  options = with_burr();
+  options.hands[0].parameters = "diameter=400";
+  EXPECT_FALSE(Operation::open(cube(), options).is_ok());
+  options = with_burr();
+  options.hands.clear();
+  EXPECT_EQ(Operation::open("head", options).error().what, "the number of hands is out of range");
+  options = with_burr();
+  options.iso = 300, options.window = "100:200";
+  EXPECT_EQ(Operation::open("head", options).error().what, "more than one shape was chosen");
+  EXPECT_EQ(Operation::open(std::shared_ptr<const Volume>(), {}).error().what, "there is no volume");
+  EXPECT_FALSE(Operation::reopen("missing.session").is_ok());
+  // Without units there is no bone, unless the caller chooses values.
+  auto plain = volume::copy_of(*cube());
+  plain.value().is_hounsfield = false;
+  const auto scan = std::make_shared<const Volume>(std::move(plain).value());
+  EXPECT_FALSE(Operation::open(scan, with_burr()).is_ok());
+  options = with_burr();
+  options.iso = 300;
+  auto result = Operation::open(scan, options);
+  ASSERT_TRUE(result.is_ok());
+  EXPECT_EQ(result.value().xray({}).error().what, "an X-ray needs Hounsfield units");
+  ImagePlane plane;
+  plane.columns = 0;
+  EXPECT_FALSE(result.value().slice(plane).is_ok());
+}
+
+}  // namespace
+}  // namespace trephine
