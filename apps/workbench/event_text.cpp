@@ -5,6 +5,7 @@
 
 #include "apps/workbench/text.h"
 #include "modules/bone_flap/bone_flap.h"
+#include "modules/bone_flap/judgement.h"
 #include "modules/cross_section/cross_section.h"
 #include "modules/drilling/craniotome.h"
 #include "modules/drilling/perforator.h"
@@ -74,6 +75,20 @@ EventText text_of(const bone_flap::FlapPreviewed& e) {
   return {(e.area > 0 ? "Preview: " : "Preview: no flap. ") + e.summary,
           e.area > 0 ? Level::outcome : Level::refusal};
 }
+EventText text_of(const bone_flap::FlapJudged& e) {
+  std::string text = format_text("Flap of %.0f by %.0f mm", e.length, e.width);
+  if (e.has_target)
+    text += format_text("; %.0f %% of %s exposed, margin %.1f mm", e.exposed, e.target.c_str(), e.margin);
+  if (e.has_plan) text += format_text("; %.1f mm from the plan, at most %.1f mm", e.plan_mean, e.plan_worst);
+  return {text + ".", Level::outcome};
+}
+EventText text_of(const bone_flap::FlapClearance& e) {
+  const char* name = e.structure.c_str();
+  return {e.is_stripped    ? format_text("The saw's foot stripped %s off the bone.", name)
+          : e.distance < 0 ? format_text("The saw cut %.1f mm into %s.", -e.distance, name)
+                           : format_text("The saw stayed %.1f mm or more from %s.", e.distance, name),
+          Level::record};
+}
 EventText text_of(const bone_flap::FlapFailed& e) { return {"No bone flap: " + e.reason, Level::refusal}; }
 EventText text_of(const cross_section::SectionMeasured& e) {
   return {format_text("Section: bone %.1f mm², models %.1f mm², of which %.1f mm² outside bone.", e.bone,
@@ -139,6 +154,8 @@ const auto& rows() {
                                  row<bone_flap::FlapPiece>(),
                                  row<bone_flap::FlapPreviewed>(),
                                  row<bone_flap::FlapFailed>(),
+                                 row<bone_flap::FlapJudged>(),
+                                 row<bone_flap::FlapClearance>(),
                                  row<cross_section::SectionMeasured>(),
                                  row<measurement::Measured>(),
                                  row<fluoroscopy::XrayTaken>(),

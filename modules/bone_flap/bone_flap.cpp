@@ -11,6 +11,7 @@
 #include <unordered_set>
 
 #include "modules/bone_flap/evaluation.h"
+#include "modules/bone_flap/judgement.h"
 #include "modules/bone_flap/preview.h"
 #include "modules/bone_flap/rim.h"
 #include "sim/api/work.h"
@@ -352,14 +353,14 @@ std::span<const sim::ValueType* const> BoneFlap::commands() const {
 
 std::span<const sim::JobType* const> BoneFlap::jobs() const {
   static const sim::JobType flap{&sim::value_type<CutFlap>(), run, nullptr, adopt, check, true, true};
-  static const std::array<const sim::JobType*, 2> all{&preview_job(), &flap};
+  static const std::array<const sim::JobType*, 3> all{&preview_job(), &flap, &judge_job()};
   return all;
 }
 
 std::span<const sim::ValueType* const> BoneFlap::events() const {
-  static const std::array<const sim::ValueType*, 4> all{
-      &sim::value_type<FlapCut>(), &sim::value_type<FlapPiece>(), &sim::value_type<FlapPreviewed>(),
-      &sim::value_type<FlapFailed>()};
+  static const std::array<const sim::ValueType*, 6> all{
+      &sim::value_type<FlapCut>(),    &sim::value_type<FlapPiece>(),  &sim::value_type<FlapPreviewed>(),
+      &sim::value_type<FlapFailed>(), &sim::value_type<FlapJudged>(), &sim::value_type<FlapClearance>()};
   return all;
 }
 
@@ -402,6 +403,11 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
       return error;
     return check_saw("preview-flap saw", preview->saw);
   }
+  if (const auto* judging = command.request.as<JudgeFlap>()) {
+    if (Status error = check_count("judge-flap planned", static_cast<std::int64_t>(judging->planned.size())))
+      return error;
+    return check_judging(*judging, operation);
+  }
   const auto* request = command.request.as<CutFlap>();
   if (request == nullptr) return std::nullopt;
   if (Status error = check_count("cut-flap anchors", static_cast<std::int64_t>(request->anchors.size())))
@@ -434,11 +440,24 @@ void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {
 std::vector<sim::Measure> BoneFlap::measures(const sim::OperationState& operation) const {
   const FlapState* world = operation.undoable_of<FlapState>();
   if (world == nullptr) return {};
-  return {{"flaps", static_cast<double>(world->flaps), ""},
-          {"flap area", world->area, "mm2"},
-          {"flap volume", world->flap_size, "mm3"},
-          {"kerf volume", world->kerf_size, "mm3"},
-          {"sawn walls", world->wall, "mm2"}};
+  std::vector<sim::Measure> all{{"flaps", static_cast<double>(world->flaps), ""},
+                                {"flap area", world->area, "mm2"},
+                                {"flap volume", world->flap_size, "mm3"},
+                                {"kerf volume", world->kerf_size, "mm3"},
+                                {"sawn walls", world->wall, "mm2"}};
+  const FlapJudged* judged = judgement_of(operation);
+  if (judged == nullptr) return all;
+  all.push_back({"flap length", judged->length, "mm"});
+  all.push_back({"flap width", judged->width, "mm"});
+  if (judged->has_target) {
+    all.push_back({"target exposed", judged->exposed, "%"});
+    all.push_back({"target margin", judged->margin, "mm"});
+  }
+  if (judged->has_plan) {
+    all.push_back({"distance from planned outline", judged->plan_mean, "mm"});
+    all.push_back({"largest distance from planned outline", judged->plan_worst, "mm"});
+  }
+  return all;
 }
 
 sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {

@@ -11,7 +11,7 @@
 #include "data-tools/files/output_set.h"
 #include "data-tools/formats/open_volume.h"
 #include "data-tools/meshes/mesh_files.h"
-#include "modules/bone_flap/evaluation.h"
+#include "modules/bone_flap/judgement.h"
 #include "modules/bone_flap/outline.h"
 #include "modules/catalogue.h"
 #include "sim/drivers/lockstep.h"
@@ -86,13 +86,6 @@ Result<Points> anchors_of(const FlapArguments& a, const workbench::Operation& op
 /// Returns the burr (mm) for which the spacing of cut samples is at most half of the saw's width.
 double burr_for(const CutFlap& request) { return 4 * bone_flap::width_of(request.saw); }
 
-/// Returns the target's label; -1 for an unknown name.
-int label_of(const FlapArguments& a, const workbench::Operation& operation) {
-  const auto& names = operation.source.volume->label_names;
-  const auto label = std::find(names.begin(), names.end(), a.target);
-  return label == names.end() ? -1 : static_cast<int>(label - names.begin());
-}
-
 /// Returns the last event of a type, and its position (mm, world); null if there is no such event.
 template <class T>
 const T* last_event(const sim::Engine& engine, dvec3* at = nullptr) {
@@ -140,8 +133,7 @@ volume::Mesh mesh_of(const std::vector<sim::Body>& bodies) {
 }
 
 /// Adds the report of the flap, as text and JSON, to the outcome. Error: the target's label has no voxels.
-Status report_flap(const FlapArguments& a, const workbench::Operation& operation, const sim::Engine& engine,
-                   const Points& planned, Outcome& outcome) {
+Status report_flap(const sim::Engine& engine, Outcome& outcome) {
   Json& json = outcome.json;
   const auto* cut = last_event<bone_flap::FlapCut>(engine);
   const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
@@ -173,51 +165,49 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
                                   piece->is_at_border ? ", cut by the scan's border" : "");
   }
   json["pieces"] = pieces;
-  const bone_flap::OutlineShape shape = bone_flap::shape_of(flap);
-  json["outline"] = {{"perimeter_mm", shape.perimeter},
-                     {"length_mm", shape.length},
-                     {"width_mm", shape.width},
-                     {"roundness", shape.roundness}};
-  outcome.text += format_text("outline: %.0f mm around, %.0f by %.0f mm, roundness %.2f\n", shape.perimeter,
-                              shape.length, shape.width, shape.roundness);
-  // Distance of the saw to forbidden structures, along its lines down to below the inner table.
+  const auto& judged = *last_event<bone_flap::FlapJudged>(engine);
+  json["outline"] = {{"perimeter_mm", judged.perimeter},
+                     {"length_mm", judged.length},
+                     {"width_mm", judged.width},
+                     {"roundness", judged.roundness}};
+  outcome.text += format_text("outline: %.0f mm around, %.0f by %.0f mm, roundness %.2f\n", judged.perimeter,
+                              judged.length, judged.width, judged.roundness);
   Json distances = Json::array();
-  for (const bone_flap::StructureClearance& clearance : bone_flap::clearances_of(flap, engine.forbidden())) {
-    distances.push_back({{"structure", clearance.structure},
-                         {"nearest_mm", clearance.mm},
-                         {"is_stripped", clearance.is_stripped()}});
-    const char* name = clearance.structure.c_str();
-    if (clearance.is_stripped())
+  for (std::size_t i = 0; i < chronicle.size(); ++i) {
+    const auto* clearance = chronicle[i].value.as<bone_flap::FlapClearance>();
+    if (clearance == nullptr) continue;
+    distances.push_back({{"structure", clearance->structure},
+                         {"nearest_mm", clearance->distance},
+                         {"is_stripped", clearance->is_stripped}});
+    const char* name = clearance->structure.c_str();
+    if (clearance->is_stripped)
       outcome.text += format_text("the saw's foot strips %s off the bone\n", name);
-    else if (clearance.mm < 0)
-      outcome.text += format_text("the saw goes %.1f mm into %s\n", -clearance.mm, name);
-    else if (clearance.mm < sim::Forbidden::k_reach)
-      outcome.text += format_text("the saw stays %.1f mm from %s\n", clearance.mm, name);
+    else if (clearance->distance < 0)
+      outcome.text += format_text("the saw goes %.1f mm into %s\n", -clearance->distance, name);
+    else if (clearance->distance < sim::Forbidden::k_reach)
+      outcome.text += format_text("the saw stays %.1f mm from %s\n", clearance->distance, name);
   }
   if (engine.forbidden().empty())
     outcome.text += "the plan has no forbidden structures: no distance was checked\n";
   json["forbidden"] = distances;
-  if (!a.target.empty()) {
-    const bone_flap::LabelExposure exposure =
-        bone_flap::exposure_of(flap, *operation.source.volume, label_of(a, operation));
-    if (!exposure.has_label)
+  if (!judged.target.empty()) {
+    if (!judged.has_target)
       return Error{.what = "the label has no voxels",
                    .where = "target",
-                   .found = a.target,
+                   .found = judged.target,
                    .expected = "a label that is in the scan"};
-    json["target"] = {{"name", a.target},
-                      {"covered_share", exposure.share},
-                      {"margin_mm", exposure.margin},
-                      {"depth_mm", exposure.depth}};
+    json["target"] = {{"name", judged.target},
+                      {"covered_share", judged.exposed / 100},
+                      {"margin_mm", judged.margin},
+                      {"depth_mm", judged.depth}};
     outcome.text +=
         format_text("%s: %.1f %% of its projection under the opening, margin %.1f mm, %.0f mm deep\n",
-                    a.target.c_str(), 100 * exposure.share, exposure.margin, exposure.depth);
+                    judged.target.c_str(), judged.exposed, judged.margin, judged.depth);
   }
-  if (!planned.empty()) {
-    const bone_flap::OutlineDistance distance = bone_flap::distance_from_plan(flap, planned);
-    json["planned"] = {{"mean_mm", distance.mean}, {"worst_mm", distance.worst}};
+  if (judged.has_plan) {
+    json["planned"] = {{"mean_mm", judged.plan_mean}, {"worst_mm", judged.plan_worst}};
     outcome.text += format_text("from the planned outline: %.1f mm in the mean, %.1f at the worst\n",
-                                distance.mean, distance.worst);
+                                judged.plan_mean, judged.plan_worst);
   }
   return std::nullopt;
 }
@@ -283,7 +273,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   if (!opened) return opened.error();
   if (is_interrupted()) return interrupted("the flap");
   const workbench::Operation& operation = opened.value();
-  if (!arguments.target.empty() && label_of(arguments, operation) < 0)
+  if (!arguments.target.empty() && operation.source.volume->label_value(arguments.target) <= 0)
     return Error{.what = "unknown label",
                  .where = "target",
                  .found = arguments.target,
@@ -309,6 +299,11 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     progress(0);
     const sim::Outcome result = run.apply_whole({request, 0});
     if (result.refused) return *result.refused;
+    if (last_event<bone_flap::FlapCut>(run.engine()) != nullptr)
+      if (const sim::Outcome judged =
+              run.apply_whole({bone_flap::JudgeFlap{arguments.target, "", planned}, 0});
+          judged.refused)
+        return *judged.refused;
   }
   if (is_interrupted())
     return interrupted("the flap", recorder.value() && !recorder.value()->finish(run.engine()));
@@ -343,7 +338,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   } else {
     const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
     middle = flap.centre, normal = flap.normal;
-    if (Status error = report_flap(arguments, operation, engine, planned, outcome)) return *error;
+    if (Status error = report_flap(engine, outcome)) return *error;
   }
   json["seconds"] = seconds;
   json["content_hash"] = hash_text(engine.current()->content_hash());

@@ -1,0 +1,172 @@
+#include "modules/bone_flap/judgement.h"
+
+#include <algorithm>
+
+#include "modules/bone_flap/evaluation.h"
+#include "sim/api/work.h"
+
+namespace trephine::bone_flap {
+
+using glm::dvec3;
+using sim::field;
+
+namespace {
+
+struct JudgeResult final : sim::JobResult {
+  FlapJudged judged;
+  dvec3 at{0.0};
+  std::vector<StructureClearance> clearances;
+
+  std::uint64_t hash() const override {
+    MixHash mix;
+    sim::add_value(mix, judged);
+    for (const StructureClearance& clearance : clearances) {
+      sim::add_bytes(mix, clearance.structure);
+      mix.add(clearance.mm), mix.add(clearance.resolved);
+    }
+    return mix.value();
+  }
+};
+
+const volume::PlannedOutline* find_outline(const sim::OperationState& operation, const std::string& name) {
+  if (!operation.plan) return nullptr;
+  const auto& outlines = operation.plan->outlines;
+  const auto found = std::find_if(outlines.begin(), outlines.end(),
+                                  [&](const volume::PlannedOutline& o) { return o.name == name; });
+  return found == outlines.end() ? nullptr : &*found;
+}
+
+std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
+  const auto& request = *static_cast<const JudgeFlap*>(parameters);
+  const FlapState& flap = *input.state.undoable_of<FlapState>();
+  auto output = std::make_shared<JudgeResult>();
+  FlapJudged& judged = output->judged;
+  judged.flap = flap.flaps, judged.area = flap.area;
+  output->at = flap.centre;
+  const OutlineShape shape = shape_of(flap);
+  judged.perimeter = shape.perimeter, judged.roundness = shape.roundness;
+  judged.length = shape.length, judged.width = shape.width;
+  if (!request.target.empty()) {
+    const volume::Volume& scan = *input.anatomy.base;
+    const LabelExposure exposure = exposure_of(flap, scan, scan.label_value(request.target));
+    judged.target = request.target;
+    judged.has_target = exposure.has_label;
+    judged.exposed = 100 * exposure.share, judged.margin = exposure.margin, judged.depth = exposure.depth;
+  }
+  const volume::PlannedOutline* outline = find_outline(input.state, request.outline);
+  if (const std::vector<dvec3>& planned = outline ? outline->points_world : request.planned;
+      !planned.empty()) {
+    const OutlineDistance distance = distance_from_plan(flap, planned);
+    judged.has_plan = true;
+    judged.plan_mean = distance.mean, judged.plan_worst = distance.worst;
+  }
+  output->clearances = clearances_of(flap, input.forbidden);
+  return output;
+}
+
+/// A judgement describes the flap that it was made of.
+bool is_current(const void*, const sim::OperationState& input, const sim::OperationState& current) {
+  const FlapState &judged = *input.undoable_of<FlapState>(), &now = *current.undoable_of<FlapState>();
+  return judged.flaps == now.flaps && judged.outline == now.outline;
+}
+
+void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
+  const auto& output = static_cast<const JudgeResult&>(result);
+  work.raise_event(output.judged, output.at);
+  for (const StructureClearance& clearance : output.clearances)
+    work.raise_event(FlapClearance{clearance.structure, clearance.mm, clearance.is_stripped()},
+                     clearance.at_world);
+}
+
+Status check(const void* parameters, const haptics::TouchScene& anatomy) {
+  const auto& request = *static_cast<const JudgeFlap*>(parameters);
+  if (request.target.empty() ||
+      (!anatomy.base->labels.is_empty() && anatomy.base->label_value(request.target) > 0))
+    return std::nullopt;
+  return Error{.what = "unknown label",
+               .where = "judge-flap target",
+               .found = request.target,
+               .expected = "a label of the scan"};
+}
+
+}  // namespace
+
+Status check_judging(const JudgeFlap& request, const sim::OperationState& operation) {
+  const FlapState* flap = operation.undoable_of<FlapState>();
+  if (flap == nullptr || flap->flaps == 0)
+    return Error{.what = "there is no bone flap to judge",
+                 .where = "judge-flap",
+                 .remedy = "cut a flap first (cut-flap)"};
+  if (request.outline.empty() || find_outline(operation, request.outline) != nullptr) return std::nullopt;
+  std::string known;
+  if (operation.plan)
+    for (const volume::PlannedOutline& outline : operation.plan->outlines)
+      known += (known.empty() ? "" : ", ") + outline.name;
+  return Error{.what = "unknown outline",
+               .where = "judge-flap outline",
+               .found = request.outline,
+               .expected = known.empty() ? "a plan with outlines" : known};
+}
+
+const FlapJudged* judgement_of(const sim::OperationState& operation) {
+  const FlapState* flap = operation.undoable_of<FlapState>();
+  if (flap == nullptr || flap->flaps == 0) return nullptr;
+  for (std::size_t i = operation.chronicle.size(); i-- > 0;) {
+    const sim::Event& event = operation.chronicle[i];
+    if (const auto* judged = event.value.as<FlapJudged>())
+      return judged->flap == flap->flaps && judged->area == flap->area && event.position_world == flap->centre
+                 ? judged
+                 : nullptr;
+  }
+  return nullptr;
+}
+
+const sim::JobType& judge_job() {
+  static const sim::JobType job{&sim::value_type<JudgeFlap>(), run, is_current, adopt, check};
+  return job;
+}
+
+const sim::Schema& JudgeFlap::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&JudgeFlap::target>(
+          "target", {.help = "label that the flap should expose", .names = sim::FieldInfo::Names::label}),
+      field<&JudgeFlap::outline>("outline", {.help = "planned outline, by its name in the plan"}),
+      field<&JudgeFlap::planned>("planned", {.unit = "mm",
+                                             .low = -1e5,
+                                             .high = 1e5,
+                                             .help = "or the points of a planned outline, in order",
+                                             .is_expert = true})};
+  static constexpr sim::Schema table{"judge-flap", 1, fields};
+  return table;
+}
+
+const sim::Schema& FlapJudged::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&FlapJudged::flap>("flap", {.help = "number of the flap"}),
+      field<&FlapJudged::area>("area", {.unit = "mm2", .help = "of the outer surface"}),
+      field<&FlapJudged::perimeter>("perimeter", {.unit = "mm"}),
+      field<&FlapJudged::length>("length", {.unit = "mm"}),
+      field<&FlapJudged::width>("width", {.unit = "mm"}),
+      field<&FlapJudged::roundness>("roundness", {.help = "1 for a circle"}),
+      field<&FlapJudged::target>("target"),
+      field<&FlapJudged::has_target>("has_target"),
+      field<&FlapJudged::exposed>("exposed", {.unit = "%", .help = "share of the target's projection"}),
+      field<&FlapJudged::margin>("margin", {.unit = "mm", .help = "negative: outside the opening"}),
+      field<&FlapJudged::depth>("depth", {.unit = "mm", .help = "of the target"}),
+      field<&FlapJudged::has_plan>("has_plan"),
+      field<&FlapJudged::plan_mean>("plan_mean", {.unit = "mm", .help = "distance from the plan"}),
+      field<&FlapJudged::plan_worst>("plan_worst", {.unit = "mm"})};
+  static constexpr sim::Schema table{"flap-judged", 1, fields};
+  return table;
+}
+
+const sim::Schema& FlapClearance::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&FlapClearance::structure>("structure"),
+      field<&FlapClearance::distance>("distance", {.unit = "mm", .help = "negative: cut"}),
+      field<&FlapClearance::is_stripped>("stripped")};
+  static constexpr sim::Schema table{"flap-clearance", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::bone_flap

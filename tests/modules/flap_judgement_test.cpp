@@ -1,0 +1,114 @@
+#include "modules/bone_flap/judgement.h"
+#include "tests/modules/flap_vault.h"
+
+namespace trephine::bone_flap {
+namespace {
+
+constexpr double k_ball = 6;          // mm, radius of the labelled target
+const dvec3 k_ball_centre(4, 0, 58);  // mm, world
+
+/// A vault with a labelled ball below its top, and a plan with one outline.
+struct Case {
+  std::shared_ptr<volume::SurgicalPlan> plan = std::make_shared<volume::SurgicalPlan>();
+  Vault vault;
+
+  explicit Case(double spacing = 0.6) : vault(labelled(spacing), 6.5) {
+    plan->outlines.push_back({.name = "planned flap", .points_world = Outline(14, 12).anchors});
+  }
+  static volume::Volume labelled(double spacing) {
+    volume::Volume scan = scenes::sampled({-30, -30, 45}, {30, 30, 82}, dvec3(spacing),
+                                          [](const dvec3& p) { return Vault::shell(p); });
+    volume::Volume with_labels = volume::make_volume(scan.size, scan.frame, true).value();
+    with_labels.is_hounsfield = true;
+    with_labels.label_names = {"", "tumour"};
+    for (int z = 0; z < scan.size.z; ++z)
+      for (int y = 0; y < scan.size.y; ++y)
+        for (int x = 0; x < scan.size.x; ++x) {
+          const std::size_t i = scan.index(x, y, z);
+          with_labels.voxels[i] = scan.voxels[i];
+          const dvec3 p = scan.frame.world_from_volume(dvec3(x, y, z));
+          with_labels.labels[i] = glm::distance(p, k_ball_centre) <= k_ball;
+        }
+    return with_labels;
+  }
+  sim::Lockstep run() const {
+    static const BoneFlap module;
+    static const sim::Catalogue catalogue({&module});
+    std::vector<sim::HandStart> hands;
+    hands.push_back({haptics::ServoHand(haptics::borrowed(vault.scene), haptics::borrowed(*vault.method),
+                                        haptics::TouchState(nullptr)),
+                     {}});
+    return sim::Lockstep(sim::Engine(std::move(hands), 1e-3, catalogue, {}, plan), {}, 1000);
+  }
+};
+
+double measure(const sim::Engine& engine, const std::string& name) {
+  for (const sim::Measure& m : engine.measures())
+    if (m.name == name) return m.value;
+  return std::nan("");
+}
+
+TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
+  const Case scene;
+  sim::Lockstep run = scene.run();
+  const Outline outline(14, 12);
+  ASSERT_EQ(cut(run, outline.request()), "");
+  ASSERT_FALSE(run.apply_whole({JudgeFlap{"tumour", "planned flap"}, 0}).refused);
+  const auto judged = events_of<FlapJudged>(run.engine());
+  ASSERT_EQ(judged.size(), 1u);
+  const FlapJudged& j = judged[0].first;
+  ASSERT_TRUE(j.has_target && j.has_plan);
+  // The opening's inscribed circle has the apothem of the polygon of anchors; the plane passes through the
+  // flap's centre, which lies over the origin.
+  const double apothem = k_outer * std::sin(outline.polar) * std::cos(k_pi / outline.count);
+  EXPECT_NEAR(j.exposed, 100, 0.01);
+  EXPECT_NEAR(j.margin, apothem - k_ball_centre.x - k_ball - 0.5 * width_of(Saw::w1_6), 0.7);
+  EXPECT_NEAR(j.depth, judged[0].second.z - k_ball_centre.z - k_ball, 0.6);
+  EXPECT_LT(j.plan_worst, 0.1);
+  EXPECT_NEAR(j.length, 2 * k_outer * std::sin(outline.polar), 0.5);
+  EXPECT_EQ(measure(run.engine(), "target margin"), j.margin);
+  // Moved by 9 mm, the target leaves the opening by a closed form too. A smaller flap exposes less of it.
+  sim::Lockstep small = scene.run();
+  ASSERT_EQ(cut(small, Outline(6, 12).request()), "");
+  ASSERT_FALSE(small.apply_whole({JudgeFlap{"tumour", "planned flap"}, 0}).refused);
+  const FlapJudged smaller = events_of<FlapJudged>(small.engine())[0].first;
+  EXPECT_LT(smaller.exposed, 60);
+  EXPECT_LT(smaller.margin, 0);
+  // Concentric outlines are at most the difference of their radii apart, seen from the apex.
+  EXPECT_NEAR(smaller.plan_mean, k_outer * (std::sin(14 * k_pi / 180) - std::sin(6 * k_pi / 180)), 1.0);
+}
+
+TEST(FlapJudgement, InvalidRequestsAreRefusedWithARemedy) {
+  const Case scene;
+  sim::Lockstep run = scene.run();
+  const auto refusal = [&](const JudgeFlap& request) {
+    const sim::Outcome outcome = run.apply_whole({request, 0});
+    return outcome.refused ? outcome.refused->message() : std::string();
+  };
+  EXPECT_NE(refusal({}).find("no bone flap"), std::string::npos);
+  ASSERT_EQ(cut(run, Outline(10, 8).request()), "");
+  EXPECT_NE(refusal({"aneurysm"}).find("unknown label"), std::string::npos);
+  const std::string outline = refusal({"", "other"});
+  EXPECT_NE(outline.find("unknown outline"), std::string::npos);
+  EXPECT_NE(outline.find("planned flap"), std::string::npos) << outline;
+  EXPECT_TRUE(events_of<FlapJudged>(run.engine()).empty());
+}
+
+// A judgement belongs to its flap: an undo or another flap removes its measures, a redo restores them.
+TEST(FlapJudgement, BelongsToItsFlap) {
+  const Case scene;
+  sim::Lockstep run = scene.run();
+  ASSERT_EQ(cut(run, Outline(10, 8).request()), "");
+  EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length")));
+  ASSERT_FALSE(run.apply_whole({JudgeFlap{}, 0}).refused);
+  const double length = measure(run.engine(), "flap length");
+  EXPECT_GT(length, 20);
+  EXPECT_TRUE(std::isnan(measure(run.engine(), "target margin"))) << "no target was requested";
+  run.apply_whole({sim::Undo{}, 0});
+  EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length")));
+  ASSERT_EQ(cut(run, Outline(12, 8).request()), "");
+  EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length"))) << "the judgement is of the flap before";
+}
+
+}  // namespace
+}  // namespace trephine::bone_flap
