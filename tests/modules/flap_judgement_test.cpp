@@ -87,7 +87,7 @@ TEST(FlapJudgement, InvalidRequestsAreRefusedWithARemedy) {
   };
   EXPECT_NE(refusal({}).find("no bone flap"), std::string::npos);
   ASSERT_EQ(cut(run, Outline(10, 8).request()), "");
-  EXPECT_NE(refusal({"aneurysm"}).find("unknown label"), std::string::npos);
+  EXPECT_NE(refusal({"aneurysm", ""}).find("unknown label"), std::string::npos);
   const std::string outline = refusal({"", "other"});
   EXPECT_NE(outline.find("unknown outline"), std::string::npos);
   EXPECT_NE(outline.find("planned flap"), std::string::npos) << outline;
