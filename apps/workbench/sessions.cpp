@@ -54,6 +54,11 @@ bool is_session_file(const std::string& path) {
   return in.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == sim::k_session_magic;
 }
 
+bool has_own_scan(const sim::SessionReader& session) {
+  const sim::SessionHeader& header = session.header();
+  return session.has_scan() || (header.is_builtin && is_builtin(header.case_name));
+}
+
 Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const SourceChoice& case_source,
                                                     const Listener& listener) {
   auto result = std::make_unique<OpenedSession>();
@@ -83,7 +88,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
     result->source.name = header.case_name.empty() ? "embedded scan" : header.case_name;
     result->source.case_name = header.case_name;
     result->source.format = "session";
-  } else if (header.is_builtin && is_builtin(header.case_name)) {
+  } else if (has_own_scan(session)) {
     Result<Source> opened = open_source(header.case_name, listener);
     if (!opened) return opened.error();
     result->source = std::move(opened).value();

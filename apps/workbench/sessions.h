@@ -27,6 +27,9 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
 /// True if the file is a recorded session.
 bool is_session_file(const std::string& path);
 
+/// True if the session opens without another file: it contains its scan, or names a built-in one.
+bool has_own_scan(const sim::SessionReader& session);
+
 /// A session with everything that its replay borrows. Must not be moved once opened.
 struct OpenedSession {
   std::unique_ptr<sim::SessionReader> reader;

@@ -300,7 +300,8 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
       return Error{.what = "the parameter is out of range",
                    .where = "parameter " + key,
                    .found = std::to_string(value),
-                   .expected = "a positive finite number"};
+                   .expected = may_be_zero ? key == "noise" ? "0 to 10000" : "-10000 to 10000"
+                                           : "a positive number up to 10000"};
   }
   if (!(options.psf_sigma_voxels >= 0 && options.psf_sigma_voxels <= 2))
     return Error{.what = "the blur is out of range",

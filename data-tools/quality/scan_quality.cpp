@@ -123,7 +123,10 @@ std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, co
   if (!(glm::length(normal_world) > 0)) return std::nullopt;
   const dvec3 inward = v.frame.vector_volume_from_world(glm::normalize(normal_world));  // voxels per mm
   const double step = 0.2 / glm::length(inward);  // mm: a fifth of a voxel
-  const auto g = [&](double mm) { return linear_at(v, dvec3(at) + mm * inward) - shape.low; };
+  const auto g = [&](double mm) {
+    const double value = linear_at(v, dvec3(at) + mm * inward);
+    return std::min(value - shape.low, shape.high - value);
+  };
   // Position, mm, of the zero crossing in the step that ends at `mm`.
   const auto crossing = [&](double mm) {
     const double before = g(mm - step), here = g(mm);

@@ -351,7 +351,7 @@ Status Measurement::allows(const sim::Command& command, const sim::OperationStat
   for (const dvec3& p : request->at)
     if (!(glm::dot(p, p) < 1e12))
       return Error{
-          .what = "a position is not finite", .where = "measure at", .expected = "finite numbers, mm"};
+          .what = "a position is out of range", .where = "measure at", .expected = "coordinates within 1 km"};
   return std::nullopt;
 }
 

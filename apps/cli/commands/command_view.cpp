@@ -57,12 +57,11 @@ class Host {
 
   /// Continues a session. A session without its scan, which is not built in, uses the open scan.
   Result<view::OpenedScene> resume(const std::string& session, const workbench::Listener& listener) {
-    auto continued = workbench::continue_session(session, {}, true, listener);
-    if (!continued && continued.error().where == "case") {
-      workbench::SourceChoice current;
-      current.path = path_;
-      continued = workbench::continue_session(session, current, true, listener);
-    }
+    const auto reader = sim::SessionReader::open(session, modules::catalogue());
+    if (!reader) return reader.error();
+    workbench::SourceChoice scan;
+    if (!workbench::has_own_scan(reader.value())) scan.path = path_;
+    auto continued = workbench::continue_session(session, scan, true, listener);
     if (!continued) return continued.error();
     auto resumed_session = std::make_shared<workbench::ContinuedSession>(std::move(continued).value());
     const workbench::Source& source = resumed_session->session->source;
