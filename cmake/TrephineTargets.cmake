@@ -32,12 +32,14 @@ add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>)
 # An installed program finds its libraries by a path relative to itself, at any prefix.
 set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR};$ORIGIN")
 
-# trephine_library(NAME SOURCES ... [HEADERS ...] [FRONT ...] [USES public targets] [LINKS private targets] [PACKAGE library|command])
-# With PACKAGE it is installed: shared (unless BUILD_SHARED_LIBS is off), with its HEADERS, which are public, in the package dev.
-# FRONT headers are public too, and included as <trephine/HEADER>, here and installed.
+# trephine_library(NAME SOURCES ... [FRONT ...] [HEADERS ...] [SHARED ...] [USES public targets] [LINKS private targets] [PACKAGE library|command])
+# With PACKAGE it is installed: shared (unless BUILD_SHARED_LIBS is off), with its public headers in the package dev:
+#   FRONT    for programs, included as <trephine/HEADER>, here and installed
+#   HEADERS  for modules and devices, and all that FRONT needs
+#   SHARED   not installed, for the other libraries of this tree
 # Other headers are the library's own: a test reads these lists.
 function(trephine_library name)
-  cmake_parse_arguments(arg "" "PACKAGE" "SOURCES;HEADERS;FRONT;USES;LINKS" ${ARGN})
+  cmake_parse_arguments(arg "" "PACKAGE" "SOURCES;FRONT;HEADERS;SHARED;USES;LINKS" ${ARGN})
   if(arg_PACKAGE)
     add_library(trephine_${name} ${arg_SOURCES})
   else()

@@ -18,6 +18,7 @@
 #include "haptics/mesh/mesh_tree.h"
 #include "volume/base/percentile.h"
 #include "volume/base/work_counters.h"
+#include "volume/fields/soft_field.h"
 
 namespace trephine::cli {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
+#include "haptics/mesh/god_object.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/walls/scene_walls.h"
 

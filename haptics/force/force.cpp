@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <utility>
 
 #include "volume/base/deterministic_math.h"
 
@@ -16,15 +15,6 @@ bool is_finite(const dvec3& v) noexcept {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 }  // namespace
-
-std::string fault_names(std::uint32_t faults) {
-  std::string names;
-  for (const auto& [bit, name] :
-       {std::pair(fault_not_finite, "no number"), std::pair(fault_stale_scene, "stale scene"),
-        std::pair(fault_lost_device, "lost device"), std::pair(fault_full_ring, "full ring")})
-    if (faults & bit) names += (names.empty() ? "" : ", ") + std::string(name);
-  return names;
-}
 
 ForceModel::ForceModel(const ForceOptions& options, double dt) : alpha_(options.smoothing_alpha), dt_(dt) {
   // (1 - a)^(1000 dt): an old force decays over dt as it would at 1 kHz.

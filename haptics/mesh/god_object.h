@@ -9,19 +9,11 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "haptics/mesh/facet_hit.h"
 #include "haptics/proxy/friction.h"
 #include "volume/scan/frame.h"
 
 namespace trephine::haptics {
-
-/// First crossing of a motion with a facet that blocks it.
-struct FacetHit {
-  double t = 1;                  ///< parameter of the motion, 0 to 1
-  glm::dvec3 normal_world{0.0};  ///< unit, toward the side from which the motion came
-  int shape = -1;
-  Side side = Side::none;
-  std::uint32_t triangle = 0;  ///< of a mesh, by its index in the tree
-};
 
 /// Allowed half space normal . x >= offset; x in mm, world frame.
 struct HoldingPlane {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "haptics/mesh/god_object.h"
 #include "haptics/proxy/friction.h"
 #include "volume/surface/surface_nets.h"
 

@@ -8,6 +8,8 @@
 #include <limits>
 #include <numeric>
 
+#include "haptics/mesh/god_object.h"
+
 namespace trephine::haptics {
 
 using glm::dvec3;

@@ -3,6 +3,7 @@
 // vertices.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/common.hpp>
@@ -12,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "haptics/mesh/god_object.h"
+#include "haptics/mesh/facet_hit.h"
 
 namespace trephine::haptics {
 

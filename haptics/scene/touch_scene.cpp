@@ -7,6 +7,8 @@
 #include <string>
 
 #include "volume/base/parallel.h"
+#include "volume/fields/offset_field.h"
+#include "volume/fields/soft_field.h"
 
 namespace trephine::haptics {
 

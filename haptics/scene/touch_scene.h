@@ -10,11 +10,14 @@
 #include <vector>
 
 #include "volume/cuts/version.h"
-#include "volume/fields/offset_field.h"
-#include "volume/fields/soft_field.h"
 #include "volume/scan/field.h"
 #include "volume/scan/matter.h"
 #include "volume/scan/occupancy.h"
+
+namespace trephine::volume {
+class OffsetField;
+class SoftField;
+}  // namespace trephine::volume
 
 namespace trephine::haptics {
 

@@ -59,12 +59,6 @@ ServoCore::ServoCore(const ForceOptions& options, double dt, std::size_t hand, s
       passivity_(0, options.delay_ticks, options.device_damping / dt),
       is_passive_(options.is_passive) {}
 
-const char* event_name(TouchEvent::Kind kind) noexcept {
-  constexpr const char* k_names[] = {"touched",   "untouched", "popped",          "rearmed",
-                                     "not ready", "ready",     "lost resistance", "met resistance"};
-  return k_names[kind];
-}
-
 namespace {
 void add_event(ServoRecord& record, TouchEvent::Kind kind, int shape) noexcept {
   if (record.event_count < ServoRecord::k_max_events)

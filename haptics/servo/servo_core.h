@@ -6,68 +6,12 @@
 #include <cstdint>
 #include <optional>
 
-#include "haptics/device/pose_path.h"
-#include "haptics/device/wrench.h"
 #include "haptics/force/force.h"
 #include "haptics/force/passivity.h"
+#include "haptics/servo/servo_record.h"
 #include "haptics/servo/servo_scene.h"
 
 namespace trephine::haptics {
-
-/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the holds (passivity observer, Hannaford
-/// & Ryu 2002).
-struct EnergyLedger {
-  double contact = 0;    ///< by surfaces and friction after smoothing, and by springs and dampers
-  double friction = 0;   ///< part of `contact` along the surface
-  double active = 0;     ///< by laws that may create energy; their power is at most LawMemory::k_power
-  double turning = 0;    ///< by torques
-  double growth = 0;     ///< while the proxy was led out of restored matter
-  double discarded = 0;  ///< never rendered: energy of springs from the hand to the ends of escape paths
-};
-
-/// Event detected in a tick.
-struct TouchEvent {
-  enum Kind : std::uint8_t {
-    touched,          ///< a shape that was not touched in the previous tick
-    untouched,        ///< a shape is no longer touched
-    popped,           ///< the tool was pressed through a shape
-    rearmed,          ///< a popped shape may block again
-    not_ready,        ///< a touchable shape cannot block: its bits are not available yet
-    ready,            ///< it can block now
-    lost_resistance,  ///< a track left its tissue (haptics/force/effects.h)
-    met_resistance,   ///< a track entered a tissue
-  } kind = touched;
-  std::int16_t shape = -1;
-};
-/// Returns the name for messages and reports: "touched", "popped", ...
-const char* event_name(TouchEvent::Kind kind) noexcept;
-
-/// Record of one tick, for the edit thread, recordings and displays. Contains input and output, so that the
-/// tick can be run again.
-struct ServoRecord {
-  std::uint64_t tick = 0;
-  double t = 0;               ///< s since the start
-  std::uint64_t version = 0;  ///< serial of the tick's ServoScene
-  Pose pose;                  ///< no buttons and axes while a fault is latched or the proxy is led out
-  glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};  ///< mm, unit, N
-  glm::dvec3 torque_world{0.0};                                      ///< N mm
-  glm::dvec3 contact_force_world{0.0};  ///< N, by surfaces only, before effects, fades and the final limits
-  glm::dvec3 turn_world{0.0};  ///< rotation from hand to tool of several balls, by turn_between(), radians
-  bool has_contact = false, is_buried = false;
-  bool is_escaping = false;  ///< the proxy is led out of restored matter
-  int shape = -1;            ///< the touched item
-  Side side = Side::none;
-  std::uint32_t faults = 0;  ///< latched ones, and those of this tick
-  std::uint32_t raised = 0;  ///< ServoInput::faults, and that of an invalid pose
-  bool is_reset = false, is_restarted = false;
-  glm::dvec3 restart_volume{0.0};  ///< see ServoInput; valid if is_restarted
-  std::uint8_t hand = 0;
-  EnergyLedger energy;  ///< since the start
-  Wrench wrench() const noexcept { return {force_world, torque_world}; }
-  static constexpr std::size_t k_max_events = 6;
-  std::uint8_t event_count = 0;  ///< further events are dropped
-  std::array<TouchEvent, k_max_events> events;
-};
 
 /// Returns the frame of a hand, in which the meshes that it holds are fixed.
 Placement place_of(const Pose& pose) noexcept;

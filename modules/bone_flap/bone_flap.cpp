@@ -16,6 +16,7 @@
 #include "modules/bone_flap/rim.h"
 #include "sim/api/work.h"
 #include "volume/cuts/rays.h"
+#include "volume/cuts/solid_parts.h"
 
 namespace trephine::bone_flap {
 

@@ -9,6 +9,7 @@
 #include "volume/base/bytes.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/cuts/removal.h"
+#include "volume/surface/part_surface.h"
 
 namespace trephine::sim {
 

@@ -10,7 +10,11 @@
 #include "sim/api/command.h"
 #include "volume/cuts/version.h"
 #include "volume/scan/matter.h"
-#include "volume/surface/part_surface.h"
+
+namespace trephine::volume {
+struct PartSurface;
+class SolidParts;
+}  // namespace trephine::volume
 
 namespace trephine::sim {
 

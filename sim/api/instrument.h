@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "haptics/force/effects.h"
-#include "haptics/servo/servo_core.h"
+#include "haptics/servo/servo_record.h"
 #include "sim/api/forbidden.h"
 #include "sim/api/work.h"
 

@@ -1,5 +1,5 @@
-// Tests that headers outside the lists of the CMakeLists.txt are private to their libraries, and that long
-// files say why.
+// Tests that few headers are installed, that headers outside the lists of the CMakeLists.txt are private to
+// their libraries, and that long files say why.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -20,75 +21,147 @@ std::string read(const fs::path& path) {
   return text.str();
 }
 
-/// The headers that a CMakeLists.txt names as HEADERS or FRONT; `folder` is its own.
-std::set<std::string> headers_in(const std::string& cmake, const std::string& folder) {
-  std::set<std::string> all;
-  static const std::regex list(
-      R"(\b(?:HEADERS|FRONT)\b([^)]*?)(?=\b(SOURCES|HEADERS|FRONT|USES|LINKS|PACKAGE)\b|\)))");
-  for (std::sregex_iterator it(cmake.begin(), cmake.end(), list), end; it != end; ++it) {
-    std::istringstream names((*it)[1]);
-    for (std::string name; names >> name;) all.insert(folder + "/" + name);
+/// The lists of headers in CMakeLists.txt, as paths that are included.
+struct Headers {
+  std::set<std::string> installed;  ///< HEADERS and FRONT
+  std::set<std::string> shared;     ///< SHARED: for the other libraries of this tree
+  bool are_listed(const std::string& header) const {
+    return installed.contains(header) || shared.contains(header);
   }
-  return all;
+};
+
+/// Adds the headers that a CMakeLists.txt names; `folder` is its own.
+void add_headers_in(const std::string& cmake, const std::string& folder, Headers& headers) {
+  static const std::regex list(
+      R"(\b(HEADERS|FRONT|SHARED)\b([^)]*?)(?=\b(SOURCES|HEADERS|FRONT|SHARED|USES|LINKS|PACKAGE)\b|\)))");
+  for (std::sregex_iterator it(cmake.begin(), cmake.end(), list), end; it != end; ++it) {
+    std::istringstream names((*it)[2]);
+    std::set<std::string>& to = (*it)[1] == "SHARED" ? headers.shared : headers.installed;
+    for (std::string name; names >> name;) to.insert(folder + "/" + name);
+  }
 }
 
 /// Returns the fault of an include of `header` in `file`, or an empty text. A header is private to its
-/// library unless it is listed. Libraries without a list are not installed; apps share their headers.
-/// Benchmarks may measure private parts.
-std::string fault(const std::string& file, const std::string& header, const std::set<std::string>& all_public,
+/// library unless it is listed. Listed headers need listed ones, and installed headers need installed ones.
+/// Libraries without a list share their headers in apps. Benchmarks may measure private parts.
+std::string fault(const std::string& file, const std::string& header, const Headers& headers,
                   const std::map<std::string, std::string>& library_of) {
   const auto owner = library_of.find(header);
-  if (owner == library_of.end() || all_public.contains(header)) return "";
-  if (all_public.contains(file)) return file + " is public and needs " + header + ", which is private";
+  if (owner == library_of.end()) return "";
+  if (headers.installed.contains(file) && !headers.installed.contains(header))
+    return file + " is installed and needs " + header + ", which is not";
+  if (headers.are_listed(header)) return "";
+  if (headers.shared.contains(file)) return file + " is shared and needs " + header + ", which is private";
   const auto user = library_of.find(file);
   if (user == library_of.end()) return file + " belongs to no library";
   if (user->second == owner->second || user->second == "apps/bench") return "";
-  const bool has_list = std::any_of(all_public.begin(), all_public.end(), [&](const std::string& listed) {
-    return listed.starts_with(owner->second + "/");
-  });
+  const auto is_of_owner = [&](const std::string& listed) { return listed.starts_with(owner->second + "/"); };
+  const bool has_list = std::any_of(headers.installed.begin(), headers.installed.end(), is_of_owner) ||
+                        std::any_of(headers.shared.begin(), headers.shared.end(), is_of_owner);
   if (!has_list && file.starts_with("apps/")) return "";
   return header + " is private to " + owner->second + ", and " + file + " includes it";
 }
 
-TEST(House, PublicHeadersAreListedAndNeedNoOthers) {
-  const fs::path root = TREPHINE_SOURCE_DIR;
-  std::set<std::string> all_public;
-  std::map<std::string, std::string> library_of;  // file: the folder of the library that it belongs to
+/// Returns the faults of all includes in the text of `file`. A name is searched from the root of the tree,
+/// and in the folder of the file.
+std::vector<std::string> faults_in(const std::string& file, const std::string& text, const Headers& headers,
+                                   const std::map<std::string, std::string>& library_of) {
+  static const std::regex include_of(R"re(#\s*include\s*[<"]([^">]+)[">])re");
+  std::vector<std::string> faults;
+  for (std::sregex_iterator it(text.begin(), text.end(), include_of), end; it != end; ++it) {
+    const std::string name = (*it)[1], in_folder = (fs::path(file).parent_path() / name).generic_string();
+    std::string found = fault(file, library_of.contains(in_folder) ? in_folder : name, headers, library_of);
+    if (!found.empty()) faults.push_back(std::move(found));
+  }
+  return faults;
+}
+
+/// Each installed header is a promise to programs outside this tree, so there are few.
+constexpr std::size_t k_max_installed = 45;
+
+/// Reads the lists and the libraries of the tree. `library_of`: output, for each file the folder of the
+/// library that it belongs to.
+Headers read_lists(const fs::path& root, std::map<std::string, std::string>& library_of) {
+  Headers headers;
   for (const char* room : {"volume", "haptics", "sim", "modules", "data-tools", "apps"})
     for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
       const fs::path path = fs::relative(entry.path(), root);
       if (path.filename() == "CMakeLists.txt")
-        all_public.merge(headers_in(read(entry.path()), path.parent_path().generic_string()));
+        add_headers_in(read(entry.path()), path.parent_path().generic_string(), headers);
       if (path.extension() != ".h" && path.extension() != ".cpp") continue;
       fs::path folder = path.parent_path();
       while (!fs::exists(root / folder / "CMakeLists.txt")) folder = folder.parent_path();
       library_of[path.generic_string()] = folder.generic_string();
     }
-  EXPECT_GT(all_public.size(), 100u);
-  for (const std::string& header : all_public) EXPECT_TRUE(library_of.contains(header)) << header;
-  const std::regex include_of(R"re(#\s*include\s*[<"]([^">]+)[">])re");
-  for (const auto& [file, library] : library_of) {
-    const std::string text = read(root / file);
-    for (std::sregex_iterator it(text.begin(), text.end(), include_of), end; it != end; ++it)
-      EXPECT_EQ(fault(file, (*it)[1], all_public, library_of), "");
-  }
+  return headers;
 }
 
-TEST(House, ThePublicListFindsWhatIsPrivate) {
-  const std::set<std::string> all_public = headers_in(
+TEST(House, PublicHeadersAreListedAndNeedNoOthers) {
+  const fs::path root = TREPHINE_SOURCE_DIR;
+  std::map<std::string, std::string> library_of;
+  const Headers headers = read_lists(root, library_of);
+  EXPECT_GT(headers.installed.size(), 30u);
+  EXPECT_LE(headers.installed.size(), k_max_installed);
+  EXPECT_GT(headers.shared.size(), 100u);
+  for (const auto& list : {headers.installed, headers.shared})
+    for (const std::string& header : list) EXPECT_TRUE(library_of.contains(header)) << header;
+  for (const std::string& header : headers.shared) EXPECT_FALSE(headers.installed.contains(header)) << header;
+  for (const auto& [file, library] : library_of)
+    for (const std::string& found : faults_in(file, read(root / file), headers, library_of))
+      ADD_FAILURE() << found;
+}
+
+/// Returns the headers that the section "Installed headers" of docs/layout.md names, as paths.
+std::set<std::string> headers_in_layout(const std::string& page) {
+  const std::size_t begin = page.find("| of | headers |");
+  std::istringstream rows(page.substr(begin, page.find("\n\n", begin) - begin));
+  std::set<std::string> headers;
+  static const std::regex row_of(R"(^\| `([a-z_/]+)` \| (.*) \|$)"), name_of(R"(`([a-z_/]+)`)");
+  std::smatch cells;
+  for (std::string row; std::getline(rows, row);) {
+    if (!std::regex_match(row, cells, row_of)) continue;
+    const std::string names = cells[2];
+    for (std::sregex_iterator it(names.begin(), names.end(), name_of), end; it != end; ++it)
+      headers.insert(cells[1].str() + (*it)[1].str() + ".h");
+  }
+  return headers;
+}
+
+TEST(House, LayoutNamesTheInstalledHeaders) {
+  const fs::path root = TREPHINE_SOURCE_DIR;
+  std::map<std::string, std::string> library_of;
+  std::set<std::string> named = headers_in_layout(read(root / "docs/layout.md"));
+  named.insert({"apps/api/operation.h", "apps/c_api/trephine.h"});
+  EXPECT_EQ(named, read_lists(root, library_of).installed);
+}
+
+TEST(House, PlantedIncludesOfPrivateHeadersAreFound) {
+  Headers headers;
+  add_headers_in(
       "trephine_library(a SOURCES x.cpp\n HEADERS one.h part/two.h\n USES b PACKAGE library)\n"
       "trephine_library(c SOURCES y.cpp HEADERS three.h)\n"
-      "trephine_library(d SOURCES z.cpp FRONT four.h USES b)",
-      "a");
-  EXPECT_EQ(all_public, (std::set<std::string>{"a/one.h", "a/part/two.h", "a/three.h", "a/four.h"}));
+      "trephine_library(d SOURCES z.cpp FRONT four.h SHARED five.h six.h USES b)",
+      "a", headers);
+  EXPECT_EQ(headers.installed, (std::set<std::string>{"a/one.h", "a/part/two.h", "a/three.h", "a/four.h"}));
+  EXPECT_EQ(headers.shared, (std::set<std::string>{"a/five.h", "a/six.h"}));
   const std::map<std::string, std::string> library_of{
-      {"a/one.h", "a"}, {"a/own.h", "a"}, {"a/x.cpp", "a"}, {"b/z.cpp", "b"}, {"apps/z.cpp", "apps"}};
-  EXPECT_EQ(fault("a/x.cpp", "a/own.h", all_public, library_of), "");
-  EXPECT_EQ(fault("b/z.cpp", "a/one.h", all_public, library_of), "");
-  EXPECT_EQ(fault("b/z.cpp", "vtkActor.h", all_public, library_of), "");
-  EXPECT_NE(fault("a/one.h", "a/own.h", all_public, library_of), "");
-  EXPECT_NE(fault("b/z.cpp", "a/own.h", all_public, library_of), "");
-  EXPECT_NE(fault("apps/z.cpp", "a/own.h", all_public, library_of), "");
+      {"a/one.h", "a"}, {"a/five.h", "a"}, {"a/six.h", "a"},      {"a/own.h", "a"},
+      {"a/x.cpp", "a"}, {"b/z.cpp", "b"},  {"apps/z.cpp", "apps"}};
+  EXPECT_EQ(fault("a/x.cpp", "a/own.h", headers, library_of), "");
+  EXPECT_EQ(fault("b/z.cpp", "a/one.h", headers, library_of), "");
+  EXPECT_EQ(fault("b/z.cpp", "a/five.h", headers, library_of), "");
+  EXPECT_EQ(fault("a/five.h", "a/six.h", headers, library_of), "");
+  EXPECT_EQ(fault("b/z.cpp", "vtkActor.h", headers, library_of), "");
+  EXPECT_NE(fault("a/one.h", "a/own.h", headers, library_of), "");
+  EXPECT_NE(fault("a/one.h", "a/five.h", headers, library_of), "");
+  EXPECT_NE(fault("a/five.h", "a/own.h", headers, library_of), "");
+  EXPECT_NE(fault("b/z.cpp", "a/own.h", headers, library_of), "");
+  EXPECT_NE(fault("apps/z.cpp", "a/own.h", headers, library_of), "");
+  const auto faults_of = [&](const char* text) { return faults_in("a/one.h", text, headers, library_of); };
+  EXPECT_TRUE(faults_of("#include <vector>\n#include \"a/one.h\"\n").empty());
+  EXPECT_EQ(faults_of("#pragma once\n#include <vector>\n# include \"a/five.h\"\n#include \"own.h\"\n"),
+            (std::vector<std::string>{"a/one.h is installed and needs a/five.h, which is not",
+                                      "a/one.h is installed and needs a/own.h, which is not"}));
 }
 
 TEST(House, VersionOfModulesIsThatOfTheProject) {

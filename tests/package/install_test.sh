@@ -1,21 +1,26 @@
 #!/usr/bin/env bash
-# install_test.sh BUILD SOURCE: installs into a scratch prefix, builds an outside project against it and runs both.
+# install_test.sh BUILD SOURCE: installs into a scratch prefix, builds an outside project and a module against it,
+# and runs them. With TREPHINE_WHOLE each installed header is compiled alone.
 set -euo pipefail
 build=$1 source=$2
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
-cmake -S "$source/tests/package/outside" -B "$scratch/outside" -DCMAKE_PREFIX_PATH="$scratch/prefix" -DTREPHINE_EXAMPLES="$source/docs/examples" >"$scratch/log" 2>&1 ||
+cmake -S "$source/tests/package/outside" -B "$scratch/outside" -DCMAKE_PREFIX_PATH="$scratch/prefix" -DTREPHINE_EXAMPLES="$source/docs/examples" ${TREPHINE_WHOLE:+-DHEADERS_ALONE=ON} >"$scratch/log" 2>&1 ||
   { cat "$scratch/log"; exit 1; }
-cmake --build "$scratch/outside" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
+cmake --build "$scratch/outside" -j 2 >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
 env -u LD_LIBRARY_PATH "$scratch/outside/outside"
 env -u LD_LIBRARY_PATH "$scratch/outside/drill" | tail -1
-env -u LD_LIBRARY_PATH "$scratch/outside/drill_head" | tail -1
+env -u LD_LIBRARY_PATH "$scratch/outside/drill_head" >"$scratch/log"
+grep -E ': +[0-9.]*[1-9][0-9.]* N, +[0-9.]*[1-9][0-9.]* mm3 removed' "$scratch/log" ||
+  { echo "drill_head prints no force with removed bone:"; cat "$scratch/log"; exit 1; }
 # A module of one's own builds alone, and the installed program loads it.
 cmake -S "$source/docs/examples/eraser" -B "$scratch/eraser" -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/log" 2>&1 &&
   cmake --build "$scratch/eraser" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
 "$scratch/prefix/bin/trephine" modules eraser --module "$scratch/eraser/liberaser.so" | grep -q 'instrument eraser' ||
   { echo "the installed program does not load the eraser"; exit 1; }
+(cd "$scratch" && "$scratch/prefix/bin/trephine" run "$source/docs/examples/eraser/eraser.toml" --module "$scratch/eraser/liberaser.so" >"$scratch/log" 2>&1) ||
+  { echo "the installed program does not run the eraser's script:"; cat "$scratch/log"; exit 1; }
 for file in bin/trephine share/man/man1/trephine.1.gz share/man/man1/trephine-drill.1.gz lib/udev/rules.d/60-trephine.rules \
   share/bash-completion/completions/trephine; do
   [ -s "$scratch/prefix/$file" ] || { echo "missing: $file"; exit 1; }

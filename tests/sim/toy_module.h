@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "sim/api/module.h"
+#include "volume/surface/part_surface.h"
 
 namespace trephine::sim {
 

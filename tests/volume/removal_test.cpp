@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "volume/base/channel.h"
+#include "volume/cuts/removal_kernels.h"
 #include "volume/scan/occupancy.h"
 #include "volume/surface/surface_nets.h"
 

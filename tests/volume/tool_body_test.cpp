@@ -9,6 +9,7 @@
 #include <random>
 
 #include "volume/cuts/removal.h"
+#include "volume/cuts/removal_kernels.h"
 
 namespace trephine::volume {
 namespace {

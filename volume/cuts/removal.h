@@ -7,14 +7,19 @@
 #include <span>
 #include <vector>
 
-#include "volume/cuts/removal_kernels.h"
-#include "volume/cuts/solid_parts.h"
 #include "volume/cuts/tool_body.h"
 #include "volume/cuts/version.h"
 #include "volume/scan/field.h"
 #include "volume/scan/traversal.h"
 
 namespace trephine::volume {
+
+class SolidParts;
+struct BrickSweep;
+struct CellPoints;
+struct RemovalKernels;
+/// Returns the widest variant of the inner loops that this CPU supports.
+const RemovalKernels& best_removal_kernels() noexcept;
 
 /// Sweep of a ball of `radius_mm` along a straight line, world frame. The hole is resolved if the version's
 /// lattice was made for balls of this radius or smaller; otherwise it is as coarse as the lattice.

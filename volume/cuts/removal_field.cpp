@@ -4,6 +4,7 @@
 #include <glm/common.hpp>
 
 #include "volume/cuts/removal.h"
+#include "volume/cuts/removal_kernels.h"
 
 namespace trephine::volume {
 

@@ -72,7 +72,8 @@ struct RemovalKernels {
 
 extern const RemovalKernels k_removal_kernels_4;
 extern const RemovalKernels k_removal_kernels_8;  ///< requires AVX2
-/// Returns the widest variant that this CPU supports.
+/// Returns the widest variant that this CPU supports. Declared in removal.h too, for callers without the
+/// kernels.
 const RemovalKernels& best_removal_kernels() noexcept;
 
 }  // namespace trephine::volume

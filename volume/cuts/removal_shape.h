@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "volume/cuts/removal.h"
+#include "volume/cuts/removal_kernels.h"
 
 namespace trephine::volume {
 

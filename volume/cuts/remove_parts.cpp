@@ -9,6 +9,7 @@
 #include <glm/matrix.hpp>
 
 #include "volume/cuts/removal.h"
+#include "volume/cuts/solid_parts.h"
 
 namespace trephine::volume {
 

@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "haptics/mesh/god_object.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/scan/frame.h"
 

@@ -1,31 +1,30 @@
-// Touches a ball of bone from outside the toolkit's own tree.
+// Uses libraries below the front door from outside the toolkit's own tree: a volume, and a device that plays
+// a path.
 #include <cstdio>
+#include <sstream>
 
-#include "haptics/methods/methods.h"
+#include "haptics/device/device.h"
+#include "volume/scan/shape.h"
 
 int main() {
   using namespace trephine;
-  auto result = volume::make_volume(glm::ivec3(32), volume::Frame());
-  if (!result) return 2;
-  for (int z = 0; z < 32; ++z)
-    for (int y = 0; y < 32; ++y)
-      for (int x = 0; x < 32; ++x) {
-        const int d = (x - 16) * (x - 16) + (y - 16) * (y - 16) + (z - 16) * (z - 16);
-        result.value().voxels[result.value().index(x, y, z)] = d <= 100 ? 1600 : -1000;
-      }
-  const auto base = std::make_shared<const volume::Volume>(std::move(result).value());
-  haptics::TouchScene scene;
-  scene.base = base;
+  auto frame = volume::Frame::from_spacing({-8, -8, -8}, {0.5, 0.5, 0.5});
+  auto scan = volume::make_volume(glm::ivec3(32), frame.value());
+  if (!scan) return 2;
+  for (std::size_t i = 0; i < scan.value().voxels.size(); ++i)
+    scan.value().voxels[i] = i < scan.value().voxels.size() / 2 ? 1200 : -1000;
   const volume::Shape bone;
-  scene.items.push_back({volume::Field(*base, bone),
-                         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*base, bone)),
-                         {}});
-  const auto method = haptics::make_method("implicit").value();
-  if (method->prepare(scene)) return 3;
-  const volume::Version version(base);
-  haptics::ProxyState state;
-  haptics::ProxyStep step;
-  for (int i = 0; i <= 100; ++i) step = method->step(scene, version, state, {{16, 16, 30 - 0.1 * i}});
-  std::printf("proxy at z = %.2f mm\n", step.proxy_world.z);
-  return step.has_contact && step.proxy_world.z > 26 && step.proxy_world.z < 27 ? 0 : 1;
+  std::istringstream csv("t,x,y,z\n0,0,0,4\n1,0,0,-4\n");
+  auto path = haptics::PosePath::read_csv(csv, "path");
+  if (!path) return 3;
+  haptics::PlaybackDevice device(std::move(path).value());
+  int solid = 0;
+  for (int tick = 0; tick <= 1000; ++tick) {
+    haptics::Pose pose;
+    if (!device.read(1e-3 * tick, pose)) return 4;
+    const glm::ivec3 voxel(scan.value().frame.volume_from_world(pose.position_world) + 0.5);
+    solid += bone.is_solid(scan.value().voxels[scan.value().index(voxel.x, voxel.y, voxel.z)]);
+  }
+  std::printf("in bone for %d ms of 1000\n", solid);
+  return solid > 450 && solid < 550 ? 0 : 1;
 }
