@@ -54,6 +54,11 @@ struct WindowHost {
   /// Continues a recorded session in the same file. Its scan is that in the session, a built-in one, or the
   /// open one.
   std::function<Result<OpenedScene>(const std::string& session, const Listener& listener)> resume;
+  /// Opens the last scan again with a further one, which is touched; `shape` as workbench::parse_shape reads
+  /// it.
+  std::function<Result<OpenedScene>(const std::string& scan, const std::string& shape,
+                                    const Listener& listener)>
+      add_scan;
   std::string session_folder;  ///< folder of autosaved sessions; empty: no folder
   /// Reopens the last scan with another shape.
   std::function<Result<OpenedScene>(const ShapeRequest& shape, const Listener& listener)> reshape;

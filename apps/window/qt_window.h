@@ -46,6 +46,8 @@ class MainWindow : public QMainWindow {
   void open_source(const QString& source);
   /// Continues a recorded session, which is opened in the background.
   void resume_session(const QString& session);
+  /// Starts again with a further scan to touch. `shape` as in WindowHost::add_scan.
+  void add_scan(const QString& scan, const QString& shape);
   Status check_save(const std::string& file, data_tools::OutputKind kind) const;
   Status save_volume(const QString& path);
   Status save_mesh(const QString& path);
@@ -119,6 +121,8 @@ class MainWindow : public QMainWindow {
   void report_disconnected_parts();
   void preview_shape();
   void use_shape();
+  /// Asks whether the operation may start again on the untouched scan, if something was cut.
+  bool may_restart();
   void forget_preview();
   void set_clip();
   void show_error(const Error& error);

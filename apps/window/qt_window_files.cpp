@@ -25,18 +25,20 @@ namespace trephine::view {
 
 // ---- opening --------------------------------------------------------------------------------------------
 
+bool MainWindow::may_restart() {
+  if (!operation_ || operation_->state().removed_mm3 <= 0) return true;
+  const WindowStage::Dialog dialog(stage_);
+  return QMessageBox::question(this, "trephine",
+                               tr("This starts again on the untouched scan. The operation so far remains in "
+                                  "its session file. Continue?")) == QMessageBox::Yes;
+}
+
 void MainWindow::use_shape() {
   if (is_opening()) return show_message(tr("A scan is already being opened. Wait for it, or press Cancel."));
   const double low = low_->value();
   const double high =
       high_->value() < high_->maximum() ? high_->value() : std::numeric_limits<double>::infinity();
-  if (operation_->state().removed_mm3 > 0) {
-    const WindowStage::Dialog dialog(stage_);
-    const auto answer = QMessageBox::question(this, "trephine",
-                                              "The new shape starts from the untouched scan. The operation "
-                                              "so far remains in its session file. Continue?");
-    if (answer != QMessageBox::Yes) return;
-  }
+  if (!may_restart()) return;
   ShapeRequest shape{low, high, shape_of_->currentData().toString().toStdString(), largest_->isChecked()};
   start_opening([reshape = options_.host.reshape, shape](const WindowHost::Listener& listener) {
     return reshape(shape, listener);
@@ -53,6 +55,14 @@ void MainWindow::resume_session(const QString& session) {
   if (!options_.host.resume) return;
   start_opening([resume = options_.host.resume, path = session.toStdString()](
                     const WindowHost::Listener& listener) { return resume(path, listener); });
+}
+
+void MainWindow::add_scan(const QString& scan, const QString& shape) {
+  if (!options_.host.add_scan || !may_restart()) return;
+  start_opening([add = options_.host.add_scan, path = scan.toStdString(),
+                 shape = shape.trimmed().toStdString()](const WindowHost::Listener& listener) {
+    return add(path, shape, listener);
+  });
 }
 
 QString MainWindow::saved_session() const {

@@ -2,6 +2,8 @@
 #include <QDialog>
 #include <QDialogButtonBox>
 #include <QFileDialog>
+#include <QInputDialog>
+#include <QLineEdit>
 #include <QMenuBar>
 #include <QMessageBox>
 #include <QTimer>
@@ -14,6 +16,7 @@ namespace trephine::view {
 
 namespace {
 constexpr const char* k_volume_filter = "Volumes (*.mha *.nrrd *.nii.gz *.nii)";
+constexpr const char* k_scan_filter = "Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)";
 constexpr const char* k_mesh_filter = "Meshes (*.stl *.ply *.obj *.vtp)";
 }  // namespace
 
@@ -33,9 +36,19 @@ void MainWindow::build_menu() {
       if (!path.isEmpty()) open_source(path);
     });
     add(file, "open_file", tr("Open a &file ..."), QKeySequence("Ctrl+Shift+O"), [this] {
-      const QString path = QFileDialog::getOpenFileName(
-          this, "Open a scan", {}, "Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)");
+      const QString path = QFileDialog::getOpenFileName(this, "Open a scan", {}, k_scan_filter);
       if (!path.isEmpty()) open_source(path);
+    });
+    add(file, "add_scan", tr("&Add a scan to touch ..."), {}, [this] {
+      const QString path = QFileDialog::getOpenFileName(
+          this, tr("Add a scan at the position that its file states"), {}, k_scan_filter);
+      if (path.isEmpty()) return;
+      bool is_accepted = false;
+      const QString shape = QInputDialog::getText(
+          this, tr("Shape of the added scan"),
+          tr("300 (from 300 up), 100:400, or the name of a label.\nLeave it empty for the usual shape."),
+          QLineEdit::Normal, {}, &is_accepted);
+      if (is_accepted) add_scan(path, shape);
     });
     add(file, "open_head", tr("Open the built-in &head"), {}, [this] { open_source("head"); });
     add(file, "open_spine", tr("Open the built-in sp&ine"), {}, [this] { open_source("spine"); });

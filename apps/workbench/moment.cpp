@@ -49,7 +49,8 @@ Result<const volume::PlannedTrajectory*> find_trajectory(const Moment& moment, c
 std::vector<Moment::Object> objects_of(const sim::Engine& engine) {
   std::vector<Moment::Object> objects;
   for (const haptics::TouchItem* model : engine.models()) {
-    Moment::Object object{model->name, engine.surface_of(*model), engine.place_of(*model), model->matter};
+    Moment::Object object{haptics::name_of(*model), engine.surface_of(*model), engine.place_of(*model),
+                          model->matter};
     object.screw = data_tools::recognized_screw(object.tree->vertices());
     if (object.screw) {
       object.screw->entry_world = object.place.world_from_local(object.screw->entry_world);

@@ -35,6 +35,18 @@ Status check_effects(const std::vector<std::string>& effects) {
   return std::nullopt;
 }
 
+sim::StructureSpec structure_of(const data_tools::CaseStructure& s) {
+  sim::StructureSpec structure;
+  structure.shape = s.shape;
+  structure.is_touchable = s.is_touchable;
+  structure.material = material_of(s.material, {});
+  if (s.back_material) structure.back_material = material_of(*s.back_material, structure.material);
+  structure.sides = s.blocks_front && s.blocks_back ? haptics::Side::both
+                    : s.blocks_back                 ? haptics::Side::back
+                                                    : haptics::Side::front;
+  return structure;
+}
+
 /// Adds the touchable shapes of the scan: the chosen one, or those of its case.
 Status add_touchable(const Source& source, const ShapeChoice& choice, const Listener& listener,
                      SceneDescription& spec) {
@@ -45,14 +57,7 @@ Status add_touchable(const Source& source, const ShapeChoice& choice, const List
     return std::nullopt;
   }
   for (const data_tools::CaseStructure& s : source.plan->structures) {
-    if (!s.is_touchable) continue;
-    sim::StructureSpec& structure = spec.structures.emplace_back();
-    structure.shape = s.shape;
-    structure.material = material_of(s.material, {});
-    if (s.back_material) structure.back_material = material_of(*s.back_material, structure.material);
-    structure.sides = s.blocks_front && s.blocks_back ? haptics::Side::both
-                      : s.blocks_back                 ? haptics::Side::back
-                                                      : haptics::Side::front;
+    if (s.is_touchable && s.volume.empty()) spec.structures.push_back(structure_of(s));
   }
   const std::size_t count = spec.structures.size();
   if (count > 0 && count <= haptics::TouchScene::k_max_shapes) return std::nullopt;
@@ -63,13 +68,71 @@ Status add_touchable(const Source& source, const ShapeChoice& choice, const List
                .remedy = "set touchable = true or false in case.toml"};
 }
 
+/// Returns what the pictures show a shape of a further volume as, if nobody stated it.
+volume::Matter usual_matter(const volume::Volume& scan, const volume::Shape& shape) {
+  return scan.is_hounsfield && !shape.is_label() ? volume::Matter::bone : volume::Matter::soft_tissue;
+}
+
+/// Opens a further volume and adds it to the data. Returns its source; its index is the last of the data.
+Result<Source> add_volume(const std::string& path, SceneDescription& spec, sim::SceneData& data,
+                          const Listener& listener) {
+  Listener numbered = listener;
+  numbered.notice = [&listener, number = data.volumes.size() + 1](const std::string& text) {
+    listener.notice(format_text("volume %zu: ", number) + text);
+  };
+  Result<Source> source = open_source(path, numbered);
+  if (!source) return source.error();
+  spec.volumes.push_back({source.value().volume->size});
+  data.volumes.push_back(source.value().volume);
+  return source;
+}
+
+/// Adds the shapes of further volumes: those of the case, and the chosen ones.
+Status add_volumes(const Source& source, const OperationChoice& choice, SceneDescription& spec,
+                   sim::SceneData& data, const Listener& listener) {
+  if (source.plan)
+    for (const data_tools::CaseVolume& volume : source.plan->volumes) {
+      Result<Source> opened = add_volume(volume.path, spec, data, listener);
+      if (!opened) return opened.error();
+      for (const data_tools::CaseStructure& s : source.plan->structures) {
+        if (s.volume != volume.name || !s.is_touchable) continue;
+        sim::StructureSpec& structure = spec.structures.emplace_back(structure_of(s));
+        structure.volume = static_cast<int>(data.volumes.size()) - 1;
+        structure.matter = volume.matter.value_or(usual_matter(*opened.value().volume, s.shape));
+      }
+    }
+  for (const VolumeChoice& one : choice.volumes) {
+    Result<Source> opened = add_volume(one.path, spec, data, listener);
+    if (!opened) return opened.error();
+    Listener numbered = listener;
+    numbered.notice = [&listener, number = data.volumes.size()](const std::string& text) {
+      listener.notice(format_text("volume %zu: ", number) + text);
+    };
+    ShapeChoice shape_choice = one.shape;
+    if (!shape_choice.is_set()) shape_choice.is_auto = true;
+    Result<volume::Shape> shape = choose_shape(opened.value(), shape_choice, numbered);
+    if (!shape) return shape.error();
+    sim::StructureSpec& structure = spec.structures.emplace_back();
+    structure.shape = shape.value();
+    structure.shape.name = one.name.empty() ? format_text("volume %zu", data.volumes.size()) : one.name;
+    structure.volume = static_cast<int>(data.volumes.size()) - 1;
+    structure.material = material_of(choice.material, {});
+    structure.matter = one.matter.value_or(usual_matter(*opened.value().volume, shape.value()));
+  }
+  return std::nullopt;
+}
+
+/// Adds the forbidden shapes of the case, of all its volumes.
 void add_forbidden(const Source& source, SceneDescription& spec) {
   if (!source.plan) return;
-  for (const volume::Shape& shape : forbidden_of(*source.plan)) {
+  for (const data_tools::CaseStructure& s : source.plan->structures) {
+    if (!s.is_forbidden) continue;
     sim::StructureSpec& structure = spec.structures.emplace_back();
-    structure.shape = shape;
+    structure.shape = s.shape;
     structure.is_touchable = false;
     structure.is_forbidden = true;
+    for (std::size_t v = 0; v < source.plan->volumes.size(); ++v)
+      if (source.plan->volumes[v].name == s.volume) structure.volume = static_cast<int>(v) + 1;
   }
 }
 
@@ -310,6 +373,20 @@ Status check(const OperationChoice& choice) {
   return std::nullopt;
 }
 
+ShapeChoice parse_shape(const std::string& text) {
+  ShapeChoice choice;
+  if (text.empty()) return choice;
+  char* rest = nullptr;
+  const double value = std::strtod(text.c_str(), &rest);
+  if (*rest == '\0')
+    choice.iso = value;
+  else if (rest != text.c_str() && *rest == ':')
+    choice.window = text;
+  else
+    choice.label = text;
+  return choice;
+}
+
 volume::SurgicalPlan plan_of(const Source& source) {
   if (source.plan) return *source.plan;
   if (source.is_builtin)
@@ -331,7 +408,7 @@ std::vector<ModelChoice> models_of(const Source& source) {
 std::vector<volume::Shape> forbidden_of(const data_tools::CasePlan& plan) {
   std::vector<volume::Shape> shapes;
   for (const data_tools::CaseStructure& s : plan.structures)
-    if (s.is_forbidden) shapes.push_back(s.shape);
+    if (s.is_forbidden && s.volume.empty()) shapes.push_back(s.shape);
   return shapes;
 }
 
@@ -364,11 +441,12 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = add_touchable(source, choice.shape, listener, spec)) return *error;
   spec.structures[0].material = material_of(choice.material, spec.structures[0].material);
   spec.structures[0].ramp = choice.ramp;
+  if (Status error = add_volumes(source, choice, spec, data, listener)) return *error;
   if (Status error = add_models(source, choice, spec, data, listener)) return *error;
   if (Status error = add_background(choice, spec, data, listener)) return *error;
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
-  // Only this method touches models and voxels together.
-  if (!models_of(source).empty())
+  // Only this method touches several volumes, or models and voxels together.
+  if (data.volumes.size() > 1 || !models_of(source).empty())
     for (HandSpec& hand : spec.hands)
       if (hand.method == haptics::k_default_method) hand.method = "scene";
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };

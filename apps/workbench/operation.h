@@ -39,6 +39,17 @@ Result<std::shared_ptr<const haptics::MeshTree>> load_model(const ModelChoice& c
 /// Returns `base` with the chosen properties replaced.
 haptics::Material material_of(const data_tools::CaseMaterial& choice, haptics::Material base);
 
+/// A further scan with a shape to touch, at the position that its file states. It cannot be cut.
+struct VolumeChoice {
+  std::string path;        ///< of a scan, a case or a built-in phantom
+  ShapeChoice shape = {};  ///< empty: a case's touchable structures, or the usual one of such a scan
+  std::string name = {};   ///< of its structure; empty: "volume N"
+  std::optional<volume::Matter> matter = std::nullopt;  ///< for images; empty: bone for a window of a CT,
+                                                        ///< else soft tissue
+};
+/// Parses "300" (from 300 up), "100:400", or the name of a label; an empty text gives an empty choice.
+ShapeChoice parse_shape(const std::string& text);
+
 /// Options of an operation, in addition to its scan.
 struct OperationChoice {
   ShapeChoice shape;  ///< empty: a case's touchable structures, or bone
@@ -46,6 +57,7 @@ struct OperationChoice {
   std::vector<sim::HandSpec> hands{sim::HandSpec()};
   data_tools::CaseMaterial material;  ///< of the chosen shape (for a case, its first) and of models
   std::optional<haptics::StiffnessRamp> ramp;
+  std::vector<VolumeChoice> volumes;  ///< in addition to those of a case
   std::vector<ModelChoice> models;
   double rate_hz = 1000;
   haptics::ForceOptions force;
@@ -73,7 +85,7 @@ struct Operation {
 volume::SurgicalPlan plan_of(const Source& source);
 /// Returns the models of a case.
 std::vector<ModelChoice> models_of(const Source& source);
-/// Returns the forbidden shapes of a case.
+/// Returns the forbidden shapes of a case's scan.
 std::vector<volume::Shape> forbidden_of(const data_tools::CasePlan& plan);
 /// Returns the trajectories, landmarks and outlines of a plan as overlays; trajectories begin 20 mm before
 /// their entry.

@@ -116,6 +116,8 @@ std::vector<std::string> files_of(const Script& script, const std::string& folde
   if (!is_builtin(script.scan)) files.push_back(scan_of(script, folder));
   for (const ScriptHand& hand : script.hands)
     if (!hand.path.empty()) files.push_back(resolve_path(folder, hand.path));
+  for (const data_tools::ScriptVolume& volume : script.volumes)
+    if (!is_builtin(volume.file)) files.push_back(resolve_path(folder, volume.file));
   for (const data_tools::ScriptModel& model : script.models)
     if (!model.file.empty()) files.push_back(resolve_path(folder, model.file));
   return files;
@@ -129,6 +131,9 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   choice.material.static_friction = script.static_friction;
   choice.material.dynamic_friction = script.dynamic_friction;
   choice.smallest_burr = script.smallest_burr;
+  for (const data_tools::ScriptVolume& volume : script.volumes)
+    choice.volumes.push_back({is_builtin(volume.file) ? volume.file : resolve_path(folder, volume.file),
+                              parse_shape(volume.shape), volume.name, volume.matter});
   for (const data_tools::ScriptModel& model : script.models) {
     ModelChoice& one = choice.models.emplace_back();
     if (!model.file.empty()) one.file = resolve_path(folder, model.file);

@@ -40,7 +40,8 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
   header.case_name = operation.source.case_name;
   header.is_builtin = operation.source.is_builtin;
   sim::WriterOptions writer;
-  writer.is_embedding = choice.is_embedding || operation.source.is_altered;
+  writer.is_embedding =
+      choice.is_embedding || operation.source.is_altered || operation.spec.volumes.size() > 1;
   writer.is_removed_when_empty = choice.is_autosave;
   return sim::SessionWriter::create(choice.file, header, sim::data_of(*operation.scene()),
                                     modules::catalogue(), writer);

@@ -69,7 +69,7 @@ CaseMaterial read_material(TomlReader& reader, const toml::table& t, const std::
 
 CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::size_t label_count) {
   static const std::set<std::string> k_keys = [] {
-    std::set<std::string> keys{"name", "low", "high", "label", "touchable", "forbidden", "sides"};
+    std::set<std::string> keys{"name", "volume", "low", "high", "label", "touchable", "forbidden", "sides"};
     for (const auto& [key, number, high] : k_material_keys)
       keys.insert({std::string(key), k_back + std::string(key)});
     return keys;
@@ -79,6 +79,7 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
   const auto name = reader.text(t, "name");
   if (!name) reader.fail(value, "a structure has no name", "", "name = \"bone\"");
   s.shape.name = name.value_or("");
+  s.volume = reader.text(t, "volume").value_or("");
   const auto low = reader.number(t, "low", -1e6, 1e6), high = reader.number(t, "high", -1e6, 1e6);
   const auto label = reader.number(t, "label", 1, 255);
   s.shape.low = low.value_or(-std::numeric_limits<double>::infinity());
@@ -89,7 +90,7 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
       reader.fail(value, "the label is not a whole number", std::to_string(*label), "1 to 255");
     if (low || high)
       reader.fail(value, "a structure is either a window or a label", "both", "low and high, or label");
-    if (static_cast<std::size_t>(s.shape.label) >= std::max<std::size_t>(label_count, 1))
+    if (s.volume.empty() && static_cast<std::size_t>(s.shape.label) >= std::max<std::size_t>(label_count, 1))
       reader.fail(value, "unknown label", std::to_string(s.shape.label),
                   "a label that the case has: see names under [labels]");
   } else if (!low && !high) {
@@ -108,6 +109,18 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
     reader.fail(value, "invalid sides of a structure", sides, "front, back or both");
   s.blocks_front = sides != "back", s.blocks_back = sides != "front";
   return s;
+}
+
+CaseVolume read_volume(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"name", "file", "matter"});
+  CaseVolume volume;
+  volume.name = reader.text(t, "name").value_or("");
+  volume.file = reader.text(t, "file").value_or("");
+  if (volume.name.empty() || volume.file.empty() || fs::path(volume.file).filename() != volume.file)
+    reader.fail(value, "a volume is not complete", volume.file,
+                "name, and file = the name of a file in the case's folder");
+  if (t.contains("matter")) volume.matter = read_matter(reader, value, t);
+  return volume;
 }
 
 CaseModel read_model(TomlReader& reader, const toml::value& value) {
@@ -314,9 +327,9 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   if (!parsed) return parsed.error();
   const toml::value& root = parsed.value();
   TomlReader reader(where);
-  const toml::table& top =
-      reader.table(root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "models",
-                          "trajectories", "landmarks", "outlines", "planes", "targets", "quality", "shape"});
+  const toml::table& top = reader.table(
+      root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "volumes", "models",
+             "trajectories", "landmarks", "outlines", "planes", "targets", "quality", "shape"});
   if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
   CasePlan plan;
   const auto name = reader.text(top, "name");
@@ -359,6 +372,11 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   }
   for (const toml::value* v : reader.tables(top, "structures"))
     plan.structures.push_back(read_structure(reader, *v, plan.label_names.size()));
+  for (const toml::value* v : reader.tables(top, "volumes")) plan.volumes.push_back(read_volume(reader, *v));
+  for (const CaseStructure& s : plan.structures)
+    if (!s.volume.empty() && std::none_of(plan.volumes.begin(), plan.volumes.end(),
+                                          [&](const CaseVolume& volume) { return volume.name == s.volume; }))
+      reader.fail(root, "a structure names an unknown volume", s.volume, "the name of one of [[volumes]]");
   for (const toml::value* v : reader.tables(top, "models")) plan.models.push_back(read_model(reader, *v));
   for (const toml::value* v : reader.tables(top, "trajectories"))
     plan.trajectories.push_back(read_trajectory(reader, *v));
@@ -392,16 +410,21 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   text << file.rdbuf();
   Result<CasePlan> plan = parse_case(text.str(), where);
   if (!plan) return plan.error();
-  for (CaseModel& model : plan.value().models) {
-    if (Status error = check_inside(path, model.file.c_str())) return *error;
-    model.path = (fs::path(path) / model.file).string();
-    if (std::error_code error; !fs::is_regular_file(model.path, error))
-      return Error{.what = "the case lacks a model",
-                   .where = where,
-                   .found = model.file,
-                   .expected = "a file in the folder of the case",
-                   .remedy = "copy the whole case again, or remove the model from case.toml"};
-  }
+  const auto find_file = [&](const char* what, auto& part) -> Status {
+    if (Status error = check_inside(path, part.file.c_str())) return *error;
+    part.path = (fs::path(path) / part.file).string();
+    if (std::error_code error; fs::is_regular_file(part.path, error)) return std::nullopt;
+    return Error{
+        .what = std::string("the case lacks a ") + what,
+        .where = where,
+        .found = part.file,
+        .expected = "a file in the folder of the case",
+        .remedy = std::string("copy the whole case again, or remove the ") + what + " from case.toml"};
+  };
+  for (CaseVolume& volume : plan.value().volumes)
+    if (Status error = find_file("volume", volume)) return *error;
+  for (CaseModel& model : plan.value().models)
+    if (Status error = find_file("model", model)) return *error;
   Result<OpenedVolume> scan = open_volume((fs::path(path) / k_volume_file).string(), options);
   if (!scan) return scan.error();
   OpenedCase result{std::move(plan).value(), std::move(scan).value()};
@@ -486,6 +509,7 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
   for (const CaseStructure& s : plan.structures) {
     out += "\n[[structures]]\n";
     line("name", quoted(s.shape.name));
+    if (!s.volume.empty()) line("volume", quoted(s.volume));
     if (s.shape.is_label()) line("label", std::to_string(s.shape.label));
     if (!s.shape.is_label() && std::isfinite(s.shape.low)) number("low", s.shape.low);
     if (!s.shape.is_label() && std::isfinite(s.shape.high)) number("high", s.shape.high);
@@ -498,6 +522,12 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     };
     material(s.material, "");
     if (s.back_material) material(*s.back_material, k_back);
+  }
+  for (const CaseVolume& v : plan.volumes) {
+    out += "\n[[volumes]]\n";
+    line("name", quoted(v.name));
+    line("file", quoted(v.file));
+    if (v.matter) line("matter", quoted(std::string(volume::k_matters[static_cast<std::size_t>(*v.matter)])));
   }
   for (const CaseModel& m : plan.models) {
     out += "\n[[models]]\n";

@@ -25,7 +25,16 @@ struct CaseMaterial {
   friend bool operator==(const CaseMaterial&, const CaseMaterial&) = default;
 };
 
+/// A further scan of the case, at the position that its file states. It is touched, and cannot be cut.
+struct CaseVolume {
+  std::string name;                           ///< chosen for the case
+  std::string file;                           ///< name of the file in the folder
+  std::string path;                           ///< of the file; set by open_case()
+  std::optional<volume::Matter> matter = {};  ///< for images
+};
+
 struct CaseStructure {
+  std::string volume = {};    ///< name of a further volume; empty: the scan of the case
   volume::Shape shape;        ///< window or label of the volume
   bool is_touchable = true;   ///< stops the proxy
   bool is_forbidden = false;  ///< a tool must not enter it
@@ -52,6 +61,7 @@ struct CasePlan : volume::SurgicalPlan {
   std::vector<std::string> label_names;
   std::vector<glm::u8vec3> label_colours;  ///< as in Volume
   std::vector<CaseStructure> structures;
+  std::vector<CaseVolume> volumes;
   std::vector<CaseModel> models;
   /// Intensities at which windows are evaluated: where shape.mha has the value k > 0, shape_values[k - 1];
   /// where it has 0, that of the scan. Empty: no shape.mha. write_case() derives it from

@@ -143,6 +143,18 @@ ScriptModel read_model(TomlReader& reader, const toml::value& value) {
   return model;
 }
 
+ScriptVolume read_volume(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"file", "shape", "name", "matter"});
+  ScriptVolume volume;
+  volume.line = TomlReader::line_of(value);
+  volume.file = reader.text(t, "file").value_or("");
+  volume.shape = reader.text(t, "shape").value_or("");
+  volume.name = reader.text(t, "name").value_or("");
+  if (t.contains("matter")) volume.matter = read_matter(reader, value, t);
+  if (volume.file.empty()) reader.fail(value, "a volume has no file", "", "file = \"FILE\"");
+  return volume;
+}
+
 /// Returns the index of a hand; 0 if the key is absent.
 int read_hand(TomlReader& reader, const toml::value& value, const toml::table& t, std::size_t hands) {
   const double hand = reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0);
@@ -239,11 +251,27 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   if (!parsed) return parsed.error();
   const toml::value& root = parsed.value();
   TomlReader reader(where);
-  const toml::table& top = reader.table(
-      root, {"schema",        "title",       "scan",   "iso",    "window",          "label",
-             "auto",          "largest",     "plan",   "rate",   "static_friction", "dynamic_friction",
-             "smallest_burr", "free_pieces", "places", "models", "hands",           "do",
-             "expect",        "pictures"});
+  const toml::table& top = reader.table(root, {"schema",
+                                               "title",
+                                               "scan",
+                                               "iso",
+                                               "window",
+                                               "label",
+                                               "auto",
+                                               "largest",
+                                               "plan",
+                                               "rate",
+                                               "static_friction",
+                                               "dynamic_friction",
+                                               "smallest_burr",
+                                               "free_pieces",
+                                               "places",
+                                               "volumes",
+                                               "models",
+                                               "hands",
+                                               "do",
+                                               "expect",
+                                               "pictures"});
   if (Status error = reader.check_schema(top, Script::k_schema, "script")) return *error;
   Script script;
   script.title = reader.text(top, "title").value_or("");
@@ -266,6 +294,8 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
     reader.fail(root, "the number of hands is out of range", std::to_string(script.hands.size()),
                 "one to four [[hands]]");
   for (const toml::value* v : reader.tables(top, "places")) script.places.push_back(read_place(reader, *v));
+  for (const toml::value* v : reader.tables(top, "volumes"))
+    script.volumes.push_back(read_volume(reader, *v));
   for (const toml::value* v : reader.tables(top, "models")) script.models.push_back(read_model(reader, *v));
   for (const toml::value* v : reader.tables(top, "pictures"))
     script.pictures.push_back(read_picture(reader, *v, script.hands.size()));

@@ -53,6 +53,15 @@ struct ScriptModel {
   bool is_forbidden = false;  ///< a tool must not enter it
 };
 
+/// A further scan that is touched.
+struct ScriptVolume {
+  int line = 0;
+  std::string file;
+  std::string shape;  ///< "300", "100:400" or the name of a label; empty: the usual one of such a scan
+  std::string name;   ///< empty: "volume N"
+  std::optional<volume::Matter> matter = std::nullopt;
+};
+
 /// A command at a point in time.
 struct ScriptCommand {
   int line = 0;
@@ -98,6 +107,7 @@ struct Script {
   std::optional<double> free_pieces;    ///< least volume of pieces that detach, mm3; empty: pieces stay
   std::optional<double> smallest_burr;  ///< diameter, mm
   std::vector<ScriptPlace> places;
+  std::vector<ScriptVolume> volumes;
   std::vector<ScriptModel> models;
   std::vector<ScriptHand> hands;
   std::vector<ScriptCommand> commands;          ///< by time

@@ -290,7 +290,7 @@ struct EffectMemory {
   dvec3 start_world, ahead_world;
   double track_end;  ///< mm, length of the track
   double phase;      ///< of an oscillation, in turns
-  bool has_track, was_in;
+  bool has_track;
   std::uint8_t layer;      ///< of the tip, plus one; 0: none
   std::uint8_t punctured;  ///< layers that the track has entered, one bit each
 };
@@ -384,25 +384,13 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     const dvec3 offset = hip - line->start_world;
     const double depth = glm::dot(offset, line->ahead_world);
     dvec3 force = -line->stiffness * (offset - depth * line->ahead_world);
-    bool is_in = true;
-    if (line->shape >= 0 && line->shape < item_count(input.scene) &&
-        !item_of(input.scene, line->shape).is_mesh()) {
-      const volume::Field& field = item_of(input.scene, line->shape).field;
-      const dvec3 at = field.volume().frame.volume_from_world(hip);
-      is_in = field.value(at) >= 0;
-      if (is_in && input.cuts && &field.volume() == &input.cuts->base() && !input.cuts->is_untouched())
-        is_in = input.cuts->distance(at) > 0;
-      if (memory.was_in && !is_in && depth > 0) sum.has_lost_resistance = true, sum.lost_shape = line->shape;
-      memory.was_in = is_in;
-    }
     if (!memory.has_track) memory.track_end = std::max(0.0, depth);
     memory.has_track = true;
     // The track extends when the tip presses harder than the resistance.
     double push = line->stiffness * (depth - memory.track_end);
-    const double resistance = is_in ? line->resistance : 0;
-    if (push > resistance) {
-      memory.track_end = depth - resistance / line->stiffness;
-      push = resistance;
+    if (push > line->resistance) {
+      memory.track_end = depth - line->resistance / line->stiffness;
+      push = line->resistance;
     }
     if (push > 0) force -= push * line->ahead_world;
     add_rendered(force);

@@ -26,14 +26,12 @@ struct Spring {
   double stiffness = 0.1;  ///< N/mm
   friend bool operator==(const Spring&, const Spring&) = default;
 };
-/// Straight track: springs hold the tip laterally, and extending the track costs a force, as for a probe in a
-/// pedicle (thesis "A Surface-based Volume Haptics Approach", 6.2.3). Motion within the existing track is
-/// free.
+/// Straight track, as a guide: springs hold the tip laterally, and extending the track costs a force. Motion
+/// within the existing track is free. A track in matter is an Insertion.
 struct LineTrack {
   glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};
   double stiffness = 0.5;  ///< N/mm, lateral and at the end of the track
   double resistance = 2;   ///< N, against extending the track
-  int shape = -1;          ///< the track resists only while the tip is in this shape's solid; -1: everywhere
   friend bool operator==(const LineTrack&, const LineTrack&) = default;
 };
 /// Half space that pushes the tip out.

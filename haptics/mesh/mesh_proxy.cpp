@@ -10,9 +10,7 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-namespace {
-/// Returns the whole surface of a shape, in the world frame.
-std::shared_ptr<const MeshTree> tree_of(const TouchItem& shape) {
+std::shared_ptr<const MeshTree> surface_tree(const TouchItem& shape) {
   const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
   const volume::Frame& frame = shape.field.volume().frame;
   const glm::dmat3& axes = frame.axes();
@@ -24,7 +22,6 @@ std::shared_ptr<const MeshTree> tree_of(const TouchItem& shape) {
     for (std::size_t t = 0; t < triangles.size(); t += 3) std::swap(triangles[t + 1], triangles[t + 2]);
   return std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
 }
-}  // namespace
 
 Status MeshProxy::prepare(const TouchScene& scene) {
   if (Status error = check_touchable(scene, true, true)) return error;
@@ -38,7 +35,7 @@ Status MeshProxy::prepare(const TouchScene& scene) {
                    .where = item.name,
                    .found = "a mesh that moves",
                    .remedy = "use method scene"};
-    trees_.push_back(item.is_mesh() ? item.tree : tree_of(item));
+    trees_.push_back(item.is_mesh() ? item.tree : surface_tree(item));
     gap_ = std::min(gap_, trees_.back()->gap());
   }
   return std::nullopt;

@@ -6,6 +6,9 @@
 
 namespace trephine::haptics {
 
+/// Returns the whole surface of an untouched shape, closed, in the world frame.
+std::shared_ptr<const MeshTree> surface_tree(const TouchItem& shape);
+
 /// A god-object on up to three facets at once (Zilles and Salisbury 1995). prepare() makes the models: the
 /// whole surface of each shape before any cut, in world coordinates; matter that is cut later stays
 /// touchable. Cost: logarithmic in the number of triangles.

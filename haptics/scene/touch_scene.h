@@ -103,10 +103,13 @@ struct TouchItem {
   // Mesh: a polygonal model. A closed one is touched from its front; a sheet may block on both sides.
   Kind kind = Kind::voxels;
   std::string name = {};  ///< of a mesh; voxels have the name of their shape
+  /// Of a mesh: its triangles. Of a shape of a further volume: its surface in the world frame, which is
+  /// drawn.
   std::shared_ptr<const MeshTree> tree = nullptr;
   Placement placement = {};  ///< fixed (no mover), or initial
   int mover = -1;            ///< 0 to k_max_movers - 1: every step has its placement; -1: fixed
-  volume::Matter matter = volume::Matter::titanium;  ///< of a mesh, for images; not for its contact
+  /// For images, not for contact; of a mesh or a shape of a further volume.
+  volume::Matter matter = volume::Matter::titanium;
 
   /// First ServoHand::layout that contains the item; in that layout it may overlap a proxy.
   std::uint64_t since = 0;

@@ -460,7 +460,7 @@ Overlays Engine::overlays() const {
     Overlay& overlay = result.emplace_back();
     overlay.kind = item->depth && item->depth->is_streamed() ? Overlay::Kind::scenery : Overlay::Kind::object;
     overlay.matter = item->matter;
-    overlay.name = item->name;
+    overlay.name = haptics::name_of(*item);
     overlay.surface = surface_of(*item);
     overlay.place = place_of(*item);
   }

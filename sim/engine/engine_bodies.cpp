@@ -204,8 +204,8 @@ std::vector<const haptics::TouchItem*> Engine::models() const {
   std::vector<const haptics::TouchItem*> result;
   const std::vector<Body>& bodies = now_.world.bodies;
   for (const haptics::TouchItem& item : scene().items)
-    if (item.is_mesh() && std::none_of(bodies.begin(), bodies.end(),
-                                       [&](const Body& body) { return body.piece->tree == item.tree; }))
+    if (item.tree && std::none_of(bodies.begin(), bodies.end(),
+                                  [&](const Body& body) { return body.piece->tree == item.tree; }))
       result.push_back(&item);
   return result;
 }

@@ -4,7 +4,7 @@
 
 #include "haptics/depth/depth_model.h"
 #include "haptics/force/effects.h"
-#include "haptics/mesh/mesh_tree.h"
+#include "haptics/mesh/mesh_proxy.h"
 #include "sim/engine/depth_sets.h"
 #include "sim/engine/tool_geometry.h"
 #include "volume/base/text.h"
@@ -199,6 +199,7 @@ Result<TouchScene> build_items(const SceneDescription& spec, const SceneData& da
                      .expected = "at least one solid voxel",
                      .remedy = "check the range of the scan's values"};
       scene.items.push_back({volume::Field(source_volume, s.shape), std::move(bits), s.material, s.sides});
+      if (s.volume > 0) scene.items.back().tree = haptics::surface_tree(scene.items.back());
     }
     TouchItem& item = scene.items.back();
     item.sides = s.sides;
@@ -317,6 +318,7 @@ SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMet
           static_cast<int>(std::find_if(data.volumes.begin(), data.volumes.end(),
                                         [&](const auto& v) { return v.get() == &item.field.volume(); }) -
                            data.volumes.begin());
+      if (s.volume > 0) s.matter = item.matter;
     }
     spec.structures.push_back(std::move(s));
   }

@@ -43,7 +43,7 @@ struct StructureSpec {
   bool is_soft = false;  ///< touched by a soft field
   std::optional<haptics::Material> back_material = std::nullopt;
   haptics::Placement placement = {};                 ///< pose of a model
-  volume::Matter matter = volume::Matter::titanium;  ///< of a model
+  volume::Matter matter = volume::Matter::titanium;  ///< of a model or a shape of a further volume
   int mover = -1;                                    ///< number of a moving model; -1: at rest
   /// Number of models, from `model` on, that are the keys of an animation touched by depth images; 0: a model
   /// touched by its triangles.

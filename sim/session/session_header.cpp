@@ -122,6 +122,8 @@ std::string to_text(const SceneDescription& h) {
     add_unless("touchable", s.is_touchable, 1);
     add_unless("forbidden", s.is_forbidden, 0);
     add_unless("of_volume", s.volume, 0);
+    if (s.matter != volume::Matter::titanium)
+      add_text("matter", std::string(volume::k_matters[static_cast<std::size_t>(s.matter)]));
     if (s.model >= 0) {
       add_number("of_model", s.model);
       const glm::dvec3& p = s.placement.position_world;
@@ -133,8 +135,6 @@ std::string to_text(const SceneDescription& h) {
       }
       add_text("at", at);
       add_unless("mover", s.mover, -1);
-      if (s.matter != volume::Matter::titanium)
-        add_text("matter", std::string(volume::k_matters[static_cast<std::size_t>(s.matter)]));
       add_unless("depth_keys", s.depth_keys, 0);
       if (s.depth_keys > 0) {
         add_number("depth_beat", s.depth_beat);

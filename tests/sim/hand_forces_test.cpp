@@ -1,7 +1,10 @@
 // Forces of an instrument that depend on its state, and items that it passes through.
+#include <chrono>
 #include <glm/gtc/quaternion.hpp>
+#include <thread>
 
 #include "haptics/methods/methods.h"
+#include "sim/drivers/live_session.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
@@ -180,6 +183,47 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
   }
   EXPECT_FALSE(run.value()->mismatch().has_value());
   EXPECT_EQ(run.value()->engine().now().hash(), state);
+}
+
+// Two hands, each with a track of its own, in a live session: each passes through bone in its own track only,
+// and the replay gives the same bits.
+TEST(HandForces, TwoLiveHandsReplayToTheBit) {
+  const Folder folder;
+  const std::string path = folder.file("probes.session");
+  const ProbeBench bench;
+  SceneDescription header = describe_scene(bench.scene, *bench.method, {}, {HandSpec(probe())});
+  header.hands.push_back(header.hands[0]);
+  auto writer = SessionWriter::create(path, header, bench.scene.base, probes()).value();
+  const auto device_at = [](double x, double deepest) {
+    return haptics::PlaybackDevice(
+        haptics::PosePath::from_samples({{0, {{x, 0, 8}, {1, 0, 0, 0}, false}},
+                                         {0.2, {{x, 0, 5}, {1, 0, 0, 0}, false}},
+                                         {0.8, {{x, 0, deepest}, {1, 0, 0, 0}, false}},
+                                         {1.4, {{x, 0, deepest}, {1, 0, 0, 0}, false}}},
+                                        "test")
+            .value());
+  };
+  haptics::PlaybackDevice left = device_at(-4, -1), right = device_at(4, 1);
+  haptics::Device* devices[] = {&left, &right};
+  const HandStart hand{haptics::ServoHand(haptics::borrowed(bench.scene), haptics::borrowed(*bench.method),
+                                          haptics::TouchState(nullptr)),
+                       probe()};
+  LiveSession live(devices, Engine({hand, hand}, 1e-3, probes()), {}, writer.get());
+  ASSERT_FALSE(live.start().has_value());
+  for (int i = 0; i < 10000 && live.fetch_state().newest.t < 1.4; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  live.stop();
+  ASSERT_FALSE(writer->finish(live.engine()));
+  for (std::size_t h = 0; h < 2; ++h) {
+    const auto& state = *live.engine().now().settings.hands[h].state.as<ToyProbeState>();
+    EXPECT_TRUE(state.has_entered) << h;
+    EXPECT_NEAR(state.start.x, h == 0 ? -4 : 4, 0.3);
+    EXPECT_TRUE(live.engine().servo_scene()->hands[h].let_through.contains(0)) << h;
+  }
+  EXPECT_GT(live.engine().removed_mm3(), 1);
+  const Verdict verdict = replay(path, bench.scene.base, probes());
+  expect_same(verdict);
+  EXPECT_EQ(verdict.state, live.engine().now().hash());
 }
 
 }  // namespace

@@ -58,14 +58,14 @@ void report_breach(const workbench::Moment::Object& object, const workbench::Mom
   const imaging::ScrewBreach breach = imaging::breach_of(*object.screw, imaging::subject_of(moment));
   Json json = {{"name", object.name}, {"meets_bone", breach.has_bone}, {"breach_mm", breach.mm}};
   if (!breach.has_bone) {
-    outcome.text += object.name + ": its axis meets no bone\n";
+    outcome.text += workbench::words_of(object.name) + ": its axis meets no bone\n";
   } else if (breach.mm < 0.05) {
-    outcome.text += object.name + ": its whole shaft is in bone\n";
+    outcome.text += workbench::words_of(object.name) + ": its whole shaft is in bone\n";
   } else {
     const std::string side = imaging::side_of_patient(breach.outward);
     outcome.text +=
         format_text("%s: its shaft reaches %.1f mm out of bone toward %s, %.0f mm from its entry\n",
-                    object.name.c_str(), breach.mm, side.c_str(), breach.from_entry_mm);
+                    workbench::words_of(object.name).c_str(), breach.mm, side.c_str(), breach.from_entry_mm);
     json["toward"] = side;
     json["from_entry_mm"] = breach.from_entry_mm;
     json["at_world_mm"] = json_of(breach.at_world);
@@ -111,7 +111,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   for (const SectionObject& object : objects) {
     json["objects"].push_back(
         {{"name", object.name}, {"area_mm2", object.cut.area}, {"outlines", object.cut.outline.size()}});
-    outcome.text += format_text("%s: %.1f mm²\n", object.name.c_str(), object.cut.area);
+    outcome.text += format_text("%s: %.1f mm²\n", workbench::words_of(object.name).c_str(), object.cut.area);
     has_models |= object.kind == SectionObject::Kind::model;
   }
   if (a.plane.width > 0)

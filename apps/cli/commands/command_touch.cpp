@@ -101,6 +101,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (!material) return material.error();
   choice.material = material.value();
   if (Status error = parse_ramp(arguments.stiffness_ramp, choice.ramp)) return *error;
+  auto volumes = volumes_of(arguments.models);
+  if (!volumes) return volumes.error();
+  choice.volumes = std::move(volumes).value();
   auto models = models_of(arguments.models);
   if (!models) return models.error();
   choice.models = std::move(models).value();

@@ -47,11 +47,23 @@ class Host {
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
     choice.shape.omits_holder = true;
-    choice.models.clear();  // models belong to the frame of the first scan
+    choice.volumes.clear(), choice.models.clear();  // they belong to the frame of the first scan
     // The user can change this automatic threshold in the window.
     if (!opened.value().plan) choice.shape.is_auto = true;
     Result<view::OpenedScene> result = make(opened.value(), path, choice, listener);
-    if (result) source_ = std::move(opened).value(), path_ = path;
+    if (!result) return result;
+    source_ = std::move(opened).value(), path_ = path;
+    choice_.volumes.clear(), choice_.models.clear();
+    return result;
+  }
+
+  /// Opens the last scan again with a further one to touch.
+  Result<view::OpenedScene> add_scan(const std::string& path, const std::string& shape,
+                                     const workbench::Listener& listener) {
+    workbench::OperationChoice choice = choice_;
+    choice.volumes.push_back({path, workbench::parse_shape(shape)});
+    Result<view::OpenedScene> result = make(source_, path_, choice, listener);
+    if (result) choice_ = std::move(choice);
     return result;
   }
 
@@ -142,6 +154,9 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   choice.shape = arguments.shape;
   choice.shape.omits_holder = true;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
+  auto volumes = volumes_of(arguments.models);
+  if (!volumes) return volumes.error();
+  choice.volumes = std::move(volumes).value();
   auto models = models_of(arguments.models);
   if (!models) return models.error();
   choice.models = std::move(models).value();
@@ -214,6 +229,10 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   };
   options.host.resume = [host](const std::string& session, const workbench::Listener& listener) {
     return host->resume(session, listener);
+  };
+  options.host.add_scan = [host](const std::string& path, const std::string& shape,
+                                 const workbench::Listener& listener) {
+    return host->add_scan(path, shape, listener);
   };
   options.host.session_folder = workbench::autosave_folder();
   options.host.reshape = [host](const view::ShapeRequest& shape, const workbench::Listener& listener) {

@@ -28,9 +28,24 @@ Result<std::array<double, 4>> parse_intrinsics(const std::string& text) {
 
 std::vector<std::string> ModelArguments::files() const {
   std::vector<std::string> names;
-  for (const auto* list : {&meshes, &depths, &backgrounds})
+  for (const auto* list : {&volumes, &meshes, &depths, &backgrounds})
     names.insert(names.end(), list->begin(), list->end());
   return names;
+}
+
+Result<std::vector<workbench::VolumeChoice>> volumes_of(const ModelArguments& arguments) {
+  const std::size_t shapes = arguments.shapes.size();
+  if (shapes > 1 && shapes != arguments.volumes.size())
+    return Error{.what = "the numbers of shapes and of scans differ",
+                 .where = "--more-shape",
+                 .found = std::to_string(shapes),
+                 .expected = "none, one, or " + std::to_string(arguments.volumes.size())};
+  std::vector<workbench::VolumeChoice> volumes;
+  for (std::size_t i = 0; i < arguments.volumes.size(); ++i)
+    volumes.push_back({arguments.volumes[i], workbench::parse_shape(shapes == 0   ? std::string()
+                                                                    : shapes == 1 ? arguments.shapes[0]
+                                                                                  : arguments.shapes[i])});
+  return volumes;
 }
 
 Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments) {
@@ -74,6 +89,17 @@ Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& argu
 }
 
 void add_models(Options& options, ModelArguments& a) {
+  options
+      .add(
+          "--more-scan", a.volumes,
+          "A further scan to touch, at the position that its file states; it cannot be cut; may be repeated; "
+          "with --method scene unless another is named")
+      .type("SCAN");
+  options
+      .add("--more-shape", a.shapes,
+           "Shape of --more-scan: 300 (from 300 up), 100:400, or the name of a label; once, or as often as "
+           "--more-scan (default: as for the first scan)")
+      .type("SHAPE");
   options
       .add(
           "--mesh", a.meshes,

@@ -7,8 +7,10 @@
 namespace trephine::cli {
 
 struct ModelArguments {
-  std::vector<std::string> meshes;  ///< files of polygonal models
-  std::vector<std::string> depths;  ///< models touched by depth images, folders of models, or depth videos
+  std::vector<std::string> volumes;  ///< further scans
+  std::vector<std::string> shapes;   ///< of these scans; one is that of all
+  std::vector<std::string> meshes;   ///< files of polygonal models
+  std::vector<std::string> depths;   ///< models touched by depth images, folders of models, or depth videos
   std::vector<std::string> backgrounds;             ///< models touched as they are drawn on the screen
   double beat = 1.0 / 30, pixel = 0.2, rate = 100;  ///< s between keys, mm, depth images per second
   bool is_repeating = false;
@@ -19,16 +21,19 @@ struct ModelArguments {
   bool is_forbidden = false;
   std::string frame, at;  ///< "LPS" or "RAS", empty: as the files state; x,y,z of the origin, empty: 0,0,0
 
-  bool is_any() const noexcept { return !meshes.empty() || !depths.empty() || !backgrounds.empty(); }
+  bool is_any() const noexcept {
+    return !volumes.empty() || !meshes.empty() || !depths.empty() || !backgrounds.empty();
+  }
   std::vector<std::string> files() const;
 };
 
-/// Adds --mesh, --depth and all options that belong to them.
+/// Adds --more-scan, --mesh, --depth and all options that belong to them.
 void add_models(Options& options, ModelArguments& arguments);
 /// Adds the units and frames of model files: --mesh-scale, --mesh-frame, --mesh-at.
 void add_model_units(Options& options, ModelArguments& arguments);
 /// Adds --depth-beat and --depth-repeat.
 void add_model_keys(Options& options, ModelArguments& arguments);
+Result<std::vector<workbench::VolumeChoice>> volumes_of(const ModelArguments& arguments);
 Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments);
 
 }  // namespace trephine::cli
