@@ -138,7 +138,7 @@ class CutShape {
   /// True if p, or any point of the ball at p, is deeper than `slack` (mm) in the remaining matter.
   bool holds(const dvec3& p, double slack) const {
     if (is_in(p, slack)) return true;
-    const double r = target_.scene.tool_radius;
+    const double r = target_.scene.tool->radius();
     for (int n = 0; n < 27 && r > 0; ++n)
       if (const dvec3 way(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
           n != 13 && is_in(p + r * glm::normalize(way), slack))
@@ -188,7 +188,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const auto publish = [&](const volume::VoxelBox* changed) {
     const auto version = editor.publish();
     haptics::TouchState::OffsetFields offsets;
-    for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < base_shapes(scene).size(); ++s)
+    for (std::size_t s = 0; scene.tool->radius() > 0 && changed && s < base_shapes(scene).size(); ++s)
       offsets.push_back(touch_state->offset(scene, s).updated(scene.items[s].field, *scene.items[s].bits,
                                                               *version, *changed, 1, nullptr,
                                                               scene.items[s].soft.get()));
@@ -212,7 +212,8 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
                                info.solid == MethodInfo::Solid::marching_cubes;
   const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
   // Short runs are cut and undone too.
-  const long cut_every = std::clamp(steps / 2, 200L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);
+  const long cut_every =
+      std::clamp(steps / 2, 200L, is_of_triangles || scene.tool->radius() > 0 ? 1000L : 400L);
   double speed = 1;
   bool was_free = false;
   for (long i = 0; i < steps; ++i) {

@@ -57,7 +57,7 @@ class FclProxy final : public haptics::ProxyMethod {
     const volume::Frame& frame = scene.base->frame;
     haptics::ProxyStep result;
     result.normal_world = dvec3(0);
-    const double radius = std::max(scene.tool_radius, 0.01), near = 0.01;
+    const double radius = std::max(scene.tool->radius(), 0.01), near = 0.01;
     const fcl::Sphered ball(radius);
     const auto distance_at = [&](const dvec3& p, dvec3& normal) {
       fcl::Transform3d place = fcl::Transform3d::Identity();

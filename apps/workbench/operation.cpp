@@ -207,8 +207,9 @@ Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, c
   if (Status error = sim::apply_tool_needs(spec, anatomy, modules::catalogue(), choice.smallest_burr))
     return error;
   for (const HandSpec& hand : spec.hands) {
-    if (hand.tool_radius <= 0 || hand.tool_radius > 20) continue;
-    const double step = volume::OffsetField::step_for(hand.tool_radius, anatomy);
+    const double radius = hand.tool->radius();
+    if (radius <= 0 || radius > 20) continue;
+    const double step = volume::OffsetField::step_for(radius, anatomy);
     const glm::dvec3 points = anatomy.frame.spacing() / step * glm::dvec3(anatomy.size);
     const double millions = 1e-6 * points.x * points.y * points.z;
     if (millions > 10)
@@ -296,10 +297,10 @@ Status check(const OperationChoice& choice) {
                    .remedy = "check the spelling"};
   }
   for (const HandSpec& hand : choice.hands) {
-    if (!(hand.tool_radius >= 0 && hand.tool_radius <= 6))
+    if (const double radius = hand.tool->radius(); !(radius >= 0 && radius <= 6))
       return Error{.what = "the tool's radius is out of range",
                    .where = "tool radius",
-                   .found = text_of(hand.tool_radius),
+                   .found = text_of(radius),
                    .expected = "0 to 6 mm",
                    .remedy = "use a smaller ball, or a point"};
     if (auto method = haptics::make_method(hand.method); !method) return method.error();

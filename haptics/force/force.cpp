@@ -41,7 +41,7 @@ double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
   double sum = 0, pushes = 0;
   for (std::size_t i = 0; i < proxy.contacts.size(); ++i) {
     const ToolContact& contact = proxy.contacts[i];
-    const dvec3 middle = contact.point_world + scene.tool_radius * contact.normal_world;
+    const dvec3 middle = contact.point_world + scene.tool->radius() * contact.normal_world;
     sum += contact.push * stiffness_at(scene, contact.shape, contact.side, middle, contact.normal_world);
     pushes += contact.push;
   }
@@ -76,7 +76,7 @@ dvec3 ForceModel::torque(const ProxyStep& proxy, const TouchScene& scene) noexce
   dvec3 torque(0);
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
-    const double square = squared_gyration_radius(scene);
+    const double square = scene.tool->gyration_square();
     torque = square * stiffness_of(proxy, scene) * proxy.turn_world;
     if (had_turn_) torque += (square * material.damping / dt_) * (proxy.turn_world - turn_);
     turn_ = proxy.turn_world;

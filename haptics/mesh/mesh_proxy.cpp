@@ -61,7 +61,7 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& touch_state
       const Placement& placement = item.placement;
       FacetHit candidate;
       if (!trees_[static_cast<std::size_t>(index)]->cast(
-              placement.local_from_world(from), placement.local_from_world(to), scene.tool_radius,
+              placement.local_from_world(from), placement.local_from_world(to), scene.tool->radius(),
               blocks(scene, state.around.passable, index, Side::front),
               blocks(scene, state.around.passable, index, Side::back), candidate,
               result.counters.triangles) ||

@@ -8,7 +8,7 @@ namespace trephine::haptics {
 
 /// Moves the tool to the pose nearest to the hand without a ball in the solid, as measured by springs that
 /// tie each ball to its position in the hand: a god-object of 6 degrees of freedom (Ortega, Redon and
-/// Coquillart 2007) on the walls of balls of TouchScene::tool_radius, volumes and models together. In each of
+/// Coquillart 2007) on the walls of the balls of its ToolShape, volumes and models together. In each of
 /// a few rounds the walls near every ball bound the tool's motion (a small quadratic problem, Gauss-Seidel),
 /// and each ball's motion is proven free before the tool moves, so that no solid, however thin, is passed. A
 /// moving mesh that would pass over a ball first carries the tool along, or pushes it aside; if other walls

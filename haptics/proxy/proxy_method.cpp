@@ -15,14 +15,14 @@ Status check_stays_whole(const TouchScene& scene, const char* method) {
 }
 
 Status check_offsets(const TouchScene& scene, bool has_balls) {
-  if (!scene.tool_balls.empty() && !has_balls)
+  if (scene.tool->is_six_dof() && !has_balls)
     return Error{.what = "this method needs a tool of one ball or a point",
                  .where = "method",
-                 .found = std::to_string(scene.tool_balls.size()) + " balls",
+                 .found = std::to_string(scene.tool->balls().size()) + " balls",
                  .remedy = "use method chain"};
-  if (scene.tool_radius > 0)
+  if (scene.tool->radius() > 0)
     for (const TouchItem& shape : scene.items)
-      if (!shape.is_mesh() && (!shape.offset || shape.offset->radius_mm() != scene.tool_radius))
+      if (!shape.is_mesh() && (!shape.offset || shape.offset->radius_mm() != scene.tool->radius()))
         return Error{.what = "a shape has no offset field for the tool's radius",
                      .where = shape.field.shape().name,
                      .remedy = "call set_tool_radius() first"};
@@ -31,7 +31,8 @@ Status check_offsets(const TouchScene& scene, bool has_balls) {
 
 Status check_smallest_burr(const TouchScene& scene, double min_mm) {
   // A round tool touches offset fields, which contain cuts exactly.
-  if (scene.tool_radius > 0 || scene.smallest_burr <= 0 || scene.smallest_burr >= min_mm) return std::nullopt;
+  if (scene.tool->radius() > 0 || scene.smallest_burr <= 0 || scene.smallest_burr >= min_mm)
+    return std::nullopt;
   const auto mm = [](double value) {
     char words[32];
     std::snprintf(words, sizeof words, "%.3g mm", value);
@@ -83,10 +84,10 @@ Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes
                    .found = "a second volume",
                    .remedy = "use method scene"};
   }
-  if (scene.tool_radius > 0 && !has_radius)
+  if (scene.tool->radius() > 0 && !has_radius)
     return Error{.what = "this method supports points only",
                  .where = "tool radius",
-                 .found = std::to_string(scene.tool_radius) + " mm",
+                 .found = std::to_string(scene.tool->radius()) + " mm",
                  .expected = "0, a point",
                  .remedy = "use method subvoxel for a round tool"};
   if (shapes > TouchScene::k_max_shapes)

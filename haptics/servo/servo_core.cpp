@@ -84,9 +84,7 @@ void ServoCore::find_ready(const ServoHand& hand, const dvec3& hip) noexcept {
   not_ready_ = hand.not_ready;
   const volume::Volume& base = *hand.scene->base;
   if (hand.part_count == 0 && hand.state.depths.empty()) return;
-  double farthest = hand.scene->tool_radius;
-  for (const dvec3& at : hand.scene->tool_balls)
-    farthest = std::max(farthest, hand.scene->tool_radius + glm::length(at));
+  const double farthest = hand.scene->tool->extent();
   if (!hand.state.depths.empty()) find_depths_ready(hand, hip, farthest);
   for (std::size_t i = 0; i < hand.part_count; ++i) {
     const auto& [index, voxels] = hand.parts[i];
@@ -157,7 +155,7 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
   layout_ = hand.layout;
   popped_shape_ = last_shape_ = -1;
   if (touched_item_ >= count) touched_item_ = 0;
-  if (!hand.scene->tool_balls.empty() ||
+  if (hand.scene->tool->is_six_dof() ||
       state_.has_turn) {  // another tool: it may be in matter that the last one was not in
     state_.version = ~std::uint64_t{0};
     state_.has_turn = false;
@@ -263,7 +261,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     requested_force_ = limited(force_.step(step_, hip, scene), force_cap_);
     record.contact_force_world = requested_force_;
     dvec3 torque(0);
-    if (!scene.tool_balls.empty())
+    if (scene.tool->is_six_dof())
       torque = (force_cap_ < force_limit_ ? force_cap_ / force_limit_ : 1) * force_.torque(step_, scene);
     active_force_ = dvec3(0);
     std::optional<dvec3> held_tip;
@@ -285,7 +283,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     }
     if (torque != dvec3(0)) torque_ = torque, is_turning_ = true;
     // Force and torque of tools of several balls have one potential; the controller would see only the force.
-    if (is_passive_ && scene.tool_balls.empty())
+    if (is_passive_ && !scene.tool->is_six_dof())
       requested_force_ = passivity_.step(requested_force_, hip, step_.has_contact ? step_.proxy_world : hip);
     requested_force_ += active_force_;
     if (hand.has_pops) pop_through(hand, hip, record);

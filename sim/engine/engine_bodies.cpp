@@ -364,7 +364,7 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
       scene->items.push_back(std::move(item));
     }
     std::shared_ptr<haptics::ProxyMethod> method =
-        haptics::make_method(tool.scene->tool_balls.empty() ? "scene" : "chain").value();
+        haptics::make_method(tool.scene->tool->is_six_dof() ? "chain" : "scene").value();
     const Status error = method->prepare(*scene);
     TREPHINE_ASSERT(!error);  // check_body() has checked this
     hand.set_scene(std::move(scene), std::move(method));

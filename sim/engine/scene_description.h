@@ -59,10 +59,9 @@ struct StructureSpec {
 };
 
 struct HandSpec {
-  std::string instrument;              ///< empty: the hand only touches
-  std::string parameters;              ///< in words: "diameter=4 removal_rate=30"
-  double tool_radius = 0;              ///< mm; 0: a point
-  std::vector<glm::dvec3> tool_balls;  ///< mm, hand frame: centres of a rigid tool of several balls
+  std::string instrument;  ///< empty: the hand only touches
+  std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
+  haptics::SharedTool tool = std::make_shared<const haptics::ToolShape>();  ///< never null
   std::string method = haptics::k_default_method;
   std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
 

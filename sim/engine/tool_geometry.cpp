@@ -39,10 +39,15 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
                                                   const volume::VoxelBox& cut) {
   auto result = std::make_shared<PreparedTool>();
   auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
-  const double radius = request.radius;
-  if ((result->failed = haptics::set_tool(*scene, radius, request.balls))) return result;
+  auto shape = request.tool();
+  if (!shape) {
+    result->failed = shape.error();
+    return result;
+  }
+  const double radius = shape.value()->radius();
+  if ((result->failed = haptics::set_tool(*scene, std::move(shape).value()))) return result;
   // Several balls need the chain method; one ball uses the hand's initial method, or the general one.
-  auto method = haptics::make_method(!request.balls.empty()           ? "chain"
+  auto method = haptics::make_method(scene->tool->is_six_dof()        ? "chain"
                                      : tool.initial_method == "chain" ? "scene"
                                                                       : tool.initial_method);
   if (!method) {

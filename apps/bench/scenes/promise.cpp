@@ -10,7 +10,7 @@ using haptics::MethodInfo;
 std::shared_ptr<const volume::OffsetField> touch_offset_field(const haptics::TouchScene& scene,
                                                               const haptics::TouchState* touch_state,
                                                               std::size_t shape) {
-  if (scene.tool_radius <= 0) return nullptr;
+  if (scene.tool->radius() <= 0) return nullptr;
   return touch_state ? touch_state->shared_offset(scene, shape) : scene.items[shape].offset;
 }
 

@@ -91,7 +91,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.hands[0].method = method_name;
-  choice.hands[0].tool_radius = arguments.radius;
+  choice.hands[0].tool = std::make_shared<const haptics::ToolShape>(arguments.radius);
   choice.hands[0].effects = arguments.effects;
   choice.rate_hz = arguments.rate;
   choice.blur_voxels = arguments.blur;

@@ -241,10 +241,10 @@ TEST(Material, IsStifferInDenserBoneAndViscousAlongTheSurface) {
   touch.proxy_world = {0, 0, 8};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 7}, scene).z, 0.5, 1e-12);
   // A ball's centre is its radius above the contact; from inside, bone is outward.
-  scene.tool_radius = 3;
+  scene.tool = std::make_shared<const ToolShape>(3);
   touch.proxy_world = {0, 0, 3 - 6};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, -4}, scene).z, 2, 0.01);
-  scene.tool_radius = 0;
+  scene.tool = std::make_shared<const ToolShape>(0);
   touch.side = Side::back;
   touch.normal_world = {0, 0, -1};
   touch.proxy_world = {0, 0, 3};
