@@ -371,7 +371,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   // Only this method touches models and voxels together.
   if (!models_of(source).empty())
     for (HandSpec& hand : spec.hands)
-      if (hand.method == haptics::k_default_method) hand.method = "scene";
+      if (hand.method == haptics::k_default_method) hand.method = haptics::general_method(*hand.tool).name;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
   if (choice.cuts_by_command || std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
     add_forbidden(source, spec);

@@ -55,7 +55,7 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
 }  // namespace
 
 Status SequentialProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_offsets(scene)) return error;
+  if (Status error = check_offsets(scene, info())) return error;
   if (Status error = check_burr_opens_voxels(scene)) return error;
   if (Status error = check_has_no_depth(scene)) return error;
   const auto layout = SceneLayout::of(scene);

@@ -26,8 +26,8 @@ std::shared_ptr<const MeshTree> tree_of(const TouchItem& shape) {
 }  // namespace
 
 Status MeshProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_touchable(scene, true, true)) return error;
-  if (Status error = check_stays_whole(scene, name())) return error;
+  if (Status error = check_touchable(scene, info())) return error;
+  if (Status error = check_cuts(scene, info())) return error;
   trees_.clear();
   gap_ = 1e-5;
   for (const TouchItem& item : scene.items) {

@@ -335,13 +335,7 @@ void Chain::run(ProxyStep& result) noexcept {
 }  // namespace
 
 Status ChainProxy::prepare(const TouchScene& scene) {
-  if (!scene.tool->is_six_dof())
-    return Error{.what = "this method is for tools of several balls",
-                 .where = "method",
-                 .found = "one ball, or a point",
-                 .expected = "a tool of two balls or more",
-                 .remedy = "use method subvoxel"};
-  if (Status error = check_offsets(scene, true)) return error;
+  if (Status error = check_offsets(scene, info())) return error;
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();

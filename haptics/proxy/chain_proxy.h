@@ -15,7 +15,18 @@ namespace trephine::haptics {
 /// leave no free position, the mesh passes over the tool, which is reported as buried. Without friction.
 class ChainProxy final : public ProxyMethod {
  public:
-  const char* name() const noexcept override { return "chain"; }
+  static constexpr MethodInfo k_info{
+      .name = "chain",
+      .meaning = "a rigid tool of balls, six degrees of freedom, on the walls of scene",
+      .source = "this project; Ortega, Redon and Coquillart 2007",
+      .solid = MethodInfo::Solid::smooth,
+      .is_baseline = false,
+      .freedom = Freedom::six,
+      .takes_points = false,
+      .takes_sets_of_balls = true,
+      .takes_meshes = true,
+      .takes_moving_meshes = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

@@ -123,7 +123,7 @@ bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state,
 }
 
 Status ExplicitProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_touchable(scene, true)) return error;
+  if (Status error = check_touchable(scene, info())) return error;
   if (scene.smallest_burr <= 0) return std::nullopt;
   // Triangles span voxels: they do not show a hole narrower than the longest voxel edge.
   const glm::dvec3& spacing = scene.base->frame.spacing();

@@ -153,7 +153,7 @@ bool find_motion(const dvec3& push, double gap, const std::array<dvec3, 3>& wall
 }  // namespace
 
 Status SceneProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_offsets(scene)) return error;
+  if (Status error = check_offsets(scene, info())) return error;
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();

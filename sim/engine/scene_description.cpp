@@ -123,7 +123,9 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
                    .expected = "at most 6 mm",
                    .remedy = "use a smaller tool"};
     if (!needs.tool) continue;
-    if (needs.tool->is_six_dof()) hand.method = "chain";
+    if (const auto* method = haptics::find_method(hand.method);
+        needs.tool->is_six_dof() && !(method && method->is_six_dof()))
+      hand.method = haptics::general_method(*needs.tool).name;
     if (needs.tool->is_six_dof() || !hand.tool->is_six_dof()) {
       hand.tool = needs.tool;
     } else {  // the hand keeps its balls, in the instrument's size
@@ -152,7 +154,8 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
 bool touches_smooth(const SceneDescription& spec) noexcept {
   return std::any_of(spec.hands.begin(), spec.hands.end(), [](const HandSpec& hand) {
     const haptics::MethodInfo* method = haptics::find_method(hand.method);
-    return method && method->solid == haptics::MethodInfo::Solid::smooth;
+    // Sets of balls touch the fields as scanned.
+    return method && method->solid == haptics::MethodInfo::Solid::smooth && !method->is_six_dof();
   });
 }
 

@@ -112,7 +112,7 @@ Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogu
 /// `smallest_burr`: requested diameter, mm. Errors name "smallest burr" and "burr diameter".
 Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
                         std::optional<double> smallest_burr);
-/// True if the method of some hand touches smooth solids only.
+/// True if the method of some hand touches smooth solids only, with a point or a ball.
 bool touches_smooth(const SceneDescription& spec) noexcept;
 /// Builds the items alone, as a point touches them: no tool, no cuts.
 Result<haptics::TouchScene> build_items(const SceneDescription& spec, const SceneData& data);

@@ -46,10 +46,11 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
   }
   const double radius = shape.value()->radius();
   if ((result->failed = haptics::set_tool(*scene, std::move(shape).value()))) return result;
-  // Several balls need the chain method; one ball uses the hand's initial method, or the general one.
-  auto method = haptics::make_method(scene->tool->is_six_dof()        ? "chain"
-                                     : tool.initial_method == "chain" ? "scene"
-                                                                      : tool.initial_method);
+  // The hand's initial method, unless the tool moves with other degrees of freedom.
+  const haptics::MethodInfo* initial = haptics::find_method(tool.initial_method);
+  const bool is_same = !initial || initial->freedom == scene->tool->freedom();
+  auto method =
+      haptics::make_method(is_same ? tool.initial_method : haptics::general_method(*scene->tool).name);
   if (!method) {
     result->failed = method.error();
     return result;

@@ -312,7 +312,9 @@ struct RoundBench {
     const sim::ToolNeeds needs = drilling::burr(burr).type->needs(&burr, *scene.base);
     EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
     EXPECT_FALSE(haptics::set_tool(scene, needs.tool).has_value());
-    method = haptics::make_method(needs.tool->is_six_dof() ? "chain" : "subvoxel").value();
+    method = haptics::make_method(needs.tool->is_six_dof() ? haptics::general_method(*needs.tool).name
+                                                           : "subvoxel")
+                 .value();
     const Status error = method->prepare(scene);
     EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
   }

@@ -33,10 +33,10 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
     : base_(scene.base) {
   using Solid = MethodInfo::Solid;
   const haptics::TouchItem& shape = scene.items[index];
-  if (method.is_of_untouched) touch_state = nullptr;
+  if (!method.takes_cuts) touch_state = nullptr;
   const std::shared_ptr<const volume::Version> version = touch_state ? touch_state->version : nullptr;
   // A model of triangles is rounded differently; at least its centre stays outside.
-  if (!method.is_of_untouched) offset_ = touch_offset_field(scene, touch_state.get(), index);
+  if (method.takes_cuts) offset_ = touch_offset_field(scene, touch_state.get(), index);
   if (method.solid == Solid::smooth) {
     smooth_ = std::make_unique<verify::SmoothSolid>(touched_smooth_solid(scene, touch_state, index));
     return;

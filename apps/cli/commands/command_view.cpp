@@ -146,7 +146,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   auto models = models_of(arguments.models);
   if (!models) return models.error();
   choice.models = std::move(models).value();
-  if (arguments.models.is_any()) choice.hands[0].method = "scene";
+  if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
   // The user may choose another burr in the window: cuts are sampled for a fine one, unless --smallest-burr
   // requests another size.
   constexpr double k_fine_burr = 2;

@@ -294,7 +294,10 @@ TEST(Passivity, CountsTheRenderedForceInsteadOfTheRequested) {
 /// For any input the output is a number below the limit, and a lasting fault is reported.
 TEST(Poison, NoInputGivesANonFiniteOutput) {
   for (const MethodInfo& info : method_catalogue()) {
-    const TouchScene scene = scenes::phantom_scene("gyroid", grid(48, 0.7));
+    TouchScene scene = scenes::phantom_scene("gyroid", grid(48, 0.7));
+    if (!info.takes(*scene.tool)) {
+      ASSERT_FALSE(set_tool(scene, 2, {{-5, 0, 0}, {0, 0, 0}, {5, 0, 0}}));
+    }
     const auto method = make_method(info.name).value();
     ASSERT_FALSE(method->prepare(scene).has_value());
     const ServoScene seen = scene_for_one(scene, *method, std::make_shared<volume::Version>(scene.base));
@@ -363,6 +366,7 @@ TEST(Poison, OddScenesAreTouchedWithoutHarm) {
          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)), Material{},
          Side::front});
     for (const MethodInfo& info : method_catalogue()) {
+      if (!info.takes_points) continue;
       Play play(info.name, scene);
       for (int i = 0; i < 600; ++i) {
         const auto random = [&](int k) { return hash_normal(5, static_cast<std::uint64_t>(3 * i + k)); };
