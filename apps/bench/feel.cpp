@@ -222,8 +222,8 @@ FeelTrace trace(const FeelScene& s, const Contender& contender, bool is_pressing
     }
     const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
     result.t.push_back(sample.t);
-    result.raw_n.push_back(glm::length(raw.step(step, hip, s.scene)));
-    result.smoothed_n.push_back(glm::length(smoothed.step(step, hip, s.scene)));
+    result.raw_n.push_back(glm::length(raw.step(step, hip, s.scene).force_world));
+    result.smoothed_n.push_back(glm::length(smoothed.step(step, hip, s.scene).force_world));
     if (result.t.size() >= 700) break;
   }
   return result;
