@@ -122,6 +122,28 @@ TEST(VirtualDevice, HandSettlesWhereSpringAndForceBalance) {
   EXPECT_LT(device.kinetic_energy(), 1e-12);
 }
 
+// A torque turns the hand until its spring balances it; without a torque the orientation is that of the path.
+TEST(VirtualDevice, TorqueTurnsTheHand) {
+  const glm::dquat tilted(std::cos(0.2), std::sin(0.2), 0, 0);
+  const PosePath request =
+      PosePath::from_samples({{0, {{0, 0, 0}, tilted}}, {10, {{0, 0, 0}, tilted}}}, "test").value();
+  const HandModel hand;
+  VirtualDevice device(request, hand);
+  ASSERT_FALSE(device.open().has_value());
+  Pose pose;
+  for (int i = 0; i < 3000; ++i) {
+    ASSERT_TRUE(device.read(i * 1e-3, pose));
+    if (i < 500) {
+      ASSERT_EQ(pose.orientation, request.at(0).orientation);
+    }
+    device.write({glm::dvec3(0), i < 500 ? glm::dvec3(0) : glm::dvec3(0, 0, 12)});
+  }
+  const glm::dvec3 turn = turn_between(tilted, pose.orientation);
+  EXPECT_NEAR(turn.x, 0, 1e-6);
+  EXPECT_NEAR(turn.z, 12 / (hand.stiffness * hand.grip * hand.grip), 1e-3);
+  EXPECT_EQ(pose.position_world, glm::dvec3(0));
+}
+
 TEST(VirtualDevice, EncoderRoundsAndLossIsReported) {
   const PosePath request =
       PosePath::from_samples({{0, {{0.013, 0, 0}}}, {1, {{0.013, 0, 0}}}}, "test").value();
