@@ -27,7 +27,7 @@ sim::HandSpec spec_of(const Hand& hand) {
   sim::HandSpec spec;
   spec.instrument = hand.instrument;
   spec.parameters = hand.parameters;
-  spec.tool_radius = hand.tool_radius;
+  spec.tool = std::make_shared<const haptics::ToolShape>(hand.tool_radius);
   if (!hand.method.empty()) spec.method = hand.method;
   spec.effects = hand.effects;
   return spec;

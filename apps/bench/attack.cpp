@@ -66,6 +66,7 @@ class Judge {
   /// Begins at another position.
   void restart() {
     judge.restart();
+    free_balls_.clear();
     for (verify::PassageJudge& model : drawn_) model.restart();
   }
   /// Judges the path of a step through models that the method knows by depth images only.
@@ -76,7 +77,28 @@ class Judge {
         passages_ += model.passes(frame.world_from_volume(step.path_volume[i - 1]),
                                   frame.world_from_volume(step.path_volume[i]));
   }
+  /// Judges the balls of a set at the end of a step; they move straight within rounds of the method only. No
+  /// ball may enter matter, unless matter grew over it.
+  void judge_balls(const haptics::Placement& tool, bool is_buried) {
+    const auto balls = scene_.tool->balls();
+    free_balls_.resize(balls.size(), false);
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(balls[i].centre));
+      const bool is_free = !meets(p, p);
+      passages_ += free_balls_[i] && !is_free && !is_buried;
+      free_balls_[i] = is_free;
+    }
+    buried_balls_ += is_buried;
+  }
+  /// True if no ball of a set at this pose is in matter.
+  bool is_free(const haptics::Placement& tool) const {
+    return std::ranges::all_of(scene_.tool->balls(), [&](const haptics::ToolShape::Ball& ball) {
+      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(ball.centre));
+      return !meets(p, p);
+    });
+  }
   long fall_throughs() const { return judge.fall_throughs() + passages_; }
+  long buried() const { return judge.buried_starts() + buried_balls_; }
   void set_touch_state(std::shared_ptr<const haptics::TouchState> touch_state) {
     if (is_held_from_within(scene_)) {
       outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
@@ -102,7 +124,8 @@ class Judge {
   std::optional<verify::SmoothSolid> outside_;              ///< for a tool that must stay inside
   std::vector<std::unique_ptr<verify::MeshWall>> meshes_;
   std::vector<verify::PassageJudge> drawn_;
-  long passages_ = 0;
+  std::vector<bool> free_balls_;  ///< of a set, at the end of the last step
+  long passages_ = 0, buried_balls_ = 0;
 
  public:
   verify::FallThroughJudge judge;
@@ -121,6 +144,13 @@ Target with_radius(Target target, double radius) {
   return target;
 }
 
+/// The target under a rod of three balls.
+Target with_rod(Target target, double radius) {
+  const std::vector<dvec3> centres{{-2.5 * radius, 0, 0}, {0, 0, 0}, {2.5 * radius, 0, 0}};
+  if (haptics::set_tool(target.scene, radius, centres)) target.scene.items.clear();
+  return target;
+}
+
 /// The target with a lattice fine enough for the smallest balls of the attack.
 Target with_fine_lattice(Target target) {
   const dvec3& spacing = target.scene.base->frame.spacing();
@@ -135,10 +165,18 @@ class CutShape {
   CutShape(const Target& target) : target_(target) {}
   void cut(const dvec3& a, const dvec3& b, double radius) { sweeps_.push_back({a, b, radius}); }
   void undo_all() { sweeps_.clear(); }
+  /// True if a ball of the tool is deeper than `slack` (mm) in the remaining matter.
+  bool holds(const haptics::Placement& tool, double slack) const {
+    const haptics::ToolShape& shape = *target_.scene.tool;
+    if (!shape.is_six_dof()) return holds(tool.position_world, slack);
+    return std::ranges::any_of(shape.balls(), [&](const haptics::ToolShape::Ball& ball) {
+      return holds(tool.world_from_local(ball.centre), slack);
+    });
+  }
   /// True if p, or any point of the ball at p, is deeper than `slack` (mm) in the remaining matter.
   bool holds(const dvec3& p, double slack) const {
     if (is_in(p, slack)) return true;
-    const double r = target_.scene.tool_radius;
+    const double r = target_.scene.tool->radius();
     for (int n = 0; n < 27 && r > 0; ++n)
       if (const dvec3 way(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
           n != 13 && is_in(p + r * glm::normalize(way), slack))
@@ -188,7 +226,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const auto publish = [&](const volume::VoxelBox* changed) {
     const auto version = editor.publish();
     haptics::TouchState::OffsetFields offsets;
-    for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < base_shapes(scene).size(); ++s)
+    for (std::size_t s = 0; scene.tool->radius() > 0 && changed && s < base_shapes(scene).size(); ++s)
       offsets.push_back(touch_state->offset(scene, s).updated(scene.items[s].field, *scene.items[s].bits,
                                                               *version, *changed, 1, nullptr,
                                                               scene.items[s].soft.get()));
@@ -198,7 +236,8 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   haptics::ProxyState state;
   const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
   const double slack = 1.5 * std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
-  dvec3 hip = frame.world_from_volume(0.5 * size), velocity(0);
+  dvec3 hip = frame.world_from_volume(0.5 * size), velocity(0), spin(0);
+  glm::dquat turn{1, 0, 0, 0};
   std::uint64_t n = 0;
   const auto random = [&] { return uniform(seed, n++); };
   // A fixed order of evaluation for every compiler.
@@ -210,14 +249,18 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const bool is_of_triangles = info.solid == MethodInfo::Solid::net ||
                                info.solid == MethodInfo::Solid::images ||
                                info.solid == MethodInfo::Solid::marching_cubes;
-  const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
+  const bool is_cut = info.takes_cuts && !is_held_from_within(scene);
   // Short runs are cut and undone too.
-  const long cut_every = std::clamp(steps / 2, 200L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);
+  const long cut_every =
+      std::clamp(steps / 2, 200L, is_of_triangles || scene.tool->radius() > 0 ? 1000L : 400L);
   double speed = 1;
   bool was_free = false;
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, with a cleared state
       hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
+      constexpr int k_max_starts = 50;  // a set of balls starts in free space, if that is found
+      for (int start = 0; info.is_six_dof() && start < k_max_starts && !judge.is_free({hip, turn}); ++start)
+        hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
       state = {};
       judge.restart();
       was_free = false;
@@ -226,6 +269,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
       // Speeds from a hundredth of a mm to 10 mm per step, uniform over the decades.
       speed = std::pow(10.0, -2 + 3 * random());
       velocity = glm::normalize((random_point() - 0.5)) * speed;
+      if (info.is_six_dof()) spin = 0.1 * (random_point() - 0.5);  // rad per step
     }
     if (i % cut_every == cut_every / 2 && is_cut) {
       const dvec3 to = hip + 3 * voxel * (random_point() - 0.5);
@@ -251,25 +295,33 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
         velocity = -velocity;
       }
     hip = frame.world_from_volume(v);
+    if (info.is_six_dof()) turn = glm::normalize(glm::dquat(1, 0.5 * spin) * turn);
     row.fastest_mm_s = std::max(row.fastest_mm_s, 1000 * glm::length(hip - before));
-    haptics::ProxyStep step = method->step(scene, *touch_state, state, {hip});
+    haptics::ProxyStep step =
+        method->step(scene, *touch_state, state, {.hip_world = hip, .orientation = turn});
     if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
+    const haptics::Placement tool{step.proxy_world, state.has_turn ? state.tool_turn : turn};
     // A start may be in matter, or have matter in the ball: contact is judged once the tool was free.
-    was_free = was_free || (target.distance && !shape.holds(step.proxy_world, 0));
+    was_free = was_free || (target.distance && !shape.holds(tool, 0));
     if (was_free && step.has_contact) {
       ++row.judged_by_shape;
-      row.sunk += shape.holds(step.proxy_world, slack);
+      row.sunk += shape.holds(tool, slack);
     }
-    judge.judge.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                            frame.volume_from_world(hip), step.has_contact, step.is_buried});
-    judge.judge_drawn(step);
+    if (info.is_six_dof()) {
+      judge.judge_balls(tool, step.is_buried);
+    } else {
+      judge.judge.judge_step(
+          {std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+           frame.volume_from_world(hip), step.has_contact, step.is_buried});
+      judge.judge_drawn(step);
+    }
     row.contacts += step.has_contact;
     row.not_finite += !std::isfinite(step.proxy_world.x + step.proxy_world.y + step.proxy_world.z +
                                      step.normal_world.x + step.normal_world.y + step.normal_world.z);
     ++row.steps;
   }
   row.fall_throughs = judge.fall_throughs();
-  row.buried = judge.judge.buried_starts();
+  row.buried = judge.buried();
   return row;
 }
 
@@ -407,6 +459,11 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
                    [](const dvec3& p) { return data_tools::phantom_distance("sphere", {}, p); }},
                   2.5)};
   for (const auto& [name, scene] : options.more) targets.push_back({name, scene});
+  targets.push_back(with_rod(target("corner, rod of 1.5 mm", "corner", 0.7), 1.5));
+  targets.push_back(with_rod(with_fine_lattice(target("groove, slices 1:3, fine cuts, rod of 1.5 mm",
+                                                      "groove", 0.7, false, false, {{"angle", 60}}, 3)),
+                             1.5));
+  targets.push_back(with_rod({"gyroid pierced by a mesh, rod of 1.5 mm", pierced_scene()}, 1.5));
   std::vector<const MethodInfo*> methods;
   for (const MethodInfo& info : haptics::method_catalogue()) {
     const bool is_named =
@@ -416,10 +473,16 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
   }
   std::vector<AttackRow> rows;
   std::size_t done = 0;
-  const std::size_t runs = targets.size() * methods.size();
+  const auto is_fit = [](const Target& target, const MethodInfo& info) {
+    return info.freedom == target.scene.tool->freedom();
+  };
+  std::size_t runs = 0;
+  for (const Target& target : targets)
+    for (const MethodInfo* info : methods) runs += is_fit(target, *info);
   const long steps = std::max(250L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
   for (const Target& target : targets)
     for (const MethodInfo* info : methods) {
+      if (!is_fit(target, *info)) continue;
       if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(runs)))
         return rows;
       ++done;

@@ -45,7 +45,7 @@ struct Judges {
   }
   /// The judge shared by all methods with the same promise.
   verify::FallThroughJudge fall_through(const FeelScene& s, const MethodInfo& method) {
-    auto& promise = promises[{method.solid, method.is_of_untouched}];
+    auto& promise = promises[{method.solid, method.takes_cuts}];
     if (!promise) promise = std::make_unique<scenes::Promise>(method, s.scene, s.drilled);
     return verify::FallThroughJudge(
         [&promise](const dvec3& a, const dvec3& b) { return promise->meets(a, b); });
@@ -92,7 +92,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   row.field_s = s.field_s, row.field_update_s = s.field_update_s;
   if (contender.needs_radius && (s.radius_mm != 2 || s.group != "smooth")) return row;
   // Anything built before the hole was drilled does not contain it.
-  if (s.drilled && (contender.is_peer || info.is_of_untouched)) return row;
+  if (s.drilled && (contender.is_peer || !info.takes_cuts)) return row;
   if (method.prepare(s.scene)) return row;
   const haptics::TouchState touch_state = s.touch_state();
   row.steps = static_cast<long>(samples.size());
@@ -222,8 +222,8 @@ FeelTrace trace(const FeelScene& s, const Contender& contender, bool is_pressing
     }
     const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
     result.t.push_back(sample.t);
-    result.raw_n.push_back(glm::length(raw.step(step, hip, s.scene)));
-    result.smoothed_n.push_back(glm::length(smoothed.step(step, hip, s.scene)));
+    result.raw_n.push_back(glm::length(raw.step(step, hip, s.scene).force_world));
+    result.smoothed_n.push_back(glm::length(smoothed.step(step, hip, s.scene).force_world));
     if (result.t.size() >= 700) break;
   }
   return result;

@@ -26,10 +26,19 @@ class EmbreeProxy final : public haptics::ProxyMethod {
   EmbreeProxy(const EmbreeProxy&) = delete;
   EmbreeProxy& operator=(const EmbreeProxy&) = delete;
 
-  const char* name() const noexcept override { return "Embree"; }
+  static constexpr haptics::MethodInfo k_info{
+      .name = "Embree",
+      .meaning = "a god-object on the whole surface, ways cast by Embree",
+      .source = "Wald et al. 2014",
+      .solid = haptics::MethodInfo::Solid::net,
+      .takes_cuts = false,
+      .takes_meshes = true};
+  const haptics::MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const haptics::TouchScene& scene) override {
     const bool is_model = scene.items.size() == 1 && scene.items[0].is_mesh();
-    if (Status error = haptics::check_touchable(scene, false, is_model)) return error;
+    haptics::MethodInfo takes = k_info;
+    takes.takes_meshes = is_model;
+    if (Status error = haptics::check_touchable(scene, takes)) return error;
     if (scene_) rtcReleaseScene(scene_);
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
@@ -125,10 +134,7 @@ class EmbreeProxy final : public haptics::ProxyMethod {
 }  // namespace
 
 Peer embree_peer() {
-  return {{"Embree", "a god-object on the whole surface, ways cast by Embree", "Wald et al. 2014",
-           haptics::MethodInfo::Solid::net, true},
-          RTC_VERSION_STRING,
-          false,
+  return {EmbreeProxy::k_info, RTC_VERSION_STRING, false,
           [] { return std::unique_ptr<haptics::ProxyMethod>(std::make_unique<EmbreeProxy>()); }};
 }
 

@@ -18,10 +18,21 @@ using Model = fcl::BVHModel<fcl::OBBRSSd>;
 
 class FclProxy final : public haptics::ProxyMethod {
  public:
-  const char* name() const noexcept override { return "FCL"; }
+  static constexpr haptics::MethodInfo k_info{
+      .name = "FCL",
+      .meaning = "a ball moved by distance queries to the whole surface",
+      .source = "Pan, Chitta and Manocha 2012",
+      .solid = haptics::MethodInfo::Solid::nothing,
+      .takes_ball = true,
+      .takes_cuts = false,
+      .takes_meshes = true};
+  const haptics::MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const haptics::TouchScene& scene) override {
     const bool is_model = scene.items.size() == 1 && scene.items[0].is_mesh();
-    if (Status error = haptics::check_touchable(scene, !is_model, is_model)) return error;
+    haptics::MethodInfo takes = k_info;
+    takes.takes_ball = !is_model;
+    takes.takes_meshes = is_model;
+    if (Status error = haptics::check_touchable(scene, takes)) return error;
     const haptics::TouchItem& shape = scene.items[0];
     const volume::Frame& frame = scene.base->frame;
     std::vector<fcl::Vector3d> vertices;
@@ -57,7 +68,7 @@ class FclProxy final : public haptics::ProxyMethod {
     const volume::Frame& frame = scene.base->frame;
     haptics::ProxyStep result;
     result.normal_world = dvec3(0);
-    const double radius = std::max(scene.tool_radius, 0.01), near = 0.01;
+    const double radius = std::max(scene.tool->radius(), 0.01), near = 0.01;
     const fcl::Sphered ball(radius);
     const auto distance_at = [&](const dvec3& p, dvec3& normal) {
       fcl::Transform3d place = fcl::Transform3d::Identity();
@@ -114,10 +125,7 @@ class FclProxy final : public haptics::ProxyMethod {
 }  // namespace
 
 Peer fcl_peer() {
-  return {{"FCL", "a ball moved by distance queries to the whole surface", "Pan, Chitta and Manocha 2012",
-           haptics::MethodInfo::Solid::nothing, true},
-          FCL_VERSION,
-          true,
+  return {FclProxy::k_info, FCL_VERSION, true,
           [] { return std::unique_ptr<haptics::ProxyMethod>(std::make_unique<FclProxy>()); }};
 }
 

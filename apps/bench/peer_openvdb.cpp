@@ -19,9 +19,14 @@ using Intersector = openvdb::tools::LevelSetRayIntersector<Grid>;
 /// For one thread: the intersector keeps its position in the tree.
 class OpenVdbProxy final : public haptics::ProxyMethod {
  public:
-  const char* name() const noexcept override { return "OpenVDB"; }
+  static constexpr haptics::MethodInfo k_info{
+      .name = "OpenVDB",
+      .meaning = "ray casts at the level set of the surface net, and the planes they meet",
+      .source = "Museth 2013",
+      .solid = haptics::MethodInfo::Solid::nothing};
+  const haptics::MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const haptics::TouchScene& scene) override {
-    if (Status error = haptics::check_touchable(scene)) return error;
+    if (Status error = haptics::check_touchable(scene, k_info)) return error;
     openvdb::initialize();
     const haptics::TouchItem& shape = scene.items[0];
     const volume::Frame& frame = scene.base->frame;
@@ -124,10 +129,7 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
 }  // namespace
 
 Peer openvdb_peer() {
-  return {{"OpenVDB", "ray casts at the level set of the surface net, and the planes they meet",
-           "Museth 2013", haptics::MethodInfo::Solid::nothing},
-          OPENVDB_LIBRARY_VERSION_STRING,
-          false,
+  return {OpenVdbProxy::k_info, OPENVDB_LIBRARY_VERSION_STRING, false,
           [] { return std::unique_ptr<haptics::ProxyMethod>(std::make_unique<OpenVdbProxy>()); }};
 }
 

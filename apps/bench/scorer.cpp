@@ -161,7 +161,8 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   const double voxel = ideal_.voxel(), stiffness = scene_.scene.items[0].material.stiffness;
   // Less than a thousandth of a voxel is not contact, whatever the step reports.
   const bool has_contact = step.has_contact && glm::length(step.proxy_world - hip) > 1e-3 * voxel;
-  const dvec3 force = raw_.step(step, hip, scene_.scene), smoothed = smoothed_.step(step, hip, scene_.scene);
+  const dvec3 force = raw_.step(step, hip, scene_.scene).force_world,
+              smoothed = smoothed_.step(step, hip, scene_.scene).force_world;
   const bool had_contact = i > k_dropped && has_contact && contact_.back();
   if (had_contact) max_change_ = std::max(max_change_, glm::length(force - last_force_));
   last_force_ = force;

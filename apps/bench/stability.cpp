@@ -136,7 +136,7 @@ bool is_stable(Surface& surface, double stiffness, const Loop& loop) {
   double early = 0, late = 0;
   for (long i = 0; i < ticks; ++i) {
     const haptics::ProxyStep step = method.step(surface.scene, version, state, {device.x});
-    const dvec3 force = model.step(step, device.x, surface.scene);
+    const dvec3 force = model.step(step, device.x, surface.scene).force_world;
     pipe[static_cast<std::size_t>(i % static_cast<long>(pipe.size()))] = force;
     const dvec3& delayed = pipe[static_cast<std::size_t>((i + 1) % static_cast<long>(pipe.size()))];
     device.hold(delayed + push, dt);
@@ -198,7 +198,7 @@ bool is_passive(Surface& surface, double stiffness, const Loop& loop) {
       const dvec3 place = surface.start - measured_depth * surface.normal;
       const haptics::ProxyStep step = method.step(surface.scene, version, state, {place});
       std::rotate(pipe.begin(), std::next(pipe.begin()), pipe.end());
-      pipe.back() = model.step(step, place, surface.scene);
+      pipe.back() = model.step(step, place, surface.scene).force_world;
       if (i >= static_cast<long>(k_settling) * m.ticks)
         given -= glm::dot(pipe.front(), surface.normal) * (depth_at(i + 1) - depth);
     }
@@ -450,8 +450,9 @@ std::vector<EnergyRow> run_energy_test() {
             result.add_work(work, 0.5 * rendered * glm::dot(stretch, stretch), device.lost);
             least = std::min(least, device.lost - result.given);
             contacts += step.has_contact;
-            dvec3 force = model.step(step, x, surface.scene);
-            if (has_controller) force = controller.step(force, x, step.has_contact ? step.proxy_world : x);
+            dvec3 force = model.step(step, x, surface.scene).force_world;
+            if (has_controller)
+              force = controller.step(force, x, step.has_contact ? step.proxy_world : x).force_world;
             held = delay > 0 ? last_force : force;
             last_force = force;
             last_place = device.x;

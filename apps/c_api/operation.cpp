@@ -16,11 +16,14 @@ using c_api::guarded;
 struct trephine_operation {
   Operation operation;
   std::vector<Pose> poses;
+  std::vector<glm::dvec3> torques;                         ///< N mm, of the last step, per hand
   std::optional<std::vector<Body>> bodies = std::nullopt;  ///< of the current state; empty: not asked for yet
   Surface surface = {};
 
   explicit trephine_operation(Operation opened)
-      : operation(std::move(opened)), poses(operation.hand_count()) {}
+      : operation(std::move(opened)),
+        poses(operation.hand_count()),
+        torques(operation.hand_count(), glm::dvec3(0)) {}
   const std::vector<Body>& current_bodies() {
     if (!bodies) bodies = operation.bodies();
     return *bodies;
@@ -194,11 +197,20 @@ int trephine_operation_step(trephine_operation* operation, const trephine_pose* 
     const auto stepped = on.step(operation->poses);
     if (!stepped) return stepped.error();
     operation->bodies.reset();
+    std::transform(stepped.value().begin(), stepped.value().end(), operation->torques.begin(),
+                   [](const Touch& touch) { return touch.torque_world; });
     if (touches)
       std::transform(stepped.value().begin(), stepped.value().end(), touches,
                      [](const Touch& touch) { return c_api::to_c(touch); });
     return std::nullopt;
   });
+}
+
+int trephine_operation_torques(const trephine_operation* operation, double (*torques)[3]) {
+  if (operation == nullptr || torques == nullptr) return TREPHINE_BAD_ARGUMENT;
+  for (std::size_t h = 0; h < operation->torques.size(); ++h)
+    for (int a = 0; a < 3; ++a) torques[h][a] = operation->torques[h][a];
+  return TREPHINE_OK;
 }
 
 int trephine_operation_command(trephine_operation* operation, int hand, const char* command,

@@ -272,9 +272,9 @@ int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephi
     if (Status status = check_item(scene, shape)) return status;
     if (sides < TREPHINE_NONE || sides > TREPHINE_BOTH)
       return bad("unknown side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
-    if (sides >= TREPHINE_BACK && scene->touch.tool_radius > 0)
+    if (sides >= TREPHINE_BACK && scene->touch.tool->radius() > 0)
       return bad("contact from inside needs a tool without a radius",
-                 std::to_string(scene->touch.tool_radius) + " mm", "TREPHINE_NONE or FRONT");
+                 std::to_string(scene->touch.tool->radius()) + " mm", "TREPHINE_NONE or FRONT");
     scene->touch.items[static_cast<std::size_t>(shape)].sides = static_cast<haptics::Side>(sides);
     scene->has_motion = false;
     return std::nullopt;
@@ -403,8 +403,8 @@ trephine_surface* trephine_surface_get(trephine_scene* scene, int shape, trephin
     if (!scene->is_prepared)
       return bad("the scene is not prepared", "changed since",
                  "trephine_scene_prepare before trephine_surface_get");
-    if (scene->touch.tool_radius > 0)
-      return bad("surfaces need a tool without a radius", std::to_string(scene->touch.tool_radius) + " mm",
+    if (scene->touch.tool->radius() > 0)
+      return bad("surfaces need a tool without a radius", std::to_string(scene->touch.tool->radius()) + " mm",
                  "a tool radius of 0");
     return std::nullopt;
   });

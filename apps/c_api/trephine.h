@@ -166,6 +166,10 @@ void trephine_operation_destroy(trephine_operation* operation);
  * A non-finite position gives zero force and a latched fault. */
 int trephine_operation_step(trephine_operation* operation, const trephine_pose* poses,
                             trephine_touch* touches, trephine_error* error);
+/* Writes the torque of each hand in the last step, for the device, in the order of the hands: N mm, about the
+ * position of its pose; finite, limited and slew-limited. 0 before the first step, and for tools of one point
+ * or ball without an effect that turns the hand. */
+int trephine_operation_torques(const trephine_operation* operation, double (*torques)[3]);
 /* Executes a command by name with parameters as key=value: "undo", "redo", "note" with "text=\"two words\"",
  * "burr" with "diameter=3", "free-pieces", "hold-body" with "body=1", ...: `trephine modules` lists them.
  * Longer work (a job) is finished before this returns. Returns TREPHINE_REFUSED, without a change, if the

@@ -293,9 +293,8 @@ void OperationController::take_instrument(sim::Value instrument) {
 bool OperationController::needs_other_balls(const sim::InstrumentType& type,
                                             const sim::Value& instrument) const {
   const sim::ToolNeeds needs = type.needs ? type.needs(instrument.data(), *scene_->base) : sim::ToolNeeds();
-  const bool uses_scene = needs.touch_radius == 0 && needs.balls.empty();
-  return (uses_scene ? scene_->tool_radius : needs.touch_radius) != state_.tool_radius ||
-         (uses_scene ? scene_->tool_balls : needs.balls).size() != state_.tool_balls;
+  const haptics::ToolShape& needed = needs.tool ? *needs.tool : *scene_->tool;
+  return needed.radius() != state_.tool_radius || needed.balls().size() != state_.tool_balls;
 }
 
 /// Ends the wait for an instrument when the hand has it, or when it was refused or discarded.

@@ -39,7 +39,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       is_live_(is_live),
       view_(window, is_live, has_scenery(scene)),
       structures_(scene),
-      touch_radius_(scene.tool_radius) {
+      touch_radius_(scene.tool->radius()) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   // Box of the solid voxels: the camera needs it before the surface is finished.
   glm::ivec3 low = scene.base->size, high(-1);

@@ -270,8 +270,9 @@ Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, c
   if (Status error = sim::apply_tool_needs(spec, anatomy, modules::catalogue(), choice.smallest_burr))
     return error;
   for (const HandSpec& hand : spec.hands) {
-    if (hand.tool_radius <= 0 || hand.tool_radius > 20) continue;
-    const double step = volume::OffsetField::step_for(hand.tool_radius, anatomy);
+    const double radius = hand.tool->radius();
+    if (radius <= 0 || radius > 20) continue;
+    const double step = volume::OffsetField::step_for(radius, anatomy);
     const glm::dvec3 points = anatomy.frame.spacing() / step * glm::dvec3(anatomy.size);
     const double millions = 1e-6 * points.x * points.y * points.z;
     if (millions > 10)
@@ -359,10 +360,10 @@ Status check(const OperationChoice& choice) {
                    .remedy = "check the spelling"};
   }
   for (const HandSpec& hand : choice.hands) {
-    if (!(hand.tool_radius >= 0 && hand.tool_radius <= 6))
+    if (const double radius = hand.tool->radius(); !(radius >= 0 && radius <= 6))
       return Error{.what = "the tool's radius is out of range",
                    .where = "tool radius",
-                   .found = text_of(hand.tool_radius),
+                   .found = text_of(radius),
                    .expected = "0 to 6 mm",
                    .remedy = "use a smaller ball, or a point"};
     if (auto method = haptics::make_method(hand.method); !method) return method.error();
@@ -448,7 +449,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   // Only this method touches several volumes, or models and voxels together.
   if (data.volumes.size() > 1 || !models_of(source).empty())
     for (HandSpec& hand : spec.hands)
-      if (hand.method == haptics::k_default_method) hand.method = "scene";
+      if (hand.method == haptics::k_default_method) hand.method = haptics::general_method(*hand.tool).name;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
   if (choice.cuts_by_command || std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
     add_forbidden(source, spec);

@@ -153,7 +153,7 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     output.instrument = hand.instrument;
     output.parameters = hand.parameters;
     if (!hand.method.empty()) output.method = hand.method;
-    output.tool_radius = hand.radius;
+    output.tool = std::make_shared<const haptics::ToolShape>(hand.radius);
     output.effects = hand.effects;
     OperationChoice hand_choice = choice;
     hand_choice.hands = {output};

@@ -60,7 +60,7 @@ void finish(const volume::Frame& frame, const dvec3& hip_world, const dvec3& pro
 
 Status RaystepProxy::prepare(const TouchScene& scene) {
   if (Status error = check_burr_opens_voxels(scene)) return error;
-  return check_touchable(scene);
+  return check_touchable(scene, info());
 }
 
 ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
@@ -98,7 +98,7 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& touch_st
   return result;
 }
 
-Status PlaneProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+Status PlaneProxy::prepare(const TouchScene& scene) { return check_touchable(scene, info()); }
 
 ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                            const ProxyInput& input) const noexcept {
@@ -150,7 +150,7 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   return result;
 }
 
-Status GradientProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+Status GradientProxy::prepare(const TouchScene& scene) { return check_touchable(scene, info()); }
 
 ProxyStep GradientProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                               const ProxyInput& input) const noexcept {

@@ -13,7 +13,12 @@ namespace trephine::haptics::baselines {
 class RaystepProxy final : public ProxyMethod {
  public:
   static constexpr double k_step = 0.1;  ///< mm
-  const char* name() const noexcept override { return "raystep"; }
+  static constexpr MethodInfo k_info{
+      .name = "raystep",
+      .meaning = "fixed steps along the motion, nearest voxels, binary transfer functions",
+      .source = "Rizzi, Luciano and Banerjee 2010",
+      .solid = MethodInfo::Solid::nothing};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
@@ -26,7 +31,11 @@ class PlaneProxy final : public ProxyMethod {
  public:
   static constexpr int k_ticks_per_plane = 10;
   static constexpr int k_recovery = 5;
-  const char* name() const noexcept override { return "plane"; }
+  static constexpr MethodInfo k_info{.name = "plane",
+                                     .meaning = "a tangent plane, found at a tenth of the rate",
+                                     .source = "Adachi, Kumano and Ogino 1995; Mark et al. 1996",
+                                     .solid = MethodInfo::Solid::nothing};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
@@ -37,7 +46,11 @@ class PlaneProxy final : public ProxyMethod {
 /// the force jumps at ridges.
 class GradientProxy final : public ProxyMethod {
  public:
-  const char* name() const noexcept override { return "gradient"; }
+  static constexpr MethodInfo k_info{.name = "gradient",
+                                     .meaning = "a force field without a proxy",
+                                     .source = "Avila and Sobierajski 1996",
+                                     .solid = MethodInfo::Solid::nothing};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

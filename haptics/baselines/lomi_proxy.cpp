@@ -9,8 +9,8 @@ using depth::DepthCube;
 using glm::dvec3;
 
 Status LomiProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_touchable(scene, false, true)) return error;
-  if (Status error = check_stays_whole(scene, name())) return error;
+  if (Status error = check_touchable(scene, info())) return error;
+  if (Status error = check_cuts(scene, info())) return error;
   const depth::Rates rates;
   options_.resolution = k_resolution;
   options_.voxels = depth::lomi_voxels(depth::lomi_size(rates), options_.resolution);

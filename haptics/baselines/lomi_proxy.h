@@ -23,7 +23,14 @@ class LomiProxy : public ProxyMethod {
   };
   explicit LomiProxy(Objects objects = Objects::whole) noexcept : objects_(objects) {}
 
-  const char* name() const noexcept override { return objects_ == Objects::whole ? "lomi" : "lomi-parts"; }
+  static constexpr MethodInfo k_info{
+      .name = "lomi",
+      .meaning = "depth images from six sides, the nearest free voxel of a map that is never stored",
+      .source = "Kim, Kyung and others 2009 (Presence 18:340)",
+      .solid = MethodInfo::Solid::nothing,
+      .takes_cuts = false,
+      .takes_meshes = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
@@ -40,6 +47,14 @@ class LomiProxy : public ProxyMethod {
 /// Variant that decomposes concave objects, so that cavities and the undersides of overhangs are touched.
 class LomiPartsProxy final : public LomiProxy {
  public:
+  static constexpr MethodInfo k_info{
+      .name = "lomi-parts",
+      .meaning = "as lomi, with concave objects decomposed, so that six cameras see all surfaces",
+      .source = "Kim, Kyung and others 2009 (Presence 18:340)",
+      .solid = MethodInfo::Solid::nothing,
+      .takes_cuts = false,
+      .takes_meshes = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   LomiPartsProxy() noexcept : LomiProxy(Objects::parts) {}
 };
 

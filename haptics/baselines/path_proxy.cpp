@@ -176,7 +176,7 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
 
 Status PathProxy::prepare(const TouchScene& scene) {
   if (Status error = check_burr_opens_voxels(scene)) return error;
-  return check_touchable(scene, true);
+  return check_touchable(scene, info());
 }
 
 ProxyStep PathProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,

@@ -13,7 +13,13 @@ namespace trephine::haptics::baselines {
 class PathProxy final : public ProxyMethod {
  public:
   static constexpr double k_depth = 2;  ///< t_depth, voxels
-  const char* name() const noexcept override { return "path"; }
+  static constexpr MethodInfo k_info{
+      .name = "path",
+      .meaning = "voxel cubes as walls, A* around their corners",
+      .source = "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.1.2",
+      .solid = MethodInfo::Solid::cubes,
+      .takes_ball = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

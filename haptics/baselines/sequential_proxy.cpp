@@ -30,7 +30,7 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
       if (!mesh.is_mesh()) continue;
       const Placement& placement = placement_of(mesh, input);
       FacetHit candidate;
-      if (!mesh.tree->cast(placement.local_from_world(a), placement.local_from_world(b), scene.tool_radius,
+      if (!mesh.tree->cast(placement.local_from_world(a), placement.local_from_world(b), scene.tool->radius(),
                            blocks(scene, state.around.passable, i, Side::front),
                            blocks(scene, state.around.passable, i, Side::back), candidate,
                            counters.triangles) ||
@@ -56,7 +56,7 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
 }  // namespace
 
 Status SequentialProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_offsets(scene)) return error;
+  if (Status error = check_offsets(scene, info())) return error;
   if (Status error = check_burr_opens_voxels(scene)) return error;
   if (Status error = check_has_no_depth(scene)) return error;
   const auto layout = SceneLayout::of(scene);
@@ -64,7 +64,7 @@ Status SequentialProxy::prepare(const TouchScene& scene) {
   parts_.clear();
   for (const SceneLayout::Part& layout_part : layout.value().parts()) {
     Part part{{}, layout_part.begin, layout_part.untouched};
-    part.scene.tool_radius = scene.tool_radius;
+    part.scene.tool = scene.tool;
     part.scene.base = layout_part.untouched ? layout_part.untouched->version->shared_base() : scene.base;
     part.scene.items.assign(scene.items.begin() + layout_part.begin, scene.items.begin() + layout_part.end);
     if (Status error = method_.prepare(part.scene)) return error;

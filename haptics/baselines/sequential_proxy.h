@@ -11,7 +11,15 @@ namespace trephine::haptics::baselines {
 /// (figure 23). Changes of a scene after prepare() have no effect.
 class SequentialProxy final : public ProxyMethod {
  public:
-  const char* name() const noexcept override { return "scene-sequential"; }
+  static constexpr MethodInfo k_info{
+      .name = "scene-sequential",
+      .meaning = "a god-object on the models, then each volume after it",
+      .source = "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 4.2.2",
+      .solid = MethodInfo::Solid::cubes,
+      .takes_ball = true,
+      .takes_meshes = true,
+      .takes_moving_meshes = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

@@ -14,8 +14,8 @@ using glm::dvec3;
 using glm::ivec3;
 
 Status DepthProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_touchable(scene, false, true)) return error;
-  if (Status error = check_stays_whole(scene, name())) return error;
+  if (Status error = check_touchable(scene, info())) return error;
+  if (Status error = check_cuts(scene, info())) return error;
   auto cubes = depth::cubes_of(scene, {k_pixel, 1e300});
   if (!cubes) return cubes.error();
   nets_.clear();

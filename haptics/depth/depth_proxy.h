@@ -15,7 +15,15 @@ namespace trephine::haptics {
 class DepthProxy final : public ProxyMethod {
  public:
   static constexpr double k_pixel = 0.2;  ///< mm, of models; volumes have one ray per voxel
-  const char* name() const noexcept override { return "depth"; }
+  static constexpr MethodInfo k_info{
+      .name = "depth",
+      .meaning = "depth images along three axes with every layer, a god-object on the net of their crossings",
+      .source = "this project; Ju, Losasso, Schaefer and Warren 2002",
+      .solid = MethodInfo::Solid::images,
+      .is_baseline = false,
+      .takes_cuts = false,
+      .takes_meshes = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

@@ -10,7 +10,8 @@ VirtualDevice::VirtualDevice(PosePath request, const HandModel& hand)
 
 Status VirtualDevice::open() {
   position_ = request_.samples().front().pose.position_world;
-  velocity_ = force_ = glm::dvec3(0);
+  velocity_ = yield_ = yield_rate_ = glm::dvec3(0);
+  wrench_ = Wrench();
   time_ = 0;
   return std::nullopt;
 }
@@ -24,15 +25,21 @@ bool VirtualDevice::read(double t, Pose& pose) noexcept {
     const glm::dvec3 request_velocity = (request.position_world - previous) / dt;
     // 1 N = 1000 kg mm/s^2. Damping is integrated implicitly, so that a stiff hand stays stable at low rates.
     const double unit = 1000 / hand_.mass;
-    const glm::dvec3 drive =
-        force_ + hand_.stiffness * (request.position_world - position_) + hand_.damping * request_velocity;
+    const glm::dvec3 drive = wrench_.force_world + hand_.stiffness * (request.position_world - position_) +
+                             hand_.damping * request_velocity;
     velocity_ = (velocity_ + unit * dt * drive) /
                 (1 + unit * dt * (hand_.damping + hand_.device_damping + dt * hand_.stiffness));
     position_ += dt * velocity_;
+    const glm::dvec3 turning = wrench_.torque_world / (hand_.grip * hand_.grip) - hand_.stiffness * yield_;
+    yield_rate_ =
+        (yield_rate_ + unit * dt * turning) / (1 + unit * dt * (hand_.damping + dt * hand_.stiffness));
+    yield_ += dt * yield_rate_;
     time_ = t;
   }
   pose = request;
   pose.position_world = position_;
+  if (yield_ != glm::dvec3(0))
+    pose.orientation = glm::normalize(glm::dquat(1, 0.5 * yield_) * unit_of(request.orientation));
   if (hand_.encoder_step > 0)
     for (int a = 0; a < 3; ++a)
       pose.position_world[a] = hand_.encoder_step * std::floor(position_[a] / hand_.encoder_step + 0.5);

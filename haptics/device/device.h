@@ -60,30 +60,34 @@ struct HandModel {
   double stiffness = 0.3;         ///< N/mm, from the hand to its requested position
   double damping = 0.006;         ///< N s/mm, of the hand
   double encoder_step = 0.02;     ///< mm; 0: exact
+  /// mm: the hand turns the stylus as if mass, spring and damper were this far from its position.
+  double grip = 20;
 };
 
-/// Simulated hand that follows a path and yields to the force: mass, spring, damper, encoder. Semi-implicit
-/// Euler at the servo's period.
+/// Simulated hand that follows a path and yields to the wrench: mass, spring, damper, encoder. Its
+/// orientation is that of the path, turned by the torque. Semi-implicit Euler at the servo's period.
 class VirtualDevice final : public Device {
  public:
   VirtualDevice(PosePath request, const HandModel& hand);
   Status open() override;
   void close() noexcept override {}
   DeviceCapabilities capabilities() const override {
-    return {"virtual", 3, 8, 1, 1e3, 0, hand_.mass, hand_.device_damping};
+    return {"virtual", 6, 8, 1, 1e3, 0, hand_.mass, hand_.device_damping, 1e3};
   }
   bool read(double t, Pose& pose) noexcept override;
-  void write(const Wrench& wrench) noexcept override { force_ = wrench.force_world; }
+  void write(const Wrench& wrench) noexcept override { wrench_ = wrench; }
 
   /// Simulates an unplugged device: read() fails from servo time t (s) on.
   void lose_at(double t) noexcept { lost_from_ = t; }
-  /// Returns the kinetic energy of the moving mass, N mm.
+  /// Returns the kinetic energy of the moving mass, N mm, without that of rotation.
   double kinetic_energy() const noexcept;
 
  private:
   PosePath request_;
   HandModel hand_;
-  glm::dvec3 position_, velocity_{0.0}, force_{0.0};
+  glm::dvec3 position_, velocity_{0.0};
+  glm::dvec3 yield_{0.0}, yield_rate_{0.0};  ///< rotation from the requested orientation, rad; rad/s
+  Wrench wrench_;
   double time_ = 0, lost_from_ = 1e300;
 };
 

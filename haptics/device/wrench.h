@@ -13,6 +13,7 @@ struct Wrench {
   Wrench() = default;
   Wrench(const glm::dvec3& force, const glm::dvec3& torque = glm::dvec3(0))
       : force_world(force), torque_world(torque) {}
+  bool is_zero() const noexcept { return force_world == glm::dvec3(0) && torque_world == glm::dvec3(0); }
 };
 
 }  // namespace trephine::haptics

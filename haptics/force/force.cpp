@@ -31,7 +31,7 @@ double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
   double sum = 0, pushes = 0;
   for (std::size_t i = 0; i < proxy.contacts.size(); ++i) {
     const ToolContact& contact = proxy.contacts[i];
-    const dvec3 middle = contact.point_world + scene.tool_radius * contact.normal_world;
+    const dvec3 middle = contact.point_world + scene.tool->radius() * contact.normal_world;
     sum += contact.push * stiffness_at(scene, contact.shape, contact.side, middle, contact.normal_world);
     pushes += contact.push;
   }
@@ -39,7 +39,13 @@ double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
 }
 }  // namespace
 
-dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const TouchScene& scene) noexcept {
+Wrench ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const TouchScene& scene) noexcept {
+  Wrench wrench(force(proxy, hip_world, scene));
+  if (scene.tool->is_six_dof()) wrench.torque_world = torque(proxy, scene);
+  return wrench;
+}
+
+dvec3 ForceModel::force(const ProxyStep& proxy, const dvec3& hip_world, const TouchScene& scene) noexcept {
   dvec3 force(0);
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
@@ -66,7 +72,7 @@ dvec3 ForceModel::torque(const ProxyStep& proxy, const TouchScene& scene) noexce
   dvec3 torque(0);
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
-    const double square = squared_gyration_radius(scene);
+    const double square = scene.tool->gyration_square();
     torque = square * stiffness_of(proxy, scene) * proxy.turn_world;
     if (had_turn_) torque += (square * material.damping / dt_) * (proxy.turn_world - turn_);
     turn_ = proxy.turn_world;
@@ -97,7 +103,14 @@ dvec3 ForceGuard::apply_limits(dvec3 requested, const dvec3& last, double limit,
   return requested;
 }
 
-dvec3 ForceGuard::step(const dvec3& requested, std::uint32_t faults) noexcept {
+Wrench ForceGuard::step(const Wrench& requested, std::uint32_t faults) noexcept {
+  const bool has_torque = requested.torque_world != dvec3(0) || last_.torque_world != dvec3(0);
+  last_.force_world = limited_force(requested.force_world, faults);
+  last_.torque_world = has_torque ? limited_torque(requested.torque_world) : dvec3(0);
+  return last_;
+}
+
+dvec3 ForceGuard::limited_force(const dvec3& requested, std::uint32_t faults) noexcept {
   momentary_ = 0;
   dvec3 force = requested;
   if (!is_finite(force)) {
@@ -105,25 +118,24 @@ dvec3 ForceGuard::step(const dvec3& requested, std::uint32_t faults) noexcept {
     faults |= fault_not_finite;
   }
   latched_ |= faults & k_latched_faults;
-  if (latched_ & fault_not_finite) return last_ = dvec3(0);  // at once: no value can be trusted
+  if (latched_ & fault_not_finite) return dvec3(0);  // at once: no value can be trusted
   if (latched_ != 0) {
     fade_ = std::max(0.0, fade_ - dt_ / options_.fade_seconds);
     force *= fade_;
   }
-  return last_ = apply_limits(force, last_, options_.force_limit, options_.slew_limit * dt_);
+  return apply_limits(force, last_.force_world, options_.force_limit, options_.slew_limit * dt_);
 }
 
 dvec3 ForceGuard::limited_torque(const dvec3& torque) noexcept {
   if (!is_finite(torque)) latched_ |= fault_not_finite;
-  if (latched_ & fault_not_finite) return last_torque_ = dvec3(0);
+  if (latched_ & fault_not_finite) return dvec3(0);
   // The fade is 1 while no fault is latched.
-  return last_torque_ = apply_limits(fade_ * torque, last_torque_, options_.torque_limit,
-                                     options_.torque_slew_limit * dt_);
+  return apply_limits(fade_ * torque, last_.torque_world, options_.torque_limit,
+                      options_.torque_slew_limit * dt_);
 }
 
 void ForceGuard::reset() noexcept {
-  last_torque_ = dvec3(0);
-  last_ = dvec3(0);
+  last_ = Wrench();
   fade_ = 1;
   latched_ = momentary_ = 0;
 }

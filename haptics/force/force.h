@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 #include <string>
 
+#include "haptics/device/wrench.h"
 #include "haptics/force/faults.h"
 #include "haptics/proxy/proxy_step.h"
 
@@ -33,10 +34,8 @@ class ForceModel {
  public:
   /// `dt`: period of the servo, s; smoothing_alpha is converted to it.
   ForceModel(const ForceOptions& options, double dt);
-  /// Returns the force, N. Servo thread.
-  glm::dvec3 step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
-  /// Returns the torque of a tool of several balls, N mm. Call after step().
-  glm::dvec3 torque(const ProxyStep& proxy, const TouchScene& scene) noexcept;
+  /// Returns the force, and the torque of a tool with six degrees of freedom. Servo thread.
+  Wrench step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
   /// Clears the state of the torque, for a change of the tool.
   void reset_torque() noexcept {
     smoothed_turn_ = glm::dvec3(0);
@@ -55,6 +54,9 @@ class ForceModel {
   }
 
  private:
+  glm::dvec3 force(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
+  glm::dvec3 torque(const ProxyStep& proxy, const TouchScene& scene) noexcept;
+
   double alpha_, dt_;
   glm::dvec3 smoothed_{0.0}, stretch_{0.0}, hip_{0.0};
   glm::dvec3 smoothed_turn_{0.0}, turn_{0.0};
@@ -66,35 +68,31 @@ class ForceModel {
 class ForceGuard {
  public:
   ForceGuard(const ForceOptions& options, double dt) : options_(options), dt_(dt) {}
-  /// Returns the limited force, N. `faults`: those raised outside the guard in this tick. Servo thread.
-  glm::dvec3 step(const glm::dvec3& requested, std::uint32_t faults) noexcept;
-  /// Returns the limited torque of the same tick, N mm. Call after step(), whose faults apply. Not required
-  /// while no torque is requested and no torque was rendered.
-  glm::dvec3 limited_torque(const glm::dvec3& requested) noexcept;
+  /// Returns the limited wrench. `faults`: those raised outside the guard in this tick. Servo thread.
+  Wrench step(const Wrench& requested, std::uint32_t faults) noexcept;
   double torque_limit() const noexcept { return options_.torque_limit; }
-  bool has_torque() const noexcept { return last_torque_ != glm::dvec3(0); }
   void reset() noexcept;
-  const glm::dvec3& last() const noexcept { return last_; }  ///< last output, N
-  double fade() const noexcept { return fade_; }             ///< factor, 1 to 0 after a latched fault
-  const glm::dvec3& last_torque() const noexcept { return last_torque_; }
-  /// True after a latched fault if the force is zero and further steps change nothing.
+  const Wrench& last() const noexcept { return last_; }  ///< last output
+  double fade() const noexcept { return fade_; }         ///< factor, 1 to 0 after a latched fault
+  /// True after a latched fault if the wrench is zero and further steps change nothing.
   bool is_faded() const noexcept {
-    return last_ == glm::dvec3(0) && last_torque_ == glm::dvec3(0) &&
-           ((latched_ & fault_not_finite) != 0 || (latched_ != 0 && fade_ == 0));
+    return last_.is_zero() && ((latched_ & fault_not_finite) != 0 || (latched_ != 0 && fade_ == 0));
   }
   std::uint32_t faults() const noexcept { return latched_ | momentary_; }
   /// Visits the complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
-    fields(last_, last_torque_, fade_, latched_, momentary_);
+    fields(last_.force_world, last_.torque_world, fade_, latched_, momentary_);
   }
 
  private:
+  glm::dvec3 limited_force(const glm::dvec3& requested, std::uint32_t faults) noexcept;
+  glm::dvec3 limited_torque(const glm::dvec3& requested) noexcept;
   glm::dvec3 apply_limits(glm::dvec3 requested, const glm::dvec3& last, double limit, double slew) noexcept;
 
   ForceOptions options_;
   double dt_;
-  glm::dvec3 last_{0.0}, last_torque_{0.0};
+  Wrench last_;
   double fade_ = 1;
   std::uint32_t latched_ = 0, momentary_ = 0;
 };

@@ -4,17 +4,21 @@
 #pragma once
 
 #include <array>
+#include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
+
+#include "haptics/device/wrench.h"
 
 namespace trephine::haptics {
 
-/// Observes the work done on the hand, sum of F_k . (x_{k+1} - x_k), and bounds the energy that the force
-/// returns: in motion along the force, its component along the motion is limited so that it returns at most
-/// the stored energy. Energy dissipated by a yielding proxy (friction, bone that gives way: -F_k . (p_{k+1} -
-/// p_k) where that is above 0) is not stored and may not be returned. No damping is added, so coarse encoders
-/// cause no oscillation. A step in which the hand accelerates may return too much, at most that step's
-/// energy, which counts as a debt. With delayed forces, a force that returned too much is softened, and
-/// stiffened again out of contact. Plain data. Servo thread: no allocation, no waiting.
+/// Observes the work done on the hand, sum of F_k . (x_{k+1} - x_k), with six degrees of freedom plus torque
+/// times rotation, and bounds the energy that the wrench returns: in motion along it, its component along the
+/// motion is limited so that it returns at most the stored energy. Energy dissipated by a yielding proxy
+/// (friction, bone that gives way: -F_k . (p_{k+1} - p_k) where that is above 0) is not stored and may not be
+/// returned. No damping is added, so coarse encoders cause no oscillation. A step in which the hand
+/// accelerates may return too much, at most that step's energy, which counts as a debt. With delayed forces,
+/// a force that returned too much is softened, and stiffened again out of contact. Plain data. Servo thread:
+/// no allocation, no waiting.
 class PassivityController {
  public:
   static constexpr int k_max_delay = 4;
@@ -25,13 +29,13 @@ class PassivityController {
   explicit PassivityController(double allowance = 0, int delay_ticks = 0,
                                double device_damping_over_dt = 0) noexcept;
 
-  /// Returns the force (N) to render instead of `requested` at position x (mm), with the proxy at p. Call
-  /// once per tick, with measured positions; without contact p is x.
-  glm::dvec3 step(const glm::dvec3& requested, const glm::dvec3& x, const glm::dvec3& p) noexcept;
-  /// Sets the force that was rendered last, if it was limited or delayed further after step().
-  void set_rendered(const glm::dvec3& force) noexcept {
-    under_way_[static_cast<std::size_t>(delay_)] = force;
-  }
+  /// Returns the wrench to render instead of `requested` at position x (mm), with the proxy at p. Call once
+  /// per tick, with measured positions; without contact p is x. `hand`, `tool`: rotations of hand and proxy,
+  /// unit quaternions; of use with six degrees of freedom only.
+  Wrench step(const Wrench& requested, const glm::dvec3& x, const glm::dvec3& p,
+              const glm::dquat& hand = {1, 0, 0, 0}, const glm::dquat& tool = {1, 0, 0, 0}) noexcept;
+  /// Sets the wrench that was rendered last, if it was limited or delayed further after step().
+  void set_rendered(const Wrench& wrench) noexcept { under_way_[static_cast<std::size_t>(delay_)] = wrench; }
   /// Handles lost ticks, in which the motion of the hand is unknown: the debt stays, the store is discarded.
   void on_lost_ticks() noexcept;
   /// Returns the work done on the hand minus the energy dissipated, N mm; positive: created energy.
@@ -45,15 +49,28 @@ class PassivityController {
   /// Visits the complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
-    fields(under_way_, last_x_, last_p_, move_, energy_, softness_, largest_, cuts_, has_last_);
+    for (Wrench& wrench : under_way_) fields(wrench.force_world);
+    fields(last_x_, last_p_, move_, energy_, softness_, largest_, cuts_, has_last_);
   }
+  /// Visits the state of torques and rotations, which is initial for tools with three degrees of freedom.
+  template <class Fields>
+  void each_turn_field(Fields& fields) {
+    for (Wrench& wrench : under_way_) fields(wrench.torque_world);
+    fields(last_hand_, last_tool_, turn_);
+  }
+  void reset_turns() noexcept;
 
  private:
   double allowance_, damping_;
   int delay_;
-  std::array<glm::dvec3, k_max_delay + 1> under_way_{};  ///< oldest first; [0] was held since the last call
-  glm::dvec3 last_x_{0.0}, last_p_{0.0}, move_{0.0};     ///< move_: the newest motion above 0
-  double energy_ = 0, softness_ = 1, largest_ = 0;       ///< largest_: energy of the largest recent step
+  /// mm2: a rotation counts as the motion of a point 20 mm from the hand where a wrench is limited.
+  static constexpr double k_arm_square = 400;
+
+  std::array<Wrench, k_max_delay + 1> under_way_;     ///< oldest first; [0] was held since the last call
+  glm::dvec3 last_x_{0.0}, last_p_{0.0}, move_{0.0};  ///< move_: the newest motion above 0
+  glm::dquat last_hand_{1, 0, 0, 0}, last_tool_{1, 0, 0, 0};
+  glm::dvec3 turn_{0.0};                            ///< rotation that belongs to move_, rad
+  double energy_ = 0, softness_ = 1, largest_ = 0;  ///< largest_: energy of the largest recent step
   long cuts_ = 0;
   bool has_last_ = false;
 };

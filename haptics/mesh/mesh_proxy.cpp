@@ -24,8 +24,8 @@ std::shared_ptr<const MeshTree> surface_tree(const TouchItem& shape) {
 }
 
 Status MeshProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_touchable(scene, true, true)) return error;
-  if (Status error = check_stays_whole(scene, name())) return error;
+  if (Status error = check_touchable(scene, info())) return error;
+  if (Status error = check_cuts(scene, info())) return error;
   trees_.clear();
   gap_ = 1e-5;
   for (const TouchItem& item : scene.items) {
@@ -59,7 +59,7 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& touch_state
       const Placement& placement = item.placement;
       FacetHit candidate;
       if (!trees_[static_cast<std::size_t>(index)]->cast(
-              placement.local_from_world(from), placement.local_from_world(to), scene.tool_radius,
+              placement.local_from_world(from), placement.local_from_world(to), scene.tool->radius(),
               blocks(scene, state.around.passable, index, Side::front),
               blocks(scene, state.around.passable, index, Side::back), candidate,
               result.counters.triangles) ||

@@ -14,7 +14,17 @@ std::shared_ptr<const MeshTree> surface_tree(const TouchItem& shape);
 /// touchable. Cost: logarithmic in the number of triangles.
 class MeshProxy final : public ProxyMethod {
  public:
-  const char* name() const noexcept override { return "mesh"; }
+  static constexpr MethodInfo k_info{
+      .name = "mesh",
+      .meaning =
+          "the whole surface as a polygonal model, a god-object on its triangles; with a radius a virtual ball",
+      .source = "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997",
+      .solid = MethodInfo::Solid::net,
+      .is_baseline = false,
+      .takes_ball = true,
+      .takes_cuts = false,
+      .takes_meshes = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

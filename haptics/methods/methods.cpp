@@ -1,5 +1,6 @@
 #include "haptics/methods/methods.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "haptics/depth/depth_proxy.h"
@@ -9,43 +10,18 @@
 #include "haptics/proxy/implicit_proxy.h"
 #include "haptics/proxy/scene_proxy.h"
 #include "haptics/proxy/subvoxel_proxy.h"
+#include "volume/base/error.h"
 
 namespace trephine::haptics {
 
 namespace {
 
-using Solid = MethodInfo::Solid;
-
 constexpr MethodEntry k_entries[] = {
-    {{"subvoxel", "exact contact with the smooth reconstruction, all walls at once", "this project",
-      Solid::smooth, false, false},
-     make_proxy<SubvoxelProxy>},
-    {{"implicit", "voxel cubes as walls, iterated ray casts",
-      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.1.1", Solid::cubes},
-     make_proxy<ImplicitProxy>},
-    {{"explicit", "triangles of the surface net along the motion, a god-object on them",
-      "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.2; Zilles and Salisbury 1995",
-      Solid::net},
-     make_proxy<ExplicitProxy>},
-    {{"mesh",
-      "the whole surface as a polygonal model, a god-object on its triangles; with a radius a virtual ball",
-      "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997", Solid::net, true, false},
-     make_proxy<MeshProxy>},
-    {{"scene", "volumes and polygonal models in one solve", "this project", Solid::smooth, false, false},
-     make_proxy<SceneProxy>},
-    {{"depth", "depth images along three axes with every layer, a god-object on the net of their crossings",
-      "this project; Ju, Losasso, Schaefer and Warren 2002", Solid::images, true, false},
-     make_proxy<DepthProxy>},
-};
-
-/// Method for tools of several balls, which the other methods do not support.
-constexpr MethodEntry k_chain{
-    {"chain", "a rigid tool of balls, six degrees of freedom, on the walls of scene",
-     "this project; Ortega, Redon and Coquillart 2007", Solid::nothing, false, false},
-    make_proxy<ChainProxy>};
+    entry_of<SubvoxelProxy>(), entry_of<ImplicitProxy>(), entry_of<ExplicitProxy>(), entry_of<MeshProxy>(),
+    entry_of<SceneProxy>(),    entry_of<DepthProxy>(),    entry_of<ChainProxy>()};
 
 struct Catalogue {
-  std::vector<MethodInfo> infos;  ///< without the chain
+  std::vector<MethodInfo> infos;
   std::vector<MethodEntry> entries{std::begin(k_entries), std::end(k_entries)};
 
   Catalogue() {
@@ -60,7 +36,7 @@ Catalogue& catalogue() {
 const MethodEntry* find_entry(const std::string& name) {
   for (const MethodEntry& entry : catalogue().entries)
     if (name == entry.info.name) return &entry;
-  return name == k_chain.info.name ? &k_chain : nullptr;
+  return nullptr;
 }
 
 std::string names_of(bool has_baselines) {
@@ -88,6 +64,16 @@ std::string user_method_names() { return names_of(false); }
 const MethodInfo* find_method(const std::string& name) {
   const MethodEntry* entry = find_entry(name);
   return entry != nullptr ? &entry->info : nullptr;
+}
+
+const MethodInfo& general_method(const ToolShape& tool) {
+  const auto found = std::find_if(std::begin(k_entries), std::end(k_entries), [&](const MethodEntry& entry) {
+    const MethodInfo& info = entry.info;
+    return !info.is_baseline && info.takes(tool) && info.takes_cuts && info.takes_meshes &&
+           info.takes_moving_meshes;
+  });
+  TREPHINE_ASSERT(found != std::end(k_entries));  // there is one for each kind of tool
+  return found->info;
 }
 
 Result<std::unique_ptr<ProxyMethod>> make_method(const std::string& name) {

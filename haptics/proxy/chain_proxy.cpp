@@ -49,11 +49,12 @@ class Chain {
  public:
   Chain(const TouchScene& scene, SceneWalls& walls, ProxyState& state, const ProxyInput& input,
         ProxyCounters& counters) noexcept
-      : scene_(scene),
+      : shape_(*scene.tool),
+        balls_(scene.tool->balls()),
         walls_(walls),
         state_(state),
         counters_(counters),
-        square_(squared_gyration_radius(scene)),
+        square_(scene.tool->gyration_square()),
         voxel_(walls.frame().spacing().x),
         hand_{input.hip_world, unit_of(input.orientation)} {}
 
@@ -67,7 +68,7 @@ class Chain {
   bool update_balls_inside() noexcept {
     const std::uint32_t before = state_.balls_inside;
     state_.balls_inside = 0;
-    for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i)
+    for (std::size_t i = 0; i < balls_.size(); ++i)
       if (!solids_at(ball(tool_, i)).is_empty()) state_.balls_inside |= 1u << i;
     return (state_.balls_inside & ~before) != 0;
   }
@@ -83,7 +84,7 @@ class Chain {
 
  private:
   dvec3 ball(const Placement& tool, std::size_t i) const noexcept {
-    return walls_.frame().volume_from_world(tool.world_from_local(scene_.tool_balls[i]));
+    return walls_.frame().volume_from_world(tool.world_from_local(balls_[i].centre));
   }
   ShapeSet solids_at(const dvec3& p) noexcept {
     ShapeSet found;
@@ -110,7 +111,8 @@ class Chain {
   }
   void update_inside_flags() noexcept;
 
-  const TouchScene& scene_;
+  const ToolShape& shape_;
+  std::span<const ToolShape::Ball> balls_;
   SceneWalls& walls_;
   ProxyState& state_;
   ProxyCounters& counters_;
@@ -135,7 +137,7 @@ void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept 
   const dvec3 away = (-1 / steepness) * gradient;
   const double room = -field.value / steepness;
   if (!(room < k_near * voxel_)) return;
-  const dvec3 arm = tool_.rotation * scene_.tool_balls[i];
+  const dvec3 arm = tool_.rotation * balls_[i].centre;
   double push = 0;
   for (int k = 0; k < previous_count_; ++k)
     if (const Push& old = previous_pushes_[static_cast<std::size_t>(k)]; old.ball == i && old.wall == wall)
@@ -151,7 +153,7 @@ void Chain::find_bounds() noexcept {
     const Bound& b = bounds_[static_cast<std::size_t>(k)];
     previous_pushes_[static_cast<std::size_t>(k)] = {b.ball, b.wall, b.push};
   }
-  for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
+  for (std::size_t i = 0; i < balls_.size(); ++i) {
     const dvec3 p = ball(tool_, i);
     const ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(p) : ShapeSet{};
     for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1)) {
@@ -194,7 +196,7 @@ Twist Chain::solve(const Twist& request) noexcept {
 /// its ball. `skipped`: a shape that is not tested.
 double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped_ball, int skipped) noexcept {
   double least = 1;
-  for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
+  for (std::size_t i = 0; i < balls_.size(); ++i) {
     const dvec3 a = ball(tool_, i), b = ball(to, i);
     if (a == b) continue;
     ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(a) : ShapeSet{};
@@ -209,7 +211,7 @@ void Chain::update_inside_flags() noexcept {
   bool may_enter = false;
   for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
     may_enter = may_enter || (!walls_.is_mesh(s) && !walls_.blocks(s, Side::front));
-  for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
+  for (std::size_t i = 0; i < balls_.size(); ++i) {
     const std::uint32_t bit = 1u << i;
     if ((state_.balls_inside & bit) == 0 && !may_enter) continue;
     state_.balls_inside &= ~bit;
@@ -243,17 +245,17 @@ bool Chain::yield_to(int mesh, const Placement& previous, const Placement& curre
   const auto find_push = [&](const Placement& to, dvec3& push) {
     bool is_any = false;
     double first = 2;
-    for (const dvec3& at : scene_.tool_balls) {
-      const dvec3 a = previous.local_from_world(tool_.world_from_local(at)),
-                  b = current.local_from_world(to.world_from_local(at));
+    for (const ToolShape::Ball& ball : balls_) {
+      const dvec3 a = previous.local_from_world(tool_.world_from_local(ball.centre)),
+                  b = current.local_from_world(to.world_from_local(ball.centre));
       FacetHit hit;
-      if (!tree.cast(a, b, scene_.tool_radius, is_front, is_back, hit, counters_.triangles) || hit.t >= first)
+      if (!tree.cast(a, b, ball.radius, is_front, is_back, hit, counters_.triangles) || hit.t >= first)
         continue;
       is_any = true;
       first = hit.t;
       const dvec3 normal = current.rotation * hit.normal_world;
       const dvec3 contact = current.world_from_local(a + hit.t * (b - a));
-      push = (std::max(0.0, glm::dot(contact - to.world_from_local(at), normal)) + hair) * normal;
+      push = (std::max(0.0, glm::dot(contact - to.world_from_local(ball.centre), normal)) + hair) * normal;
     }
     return is_any;
   };
@@ -278,8 +280,7 @@ bool Chain::yield_to(int mesh, const Placement& previous, const Placement& curre
 }
 
 void Chain::run(ProxyStep& result) noexcept {
-  double farthest = 0;
-  for (const dvec3& at : scene_.tool_balls) farthest = std::max(farthest, glm::length(at));
+  const double farthest = shape_.arm();
   Wall wall;
   std::size_t stopped_ball = 0;
   double share = 1;
@@ -315,7 +316,7 @@ void Chain::run(ProxyStep& result) noexcept {
     if (!(b.push > 0)) continue;
     sum += b.push * b.along;
     if (hardest == nullptr || b.push > hardest->push) hardest = &b;
-    result.contacts.add({tool_.world_from_local(scene_.tool_balls[b.ball]) - scene_.tool_radius * b.along,
+    result.contacts.add({tool_.world_from_local(balls_[b.ball].centre) - balls_[b.ball].radius * b.along,
                          b.along, b.push, b.wall.shape, side_of(b.wall.is_back)});
   }
   const dvec3 back = tool_.position_world - hand_.position_world;
@@ -334,13 +335,7 @@ void Chain::run(ProxyStep& result) noexcept {
 }  // namespace
 
 Status ChainProxy::prepare(const TouchScene& scene) {
-  if (scene.tool_balls.empty())
-    return Error{.what = "this method is for tools of several balls",
-                 .where = "method",
-                 .found = "one ball, or a point",
-                 .expected = "a tool of two balls or more",
-                 .remedy = "use method subvoxel"};
-  if (Status error = check_offsets(scene, true)) return error;
+  if (Status error = check_offsets(scene, info())) return error;
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();

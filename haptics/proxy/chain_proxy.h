@@ -8,14 +8,25 @@ namespace trephine::haptics {
 
 /// Moves the tool to the pose nearest to the hand without a ball in the solid, as measured by springs that
 /// tie each ball to its position in the hand: a god-object of 6 degrees of freedom (Ortega, Redon and
-/// Coquillart 2007) on the walls of balls of TouchScene::tool_radius, volumes and models together. In each of
+/// Coquillart 2007) on the walls of the balls of its ToolShape, volumes and models together. In each of
 /// a few rounds the walls near every ball bound the tool's motion (a small quadratic problem, Gauss-Seidel),
 /// and each ball's motion is proven free before the tool moves, so that no solid, however thin, is passed. A
 /// moving mesh that would pass over a ball first carries the tool along, or pushes it aside; if other walls
 /// leave no free position, the mesh passes over the tool, which is reported as buried. Without friction.
 class ChainProxy final : public ProxyMethod {
  public:
-  const char* name() const noexcept override { return "chain"; }
+  static constexpr MethodInfo k_info{
+      .name = "chain",
+      .meaning = "a rigid tool of balls, six degrees of freedom, on the walls of scene",
+      .source = "this project; Ortega, Redon and Coquillart 2007",
+      .solid = MethodInfo::Solid::smooth,
+      .is_baseline = false,
+      .freedom = Freedom::six,
+      .takes_points = false,
+      .takes_sets_of_balls = true,
+      .takes_meshes = true,
+      .takes_moving_meshes = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

@@ -116,14 +116,14 @@ bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state,
     return SurfaceCaster<Grid, volume::LocalNet>(scene, grid, no_shapes, counters).is_behind(s, p) ||
            SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, no_shapes, counters).is_behind(s, p);
   };
-  if (scene.tool_radius <= 0) return is_behind(VoxelGrid(scene, *touch_state.version), place);
+  if (scene.tool->radius() <= 0) return is_behind(VoxelGrid(scene, *touch_state.version), place);
   const OffsetGrid grid(scene, touch_state);
   return is_behind(
       grid, grid.frame().volume_from_world(touch_state.version->base().frame.world_from_volume(place)));
 }
 
 Status ExplicitProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_touchable(scene, true)) return error;
+  if (Status error = check_touchable(scene, info())) return error;
   if (scene.smallest_burr <= 0) return std::nullopt;
   // Triangles span voxels: they do not show a hole narrower than the longest voxel edge.
   const glm::dvec3& spacing = scene.base->frame.spacing();

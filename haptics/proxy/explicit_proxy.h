@@ -15,9 +15,14 @@ class ExplicitProxy : public ProxyMethod {
   enum class Surface { net, cubes };
   explicit ExplicitProxy(Surface surface = Surface::net) noexcept : surface_(surface) {}
 
-  const char* name() const noexcept override {
-    return surface_ == Surface::net ? "explicit" : "explicit-cubes";
-  }
+  static constexpr MethodInfo k_info{
+      .name = "explicit",
+      .meaning = "triangles of the surface net along the motion, a god-object on them",
+      .source =
+          "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.2; Zilles and Salisbury 1995",
+      .solid = MethodInfo::Solid::net,
+      .takes_ball = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
@@ -34,6 +39,14 @@ bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state,
 /// Variant on marching cubes (Lorensen and Cline 1987).
 class ExplicitCubesProxy final : public ExplicitProxy {
  public:
+  static constexpr MethodInfo k_info{
+      .name = "explicit-cubes",
+      .meaning = "as explicit, with triangles of marching cubes",
+      .source =
+          "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.2; Lorensen and Cline 1987",
+      .solid = MethodInfo::Solid::marching_cubes,
+      .takes_ball = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   ExplicitCubesProxy() noexcept : ExplicitProxy(Surface::cubes) {}
 };
 

@@ -104,7 +104,7 @@ ImplicitProxy::ImplicitProxy(int iterations) noexcept
 
 Status ImplicitProxy::prepare(const TouchScene& scene) {
   if (Status error = check_burr_opens_voxels(scene)) return error;
-  return check_touchable(scene, true);
+  return check_touchable(scene, info());
 }
 
 ProxyStep ImplicitProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,

@@ -16,7 +16,13 @@ class ImplicitProxy final : public ProxyMethod {
   /// `iterations`: collision queries per step, 1 to k_max_iterations.
   explicit ImplicitProxy(int iterations = 3) noexcept;
 
-  const char* name() const noexcept override { return "implicit"; }
+  static constexpr MethodInfo k_info{
+      .name = "implicit",
+      .meaning = "voxel cubes as walls, iterated ray casts",
+      .source = "Jiang, dissertation \"A Surface-based Volume Haptics Approach\", 3.4.1.1",
+      .solid = MethodInfo::Solid::cubes,
+      .takes_ball = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

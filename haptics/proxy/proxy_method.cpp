@@ -6,23 +6,29 @@
 
 namespace trephine::haptics {
 
-Status check_stays_whole(const TouchScene& scene, const char* method) {
-  if (!(scene.smallest_burr > 0)) return std::nullopt;
+Status check_cuts(const TouchScene& scene, const MethodInfo& method) {
+  if (method.takes_cuts || !(scene.smallest_burr > 0)) return std::nullopt;
   return Error{.what = "this method does not support cuts",
                .where = "method",
-               .found = std::string(method) + ", which touches the volume before any cut",
+               .found = std::string(method.name) + ", which touches the volume before any cut",
                .remedy = "use method subvoxel"};
 }
 
-Status check_offsets(const TouchScene& scene, bool has_balls) {
-  if (!scene.tool_balls.empty() && !has_balls)
+Status check_offsets(const TouchScene& scene, const MethodInfo& method) {
+  if (method.is_six_dof() && !scene.tool->is_six_dof())
+    return Error{.what = "this method is for tools of several balls",
+                 .where = "method",
+                 .found = "one ball, or a point",
+                 .expected = "a tool of two balls or more",
+                 .remedy = "use method subvoxel"};
+  if (scene.tool->is_six_dof() && !method.is_six_dof())
     return Error{.what = "this method needs a tool of one ball or a point",
                  .where = "method",
-                 .found = std::to_string(scene.tool_balls.size()) + " balls",
+                 .found = std::to_string(scene.tool->balls().size()) + " balls",
                  .remedy = "use method chain"};
-  if (scene.tool_radius > 0)
+  if (scene.tool->radius() > 0)
     for (const TouchItem& shape : scene.items)
-      if (!shape.is_mesh() && (!shape.offset || shape.offset->radius_mm() != scene.tool_radius))
+      if (!shape.is_mesh() && (!shape.offset || shape.offset->radius_mm() != scene.tool->radius()))
         return Error{.what = "a shape has no offset field for the tool's radius",
                      .where = shape.field.shape().name,
                      .remedy = "call set_tool_radius() first"};
@@ -31,7 +37,8 @@ Status check_offsets(const TouchScene& scene, bool has_balls) {
 
 Status check_smallest_burr(const TouchScene& scene, double min_mm) {
   // A round tool touches offset fields, which contain cuts exactly.
-  if (scene.tool_radius > 0 || scene.smallest_burr <= 0 || scene.smallest_burr >= min_mm) return std::nullopt;
+  if (scene.tool->radius() > 0 || scene.smallest_burr <= 0 || scene.smallest_burr >= min_mm)
+    return std::nullopt;
   const auto mm = [](double value) {
     char words[32];
     std::snprintf(words, sizeof words, "%.3g mm", value);
@@ -65,11 +72,11 @@ Status check_has_no_depth(const TouchScene& scene) {
   return std::nullopt;
 }
 
-Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes) {
+Status check_touchable(const TouchScene& scene, const MethodInfo& method) {
   if (Status error = check_has_no_depth(scene)) return error;
   std::size_t shapes = 0;
   for (const TouchItem& shape : scene.items) {
-    if (shape.is_mesh() && !has_meshes)
+    if (shape.is_mesh() && !method.takes_meshes)
       return Error{.what = "this method supports volumes only",
                    .where = "method",
                    .found = shape.name,
@@ -83,10 +90,10 @@ Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes
                    .found = "a second volume",
                    .remedy = "use method scene"};
   }
-  if (scene.tool_radius > 0 && !has_radius)
+  if (scene.tool->radius() > 0 && !method.takes_ball && !method.takes_sets_of_balls)
     return Error{.what = "this method supports points only",
                  .where = "tool radius",
-                 .found = std::to_string(scene.tool_radius) + " mm",
+                 .found = std::to_string(scene.tool->radius()) + " mm",
                  .expected = "0, a point",
                  .remedy = "use method subvoxel for a round tool"};
   if (shapes > TouchScene::k_max_shapes)
@@ -98,7 +105,7 @@ Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes
   for (const TouchItem& shape : scene.items)
     if (!shape.is_mesh() && !shape.bits)
       return Error{.what = "a touchable shape has no occupancy", .where = shape.field.shape().name};
-  return check_offsets(scene);
+  return check_offsets(scene, method);
 }
 
 }  // namespace trephine::haptics

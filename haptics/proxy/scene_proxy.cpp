@@ -34,7 +34,7 @@ double distance_to(const TouchScene& scene, const SceneLayout& layout, const Pla
 void update_near(const TouchScene& scene, const SceneLayout& layout, const Placements& placements,
                  const dvec3& start, const dvec3& hip, Surroundings& around) noexcept {
   // A step stays in the ball around the HIP through its start; its lifts leave the ball by less than a voxel.
-  const double reach = glm::length(start - hip) + scene.tool_radius + 2 * layout.frame().spacing().x;
+  const double reach = glm::length(start - hip) + scene.tool->radius() + 2 * layout.frame().spacing().x;
   if (around.near_radius > 0 && glm::length(hip - around.near_middle_world) + reach <= around.near_radius) {
     // Only moving meshes may have come nearer.
     for (const int shape : layout.movers())
@@ -57,7 +57,7 @@ void move_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls&
                  dvec3& proxy) noexcept {
   const MeshTree& tree = walls.tree_of(mesh);
   if (!walls.blocks(mesh, Side::front) || walls.blocks(mesh, Side::back)) return;
-  const double radius = scene.tool_radius, off = radius + 2 * tree.gap();
+  const double radius = scene.tool->radius(), off = radius + 2 * tree.gap();
   if (distance_to(scene, layout, placements, mesh, proxy) > radius) return;  // outside its box: not covered
   const Placement& place = walls.placement_of(mesh);
   const dvec3 start = place.local_from_world(proxy);
@@ -119,7 +119,7 @@ int find_left_shape(const TouchScene& scene, const SceneLayout& layout, const To
     if (!leaves) continue;
     // The surface may have moved off by this tick's part of its motion.
     constexpr double k_off = 1;  // mm
-    const double near = scene.tool_radius + k_off;
+    const double near = scene.tool->radius() + k_off;
     if (set->tree->is_near(from, near)) return shape;
   }
   return -1;
@@ -153,7 +153,7 @@ bool find_motion(const dvec3& push, double gap, const std::array<dvec3, 3>& wall
 }  // namespace
 
 Status SceneProxy::prepare(const TouchScene& scene) {
-  if (Status error = check_offsets(scene)) return error;
+  if (Status error = check_offsets(scene, info())) return error;
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();
@@ -229,7 +229,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       for (int round = 0; round < k_max_rounds; ++round) {
         const dvec3 b = next[m].local_from_world(start);
         FacetHit hit;
-        if (!tree_of(shape).cast(a, b, scene.tool_radius, is_front, is_back, hit, result.counters.triangles))
+        if (!tree_of(shape).cast(a, b, scene.tool->radius(), is_front, is_back, hit,
+                                 result.counters.triangles))
           return true;
         const dvec3 push = next[m].rotation * hit.normal_world;
         const dvec3 contact = next[m].world_from_local(a + hit.t * (b - a));
@@ -260,7 +261,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       }
       const dvec3 b = next[m].local_from_world(start);
       FacetHit hit;
-      if (!tree_of(shape).cast(a, b, scene.tool_radius, blocks(scene, around.passable, shape, Side::front),
+      if (!tree_of(shape).cast(a, b, scene.tool->radius(), blocks(scene, around.passable, shape, Side::front),
                                blocks(scene, around.passable, shape, Side::back), hit,
                                result.counters.triangles))
         continue;

@@ -12,7 +12,15 @@ namespace trephine::haptics {
 /// press into another wall is released and reported as buried. Only items near the tool are tested.
 class SceneProxy final : public ProxyMethod {
  public:
-  const char* name() const noexcept override { return "scene"; }
+  static constexpr MethodInfo k_info{.name = "scene",
+                                     .meaning = "volumes and polygonal models in one solve",
+                                     .source = "this project",
+                                     .solid = MethodInfo::Solid::smooth,
+                                     .is_baseline = false,
+                                     .takes_ball = true,
+                                     .takes_meshes = true,
+                                     .takes_moving_meshes = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

@@ -6,7 +6,7 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-Status SubvoxelProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
+Status SubvoxelProxy::prepare(const TouchScene& scene) { return check_touchable(scene, info()); }
 
 ProxyStep SubvoxelProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                               const ProxyInput& input) const noexcept {

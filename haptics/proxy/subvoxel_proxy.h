@@ -14,7 +14,14 @@ namespace trephine::haptics {
 /// size.
 class SubvoxelProxy final : public ProxyMethod {
  public:
-  const char* name() const noexcept override { return "subvoxel"; }
+  static constexpr MethodInfo k_info{
+      .name = "subvoxel",
+      .meaning = "exact contact with the smooth reconstruction, all walls at once",
+      .source = "this project",
+      .solid = MethodInfo::Solid::smooth,
+      .is_baseline = false,
+      .takes_ball = true};
+  const MethodInfo& info() const noexcept override { return k_info; }
   Status prepare(const TouchScene& scene) override;
   ProxyStep step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                  const ProxyInput& input) const noexcept override;

@@ -75,7 +75,7 @@ double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dv
   const glm::dvec3& spacing = base.frame.spacing();
   const double voxel = std::min(std::min(spacing.x, spacing.y), spacing.z);
   const glm::dvec3 p = base.frame.volume_from_world(
-      side == Side::back ? place + voxel * normal : place - (scene.tool_radius + voxel) * normal);
+      side == Side::back ? place + voxel * normal : place - (scene.tool->radius() + voxel) * normal);
   const glm::ivec3 cell(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
                         static_cast<int>(std::floor(p.z)));
   const glm::dvec3 u = p - glm::dvec3(cell);
@@ -191,10 +191,11 @@ Status set_smallest_burr(TouchScene& scene, double diameter) {
   return std::nullopt;
 }
 
-Status set_tool_radius(TouchScene& scene, double radius, int threads) {
+namespace {
+
+/// Makes the offset fields for a radius, or removes them for a point.
+Status set_offsets(TouchScene& scene, double radius, int threads) {
   if (radius == 0) {
-    scene.tool_radius = 0;
-    scene.tool_balls.clear();
     for (TouchItem& shape : scene.items) shape.offset = nullptr;
     return std::nullopt;
   }
@@ -218,8 +219,14 @@ Status set_tool_radius(TouchScene& scene, double radius, int threads) {
     if (!result) return result.error();
     shape.offset = std::move(result).value();
   }
-  scene.tool_radius = radius;
-  scene.tool_balls.clear();
+  return std::nullopt;
+}
+
+}  // namespace
+
+Status set_tool_radius(TouchScene& scene, double radius, int threads) {
+  if (Status error = set_offsets(scene, radius, threads)) return error;
+  scene.tool = std::make_shared<const ToolShape>(radius);
   return std::nullopt;
 }
 
@@ -229,42 +236,23 @@ std::vector<volume::Field> solids_of(const TouchScene& scene) {
   return fields;
 }
 
-Status check_tool_balls(double radius, const std::vector<glm::dvec3>& balls) {
-  if (balls.empty()) return std::nullopt;
-  if (!(radius > 0))
-    return Error{.what = "a tool of several balls needs a radius",
-                 .where = "tool radius",
-                 .found = std::to_string(radius) + " mm",
-                 .expected = "more than 0"};
-  if (balls.size() > TouchScene::k_max_balls)
-    return Error{.what = "a tool has too many balls",
+Status set_tool(TouchScene& scene, double radius, const std::vector<glm::dvec3>& centres, int threads) {
+  if (centres.empty()) return set_tool_radius(scene, radius, threads);
+  Result<SharedTool> tool = make_tool(radius, centres);
+  return tool ? set_tool(scene, std::move(tool).value(), threads) : tool.error();
+}
+
+Status set_tool(TouchScene& scene, SharedTool tool, int threads) {
+  if (Status error = check(*tool)) return error;
+  if (!tool->has_equal_radii())
+    return Error{.what = "the balls of the tool have different radii",
                  .where = "balls",
-                 .found = std::to_string(balls.size()),
-                 .expected = "at most " + std::to_string(TouchScene::k_max_balls)};
-  constexpr double k_longest = 300;  // mm
-  for (const glm::dvec3& at : balls)
-    if (!(glm::length(at) <= k_longest))
-      return Error{.what = "a ball of the tool is too far from the haptic interface point",
-                   .where = "balls",
-                   .found = std::to_string(glm::length(at)) + " mm",
-                   .expected = "at most " + std::to_string(k_longest) + " mm"};
+                 .found = "up to " + std::to_string(tool->radius()) + " mm",
+                 .expected = "one radius, for which the shapes have offset fields",
+                 .remedy = "use balls of one radius"};
+  if (Status error = set_offsets(scene, tool->radius(), threads)) return error;
+  scene.tool = std::move(tool);
   return std::nullopt;
-}
-
-Status set_tool(TouchScene& scene, double radius, std::vector<glm::dvec3> balls, int threads) {
-  if (Status error = check_tool_balls(radius, balls)) return error;
-  if (Status error = set_tool_radius(scene, radius, threads)) return error;
-  scene.tool_balls = std::move(balls);
-  return std::nullopt;
-}
-
-double squared_gyration_radius(const TouchScene& scene) noexcept {
-  // mm2: a hand turns a tool as if it held it 20 mm to either side. Coupled by its balls alone, a
-  // craniotome's bit tilts under the bone until it is caught in its burr hole.
-  constexpr double k_min = 400;
-  double sum = 0;
-  for (const glm::dvec3& at : scene.tool_balls) sum += glm::dot(at, at);
-  return std::max(k_min, sum / static_cast<double>(std::max<std::size_t>(1, scene.tool_balls.size())));
 }
 
 Result<volume::Shape> window_of_opacity(std::span<const double> intensities,

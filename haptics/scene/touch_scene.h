@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/tool/tool_shape.h"
 #include "volume/cuts/version.h"
 #include "volume/scan/field.h"
 #include "volume/scan/matter.h"
@@ -135,10 +136,8 @@ struct TouchScene {
   static constexpr int k_max_depths = 8;  ///< items that are touched by depth images
   std::shared_ptr<const volume::Volume> base;
   std::vector<TouchItem> items;
-  double tool_radius = 0;  ///< mm; above 0 every shape requires its offset field
-  /// Centres of the balls of a rigid tool, mm, in the hand's frame; empty: one ball or a point at the HIP.
-  std::vector<glm::dvec3> tool_balls = {};
-  static constexpr std::size_t k_max_balls = 16;
+  /// Tool that touches them, never null. With a radius, every shape requires its offset field.
+  SharedTool tool = std::make_shared<const ToolShape>();
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes with shapes; not cut
   double smallest_burr = 0;  ///< mm, diameter of the smallest cutting tool; 0: cuts are as coarse as voxels
   std::optional<volume::CutLattice> lattice = std::nullopt;  ///< of cuts, for `smallest_burr`
@@ -182,11 +181,9 @@ Status set_smallest_burr(TouchScene& scene, double diameter_mm);
 Status set_tool_radius(TouchScene& scene, double radius_mm, int threads = 0);
 /// Sets a rigid tool of several balls of this radius (mm), at centres in the frame of the hand (mm). No
 /// centres: one ball, or a point.
-Status set_tool(TouchScene& scene, double radius_mm, std::vector<glm::dvec3> balls, int threads = 0);
-/// Returns an error if these balls form no valid tool.
-Status check_tool_balls(double radius_mm, const std::vector<glm::dvec3>& balls);
-/// Returns the ratio (mm2) of rotational to translational stiffness between the hand and a tool of several
-/// balls, as if each ball had a spring of its own.
-double squared_gyration_radius(const TouchScene& scene) noexcept;
+Status set_tool(TouchScene& scene, double radius_mm, const std::vector<glm::dvec3>& centres, int threads = 0);
+/// Sets a tool, with the offset fields for the radius of its balls. Also an error if the radii differ: a
+/// shape has one offset field.
+Status set_tool(TouchScene& scene, SharedTool tool, int threads = 0);
 
 }  // namespace trephine::haptics

@@ -78,9 +78,7 @@ void ServoCore::find_ready(const ServoHand& hand, const dvec3& hip) noexcept {
   not_ready_ = hand.not_ready;
   const volume::Volume& base = *hand.scene->base;
   if (hand.part_count == 0 && hand.state.depths.empty()) return;
-  double farthest = hand.scene->tool_radius;
-  for (const dvec3& at : hand.scene->tool_balls)
-    farthest = std::max(farthest, hand.scene->tool_radius + glm::length(at));
+  const double farthest = hand.scene->tool->extent();
   if (!hand.state.depths.empty()) find_depths_ready(hand, hip, farthest);
   for (std::size_t i = 0; i < hand.part_count; ++i) {
     const auto& [index, voxels] = hand.parts[i];
@@ -151,12 +149,14 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
   layout_ = hand.layout;
   popped_shape_ = last_shape_ = -1;
   if (touched_item_ >= count) touched_item_ = 0;
-  if (!hand.scene->tool_balls.empty() ||
+  if (hand.method->info().is_six_dof() ||
       state_.has_turn) {  // another tool: it may be in matter that the last one was not in
     state_.version = ~std::uint64_t{0};
     state_.has_turn = false;
     state_.balls_inside = 0;
     force_.reset_torque();
+    passivity_.on_lost_ticks();
+    passivity_.reset_turns();
   }
   reported_not_ready_ = ShapeSet{};
   state_.touched_mover = -1;
@@ -225,8 +225,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
   record.is_restarted = input.is_restarted;
   record.restart_volume = input.restart_volume;
   std::uint32_t faults = input.faults;
-  requested_force_ = dvec3(0);
-  if (is_turning_) torque_ = dvec3(0);
+  requested_ = Wrench();
   const dvec3& hip = input.pose.position_world;
   if (is_valid_position(hip) && is_finite(input.pose) && is_in_reach(scene, hip) &&
       (faults & fault_not_finite) == 0) {
@@ -254,11 +253,11 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     }
     if (is_escaping_) escape(hand, hip);
     force_cap_ = is_escaping_ ? k_escape_force : std::min(force_limit_, force_cap_ + k_escape_recovery * dt_);
-    requested_force_ = limited(force_.step(step_, hip, scene), force_cap_);
-    record.contact_force_world = requested_force_;
-    dvec3 torque(0);
-    if (!scene.tool_balls.empty())
-      torque = (force_cap_ < force_limit_ ? force_cap_ / force_limit_ : 1) * force_.torque(step_, scene);
+    const bool is_six_dof = hand.method->info().is_six_dof();
+    requested_ = force_.step(step_, hip, scene);
+    requested_.force_world = limited(requested_.force_world, force_cap_);
+    if (is_six_dof && force_cap_ < force_limit_) requested_.torque_world *= force_cap_ / force_limit_;
+    record.contact_force_world = requested_.force_world;
     active_force_ = dvec3(0);
     std::optional<dvec3> held_tip;
     if (hand.laws) {
@@ -266,22 +265,20 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       const bool is_working =
           input.pose.is_pressed() && !is_escaping_ && ((guard_.faults() | faults) & k_latched_faults) == 0;
       const LawForces forces =
-          laws_.step(*hand.laws, {scene, hand.state.version.get(), step_, requested_force_, hip,
+          laws_.step(*hand.laws, {scene, hand.state.version.get(), step_, requested_.force_world, hip,
                                   input.pose.orientation, dvec3(0), dvec3(0), dt_, is_working});
-      requested_force_ += forces.rendered_world;
+      requested_.force_world += forces.rendered_world;
+      requested_.torque_world += forces.torque_world;
       active_force_ = forces.active_world;
-      torque += forces.torque_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
       if (forces.has_met_resistance) add_event(record, TouchEvent::met_resistance, forces.met_shape);
       if (forces.has_tip) held_tip = forces.tip_world;
     } else if (!laws_.is_empty()) {
       laws_.reset();
     }
-    if (torque != dvec3(0)) torque_ = torque, is_turning_ = true;
-    // Force and torque of tools of several balls have one potential; the controller would see only the force.
-    if (is_passive_ && scene.tool_balls.empty())
-      requested_force_ = passivity_.step(requested_force_, hip, step_.has_contact ? step_.proxy_world : hip);
-    requested_force_ += active_force_;
+    if (requested_.torque_world != dvec3(0)) is_turning_ = true;
+    if (is_passive_) limit_energy(input.pose, is_six_dof);
+    requested_.force_world += active_force_;
     if (hand.has_pops) pop_through(hand, hip, record);
     record.proxy_world = held_tip.value_or(step_.proxy_world);
     record.turn_world = step_.turn_world;
@@ -296,11 +293,12 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     faults |= fault_not_finite;
   }
   record.raised = faults;
-  record.force_world = guard_.step(requested_force_, faults);
-  if (is_turning_) record.torque_world = guard_.limited_torque(torque_);
+  const Wrench rendered = guard_.step(requested_, faults);
+  record.force_world = rendered.force_world;
+  record.torque_world = rendered.torque_world;
   record.faults = guard_.faults();
   if (is_passive_) {
-    passivity_.set_rendered(passive_part(record.force_world));
+    passivity_.set_rendered(passive_part(rendered));
     if (faults & fault_not_finite) passivity_.on_lost_ticks();
   }
   // A tool with a latched fault, or one being led out, cuts nothing.
@@ -367,11 +365,27 @@ ServoRecord ServoCore::step_without_hand(const ServoScene& servo_scene, const Se
   return record;
 }
 
-/// Returns the part of a guarded force that active laws did not make: the guard scales all parts alike.
-dvec3 ServoCore::passive_part(const dvec3& rendered) const noexcept {
-  const double wanted = glm::dot(requested_force_, requested_force_);
+/// Returns the part of a guarded wrench that active laws did not make: the guard scales all parts of a force
+/// alike, and active laws make no torque.
+Wrench ServoCore::passive_part(const Wrench& rendered) const noexcept {
+  const dvec3 &force = rendered.force_world, &requested = requested_.force_world;
+  const double wanted = glm::dot(requested, requested);
   if (active_force_ == dvec3(0) || !(wanted > 0)) return rendered;
-  return rendered - active_force_ * std::min(1.0, std::sqrt(glm::dot(rendered, rendered) / wanted));
+  return {force - active_force_ * std::min(1.0, std::sqrt(glm::dot(force, force) / wanted)),
+          rendered.torque_world};
+}
+
+/// Limits the energy that the wrench returns. With three degrees of freedom, torques of laws are not counted:
+/// nothing turns the hand.
+void ServoCore::limit_energy(const Pose& pose, bool is_six_dof) noexcept {
+  const dvec3 &hip = pose.position_world, &proxy = step_.has_contact ? step_.proxy_world : hip;
+  if (!is_six_dof) {
+    requested_.force_world = passivity_.step(requested_.force_world, hip, proxy).force_world;
+    return;
+  }
+  const glm::dquat hand = unit_of(pose.orientation);
+  requested_ = passivity_.step(requested_, hip, proxy, hand,
+                               step_.has_contact && state_.has_turn ? state_.tool_turn : hand);
 }
 
 Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
@@ -379,11 +393,10 @@ Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   if (is_passive_) passivity_.on_lost_ticks();
   tick_ += count;
   for (; count > 0; --count) {
-    last_force_ = guard_.step(requested_force_, faults);
-    if (is_turning_) last_torque_ = guard_.limited_torque(torque_);
+    last_ = guard_.step(requested_, faults);
     if (guard_.is_faded()) break;
   }
-  return {last_force_, last_torque_};
+  return last_;
 }
 
 /// Releases a proxy in grown matter without an escape path: it is set to the hand, without force.
@@ -438,26 +451,22 @@ void ServoCore::account(const ServoRecord& record) noexcept {
   const dvec3& position = record.pose.position_world;
   const bool has_position = (record.raised & fault_not_finite) == 0;
   if (had_position_ && has_position) account_motion(position - last_position_);
-  if (is_turning_) account_turn(record, had_position_ && has_position);
+  if (is_turning_) {  // until no torque is left
+    if (had_position_ && has_position)
+      energy_.turning += glm::dot(last_.torque_world, turn_between(last_turn_, record.pose.orientation));
+    last_turn_ = record.pose.orientation;
+    is_turning_ = !(record.torque_world == dvec3(0) && requested_.torque_world == dvec3(0));
+  }
   had_position_ = has_position;
   was_led_ = record.is_escaping;
-  last_force_ = record.force_world;
-  last_active_ = active_force_ == dvec3(0) ? dvec3(0) : last_force_ - passive_part(last_force_);
+  last_ = record.wrench();
+  last_active_ = active_force_ == dvec3(0) ? dvec3(0) : last_.force_world - passive_part(last_).force_world;
   last_normal_ = record.normal_world;
   last_position_ = position;
 }
 
-/// Counts the work of torques, until no torque is left.
-void ServoCore::account_turn(const ServoRecord& record, bool is_continued) noexcept {
-  if (is_continued)
-    energy_.turning += glm::dot(last_torque_, turn_between(last_turn_, record.pose.orientation));
-  last_torque_ = record.torque_world;
-  last_turn_ = record.pose.orientation;
-  is_turning_ = last_torque_ != dvec3(0) || torque_ != dvec3(0);
-}
-
 void ServoCore::account_motion(const dvec3& motion) noexcept {
-  const double work = glm::dot(last_force_, motion);
+  const double work = glm::dot(last_.force_world, motion);
   if (was_led_) {
     energy_.growth += work;
     return;
@@ -467,7 +476,8 @@ void ServoCore::account_motion(const dvec3& motion) noexcept {
   energy_.contact += active == 0 ? work : work - active;
   if (last_normal_ != dvec3(0))
     energy_.friction +=
-        work - active - glm::dot(last_force_ - last_active_, last_normal_) * glm::dot(motion, last_normal_);
+        work - active -
+        glm::dot(last_.force_world - last_active_, last_normal_) * glm::dot(motion, last_normal_);
 }
 
 void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {

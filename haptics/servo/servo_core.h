@@ -61,11 +61,16 @@ class ServoCore {
   /// Visits the state that changes from tick to tick, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
-    fields(layout_, force_, guard_, state_, step_, tick_, touched_item_, requested_force_, active_force_,
-           torque_, escape_path_, is_escaping_, is_fresh_, next_place_, anchor_volume_, force_cap_, laws_,
-           passivity_, not_ready_, reported_not_ready_, last_shape_, popped_shape_, popped_side_,
-           popped_at_world_, energy_, last_force_, last_torque_, last_turn_, last_active_, last_normal_,
-           last_position_, had_position_, was_led_, is_turning_, has_recent_poses_, recent_poses_);
+    fields(layout_, force_, guard_, state_, step_, tick_, touched_item_, requested_.force_world,
+           active_force_, requested_.torque_world, escape_path_, is_escaping_, is_fresh_, next_place_,
+           anchor_volume_, force_cap_, laws_, passivity_, not_ready_, reported_not_ready_, last_shape_,
+           popped_shape_, popped_side_, popped_at_world_, energy_, last_.force_world, last_.torque_world,
+           last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_, is_turning_,
+           has_recent_poses_, recent_poses_);
+    if (state_.has_turn)
+      passivity_.each_turn_field(fields);
+    else
+      passivity_.reset_turns();
   }
   ProxyStep step_with_held(const ServoHand& hand, const ServoInput& input) noexcept;
   void remember_pose(const ServoScene& servo_scene, const ServoRecord& record) noexcept;
@@ -74,10 +79,10 @@ class ServoCore {
   void release_proxy() noexcept;
   void begin_lead(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
   void escape(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
-  glm::dvec3 passive_part(const glm::dvec3& rendered) const noexcept;
+  Wrench passive_part(const Wrench& rendered) const noexcept;
+  void limit_energy(const Pose& pose, bool is_six_dof) noexcept;
   void account(const ServoRecord& record) noexcept;
   void account_motion(const glm::dvec3& motion) noexcept;
-  void account_turn(const ServoRecord& record, bool is_continued) noexcept;
   void pop_through(const ServoHand& hand, const glm::dvec3& hip_world, ServoRecord& record) noexcept;
   void emit_events(ServoRecord& record) noexcept;
   void find_ready(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
@@ -94,7 +99,8 @@ class ServoCore {
   ProxyStep step_;
   std::uint64_t tick_ = 0;
   int touched_item_ = 0;  ///< item of the newest contact
-  glm::dvec3 requested_force_{0.0}, active_force_{0.0}, torque_{0.0};
+  Wrench requested_;
+  glm::dvec3 active_force_{0.0};  ///< part of requested_
 
   EscapePath escape_path_;  ///< the newest one adopted
   bool is_escaping_ = false, is_fresh_ = true;
@@ -112,11 +118,11 @@ class ServoCore {
   glm::dvec3 popped_at_world_{0.0};
 
   EnergyLedger energy_;
-  glm::dvec3 last_force_{0.0}, last_active_{0.0}, last_normal_{0.0}, last_position_{0.0};
-  glm::dvec3 last_torque_{0.0};
+  Wrench last_;  ///< rendered
+  glm::dvec3 last_active_{0.0}, last_normal_{0.0}, last_position_{0.0};
   glm::dquat last_turn_{1, 0, 0, 0};
   bool had_position_ = false, was_led_ = false;
-  bool is_turning_ = false;  ///< a law makes a torque, or a torque is still rendered
+  bool is_turning_ = false;  ///< a torque is requested, or still rendered
 
   /// Placements of the hand in the two newest ticks, kept while any hand holds a mesh.
   struct RecentPose {

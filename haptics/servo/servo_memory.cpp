@@ -13,7 +13,7 @@ namespace trephine::haptics {
 namespace {
 
 // When a struct grows, add its new field below.
-static_assert(sizeof(ServoCore) == 7248 && sizeof(ProxyState) == 816 && sizeof(ServoRecord) == 384);
+static_assert(sizeof(ServoCore) == 7456 && sizeof(ProxyState) == 816 && sizeof(ServoRecord) == 384);
 
 template <class Fields>
 void fields_of(PlaneMemory& p, Fields& fields) {
@@ -175,7 +175,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
                          state.touched_mover, state.plane.shape})
     is_good = is_good && is_item(item, scene);
   is_good = is_good && std::abs(glm::length(state.tool_turn) - 1) < 1e-6 &&
-            (state.balls_inside >> TouchScene::k_max_balls) == 0;
+            (state.balls_inside >> ToolShape::k_max_balls) == 0;
   for (const ServoCore::RecentPose& recent : result.recent_poses_)
     is_good = is_good && std::abs(glm::length(recent.pose.rotation) - 1) < 1e-6;
   for (const Side side : {result.step_.side, result.popped_side_}) is_good = is_good && is_side(side);
@@ -189,10 +189,9 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
   const auto is_share = [](double share) { return share >= 0 && share <= 1; };
   is_good = is_good && is_share(result.guard_.fade()) && is_share(result.passivity_.softness());
   // A device would render it at once.
-  for (const glm::dvec3& force : {result.guard_.last(), result.last_force_})
-    is_good = is_good && glm::length(force) <= 1.001 * result.force_limit_;
-  for (const glm::dvec3& torque : {result.guard_.last_torque(), result.last_torque_})
-    is_good = is_good && glm::length(torque) <= result.guard_.torque_limit() * 1.001;
+  for (const Wrench& wrench : {result.guard_.last(), result.last_})
+    is_good = is_good && glm::length(wrench.force_world) <= 1.001 * result.force_limit_ &&
+              glm::length(wrench.torque_world) <= 1.001 * result.guard_.torque_limit();
   if (!is_good || result.touched_item_ < 0) return false;
   result.layout_ = result.layout_ == 1 ? hand.layout : ~std::uint64_t{0};
   result.state_.version =

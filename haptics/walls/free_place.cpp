@@ -11,7 +11,7 @@ using glm::dvec3;
 bool is_free(const TouchScene& scene, const TouchState& touch_state, const dvec3& place) noexcept {
   const auto count = base_shapes(scene).size();
   if (count == 0) return true;
-  const bool is_round = scene.tool_radius > 0;
+  const bool is_round = scene.tool->radius() > 0;
   const OffsetGrid lattice(scene, touch_state);
   const VoxelGrid voxels(scene, *touch_state.version);
   const dvec3 p =

@@ -105,7 +105,8 @@ Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
                    .where = shape.field.shape().name,
                    .remedy = "add the volume to TouchScene::others"};
   }
-  const volume::Frame* frame = scene.tool_radius > 0 && shape.offset ? &shape.offset->frame() : &scan.frame;
+  const volume::Frame* frame =
+      scene.tool->radius() > 0 && shape.offset ? &shape.offset->frame() : &scan.frame;
   parts_.push_back({index, index + 1, untouched, frame, glm::dmat3(1)});
   return std::nullopt;
 }
@@ -263,7 +264,7 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
   const dvec3 from = placement.local_from_world(frame().world_from_volume(a)),
               to = placement.local_from_world(frame().world_from_volume(b));
   FacetHit hit;
-  if (!tree_of(shape).cast(from, to, scene_.tool_radius, is_front, is_back, hit, counters_.triangles) ||
+  if (!tree_of(shape).cast(from, to, scene_.tool->radius(), is_front, is_back, hit, counters_.triangles) ||
       (reach.is_blocked && hit.t >= reach.t))
     return false;
   // Stops before the facet along the motion, and never so close that rounding could put the proxy behind it.
@@ -314,11 +315,11 @@ volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
     // A ball rolls over edges: the nearest facet of the surface connected to this one counts.
     const MeshTree& tree = tree_of(wall.shape);
     const std::uint32_t facet =
-        scene_.tool_radius > 0 ? tree.nearest_connected(wall.facet, at, counters_.triangles) : wall.facet;
+        scene_.tool->radius() > 0 ? tree.nearest_connected(wall.facet, at, counters_.triangles) : wall.facet;
     const auto [u, v, w] = tree.corners(facet);
     const double step = frame().spacing().x;
     volume::Jet jet{};
-    if (!(scene_.tool_radius > 0)) {
+    if (!(scene_.tool->radius() > 0)) {
       dvec3 normal = glm::normalize(glm::cross(v - u, w - u));
       if (wall.is_back) normal = -normal;
       jet.value = -glm::dot(normal, at - u);
@@ -329,7 +330,7 @@ volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
     TriangleFeature feature;
     const dvec3 off = at - nearest_on_triangle(at, u, v, w, &feature);
     const double distance = glm::length(off);
-    jet.value = scene_.tool_radius - distance;
+    jet.value = scene_.tool->radius() - distance;
     if (!(distance > 0)) return jet;
     const dvec3 n = placement.rotation * (off / distance);
     jet.gradient = -step * n;
@@ -409,7 +410,7 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
   }
   const dvec3 at = placement_of(shape).local_from_world(frame().world_from_volume(p));
   const MeshTree& tree = tree_of(shape);
-  const double radius = scene_.tool_radius;
+  const double radius = scene_.tool->radius();
   const bool is_front = blocks(shape, Side::front), is_back = blocks(shape, Side::back);
   // Collects the nearest few, nearest first.
   constexpr std::size_t k_max = 12;

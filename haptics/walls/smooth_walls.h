@@ -64,7 +64,7 @@ class SmoothWalls {
         near_(near),
         begin_(begin),
         end_(end),
-        is_round_(scene.tool_radius > 0 && begin < end),
+        is_round_(scene.tool->radius() > 0 && begin < end),
         is_cut_(!is_round_ && !version_->is_untouched()),
         is_fine_(!version_->lattice().is_of_voxels()) {}
 

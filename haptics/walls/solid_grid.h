@@ -93,7 +93,7 @@ ProxyStep step_on_grid(const TouchScene& scene, const TouchState& touch_state, P
                        const ProxyInput& input, Step&& step) noexcept {
   ProxyStep result;
   result.normal_world = glm::dvec3(0);
-  if (scene.tool_radius <= 0 || scene.items.empty()) {
+  if (scene.tool->radius() <= 0 || scene.items.empty()) {
     step(VoxelGrid(scene, *touch_state.version), state, result);
     return result;
   }

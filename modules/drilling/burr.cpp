@@ -267,23 +267,23 @@ sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrStat
 /// and a contact ball must fit into the cut.
 Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene& scene) {
   if (Status error = volume::check(body)) return error;
-  if (!scene.tool_balls.empty() && !is_round)
+  if (scene.tool->is_six_dof() && !is_round)
     return Error{.what = "a burr that touches as a point cannot use a tool of several balls",
                  .where = "burr",
-                 .found = std::to_string(scene.tool_balls.size()) + " balls",
+                 .found = std::to_string(scene.tool->balls().size()) + " balls",
                  .expected = "a round burr, a tool of one ball, or a point"};
-  if (is_round && !(scene.tool_radius > 0))
+  if (is_round && !(scene.tool->radius() > 0))
     return Error{.what = "a round burr needs a ball to touch with",
                  .where = "burr round",
                  .found = "a point",
                  .expected = "a tool with a radius",
                  .remedy = "begin the operation with this tool"};
   const double width = 2 * body.min_radius();
-  if (is_round && width < 2 * scene.tool_radius)
+  if (is_round && width < 2 * scene.tool->radius())
     return Error{.what = "the burr is smaller than its contact ball",
                  .where = "burr diameter",
                  .found = std::to_string(width) + " mm",
-                 .expected = std::to_string(2 * scene.tool_radius) + " mm or more"};
+                 .expected = std::to_string(2 * scene.tool->radius()) + " mm or more"};
   if (width >= scene.smallest_burr) return std::nullopt;
   return Error{.what = "the burr is smaller than the smallest burr of the session",
                .where = "burr diameter",
@@ -294,16 +294,17 @@ Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene
 
 Status check_touch(const sim::ToolNeeds& needs, const haptics::TouchScene& scene, const char* tool) {
   constexpr double k_tolerance = 0.05;  // mm
-  if (std::abs(scene.tool_radius - needs.touch_radius) < k_tolerance &&
-      scene.tool_balls.size() == needs.balls.size())
+  if (std::abs(scene.tool->radius() - needs.tool->radius()) < k_tolerance &&
+      scene.tool->balls().size() == needs.tool->balls().size())
     return std::nullopt;
-  const auto describe = [](double radius, std::size_t balls) {
-    return std::to_string(std::max<std::size_t>(1, balls)) + " of " + std::to_string(radius) + " mm";
+  const auto describe = [](const haptics::ToolShape& shape) {
+    return std::to_string(std::max<std::size_t>(1, shape.balls().size())) + " of " +
+           std::to_string(shape.radius()) + " mm";
   };
   return Error{.what = "the contact balls of the hand differ from those of the tool",
                .where = tool,
-               .found = describe(scene.tool_radius, scene.tool_balls.size()),
-               .expected = describe(needs.touch_radius, needs.balls.size()),
+               .found = describe(*scene.tool),
+               .expected = describe(*needs.tool),
                .remedy = "set the contact geometry of the hand first, or begin the operation with the tool"};
 }
 
@@ -347,7 +348,7 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
                  .expected = "0, or a round burr"};
   // Contact balls along the burr, at most 1.25 radii apart.
   const double min_radius = body.min_radius();
-  const double longest = 1.25 * min_radius * (haptics::TouchScene::k_max_balls - 1);
+  const double longest = 1.25 * min_radius * (haptics::ToolShape::k_max_balls - 1);
   if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * min_radius)
     return Error{.what = "the burr and its shaft are too long for their width",
                  .where = "burr shaft",
@@ -360,17 +361,19 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
 /// Returns the finest cut and the contact balls. Both are fixed for a round burr while the session lasts.
 sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   const ToolBody body = burr.body();
-  sim::ToolNeeds needs{2 * body.min_radius(), 0, {}};
-  if (!burr.is_round) return needs;
-  const double radius = needs.touch_radius = touch_radius(burr, anatomy);
-  if (body.is_ball() && burr.shaft == 0) return needs;
+  const double finest_cut = 2 * body.min_radius();
+  if (!burr.is_round) return {finest_cut};
+  const double radius = touch_radius(burr, anatomy);
+  if (body.is_ball() && burr.shaft == 0)
+    return {finest_cut, std::make_shared<const haptics::ToolShape>(radius)};
   // Balls inside the body, from its tip along the shaft: one radius apart or less, farther on long shafts.
   const double first = body.low() + radius, last = std::max(first, body.high() - radius + burr.shaft);
   const int gaps = std::clamp(static_cast<int>(std::ceil((last - first) / radius)), 0,
-                              static_cast<int>(haptics::TouchScene::k_max_balls) - 1);
+                              static_cast<int>(haptics::ToolShape::k_max_balls) - 1);
+  std::vector<haptics::ToolShape::Ball> balls;
   for (int i = 0; i <= gaps; ++i)
-    needs.balls.push_back({0, 0, gaps == 0 ? first : first + (last - first) * i / gaps});
-  return needs;
+    balls.push_back({{0, 0, gaps == 0 ? first : first + (last - first) * i / gaps}, radius});
+  return {finest_cut, std::make_shared<const haptics::ToolShape>(std::move(balls))};
 }
 
 /// Returns the forces of the rotating burr on the hand: lateral drag and chatter. None for a kinematic burr,

@@ -190,14 +190,14 @@ sim::ToolBall body(const Craniotome& c, const CraniotomeState& state, const sim:
 sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
   Burr bit = bit_of(c);
   const double radius = touch_radius(bit, anatomy);
-  sim::ToolNeeds needs{c.diameter, radius, {}};
-  constexpr int k_bit_balls = static_cast<int>(haptics::TouchScene::k_max_balls) - 4;
+  std::vector<haptics::ToolShape::Ball> balls;
+  constexpr int k_bit_balls = static_cast<int>(haptics::ToolShape::k_max_balls) - 4;
   for (int i = 0; i < k_bit_balls; ++i)
-    needs.balls.push_back({0, 0, radius + (c.length - 2 * radius) * i / (k_bit_balls - 1)});
+    balls.push_back({{0, 0, radius + (c.length - 2 * radius) * i / (k_bit_balls - 1)}, radius});
   const double offset = 0.5 * c.foot - radius;
   for (const dvec3& direction : {dvec3(1, 0, 0), dvec3(-1, 0, 0), dvec3(0, 1, 0), dvec3(0, -1, 0)})
-    needs.balls.push_back(offset * direction - dvec3(0, 0, radius));
-  return needs;
+    balls.push_back({offset * direction - dvec3(0, 0, radius), radius});
+  return {c.diameter, std::make_shared<const haptics::ToolShape>(std::move(balls))};
 }
 
 Status check(const Craniotome& c, const haptics::TouchScene& scene) {
@@ -206,7 +206,7 @@ Status check(const Craniotome& c, const haptics::TouchScene& scene) {
                  .where = "craniotome foot",
                  .found = std::to_string(c.foot) + " mm",
                  .expected = "more than " + std::to_string(c.diameter) + " mm"};
-  if (scene.tool_balls.empty())
+  if (!scene.tool->is_six_dof())
     return Error{.what = "a craniotome needs contact balls along its bit",
                  .where = "craniotome",
                  .found = "no balls",

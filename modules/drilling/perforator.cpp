@@ -71,7 +71,7 @@ sim::ToolBall body(const Perforator& p, const PerforatorState& state, const sim:
 }
 
 sim::ToolNeeds needs(const Perforator& p, const volume::Volume& anatomy) {
-  return {p.inner, touch_radius(inner_of(p), anatomy), {}};
+  return {p.inner, std::make_shared<const haptics::ToolShape>(touch_radius(inner_of(p), anatomy))};
 }
 
 Status check(const Perforator& p, const haptics::TouchScene& scene) {
@@ -80,10 +80,10 @@ Status check(const Perforator& p, const haptics::TouchScene& scene) {
                  .where = "perforator inner",
                  .found = std::to_string(p.inner) + " mm",
                  .expected = "less than " + std::to_string(p.diameter) + " mm"};
-  if (!(scene.tool_radius > 0) || !scene.tool_balls.empty())
+  if (!(scene.tool->radius() > 0) || scene.tool->is_six_dof())
     return Error{.what = "a perforator needs one contact ball",
                  .where = "perforator",
-                 .found = scene.tool_balls.empty() ? "a point" : "several balls",
+                 .found = scene.tool->is_six_dof() ? "several balls" : "a point",
                  .expected = "a tool of one ball",
                  .remedy = "begin the operation with it"};
   if (Status error = check_touch(needs(p, *scene.base), scene, "perforator")) return error;

@@ -123,7 +123,7 @@ Status check(const Rongeur& r, const haptics::TouchScene& scene) {
                .remedy = "set the smallest burr when the session begins"};
 }
 
-sim::ToolNeeds needs(const Rongeur& r, const volume::Volume&) { return {r.width, 0, {}}; }
+sim::ToolNeeds needs(const Rongeur& r, const volume::Volume&) { return {r.width}; }
 
 }  // namespace
 

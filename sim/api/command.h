@@ -2,6 +2,7 @@
 // order.
 #pragma once
 
+#include "haptics/tool/tool_shape.h"
 #include "sim/api/value.h"
 
 namespace trephine::sim {
@@ -103,6 +104,9 @@ struct ToolGeometry {
   double radius = 0;                   ///< mm; 0: a point
   std::vector<glm::dvec3> balls = {};  ///< centres, mm, frame of the hand; empty: one ball or a point
   static const Schema& schema();
+  static ToolGeometry of(const haptics::ToolShape& tool) { return {tool.radius(), tool.centres()}; }
+  /// Error if the balls form no valid tool.
+  Result<haptics::SharedTool> tool() const { return haptics::make_tool(radius, balls); }
 };
 /// A job: gives the hand an instrument, and the ball or balls that it touches with. Until these are ready,
 /// the hand keeps its current instrument. An instrument that needs no balls uses the hand's initial contact

@@ -23,9 +23,8 @@ struct InstrumentInput {
 
 /// Needs of an instrument, for which a session is prepared.
 struct ToolNeeds {
-  double finest_cut = 0;    ///< mm, diameter of its cutting part; 0: it does not cut
-  double touch_radius = 0;  ///< mm, of the ball that the hand touches with; 0: a point, or the hand's own
-  std::vector<glm::dvec3> balls = {};  ///< mm, hand frame: centres of several such balls; empty: one ball
+  double finest_cut = 0;               ///< mm, diameter of its cutting part; 0: it does not cut
+  haptics::SharedTool tool = nullptr;  ///< with which the hand touches; null: the hand's initial tool
 };
 
 /// Forces that an instrument adds to those of surfaces, and items that it passes through. Depends on

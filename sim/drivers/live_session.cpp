@@ -376,8 +376,8 @@ void LiveSession::update_state(const Outcome& outcome) {
   const std::vector<PendingJob>& jobs = engine_.jobs();
   state_.pending_jobs = jobs.size();
   state_.job = jobs.empty() ? std::string() : std::string(jobs.front().parameters->name());
-  state_.tool_radius = engine_.tool(0).scene->tool_radius;
-  state_.tool_balls = engine_.tool(0).scene->tool_balls.size();
+  state_.tool_radius = engine_.tool(0).scene->tool->radius();
+  state_.tool_balls = engine_.tool(0).scene->tool->balls().size();
   state_.strokes = engine_.stroke_count();
   const Branch& branch = engine_.branch();
   state_.first_stroke = branch.forgotten;

@@ -154,12 +154,12 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     dvec3 low, high;
     item.depth->bounds(low, high);
     const auto is_far = [&](const dvec3& p) {
-      return glm::length(p - glm::clamp(p, low, high)) > 0.5 * edge + hand.scene->tool_radius;
+      return glm::length(p - glm::clamp(p, low, high)) > 0.5 * edge + hand.scene->tool->radius();
     };
     // The bounds contain all of the object's own motion.
     if (!(low.x <= high.x) || (is_far(local_hip) && is_far(local_proxy))) continue;
     // The next set is requested when a third of the distance to the border is left.
-    const double reach = edge / 3 + hand.scene->tool_radius;
+    const double reach = edge / 3 + hand.scene->tool->radius();
     // Never before the next set is due, however little the last one shows.
     const bool is_due = !set || time >= set->view.time + set->view.interval;
     const bool is_old = !set || set->has_successor || !set->knows(hip, reach) || !set->knows(proxy, reach);
@@ -170,7 +170,7 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     job.view.middle = 0.5 * (local_hip + local_proxy);
     // The known part ends a few pixels before the border.
     const double requested =
-        std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
+        std::min(k_widest, edge + 2 * hand.scene->tool->radius() + glm::length(hip - proxy)) +
         k_border * item.depth_pixel;
     job.view.edge = std::min(requested, k_max_pixels * item.depth_pixel);
     job.view.pixel = item.depth_pixel;

@@ -36,7 +36,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].touch.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
     tools_.push_back({scene, hands[h].touch.method, 0, hands[h].touch.method->name()});
-    initial_geometry_.push_back({scene->tool_radius, scene->tool_balls});
+    initial_tools_.push_back(scene->tool);
     depths_.emplace_back(*scene, now_.dt);
     hands_.push_back(std::move(hands[h].touch));
     now_.settings.hands.push_back(std::move(hands[h].instrument));
@@ -359,7 +359,7 @@ void Engine::publish(Change change) {
     ++addition_count_;
     for (std::size_t h = 0; h < hands_.size(); ++h) {
       // Trails have no rotations: a tool of several balls is set free without a path.
-      const bool has_trail = tools_[h].scene->tool_balls.empty();
+      const bool has_trail = !tools_[h].scene->tool->is_six_dof();
       haptics::EscapePath path = has_trail ? trails_[h].escape_path(hands_[h]).value_or(haptics::EscapePath{})
                                            : haptics::EscapePath{};
       path.serial = next->serial;
@@ -397,7 +397,7 @@ void Engine::use_fields() {
                         [&](const HandTool& tool) { return tool.scene == fields.scene(); });
   });
   for (std::size_t h = 0; h < hands_.size(); ++h)
-    if (tools_[h].scene->tool_radius > 0 && fields_of(h) == nullptr) fields_.emplace_back(tools_[h].scene);
+    if (tools_[h].scene->tool->radius() > 0 && fields_of(h) == nullptr) fields_.emplace_back(tools_[h].scene);
 }
 
 std::optional<haptics::EscapePath> Engine::escape_path(std::size_t hand) const {

@@ -233,11 +233,11 @@ class Engine {
   /// Last published version: that of current(), frozen since or not.
   std::shared_ptr<const volume::Version> published_version_;
   OperationState now_;
-  std::vector<ToolGeometry> initial_geometry_;  ///< of the hands
-  std::vector<HandForces> forces_;              ///< of the hands' instruments, as the servos have them
-  std::vector<Event> pending_events_;           ///< of this tick or command
-  std::vector<haptics::ServoHand> hands_;       ///< touch states are those of the newest scene
-  std::vector<HandTool> tools_;                 ///< without bodies
+  std::vector<haptics::SharedTool> initial_tools_;  ///< of the hands
+  std::vector<HandForces> forces_;                  ///< of the hands' instruments, as the servos have them
+  std::vector<Event> pending_events_;               ///< of this tick or command
+  std::vector<haptics::ServoHand> hands_;           ///< touch states are those of the newest scene
+  std::vector<HandTool> tools_;                     ///< without bodies
   std::shared_ptr<const haptics::ServoScene> servo_scene_;
 
   std::vector<HandTrail> trails_;

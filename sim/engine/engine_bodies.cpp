@@ -86,12 +86,12 @@ std::vector<int> Engine::free_movers() const {
 /// Checks that every hand can touch bodies in addition to the anatomy.
 Status Engine::check_room_for_bodies() const {
   for (const HandTool& tool : tools_) {
-    const std::string_view name = tool.method->name();  // methods that combine walls with models
-    if (name != "subvoxel" && name != "scene" && name != "chain")
+    // The general methods, which touch anatomy and models together, touch its smooth solid.
+    if (tool.method->info().solid != haptics::MethodInfo::Solid::smooth)
       return Error{.what = "the contact method of a hand does not support detached bodies",
-                   .found = std::string(name),
-                   .expected = "subvoxel, scene or chain",
-                   .remedy = "use a tool with this method"};
+                   .found = tool.method->name(),
+                   .expected = "a method that touches the smooth solid",
+                   .remedy = "use method subvoxel or scene"};
     if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_max)
       return Error{.what = "too many objects to touch together with the detached bodies",
                    .found = std::to_string(haptics::item_count(*tool.scene)),
@@ -364,7 +364,7 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
       scene->items.push_back(std::move(item));
     }
     std::shared_ptr<haptics::ProxyMethod> method =
-        haptics::make_method(tool.scene->tool_balls.empty() ? "scene" : "chain").value();
+        haptics::make_method(haptics::general_method(*tool.scene->tool).name).value();
     const Status error = method->prepare(*scene);
     TREPHINE_ASSERT(!error);  // check_body() has checked this
     hand.set_scene(std::move(scene), std::move(method));

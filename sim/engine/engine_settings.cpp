@@ -84,10 +84,12 @@ Result<std::shared_ptr<const haptics::LawSet>> laws_with_forces(const haptics::S
   return laws;
 }
 
-/// Checks that a hand with this instrument can touch with such a ball, or several.
-Status check_radius(const haptics::TouchScene& scene, const Instrument& instrument, double radius,
-                    const std::vector<glm::dvec3>& balls) {
-  if (Status error = haptics::check_tool_balls(radius, balls)) return error;
+/// Checks that a hand with this instrument can touch with such a tool.
+Status check_geometry(const haptics::TouchScene& scene, const Instrument& instrument,
+                      const ToolGeometry& geometry) {
+  auto tool = geometry.tool();
+  if (!tool) return tool.error();
+  const double radius = tool.value()->radius();
   if (Status error = check_tool_radius(*scene.base, radius)) return error;
   for (const haptics::TouchItem& shape : haptics::base_shapes(scene))
     if (radius > 0 && haptics::blocks(shape.sides, haptics::Side::back))
@@ -98,8 +100,7 @@ Status check_radius(const haptics::TouchScene& scene, const Instrument& instrume
                    .remedy = "use a point"};
   if (instrument.type == nullptr || instrument.type->check == nullptr) return std::nullopt;
   haptics::TouchScene changed = scene;
-  changed.tool_radius = radius;
-  changed.tool_balls = balls;
+  changed.tool = std::move(tool).value();
   return instrument.type->check(instrument.parameters.data(), changed);
 }
 
@@ -135,7 +136,7 @@ Status Engine::check_setting(const Command& command) const {
   if (const auto* effect = command.request.as<SetEffect>())
     if (const auto laws = laws_with_effect(hand, *effect); !laws) return laws.error();
   if (const auto* geometry = command.request.as<ToolGeometry>())
-    return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius, geometry->balls);
+    return check_geometry(anatomy, now_.settings.hands[command.hand], *geometry);
   if (const auto* take = command.request.as<TakeInstrument>()) return check_taking(*take, command.hand);
   return std::nullopt;
 }
@@ -163,15 +164,14 @@ ToolGeometry Engine::geometry_of(const Instrument& instrument, std::size_t hand)
   const ToolNeeds needs = instrument.type && instrument.type->needs
                               ? instrument.type->needs(instrument.parameters.data(), *scene().base)
                               : ToolNeeds();
-  if (needs.touch_radius == 0 && needs.balls.empty()) return initial_geometry_[hand];
-  return {needs.touch_radius, needs.balls};
+  return ToolGeometry::of(needs.tool ? *needs.tool : *initial_tools_[hand]);
 }
 
 Status Engine::check_taking(const TakeInstrument& request, std::size_t hand) const {
   const auto instrument = named_instrument(request);
   if (!instrument) return instrument.error();
-  const ToolGeometry geometry = geometry_of(instrument.value(), hand);
-  if (Status error = check_radius(*tools_[hand].scene, instrument.value(), geometry.radius, geometry.balls))
+  if (Status error =
+          check_geometry(*tools_[hand].scene, instrument.value(), geometry_of(instrument.value(), hand)))
     return error;
   return check_effect_of(instrument.value(), hand);
 }
@@ -260,7 +260,7 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   const haptics::TouchScene& current_scene = *tools_[job.hand].scene;
   Status failed = geometry.failed;
   // The hand may have another instrument, or other balls, by now.
-  if (!failed) failed = check_radius(current_scene, instrument, needed.radius, needed.balls);
+  if (!failed) failed = check_geometry(current_scene, instrument, needed);
   if (!failed && take) failed = check_effect_of(instrument, static_cast<std::size_t>(job.hand));
   if (failed) {
     pending_events_.push_back(

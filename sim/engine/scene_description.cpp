@@ -64,8 +64,6 @@ Status check_data(const SceneDescription& spec, const SceneData& data) {
 
 /// Scene that hands with one tool and one method share.
 struct PreparedTouch {
-  double radius;
-  std::vector<glm::dvec3> balls;
   std::string method;
   std::shared_ptr<const TouchScene> scene;
   std::shared_ptr<const haptics::ProxyMethod> prepared;
@@ -73,8 +71,8 @@ struct PreparedTouch {
 
 Result<PreparedTouch> prepare_for_hand(const HandSpec& hand, const TouchScene& items, double smallest_burr) {
   auto scene = std::make_shared<TouchScene>(items);
-  if (Status error = check_tool_radius(*scene->base, hand.tool_radius)) return *error;
-  if (Status error = haptics::set_tool(*scene, hand.tool_radius, hand.tool_balls)) return *error;
+  if (Status error = check_tool_radius(*scene->base, hand.tool->radius())) return *error;
+  if (Status error = haptics::set_tool(*scene, hand.tool)) return *error;
   if (Status error = haptics::set_smallest_burr(*scene, smallest_burr)) return *error;
   auto method = haptics::make_method(hand.method);
   if (!method)
@@ -83,8 +81,7 @@ Result<PreparedTouch> prepare_for_hand(const HandSpec& hand, const TouchScene& i
                  .expected = haptics::method_names(),
                  .remedy = "open it with the version that recorded it"};
   if (Status error = method.value()->prepare(*scene)) return *error;
-  return PreparedTouch{hand.tool_radius, hand.tool_balls, hand.method, std::move(scene),
-                       std::move(method).value()};
+  return PreparedTouch{hand.method, std::move(scene), std::move(method).value()};
 }
 
 }  // namespace
@@ -119,14 +116,23 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
     const ToolNeeds needs =
         tool.type && tool.type->needs ? tool.type->needs(tool.parameters.data(), anatomy) : ToolNeeds();
     if (needs.finest_cut > 0) finest = finest > 0 ? std::min(finest, needs.finest_cut) : needs.finest_cut;
-    if (needs.touch_radius > 6)
+    if (needs.tool && needs.tool->radius() > 6)
       return Error{.what = "the tool is too large for contact with its whole ball",
                    .where = hand.instrument,
-                   .found = "a ball of " + text_of(needs.touch_radius) + " mm",
+                   .found = "a ball of " + text_of(needs.tool->radius()) + " mm",
                    .expected = "at most 6 mm",
                    .remedy = "use a smaller tool"};
-    if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius;
-    if (!needs.balls.empty()) hand.tool_balls = needs.balls, hand.method = "chain";
+    if (!needs.tool) continue;
+    if (const auto* method = haptics::find_method(hand.method);
+        needs.tool->is_six_dof() && !(method && method->is_six_dof()))
+      hand.method = haptics::general_method(*needs.tool).name;
+    if (needs.tool->is_six_dof() || !hand.tool->is_six_dof()) {
+      hand.tool = needs.tool;
+    } else {  // the hand keeps its balls, in the instrument's size
+      auto tool = haptics::make_tool(needs.tool->radius(), hand.tool->centres());
+      if (!tool) return tool.error();
+      hand.tool = std::move(tool).value();
+    }
   }
   const std::string found = smallest_burr ? text_of(*smallest_burr) : "";
   spec.smallest_burr = smallest_burr.value_or(finest);
@@ -148,7 +154,8 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
 bool touches_smooth(const SceneDescription& spec) noexcept {
   return std::any_of(spec.hands.begin(), spec.hands.end(), [](const HandSpec& hand) {
     const haptics::MethodInfo* method = haptics::find_method(hand.method);
-    return method && method->solid == haptics::MethodInfo::Solid::smooth;
+    // Sets of balls touch the fields as scanned.
+    return method && method->solid == haptics::MethodInfo::Solid::smooth && !method->is_six_dof();
   });
 }
 
@@ -234,7 +241,7 @@ Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData
     if (!instrument) return instrument.error();
     auto touch =
         std::find_if(prepared_touches.begin(), prepared_touches.end(), [&](const PreparedTouch& one) {
-          return one.radius == hand.tool_radius && one.balls == hand.tool_balls && one.method == hand.method;
+          return *one.scene->tool == *hand.tool && one.method == hand.method;
         });
     if (touch == prepared_touches.end()) {
       Result<PreparedTouch> prepared = prepare_for_hand(hand, items.value(), spec.smallest_burr);
@@ -323,8 +330,7 @@ SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMet
     spec.structures.push_back(std::move(s));
   }
   for (HandSpec& hand : hands) {
-    hand.tool_radius = scene.tool_radius;
-    hand.tool_balls = scene.tool_balls;
+    hand.tool = scene.tool;
     hand.method = method.name();
   }
   spec.hands = std::move(hands);
@@ -338,8 +344,7 @@ SceneDescription describe_scene(std::span<const HandStart> hands, const haptics:
   SceneDescription spec = describe_scene(*hands[0].touch.scene, *hands[0].touch.method, options, {});
   for (const HandStart& hand : hands) {
     HandSpec& result = spec.hands.emplace_back(hand.instrument);
-    result.tool_radius = hand.touch.scene->tool_radius;
-    result.tool_balls = hand.touch.scene->tool_balls;
+    result.tool = hand.touch.scene->tool;
     result.method = hand.touch.method->name();
     result.effects = hand.effects;
   }

@@ -59,10 +59,9 @@ struct StructureSpec {
 };
 
 struct HandSpec {
-  std::string instrument;              ///< empty: the hand only touches
-  std::string parameters;              ///< in words: "diameter=4 removal_rate=30"
-  double tool_radius = 0;              ///< mm; 0: a point
-  std::vector<glm::dvec3> tool_balls;  ///< mm, hand frame: centres of a rigid tool of several balls
+  std::string instrument;  ///< empty: the hand only touches
+  std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
+  haptics::SharedTool tool = std::make_shared<const haptics::ToolShape>();  ///< never null
   std::string method = haptics::k_default_method;
   std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
 
@@ -113,7 +112,7 @@ Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogu
 /// `smallest_burr`: requested diameter, mm. Errors name "smallest burr" and "burr diameter".
 Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
                         std::optional<double> smallest_burr);
-/// True if the method of some hand touches smooth solids only.
+/// True if the method of some hand touches smooth solids only, with a point or a ball.
 bool touches_smooth(const SceneDescription& spec) noexcept;
 /// Builds the items alone, as a point touches them: no tool, no cuts.
 Result<haptics::TouchScene> build_items(const SceneDescription& spec, const SceneData& data);

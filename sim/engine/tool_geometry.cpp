@@ -39,12 +39,18 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
                                                   const volume::VoxelBox& cut) {
   auto result = std::make_shared<PreparedTool>();
   auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
-  const double radius = request.radius;
-  if ((result->failed = haptics::set_tool(*scene, radius, request.balls))) return result;
-  // Several balls need the chain method; one ball uses the hand's initial method, or the general one.
-  auto method = haptics::make_method(!request.balls.empty()           ? "chain"
-                                     : tool.initial_method == "chain" ? "scene"
-                                                                      : tool.initial_method);
+  auto shape = request.tool();
+  if (!shape) {
+    result->failed = shape.error();
+    return result;
+  }
+  const double radius = shape.value()->radius();
+  if ((result->failed = haptics::set_tool(*scene, std::move(shape).value()))) return result;
+  // The hand's initial method, unless the tool moves with other degrees of freedom.
+  const haptics::MethodInfo* initial = haptics::find_method(tool.initial_method);
+  const bool is_same = !initial || initial->freedom == scene->tool->freedom();
+  auto method =
+      haptics::make_method(is_same ? tool.initial_method : haptics::general_method(*scene->tool).name);
   if (!method) {
     result->failed = method.error();
     return result;

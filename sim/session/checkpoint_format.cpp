@@ -51,9 +51,9 @@ void put_placement(std::string& out, const haptics::Placement& at) {
 }
 
 void put_hand(std::string& out, const EngineImage::Hand& hand) {
-  put(out, hand.tool.scene->tool_radius);
-  put_count(out, hand.tool.scene->tool_balls.size());
-  for (const glm::dvec3& at : hand.tool.scene->tool_balls) put(out, at);
+  put(out, hand.tool.scene->tool->radius());
+  put_count(out, hand.tool.scene->tool->balls().size());
+  for (const haptics::ToolShape::Ball& ball : hand.tool.scene->tool->balls()) put(out, ball.centre);
   put_count(out, hand.tool.change_count);
   put(out, static_cast<std::uint8_t>(hand.escape_path != nullptr));
   if (hand.escape_path) {

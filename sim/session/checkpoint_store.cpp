@@ -339,7 +339,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   /// Reads a hand, with its initial tool or another one.
   void read_hand(ByteReader& in, std::size_t h, EngineImage::Hand& hand) {
     ToolGeometry geometry{in.number(), {}};
-    for (std::uint64_t remaining = in.count(haptics::TouchScene::k_max_balls); remaining > 0; --remaining)
+    for (std::uint64_t remaining = in.count(haptics::ToolShape::k_max_balls); remaining > 0; --remaining)
       geometry.balls.push_back(in.place());
     hand.tool = start.tool(h);
     hand.tool.change_count = in.count();
@@ -483,7 +483,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       auto [scene, kept] = read_fields(in, hands);
       const bool is_twice = std::any_of(image.fields.begin(), image.fields.end(),
                                         [&, s = scene](const TouchFields& f) { return f.scene() == s; });
-      if (!scene || is_twice || !(scene->tool_radius > 0)) throw Broken{"offset fields of an unknown tool"};
+      if (!scene || is_twice || !(scene->tool->radius() > 0))
+        throw Broken{"offset fields of an unknown tool"};
       std::vector<std::pair<std::uint64_t, volume::VoxelBox>> cuts(in.element_count());
       for (auto& [serial, box] : cuts) {
         serial = in.value<std::uint64_t>();

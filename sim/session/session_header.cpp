@@ -166,8 +166,8 @@ std::string to_text(const SceneDescription& h) {
     add_text("hand", hand.instrument);
     if (!hand.parameters.empty()) add_text("parameters", hand.parameters);
     add_text("method", hand.method);
-    add_unless("tool_radius", hand.tool_radius, 0);
-    for (const glm::dvec3& at : hand.tool_balls)
+    add_unless("tool_radius", hand.tool->radius(), 0);
+    for (const glm::dvec3& at : hand.tool->centres())
       add_text("tool_ball", text_of(at.x) + ' ' + text_of(at.y) + ' ' + text_of(at.z));
     for (const std::string& words : hand.effects) add_text("effect", words);
   }
@@ -341,6 +341,7 @@ constexpr ErrorWords k_scene_words{"the scene description is invalid",
 
 Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words) {
   SessionHeader h;
+  std::vector<ToolGeometry> tools;  // of the hands
   int line_number = 0;
   const auto fail = [&](std::string_view found, const char* expected) {
     return Error{.what = words.what,
@@ -392,8 +393,10 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
         h.structures.back().shape.name = value;
       }
     } else if (key == "hand") {
-      if ((is_good = h.hands.size() < haptics::ServoScene::k_max_hands))
+      if ((is_good = h.hands.size() < haptics::ServoScene::k_max_hands)) {
         h.hands.emplace_back().instrument = value;
+        tools.emplace_back();
+      }
     } else if (key == "parameters") {
       if ((is_good = hand != nullptr)) hand->parameters = value;
     } else if (key == "method") {
@@ -428,11 +431,11 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
     } else if (key == "device_damping") {
       if ((is_good = is_between(0, 10))) h.force.device_damping = number;
     } else if (key == "tool_radius") {
-      if ((is_good = hand && is_between(0, 6))) hand->tool_radius = number;
+      if ((is_good = hand && is_between(0, 6))) tools.back().radius = number;
     } else if (key == "tool_ball") {
       const std::optional<glm::dvec3> at = three_numbers(value);
-      is_good = hand && at && hand->tool_balls.size() < haptics::TouchScene::k_max_balls;
-      if (is_good) hand->tool_balls.push_back(*at);
+      is_good = hand && at && tools.back().balls.size() < haptics::ToolShape::k_max_balls;
+      if (is_good) tools.back().balls.push_back(*at);
     } else if (key == "smallest_burr") {
       if ((is_good = is_between(0, 1e3))) h.smallest_burr = number;
     } else if (key == "effect") {
@@ -502,6 +505,11 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
       return fail(line, &words == &k_scene_words
                             ? "a key of docs/file-formats.md in its place, a value in its range"
                             : "a key of this layout and a value in its range");
+  }
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    auto tool = tools[i].tool();
+    if (!tool) return tool.error();
+    h.hands[i].tool = std::move(tool).value();
   }
   return h;
 }

@@ -103,7 +103,7 @@ TEST_F(Command, StepsAreExactCsv) {
   std::getline(rows, line);
   EXPECT_EQ(line,
             "t,hip_x,hip_y,hip_z,proxy_x,proxy_y,proxy_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,"
-            "contact,shape,side,hand");
+            "contact,shape,side,hand,qx,qy,qz,qw,torque_x,torque_y,torque_z");
   int count = 0, contacts = 0;
   double deepest = 0;
   while (std::getline(rows, line)) {
@@ -111,8 +111,10 @@ TEST_F(Command, StepsAreExactCsv) {
     std::vector<std::string> cells;
     std::istringstream row(line);
     for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
-    ASSERT_EQ(cells.size(), 17u) << line;
+    ASSERT_EQ(cells.size(), 24u) << line;
     EXPECT_EQ(cells[16], "1");
+    EXPECT_EQ(cells[20], "1");  // of a path without rotations
+    EXPECT_EQ(std::stod(cells[21]) + std::stod(cells[22]) + std::stod(cells[23]), 0);
     if (cells[13] == "1") {
       ++contacts;
       EXPECT_EQ(cells[14], "bone");

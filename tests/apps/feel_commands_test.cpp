@@ -56,7 +56,7 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   const std::string known = run("touch head --path short.csv -o t.csv --method unknown").err;
   for (const std::string& method : methods) EXPECT_NE(known.find(method), std::string::npos) << method;
   const std::string help = run("touch --help").out;
-  EXPECT_NE(help.find("subvoxel, mesh, scene, depth"), std::string::npos);
+  EXPECT_NE(help.find("subvoxel, mesh, scene, depth, chain"), std::string::npos);
   EXPECT_EQ(help.find("raystep"), std::string::npos);
 
   EXPECT_EQ(feel["rows"].size(), rows.size());
@@ -204,7 +204,7 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
 class FaultyMethod final : public haptics::ProxyMethod {
  public:
   FaultyMethod(long step, const glm::dvec3& aside) : step_(step), aside_(aside) {}
-  const char* name() const noexcept override { return right_->name(); }
+  const haptics::MethodInfo& info() const noexcept override { return right_->info(); }
   Status prepare(const haptics::TouchScene& scene) override { return right_->prepare(scene); }
   haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::TouchState& seen,
                           haptics::ProxyState& state,

@@ -254,7 +254,7 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   ASSERT_TRUE(holds("perforator")) << child<QLabel>(window, "notice")->text().toStdString();
   const sim::InstrumentType* type = options_.catalogue->find_instrument("perforator");
   EXPECT_NEAR(window.operation()->state().tool_radius,
-              type->needs(window.operation()->tool().data(), *scene_->base).touch_radius, 1e-9);
+              type->needs(window.operation()->tool().data(), *scene_->base).tool->radius(), 1e-9);
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
   QTest::mouseMove(window.canvas(), middle);
@@ -267,7 +267,7 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   take("Burr");
   ASSERT_TRUE(holds("burr")) << child<QLabel>(window, "notice")->text().toStdString();
-  EXPECT_EQ(window.operation()->state().tool_radius, scene_->tool_radius);
+  EXPECT_EQ(window.operation()->state().tool_radius, scene_->tool->radius());
   window.close();
 }
 

@@ -61,7 +61,7 @@ std::string as_session(const std::uint8_t* data, std::size_t size) {
   // The first byte selects the kind of the rest.
   const std::string payload(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (data[0] & 8) {  // a round tool
-    header.hands.back().tool_radius = 1;
+    header.hands.back().tool = std::make_shared<const haptics::ToolShape>(1);
     header.hands.back().parameters += " round=yes";
   }
   if (data[0] & 16) {  // words after a valid header

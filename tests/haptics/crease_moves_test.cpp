@@ -75,7 +75,7 @@ Moves move_in(const Crease& crease, const glm::dmat3& axes, bool has_noise, cons
   scene.base = std::make_shared<const Volume>(std::move(volume));
   const volume::Field field(*scene.base, volume::Shape{});
   auto bits = std::make_shared<volume::Occupancy>(volume::Occupancy::build(*scene.base, volume::Shape{}));
-  scene.tool_radius = crease.radius;
+  scene.tool = std::make_shared<const ToolShape>(crease.radius);
   scene.items.push_back({field, bits, {0.5, 0, 0, 0}, Side::front});
   scene.items[0].offset = volume::OffsetField::build(field, *bits, nullptr, crease.radius, 1).value();
   auto method = make_method(method_name).value();
@@ -195,7 +195,7 @@ Traverse traverse(double degrees, double radius, int seed, double friction, doub
   scene.base = std::make_shared<const Volume>(std::move(volume));
   const volume::Field field(*scene.base, volume::Shape{});
   auto bits = std::make_shared<volume::Occupancy>(volume::Occupancy::build(*scene.base, volume::Shape{}));
-  scene.tool_radius = radius;
+  scene.tool = std::make_shared<const ToolShape>(radius);
   scene.items.push_back({field, bits, {0.5, 0, friction, friction}, Side::front});
   scene.items[0].offset = volume::OffsetField::build(field, *bits, nullptr, radius, 1).value();
   auto method = make_method("subvoxel").value();

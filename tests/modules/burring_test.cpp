@@ -311,8 +311,10 @@ struct RoundBench {
       : scene(vault(dvec3(spacing), hounsfield)) {
     const sim::ToolNeeds needs = drilling::burr(burr).type->needs(&burr, *scene.base);
     EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
-    EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());
-    method = haptics::make_method(needs.balls.empty() ? "subvoxel" : "chain").value();
+    EXPECT_FALSE(haptics::set_tool(scene, needs.tool).has_value());
+    method = haptics::make_method(needs.tool->is_six_dof() ? haptics::general_method(*needs.tool).name
+                                                           : "subvoxel")
+                 .value();
     const Status error = method->prepare(scene);
     EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
   }

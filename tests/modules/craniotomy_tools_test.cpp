@@ -34,8 +34,10 @@ struct Bench {
     scene = scenes::scene_of(scenes::sampled(low, high, spacing, hounsfield));
     const sim::ToolNeeds needs = tool.type->needs(tool.parameters.data(), *scene.base);
     EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
-    EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());
-    method = haptics::make_method(needs.balls.empty() ? "subvoxel" : "chain").value();
+    EXPECT_FALSE(haptics::set_tool(scene, needs.tool).has_value());
+    method = haptics::make_method(needs.tool->is_six_dof() ? haptics::general_method(*needs.tool).name
+                                                           : "subvoxel")
+                 .value();
     const Status error = method->prepare(scene);
     EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
     EXPECT_FALSE(tool.type->check(tool.parameters.data(), scene).has_value());

@@ -21,14 +21,15 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   SceneDescription spec = describe_scene(scene, haptics::ImplicitProxy(), {},
                                          {HandSpec(Instrument()), HandSpec(drilling::burr(k_burr))});
   spec.hands[0].method = "chain";
-  spec.hands[0].tool_radius = 1;
-  spec.hands[0].tool_balls = {{-6, 0, 0}, {-3, 0, 0}, {0, 0, 0}, {3, 0, 0}, {6, 0, 0}};
+  spec.hands[0].tool =
+      haptics::make_tool(1, std::vector<dvec3>{{-6, 0, 0}, {-3, 0, 0}, {0, 0, 0}, {3, 0, 0}, {6, 0, 0}})
+          .value();
   spec.hands[1].method = "subvoxel";
   auto start = build_scene(spec, data_of(scene), drilling_catalogue());
   ASSERT_TRUE(start.is_ok()) << start.error().message();
   const SceneDescription described = describe_scene(start.value().hands, {});
-  EXPECT_EQ(described.hands[0].tool_balls, spec.hands[0].tool_balls);
-  EXPECT_TRUE(described.hands[1].tool_balls.empty());
+  EXPECT_EQ(*described.hands[0].tool, *spec.hands[0].tool);
+  EXPECT_FALSE(described.hands[1].tool->is_six_dof());
   WriterOptions options = often(2500);
   options.is_embedding = true;
   auto writer =

@@ -40,7 +40,7 @@ inline SceneDescription crowded_spec(const haptics::TouchScene& scene) {
       describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec(drilling::burr(k_burr))});
   HandSpec& second = spec.hands.emplace_back();
   second.method = "scene";
-  second.tool_radius = 0.8;
+  second.tool = std::make_shared<const haptics::ToolShape>(0.8);
   second.effects = {"viscous damping=0.002", "gravity mass=0.02"};
   spec.smallest_burr = 3;
   return spec;
@@ -53,8 +53,8 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
   const SceneDescription spec = crowded_spec(scene);
   auto hands = build_scene(spec, data_of(scene), drilling_catalogue());
   ASSERT_TRUE(hands.is_ok()) << hands.error().message();
-  EXPECT_EQ(hands.value().hands[0].touch.scene->tool_radius, 0);
-  EXPECT_EQ(hands.value().hands[1].touch.scene->tool_radius, 0.8);
+  EXPECT_EQ(hands.value().hands[0].touch.scene->tool->radius(), 0);
+  EXPECT_EQ(hands.value().hands[1].touch.scene->tool->radius(), 0.8);
   WriterOptions options;
   options.is_embedding = true;
   options.checkpoint_work = checkpoint_work;

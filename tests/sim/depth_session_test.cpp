@@ -68,7 +68,7 @@ OperationStart start_of(const haptics::TouchScene& scene) {
       describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec(drilling::burr(k_burr))});
   HandSpec& second = spec.hands.emplace_back();
   second.method = "scene";
-  second.tool_radius = 0.8;
+  second.tool = std::make_shared<const haptics::ToolShape>(0.8);
   spec.smallest_burr = 3;
   auto result = build_scene(spec, data_of(scene), drilling_catalogue());
   EXPECT_TRUE(result.is_ok()) << result.error().message();

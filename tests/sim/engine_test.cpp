@@ -278,7 +278,7 @@ TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
     run.step({{0, 0, 0}, {1, 0, 0, 0}, false});
     EXPECT_FALSE(run.last_record().is_escaping);
     ASSERT_TRUE(run.apply(run.engine().finish_job(begun.job)).is_changed);
-    EXPECT_EQ(run.engine().scene().tool_radius, radius);
+    EXPECT_EQ(run.engine().scene().tool->radius(), radius);
     int led = 0;
     for (int i = 0; i < 600; ++i) {
       const haptics::ServoRecord r = run.step({{0, 0, 0}, {1, 0, 0, 0}, false});
@@ -347,7 +347,7 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
   round.diameter = 1;  // another instrument in the meantime
   EXPECT_FALSE(engine.apply(round).refused);
   EXPECT_FALSE(engine.apply(engine.finish_job(begun.job)).is_changed);
-  EXPECT_EQ(engine.scene().tool_radius, 0.4);
+  EXPECT_EQ(engine.scene().tool->radius(), 0.4);
   EXPECT_EQ(engine.now().chronicle[0].value.as<JobDiscarded>()->job.value, begun.job.value);
 }
 

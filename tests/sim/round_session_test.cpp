@@ -15,7 +15,7 @@ namespace {
 double too_free(const haptics::TouchScene& scene, const Engine& edits) {
   const volume::OffsetField& used = edits.servo_scene()->hands[0].state.offset(scene, 0);
   const auto fresh = volume::OffsetField::build(scene.items[0].field, *scene.items[0].bits,
-                                                edits.current().get(), scene.tool_radius, 1)
+                                                edits.current().get(), scene.tool->radius(), 1)
                          .value();
   double worst = -1e9;
   for (int z = 0; z < used.size().z; ++z)
@@ -143,7 +143,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   EXPECT_GT(live.offset_report().count, 0u);
   EXPECT_GT(live.offset_report().longest_seconds, 0);
   // Two fields, each within its tolerance.
-  EXPECT_LT(too_free(bench.scene, live.engine()), 2 * (0.1 + 0.02 * bench.scene.tool_radius));
+  EXPECT_LT(too_free(bench.scene, live.engine()), 2 * (0.1 + 0.02 * bench.scene.tool->radius()));
   const std::uint64_t hash = live.engine().current()->content_hash();
   EXPECT_FALSE(writer->finish(live.engine()));
   const Verdict v = replay(path);
@@ -161,7 +161,7 @@ TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
   h.hands[0].effects = {"viscous damping=0.004", "plane point=0,0,1 normal=0,0,1 stiffness=0.2"};
   const auto read = decode_header(encode(h));
   ASSERT_TRUE(read.is_ok()) << read.error().message();
-  EXPECT_EQ(read.value().hands[0].tool_radius, 1.0);
+  EXPECT_EQ(read.value().hands[0].tool->radius(), 1.0);
   EXPECT_EQ(read.value().hands[0].effects, h.hands[0].effects);
   ASSERT_TRUE(read.value().structures[0].back_material.has_value());
   EXPECT_EQ(read.value().structures[0].back_material->stiffness, 0.3);

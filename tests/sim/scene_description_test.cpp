@@ -106,7 +106,9 @@ TEST(SceneDescription, DataThatDoesNotMatchTheSpecIsRefused) {
       std::string::npos);
   EXPECT_NE(refused([](SceneDescription& s, SceneData&) { s.hands[0].method = "subvoxel"; }).find("scene"),
             std::string::npos);
-  EXPECT_NE(refused([](SceneDescription& s, SceneData&) { s.hands[1].tool_radius = 1e-6; }).find("radius"),
+  EXPECT_NE(refused([](SceneDescription& s, SceneData&) {
+              s.hands[1].tool = std::make_shared<const haptics::ToolShape>(1e-6);
+            }).find("radius"),
             std::string::npos);
   EXPECT_NE(refused([](SceneDescription& s, SceneData&) {
               StructureSpec& nerve = s.structures.emplace_back();

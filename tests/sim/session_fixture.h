@@ -84,7 +84,7 @@ inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Vol
   auto opened = SessionReader::open(path, catalogue);
   if (!opened) return v.error = opened.error().message(), v;
   SessionReader& session = opened.value();
-  v.tool_radius = session.header().hands[0].tool_radius;
+  v.tool_radius = session.header().hands[0].tool->radius();
   const auto opened_replay = Replay::open(session, base ? base : small_bone().base);
   if (!opened_replay) return v.error = opened_replay.error().message(), v;
   Replay& run = *opened_replay.value();

@@ -30,7 +30,7 @@ struct TrayBench {
 };
 
 std::string tool_of(const Engine& engine) { return std::string(engine.now().settings.hands[0].name()); }
-double radius_of(const Engine& engine) { return engine.servo_scene()->hands[0].scene->tool_radius; }
+double radius_of(const Engine& engine) { return engine.servo_scene()->hands[0].scene->tool->radius(); }
 
 TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
   const Folder folder;
@@ -43,7 +43,7 @@ TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
     for (int i = 0; i < 20; ++i) run.step({{0, 0, 12}, {1, 0, 0, 0}, false});
     const Instrument perforator = drilling::perforator({});
     const double radius =
-        perforator.type->needs(perforator.parameters.data(), *bench.scene.base).touch_radius;
+        perforator.type->needs(perforator.parameters.data(), *bench.scene.base).tool->radius();
     ASSERT_GE(radius, 5);
     // Until the job ends the hand keeps its burr.
     const Outcome begun = run.apply(Command(TakeInstrument{"perforator", "diameter=13"}, 0));

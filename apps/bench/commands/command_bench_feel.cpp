@@ -112,7 +112,7 @@ bench::FeelScene real_scene(const std::string& name, const std::string& motion, 
     shape.material.static_friction = shape.material.dynamic_friction = 0;
   bench::FeelScene real;
   real.name = name, real.variant = "as scanned", real.motion = motion, real.group = "real";
-  real.radius_mm = scene.tool_radius;
+  real.radius_mm = scene.tool->radius();
   real.scene = std::move(scene);
   real.path = std::move(path);
   return real;

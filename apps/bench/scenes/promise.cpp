@@ -10,7 +10,7 @@ using haptics::MethodInfo;
 std::shared_ptr<const volume::OffsetField> touch_offset_field(const haptics::TouchScene& scene,
                                                               const haptics::TouchState* touch_state,
                                                               std::size_t shape) {
-  if (scene.tool_radius <= 0) return nullptr;
+  if (scene.tool->radius() <= 0) return nullptr;
   return touch_state ? touch_state->shared_offset(scene, shape) : scene.items[shape].offset;
 }
 
@@ -33,10 +33,10 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
     : base_(scene.base) {
   using Solid = MethodInfo::Solid;
   const haptics::TouchItem& shape = scene.items[index];
-  if (method.is_of_untouched) touch_state = nullptr;
+  if (!method.takes_cuts) touch_state = nullptr;
   const std::shared_ptr<const volume::Version> version = touch_state ? touch_state->version : nullptr;
   // A model of triangles is rounded differently; at least its centre stays outside.
-  if (!method.is_of_untouched) offset_ = touch_offset_field(scene, touch_state.get(), index);
+  if (method.takes_cuts) offset_ = touch_offset_field(scene, touch_state.get(), index);
   if (method.solid == Solid::smooth) {
     smooth_ = std::make_unique<verify::SmoothSolid>(touched_smooth_solid(scene, touch_state, index));
     return;

@@ -33,7 +33,7 @@ inline double stiffness_at(const haptics::TouchScene& scene, const haptics::Serv
   const volume::Volume& volume = shape.field.volume();
   const glm::dvec3& spacing = volume.frame.spacing();
   const double voxel = std::min({spacing.x, spacing.y, spacing.z});
-  const double offset = r.side == haptics::Side::back ? voxel : -(scene.tool_radius + voxel);
+  const double offset = r.side == haptics::Side::back ? voxel : -(scene.tool->radius() + voxel);
   const auto intensity =
       verify::intensity_at(volume, volume.frame.volume_from_world(r.proxy_world + offset * r.normal_world));
   if (!intensity) return soft;
@@ -48,9 +48,9 @@ inline double stiffness_at(const haptics::TouchScene& scene, const haptics::Serv
 class BallAudit {
  public:
   explicit BallAudit(const haptics::TouchScene& scene)
-      : scene_(scene), judge_(scene.tool_radius), min_move_(0.01 * scene.tool_radius) {
+      : scene_(scene), judge_(scene.tool->radius()), min_move_(0.01 * scene.tool->radius()) {
     const glm::dvec3& spacing = scene.base->frame.spacing();
-    allowed_ = std::min(0.1, 0.2 * std::max({spacing.x, spacing.y, spacing.z})) + 0.02 * scene.tool_radius;
+    allowed_ = std::min(0.1, 0.2 * std::max({spacing.x, spacing.y, spacing.z})) + 0.02 * scene.tool->radius();
   }
   void set_version(const std::shared_ptr<const volume::Version>& version) {
     solids_.clear();
@@ -137,7 +137,7 @@ class TouchableSolids {
       if (!blocks(model.item) || (is_still && item.mover >= 0)) continue;
       const haptics::Placement model_placement = placement(item);
       const glm::dvec3 p = model_placement.local_from_world(from), q = model_placement.local_from_world(to);
-      if (a == b ? is_in(model, p, scene.tool_radius) : model.wall.is_entered(p, q)) return true;
+      if (a == b ? is_in(model, p, scene.tool->radius()) : model.wall.is_entered(p, q)) return true;
     }
     return false;
   }
@@ -189,7 +189,7 @@ class TouchableSolids {
         for (const auto& other : scene.others)
           if (other.get() == &item.field.volume()) item_scene.base = other;
         item_scene.items = {item};
-        item_scene.tool_radius = scene.tool_radius;
+        item_scene.tool = scene.tool;
         uncut_.push_back({i, item_scene.base, scenes::Promise(method(), item_scene)});
         continue;
       }

@@ -105,7 +105,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       add_ball_results(hand);
       hand.scene = servo_hand->scene;
       // Methods on cubes guarantee the cubes only, and a ball of a voxel's size may be in the corner of one.
-      if (hand.scene->tool_radius > 0 &&
+      if (hand.scene->tool->radius() > 0 &&
           haptics::find_method(servo_hand->method->name())->solid == Solid::smooth)
         hand.ball.emplace(*hand.scene);
     }
@@ -133,7 +133,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   if (!arguments.plant.empty()) to_plant = arguments.plant;
   if (to_plant == "ball" &&
       std::none_of(header.hands.begin(), header.hands.end(), [](const sim::HandSpec& hand) {
-        return hand.tool_radius > 0 && haptics::find_method(hand.method)->solid == Solid::smooth;
+        return hand.tool->radius() > 0 && haptics::find_method(hand.method)->solid == Solid::smooth;
       }))
     return Error{.what = "this fault needs a round tip",
                  .where = "--plant",
@@ -150,7 +150,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     AuditedHand& hand = judges[r.hand];
     update_hand(hand, replay.servo_hand());
     const haptics::TouchScene& scene = *hand.scene;
-    if (!scene.tool_balls.empty())
+    if (scene.tool->is_six_dof())
       return Error{.what = "the audit does not support tools of several balls",
                    .where = data_tools::file_name(arguments.session),
                    .found = "such a hand at tick " + std::to_string(r.tick),

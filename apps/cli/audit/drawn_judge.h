@@ -50,11 +50,11 @@ class DrawnJudge {
                                                ? servo_hand.placements[mover]
                                                : item.placement;
       const glm::dvec3 proxy_local = placement.local_from_world(p);
-      const bool is_known =
-          set &&
-          (!set->has_successor ||
-           time <= set->view.time + set->view.interval + haptics::depth::k_extrapolation_time) &&
-          set->knows(set->displacement_at(time).local_from_world(proxy_local), servo_hand.scene->tool_radius);
+      const bool is_known = set &&
+                            (!set->has_successor || time <= set->view.time + set->view.interval +
+                                                                haptics::depth::k_extrapolation_time) &&
+                            set->knows(set->displacement_at(time).local_from_world(proxy_local),
+                                       servo_hand.scene->tool->radius());
       // Skip the triangles of distant objects.
       glm::dvec3 low, high;
       item.depth->bounds(low, high);

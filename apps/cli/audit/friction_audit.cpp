@@ -40,10 +40,10 @@ void FrictionAudit::set_solid(const std::shared_ptr<const haptics::ServoHand>& h
     scene_ = hand->scene;
     models_.clear();
     for (const haptics::TouchItem& item : scene.items)
-      if (item.is_mesh() && !item.depth) models_.push_back({wall_of(*item.tree), {}, scene.tool_radius});
+      if (item.is_mesh() && !item.depth) models_.push_back({wall_of(*item.tree), {}, scene.tool->radius()});
   }
   const std::size_t shapes = base_shapes(scene).size();
-  if (shapes + models_.size() != scene.items.size() || !scene.tool_balls.empty()) return;
+  if (shapes + models_.size() != scene.items.size() || scene.tool->is_six_dof()) return;
   const auto blocks = [&](std::size_t i) {
     return haptics::blocks(scene.items[i].sides, haptics::Side::front) &&
            !hand->untouchable.contains(static_cast<int>(i));

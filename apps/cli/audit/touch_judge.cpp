@@ -115,7 +115,7 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   // each rest; in scenes with models, no tick.
   resting_ = record.has_contact && glm::length(position - last_hip_) < 1e-6 ? resting_ + 1 : 0;
   last_hip_ = position;
-  if (models_.empty() && imaged_.empty() && !has_drawn_ && (is_smooth_ || scene_.tool_radius == 0) &&
+  if (models_.empty() && imaged_.empty() && !has_drawn_ && (is_smooth_ || scene_.tool->radius() == 0) &&
       (is_smooth_ ? resting_ == 10 : resting_ >= 10))
     stuck_ += is_stuck(tick, hip);
 }
@@ -127,7 +127,7 @@ bool is_imaged(const workbench::TouchTick& tick, std::size_t index, const glm::d
   int depth = 0;
   for (std::size_t i = 0; i < index; ++i) depth += tick.servo_hand.scene->items[i].depth != nullptr;
   const haptics::depth::DepthSet* set = haptics::depth::set_in(tick.servo_hand.state, depth);
-  return set != nullptr && set->knows(proxy_local, tick.servo_hand.scene->tool_radius);
+  return set != nullptr && set->knows(proxy_local, tick.servo_hand.scene->tool->radius());
 }
 }  // namespace
 

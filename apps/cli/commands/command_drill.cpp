@@ -160,7 +160,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["is_kinematic"] = burr.is_kinematic;
   json["is_round"] = burr.is_round;
   if (burr.is_round) {
-    json["touch_radius_mm"] = scene.tool_radius;
+    json["touch_radius_mm"] = scene.tool->radius();
     json["ticks_hovering"] = hovering;
   }
   json["method"] = operation.method().name();

@@ -82,7 +82,8 @@ Result<data_tools::CaseMaterial> material_of(const TouchArguments& arguments) {
 
 Result<Outcome> run_touch(const TouchArguments& arguments) {
   const bool needs_scene = arguments.models.is_any() && arguments.method == haptics::k_default_method;
-  const std::string method_name = needs_scene ? "scene" : arguments.method;
+  const auto tool = std::make_shared<const haptics::ToolShape>(arguments.radius);
+  const std::string method_name = needs_scene ? haptics::general_method(*tool).name : arguments.method;
   if (!(arguments.alpha > 0 && arguments.alpha <= 1))
     return Error{.what = "the smoothing factor is out of range",
                  .where = "--alpha",
@@ -91,7 +92,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.hands[0].method = method_name;
-  choice.hands[0].tool_radius = arguments.radius;
+  choice.hands[0].tool = tool;
   choice.hands[0].effects = arguments.effects;
   choice.rate_hz = arguments.rate;
   choice.blur_voxels = arguments.blur;

@@ -160,7 +160,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   auto models = models_of(arguments.models);
   if (!models) return models.error();
   choice.models = std::move(models).value();
-  if (arguments.models.is_any()) choice.hands[0].method = "scene";
+  if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
   // The user may choose another burr in the window: cuts are sampled for a fine one, unless --smallest-burr
   // requests another size.
   constexpr double k_fine_burr = 2;
@@ -254,7 +254,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
   json["drilling_frames"] = r.drilling_frames;
   if (arguments.burr.is_round)
-    json["round_tool"] = {{"touch_radius_mm", scene->tool_radius},
+    json["round_tool"] = {{"touch_radius_mm", scene->tool->radius()},
                           {"field_updates", r.offset_updates},
                           {"longest_update_s", r.longest_offset_update_seconds}};
   json["edits"] = {{"longest_tick_ms", 1e3 * r.edits.longest_tick_seconds},

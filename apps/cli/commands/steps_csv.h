@@ -10,7 +10,7 @@ namespace trephine::cli {
 
 inline constexpr const char* k_steps_header =
     "t,hip_x,hip_y,hip_z,proxy_x,proxy_y,proxy_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,contact,"
-    "shape,side,hand\n";
+    "shape,side,hand,qx,qy,qz,qw,torque_x,torque_y,torque_z\n";
 
 /// Appends a row: comma separated, decimal point, LF, shortest doubles that read back exactly, flags 0 and 1.
 inline void append_step(std::string& out, double t, const haptics::ServoRecord& record,
@@ -29,7 +29,11 @@ inline void append_step(std::string& out, double t, const haptics::ServoRecord& 
   out += ',';
   out += record.side == haptics::Side::front ? "front," : record.side == haptics::Side::back ? "back," : ",";
   out += std::to_string(record.hand + 1);
-  out += '\n';
+  out += ',';
+  const glm::dquat& q = record.pose.orientation;
+  for (const double v : {q.x, q.y, q.z, q.w}) put(v);
+  for (int a = 0; a < 3; ++a) put(record.torque_world[a]);
+  out.back() = '\n';
 }
 
 }  // namespace trephine::cli

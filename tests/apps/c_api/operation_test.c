@@ -237,6 +237,10 @@ int main(int argc, char** argv) {
   const trephine_pose broken[2] = {{{NAN, 0, 0}, {1, 0, 0, 0}, 1}, {{0, 0, 30}, {NAN, 0, 0, 0}, 0}};
   trephine_touch touches[2];
   CHECK(trephine_operation_step(operation, broken, touches, &error) == TREPHINE_OK);
+  double torques[2][3] = {{1, 1, 1}, {1, 1, 1}};
+  CHECK(trephine_operation_torques(operation, torques) == TREPHINE_OK && torques[0][0] == 0 &&
+        torques[1][2] == 0);
+  CHECK(trephine_operation_torques(operation, NULL) == TREPHINE_BAD_ARGUMENT);
   CHECK(touches[0].faults != 0 && touches[1].faults != 0 && touches[0].force[2] == 0 &&
         count_events(operation, "fault") > 0);
 

@@ -46,7 +46,7 @@ struct Hand {
     scene.items.push_back(depth_item("thing", source, std::make_shared<const MeshTree>()));
     scene.items[0].mover = source->is_moving(0) ? 0 : -1;
     scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = rough;
-    scene.tool_radius = radius;
+    scene.tool = std::make_shared<const ToolShape>(radius);
     version = untouched(scene);
     seen = TouchState(version);
     seen.depths.resize(1);

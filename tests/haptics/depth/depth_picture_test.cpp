@@ -65,7 +65,7 @@ struct ScreenHand {
     scene.items.clear();
     scene.items.push_back(
         depth_item("background", std::make_shared<IncomingDepths>(), std::make_shared<const MeshTree>()));
-    scene.tool_radius = radius;
+    scene.tool = std::make_shared<const ToolShape>(radius);
     version = untouched(scene);
     seen = TouchState(version);
     seen.depths.resize(1);

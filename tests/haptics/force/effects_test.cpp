@@ -191,22 +191,22 @@ TEST(Material, IsStifferInDenserBoneAndViscousAlongTheSurface) {
   double last = 0;
   for (double z = 4; z > -6; z -= 0.5) {
     touch.proxy_world = {0, 0, z};
-    const double k = ForceModel(raw, k_dt).step(touch, {0, 0, z - 1}, scene).z;
+    const double k = ForceModel(raw, k_dt).step(touch, {0, 0, z - 1}, scene).force_world.z;
     EXPECT_GE(k, last - 1e-12);
     last = k;
   }
   EXPECT_NEAR(last, 2, 0.01);
   touch.proxy_world = {0, 0, 8};
-  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 7}, scene).z, 0.5, 1e-12);
+  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 7}, scene).force_world.z, 0.5, 1e-12);
   // A ball's centre is its radius above the contact; from inside, bone is outward.
-  scene.tool_radius = 3;
+  scene.tool = std::make_shared<const ToolShape>(3);
   touch.proxy_world = {0, 0, 3 - 6};
-  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, -4}, scene).z, 2, 0.01);
-  scene.tool_radius = 0;
+  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, -4}, scene).force_world.z, 2, 0.01);
+  scene.tool = std::make_shared<const ToolShape>(0);
   touch.side = Side::back;
   touch.normal_world = {0, 0, -1};
   touch.proxy_world = {0, 0, 3};
-  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 4}, scene).z, -0.5, 0.01);
+  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 4}, scene).force_world.z, -0.5, 0.01);
   touch.side = Side::front;
   touch.normal_world = {0, 0, 1};
   scene.items[0].ramp.reset();
@@ -216,7 +216,7 @@ TEST(Material, IsStifferInDenserBoneAndViscousAlongTheSurface) {
   touch.proxy_world = {0, 0, 0};
   model.step(touch, {0, 0, -1}, scene);
   touch.proxy_world = {0.05, 0, 0};  // 50 mm/s along the surface, no stretch along it
-  expect_near(model.step(touch, {0.05, 0, -1}, scene), {-0.5, 0, 0.5}, 1e-12);
+  expect_near(model.step(touch, {0.05, 0, -1}, scene).force_world, {-0.5, 0, 0.5}, 1e-12);
   // The back has its own material.
   scene.items[0].back_material = Material{1.5, 0, 0, 0};
   EXPECT_EQ(material_of(scene, 0, Side::front).stiffness, 0.5);

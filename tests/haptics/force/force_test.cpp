@@ -35,7 +35,7 @@ TEST(ForceModel, SpringIsExactAtRestAndSmoothingFollowsTheFormula) {
   EXPECT_DOUBLE_EQ(model.alpha(), 0.3);
   double expected = 0;
   for (int i = 0; i < 60; ++i) {
-    const dvec3 f = model.step(contact_at({0, 0, 2}), {0, 0, 0}, scene);
+    const dvec3 f = model.step(contact_at({0, 0, 2}), {0, 0, 0}, scene).force_world;
     expected = 0.3 * 1.0 + 0.7 * expected;
     ASSERT_NEAR(f.z, expected, 1e-12);
   }
@@ -48,7 +48,7 @@ TEST(ForceModel, DampingActsOnTheStretchOfTheSpring) {
   raw.smoothing_alpha = 1;
   ForceModel model(raw, 1e-3);
   model.step(contact_at({0, 0, 0}), {0, 0, -1}, scene);
-  const dvec3 f = model.step(contact_at({0, 0, 0}), {0, 0, -1.1}, scene);  // 100 mm/s inward
+  const dvec3 f = model.step(contact_at({0, 0, 0}), {0, 0, -1.1}, scene).force_world;  // 100 mm/s inward
   EXPECT_NEAR(f.z, 0.5 * 1.1 + 0.001 * 100, 1e-12);
 }
 
@@ -60,7 +60,7 @@ TEST(ForceModel, SmoothingHasTheSameTimeConstantAtAnyRate) {
     ForceModel model({}, 1 / rate);
     dvec3 f(0);
     for (int n = 0; n < static_cast<int>(0.02 * rate); ++n)
-      f = model.step(contact_at({0, 0, 2}), {0, 0, 0}, scene);
+      f = model.step(contact_at({0, 0, 2}), {0, 0, 0}, scene).force_world;
     after_20_ms[i++] = f.z;
   }
   EXPECT_NEAR(after_20_ms[0], after_20_ms[1], 1e-12);
@@ -71,7 +71,7 @@ TEST(ForceGuard, LimitsMagnitudeAndSlew) {
   ForceGuard guard({}, 1e-3);
   dvec3 last(0);
   for (int i = 0; i < 50; ++i) {
-    const dvec3 f = guard.step({0, 0, 100}, 0);
+    const dvec3 f = guard.step(dvec3{0, 0, 100}, 0).force_world;
     ASSERT_LE(glm::length(f - last), 1.0 + 1e-12);
     ASSERT_LE(glm::length(f), 8 + 1e-12);
     last = f;
@@ -83,22 +83,22 @@ TEST(ForceGuard, LimitsMagnitudeAndSlew) {
 TEST(ForceGuard, NanGivesNoForceAndStaysLatched) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     ForceGuard guard({}, 1e-3);
-    guard.step({0, 0, 1}, 0);
-    EXPECT_EQ(guard.step({0, bad, 1}, 0), dvec3(0));
-    EXPECT_EQ(guard.step({0, 0, 1}, 0), dvec3(0));
+    guard.step(dvec3{0, 0, 1}, 0);
+    EXPECT_EQ(guard.step(dvec3{0, bad, 1}, 0).force_world, dvec3(0));
+    EXPECT_EQ(guard.step(dvec3{0, 0, 1}, 0).force_world, dvec3(0));
     EXPECT_TRUE(guard.faults() & fault_not_finite);
     guard.reset();
-    EXPECT_NEAR(guard.step({0, 0, 1}, 0).z, 1, 1e-12);
+    EXPECT_NEAR(guard.step(dvec3{0, 0, 1}, 0).force_world.z, 1, 1e-12);
   }
 }
 
 TEST(ForceGuard, FaultFadesOutWithinTheStatedTime) {
   for (const std::uint32_t fault : {fault_stale_scene, fault_lost_device, fault_full_ring}) {
     ForceGuard guard({}, 1e-3);
-    for (int i = 0; i < 20; ++i) guard.step({0, 0, 8}, 0);
+    for (int i = 0; i < 20; ++i) guard.step(dvec3{0, 0, 8}, 0);
     double last = 8;
     for (int i = 0; i < 51; ++i) {
-      const double f = guard.step({0, 0, 8}, i == 0 ? fault : 0).z;
+      const double f = guard.step(dvec3{0, 0, 8}, i == 0 ? fault : 0).force_world.z;
       ASSERT_LE(f, last + 1e-12);
       last = f;
     }
@@ -122,6 +122,28 @@ TEST(VirtualDevice, HandSettlesWhereSpringAndForceBalance) {
   EXPECT_LT(device.kinetic_energy(), 1e-12);
 }
 
+// A torque turns the hand until its spring balances it; without a torque the orientation is that of the path.
+TEST(VirtualDevice, TorqueTurnsTheHand) {
+  const glm::dquat tilted(std::cos(0.2), std::sin(0.2), 0, 0);
+  const PosePath request =
+      PosePath::from_samples({{0, {{0, 0, 0}, tilted}}, {10, {{0, 0, 0}, tilted}}}, "test").value();
+  const HandModel hand;
+  VirtualDevice device(request, hand);
+  ASSERT_FALSE(device.open().has_value());
+  Pose pose;
+  for (int i = 0; i < 3000; ++i) {
+    ASSERT_TRUE(device.read(i * 1e-3, pose));
+    if (i < 500) {
+      ASSERT_EQ(pose.orientation, request.at(0).orientation);
+    }
+    device.write({glm::dvec3(0), i < 500 ? glm::dvec3(0) : glm::dvec3(0, 0, 12)});
+  }
+  const glm::dvec3 turn = turn_between(tilted, pose.orientation);
+  EXPECT_NEAR(turn.x, 0, 1e-6);
+  EXPECT_NEAR(turn.z, 12 / (hand.stiffness * hand.grip * hand.grip), 1e-3);
+  EXPECT_EQ(pose.position_world, glm::dvec3(0));
+}
+
 TEST(VirtualDevice, EncoderRoundsAndLossIsReported) {
   const PosePath request =
       PosePath::from_samples({{0, {{0.013, 0, 0}}}, {1, {{0.013, 0, 0}}}}, "test").value();
@@ -142,11 +164,10 @@ TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   options.torque_limit = 100;
   options.torque_slew_limit = 10000;
   ForceGuard guard(options, 1e-3);
-  EXPECT_FALSE(guard.has_torque());
+  EXPECT_TRUE(guard.last().is_zero());
   glm::dvec3 last(0);
   for (int i = 0; i < 40; ++i) {
-    guard.step(glm::dvec3(0), 0);
-    const glm::dvec3 torque = guard.limited_torque({0, 300, 0});
+    const glm::dvec3 torque = guard.step({dvec3(0), {0, 300, 0}}, 0).torque_world;
     ASSERT_LE(glm::length(torque), 100 * (1 + 1e-12));
     ASSERT_LE(glm::length(torque - last), 10 * (1 + 1e-9));
     last = torque;
@@ -155,14 +176,12 @@ TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   EXPECT_TRUE(guard.faults() & fault_magnitude);
   // A lost device: gone within the fade.
   for (int i = 0; i < 60; ++i) {
-    guard.step(glm::dvec3(0), i == 0 ? fault_lost_device : 0u);
-    last = guard.limited_torque({0, 300, 0});
+    last = guard.step({dvec3(0), {0, 300, 0}}, i == 0 ? fault_lost_device : 0u).torque_world;
   }
   EXPECT_EQ(last, glm::dvec3(0));
   EXPECT_TRUE(guard.is_faded());
   guard.reset();
-  guard.step(glm::dvec3(0), 0);
-  EXPECT_EQ(guard.limited_torque({std::nan(""), 0, 0}), glm::dvec3(0));
+  EXPECT_EQ(guard.step({dvec3(0), {std::nan(""), 0, 0}}, 0).torque_world, dvec3(0));
   EXPECT_TRUE(guard.faults() & fault_not_finite);
 }
 

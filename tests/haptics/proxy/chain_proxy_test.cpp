@@ -79,11 +79,12 @@ struct Play {
 double energy(const TouchScene& scene, const Placement& tool, const Placement& hand) {
   const dvec3 d = tool.position_world - hand.position_world;
   const double a = angle_between(tool.rotation, hand.rotation);
-  return 0.5 * glm::dot(d, d) + 4 * squared_gyration_radius(scene) * (1 - std::cos(0.5 * a));
+  return 0.5 * glm::dot(d, d) + 4 * scene.tool->gyration_square() * (1 - std::cos(0.5 * a));
 }
 double least_distance(const Solid& solid, const TouchScene& scene, const Placement& tool) {
   double least = 1e300;
-  for (const dvec3& at : scene.tool_balls) least = std::min(least, solid.distance(tool.world_from_local(at)));
+  for (const dvec3& at : scene.tool->centres())
+    least = std::min(least, solid.distance(tool.world_from_local(at)));
   return least;
 }
 
@@ -129,7 +130,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
         double least = held, reach = 0.1;  // not over ridges into other valleys
         for (int n = 0; n < 6000; ++n) {
           if (n % 500 == 499) reach *= 0.5;
-          const double arm = std::sqrt(squared_gyration_radius(scene));
+          const double arm = std::sqrt(scene.tool->gyration_square());
           const Placement next{
               best.position_world + reach * dvec3(between(-1, 1), between(-1, 1), between(-1, 1)),
               turn(reach / arm * dvec3(between(-1, 1), between(-1, 1), between(-1, 1))) * best.rotation};
@@ -152,7 +153,7 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
   const Solid plane = solids()[0];
   const double half = 15;
   const TouchScene scene = scene_with(plane, rod(half, 7));
-  const double square = squared_gyration_radius(scene);
+  const double square = scene.tool->gyration_square();
   for (const double tilt : {0.0, 0.05, 0.2, -0.2})
     for (const double z : {1.5, 0.0, -4.0}) {
       Play run(scene);
@@ -211,7 +212,7 @@ TEST(ChainProxy, NothingIsEnteredOrPassedUnderAnyMotion) {
       contacts += r.has_contact;
       const Placement tool = run.tool(r);
       ASSERT_EQ(run.state.balls_inside, 0u);
-      for (const dvec3& ball : scene.tool_balls) {
+      for (const dvec3& ball : scene.tool->centres()) {
         const double side = glm::dot(tool.world_from_local(ball), normal) - 1.5;
         ASSERT_GT(side, k_radius - 0.1 * voxel) << i;
       }
@@ -293,7 +294,7 @@ TEST(ChainProxy, RestsWhileTheHandRests) {
                                                              {glm::ivec3(0), scene.base->size - 1})});
     }
     for (const auto& balls : {rod(8, 5), std::vector<dvec3>{{0, 0, 0}}, hook()}) {
-      scene.tool_balls = balls;  // of the same radius
+      scene.tool = make_tool(scene.tool->radius(), balls).value();
       Play run(scene);
       run.seen = seen;
       std::mt19937 random(7);
@@ -389,7 +390,7 @@ Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
   std::normal_distribution<double> noise(0, 1);
   Led led;
   dvec3 at(0, 0, high + 48), about(0);
-  std::vector<bool> is_passed(scene.tool_balls.size(), false);
+  std::vector<bool> is_passed(scene.tool->balls().size(), false);
   Placement box_before;
   for (int i = 0; i < 8000; ++i) {
     // Up to 1 m/s and 20 rad/s each.
@@ -404,8 +405,9 @@ Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
     led.contacts += r.has_contact;
     led.buried += r.is_buried;
     led.aside += glm::length(tool.position_world - at) > 0.5;
-    for (std::size_t b = 0; b < scene.tool_balls.size(); ++b) {
-      const dvec3 world = tool.world_from_local(scene.tool_balls[b]), to = mesh.local_from_world(world);
+    for (std::size_t b = 0; b < scene.tool->balls().size(); ++b) {
+      const dvec3 world = tool.world_from_local(scene.tool->balls()[b].centre),
+                  to = mesh.local_from_world(world);
       const double off = box_distance(to, half);
       if (r.is_buried && off < k_radius - 0.1 * voxel) is_passed[b] = true;
       if (is_passed[b]) {
@@ -450,14 +452,14 @@ TEST(ChainProxy, InvalidToolsAreRefused) {
   EXPECT_NE(set_tool(scene, 2, std::vector<dvec3>(17))->what.find("too many balls"), std::string::npos);
   EXPECT_NE(set_tool(scene, 2, {{0, 0, 1e9}})->what.find("too far"), std::string::npos);
   EXPECT_NE(set_tool(scene, 2, {{0, std::nan(""), 0}})->what.find("too far"), std::string::npos);
-  EXPECT_TRUE(scene.tool_balls.empty());
+  EXPECT_FALSE(scene.tool->is_six_dof());
   ChainProxy chain;
   EXPECT_NE(chain.prepare(scene)->what.find("several balls"), std::string::npos);
   ASSERT_FALSE(set_tool(scene, 6, rod(5, 3)));
   EXPECT_FALSE(chain.prepare(scene));
   for (const MethodInfo& info : method_catalogue())
-    EXPECT_TRUE(make_method(info.name).value()->prepare(scene)) << info.name;
-  EXPECT_TRUE(find_method("chain") && make_method("chain"));
+    EXPECT_EQ(make_method(info.name).value()->prepare(scene).has_value(), !info.takes(*scene.tool))
+        << info.name;
 }
 
 }  // namespace

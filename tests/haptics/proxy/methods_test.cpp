@@ -10,6 +10,7 @@
 #include "tests/haptics/proxy/method_play.h"
 #include "tests/scenes/golden.h"
 #include "volume/base/deterministic_math.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::haptics {
 namespace {
@@ -336,6 +337,7 @@ TEST_P(VoxelMethods, WorkDoesNotGrowWithTheVolume) {
 /// tool.
 TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
   for (const MethodInfo& info : method_catalogue()) {
+    if (!info.takes_points) continue;
     const TouchScene scene = scenes::phantom_scene("gyroid", grid(56, 0.7, 9));
     const auto method = make_method(info.name).value();
     ASSERT_FALSE(method->prepare(scene).has_value());
@@ -364,6 +366,50 @@ TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
     if (info.solid != MethodInfo::Solid::nothing) {
       EXPECT_LT(most_lag, 1e-9) << info.name;  // without contact no proxy lags behind its HIP
     }
+  }
+}
+
+TEST(MethodNames, EachMethodTakesWhatItsInfoStates) {
+  const data_tools::PhantomOptions options = grid(24, 1);
+  const TouchScene plain = scenes::phantom_scene("sphere", options);
+  const auto mesh_of = [&](int mover) {
+    const volume::Mesh net = volume::surface_net({&plain.items[0].field, nullptr, plain.items[0].bits.get()});
+    std::vector<dvec3> vertices;
+    for (const glm::vec3& v : net.vertices.span())
+      vertices.push_back(plain.base->frame.world_from_volume(dvec3(v)));
+    const auto triangles = net.triangles.span();
+    TouchItem item = mesh_item(
+        "model", std::make_shared<const MeshTree>(
+                     std::move(vertices), std::vector<std::uint32_t>(triangles.begin(), triangles.end())));
+    item.mover = mover;
+    return item;
+  };
+  for (const MethodInfo& info : method_catalogue()) {
+    SCOPED_TRACE(info.name);
+    EXPECT_EQ(info.is_six_dof(), info.takes_sets_of_balls);
+    TouchScene tool = plain;
+    if (info.is_six_dof()) {
+      ASSERT_FALSE(set_tool(tool, 2, {{0, 0, 0}, {0, 0, 4}}));
+    }
+    const auto accepts = [&](const TouchScene& scene) {
+      return !make_method(info.name).value()->prepare(scene).has_value();
+    };
+    EXPECT_TRUE(accepts(tool));
+    TouchScene cut = tool;
+    ASSERT_FALSE(set_smallest_burr(cut, 10));
+    EXPECT_EQ(accepts(cut), info.takes_cuts);
+    for (const int mover : {-1, 0}) {
+      TouchScene model = tool;
+      model.items.push_back(mesh_of(mover));
+      EXPECT_EQ(accepts(model), mover < 0 ? info.takes_meshes : info.takes_moving_meshes) << mover;
+    }
+  }
+  // The general method of each kind of tool.
+  for (const ToolShape& tool :
+       {ToolShape(), ToolShape(1.0), ToolShape(std::vector<ToolShape::Ball>{{{}, 1}})}) {
+    const MethodInfo& general = general_method(tool);
+    EXPECT_TRUE(general.takes(tool) && general.takes_cuts && general.takes_moving_meshes) << general.name;
+    EXPECT_FALSE(general.is_baseline);
   }
 }
 

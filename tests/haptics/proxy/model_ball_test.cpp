@@ -67,7 +67,7 @@ Judged play(const Model& model, double radius, double friction, const Shift& shi
   TouchScene scene = scenes::phantom_scene("sphere", grid(16, 0, 0, {{"radius", 1}}));
   scene.items = {mesh_item("model", std::make_shared<MeshTree>(model.vertices, model.triangles),
                            {0.5, 0.001, friction, friction})};
-  scene.tool_radius = radius;
+  scene.tool = std::make_shared<const ToolShape>(radius);
   const auto method = make_method("scene").value();
   EXPECT_FALSE(method->prepare(scene).has_value());
   const volume::Version version(scene.base);

@@ -161,11 +161,8 @@ TEST(RoundTool, OtherMethodsAndBadRadiiAreRefused) {
   for (const MethodInfo& info : method_catalogue()) {
     const auto method = make_method(info.name).value();
     const Status refused = method->prepare(scene);
-    const bool has_radius = std::set<std::string>{"subvoxel", "mesh", "scene",    "scene-sequential",
-                                                  "implicit", "path", "explicit", "explicit-cubes"}
-                                .contains(info.name);
-    EXPECT_EQ(refused.has_value(), !has_radius) << info.name;
-    if (refused) {
+    EXPECT_EQ(refused.has_value(), !info.takes(*scene.tool)) << info.name;
+    if (refused && !info.is_six_dof()) {
       EXPECT_NE(refused->message().find("radius"), std::string::npos);
     }
   }

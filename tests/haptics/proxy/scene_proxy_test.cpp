@@ -128,7 +128,7 @@ TEST(SceneProxy, ABallRollsAroundFacesEdgesAndCornersAtItsRadius) {
   for (const char* name : {"scene", "mesh"})
     for (const double radius : {0.5, 2.0, 6.0}) {
       TouchScene scene = of_meshes({mesh_item("box", box(low, high), k_smooth)});
-      scene.tool_radius = radius;
+      scene.tool = std::make_shared<const ToolShape>(radius);
       Player player(std::move(scene), name);
       player.step({10 + 2 * radius, 0, 0});
       long contacts = 0;
@@ -228,7 +228,7 @@ TEST(SceneProxy, AMovingMeshCarriesTheProxyAndNeverPassesOverIt) {
       TouchItem mesh = mesh_item("box", box(low, high), k_smooth);
       mesh.mover = 0;
       TouchScene scene = of_meshes({mesh});
-      scene.tool_radius = radius;
+      scene.tool = std::make_shared<const ToolShape>(radius);
       Player player(std::move(scene));
       const dvec3 hip(1, 0.7, 9);
       player.step(hip);

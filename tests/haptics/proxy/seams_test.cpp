@@ -129,13 +129,13 @@ long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate,
   for (long i = 0; i < count; ++i) {
     const double t = static_cast<double>(i) / rate, angle = 3.7 * t, tilt = 0.5 * std::sin(2.8 * t);
     const dvec3 u(std::cos(angle) * std::cos(tilt), std::sin(angle) * std::cos(tilt), std::sin(tilt));
-    const double in = std::min(1.0, t / 0.3) * (4.2 + 0.6 * std::sin(15 * t)) - 3 - scene.tool_radius;
+    const double in = std::min(1.0, t / 0.3) * (4.2 + 0.6 * std::sin(15 * t)) - 3 - scene.tool->radius();
     ProxyStep step = method.step(scene, *seen, state, {(k_radius - in) * u});
     if (is_lost(i)) step.has_contact = false;
     // Protruding parts hold the tool farther out.
     const double depth = k_radius - glm::length(step.proxy_world);
     constexpr double k_deep = 0.9;  // mm, of the proxy: for labels and thick slices
-    lost += (in > 0.6 && !step.has_contact) || (step.has_contact && depth + scene.tool_radius > k_deep);
+    lost += (in > 0.6 && !step.has_contact) || (step.has_contact && depth + scene.tool->radius() > k_deep);
   }
   return lost;
 }

@@ -39,7 +39,7 @@ void step(const Eraser& eraser, EraserState& state, const sim::InstrumentInput& 
 }
 
 /// Returns how finely a session must sample cuts for this instrument.
-sim::ToolNeeds needs(const Eraser& eraser, const volume::Volume&) { return {eraser.diameter, 0}; }
+sim::ToolNeeds needs(const Eraser& eraser, const volume::Volume&) { return {eraser.diameter}; }
 
 const sim::InstrumentType& type() { return sim::instrument_type<step, nullptr, nullptr, needs>(); }
 
