@@ -16,6 +16,8 @@
 
 namespace trephine::sim {
 
+struct CoreCommand;
+
 /// Result of a tick or a command.
 struct Outcome {
   bool is_edit = false;                                  ///< an undoable change, an undo or a redo
@@ -158,20 +160,25 @@ class Engine {
   std::uint64_t next_picture(std::int64_t item, std::size_t hand) const;
 
  private:
+  // Commands of every engine, in groups.
+  friend struct HistoryCommands;
+  friend struct HandCommands;
+  friend struct BodyCommands;
+  friend struct DerivedCommands;
+
   /// Change of the touchable matter: only removed, or also added (restored, or a new tool or object).
   enum class Change { removal, addition };
   const haptics::ServoHand& servo_hand(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
   TouchFields* fields_of(std::size_t hand) noexcept;
-  Status check_setting(const Command& command) const;
-  bool set(const Command& command, std::int64_t& number, Change& change, Status& error);
-  bool record_setting(const Command& command);
-  Status check_depths(const AdoptDepths& request, std::size_t hand) const;
-  bool use_depths(const AdoptDepths& request, std::uint8_t hand);
-  Status check_picture(const AdoptPicture& request, std::size_t hand) const;
-  void use_picture(const AdoptPicture& request, std::uint8_t hand);
+  /// Applied setting of a hand.
+  struct Setting {
+    std::int64_t number = 0;  ///< of the item, mover or effect
+    Change change = Change::removal;
+    Status error = std::nullopt;  ///< reason why it cannot be restored
+  };
+  void record_setting(const Command& command, const Setting& setting, Outcome& outcome);
   ToolGeometry geometry_of(const Instrument& instrument, std::size_t hand) const;
   ToolGeometry requested_geometry(const PendingJob& job) const;
-  Status check_taking(const TakeInstrument& request, std::size_t hand) const;
   void give(Instrument instrument, std::size_t hand, Outcome& outcome);
   Status check_effect_of(const Instrument& instrument, std::size_t hand) const;
   bool use_forces_of_instrument(std::size_t hand, Change& change);
@@ -183,8 +190,7 @@ class Engine {
   enum class Bodies { same, others };
   std::vector<int> free_movers() const;
   Status check_room_for_bodies() const;
-  Status check_body(const Command& command) const;
-  bool change_body(const Command& command, Outcome& outcome);
+  Status check_room_for_pieces(std::string_view command) const;
   void release_body(Body& body);
   void release_all_bodies(Outcome& outcome);
   std::string reason_not_to_adopt(const Detachment& detachment) const;
@@ -203,18 +209,15 @@ class Engine {
   const InstrumentType* instrument_of(const Command& command) const noexcept;
   /// `edits`: of the anatomy that new results of the module describe.
   ModuleState state_of(std::size_t module, std::uint64_t edits) noexcept;
-  Status check(const Command& command) const;
-  Status check_target_entry(const Command& command) const;
-  Status check_entry(const HistoryEntry& entry) const;
-  void carry_out(const Command& command, Outcome& outcome);
+  Status check(const Command& command, const CoreCommand* core) const;
+  Status check_guards(const Command& command) const;
+  Status check_job(const JobType& job, const Command& command) const;
+  void carry_out(const Command& command, const CoreCommand* core, Outcome& outcome);
   void begin_job(const Command& command, PendingJob job, Outcome& outcome);
   void end_job(const AdoptJob& request, Outcome& outcome);
   void finish(const ModuleWork& work, Outcome& outcome);
-  void adopt_fields(const AdoptFields& request, std::size_t hand, Outcome& outcome);
   void go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome);
   void go_to(std::size_t position, Outcome& outcome);
-  Status check_branch(const Command& command) const;
-  bool change_branch(const Command& command, Outcome& outcome);
   void record_faults(const haptics::ServoRecord& tick);
   void watch_forbidden(const InstrumentInput& input);
   void record_cut(const volume::RemovalReport& report);

@@ -1,4 +1,5 @@
 // Engine: conversion to an EngineImage and back.
+#include "sim/api/core_command.h"
 #include "sim/engine/engine.h"
 
 namespace trephine::sim {
@@ -58,11 +59,9 @@ Status Engine::restore(const EngineImage& image) {
     for (const auto& [key, command] : now_.settings.latest_commands) {
       const auto* effect = command.request.as<SetEffect>();
       if ((effect && effect->words.empty()) != is_ending || command.request.as<ToolGeometry>()) continue;
-      Status error = effect ? Status() : check_setting(command);
-      std::int64_t number = 0;
-      Change change = Change::removal;
-      if (!error) set(command, number, change, error);
-      if (error) return error;
+      const CoreCommand& row = *find_core_command(command.request.type());
+      if (Status error = effect ? Status() : row.check(*this, command)) return error;
+      if (Status error = row.restore(*this, command)) return error;
     }
   }
   if (!now_.world.bodies.empty()) {

@@ -1,8 +1,9 @@
 // Engine: longer work, which is jobs of modules, tools and pieces, offset fields and depth images.
 #include <algorithm>
+#include <array>
 #include <limits>
 
-#include "sim/engine/engine.h"
+#include "sim/engine/core_commands.h"
 #include "sim/engine/tool_geometry.h"
 
 namespace trephine::sim {
@@ -19,6 +20,13 @@ bool Engine::find_job(const ValueType& parameters, const JobType*& type, std::si
   for (module = 0; module < catalogue_.modules().size(); ++module)
     if ((type = job_of(*catalogue_.modules()[module], parameters)) != nullptr) return true;
   return false;
+}
+
+/// Checks the parameters of a module's job.
+Status Engine::check_job(const JobType& job, const Command& command) const {
+  if (job.check)
+    if (Status error = job.check(command.request.data(), *tools_[command.hand].scene)) return error;
+  return job.frees_bodies ? check_room_for_pieces(command.request.name()) : Status();
 }
 
 void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome) {
@@ -165,92 +173,175 @@ void Engine::submit_result(const DepthJob& job, std::shared_ptr<const haptics::d
   submitted_depths_.push_back({job, std::move(output)});
 }
 
-Status Engine::check_depths(const AdoptDepths& request, std::size_t hand) const {
-  if (!depths_[hand].index_of(request.item))
-    return Error{.what = "this item has no depth images",
-                 .where = "adopt-depths",
-                 .found = std::to_string(request.item),
-                 .expected = "an item with depth images"};
-  if (haptics::item_of(*tools_[hand].scene, static_cast<int>(request.item)).depth->is_streamed())
-    return Error{.what = "this item is not drawn: its pictures are submitted by the caller",
-                 .where = "adopt-depths",
-                 .found = std::to_string(request.item),
-                 .expected = "an item that is drawn"};
-  glm::ivec3 size(0);
-  const auto frame = job_of(request, static_cast<std::uint8_t>(hand), *tools_[hand].scene).view.lattice(size);
-  return frame ? Status() : frame.error();
-}
-
-/// Returns false if the view cannot be drawn; the item is then no longer touched.
-bool Engine::use_depths(const AdoptDepths& request, std::uint8_t hand) {
-  const DepthJob job = job_of(request, hand, *tools_[hand].scene);
-  std::vector<SubmittedDepths> submitted = std::exchange(submitted_depths_, {});
-  const auto match = std::find_if(submitted.begin(), submitted.end(), [&](const SubmittedDepths& one) {
-    return one.job.hand == hand && one.job.item == request.item && one.job.serial == job.serial &&
-           one.job.view == job.view;
-  });
-  const std::shared_ptr<const haptics::depth::DepthSet> drawn =
-      match != submitted.end() ? match->set : job.make(0);
-  auto set = drawn ? std::make_shared<haptics::depth::DepthSet>(*drawn)
-                   : std::make_shared<haptics::depth::DepthSet>();
-  set->view = job.view;
-  if (!set->tree) set->tree = std::make_shared<const haptics::MeshTree>();
-  set->serial = job.serial;
-  depths_[hand].take(request.item, std::move(set));
-  return drawn != nullptr;
-}
-
-Status Engine::check_picture(const AdoptPicture& request, std::size_t hand) const {
-  const haptics::TouchScene& scene = *tools_[hand].scene;
-  if (!depths_[hand].index_of(request.item) ||
-      !haptics::item_of(scene, static_cast<int>(request.item)).depth->is_streamed())
-    return Error{.what = "this item is not touched by pictures",
-                 .where = "adopt-picture",
-                 .found = std::to_string(request.item),
-                 .expected = "an item with submitted pictures"};
-  if (Status error = check_rotation(request.rotation, "adopt-picture rotation")) return error;
-  return haptics::depth::check(picture_of(request));
-}
-
-void Engine::use_picture(const AdoptPicture& request, std::uint8_t hand) {
-  std::vector<SubmittedDepths> submitted = std::exchange(submitted_depths_, {});
-  const auto match = std::find_if(submitted.begin(), submitted.end(), [&](const SubmittedDepths& one) {
-    return one.job.hand == hand && one.job.item == request.item && one.job.source == nullptr &&
-           one.job.serial == static_cast<std::uint64_t>(request.serial);
-  });
-  auto set =
-      std::make_shared<haptics::depth::DepthSet>(match != submitted.end() ? *match->set : *set_of(request));
-  set->serial = static_cast<std::uint64_t>(request.serial);
-  depths_[hand].take(request.item, std::move(set));
-}
-
 std::uint64_t Engine::next_picture(std::int64_t item, std::size_t hand) const {
   const auto place = depths_[hand].index_of(item);
   return place ? depths_[hand].next_serial(*place) : 1;
 }
 
-void Engine::adopt_fields(const AdoptFields& request, std::size_t hand, Outcome& outcome) {
-  TouchFields* fields = fields_of(hand);
-  const auto serial = static_cast<std::uint64_t>(request.serial);
-  std::vector<SubmittedFields> submitted = std::exchange(submitted_fields_, {});
-  if (fields == nullptr) return;
-  const auto match = std::find_if(submitted.begin(), submitted.end(), [&](const SubmittedFields& one) {
-    return one.scene == fields->scene() && one.serial == serial;
-  });
-  OffsetJob::Offsets offsets;
-  if (match != submitted.end()) {
-    offsets = std::move(match->offsets);
-  } else {
-    const std::optional<OffsetJob> job = fields->job_of(serial);
-    if (!job) return;  // not a state that led here
-    offsets = job->make(0);
+struct DerivedCommands {
+  static void adopt_fields(Engine& engine, const AdoptFields& request, std::uint8_t hand, Outcome& outcome) {
+    TouchFields* fields = engine.fields_of(hand);
+    const auto serial = static_cast<std::uint64_t>(request.serial);
+    std::vector<Engine::SubmittedFields> submitted = std::exchange(engine.submitted_fields_, {});
+    if (fields == nullptr) return;
+    const auto match = std::find_if(submitted.begin(), submitted.end(), [&](const auto& one) {
+      return one.scene == fields->scene() && one.serial == serial;
+    });
+    OffsetJob::Offsets offsets;
+    if (match != submitted.end()) {
+      offsets = std::move(match->offsets);
+    } else {
+      const std::optional<OffsetJob> job = fields->job_of(serial);
+      if (!job) return;  // not a state that led here
+      offsets = job->make(0);
+    }
+    if (!fields->take(serial, std::move(offsets))) return;
+    engine.publish(Engine::Change::removal);
+    outcome.is_changed = true;
+    // The entry of the state between strokes gets the new fields, for a later return to it.
+    std::shared_ptr<const HistoryEntry>& entry = engine.branch_.history[engine.branch_.position];
+    if (!engine.is_stroke_changed_) entry = engine.make_entry(entry->box);
   }
-  if (!fields->take(serial, std::move(offsets))) return;
-  publish(Change::removal);
-  outcome.is_changed = true;
-  // The entry of the state between strokes gets the new fields, for a later return to it.
-  if (!is_stroke_changed_)
-    branch_.history[branch_.position] = make_entry(branch_.history[branch_.position]->box);
+
+  static CoreCommand fields_command() {
+    CoreCommand row = derived(core_command<AdoptFields, &adopt_fields>());
+    row.discard = [](Engine& engine, const Command&) { engine.submitted_fields_.clear(); };
+    return row;
+  }
+
+  static Status check_depths(const Engine& engine, const AdoptDepths& request, std::uint8_t hand) {
+    const haptics::TouchScene& scene = *engine.tools_[hand].scene;
+    if (!engine.depths_[hand].index_of(request.item))
+      return Error{.what = "this item has no depth images",
+                   .where = "adopt-depths",
+                   .found = std::to_string(request.item),
+                   .expected = "an item with depth images"};
+    if (haptics::item_of(scene, static_cast<int>(request.item)).depth->is_streamed())
+      return Error{.what = "this item is not drawn: its pictures are submitted by the caller",
+                   .where = "adopt-depths",
+                   .found = std::to_string(request.item),
+                   .expected = "an item that is drawn"};
+    glm::ivec3 size(0);
+    const auto frame = job_of(request, hand, scene).view.lattice(size);
+    return frame ? Status() : frame.error();
+  }
+  static Engine::Setting set_depths(Engine& engine, const AdoptDepths& request, std::uint8_t hand) {
+    const DepthJob job = job_of(request, hand, *engine.tools_[hand].scene);
+    std::vector<Engine::SubmittedDepths> submitted = std::exchange(engine.submitted_depths_, {});
+    const auto match = std::find_if(submitted.begin(), submitted.end(), [&](const auto& one) {
+      return one.job.hand == hand && one.job.item == request.item && one.job.serial == job.serial &&
+             one.job.view == job.view;
+    });
+    const std::shared_ptr<const haptics::depth::DepthSet> drawn =
+        match != submitted.end() ? match->set : job.make(0);
+    auto set = drawn ? std::make_shared<haptics::depth::DepthSet>(*drawn)
+                     : std::make_shared<haptics::depth::DepthSet>();
+    set->view = job.view;
+    if (!set->tree) set->tree = std::make_shared<const haptics::MeshTree>();
+    set->serial = job.serial;
+    engine.depths_[hand].take(request.item, std::move(set));
+    Engine::Setting setting{request.item};
+    if (!drawn)  // the item is no longer touched
+      setting.error = Error{.what = "the parameters of the depth images are invalid",
+                            .where = "adopt-depths",
+                            .found = std::to_string(request.item)};
+    return setting;
+  }
+
+  static Status check_picture(const Engine& engine, const AdoptPicture& request, std::uint8_t hand) {
+    const haptics::TouchScene& scene = *engine.tools_[hand].scene;
+    if (!engine.depths_[hand].index_of(request.item) ||
+        !haptics::item_of(scene, static_cast<int>(request.item)).depth->is_streamed())
+      return Error{.what = "this item is not touched by pictures",
+                   .where = "adopt-picture",
+                   .found = std::to_string(request.item),
+                   .expected = "an item with submitted pictures"};
+    if (Status error = check_rotation(request.rotation, "adopt-picture rotation")) return error;
+    return haptics::depth::check(picture_of(request));
+  }
+  static Engine::Setting set_picture(Engine& engine, const AdoptPicture& request, std::uint8_t hand) {
+    const auto serial = static_cast<std::uint64_t>(request.serial);
+    std::vector<Engine::SubmittedDepths> submitted = std::exchange(engine.submitted_depths_, {});
+    const auto match = std::find_if(submitted.begin(), submitted.end(), [&](const auto& one) {
+      return one.job.hand == hand && one.job.item == request.item && one.job.source == nullptr &&
+             one.job.serial == serial;
+    });
+    auto set =
+        std::make_shared<haptics::depth::DepthSet>(match != submitted.end() ? *match->set : *set_of(request));
+    set->serial = serial;
+    engine.depths_[hand].take(request.item, std::move(set));
+    return {request.item};
+  }
+  /// Applies a set of depth images as a setting, and reports its hash.
+  template <class T, auto k_set>
+  static void adopt_set(Engine& engine, const T& request, std::uint8_t hand, Outcome& outcome) {
+    engine.record_setting({request, hand}, k_set(engine, request, hand), outcome);
+    const DepthSets& sets = engine.depths_[hand];
+    outcome.job_hash = sets.newest()[*sets.index_of(request.item)]->hash();
+  }
+  template <class T, auto k_set, auto k_check>
+  static CoreCommand set_command() {
+    CoreCommand row = derived(core_command<T, &adopt_set<T, k_set>, k_check>());
+    row.restore = [](Engine& engine, const Command& command) {
+      return k_set(engine, *command.request.as<T>(), command.hand).error;
+    };
+    row.discard = [](Engine& engine, const Command&) { engine.submitted_depths_.clear(); };
+    return row;
+  }
+
+  static Status check_adopt_job(const Engine& engine, const AdoptJob& request, std::uint8_t) {
+    return check_job(engine, request.job);
+  }
+  static void adopt_job(Engine& engine, const AdoptJob& request, std::uint8_t, Outcome& outcome) {
+    engine.end_job(request, outcome);
+  }
+
+  static CoreCommand job_command() {
+    CoreCommand row = derived(core_command<AdoptJob, &adopt_job, &check_adopt_job>());
+    row.discard = [](Engine& engine, const Command& command) {
+      discard_result(engine, command.request.as<AdoptJob>()->job);
+    };
+    return row;
+  }
+
+  static Status check_cancel_job(const Engine& engine, const CancelJob& request, std::uint8_t) {
+    return check_job(engine, request.job);
+  }
+  static void cancel_job(Engine& engine, const CancelJob& request, std::uint8_t, Outcome& outcome) {
+    std::erase_if(engine.jobs_, [&](const PendingJob& job) { return job.id == request.job; });
+    discard_result(engine, request.job);
+    outcome.job = request.job;
+  }
+
+  static Status check_job(const Engine& engine, Id id) {
+    const std::vector<PendingJob>& jobs = engine.jobs_;
+    if (std::any_of(jobs.begin(), jobs.end(), [&](const PendingJob& job) { return job.id == id; }))
+      return std::nullopt;
+    return Error{.what = "unknown job",
+                 .found = "job " + std::to_string(id.value),
+                 .expected = "one that began and has not ended"};
+  }
+  static void discard_result(Engine& engine, Id id) {
+    std::erase_if(engine.results_, [&](const auto& kept) { return kept.first == id; });
+  }
+  /// Marks a command that adopts results: modules neither refuse nor hear it.
+  static CoreCommand derived(CoreCommand row) {
+    row.is_for_users = row.is_guarded = row.is_heard = false;
+    return row;
+  }
+};
+
+std::span<const CoreCommand> derived_commands() noexcept {
+  using Group = DerivedCommands;
+  static const std::array all{
+      Group::fields_command(), Group::set_command<AdoptDepths, &Group::set_depths, &Group::check_depths>(),
+      Group::set_command<AdoptPicture, &Group::set_picture, &Group::check_picture>(), Group::job_command(),
+      [] {
+        CoreCommand row = core_command<CancelJob, &Group::cancel_job, &Group::check_cancel_job>();
+        row.is_for_users = false;
+        return row;
+      }()};
+  return all;
 }
 
 }  // namespace trephine::sim
