@@ -330,8 +330,7 @@ std::shared_ptr<haptics::ServoScene> Engine::make_scene(std::uint64_t serial) {
   next->serial = serial;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const TouchFields* fields = fields_of(h);
-    hands_[h].state =
-        haptics::TouchState(published_version_, fields ? fields->newest() : OffsetJob::Offsets());
+    hands_[h].state = haptics::TouchState(published_version_, fields ? fields->newest() : OffsetFields());
     hands_[h].state.depths = depths_[h].newest();
   }
   return next;

@@ -141,23 +141,22 @@ class Engine {
   AdoptJob finish_job(Id job);
   /// Submits the result of a job before AdoptJob, which otherwise runs the job itself.
   void submit_result(Id job, std::shared_ptr<const JobResult> result);
-  /// Job for the cuts since the offset fields of round tools were built; empty if they are up to date. Until
-  /// its fields are adopted such a tool hovers over the cuts.
-  std::optional<OffsetJob> offset_job() const;
+  /// True while the offset fields of round tools do not include all cuts. Until its fields are adopted such a
+  /// tool hovers over the cuts.
   bool has_stale_fields() const noexcept;
   /// Serial of the first cut that some fields do not include; the largest number if all are up to date.
   std::uint64_t oldest_stale_serial() const noexcept;
-  /// Submits the result of that job before AdoptFields.
-  void submit_result(const OffsetJob& job, OffsetJob::Offsets output);
-  /// The next set of depth images that a hand needs; empty if no object is near, or nothing has moved.
-  std::optional<DepthJob> depth_job() const;
-  /// Draws that set on this thread; returns the command that adopts it, or empty.
-  std::optional<Command> finish_depth_job();
-  /// Submits the result of that job before AdoptDepths.
-  void submit_result(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> output);
-  /// Serial of the next picture of an item for a hand. The set made from that picture is submitted with a
-  /// DepthJob of this serial, without a source.
-  std::uint64_t next_picture(std::int64_t item, std::size_t hand) const;
+  /// Returns the next job for offset fields or depth images; empty if all are up to date.
+  std::optional<DerivedJob> derived_job(DerivedKind kind) const;
+  /// Returns the job for a picture of an item whose pictures are submitted by the caller, in the clip volume
+  /// of `edge` mm around `touch` (mm, item's frame).
+  DerivedJob picture_job(const haptics::depth::DepthPicture& picture, std::int64_t item,
+                         const glm::dvec3& touch, double edge, std::uint8_t hand = 0) const;
+  /// Submits the result of a job; returns the command that adopts it, to be applied next. Without a submitted
+  /// result that command derives the data itself.
+  Command submit_result(const DerivedJob& job, DerivedData data);
+  /// Derives and submits the data of that kind on all cores. Empty: there is nothing to adopt.
+  std::optional<Command> finish_derived_job(DerivedKind kind);
 
  private:
   // Commands of every engine, in groups.
@@ -259,19 +258,14 @@ class Engine {
   std::vector<PendingJob> jobs_;
   std::uint32_t last_job_ = 0, last_body_ = 0;
   std::vector<std::pair<Id, std::shared_ptr<const JobResult>>> results_;
-  struct SubmittedFields {
+  struct Submitted {
+    Adopt request;
+    std::uint8_t hand;
     std::shared_ptr<const haptics::TouchScene> scene;
-    std::uint64_t serial;
-    OffsetJob::Offsets offsets;
+    DerivedData data;
   };
-  std::vector<SubmittedFields> submitted_fields_;
-
+  std::vector<Submitted> submitted_;
   std::vector<DepthSets> depths_;  ///< one per hand
-  struct SubmittedDepths {
-    DepthJob job;
-    std::shared_ptr<const haptics::depth::DepthSet> set;
-  };
-  std::vector<SubmittedDepths> submitted_depths_;
 };
 
 }  // namespace trephine::sim

@@ -310,7 +310,7 @@ TEST(Engine, AGuardRefusesRequestsButNotDerivedData) {
                                  Command(SwitchItem{0, false}), Command(ToolGeometry{1})})
     EXPECT_EQ(engine.apply(request).refused.value_or(Error{}).what, "not now");
   EXPECT_FALSE(engine.apply(Resume{}).refused);
-  EXPECT_FALSE(engine.apply(AdoptFields{3}).refused);
+  EXPECT_FALSE(engine.apply(Adopt{DerivedKind::offset_fields, 0, 3}).refused);
 }
 
 TEST(Engine, SettingsInAnotherOrderGiveTheSameState) {
