@@ -16,10 +16,9 @@ std::span<const CoreCommand> body_commands() noexcept;
 std::span<const CoreCommand> derived_commands() noexcept;
 
 /// Returns the row of request T with `apply(engine, request, hand, outcome)` and `check(engine, request,
-/// hand)`. A null pointer stands for a function that the command does not need.
+/// hand)`. A null pointer stands for a function that the command does not need. `row`: its other members.
 template <class T, auto k_apply, auto k_check = nullptr>
-CoreCommand core_command() noexcept {
-  CoreCommand row;
+CoreCommand core_command(CoreCommand row = {}) noexcept {
   row.type = &value_type<T>();
   if constexpr (!std::is_null_pointer_v<decltype(k_apply)>)
     row.apply = [](Engine& engine, const Command& command, Outcome& outcome) {

@@ -118,66 +118,52 @@ struct DerivedCommands {
                             .found = std::to_string(request.item)};
     return setting;
   }
-  static CoreCommand adopt_command() {
-    CoreCommand row = derived(core_command<Adopt, &adopt, &check_adopt>());
-    row.restore = [](Engine& engine, const Command& command) -> Status {
-      const Adopt& request = *command.request.as<Adopt>();
-      if (request.kind == DerivedKind::offset_fields) return std::nullopt;  // part of the image
-      return set_depths(engine, request, command.hand, *data_of(engine, request, command.hand)).error;
-    };
-    row.discard = [](Engine& engine, const Command&) { engine.submitted_.clear(); };
-    return row;
+  static Status restore(Engine& engine, const Command& command) {
+    const Adopt& request = *command.request.as<Adopt>();
+    if (request.kind == DerivedKind::offset_fields) return std::nullopt;  // part of the image
+    return set_depths(engine, request, command.hand, *data_of(engine, request, command.hand)).error;
   }
+  static void discard(Engine& engine, const Command&) { engine.submitted_.clear(); }
 
-  static Status check_adopt_job(const Engine& engine, const AdoptJob& request, std::uint8_t) {
-    return check_job(engine, request.job);
+  /// Checks that the job of AdoptJob or CancelJob has begun and not ended.
+  template <class T>
+  static Status check_job(const Engine& engine, const T& request, std::uint8_t) {
+    const std::vector<PendingJob>& jobs = engine.jobs_;
+    if (std::any_of(jobs.begin(), jobs.end(), [&](const PendingJob& job) { return job.id == request.job; }))
+      return std::nullopt;
+    return Error{.what = "unknown job",
+                 .found = "job " + std::to_string(request.job.value),
+                 .expected = "one that began and has not ended"};
   }
   static void adopt_job(Engine& engine, const AdoptJob& request, std::uint8_t, Outcome& outcome) {
     engine.end_job(request, outcome);
-  }
-  static CoreCommand adopt_job_command() {
-    CoreCommand row = derived(core_command<AdoptJob, &adopt_job, &check_adopt_job>());
-    row.discard = [](Engine& engine, const Command& command) {
-      discard_result(engine, command.request.as<AdoptJob>()->job);
-    };
-    return row;
-  }
-
-  static Status check_cancel_job(const Engine& engine, const CancelJob& request, std::uint8_t) {
-    return check_job(engine, request.job);
   }
   static void cancel_job(Engine& engine, const CancelJob& request, std::uint8_t, Outcome& outcome) {
     std::erase_if(engine.jobs_, [&](const PendingJob& job) { return job.id == request.job; });
     discard_result(engine, request.job);
     outcome.job = request.job;
   }
-  static CoreCommand cancel_job_command() {
-    CoreCommand row = core_command<CancelJob, &cancel_job, &check_cancel_job>();
-    row.is_for_users = false;
-    return row;
-  }
-
-  static Status check_job(const Engine& engine, Id id) {
-    const std::vector<PendingJob>& jobs = engine.jobs_;
-    if (std::any_of(jobs.begin(), jobs.end(), [&](const PendingJob& job) { return job.id == id; }))
-      return std::nullopt;
-    return Error{.what = "unknown job",
-                 .found = "job " + std::to_string(id.value),
-                 .expected = "one that began and has not ended"};
+  static void discard_job(Engine& engine, const Command& command) {
+    discard_result(engine, command.request.as<AdoptJob>()->job);
   }
   static void discard_result(Engine& engine, Id id) {
     std::erase_if(engine.results_, [&](const auto& kept) { return kept.first == id; });
   }
-  /// Marks a command that adopts results: modules neither refuse nor hear it.
-  static CoreCommand derived(CoreCommand row) {
-    row.is_for_users = row.is_guarded = row.is_heard = false;
-    return row;
-  }
 };
 
 std::span<const CoreCommand> derived_commands() noexcept {
-  static const std::array all{DerivedCommands::adopt_command(), DerivedCommands::adopt_job_command(),
-                              DerivedCommands::cancel_job_command()};
+  using Group = DerivedCommands;
+  // Modules neither refuse nor hear the adoption of a result.
+  constexpr CoreCommand k_adoption{.is_for_users = false, .is_guarded = false, .is_heard = false};
+  static const std::array all = [&] {
+    CoreCommand adopt = k_adoption, adopt_job = k_adoption;
+    adopt.restore = &Group::restore, adopt.discard = &Group::discard;
+    adopt_job.discard = &Group::discard_job;
+    return std::array{
+        core_command<Adopt, &Group::adopt, &Group::check_adopt>(adopt),
+        core_command<AdoptJob, &Group::adopt_job, &Group::check_job<AdoptJob>>(adopt_job),
+        core_command<CancelJob, &Group::cancel_job, &Group::check_job<CancelJob>>({.is_for_users = false})};
+  }();
   return all;
 }
 

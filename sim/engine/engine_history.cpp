@@ -128,11 +128,7 @@ std::span<const CoreCommand> history_commands() noexcept {
       core_command<BeginBranch, &Group::begin_branch, &Group::check_begin_branch>(),
       core_command<SwitchBranch, &Group::switch_branch, &Group::check_switch_branch>(),
       core_command<Note, nullptr>(),
-      [] {
-        CoreCommand row = core_command<Resume, &Group::resume>();
-        row.is_for_users = row.is_guarded = false;
-        return row;
-      }()};
+      core_command<Resume, &Group::resume>({.is_for_users = false, .is_guarded = false})};
   return all;
 }
 
