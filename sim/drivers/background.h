@@ -49,7 +49,7 @@ class Background {
     bool is_running = false, has_thread = false;
   };
   void run();
-  /// Returns the most urgent queue from which work can start; null if there is none. Requires the lock.
+  /// Returns the most urgent queue from which work can start, or null. Requires the lock.
   Queue* next() noexcept;
 
   mutable std::mutex lock_;

@@ -129,7 +129,7 @@ void LiveSession::submit_picture(haptics::depth::DepthPicture picture, std::int6
   picture_ = std::move(job);
 }
 
-/// Returns the job of the pending picture, which is pending no longer; empty if there is none.
+/// Returns the job of the pending picture, which is pending no longer; empty if there is no picture.
 std::optional<DerivedJob> LiveSession::take_picture() {
   std::function<DerivedJob()> picture;
   {

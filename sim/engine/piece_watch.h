@@ -32,7 +32,7 @@ class PieceWatch {
     return {FreePieces{0, smallest_}, 0};
   }
   /// Returns the search for disconnected parts in the current state, which takes tenths of a second. Its
-  /// result is empty if there is none; else command() is due.
+  /// result is empty if all parts are connected; else command() is due.
   DerivedJob search(Engine& engine) const;
 
   struct Counts {
