@@ -68,7 +68,7 @@ const WindowReport& OperationController::finish() {
   state_ = live_.fetch_state();
   version_ = state_.version;
   report_.servo = live_.servo_report();
-  const sim::LiveSession::OffsetReport offsets = live_.offset_report();
+  const auto offsets = live_.derived_report(sim::DerivedKind::offset_fields);
   report_.offset_updates = offsets.count;
   report_.longest_offset_update_seconds = offsets.longest_seconds;
   report_.edits = live_.edit_report();

@@ -23,7 +23,7 @@ sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path
     const sim::Outcome outcome = engine.apply(record);
     if (recorder) recorder->add(record, engine, outcome);
     observer({times[i], record, servo, servo_scene->hands[0], us});
-    while (const std::optional<sim::Command> adoption = engine.finish_depth_job()) {
+    while (const auto adoption = engine.finish_derived_job(sim::DerivedKind::depth_images)) {
       const sim::Outcome adopted = engine.apply(*adoption);
       if (recorder) recorder->add(*adoption, engine, adopted);
     }

@@ -94,7 +94,7 @@ class DepthSource {
   /// Returns the next time (s) at which the motion may change: until then all points move linearly. 1e300 if
   /// it never changes.
   virtual double next_motion_change(double /*time*/) const noexcept { return 1e300; }
-  /// True if the object is not drawn: its pictures are submitted by sim::AdoptPicture.
+  /// True if the object is not drawn: its pictures are submitted by the caller.
   virtual bool is_streamed() const noexcept { return false; }
   /// Returns the bounds over all time, mm, own frame; low > high if the object is empty.
   virtual void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept = 0;

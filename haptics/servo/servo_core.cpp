@@ -7,8 +7,8 @@
 #include <glm/geometric.hpp>
 #include <xmmintrin.h>
 
-#include "haptics/depth/depth_source.h"
 #include "haptics/force/limited.h"
+#include "haptics/servo/readiness.h"
 #include "volume/scan/traversal.h"
 
 namespace trephine::haptics {
@@ -70,71 +70,6 @@ void ServoCore::update_passable_items(const ServoHand& hand) noexcept {
   ShapeSet& passable = state_.around.passable;
   passable = hand.untouchable | hand.let_through | not_ready_;
   if (popped_shape_ >= 0) passable.set(popped_shape_, true);
-}
-
-/// Finds the items that cannot block yet. A partly ready item blocks within its part: around hand and proxy,
-/// with the voxels that are read around them.
-void ServoCore::find_ready(const ServoHand& hand, const dvec3& hip) noexcept {
-  not_ready_ = hand.not_ready;
-  const volume::Volume& base = *hand.scene->base;
-  if (hand.part_count == 0 && hand.state.depths.empty()) return;
-  const double farthest = hand.scene->tool->extent();
-  if (!hand.state.depths.empty()) find_depths_ready(hand, hip, farthest);
-  for (std::size_t i = 0; i < hand.part_count; ++i) {
-    const auto& [index, voxels] = hand.parts[i];
-    const TouchItem& item = item_of(*hand.scene, index);
-    const volume::Volume& scan = item.is_mesh() ? base : item.field.volume();
-    const dvec3 tip = scan.frame.volume_from_world(hip);
-    const dvec3 proxy = state_.has_proxy
-                            ? scan.frame.volume_from_world(base.frame.world_from_volume(state_.proxy_volume))
-                            : tip;
-    bool is_within = true, is_outside = false;
-    for (int a = 0; a < 3; ++a) {
-      constexpr double k_margin = 3;  // voxels
-      dvec3 along(0);
-      along[a] = 1;
-      const double reach = k_margin + farthest * glm::length(scan.frame.gradient_world_from_volume(along));
-      const double low = std::max(0.0, std::min(tip[a], proxy[a]) - reach),
-                   high = std::min(scan.size[a] - 1.0, std::max(tip[a], proxy[a]) + reach);
-      is_outside = is_outside || low > high;
-      is_within = is_within && low >= voxels.low[a] && high <= voxels.high[a];
-    }
-    // Beyond the volume's border no data are missing.
-    not_ready_.set(index, !is_within && !is_outside);
-  }
-}
-
-/// Items touched by depth images block where their images show the surface, and fade when new images are
-/// overdue.
-void ServoCore::find_depths_ready(const ServoHand& hand, const dvec3& hip, double farthest) noexcept {
-  const dvec3 proxy = state_.has_proxy ? hand.scene->base->frame.world_from_volume(state_.proxy_volume) : hip;
-  int d = 0;
-  for (int s = 0; s < item_count(*hand.scene); ++s) {
-    const TouchItem& item = item_of(*hand.scene, s);
-    if (!item.depth) continue;
-    const depth::DepthSet* set = depth::set_in(hand.state, d++);
-    Placement place = item.placement;
-    if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)
-      place = hand.placements[static_cast<std::size_t>(item.mover)];
-    // The bounds over all time do not move with the extrapolation.
-    const dvec3 hip_at_rest = place.local_from_world(hip), proxy_at_rest = place.local_from_world(proxy);
-    if (set) place = place * set->displacement_at(time());
-    const dvec3 hip_local = place.local_from_world(hip), proxy_local = place.local_from_world(proxy);
-    const double late = set && set->has_successor ? time() - set->view.time - set->view.interval : 0;
-    const bool is_known = set && set->knows(hip_local, farthest) && set->knows(proxy_local, farthest) &&
-                          late < depth::k_extrapolation_time + depth::k_fading;
-    dvec3 low, high;
-    item.depth->bounds(low, high);
-    const auto is_far = [&](const dvec3& p) {
-      const dvec3 off = p - glm::clamp(p, low, high);
-      return glm::length(off) > farthest + depth::k_bounds_margin;
-    };
-    if (!is_known && !(is_far(hip_at_rest) && is_far(proxy_at_rest))) not_ready_.set(s, true);
-    if (late > depth::k_extrapolation_time && step_.has_contact && step_.shape == s)
-      force_cap_ =
-          std::min(force_cap_,
-                   std::max(0.0, 1 - (late - depth::k_extrapolation_time) / depth::k_fading) * force_limit_);
-  }
 }
 
 /// Adopts another scene or method: cached surroundings are outdated, and items may have been removed.
@@ -240,7 +175,11 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       else if (is_escaping_)
         release_proxy();
     }
-    find_ready(hand, hip);
+    const dvec3 proxy = state_.has_proxy ? scene.base->frame.world_from_volume(state_.proxy_volume) : hip;
+    const Readiness readiness =
+        readiness_of(hand, {hip, proxy, time(), step_.has_contact ? step_.shape : -1});
+    not_ready_ = readiness.not_ready;
+    if (readiness.fade) force_cap_ = std::min(force_cap_, *readiness.fade * force_limit_);
     update_passable_items(hand);
     if (!is_escaping_) {
       step_ = hand.held_count > 0

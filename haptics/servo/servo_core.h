@@ -85,8 +85,6 @@ class ServoCore {
   void account_motion(const glm::dvec3& motion) noexcept;
   void pop_through(const ServoHand& hand, const glm::dvec3& hip_world, ServoRecord& record) noexcept;
   void emit_events(ServoRecord& record) noexcept;
-  void find_ready(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
-  void find_depths_ready(const ServoHand& hand, const glm::dvec3& hip_world, double farthest) noexcept;
   double time() const noexcept { return static_cast<double>(tick_) * dt_; }
   void update_passable_items(const ServoHand& hand) noexcept;
 

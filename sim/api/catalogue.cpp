@@ -3,35 +3,12 @@
 #include <algorithm>
 #include <array>
 
+#include "sim/api/core_command.h"
+
 namespace trephine::sim {
 
 namespace {
 
-/// Commands of any engine, whatever its modules.
-std::array<const ValueType*, 22> own_commands() noexcept {
-  return {&value_type<Undo>(),
-          &value_type<Redo>(),
-          &value_type<BeginBranch>(),
-          &value_type<SwitchBranch>(),
-          &value_type<Note>(),
-          &value_type<Resume>(),
-          &value_type<RemoveInstrument>(),
-          &value_type<SwitchItem>(),
-          &value_type<PlaceModel>(),
-          &value_type<SetEffect>(),
-          &value_type<ToolGeometry>(),
-          &value_type<TakeInstrument>(),
-          &value_type<FreePieces>(),
-          &value_type<HoldBody>(),
-          &value_type<ReleaseBody>(),
-          &value_type<PlaceBody>(),
-          &value_type<DiscardBody>(),
-          &value_type<AdoptFields>(),
-          &value_type<AdoptDepths>(),
-          &value_type<AdoptPicture>(),
-          &value_type<AdoptJob>(),
-          &value_type<CancelJob>()};
-}
 /// Events of any engine, whatever its modules.
 std::array<const ValueType*, 10> own_events() noexcept {
   return {&value_type<FaultEvent>(),    &value_type<JobDiscarded>(),      &value_type<ForbiddenEntered>(),
@@ -54,9 +31,9 @@ const InstrumentType* Catalogue::find_instrument(std::string_view name) const no
 }
 
 std::vector<const ValueType*> Catalogue::all() const {
-  const auto commands = own_commands();
   const auto events = own_events();
-  std::vector<const ValueType*> types(commands.begin(), commands.end());
+  std::vector<const ValueType*> types;
+  for (const CoreCommand& command : core_commands()) types.push_back(command.type);
   types.insert(types.end(), events.begin(), events.end());
   for (const Module* module : modules_) {
     types.insert(types.end(), module->commands().begin(), module->commands().end());
@@ -80,11 +57,8 @@ bool Catalogue::is_event(const ValueType& type) const noexcept {
 }
 
 bool Catalogue::is_command(const ValueType& type) const noexcept {
-  for (const ValueType* internal :
-       {&value_type<AdoptFields>(), &value_type<AdoptDepths>(), &value_type<AdoptPicture>(),
-        &value_type<AdoptJob>(), &value_type<CancelJob>(), &value_type<Resume>()})
-    if (&type == internal) return false;
-  return !is_event(type);
+  const CoreCommand* core = find_core_command(type);
+  return core ? core->is_for_users : !is_event(type);
 }
 
 Result<Command> Catalogue::command(std::string_view name, std::string_view words, int hand) const {

@@ -7,10 +7,6 @@
 
 namespace trephine::sim {
 
-bool is_derived_data(const Value& request) noexcept {
-  return request.as<AdoptFields>() || request.as<AdoptDepths>() || request.as<AdoptPicture>();
-}
-
 const Schema& Undo::schema() {
   static constexpr Schema table{"undo"};
   return table;
@@ -39,44 +35,14 @@ const Schema& Resume::schema() {
   static constexpr Schema table{"resume"};
   return table;
 }
-const Schema& AdoptFields::schema() {
-  static constexpr Field fields[] = {field<&AdoptFields::serial>("serial", {.low = 0, .high = 0x1p53})};
-  static constexpr Schema table{"adopt-fields", 1, fields};
-  return table;
-}
-const Schema& AdoptDepths::schema() {
+const Schema& Adopt::schema() {
+  static constexpr std::string_view kinds[] = {"offset-fields", "depth-images", "depth-picture"};
   static constexpr Field fields[] = {
-      field<&AdoptDepths::item>("item", {.low = 0, .high = haptics::ShapeSet::k_max - 1}),
-      field<&AdoptDepths::serial>("serial", {.low = 1, .high = 0x1p53}),
-      field<&AdoptDepths::middle>("middle", {.unit = "mm", .low = -1e6, .high = 1e6}),
-      field<&AdoptDepths::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
-      field<&AdoptDepths::edge>("edge", {.unit = "mm", .low = 1, .high = 200}),
-      field<&AdoptDepths::time>("time", {.unit = "s", .low = 0, .high = 1e9}),
-      field<&AdoptDepths::hash>("hash")};
-  static constexpr Schema table{"adopt-depths", 1, fields};
-  return table;
-}
-const Schema& AdoptPicture::schema() {
-  using Fields = AdoptPicture;
-  static constexpr Field fields[] = {
-      field<&Fields::item>("item", {.low = 0, .high = haptics::ShapeSet::k_max - 1}),
-      field<&Fields::serial>("serial", {.low = 1, .high = 0x1p53}),
-      field<&Fields::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
-      field<&Fields::edge>("edge", {.unit = "mm", .low = 0.1, .high = 1000}),
-      field<&Fields::time>("time", {.unit = "s", .low = 0, .high = 1e9}),
-      field<&Fields::width>("width", {.low = 2, .high = 4096}),
-      field<&Fields::height>("height", {.low = 2, .high = 4096}),
-      field<&Fields::fx>("fx", {.low = 1e-3, .high = 1e6}),
-      field<&Fields::fy>("fy", {.low = 1e-3, .high = 1e6}),
-      field<&Fields::cx>("cx", {.low = -1e6, .high = 1e6}),
-      field<&Fields::cy>("cy", {.low = -1e6, .high = 1e6}),
-      field<&Fields::position>("position", {.unit = "mm", .low = -1e6, .high = 1e6}),
-      field<&Fields::rotation>("rotation", {.low = -1, .high = 1}),
-      field<&Fields::nearest>("nearest", {.unit = "mm", .low = 1e-6, .high = 1e6}),
-      field<&Fields::step>("step", {.unit = "mm", .low = 1e-6, .high = 1000}),
-      field<&Fields::values>("values"),
-      field<&Fields::hash>("hash")};
-  static constexpr Schema table{"adopt-picture", 1, fields};
+      field<&Adopt::kind>("kind", {.choices = kinds}),
+      field<&Adopt::item>("item", {.low = 0, .high = haptics::ShapeSet::k_max - 1}),
+      field<&Adopt::serial>("serial", {.low = 0, .high = 0x1p53}), field<&Adopt::input>("input"),
+      field<&Adopt::hash>("hash")};
+  static constexpr Schema table{"adopt", 1, fields};
   return table;
 }
 const Schema& RemoveInstrument::schema() {

@@ -46,31 +46,22 @@ struct Note {
 struct Resume {
   static const Schema& schema();
 };
-/// Adopts offset fields of the version that was published as `serial`.
-struct AdoptFields {
-  std::int64_t serial = 0;
-  static const Schema& schema();
+/// Data that are derived from the state in the background, while the operation goes on.
+enum class DerivedKind : std::uint8_t {
+  offset_fields,  ///< of a round tool, after cuts
+  depth_images,   ///< of an item that is drawn
+  depth_picture,  ///< of an item whose pictures are submitted by the caller
+  loose_parts     ///< a search; its result is adopted by FreePieces
 };
-/// Adopts a set of depth images of an item, drawn with this view.
-struct AdoptDepths {
-  std::int64_t item = 0, serial = 0;
-  glm::dvec3 middle{0.0}, touch{0.0};  ///< mm, item's frame, as in haptics::depth::DepthView
-  double edge = 0, time = 0;           ///< mm; s
-  std::int64_t hash = 0;               ///< of the set
-  static const Schema& schema();
-};
-/// Adopts a picture of an item whose pictures are submitted by the caller.
-struct AdoptPicture {
-  std::int64_t item = 0, serial = 0;
-  glm::dvec3 touch{0.0};                     ///< mm, item's frame: middle of the clip volume
-  double edge = 0, time = 0;                 ///< mm; s
-  std::int64_t width = 0, height = 0;        ///< pixels
-  double fx = 0, fy = 0, cx = 0, cy = 0;     ///< pixels, as in haptics::depth::DepthCamera
-  glm::dvec3 position{0.0};                  ///< mm, of the camera, item's frame
-  std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
-  double nearest = 1, step = 0.1;            ///< mm: depth of value 1, and of one value more
-  std::string values;                        ///< as in haptics::depth::DepthPicture
-  std::int64_t hash = 0;                     ///< of the resulting set
+inline constexpr std::size_t k_derived_kinds = 4;
+/// Adopts derived data. Issued by drivers many times a second, not by a user; never refused by modules.
+struct Adopt {
+  DerivedKind kind = DerivedKind::offset_fields;
+  std::int64_t item = 0;    ///< of the hand's scene; 0 for offset fields
+  std::int64_t serial = 0;  ///< offset fields: of the version; depth images and pictures: of the set
+  /// Data in addition to the state, as bytes of their fields: DepthImages, DepthPixels, or empty.
+  std::string input = {};
+  std::int64_t hash = 0;  ///< of the derived data; 0: not compared
   static const Schema& schema();
 };
 /// Removes the hand's instrument: the hand only touches.
@@ -154,8 +145,5 @@ struct CancelJob {
   Id job;
   static const Schema& schema();
 };
-
-/// True for commands that adopt derived data: issued by drivers many times a second, not by a user.
-bool is_derived_data(const Value& request) noexcept;
 
 }  // namespace trephine::sim

@@ -13,6 +13,19 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
+
+Priority priority_of(DerivedKind kind) noexcept {
+  switch (kind) {
+    case DerivedKind::depth_images:
+    case DerivedKind::depth_picture:
+      return Priority::depths;
+    case DerivedKind::offset_fields:
+      return Priority::fields;
+    case DerivedKind::loose_parts:
+      break;
+  }
+  return Priority::search;
+}
 }  // namespace
 
 LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene,
@@ -57,9 +70,7 @@ void LiveSession::stop() {
   servo_.stop();
   is_stopping_ = true;
   if (thread_.joinable()) thread_.join();
-  fields_.stop();
-  jobs_.stop();
-  depths_.stop();
+  background_.stop();
   // Requests during the last round.
   std::vector<Command> commands;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
@@ -99,89 +110,65 @@ std::vector<LiveSession::HistoryState> LiveSession::history_states_now(std::size
 /// Edit thread: adopts results of background work, and starts further work. Results of states that were
 /// undone are discarded.
 void LiveSession::handle_results() {
-  for (const Background::Result& adopt : jobs_.take()) adopt();
-  for (const Background::Result& adopt : fields_.take()) adopt();
-  for (const Background::Result& adopt : depths_.take()) adopt();
-  draw_depths();
-  if (!engine_.has_stale_fields() || !fields_.is_idle()) return;
-  fields_.submit([this, job = engine_.offset_job().value()]() mutable -> Background::Result {
-    const auto begin = Clock::now();
-    OffsetJob::Offsets output = job.make();
-    job.version.reset();  // perhaps the last owner: freed while no caller waits
-    const double seconds = seconds_since(begin);
-    {
-      const std::lock_guard guard(lock_);
-      offset_report_.longest_seconds = std::max(offset_report_.longest_seconds, seconds);
-      ++offset_report_.count;
-    }
-    return [this, job = std::move(job), output = std::move(output)] {
-      engine_.submit_result(job, output);
-      carry_out({AdoptFields{static_cast<std::int64_t>(job.serial)}, static_cast<std::uint8_t>(job.hand)});
-    };
-  });
-}
-
-/// Starts drawing depth images around the hands, for objects near them.
-void LiveSession::draw_depths() {
-  if (!depths_.is_idle() || take_picture()) return;
-  std::optional<DepthJob> next = engine_.depth_job();
-  if (!next) return;
-  depths_.submit([this, job = std::move(*next)]() -> Background::Result {
-    const auto begin = Clock::now();
-    std::shared_ptr<const haptics::depth::DepthSet> output = job.make();
-    const double seconds = seconds_since(begin);
-    {
-      const std::lock_guard guard(lock_);
-      depth_report_.longest_seconds = std::max(depth_report_.longest_seconds, seconds);
-      depth_report_.late += seconds > job.view.interval;
-      ++depth_report_.count;
-    }
-    return [this, job, output = std::move(output)] {
-      if (!output) return;
-      engine_.submit_result(job, output);
-      carry_out({job.command(*output), job.hand});
-    };
-  });
+  for (const Background::Result& adopt : background_.take()) adopt();
+  for (const DerivedKind kind : {DerivedKind::depth_images, DerivedKind::offset_fields}) {
+    if (!background_.is_idle(priority_of(kind))) continue;
+    std::optional<DerivedJob> job;
+    if (kind == DerivedKind::depth_images) job = take_picture();
+    if (!job) job = engine_.derived_job(kind);
+    if (job) derive(std::move(*job));
+  }
 }
 
 void LiveSession::submit_picture(haptics::depth::DepthPicture picture, std::int64_t item,
                                  const glm::dvec3& touch, double edge, std::uint8_t hand) {
-  Command command(adopt_picture_command(picture, item, touch, edge), hand);
+  std::function<DerivedJob()> job = [this, picture = std::move(picture), item, touch, edge, hand] {
+    return engine_.picture_job(picture, item, touch, edge, hand);
+  };
   const std::lock_guard guard(lock_);
-  picture_ = std::move(command);
+  picture_ = std::move(job);
 }
 
-/// Starts building the surface of a submitted picture. False if no picture is pending.
-bool LiveSession::take_picture() {
-  std::optional<Command> picture;
+/// Returns the job of the pending picture, which is pending no longer; empty if there is no picture.
+std::optional<DerivedJob> LiveSession::take_picture() {
+  std::function<DerivedJob()> picture;
   {
     const std::lock_guard guard(lock_);
     picture.swap(picture_);
   }
-  if (!picture) return false;
-  AdoptPicture request = *picture->request.as<AdoptPicture>();
-  request.serial = static_cast<std::int64_t>(engine_.next_picture(request.item, picture->hand));
-  request.time = engine_.seconds();
-  depths_.submit([this, request = std::move(request), hand = picture->hand]() -> Background::Result {
-    std::shared_ptr<const haptics::depth::DepthSet> output = set_of(request);
-    return [this, request, hand, output = std::move(output)]() mutable {
-      request.hash = static_cast<std::int64_t>(output->hash());
-      engine_.submit_result({hand, request.item, static_cast<std::uint64_t>(request.serial), nullptr, {}},
-                            std::move(output));
-      carry_out({std::move(request), hand});
-    };
-  });
-  return true;
+  return picture ? std::optional(picture()) : std::nullopt;
 }
 
-LiveSession::DepthReport LiveSession::depth_report() {
+/// Derives data in the background; the edit thread adopts them by a recorded command.
+void LiveSession::derive(DerivedJob job) {
+  const Priority priority = priority_of(job.key.kind);
+  background_.submit(priority, [this, job = std::move(job)]() mutable -> Background::Result {
+    const auto begun_at = Clock::now();
+    DerivedData data = job.make(1);
+    job.make = {};  // perhaps the last owner of a version: freed while no caller waits
+    const double seconds = seconds_since(begun_at);
+    {
+      const std::lock_guard guard(lock_);
+      DerivedReport& report = derived_reports_[static_cast<std::size_t>(job.key.kind)];
+      report.longest_seconds = std::max(report.longest_seconds, seconds);
+      report.late += seconds > job.interval;
+      ++report.count;
+    }
+    return [this, job = std::move(job), data = std::move(data)] {
+      if (job.key.kind == DerivedKind::loose_parts) return end_search(!data.is_empty);
+      if (!data.is_empty) carry_out(engine_.submit_result(job, data));
+    };
+  });
+}
+
+LiveSession::DerivedReport LiveSession::derived_report(DerivedKind kind) {
   const std::lock_guard guard(lock_);
-  return depth_report_;
+  return derived_reports_[static_cast<std::size_t>(kind)];
 }
 
 /// Runs a job in the background; the edit thread adopts its result by a recorded command.
 void LiveSession::begin(const PendingJob& job) {
-  jobs_.submit([this, job]() -> Background::Result {
+  background_.submit(Priority::jobs, [this, job]() -> Background::Result {
     return [this, id = job.id, result = job.run()] {
       const std::vector<PendingJob>& all = engine_.jobs();
       if (std::none_of(all.begin(), all.end(), [&](const PendingJob& one) { return one.id == id; }))
@@ -190,11 +177,6 @@ void LiveSession::begin(const PendingJob& job) {
       carry_out(AdoptJob{id, static_cast<std::int64_t>(result->hash())});
     };
   });
-}
-
-LiveSession::OffsetReport LiveSession::offset_report() {
-  const std::lock_guard guard(lock_);
-  return offset_report_;
 }
 
 std::future<std::shared_ptr<const OperationState>> LiveSession::snapshot() {
@@ -290,15 +272,14 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
     const std::lock_guard guard(lock_);
     state_.is_searching_pieces = true;
   }
-  jobs_.submit([this, now = engine_.snapshot(), scene = engine_.tool().scene,
-                smallest = pieces_->smallest()]() -> Background::Result {
-    const bool is_loose = PieceWatch::has_disconnected_part(*scene, *now->world.version, smallest);
-    return [this, is_loose] {
-      if (is_loose) free_pieces();
-      const std::lock_guard guard(lock_);
-      state_.is_searching_pieces = false;
-    };
-  });
+  derive(pieces_->search(engine_));
+}
+
+/// Ends a search for disconnected parts, with or without a finding.
+void LiveSession::end_search(bool has_found) {
+  if (has_found) free_pieces();
+  const std::lock_guard guard(lock_);
+  state_.is_searching_pieces = false;
 }
 
 /// Detaches free pieces by an internal command, whose refusal is not reported.

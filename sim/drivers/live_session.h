@@ -2,7 +2,9 @@
 // Longer work (offset fields of round tools, depth images, jobs of modules) runs on background threads.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <functional>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -94,18 +96,12 @@ class LiveSession {
   /// Ticks that the edit thread applied, up to the limit of keep_trace(); call after stop().
   const std::vector<haptics::ServoRecord>& trace() const noexcept { return trace_; }
   const Engine& engine() const noexcept { return engine_; }
-  /// Number of updates of round tools' offset fields, and the longest duration.
-  struct OffsetReport {
-    std::uint64_t count = 0;
-    double longest_seconds = 0;
-  };
-  OffsetReport offset_report();
-  /// Number of sets of depth images, number of those that took longer than their interval, longest duration.
-  struct DepthReport {
+  /// Number of jobs of a kind, number of those that took longer than their interval, longest duration.
+  struct DerivedReport {
     std::uint64_t count = 0, late = 0;
     double longest_seconds = 0;
   };
-  DepthReport depth_report();
+  DerivedReport derived_report(DerivedKind kind);
   /// Longest durations of a tick and of a command (at most 2 ms are allowed), and the name of that command.
   struct EditReport {
     double longest_tick_seconds = 0, longest_command_seconds = 0;
@@ -132,10 +128,11 @@ class LiveSession {
   void update_state(const Outcome& outcome);  // with lock_ held
   void show(const Outcome& outcome, bool is_command);
   void handle_results();
-  void draw_depths();
-  bool take_picture();
+  std::optional<DerivedJob> take_picture();
+  void derive(DerivedJob job);
   void begin(const PendingJob& job);
   void free_pieces();
+  void end_search(bool has_found);
 
   Engine engine_;
   haptics::ServoChannel channel_;
@@ -148,7 +145,7 @@ class LiveSession {
   LiveState state_;
   std::vector<Command> commands_;
   std::vector<std::pair<std::size_t, glm::dvec3>> pending_teleports_;
-  std::optional<Command> picture_;                                              ///< pending submitted picture
+  std::function<DerivedJob()> picture_;  ///< returns the job of the pending picture; empty: no picture
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< pending requests
   std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>>
       state_requests_;       ///< pending requests
@@ -160,10 +157,9 @@ class LiveSession {
   bool has_new_overlays_ = true;             ///< edit thread only
   std::thread thread_;
 
-  Background fields_, jobs_, depths_;  ///< threads that edits never wait for
-  OffsetReport offset_report_;         ///< guarded by lock_
-  DepthReport depth_report_;           ///< guarded by lock_
-  EditReport edit_report_;             ///< guarded by lock_
+  Background background_;                                         ///< threads that edits never wait for
+  std::array<DerivedReport, k_derived_kinds> derived_reports_{};  ///< by kind; guarded by lock_
+  EditReport edit_report_;                                        ///< guarded by lock_
 };
 
 }  // namespace trephine::sim

@@ -45,8 +45,7 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
   if (pieces_) {
     const PieceWatch::Finding found = pieces_->after_tick(engine_);
     if (found == PieceWatch::Finding::disconnected ||
-        (found == PieceWatch::Finding::pending &&
-         PieceWatch::has_disconnected_part(engine_.scene(), *engine_.current(), pieces_->smallest()))) {
+        (found == PieceWatch::Finding::pending && !pieces_->search(engine_).make(0).is_empty)) {
       const Outcome outcome = apply_whole(pieces_->command());
       last_outcome_.is_changed |= outcome.is_changed;
       last_outcome_.box = united(last_outcome_.box, outcome.box);
@@ -57,12 +56,11 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
   stale_ticks_ = engine_.has_stale_fields() ? stale_ticks_ + 1 : 0;
   if (stale_ticks_ == k_offsets_every) {
     for (std::size_t h = 0; h < engine_.hand_count(); ++h)
-      if (const std::optional<OffsetJob> job = engine_.offset_job())
-        apply({AdoptFields{static_cast<std::int64_t>(job->serial)}, static_cast<std::uint8_t>(job->hand)});
+      if (const auto adoption = engine_.finish_derived_job(DerivedKind::offset_fields)) apply(*adoption);
     stale_ticks_ = 0;
   }
   // Depth images are adopted at once.
-  while (const std::optional<Command> adoption = engine_.finish_depth_job())
+  while (const auto adoption = engine_.finish_derived_job(DerivedKind::depth_images))
     last_outcome_.is_changed |= apply(*adoption).is_changed;
   return records_;
 }

@@ -331,26 +331,25 @@ void Replay::add_change(const Outcome& outcome) {
 
 void Replay::run_command(const Command& command) {
   ++counts_.commands;
-  if (const auto* adopt = command.request.as<AdoptFields>())
+  const auto* adopt = command.request.as<Adopt>();
+  if (adopt && adopt->kind == DerivedKind::offset_fields)
     for (const Checkpoint::Fields& result : state_->fields)
       if (result.serial == static_cast<std::uint64_t>(adopt->serial) && result.hand == command.hand) {
-        OffsetJob job;
-        job.serial = result.serial;
-        job.scene = state_->engine.tool(result.hand).scene;
-        state_->engine.submit_result(job, result.offsets);
+        DerivedJob job{{adopt->kind, adopt->item, command.hand}, result.serial, adopt->input};
+        job.scene = state_->engine.tool(command.hand).scene;
+        state_->engine.submit_result(job, {result.offsets});
       }
   const Outcome outcome = state_->engine.apply(command);
   const std::string name(command.request.name());
   if (outcome.refused)
     record_mismatch(state_->next_tick, "command", name + ' ' + command.request.words(),
                     outcome.refused->message());
-  const auto compare = [&](const auto* adopt, const char* what) {
-    if (adopt && outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
-      record_mismatch(state_->next_tick, what, hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
+  const auto compare = [&](const auto* adoption, const char* what) {
+    if (adoption && outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adoption->hash))
+      record_mismatch(state_->next_tick, what, hexadecimal(static_cast<std::uint64_t>(adoption->hash)),
                       hexadecimal(*outcome.job_hash));
   };
-  compare(command.request.as<AdoptDepths>(), "depth images");
-  compare(command.request.as<AdoptPicture>(), "a depth picture");
+  compare(adopt, "derived data");
   compare(command.request.as<AdoptJob>(), "job");
   if (command.request.as<Resume>()) {
     ++counts_.resumes;

@@ -13,69 +13,142 @@ using haptics::TouchItem;
 using haptics::depth::DepthSet;
 using haptics::depth::DepthView;
 
-std::shared_ptr<const DepthSet> DepthJob::make(int threads) const {
-  auto drawn = source->draw(view, threads);
-  if (!drawn) return nullptr;
-  return std::make_shared<const DepthSet>(std::move(drawn).value());
+const Schema& DepthImages::schema() {
+  static constexpr Field fields[] = {
+      field<&DepthImages::middle>("middle", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&DepthImages::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&DepthImages::edge>("edge", {.unit = "mm", .low = 1, .high = 200}),
+      field<&DepthImages::time>("time", {.unit = "s", .low = 0, .high = 1e9})};
+  static constexpr Schema table{"depth-images", 1, fields};
+  return table;
+}
+const Schema& DepthPixels::schema() {
+  using Fields = DepthPixels;
+  static constexpr Field fields[] = {
+      field<&Fields::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&Fields::edge>("edge", {.unit = "mm", .low = 0.1, .high = 1000}),
+      field<&Fields::time>("time", {.unit = "s", .low = 0, .high = 1e9}),
+      field<&Fields::width>("width", {.low = 2, .high = 4096}),
+      field<&Fields::height>("height", {.low = 2, .high = 4096}),
+      field<&Fields::fx>("fx", {.low = 1e-3, .high = 1e6}),
+      field<&Fields::fy>("fy", {.low = 1e-3, .high = 1e6}),
+      field<&Fields::cx>("cx", {.low = -1e6, .high = 1e6}),
+      field<&Fields::cy>("cy", {.low = -1e6, .high = 1e6}),
+      field<&Fields::position>("position", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&Fields::rotation>("rotation", {.low = -1, .high = 1}),
+      field<&Fields::nearest>("nearest", {.unit = "mm", .low = 1e-6, .high = 1e6}),
+      field<&Fields::step>("step", {.unit = "mm", .low = 1e-6, .high = 1000}),
+      field<&Fields::values>("values")};
+  static constexpr Schema table{"depth-picture", 1, fields};
+  return table;
 }
 
-AdoptDepths DepthJob::command(const DepthSet& result) const {
-  AdoptDepths request;
-  request.item = item;
-  request.serial = static_cast<std::int64_t>(serial);
-  request.middle = view.middle, request.touch = view.touch;
-  request.edge = view.edge, request.time = view.time;
-  request.hash = static_cast<std::int64_t>(result.hash());
-  return request;
-}
-
-AdoptPicture adopt_picture_command(const haptics::depth::DepthPicture& picture, std::int64_t item,
-                                   const dvec3& touch, double edge) {
+DepthPixels DepthPixels::of(const haptics::depth::DepthPicture& picture, const dvec3& touch, double edge,
+                            double time) {
   const haptics::depth::DepthCamera& c = picture.camera;
   const glm::dquat& q = picture.place.rotation;
-  AdoptPicture request;
-  request.item = item;
-  request.touch = touch, request.edge = edge;
-  request.width = c.width, request.height = c.height;
-  request.fx = c.fx, request.fy = c.fy, request.cx = c.cx, request.cy = c.cy;
-  request.position = picture.place.position_world;
-  request.rotation = {q.w, q.x, q.y, q.z};
-  request.nearest = picture.nearest, request.step = picture.mm_per_step;
-  request.values = picture.values;
-  return request;
+  return {touch,
+          edge,
+          time,
+          c.width,
+          c.height,
+          c.fx,
+          c.fy,
+          c.cx,
+          c.cy,
+          picture.place.position_world,
+          {q.w, q.x, q.y, q.z},
+          picture.nearest,
+          picture.mm_per_step,
+          picture.values};
 }
 
-haptics::depth::DepthPicture picture_of(const AdoptPicture& request) {
+haptics::depth::DepthPicture DepthPixels::picture() const {
   haptics::depth::DepthPicture picture;
-  picture.camera = {static_cast<int>(request.width),
-                    static_cast<int>(request.height),
-                    request.fx,
-                    request.fy,
-                    request.cx,
-                    request.cy};
-  const std::vector<double>& q = request.rotation;
-  picture.place.position_world = request.position;
-  if (q.size() == 4) picture.place.rotation = {q[0], q[1], q[2], q[3]};
-  picture.nearest = request.nearest, picture.mm_per_step = request.step;
-  picture.values = request.values;
+  picture.camera = {static_cast<int>(width), static_cast<int>(height), fx, fy, cx, cy};
+  picture.place.position_world = position;
+  if (rotation.size() == 4) picture.place.rotation = {rotation[0], rotation[1], rotation[2], rotation[3]};
+  picture.nearest = nearest, picture.mm_per_step = step;
+  picture.values = values;
   return picture;
 }
 
-std::shared_ptr<const DepthSet> set_of(const AdoptPicture& request) {
-  const haptics::depth::DepthPicture picture = picture_of(request);
-  DepthView view;
-  view.middle = view.touch = request.touch;
-  view.edge = request.edge, view.time = request.time;
-  const double far = glm::length(request.touch - request.position);
-  view.pixel = std::max(1e-3, far / std::min(request.fx, request.fy));
-  return std::make_shared<const DepthSet>(haptics::depth::set_of(view, picture));
+namespace {
+
+DerivedData data_of(DepthSet set) {
+  DerivedData data;
+  data.depths = std::make_shared<const DepthSet>(std::move(set));
+  data.hash = data.depths->hash();
+  return data;
 }
 
-DepthJob job_of(const AdoptDepths& request, std::uint8_t hand, const haptics::TouchScene& scene) {
-  const TouchItem& item = haptics::item_of(scene, static_cast<int>(request.item));
-  DepthJob job{hand, request.item, static_cast<std::uint64_t>(request.serial), item.depth, {}};
-  job.view = {request.middle,   request.touch, request.edge,
-              item.depth_pixel, request.time,  DepthSets::interval_of(item, request.time)};
+DerivedJob images_job(const DerivedKey& key, std::uint64_t serial, const DepthImages& input,
+                      const std::shared_ptr<const haptics::TouchScene>& scene, const DepthView& view) {
+  DerivedJob job{key, serial, Value(input).bytes(), scene, view.interval};
+  // Takes milliseconds, by what is visible.
+  job.make = [source = haptics::item_of(*scene, static_cast<int>(key.item)).depth, view](int threads) {
+    auto drawn = source->draw(view, threads);
+    DepthSet set = drawn ? std::move(drawn).value() : DepthSet();
+    set.view = view;
+    if (!set.tree) set.tree = std::make_shared<const haptics::MeshTree>();
+    DerivedData data = data_of(std::move(set));
+    data.is_empty = !drawn;
+    return data;
+  };
+  return job;
+}
+
+DepthView view_of(const DepthImages& input, const TouchItem& item) {
+  return {input.middle,     input.touch, input.edge,
+          item.depth_pixel, input.time,  DepthSets::interval_of(item, input.time)};
+}
+
+Error wrong_item(const DerivedKey& key, const char* what, const char* expected) {
+  return Error{.what = what, .where = "adopt item", .found = std::to_string(key.item), .expected = expected};
+}
+
+}  // namespace
+
+DerivedJob picture_job(const DerivedKey& key, std::uint64_t serial, const DepthPixels& input) {
+  DerivedJob job{key, serial, Value(input).bytes()};
+  job.make = [input](int /*threads*/) {
+    DepthView view;
+    view.middle = view.touch = input.touch;
+    view.edge = input.edge, view.time = input.time;
+    const double far = glm::length(input.touch - input.position);
+    view.pixel = std::max(1e-3, far / std::min(input.fx, input.fy));
+    return data_of(haptics::depth::set_of(view, input.picture()));
+  };
+  return job;
+}
+
+Result<DerivedJob> depth_job(const DerivedKey& key, std::uint64_t serial, std::string_view input,
+                             const std::shared_ptr<const haptics::TouchScene>& scene) {
+  if (key.item >= haptics::item_count(*scene) || !haptics::item_of(*scene, static_cast<int>(key.item)).depth)
+    return wrong_item(key, "this item has no depth images", "an item with depth images");
+  const TouchItem& item = haptics::item_of(*scene, static_cast<int>(key.item));
+  if (key.kind == DerivedKind::depth_images) {
+    if (item.depth->is_streamed())
+      return wrong_item(key, "this item is not drawn: its pictures are submitted by the caller",
+                        "an item that is drawn");
+    const auto images = Value::from_bytes(value_type<DepthImages>(), input);
+    if (!images) return images.error();
+    const DepthImages& request = *images.value().as<DepthImages>();
+    const DepthView view = view_of(request, item);
+    glm::ivec3 size(0);
+    const auto frame = view.lattice(size);
+    if (!frame) return frame.error();
+    return images_job(key, serial, request, scene, view);
+  }
+  if (!item.depth->is_streamed())
+    return wrong_item(key, "this item is not touched by pictures", "an item with submitted pictures");
+  const auto pixels = Value::from_bytes(value_type<DepthPixels>(), input);
+  if (!pixels) return pixels.error();
+  const DepthPixels& request = *pixels.value().as<DepthPixels>();
+  if (Status error = check_rotation(request.rotation, "depth-picture rotation")) return *error;
+  if (Status error = haptics::depth::check(request.picture())) return *error;
+  DerivedJob job = picture_job(key, serial, request);
+  job.scene = scene;
   return job;
 }
 
@@ -136,8 +209,9 @@ std::uint64_t DepthSets::next_serial(std::size_t place) const noexcept {
   return newest_[place] ? newest_[place]->serial + 1 : 1;
 }
 
-std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint8_t number,
-                                       double time) const {
+std::optional<DerivedJob> DepthSets::job(const haptics::ServoHand& hand, std::uint8_t number,
+                                         const std::shared_ptr<const haptics::TouchScene>& scene,
+                                         double time) const {
   if (!has_position_) return std::nullopt;
   for (std::size_t d = 0; d < items_.size(); ++d) {
     const TouchItem& item = haptics::item_of(*hand.scene, items_[d]);
@@ -165,21 +239,17 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     const bool is_old = !set || set->has_successor || !set->knows(hip, reach) || !set->knows(proxy, reach);
     if (!is_due || !is_old) continue;
     constexpr double k_widest = 150;  // mm; a hand so deep that it needs more loses contact
-    DepthJob job{number, items_[d], next_serial(d), item.depth, {}};
-    job.view.touch = local_proxy;
-    job.view.middle = 0.5 * (local_hip + local_proxy);
     // The known part ends a few pixels before the border.
     const double requested =
         std::min(k_widest, edge + 2 * hand.scene->tool->radius() + glm::length(hip - proxy)) +
         k_border * item.depth_pixel;
-    job.view.edge = std::min(requested, k_max_pixels * item.depth_pixel);
-    job.view.pixel = item.depth_pixel;
-    job.view.time = time;
-    job.view.interval = interval_of(item, time);
+    const DepthImages input{0.5 * (local_hip + local_proxy), local_proxy,
+                            std::min(requested, k_max_pixels * item.depth_pixel), time};
     // A hand at rest whose surroundings no set can cover gets no further one.
-    if (set && !set->has_successor && job.view.middle == set->view.middle && job.view.edge == set->view.edge)
+    if (set && !set->has_successor && input.middle == set->view.middle && input.edge == set->view.edge)
       continue;
-    return job;
+    return images_job({DerivedKind::depth_images, items_[d], number}, next_serial(d), input, scene,
+                      view_of(input, item));
   }
   return std::nullopt;
 }

@@ -8,31 +8,39 @@
 #include "haptics/depth/depth_picture.h"
 #include "haptics/depth/depth_rules.h"
 #include "haptics/servo/servo_scene.h"
-#include "sim/api/command.h"
+#include "sim/engine/derived_job.h"
 
 namespace trephine::sim {
 
-/// A set to be drawn. Runs on any thread, from immutable data alone.
-struct DepthJob {
-  std::uint8_t hand = 0;
-  std::int64_t item = 0;
-  std::uint64_t serial = 0;  ///< of the set
-  std::shared_ptr<const haptics::depth::DepthSource> source;
-  haptics::depth::DepthView view;
+/// Input of depth images: the view of haptics::depth::DepthView; its pixel and interval are the item's.
+struct DepthImages {
+  glm::dvec3 middle{0.0}, touch{0.0};  ///< mm, item's frame
+  double edge = 0, time = 0;           ///< mm; s
+  static const Schema& schema();
+};
+/// Input of a depth picture: the clip volume, and the picture as in haptics::depth::DepthPicture.
+struct DepthPixels {
+  glm::dvec3 touch{0.0};                     ///< mm, item's frame: middle of the clip volume
+  double edge = 0, time = 0;                 ///< mm; s
+  std::int64_t width = 0, height = 0;        ///< pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;     ///< pixels
+  glm::dvec3 position{0.0};                  ///< mm, of the camera, item's frame
+  std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
+  double nearest = 1, step = 0.1;            ///< mm: depth of value 1, and of one value more
+  std::string values;
+  static const Schema& schema();
 
-  /// Takes milliseconds, by what is visible; the same bits for any `threads`. Null: the view cannot be drawn.
-  std::shared_ptr<const haptics::depth::DepthSet> make(int threads = 1) const;
-  /// Returns the command that adopts this set.
-  AdoptDepths command(const haptics::depth::DepthSet& result) const;
+  static DepthPixels of(const haptics::depth::DepthPicture& picture, const glm::dvec3& touch, double edge,
+                        double time);
+  haptics::depth::DepthPicture picture() const;
 };
 
-/// Returns the command that adopts a submitted picture, without serial and time. `edge`: mm, of the clip
-/// volume about `touch` (mm, item's frame).
-AdoptPicture adopt_picture_command(const haptics::depth::DepthPicture& picture, std::int64_t item,
-                                   const glm::dvec3& touch, double edge);
-haptics::depth::DepthPicture picture_of(const AdoptPicture& request);
-/// Returns the surface that the picture shows, in some milliseconds.
-std::shared_ptr<const haptics::depth::DepthSet> set_of(const AdoptPicture& request);
+/// Returns the job that makes a set of an item from the bytes of its input. Error: the item is not touched by
+/// such data, or the input is invalid.
+Result<DerivedJob> depth_job(const DerivedKey& key, std::uint64_t serial, std::string_view input,
+                             const std::shared_ptr<const haptics::TouchScene>& scene);
+/// Returns the job for a picture, which it does not check. It takes some milliseconds.
+DerivedJob picture_job(const DerivedKey& key, std::uint64_t serial, const DepthPixels& input);
 
 /// An adopted set, for display.
 struct DisplayedDepths {
@@ -65,8 +73,9 @@ class DepthSets {
   /// Records the positions of the hand and of its proxy; world.
   void see(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept;
   /// Returns the first set that is due at `time` (s), of an object within reach; empty if all sets are up to
-  /// date. `number`: of the hand.
-  std::optional<DepthJob> job(const haptics::ServoHand& hand, std::uint8_t number, double time) const;
+  /// date. `number`: of the hand; `scene`: its scene without detached bodies.
+  std::optional<DerivedJob> job(const haptics::ServoHand& hand, std::uint8_t number,
+                                const std::shared_ptr<const haptics::TouchScene>& scene, double time) const;
   /// Replaces the set of an item.
   void take(std::int64_t item, std::shared_ptr<haptics::depth::DepthSet> result);
   /// Returns the index of an item in newest(); empty if it is not touched by depth images.
@@ -81,8 +90,5 @@ class DepthSets {
   double tick_;       ///< s
   double speed_ = 0;  ///< mm/s, of the hand; decays slowly after a fast motion
 };
-
-/// Returns the job whose result such a command adopts.
-DepthJob job_of(const AdoptDepths& request, std::uint8_t hand, const haptics::TouchScene& scene);
 
 }  // namespace trephine::sim

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "sim/api/core_command.h"
 #include "sim/engine/tool_geometry.h"
 
 namespace trephine::sim {
@@ -11,12 +12,6 @@ namespace {
 
 std::shared_ptr<const Value> shared(Value value) {
   return value.is_empty() ? nullptr : std::make_shared<const Value>(std::move(value));
-}
-
-Error no_job(Id id) {
-  return Error{.what = "unknown job",
-               .found = "job " + std::to_string(id.value),
-               .expected = "one that began and has not ended"};
 }
 
 }  // namespace
@@ -106,16 +101,13 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
 
 Outcome Engine::apply(const Command& command) {
   Outcome outcome;
-  if ((outcome.refused = check(command))) {
-    // Results that were submitted for it are discarded.
-    if (const auto* adopt = command.request.as<AdoptJob>())
-      std::erase_if(results_, [&](const auto& kept) { return kept.first == adopt->job; });
-    if (command.request.as<AdoptFields>()) submitted_fields_.clear();
-    if (command.request.as<AdoptDepths>() || command.request.as<AdoptPicture>()) submitted_depths_.clear();
+  const CoreCommand* core = command.request.is_empty() ? nullptr : find_core_command(command.request.type());
+  if ((outcome.refused = check(command, core))) {
+    if (core && core->discard) core->discard(*this, command);
     return outcome;
   }
-  carry_out(command, outcome);
-  if (!is_derived_data(command.request) && !command.request.as<AdoptJob>())
+  carry_out(command, core, outcome);
+  if (!core || core->is_heard)
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       ModuleReaction reaction(state_of(m, now_.edits), pending_events_, now_.next_tick, command.hand);
       catalogue_.modules()[m]->hear(command, now_, reaction);
@@ -125,8 +117,8 @@ Outcome Engine::apply(const Command& command) {
   return outcome;
 }
 
-/// Checks everything that can be wrong with a command, before any change.
-Status Engine::check(const Command& command) const {
+/// Checks everything that can be wrong with a command, before any change. `core`: its row, or null.
+Status Engine::check(const Command& command, const CoreCommand* core) const {
   if (command.request.is_empty()) return Error{.what = "an empty command", .expected = "a command"};
   const ValueType& type = command.request.type();
   if (Status error = command.request.check()) return error;
@@ -135,75 +127,36 @@ Status Engine::check(const Command& command) const {
                  .where = std::string(command.request.name()),
                  .found = std::to_string(command.hand + 1),
                  .expected = "1 to " + std::to_string(hand_count())};
-  if (const InstrumentType* instrument = instrument_of(command)) {
+  const JobType* job = nullptr;
+  std::size_t module = 0;
+  if (core) {
+    if (Status error = core->check ? core->check(*this, command) : Status()) return error;
+    if (!core->is_guarded) return std::nullopt;
+  } else if (const InstrumentType* instrument = instrument_of(command)) {
     if (instrument->check)
       if (Status error = instrument->check(command.request.data(), *tools_[command.hand].scene)) return error;
     if (Status error = check_effect_of(Instrument(*instrument, command.request), command.hand)) return error;
-
   } else if (!contains(catalogue_.all(), type) || catalogue_.is_event(type)) {
     return Error{.what = "no module of this session knows the command",
                  .found = std::string(command.request.name()),
                  .expected = "a command of its modules"};
+  } else if (find_job(type, job, module)) {
+    if (Status error = check_job(*job, command)) return error;
   }
-  const auto requested_job = [&]() -> std::optional<Id> {
-    if (const auto* adopt = command.request.as<AdoptJob>()) return adopt->job;
-    if (const auto* cancel = command.request.as<CancelJob>()) return cancel->job;
-    return std::nullopt;
-  }();
-  if (requested_job && std::none_of(jobs_.begin(), jobs_.end(),
-                                    [&](const PendingJob& job) { return job.id == *requested_job; }))
-    return no_job(*requested_job);
-  if (Status error = check_setting(command)) return error;
-  if (Status error = check_body(command)) return error;
-  if (Status error = check_branch(command)) return error;
-  if (Status error = check_target_entry(command)) return error;
-  // Commands of derived data are never refused.
-  if (is_derived_data(command.request) || command.request.as<AdoptJob>() || command.request.as<Resume>())
-    return std::nullopt;
+  return check_guards(command);
+}
+
+/// Returns the error of the first module that does not allow the command.
+Status Engine::check_guards(const Command& command) const {
   for (const Module* module : catalogue_.modules())
     if (Status error = module->allows(command, now_)) return error;
-  // The guards of an instrument's own command hold however it is taken.
-  if (const auto* take = command.request.as<TakeInstrument>()) {
-    const Command own(named_instrument(*take).value().parameters, command.hand);
-    for (const Module* module : catalogue_.modules())
-      if (Status error = module->allows(own, now_)) return error;
-  }
   return std::nullopt;
 }
 
-void Engine::carry_out(const Command& command, Outcome& outcome) {
+void Engine::carry_out(const Command& command, const CoreCommand* core, Outcome& outcome) {
   const Value& request = command.request;
-  if (change_branch(command, outcome)) {
-  } else if (request.as<Resume>()) {
-    end_stroke();
-    release_all_bodies(outcome);
-    for (HandWork& hand : work_) hand.body.reset(), hand.place.reset();  // outdated: devices may have moved
-  } else if (const auto* fields = request.as<AdoptFields>()) {
-    adopt_fields(*fields, command.hand, outcome);
-  } else if (const auto* adopt = request.as<AdoptJob>()) {
-    end_job(*adopt, outcome);
-  } else if (const auto* cancel = request.as<CancelJob>()) {
-    std::erase_if(jobs_, [&](const PendingJob& job) { return job.id == cancel->job; });
-    std::erase_if(results_, [&](const auto& kept) { return kept.first == cancel->job; });
-    outcome.job = cancel->job;
-  } else if (request.as<RemoveInstrument>()) {
-    now_.settings.hands[command.hand] = {};
-    if (Change change = Change::removal; use_forces_of_instrument(command.hand, change))
-      publish(change), outcome.is_changed = true;
-    work_[command.hand].is_pressed = false;
-    work_[command.hand].body.reset();
-    if (!is_in_stroke()) end_stroke();
-  } else if (record_setting(command)) {
-    outcome.is_changed = true;
-    const auto* depths = request.as<AdoptDepths>();
-    const auto* picture = request.as<AdoptPicture>();
-    if (depths || picture)
-      outcome.job_hash = depths_[command.hand]
-                             .newest()[*depths_[command.hand].index_of(depths ? depths->item : picture->item)]
-                             ->hash();
-  } else if (change_body(command, outcome)) {
-  } else if (request.as<ToolGeometry>() || request.as<TakeInstrument>() || request.as<FreePieces>()) {
-    begin_job(command, {}, outcome);
+  if (core) {
+    if (core->apply) core->apply(*this, command, outcome);
   } else if (const InstrumentType* instrument = instrument_of(command)) {
     Instrument next = now_.settings.hands[command.hand];
     if (next.type == instrument)
@@ -377,8 +330,7 @@ std::shared_ptr<haptics::ServoScene> Engine::make_scene(std::uint64_t serial) {
   next->serial = serial;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const TouchFields* fields = fields_of(h);
-    hands_[h].state =
-        haptics::TouchState(published_version_, fields ? fields->newest() : OffsetJob::Offsets());
+    hands_[h].state = haptics::TouchState(published_version_, fields ? fields->newest() : OffsetFields());
     hands_[h].state.depths = depths_[h].newest();
   }
   return next;

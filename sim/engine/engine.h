@@ -16,6 +16,8 @@
 
 namespace trephine::sim {
 
+struct CoreCommand;
+
 /// Result of a tick or a command.
 struct Outcome {
   bool is_edit = false;                                  ///< an undoable change, an undo or a redo
@@ -139,39 +141,43 @@ class Engine {
   AdoptJob finish_job(Id job);
   /// Submits the result of a job before AdoptJob, which otherwise runs the job itself.
   void submit_result(Id job, std::shared_ptr<const JobResult> result);
-  /// Job for the cuts since the offset fields of round tools were built; empty if they are up to date. Until
-  /// its fields are adopted such a tool hovers over the cuts.
-  std::optional<OffsetJob> offset_job() const;
+  /// True while the offset fields of round tools do not include all cuts. Until its fields are adopted such a
+  /// tool hovers over the cuts.
   bool has_stale_fields() const noexcept;
   /// Serial of the first cut that some fields do not include; the largest number if all are up to date.
   std::uint64_t oldest_stale_serial() const noexcept;
-  /// Submits the result of that job before AdoptFields.
-  void submit_result(const OffsetJob& job, OffsetJob::Offsets output);
-  /// The next set of depth images that a hand needs; empty if no object is near, or nothing has moved.
-  std::optional<DepthJob> depth_job() const;
-  /// Draws that set on this thread; returns the command that adopts it, or empty.
-  std::optional<Command> finish_depth_job();
-  /// Submits the result of that job before AdoptDepths.
-  void submit_result(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> output);
-  /// Serial of the next picture of an item for a hand. The set made from that picture is submitted with a
-  /// DepthJob of this serial, without a source.
-  std::uint64_t next_picture(std::int64_t item, std::size_t hand) const;
+  /// Returns the next job for offset fields or depth images; empty if all are up to date.
+  std::optional<DerivedJob> derived_job(DerivedKind kind) const;
+  /// Returns the job for a picture of an item whose pictures are submitted by the caller, in the clip volume
+  /// of `edge` mm around `touch` (mm, item's frame).
+  DerivedJob picture_job(const haptics::depth::DepthPicture& picture, std::int64_t item,
+                         const glm::dvec3& touch, double edge, std::uint8_t hand = 0) const;
+  /// Submits the result of a job; returns the command that adopts it, to be applied next. Without a submitted
+  /// result that command derives the data itself.
+  Command submit_result(const DerivedJob& job, DerivedData data);
+  /// Derives and submits the data of that kind on all cores. Empty: there is nothing to adopt.
+  std::optional<Command> finish_derived_job(DerivedKind kind);
 
  private:
+  // Commands of every engine, in groups.
+  friend struct HistoryCommands;
+  friend struct HandCommands;
+  friend struct BodyCommands;
+  friend struct DerivedCommands;
+
   /// Change of the touchable matter: only removed, or also added (restored, or a new tool or object).
   enum class Change { removal, addition };
   const haptics::ServoHand& servo_hand(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
   TouchFields* fields_of(std::size_t hand) noexcept;
-  Status check_setting(const Command& command) const;
-  bool set(const Command& command, std::int64_t& number, Change& change, Status& error);
-  bool record_setting(const Command& command);
-  Status check_depths(const AdoptDepths& request, std::size_t hand) const;
-  bool use_depths(const AdoptDepths& request, std::uint8_t hand);
-  Status check_picture(const AdoptPicture& request, std::size_t hand) const;
-  void use_picture(const AdoptPicture& request, std::uint8_t hand);
+  /// Applied setting of a hand.
+  struct Setting {
+    std::int64_t number = 0;  ///< of the item, mover or effect
+    Change change = Change::removal;
+    Status error = std::nullopt;  ///< reason why it cannot be restored
+  };
+  void record_setting(const Command& command, const Setting& setting, Outcome& outcome);
   ToolGeometry geometry_of(const Instrument& instrument, std::size_t hand) const;
   ToolGeometry requested_geometry(const PendingJob& job) const;
-  Status check_taking(const TakeInstrument& request, std::size_t hand) const;
   void give(Instrument instrument, std::size_t hand, Outcome& outcome);
   Status check_effect_of(const Instrument& instrument, std::size_t hand) const;
   bool use_forces_of_instrument(std::size_t hand, Change& change);
@@ -183,8 +189,7 @@ class Engine {
   enum class Bodies { same, others };
   std::vector<int> free_movers() const;
   Status check_room_for_bodies() const;
-  Status check_body(const Command& command) const;
-  bool change_body(const Command& command, Outcome& outcome);
+  Status check_room_for_pieces(std::string_view command) const;
   void release_body(Body& body);
   void release_all_bodies(Outcome& outcome);
   std::string reason_not_to_adopt(const Detachment& detachment) const;
@@ -203,18 +208,15 @@ class Engine {
   const InstrumentType* instrument_of(const Command& command) const noexcept;
   /// `edits`: of the anatomy that new results of the module describe.
   ModuleState state_of(std::size_t module, std::uint64_t edits) noexcept;
-  Status check(const Command& command) const;
-  Status check_target_entry(const Command& command) const;
-  Status check_entry(const HistoryEntry& entry) const;
-  void carry_out(const Command& command, Outcome& outcome);
+  Status check(const Command& command, const CoreCommand* core) const;
+  Status check_guards(const Command& command) const;
+  Status check_job(const JobType& job, const Command& command) const;
+  void carry_out(const Command& command, const CoreCommand* core, Outcome& outcome);
   void begin_job(const Command& command, PendingJob job, Outcome& outcome);
   void end_job(const AdoptJob& request, Outcome& outcome);
   void finish(const ModuleWork& work, Outcome& outcome);
-  void adopt_fields(const AdoptFields& request, std::size_t hand, Outcome& outcome);
   void go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome);
   void go_to(std::size_t position, Outcome& outcome);
-  Status check_branch(const Command& command) const;
-  bool change_branch(const Command& command, Outcome& outcome);
   void record_faults(const haptics::ServoRecord& tick);
   void watch_forbidden(const InstrumentInput& input);
   void record_cut(const volume::RemovalReport& report);
@@ -256,19 +258,14 @@ class Engine {
   std::vector<PendingJob> jobs_;
   std::uint32_t last_job_ = 0, last_body_ = 0;
   std::vector<std::pair<Id, std::shared_ptr<const JobResult>>> results_;
-  struct SubmittedFields {
+  struct Submitted {
+    Adopt request;
+    std::uint8_t hand;
     std::shared_ptr<const haptics::TouchScene> scene;
-    std::uint64_t serial;
-    OffsetJob::Offsets offsets;
+    DerivedData data;
   };
-  std::vector<SubmittedFields> submitted_fields_;
-
+  std::vector<Submitted> submitted_;
   std::vector<DepthSets> depths_;  ///< one per hand
-  struct SubmittedDepths {
-    DepthJob job;
-    std::shared_ptr<const haptics::depth::DepthSet> set;
-  };
-  std::vector<SubmittedDepths> submitted_depths_;
 };
 
 }  // namespace trephine::sim

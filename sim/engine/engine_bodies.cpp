@@ -1,9 +1,10 @@
 // Engine: detached bodies, which hands grasp and release.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "haptics/methods/methods.h"
-#include "sim/engine/engine.h"
+#include "sim/engine/core_commands.h"
 
 namespace trephine::sim {
 
@@ -101,77 +102,107 @@ Status Engine::check_room_for_bodies() const {
   return std::nullopt;
 }
 
-Status Engine::check_body(const Command& command) const {
-  const std::vector<Body>& bodies = now_.world.bodies;
-  const auto* request = command.request.as<FreePieces>();
-  const JobType* job = nullptr;
-  if (std::size_t module = 0; !request && !find_job(command.request.type(), job, module)) job = nullptr;
-  const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
-  if (request)
-    if (Status error = check_shape_of_pieces(anatomy, request->item, "free-pieces item")) return error;
-  if (job && job->check)
-    if (Status error = job->check(command.request.data(), anatomy)) return error;
-  if (request || (job && job->frees_bodies)) {
-    if (Status error = check_room_for_bodies()) return error;
-    if (free_movers().empty())
-      return Error{.what = "too many detached bodies",
-                   .where = std::string(command.request.name()),
-                   .found = std::to_string(bodies.size()) + " bodies",
-                   .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers) +
-                               " with models that move",
-                   .remedy = "discard a body"};
-  } else if (const auto* hold = command.request.as<HoldBody>()) {
-    const auto body = find_body(bodies, hold->body);
-    if (body == bodies.end()) return no_body("hold-body", hold->body);
+/// Checks that there is room for another body. `command`: its name.
+Status Engine::check_room_for_pieces(std::string_view command) const {
+  if (Status error = check_room_for_bodies()) return error;
+  if (!free_movers().empty()) return std::nullopt;
+  return Error{
+      .what = "too many detached bodies",
+      .where = std::string(command),
+      .found = std::to_string(now_.world.bodies.size()) + " bodies",
+      .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers) + " with models that move",
+      .remedy = "discard a body"};
+}
+
+struct BodyCommands {
+  static Status check_free_pieces(const Engine& engine, const FreePieces& request, std::uint8_t hand) {
+    if (Status error = check_shape_of_pieces(*engine.tools_[hand].scene, request.item, "free-pieces item"))
+      return error;
+    return engine.check_room_for_pieces("free-pieces");
+  }
+  static void begin_free_pieces(Engine& engine, const FreePieces& request, std::uint8_t hand,
+                                Outcome& outcome) {
+    engine.begin_job({request, hand}, {}, outcome);
+  }
+
+  static Status check_hold(const Engine& engine, const HoldBody& request, std::uint8_t hand) {
+    const std::vector<Body>& bodies = engine.now_.world.bodies;
+    const auto body = find_body(bodies, request.body);
+    if (body == bodies.end()) return no_body("hold-body", request.body);
     if (Status error = check_free(*body, "hold-body")) return error;
-    if (find_held_body(bodies, command.hand) != bodies.end())
+    if (find_held_body(bodies, hand) != bodies.end())
       return Error{.what = "the hand holds a body",
                    .where = "hold-body",
                    .expected = "an empty hand",
                    .remedy = "release the body first"};
-    if (!work_[command.hand].place)
+    if (!engine.work_[hand].place)
       return Error{.what = "the hand's position is unknown",
                    .where = "hold-body",
                    .expected = "a hand whose device has sent a position"};
-  } else if (command.request.as<ReleaseBody>()) {
-    if (find_held_body(bodies, command.hand) == bodies.end())
-      return Error{.what = "the hand holds no body", .where = "release-body", .expected = "a held body"};
-  } else if (const auto* place = command.request.as<PlaceBody>()) {
-    const auto body = find_body(bodies, place->body);
-    if (body == bodies.end()) return no_body("place-body", place->body);
-    if (Status error = check_free(*body, "place-body")) return error;
-    return check_rotation(place->rotation, "place-body rotation");
-  } else if (const auto* discard = command.request.as<DiscardBody>()) {
-    if (find_body(bodies, discard->body) == bodies.end()) return no_body("discard-body", discard->body);
+    return std::nullopt;
   }
-  return std::nullopt;
-}
+  static void hold(Engine& engine, const HoldBody& request, std::uint8_t hand, Outcome& outcome) {
+    Body& body = *find_body(engine.now_.world.bodies, request.body);
+    body.holder = hand;
+    body.grip = engine.work_[hand].place->inverse() * body.place;
+    publish(engine, Engine::Bodies::same, outcome);  // the release is the undoable change
+  }
 
-/// Returns false for other commands.
-bool Engine::change_body(const Command& command, Outcome& outcome) {
-  std::vector<Body>& bodies = now_.world.bodies;
-  if (const auto* hold = command.request.as<HoldBody>()) {
-    Body& body = *find_body(bodies, hold->body);
-    body.holder = command.hand;
-    body.grip = work_[command.hand].place->inverse() * body.place;
-  } else if (command.request.as<ReleaseBody>()) {
-    release_body(*find_held_body(bodies, command.hand));
-  } else if (const auto* place = command.request.as<PlaceBody>()) {
-    const std::vector<double>& q = place->rotation;
-    find_body(bodies, place->body)->place = {place->position, {q[0], q[1], q[2], q[3]}};
-  } else if (const auto* discard = command.request.as<DiscardBody>()) {
-    bodies.erase(find_body(bodies, discard->body));
-  } else {
-    return false;
+  static Status check_release(const Engine& engine, const ReleaseBody&, std::uint8_t hand) {
+    const std::vector<Body>& bodies = engine.now_.world.bodies;
+    if (find_held_body(bodies, hand) != bodies.end()) return std::nullopt;
+    return Error{.what = "the hand holds no body", .where = "release-body", .expected = "a held body"};
   }
-  // A body with a new pose counts as a new item there, so that it pushes no hand.
-  const bool is_elsewhere = command.request.as<DiscardBody>() || command.request.as<PlaceBody>();
-  use_bodies(is_elsewhere ? Bodies::others : Bodies::same);
-  publish(Change::removal);
-  outcome.is_changed = true;
-  if (command.request.as<HoldBody>()) return true;  // the release is the undoable change
-  is_stroke_changed_ = outcome.is_edit = true;
-  return true;
+  static void release(Engine& engine, const ReleaseBody&, std::uint8_t hand, Outcome& outcome) {
+    engine.release_body(*find_held_body(engine.now_.world.bodies, hand));
+    publish_edit(engine, Engine::Bodies::same, outcome);
+  }
+
+  static Status check_place(const Engine& engine, const PlaceBody& request, std::uint8_t) {
+    const std::vector<Body>& bodies = engine.now_.world.bodies;
+    const auto body = find_body(bodies, request.body);
+    if (body == bodies.end()) return no_body("place-body", request.body);
+    if (Status error = check_free(*body, "place-body")) return error;
+    return check_rotation(request.rotation, "place-body rotation");
+  }
+  static void place(Engine& engine, const PlaceBody& request, std::uint8_t, Outcome& outcome) {
+    const std::vector<double>& q = request.rotation;
+    find_body(engine.now_.world.bodies, request.body)->place = {request.position, {q[0], q[1], q[2], q[3]}};
+    // The body counts as a new item at its new pose, so that it pushes no hand.
+    publish_edit(engine, Engine::Bodies::others, outcome);
+  }
+
+  static Status check_discard(const Engine& engine, const DiscardBody& request, std::uint8_t) {
+    const std::vector<Body>& bodies = engine.now_.world.bodies;
+    return find_body(bodies, request.body) == bodies.end() ? no_body("discard-body", request.body) : Status();
+  }
+  static void discard(Engine& engine, const DiscardBody& request, std::uint8_t, Outcome& outcome) {
+    std::vector<Body>& bodies = engine.now_.world.bodies;
+    bodies.erase(find_body(bodies, request.body));
+    publish_edit(engine, Engine::Bodies::others, outcome);
+  }
+
+ private:
+  static void publish(Engine& engine, Engine::Bodies update, Outcome& outcome) {
+    engine.use_bodies(update);
+    engine.publish(Engine::Change::removal);
+    outcome.is_changed = true;
+  }
+  static void publish_edit(Engine& engine, Engine::Bodies update, Outcome& outcome) {
+    publish(engine, update, outcome);
+    engine.is_stroke_changed_ = outcome.is_edit = true;
+  }
+};
+
+std::span<const CoreCommand> body_commands() noexcept {
+  using Group = BodyCommands;
+  static const std::array all{
+      core_command<FreePieces, &Group::begin_free_pieces, &Group::check_free_pieces>(),
+      core_command<HoldBody, &Group::hold, &Group::check_hold>(),
+      core_command<ReleaseBody, &Group::release, &Group::check_release>(),
+      core_command<PlaceBody, &Group::place, &Group::check_place>(),
+      core_command<DiscardBody, &Group::discard, &Group::check_discard>()};
+  return all;
 }
 
 haptics::Placement Engine::place_of(const Body& body) const {
@@ -366,7 +397,7 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
     std::shared_ptr<haptics::ProxyMethod> method =
         haptics::make_method(haptics::general_method(*tool.scene->tool).name).value();
     const Status error = method->prepare(*scene);
-    TREPHINE_ASSERT(!error);  // check_body() has checked this
+    TREPHINE_ASSERT(!error);  // check_room_for_bodies() has checked this
     hand.set_scene(std::move(scene), std::move(method));
   }
   hand.let_go();

@@ -1,8 +1,9 @@
 // Engine: undo, redo and branches.
 #include <algorithm>
+#include <array>
 #include <unordered_set>
 
-#include "sim/engine/engine.h"
+#include "sim/engine/core_commands.h"
 
 namespace trephine::sim {
 
@@ -15,92 +16,86 @@ auto find_branch(Branches& all, const std::string& name) {
 
 }  // namespace
 
-Status Engine::check_branch(const Command& command) const {
-  const auto* begin = command.request.as<BeginBranch>();
-  const auto* other = command.request.as<SwitchBranch>();
-  if (!begin && !other) return std::nullopt;
-  const std::string& name = begin ? begin->name : other->name;
-  const bool is_there = find_branch(left_branches_, name) != left_branches_.end();
-  if (other && !is_there) {
-    std::string known;
-    for (const Branch& one : left_branches_) known += (known.empty() ? "" : ", ") + one.name;
-    return Error{.what = name == branch_.name ? "this branch is already active" : "unknown branch",
-                 .where = "switch-branch name",
-                 .found = name,
-                 .expected = known.empty() ? "there are no others" : "one of " + known};
+struct HistoryCommands {
+  /// Checks that a history entry can be restored.
+  static Status check_entry(const Engine& engine, const HistoryEntry& entry) {
+    const Result<EntryState> state = entry.state();
+    if (!state) return state.error();
+    return state.value().world.bodies.empty() ? Status() : engine.check_room_for_bodies();
   }
-  if (other) return std::nullopt;
-  constexpr std::size_t k_longest = 40;
-  const auto letters = static_cast<std::size_t>(
-      std::count_if(name.begin(), name.end(), [](char c) { return (c & 0xc0) != 0x80; }));
-  const bool is_word = !name.empty() && letters <= k_longest &&
-                       std::none_of(name.begin(), name.end(),
-                                    [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
-  if (!is_word)
-    return Error{.what = "a branch needs a name",
-                 .where = "begin-branch name",
-                 .found = name,
-                 .expected = "1 to " + std::to_string(k_longest) + " letters on one line"};
-  if (is_there || name == branch_.name)
-    return Error{.what = "the branch already exists",
-                 .where = "begin-branch name",
-                 .found = name,
-                 .expected = "another name"};
-  if (left_branches_.size() + 1 >= k_max_branches)
-    return Error{.what = "too many branches",
-                 .where = "begin-branch",
-                 .found = std::to_string(left_branches_.size() + 1),
-                 .expected = "at most " + std::to_string(k_max_branches)};
-  return std::nullopt;
-}
 
-/// Checks that the history entry to which the command leads can be read.
-Status Engine::check_target_entry(const Command& command) const {
-  std::size_t target = branch_.position;
-  if (command.request.as<Undo>() && can_undo())
-    target -= is_stroke_changed_ ? 0 : 1;  // the stroke will end first
-  else if (command.request.as<Redo>() && can_redo() && !is_stroke_changed_)
-    ++target;
-  else if (const auto* request = command.request.as<SwitchBranch>())
-    return check_entry(*[&] {
-      const Branch& branch = *find_branch(left_branches_, request->name);
-      return branch.history[branch.position];
-    }());
-  else
+  static Status check_undo(const Engine& engine, const Undo&, std::uint8_t) {
+    if (!engine.can_undo()) return std::nullopt;
+    // A stroke that changed something will end first.
+    const std::size_t target = engine.branch_.position - (engine.is_stroke_changed_ ? 0 : 1);
+    return check_entry(engine, *engine.branch_.history[target]);
+  }
+  static void undo(Engine& engine, const Undo&, std::uint8_t, Outcome& outcome) {
+    engine.end_stroke();
+    if (engine.branch_.position == 0) return;
+    ++engine.now_.chronicle.undos;
+    engine.go_to(engine.branch_.position - 1, outcome);
+  }
+
+  static Status check_redo(const Engine& engine, const Redo&, std::uint8_t) {
+    if (!engine.can_redo() || engine.is_stroke_changed_) return std::nullopt;
+    return check_entry(engine, *engine.branch_.history[engine.branch_.position + 1]);
+  }
+  static void redo(Engine& engine, const Redo&, std::uint8_t, Outcome& outcome) {
+    engine.end_stroke();
+    if (!engine.can_redo()) return;
+    ++engine.now_.chronicle.redos;
+    engine.go_to(engine.branch_.position + 1, outcome);
+  }
+
+  static Status check_begin_branch(const Engine& engine, const BeginBranch& request, std::uint8_t) {
+    constexpr std::size_t k_longest = 40;
+    const std::string& name = request.name;
+    const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+    const auto letters = static_cast<std::size_t>(
+        std::count_if(name.begin(), name.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+    if (name.empty() || letters > k_longest || std::any_of(name.begin(), name.end(), is_control))
+      return Error{.what = "a branch needs a name",
+                   .where = "begin-branch name",
+                   .found = name,
+                   .expected = "1 to " + std::to_string(k_longest) + " letters on one line"};
+    const std::vector<Branch>& others = engine.left_branches_;
+    if (name == engine.branch_.name || find_branch(others, name) != others.end())
+      return Error{.what = "the branch already exists",
+                   .where = "begin-branch name",
+                   .found = name,
+                   .expected = "another name"};
+    if (others.size() + 1 >= Engine::k_max_branches)
+      return Error{.what = "too many branches",
+                   .where = "begin-branch",
+                   .found = std::to_string(others.size() + 1),
+                   .expected = "at most " + std::to_string(Engine::k_max_branches)};
     return std::nullopt;
-  return check_entry(*branch_.history[target]);
-}
+  }
+  static void begin_branch(Engine& engine, const BeginBranch& request, std::uint8_t, Outcome&) {
+    engine.end_stroke();
+    engine.left_branches_.push_back(engine.branch_);
+    engine.branch_.name = request.name;
+    engine.branch_.history.resize(engine.branch_.position + 1);
+    ++engine.now_.edits;  // results of earlier jobs belong to the previous branch
+  }
 
-Status Engine::check_entry(const HistoryEntry& entry) const {
-  const Result<EntryState> state = entry.state();
-  if (!state) return state.error();
-  return state.value().world.bodies.empty() ? Status() : check_room_for_bodies();
-}
-
-/// Returns false for other commands.
-bool Engine::change_branch(const Command& command, Outcome& outcome) {
-  const Value& request = command.request;
-  if (request.as<Undo>()) {
-    end_stroke();
-    if (branch_.position > 0) {
-      ++now_.chronicle.undos;
-      go_to(branch_.position - 1, outcome);
-    }
-  } else if (request.as<Redo>()) {
-    end_stroke();
-    if (can_redo()) {
-      ++now_.chronicle.redos;
-      go_to(branch_.position + 1, outcome);
-    }
-  } else if (const auto* begin = request.as<BeginBranch>()) {
-    end_stroke();
-    left_branches_.push_back(branch_);
-    branch_.name = begin->name;
-    branch_.history.resize(branch_.position + 1);
-    ++now_.edits;  // results of earlier jobs belong to the previous branch
-  } else if (const auto* other = request.as<SwitchBranch>()) {
-    end_stroke();
-    Branch& target = *find_branch(left_branches_, other->name);
+  static Status check_switch_branch(const Engine& engine, const SwitchBranch& request, std::uint8_t) {
+    const std::vector<Branch>& others = engine.left_branches_;
+    const auto found = find_branch(others, request.name);
+    if (found != others.end()) return check_entry(engine, *found->history[found->position]);
+    std::string known;
+    for (const Branch& one : others) known += (known.empty() ? "" : ", ") + one.name;
+    return Error{
+        .what = request.name == engine.branch_.name ? "this branch is already active" : "unknown branch",
+        .where = "switch-branch name",
+        .found = request.name,
+        .expected = known.empty() ? "there are no others" : "one of " + known};
+  }
+  static void switch_branch(Engine& engine, const SwitchBranch& request, std::uint8_t, Outcome& outcome) {
+    engine.end_stroke();
+    Branch& current = engine.branch_;
+    Branch& target = *find_branch(engine.left_branches_, request.name);
     // All changes on both branches since their last common entry.
     volume::VoxelBox box = k_no_voxels;
     const auto add = [&box](const Branch& branch, const Branch& reference) {
@@ -110,15 +105,31 @@ bool Engine::change_branch(const Command& command, Outcome& outcome) {
         if (!is_common) box = united(box, branch.history[i]->box);
       }
     };
-    add(branch_, target);
-    add(target, branch_);
-    if (branch_.forgotten != target.forgotten) box = united(box, ever_cut_);
-    std::swap(branch_, target);
-    go_to(*branch_.history[branch_.position], box, outcome);
-  } else {
-    return false;
+    add(current, target);
+    add(target, current);
+    if (current.forgotten != target.forgotten) box = united(box, engine.ever_cut_);
+    std::swap(current, target);
+    engine.go_to(*current.history[current.position], box, outcome);
   }
-  return true;
+
+  static void resume(Engine& engine, const Resume&, std::uint8_t, Outcome& outcome) {
+    engine.end_stroke();
+    engine.release_all_bodies(outcome);
+    // Poses are outdated: devices may have moved.
+    for (HandWork& hand : engine.work_) hand.body.reset(), hand.place.reset();
+  }
+};
+
+std::span<const CoreCommand> history_commands() noexcept {
+  using Group = HistoryCommands;
+  static const std::array all{
+      core_command<Undo, &Group::undo, &Group::check_undo>(),
+      core_command<Redo, &Group::redo, &Group::check_redo>(),
+      core_command<BeginBranch, &Group::begin_branch, &Group::check_begin_branch>(),
+      core_command<SwitchBranch, &Group::switch_branch, &Group::check_switch_branch>(),
+      core_command<Note, nullptr>(),
+      core_command<Resume, &Group::resume>({.is_for_users = false, .is_guarded = false})};
+  return all;
 }
 
 /// Adds the current state as the newest entry of the history; discards undone entries.
@@ -149,7 +160,7 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
 
 /// `box`: voxels that look different there.
 void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome) {
-  const EntryState state = entry.state().value();  // read by check_target_entry()
+  const EntryState state = entry.state().value();  // read by HistoryCommands::check_entry()
   outcome.is_changed = outcome.is_edit = true;
   outcome.box = box;
   editor_.reset(state.world.version);

@@ -1,4 +1,5 @@
 // Engine: conversion to an EngineImage and back.
+#include "sim/api/core_command.h"
 #include "sim/engine/engine.h"
 
 namespace trephine::sim {
@@ -57,12 +58,10 @@ Status Engine::restore(const EngineImage& image) {
       }
     for (const auto& [key, command] : now_.settings.latest_commands) {
       const auto* effect = command.request.as<SetEffect>();
-      if ((effect && effect->words.empty()) != is_ending || command.request.as<ToolGeometry>()) continue;
-      Status error = effect ? Status() : check_setting(command);
-      std::int64_t number = 0;
-      Change change = Change::removal;
-      if (!error) set(command, number, change, error);
-      if (error) return error;
+      const CoreCommand* row = find_core_command(command.request.type());
+      if ((effect && effect->words.empty()) != is_ending || !row || !row->restore) continue;
+      if (Status error = effect ? Status() : row->check(*this, command)) return error;
+      if (Status error = row->restore(*this, command)) return error;
     }
   }
   if (!now_.world.bodies.empty()) {
@@ -72,8 +71,7 @@ Status Engine::restore(const EngineImage& image) {
   for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].escape_path = image.hands[h].escape_path;
   for (PendingJob& job : jobs_) make_runnable(job);
   results_.clear();
-  submitted_fields_.clear();
-  submitted_depths_.clear();
+  submitted_.clear();
   std::shared_ptr<haptics::ServoScene> next = make_scene(image.serial);
   next->hands = hands_;
   next->has_held = has_held();

@@ -1,9 +1,10 @@
 // Engine: settings of hands, which are switches, poses of models, effects and tools.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "haptics/force/effects.h"
-#include "sim/engine/engine.h"
+#include "sim/engine/core_commands.h"
 #include "sim/engine/scene_description.h"
 #include "sim/engine/tool_geometry.h"
 
@@ -106,41 +107,6 @@ Status check_geometry(const haptics::TouchScene& scene, const Instrument& instru
 
 }  // namespace
 
-Status Engine::check_setting(const Command& command) const {
-  const haptics::ServoHand& hand = hands_[command.hand];
-  const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
-  if (const auto* item = command.request.as<SwitchItem>()) {
-    if (item->item < haptics::item_count(anatomy)) return std::nullopt;
-    return Error{.what = "unknown item",
-                 .where = "switch-item",
-                 .found = std::to_string(item->item),
-                 .expected = "0 to " + std::to_string(haptics::item_count(anatomy) - 1)};
-  }
-  if (const auto* place = command.request.as<PlaceModel>()) {
-    if (std::none_of(tools_.begin(), tools_.end(),
-                     [&](const HandTool& one) { return has_mover(*one.scene, place->mover); }))
-      return Error{.what = "unknown moving model",
-                   .where = "place-model",
-                   .found = std::to_string(place->mover),
-                   .expected = "the mover of a model"};
-    return check_rotation(place->rotation, "place-model rotation");
-  }
-  if (const auto* depths = command.request.as<AdoptDepths>()) return check_depths(*depths, command.hand);
-  if (const auto* picture = command.request.as<AdoptPicture>()) return check_picture(*picture, command.hand);
-  if (const auto* effect = command.request.as<SetEffect>();
-      effect && effect->effect.value >= k_instruments_effect)
-    return Error{.what = "this effect belongs to the instrument",
-                 .where = "set-effect",
-                 .found = std::to_string(k_instruments_effect),
-                 .expected = "a smaller number"};
-  if (const auto* effect = command.request.as<SetEffect>())
-    if (const auto laws = laws_with_effect(hand, *effect); !laws) return laws.error();
-  if (const auto* geometry = command.request.as<ToolGeometry>())
-    return check_geometry(anatomy, now_.settings.hands[command.hand], *geometry);
-  if (const auto* take = command.request.as<TakeInstrument>()) return check_taking(*take, command.hand);
-  return std::nullopt;
-}
-
 Status Engine::check_effect_of(const Instrument& instrument, std::size_t hand) const {
   const auto laws = laws_with_forces(hands_[hand], forces_of(instrument));
   return laws ? Status() : laws.error();
@@ -167,15 +133,6 @@ ToolGeometry Engine::geometry_of(const Instrument& instrument, std::size_t hand)
   return ToolGeometry::of(needs.tool ? *needs.tool : *initial_tools_[hand]);
 }
 
-Status Engine::check_taking(const TakeInstrument& request, std::size_t hand) const {
-  const auto instrument = named_instrument(request);
-  if (!instrument) return instrument.error();
-  if (Status error =
-          check_geometry(*tools_[hand].scene, instrument.value(), geometry_of(instrument.value(), hand)))
-    return error;
-  return check_effect_of(instrument.value(), hand);
-}
-
 /// Puts an instrument into a hand.
 void Engine::give(Instrument instrument, std::size_t hand, Outcome& outcome) {
   now_.settings.hands[hand] = std::move(instrument);
@@ -198,54 +155,6 @@ bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
   hands_[hand].laws = std::move(laws).value();
   hands_[hand].let_through = next;
   forces_[hand] = std::move(forces);
-  return true;
-}
-
-/// Applies a setting to its hand, or to all hands. Returns false for other commands. `number`: of the item,
-/// mover or law.
-bool Engine::set(const Command& command, std::int64_t& number, Change& change, Status& error) {
-  haptics::ServoHand& hand = hands_[command.hand];
-  if (const auto* item = command.request.as<SwitchItem>()) {
-    hand.set_touchable(static_cast<int>(number = item->item), item->is_touchable);
-    // An item that becomes touchable may enclose the tool.
-    if (item->is_touchable) change = Change::addition;
-  } else if (const auto* place = command.request.as<PlaceModel>()) {
-    number = place->mover;
-    const std::vector<double>& q = place->rotation;
-    for (haptics::ServoHand& one : hands_)
-      if (has_mover(*one.scene, number))
-        one.set_placement(static_cast<int>(number), {place->position, {q[0], q[1], q[2], q[3]}});
-  } else if (const auto* depths = command.request.as<AdoptDepths>()) {
-    number = depths->item;
-    if (!use_depths(*depths, command.hand))
-      error = Error{.what = "the parameters of the depth images are invalid",
-                    .where = "adopt-depths",
-                    .found = std::to_string(number)};
-  } else if (const auto* picture = command.request.as<AdoptPicture>()) {
-    number = picture->item;
-    use_picture(*picture, command.hand);
-  } else if (const auto* effect = command.request.as<SetEffect>()) {
-    number = effect->effect.value;
-    auto laws = laws_with_effect(hand, *effect);
-    if (laws)
-      hand.laws = std::move(laws).value();
-    else
-      error = laws.error();
-  } else {
-    return false;
-  }
-  return true;
-}
-
-bool Engine::record_setting(const Command& command) {
-  std::int64_t number = 0;
-  Change change = Change::removal;
-  Status error;  // excluded by check()
-  if (!set(command, number, change, error)) return false;
-  Command latest = command;
-  if (latest.request.as<PlaceModel>()) latest.hand = 0;  // for all hands
-  now_.settings.latest_commands.insert_or_assign(key_of(latest, number), latest);
-  publish(change);
   return true;
 }
 
@@ -284,6 +193,122 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   now_.settings.latest_commands.insert_or_assign(key_of(latest, 0), latest);
   publish(Change::addition);
   return true;
+}
+
+/// Keeps an applied setting for a later restoration, and publishes it.
+void Engine::record_setting(const Command& command, const Setting& setting, Outcome& outcome) {
+  now_.settings.latest_commands.insert_or_assign(key_of(command, setting.number), command);
+  publish(setting.change);
+  outcome.is_changed = true;
+}
+
+struct HandCommands {
+  static void remove_instrument(Engine& engine, const RemoveInstrument&, std::uint8_t hand,
+                                Outcome& outcome) {
+    engine.now_.settings.hands[hand] = {};
+    if (Engine::Change change = Engine::Change::removal; engine.use_forces_of_instrument(hand, change))
+      engine.publish(change), outcome.is_changed = true;
+    engine.work_[hand].is_pressed = false;
+    engine.work_[hand].body.reset();
+    if (!engine.is_in_stroke()) engine.end_stroke();
+  }
+
+  static Status check_switch(const Engine& engine, const SwitchItem& request, std::uint8_t hand) {
+    const int count = haptics::item_count(*engine.tools_[hand].scene);
+    if (request.item < count) return std::nullopt;
+    return Error{.what = "unknown item",
+                 .where = "switch-item",
+                 .found = std::to_string(request.item),
+                 .expected = "0 to " + std::to_string(count - 1)};
+  }
+  static Engine::Setting set_switch(Engine& engine, const SwitchItem& request, std::uint8_t hand) {
+    engine.hands_[hand].set_touchable(static_cast<int>(request.item), request.is_touchable);
+    // An item that becomes touchable may enclose the tool.
+    return {request.item, request.is_touchable ? Engine::Change::addition : Engine::Change::removal};
+  }
+
+  static Status check_model(const Engine& engine, const PlaceModel& request, std::uint8_t) {
+    if (std::none_of(engine.tools_.begin(), engine.tools_.end(),
+                     [&](const HandTool& tool) { return has_mover(*tool.scene, request.mover); }))
+      return Error{.what = "unknown moving model",
+                   .where = "place-model",
+                   .found = std::to_string(request.mover),
+                   .expected = "the mover of a model"};
+    return check_rotation(request.rotation, "place-model rotation");
+  }
+  static Engine::Setting set_model(Engine& engine, const PlaceModel& request, std::uint8_t) {
+    const std::vector<double>& q = request.rotation;
+    for (haptics::ServoHand& hand : engine.hands_)
+      if (has_mover(*hand.scene, request.mover))
+        hand.set_placement(static_cast<int>(request.mover), {request.position, {q[0], q[1], q[2], q[3]}});
+    return {request.mover};
+  }
+
+  static Status check_effect(const Engine& engine, const SetEffect& request, std::uint8_t hand) {
+    if (request.effect.value >= k_instruments_effect)
+      return Error{.what = "this effect belongs to the instrument",
+                   .where = "set-effect",
+                   .found = std::to_string(k_instruments_effect),
+                   .expected = "a smaller number"};
+    const auto laws = laws_with_effect(engine.hands_[hand], request);
+    return laws ? Status() : laws.error();
+  }
+  static Engine::Setting set_effect(Engine& engine, const SetEffect& request, std::uint8_t hand) {
+    Engine::Setting setting{request.effect.value};
+    auto laws = laws_with_effect(engine.hands_[hand], request);
+    if (laws)
+      engine.hands_[hand].laws = std::move(laws).value();
+    else
+      setting.error = laws.error();
+    return setting;
+  }
+
+  static Status check_geometry(const Engine& engine, const ToolGeometry& request, std::uint8_t hand) {
+    return check_radius(*engine.tools_[hand].scene, engine.now_.settings.hands[hand], request.radius,
+                        request.balls);
+  }
+  static Status check_taking(const Engine& engine, const TakeInstrument& request, std::uint8_t hand) {
+    const auto instrument = engine.named_instrument(request);
+    if (!instrument) return instrument.error();
+    const ToolGeometry geometry = engine.geometry_of(instrument.value(), hand);
+    if (Status error =
+            check_radius(*engine.tools_[hand].scene, instrument.value(), geometry.radius, geometry.balls))
+      return error;
+    if (Status error = engine.check_effect_of(instrument.value(), hand)) return error;
+    // The guards of an instrument's own command hold however it is taken.
+    return engine.check_guards({instrument.value().parameters, hand});
+  }
+  template <class T>
+  static void begin_job(Engine& engine, const T& request, std::uint8_t hand, Outcome& outcome) {
+    engine.begin_job({request, hand}, {}, outcome);
+  }
+
+  template <class T, auto k_set>
+  static void apply_setting(Engine& engine, const T& request, std::uint8_t hand, Outcome& outcome) {
+    // Settings of all hands are kept under the first.
+    const std::uint8_t owner = std::is_same_v<T, PlaceModel> ? std::uint8_t{0} : hand;
+    engine.record_setting({request, owner}, k_set(engine, request, hand), outcome);
+  }
+  template <class T, auto k_set, auto k_check>
+  static CoreCommand setting() {
+    CoreCommand row = core_command<T, &apply_setting<T, k_set>, k_check>();
+    row.restore = [](Engine& engine, const Command& command) {
+      return k_set(engine, *command.request.as<T>(), command.hand).error;
+    };
+    return row;
+  }
+};
+
+std::span<const CoreCommand> hand_commands() noexcept {
+  using Group = HandCommands;
+  static const std::array all{
+      core_command<RemoveInstrument, &Group::remove_instrument>(),
+      Group::setting<SwitchItem, &Group::set_switch, &Group::check_switch>(),
+      Group::setting<PlaceModel, &Group::set_model, &Group::check_model>(),
+      Group::setting<SetEffect, &Group::set_effect, &Group::check_effect>(),
+      core_command<ToolGeometry, &Group::begin_job<ToolGeometry>, &Group::check_geometry>(),
+      core_command<TakeInstrument, &Group::begin_job<TakeInstrument>, &Group::check_taking>()};
+  return all;
 }
 
 }  // namespace trephine::sim

@@ -73,15 +73,21 @@ bool PieceWatch::was_outdated(const Engine& engine) const {
   return false;
 }
 
-bool PieceWatch::has_disconnected_part(const haptics::TouchScene& scene, const volume::Version& version,
-                                       double smallest) {
-  const haptics::TouchItem* shape = first_shape(scene);
-  if (shape == nullptr) return false;
-  const volume::SolidParts parts(shape->field, *shape->bits, version);
-  const double sample = version.lattice().frame().voxel_mm3();
-  return std::any_of(parts.parts().begin(), parts.parts().end(), [&](const volume::SolidParts::Part& part) {
-    return part.is_detached && static_cast<double>(part.samples) * sample >= smallest;
-  });
+DerivedJob PieceWatch::search(Engine& engine) const {
+  DerivedJob job{{DerivedKind::loose_parts, 0, 0}, engine.serial()};
+  job.scene = engine.tool().scene;
+  job.make = [scene = job.scene, state = engine.snapshot(), smallest = smallest_](int /*threads*/) {
+    DerivedData data{.is_empty = true};
+    const haptics::TouchItem* shape = first_shape(*scene);
+    if (shape == nullptr) return data;
+    const volume::SolidParts parts(shape->field, *shape->bits, *state->world.version);
+    const double sample = state->world.version->lattice().frame().voxel_mm3();
+    data.is_empty = std::none_of(parts.parts().begin(), parts.parts().end(), [&](const auto& part) {
+      return part.is_detached && static_cast<double>(part.samples) * sample >= smallest;
+    });
+    return data;
+  };
+  return job;
 }
 
 }  // namespace trephine::sim

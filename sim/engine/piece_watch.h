@@ -19,7 +19,7 @@ class PieceWatch {
   enum class Finding : std::uint8_t {
     nothing,
     disconnected,  ///< command() is due
-    pending        ///< has_disconnected_part() of the current state decides: it takes too long for a tick
+    pending        ///< search() of the current state decides: it takes too long for a tick
   };
   /// Call after each tick. Examines at most some hundred bricks (volume::detect_detachment).
   Finding after_tick(const Engine& engine);
@@ -31,10 +31,9 @@ class PieceWatch {
     is_command_due_ = true;
     return {FreePieces{0, smallest_}, 0};
   }
-  /// True if a disconnected part is at least `smallest` mm3. Any thread; takes tenths of a second.
-  static bool has_disconnected_part(const haptics::TouchScene& scene, const volume::Version& version,
-                                    double smallest);
-  double smallest() const noexcept { return smallest_; }
+  /// Returns the search for disconnected parts in the current state, which takes tenths of a second. Its
+  /// result is empty if all parts are connected; else command() is due.
+  DerivedJob search(Engine& engine) const;
 
   struct Counts {
     std::uint64_t strokes = 0, disconnected = 0, pending = 0;  ///< examined, and findings

@@ -12,7 +12,7 @@ class PreparedTool final : public JobResult {
  public:
   std::shared_ptr<const haptics::TouchScene> scene;
   std::shared_ptr<const haptics::ProxyMethod> method;
-  OffsetJob::Offsets offsets;     ///< of the remaining matter when the job began; empty for a point
+  OffsetFields offsets;           ///< of the remaining matter when the job began; empty for a point
   Status failed;                  ///< reason why the tool is impossible
   std::uint64_t fingerprint = 0;  ///< of fields and radius
   std::uint64_t hash() const override { return fingerprint; }

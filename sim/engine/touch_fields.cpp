@@ -4,16 +4,6 @@
 
 namespace trephine::sim {
 
-OffsetJob::Offsets OffsetJob::make(int threads) const {
-  Offsets result;
-  for (std::size_t s = 0; s < before.size(); ++s) {
-    const haptics::TouchItem& shape = scene->items[s];
-    result.push_back(
-        before[s]->updated(shape.field, *shape.bits, *version, box, threads, nullptr, shape.soft.get()));
-  }
-  return result;
-}
-
 void TouchFields::record_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
                              const volume::VoxelBox& box) {
   // Bounds the number of kept versions if fields are never submitted.
@@ -25,30 +15,40 @@ void TouchFields::record_cut(std::shared_ptr<const volume::Version> version, std
   cuts_.push_back({std::move(version), serial, box});
 }
 
-std::optional<OffsetJob> TouchFields::job() const {
-  return cuts_.empty() ? std::nullopt : job_of(cuts_.back().serial);
+std::optional<DerivedJob> TouchFields::job(std::uint8_t hand) const {
+  return cuts_.empty() ? std::nullopt : job_of(cuts_.back().serial, hand);
 }
 
-std::optional<OffsetJob> TouchFields::job_of(std::uint64_t serial) const {
-  OffsetJob job;
-  job.serial = serial;
-  job.scene = scene_;
-  job.box = stale_box_;
+std::optional<DerivedJob> TouchFields::job_of(std::uint64_t serial, std::uint8_t hand) const {
+  volume::VoxelBox box = stale_box_;
+  std::shared_ptr<const volume::Version> version;
   for (const Cut& cut : cuts_) {
-    job.box = united(job.box, cut.box);
+    box = united(box, cut.box);
     if (cut.serial == serial) {
-      job.version = cut.version;
+      version = cut.version;
       break;
     }
   }
-  if (!job.version) return std::nullopt;
-  job.before = newest_;
-  if (job.before.empty())
-    for (const haptics::TouchItem& shape : haptics::base_shapes(*scene_)) job.before.push_back(shape.offset);
+  if (!version) return std::nullopt;
+  OffsetFields before = newest_;
+  if (before.empty())
+    for (const haptics::TouchItem& shape : haptics::base_shapes(*scene_)) before.push_back(shape.offset);
+  DerivedJob job{{DerivedKind::offset_fields, 0, hand}, serial};
+  job.scene = scene_;
+  // Takes milliseconds to tens of them, by the size of box and tool.
+  job.make = [scene = scene_, version = std::move(version), box, before = std::move(before)](int threads) {
+    DerivedData data;
+    for (std::size_t s = 0; s < before.size(); ++s) {
+      const haptics::TouchItem& shape = scene->items[s];
+      data.fields.push_back(
+          before[s]->updated(shape.field, *shape.bits, *version, box, threads, nullptr, shape.soft.get()));
+    }
+    return data;
+  };
   return job;
 }
 
-bool TouchFields::take(std::uint64_t serial, OffsetJob::Offsets result) {
+bool TouchFields::take(std::uint64_t serial, OffsetFields result) {
   const auto source_cut =
       std::find_if(cuts_.begin(), cuts_.end(), [serial](const Cut& cut) { return cut.serial == serial; });
   if (source_cut == cuts_.end()) return false;

@@ -6,24 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "haptics/scene/touch_state.h"
 #include "sim/api/work.h"
+#include "sim/engine/derived_job.h"
 
 namespace trephine::sim {
-
-/// Offset fields of a round tool to be rebuilt: those of `version` within `box`. Runs on any thread, from
-/// immutable data alone.
-struct OffsetJob {
-  std::uint64_t serial = 0;  ///< of the ServoScene that published the version
-  std::size_t hand = 0;      ///< index of the first hand that uses the fields
-  std::shared_ptr<const haptics::TouchScene> scene;
-  std::shared_ptr<const volume::Version> version;
-  volume::VoxelBox box = k_no_voxels;
-  using Offsets = haptics::TouchState::OffsetFields;
-  Offsets before;  ///< one per shape of the base
-  /// Takes milliseconds to tens of them, by the size of box and tool; the same bits for any `threads`.
-  Offsets make(int threads = 1) const;
-};
 
 /// Offset fields of one scene, and the cuts since they were built. A value.
 class TouchFields {
@@ -31,24 +17,24 @@ class TouchFields {
   explicit TouchFields(std::shared_ptr<const haptics::TouchScene> scene) : scene_(std::move(scene)) {}
 
   /// Returns the fields for the next published state; empty before the first cut.
-  const OffsetJob::Offsets& newest() const noexcept { return newest_; }
+  const OffsetFields& newest() const noexcept { return newest_; }
   bool is_stale() const noexcept { return !cuts_.empty(); }
   /// Serial of the first cut that the fields do not include; requires is_stale().
   std::uint64_t oldest_serial() const noexcept { return cuts_.front().serial; }
   /// Records a cut in `box`, published as `version` by `serial`.
   void record_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
                   const volume::VoxelBox& box);
-  /// Returns the job for all cuts so far; empty if the fields are up to date.
-  std::optional<OffsetJob> job() const;
+  /// Returns the job for all cuts so far; empty if the fields are up to date. `hand`: one that uses them.
+  std::optional<DerivedJob> job(std::uint8_t hand) const;
   /// Returns the job for the cuts up to a serial; empty if that did not lead to the current state.
-  std::optional<OffsetJob> job_of(std::uint64_t serial) const;
+  std::optional<DerivedJob> job_of(std::uint64_t serial, std::uint8_t hand) const;
   /// Adopts the result of that job. Returns false, without changes, if it did not lead to the current state,
   /// for example after an undo.
-  bool take(std::uint64_t serial, OffsetJob::Offsets result);
+  bool take(std::uint64_t serial, OffsetFields result);
 
   /// Fields of a history entry, in addition to its version.
   struct Kept {
-    OffsetJob::Offsets fields;
+    OffsetFields fields;
     volume::VoxelBox stale_box = k_no_voxels;  ///< voxels where they are older than the version
   };
   Kept keep() const;
@@ -72,7 +58,7 @@ class TouchFields {
     volume::VoxelBox box;
   };
   std::shared_ptr<const haptics::TouchScene> scene_;
-  OffsetJob::Offsets newest_;
+  OffsetFields newest_;
   /// Cut before the oldest of `cuts_`, and not included in the fields.
   volume::VoxelBox stale_box_ = k_no_voxels;
   std::vector<Cut> cuts_;  ///< later ones, oldest first

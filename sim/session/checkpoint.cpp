@@ -13,7 +13,7 @@ namespace {
 constexpr int k_of_touch = 2, k_of_cut = 10, k_of_fields = 1000, k_of_brick = 300, k_of_history = 300,
               k_of_job = 8000;
 /// Cost of building the fields `after` from `before`.
-int work_of(const OffsetJob::Offsets& before, const OffsetJob::Offsets& after) {
+int work_of(const OffsetFields& before, const OffsetFields& after) {
   std::size_t bricks = 0;
   for (std::size_t s = 0; s < after.size() && s < before.size(); ++s)
     bricks += volume::OffsetChanges::count(*before[s], *after[s]);
@@ -51,8 +51,9 @@ void CheckpointMaker::add(const Command& command, const Engine& engine, const Ou
     servo_.restart(engine.now().next_tick);
     pending_.reset();
   }
-  const auto* adopt = command.request.as<AdoptFields>();
-  const auto offsets_of = [&](const haptics::ServoScene& scene) -> const OffsetJob::Offsets& {
+  const auto* adopt = command.request.as<Adopt>();
+  if (adopt && adopt->kind != DerivedKind::offset_fields) adopt = nullptr;
+  const auto offsets_of = [&](const haptics::ServoScene& scene) -> const OffsetFields& {
     return scene.hands[command.hand].state.offsets;
   };
   count(adopt ? work_of(offsets_of(*servo_.newest()), offsets_of(*engine.servo_scene()))

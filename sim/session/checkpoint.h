@@ -26,7 +26,7 @@ struct Checkpoint {
   struct Fields {
     std::uint64_t serial = 0;
     std::uint8_t hand = 0;
-    OffsetJob::Offsets offsets;
+    OffsetFields offsets;
   };
   std::vector<Fields> fields;
 };

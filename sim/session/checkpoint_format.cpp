@@ -135,7 +135,7 @@ std::uint64_t CheckpointEncoder::link_of(const std::shared_ptr<const volume::Ver
 }
 
 void CheckpointEncoder::put_offsets(std::string& out, const std::shared_ptr<const haptics::TouchScene>& scene,
-                                    const OffsetJob::Offsets& offsets) {
+                                    const OffsetFields& offsets) {
   put_count(out, offsets.size());
   for (std::size_t s = 0; s < offsets.size(); ++s) {
     Chain& chain = chains_[{scene, s}];

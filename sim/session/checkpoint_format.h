@@ -44,7 +44,7 @@ class CheckpointEncoder {
   };
   std::uint64_t link_of(const std::shared_ptr<const volume::Version>& version);
   void put_offsets(std::string& out, const std::shared_ptr<const haptics::TouchScene>& scene,
-                   const OffsetJob::Offsets& offsets);
+                   const OffsetFields& offsets);
   void put_fields(std::string& out, const Checkpoint& checkpoint,
                   const std::shared_ptr<const haptics::TouchScene>& scene, const TouchFields::Kept& kept);
   void put_world(std::string& out, const UndoableState& world);

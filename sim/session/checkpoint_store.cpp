@@ -205,8 +205,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     std::vector<std::uint64_t> layouts;
   };
   /// Reads the offset fields of a scene; if it is null, skips them.
-  OffsetJob::Offsets read_offsets(ByteReader& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
-    OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_max));
+  OffsetFields read_offsets(ByteReader& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
+    OffsetFields offsets(in.count(haptics::ShapeSet::k_max));
     if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
       throw Broken{"different numbers of offset fields and shapes"};
     for (std::size_t s = 0; s < offsets.size(); ++s) {

@@ -197,7 +197,7 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
     const std::lock_guard guard(lock_);
     items_.add(CommandItem{command});
     record_outcome(engine, outcome);
-    if (!is_derived_data(command.request)) {
+    if (!command.request.as<Adopt>()) {
       ask_sync(engine);
       was_in_stroke_ = engine.is_in_stroke();
     }

@@ -228,28 +228,36 @@ TEST(DepthSession, PixelsTooFineForAHandAreRefused) {
   EXPECT_FALSE(DepthSets::check_pixel(0.02, 1000, 0));  // fewer are needed until the next set
 }
 
+/// A command that adopts depth images with a clip volume of `edge` mm.
+Adopt images_of(std::int64_t item, double edge) {
+  DepthImages input;
+  input.edge = edge;
+  return {DerivedKind::depth_images, item, 1, Value(input).bytes(), 0};
+}
+
 TEST(DepthSession, CommandsAboutSetsAreChecked) {
   OperationStart start = start_of(mixed());
   Engine engine(std::move(start.hands), 1e-3, drilling_catalogue());
-  AdoptDepths request;
-  request.item = 0, request.serial = 1, request.edge = 20;
-  ASSERT_TRUE(engine.apply({request, 1}).refused);
-  EXPECT_NE(engine.apply({request, 1}).refused->message().find("has no depth images"), std::string::npos);
-  request.item = 1, request.edge = 1e9;
-  EXPECT_TRUE(engine.apply({request, 1}).refused);
-  request.edge = 20;
-  EXPECT_FALSE(engine.apply({request, 1}).refused);
+  ASSERT_TRUE(engine.apply({images_of(0, 20), 1}).refused);
+  EXPECT_NE(engine.apply({images_of(0, 20), 1}).refused->message().find("has no depth images"),
+            std::string::npos);
+  EXPECT_TRUE(engine.apply({images_of(1, 1e9), 1}).refused);
+  Adopt torn = images_of(1, 20);
+  torn.input.pop_back();
+  EXPECT_TRUE(engine.apply({torn, 1}).refused);
+  Adopt search = images_of(1, 20);
+  search.kind = DerivedKind::loose_parts;  // adopted by FreePieces
+  EXPECT_TRUE(engine.apply({search, 1}).refused);
+  EXPECT_FALSE(engine.apply({images_of(1, 20), 1}).refused);
 }
 
 /// A plane in front of a camera that faces down, as an incoming picture.
-AdoptPicture picture_of_plane(double height, std::int64_t item) {
+haptics::depth::DepthPicture picture_of_plane(double height) {
   haptics::depth::DepthPicture picture;
   picture.place = {{8, 0, 100}, {0, 1, 0, 0}};  // x is kept, y and z are reversed
   picture.camera = {80, 80, 200, 200, 39.5, 39.5};
   picture.keep(std::vector<double>(80 * 80, 100 - height));
-  AdoptPicture request = adopt_picture_command(picture, item, {8, 0, height}, 16);
-  request.hash = static_cast<std::int64_t>(set_of(request)->hash());
-  return request;
+  return picture;
 }
 
 TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
@@ -263,17 +271,18 @@ TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
                                       drilling_catalogue(), often(20'000));
   ASSERT_TRUE(writer.is_ok()) << writer.error().message();
   Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000, writer.value().get());
-  const auto show = [&](double height, std::int64_t serial) {
-    AdoptPicture request = picture_of_plane(height, 1);
-    request.serial = serial, request.time = run.engine().seconds();
-    return run.apply(Command(request, 1));
+  std::uint64_t last_serial = 0;
+  const auto show = [&](double height) {
+    const DerivedJob job = run.engine().picture_job(picture_of_plane(height), 1, {8, 0, height}, 16, 1);
+    EXPECT_EQ(job.serial, ++last_serial);
+    return run.apply(run.engine().submit_result(job, job.make(1)));
   };
   std::vector<haptics::Pose> poses{poses_at(0)[0], {{8, 0, 6}, {1, 0, 0, 0}, 0}};
   double lowest[2] = {1e9, 1e9};
   for (int i = 0; i < 2600; ++i) {
     const bool is_lower = i >= 250;
     if (i == 50 || i % 250 == 0) {
-      ASSERT_FALSE(show(is_lower ? 2.5 : 3, 1 + i / 50).refused);
+      ASSERT_FALSE(show(is_lower ? 2.5 : 3).refused);
     }
     poses[0] = poses_at(1e-3 * i)[0];
     poses[1].position_world.z = std::max(1.0, 6 - 0.05 * i);
@@ -283,16 +292,18 @@ TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
   EXPECT_NEAR(lowest[0], 3.8, 1e-3);  // the ball of 0.8 mm on it
   EXPECT_NEAR(lowest[1], 3.3, 1e-3);
   // An invalid picture is refused, and so is drawing it.
-  AdoptPicture wrong = picture_of_plane(3, 0);
-  wrong.serial = 3;
-  EXPECT_TRUE(run.apply(Command(wrong, 1)).refused);
-  wrong = picture_of_plane(3, 1), wrong.serial = 3, wrong.values.pop_back();
-  EXPECT_TRUE(run.apply(Command(wrong, 1)).refused);
-  wrong = picture_of_plane(3, 1), wrong.serial = 3, wrong.rotation = {1, 1, 0, 0};
-  EXPECT_TRUE(run.apply(Command(wrong, 1)).refused);
-  AdoptDepths drawn;
-  drawn.item = 1, drawn.serial = 3, drawn.edge = 10;
-  EXPECT_TRUE(run.apply(Command(drawn, 1)).refused);
+  const auto is_refused = [&](const haptics::depth::DepthPicture& picture, std::int64_t item) {
+    const DerivedJob job = run.engine().picture_job(picture, item, {8, 0, 3}, 16, 1);
+    return run.apply(job.command({})).refused.has_value();
+  };
+  EXPECT_TRUE(is_refused(picture_of_plane(3), 0));
+  haptics::depth::DepthPicture wrong = picture_of_plane(3);
+  wrong.values.pop_back();
+  EXPECT_TRUE(is_refused(wrong, 1));
+  wrong = picture_of_plane(3);
+  wrong.place.rotation = {1, 1, 0, 0};
+  EXPECT_TRUE(is_refused(wrong, 1));
+  EXPECT_TRUE(run.apply({images_of(1, 10), 1}).refused);
   const std::uint64_t state = run.engine().now().hash();
   EXPECT_FALSE(writer.value()->finish(run.engine()));
   const Verdict v = replay(path);
@@ -355,7 +366,7 @@ TEST(DepthSession, ALiveRunIsReplayedToTheBit) {
     ASSERT_FALSE(live.start());
     std::this_thread::sleep_for(std::chrono::milliseconds(1500));
     live.stop();
-    const LiveSession::DepthReport drawn = live.depth_report();
+    const LiveSession::DerivedReport drawn = live.derived_report(DerivedKind::depth_images);
     Touched touched;
     for (const haptics::ServoRecord& r : live.trace()) touched.add(r);
     // A machine too busy to draw in time lets the hand through, as intended.

@@ -4,6 +4,7 @@
 #include <random>
 #include <thread>
 
+#include "sim/api/core_command.h"
 #include "sim/drivers/live_session.h"
 #include "tests/sim/session_fixture.h"
 #include "tests/sim/toy_bench.h"
@@ -310,7 +311,29 @@ TEST(Engine, AGuardRefusesRequestsButNotDerivedData) {
                                  Command(SwitchItem{0, false}), Command(ToolGeometry{1})})
     EXPECT_EQ(engine.apply(request).refused.value_or(Error{}).what, "not now");
   EXPECT_FALSE(engine.apply(Resume{}).refused);
-  EXPECT_FALSE(engine.apply(AdoptFields{3}).refused);
+  EXPECT_FALSE(engine.apply(Adopt{DerivedKind::offset_fields, 0, 3}).refused);
+}
+
+TEST(Engine, CommandsOfEveryEngineAreRowsOfOneTable) {
+  std::string all, of_drivers, unguarded, unheard, settings;
+  for (const CoreCommand& row : core_commands()) {
+    const std::string name = std::string(row.type->schema->name) + ' ';
+    EXPECT_EQ(find_core_command(*row.type), &row) << name;
+    all += name;
+    if (!row.is_for_users) of_drivers += name;
+    if (!row.is_guarded) unguarded += name;
+    if (!row.is_heard) unheard += name;
+    if (row.restore) settings += name;
+  }
+  EXPECT_EQ(all,
+            "undo redo begin-branch switch-branch note resume remove-instrument switch-item place-model "
+            "set-effect tool-geometry take-instrument free-pieces hold-body release-body place-body "
+            "discard-body adopt adopt-job cancel-job ");
+  EXPECT_EQ(of_drivers, "resume adopt adopt-job cancel-job ");
+  EXPECT_EQ(unguarded, "resume adopt adopt-job ");
+  EXPECT_EQ(unheard, "adopt adopt-job ");
+  EXPECT_EQ(settings, "switch-item place-model set-effect adopt ");
+  EXPECT_EQ(find_core_command(value_type<drilling::Burr>()), nullptr);
 }
 
 TEST(Engine, SettingsInAnotherOrderGiveTheSameState) {

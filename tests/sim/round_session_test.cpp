@@ -140,8 +140,8 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   }
   EXPECT_EQ(done, 6);
   live.stop();
-  EXPECT_GT(live.offset_report().count, 0u);
-  EXPECT_GT(live.offset_report().longest_seconds, 0);
+  EXPECT_GT(live.derived_report(DerivedKind::offset_fields).count, 0u);
+  EXPECT_GT(live.derived_report(DerivedKind::offset_fields).longest_seconds, 0);
   // Two fields, each within its tolerance.
   EXPECT_LT(too_free(bench.scene, live.engine()), 2 * (0.1 + 0.02 * bench.scene.tool->radius()));
   const std::uint64_t hash = live.engine().current()->content_hash();

@@ -50,7 +50,7 @@ class Timeline {
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
       // Commands of derived data are not listed.
       const sim::Value& request = command->command.request;
-      if (request.is_empty() || sim::is_derived_data(request)) return;
+      if (request.is_empty() || request.as<sim::Adopt>()) return;
       end_stroke();
       const std::string words = request.words();
       rows_.push_back({last_, "command", command->command.hand,

@@ -1,0 +1,35 @@
+// CoreCommand: a command of every engine, whatever its modules. sim/engine defines them.
+#pragma once
+
+#include <span>
+
+#include "sim/api/command.h"
+
+namespace trephine::sim {
+
+class Engine;
+struct Outcome;
+
+/// Row of the table of commands: check and effect side by side, as modules have them.
+struct CoreCommand {
+  const ValueType* type = nullptr;
+  /// Returns the reason to refuse the command in the current state. Null: it is never refused.
+  Status (*check)(const Engine& engine, const Command& command) = nullptr;
+  /// Applies a checked command. Null: it changes nothing.
+  void (*apply)(Engine& engine, const Command& command, Outcome& outcome) = nullptr;
+  /// Applies a setting of PersistentState::latest_commands again, without a new scene. Null: not such a
+  /// setting.
+  Status (*restore)(Engine& engine, const Command& command) = nullptr;
+  /// Releases data that were submitted for a refused command. Null: no data belong to it.
+  void (*discard)(Engine& engine, const Command& command) = nullptr;
+  bool is_for_users = true;  ///< users and scripts may send it; other commands are issued by drivers
+  bool is_guarded = true;    ///< modules may refuse it
+  bool is_heard = true;      ///< modules hear it
+};
+
+/// Returns the commands of every engine in constant order: history, hands, bodies, derived data.
+std::span<const CoreCommand> core_commands() noexcept;
+/// Finds a command by the type of its request; null if it belongs to a module.
+const CoreCommand* find_core_command(const ValueType& type) noexcept;
+
+}  // namespace trephine::sim
