@@ -185,6 +185,7 @@ class Engine {
   Status check_room_for_bodies() const;
   Status check_body(const Command& command) const;
   bool change_body(const Command& command, Outcome& outcome);
+  bool remove_bodies(std::span<const Id> ids);
   void release_body(Body& body);
   void release_all_bodies(Outcome& outcome);
   std::string reason_not_to_adopt(const Detachment& detachment) const;
