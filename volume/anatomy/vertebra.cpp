@@ -179,14 +179,15 @@ bool middle_of(const CanalSection& section, dvec2& middle) {
   return true;
 }
 
-/// Returns the distance from the centre of the canal to the wall in front of it, mm, at mid-height.
-double front_of(const VertebraFrame& frame, const CanalWalls& walls) {
+/// Returns the median distance from the centre of the canal to its wall, mm, in rays around `middle`, at
+/// mid-height.
+double median_wall(const VertebraFrame& frame, const CanalWalls& walls, int middle_ray) {
   constexpr int k_spread = 20 * k_canal_rays / 360;
   std::vector<double> distances;
   for (const double z : {-4.0, 0.0, 4.0}) {
     const CanalSection section = canal_section(frame, z, walls, nullptr);
     for (int ray = -k_spread; ray <= k_spread; ++ray)
-      if (const double r = section.before[static_cast<std::size_t>(around(k_canal_rays / 2 + ray))]; r >= 0)
+      if (const double r = section.before[static_cast<std::size_t>(around(middle_ray + ray))]; r >= 0)
         distances.push_back(r);
   }
   if (distances.empty()) return 0.5 * k_canal_reach;
@@ -241,7 +242,7 @@ bool align(const CanalWalls& walls, const std::vector<dvec3>& points, VertebraFr
     const dvec2 middle = sum / static_cast<double>(count);
     frame.middle = frame.world({middle.x, middle.y, 0});
     if (points.empty()) continue;
-    const double front = front_of(frame, walls);
+    const double front = canal_front(frame, walls);
     const dvec2 lean = lean_of(frame, points, front);
     const dvec3 up = glm::normalize(frame.up + lean.x * frame.left + lean.y * frame.back);
     if (glm::dot(up, upright) > k_steepest) frame.up = up;
@@ -376,6 +377,13 @@ CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWall
       section.after[at] = std::max(section.before[at], line_after.crossing(t_after - step, t_after));
   }
   return section;
+}
+
+double canal_front(const VertebraFrame& frame, const CanalWalls& walls) {
+  return median_wall(frame, walls, k_canal_rays / 2);
+}
+double canal_back(const VertebraFrame& frame, const CanalWalls& walls) {
+  return median_wall(frame, walls, 0);
 }
 
 std::optional<Pedicles> find_pedicles(const VertebraFrame& frame, const CanalWalls& walls,

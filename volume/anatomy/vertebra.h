@@ -57,6 +57,11 @@ struct CanalWalls {
 CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWalls& walls,
                            const Version* after);
 
+/// Returns the distance from the centre of the canal to the wall in front of it (the back of the vertebra's
+/// body), or behind it, mm, at mid-height; half of k_canal_reach if there is none.
+double canal_front(const VertebraFrame& frame, const CanalWalls& walls);
+double canal_back(const VertebraFrame& frame, const CanalWalls& walls);
+
 /// Stretch where pedicles close the canal on both sides.
 struct Pedicles {
   double low = 0, high = 0;  ///< mm along `up` of the frame
