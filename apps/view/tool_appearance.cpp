@@ -28,11 +28,12 @@ struct Fields {
           choice && **choice < field.info.choices.size()) {
         if (field.name == "shape") shape = field.info.choices[**choice];
         if (field.name == "kind") kind = field.info.choices[**choice];
+        if (field.name == "guide") guide = field.info.choices[**choice];
       }
     }
   }
   double diameter = 0, length = 0, foot = 0, inner = 0, lead = 0, width = 0, opening = 0, jaw = 0;
-  std::string_view shape = "sphere", kind;
+  std::string_view shape, kind, guide;
 
  private:
   const std::pair<std::string_view, double*> numbers[8]{
@@ -75,6 +76,16 @@ ToolPart drum(double radius, double end_radius, double length) {
   for (const dvec2& p :
        {dvec2(length - edge, end_radius), dvec2(length, end_radius - edge), dvec2(length, 0)})
     part.profile.push_back(p);
+  return part;
+}
+
+/// A rod with a round end, which is `tip` mm along the axis.
+ToolPart round_rod(double radius, double tip, double length) {
+  ToolPart part;
+  part.is_cutting = false;
+  add_arc(part.profile, tip + radius, radius, 0, k_right_angle);
+  part.profile.push_back({tip + length, radius});
+  part.profile.push_back({tip + length, 0});
   return part;
 }
 
@@ -163,6 +174,12 @@ ToolAppearance appearance_of(const sim::Value& parameters) {
   } else if (f.shape == "match-head") {
     tool.shaft_from = (f.length > 0 ? f.length : 3 * radius) - radius;
     tool.parts = {between_balls(radius, 0.6 * radius, tool.shaft_from)};
+  } else if (f.shape.empty() && f.length > f.diameter) {
+    // A probe is held at its tip, or at the centre of its lowest ball.
+    const double tip = f.guide == "walls" ? -radius : 0;
+    tool.parts = {round_rod(radius, tip, f.length)};
+    tool.shaft_from = tip + f.length;
+    tool.shaft_radius = 1.6 * radius;
   } else {
     return ball_appearance(radius);
   }

@@ -30,8 +30,9 @@ struct ToolAppearance {
 };
 
 /// Derives the look from the fields "diameter", "shape" (sphere, cylinder, barrel, match-head) and "length";
-/// a "foot" adds a foot below the bit, "inner" and "lead" a drill ahead of it; "width", "opening" and "jaw"
-/// give two jaws. Without these fields the tool is a fine tip of radius 0 without parts.
+/// a "foot" adds a foot below the bit, "inner" and "lead" a drill ahead of it; "diameter" and "length"
+/// alone give a probe, "width", "opening" and "jaw" two jaws. Without these fields the tool is a fine tip of
+/// radius 0 without parts.
 ToolAppearance appearance_of(const sim::Value& parameters);
 ToolAppearance ball_appearance(double radius);
 /// Half of the field "diameter", mm; 0 without that field.

@@ -12,6 +12,7 @@
 #include "modules/fluoroscopy/fluoroscopy.h"
 #include "modules/laminectomy/laminectomy.h"
 #include "modules/measurement/measurement.h"
+#include "modules/pedicle/pedicle.h"
 #include "modules/rongeur/rongeur.h"
 #include "sim/api/forbidden.h"
 
@@ -20,6 +21,25 @@ namespace trephine::workbench {
 namespace {
 
 using Level = EventLevel;
+
+/// Returns the direction in which bone was left: "toward the canal".
+std::string wall_text(pedicle::Wall wall) {
+  switch (wall) {
+    case pedicle::Wall::medial:
+      return "toward the canal";
+    case pedicle::Wall::lateral:
+      return "to the outer side";
+    case pedicle::Wall::above:
+      return "above";
+    case pedicle::Wall::below:
+      return "below";
+    case pedicle::Wall::front:
+      return "in front";
+    case pedicle::Wall::none:
+      break;
+  }
+  return "inside bone";
+}
 
 /// A latched fault is only recorded, since a window displays it while it lasts.
 EventText text_of(const sim::FaultEvent& e) {
@@ -128,6 +148,43 @@ EventText text_of(const rongeur::Bite& e) {
   return {format_text("Bite of %.0f mm³.", e.size), Level::outcome};
 }
 EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.reason, Level::refusal}; }
+EventText text_of(const pedicle::ProbeEntered&) { return {"The probe entered bone.", Level::record}; }
+EventText text_of(const pedicle::ProbeOut& e) {
+  return {format_text("The probe left %s %.1f mm deep: %s.", e.label.empty() ? "the bone" : e.label.c_str(),
+                      e.depth, wall_text(e.wall).c_str()),
+          Level::danger};
+}
+EventText text_of(const pedicle::ProbeIn& e) {
+  return {format_text("The probe is in bone again, %.1f mm deep.", e.depth), Level::outcome};
+}
+EventText text_of(const pedicle::TrackMade& e) {
+  std::string text = format_text("Track of %.1f mm", e.depth);
+  if (e.outside > 0) text += format_text(", %.1f mm of it beyond the bone", e.outside);
+  return {text + ".", Level::outcome};
+}
+EventText text_of(const pedicle::ScrewPlaced& e) {
+  return {format_text("Screw of %.1f mm, %.0f mm long: body %u.", e.diameter, e.length, e.body.value),
+          Level::outcome};
+}
+EventText text_of(const pedicle::ScrewFailed& e) {
+  return {"The screw was not placed: " + e.reason + ".", Level::refusal};
+}
+EventText text_of(const pedicle::ScrewJudged& e) {
+  const auto grade = [](pedicle::Grade one) {
+    return std::string(pedicle::k_grade_names[static_cast<std::size_t>(one)]);
+  };
+  std::string text = "Screw" + (e.vertebra.empty() ? "" : " in " + e.vertebra) + " " +
+                     std::string(pedicle::k_side_names[static_cast<std::size_t>(e.side)]) + ": grade " +
+                     grade(e.grade);
+  if (e.breach > 0) text += format_text(", %.1f mm %s", e.breach, wall_text(e.wall).c_str());
+  if (e.front > 0) text += format_text(", %.1f mm in front of the bone", e.front);
+  if (e.is_uncertain)
+    text += ". The voxels allow grades " + grade(e.grade_of_larger) + " to " + grade(e.grade_of_smaller);
+  return {text + ".", e.grade >= pedicle::Grade::c ? Level::danger : Level::outcome};
+}
+EventText text_of(const pedicle::ScrewNotJudged& e) {
+  return {"The screw was not judged: " + e.reason + ".", Level::refusal};
+}
 
 struct Row {
   const sim::ValueType* type;
@@ -164,6 +221,14 @@ const auto& rows() {
                                  row<drilling::Breakthrough>(),
                                  row<drilling::PerforatorStopped>(),
                                  row<drilling::CraniotomeRefused>(),
+                                 row<pedicle::ProbeEntered>(),
+                                 row<pedicle::ProbeOut>(),
+                                 row<pedicle::ProbeIn>(),
+                                 row<pedicle::TrackMade>(),
+                                 row<pedicle::ScrewPlaced>(),
+                                 row<pedicle::ScrewFailed>(),
+                                 row<pedicle::ScrewJudged>(),
+                                 row<pedicle::ScrewNotJudged>(),
                                  row<rongeur::Bite>(),
                                  row<rongeur::BiteRefused>()};
   return k_rows;

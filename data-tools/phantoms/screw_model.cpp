@@ -5,6 +5,9 @@
 #include <cstdlib>
 #include <glm/geometric.hpp>
 #include <string>
+#include <utility>
+
+#include "volume/surface/lathe.h"
 
 namespace trephine::data_tools {
 
@@ -44,7 +47,7 @@ Result<ScrewPosition> parse_screw(std::string_view text) {
 }
 
 namespace {
-constexpr std::uint32_t k_facets = 32;
+constexpr int k_facets = 32;
 constexpr double k_head_length = 6, k_head_width = 1.5;  // mm; diameters
 }  // namespace
 
@@ -54,35 +57,15 @@ ScrewModel screw_model(const ScrewPosition& screw) {
       glm::normalize(glm::cross(along, std::abs(along.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(1, 0, 0)));
   const dvec3 v = glm::cross(along, u);
   const double radius = 0.5 * screw.diameter, length = glm::length(screw.tip_world - screw.entry_world);
-  // Rings from the head to the tip: position along the shaft and radius, mm.
-  const std::array<std::array<double, 2>, 4> rings{{{-k_head_length, k_head_width * radius},
-                                                    {0, k_head_width * radius},
-                                                    {0, radius},
-                                                    {length - k_screw_tip * screw.diameter, radius}}};
+  const std::array<volume::TurnedRing, 4> rings{{{-k_head_length, k_head_width * radius},
+                                                 {0, k_head_width * radius},
+                                                 {0, radius},
+                                                 {length - k_screw_tip * screw.diameter, radius}}};
+  volume::TurnedSolid solid = volume::turned_solid(-k_head_length, rings, length, k_facets);
   ScrewModel model;
-  for (const auto& [at, ring_radius] : rings)
-    for (std::uint32_t i = 0; i < k_facets; ++i) {
-      const double angle = 2 * 3.14159265358979323846 * i / k_facets;
-      model.vertices_world.push_back(screw.entry_world + at * along +
-                                     ring_radius * (std::cos(angle) * u + std::sin(angle) * v));
-    }
-  const auto head = static_cast<std::uint32_t>(model.vertices_world.size()), tip = head + 1;
-  model.vertices_world.push_back(screw.entry_world - k_head_length * along);
-  model.vertices_world.push_back(screw.tip_world);
-  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    model.triangles.insert(model.triangles.end(), {a, b, c});
-  };
-  for (std::uint32_t i = 0; i < k_facets; ++i) {
-    const std::uint32_t j = (i + 1) % k_facets;
-    add(head, j, i);
-    for (std::uint32_t ring = 0; ring + 1 < rings.size(); ++ring) {
-      const std::uint32_t low = ring * k_facets, high = low + k_facets;
-      add(low + i, low + j, high + i);
-      add(low + j, high + j, high + i);
-    }
-    const std::uint32_t last = (static_cast<std::uint32_t>(rings.size()) - 1) * k_facets;
-    add(last + i, last + j, tip);
-  }
+  for (const dvec3& p : solid.vertices)
+    model.vertices_world.push_back(screw.entry_world + p.x * u + p.y * v + p.z * along);
+  model.triangles = std::move(solid.triangles);
   return model;
 }
 

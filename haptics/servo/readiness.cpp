@@ -12,13 +12,6 @@ using glm::dvec3;
 
 namespace {
 
-/// Returns the reach of the tool from the hand's position, mm.
-double reach_of(const TouchScene& scene) noexcept {
-  double farthest = scene.tool_radius;
-  for (const dvec3& at : scene.tool_balls) farthest = std::max(farthest, scene.tool_radius + glm::length(at));
-  return farthest;
-}
-
 /// Returns true if a partly available item blocks: its part reaches beyond hand and proxy.
 bool is_part_ready(const ServoHand& hand, const ServoHand::Part& part, const ReadinessQuery& query,
                    double farthest) noexcept {
@@ -76,7 +69,7 @@ void find_depths_ready(const ServoHand& hand, const ReadinessQuery& query, doubl
 Readiness readiness_of(const ServoHand& hand, const ReadinessQuery& query) noexcept {
   Readiness result{hand.not_ready};
   if (hand.part_count == 0 && hand.state.depths.empty()) return result;
-  const double farthest = reach_of(*hand.scene);
+  const double farthest = hand.scene->tool->extent();
   if (!hand.state.depths.empty()) find_depths_ready(hand, query, farthest, result);
   for (std::size_t i = 0; i < hand.part_count; ++i)
     result.not_ready.set(hand.parts[i].item, !is_part_ready(hand, hand.parts[i], query, farthest));

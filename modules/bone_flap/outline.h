@@ -6,14 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "sim/api/located_error.h"
 #include "volume/base/error.h"
+#include "volume/base/located_error.h"
 #include "volume/scan/bone_labels.h"
 #include "volume/scan/field.h"
 
 namespace trephine::bone_flap {
-
-using sim::LocatedError, sim::LocatedStatus;
 
 /// Returns a rounded number as text: "12".
 std::string rounded(double value);

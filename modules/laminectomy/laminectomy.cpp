@@ -84,7 +84,7 @@ Judgement judgement_of(const Outcome& o, const std::string& vertebra) {
   j.is_any = true;
   j.is_at_border = o.is_at_border;
   j.vertebra = vertebra;
-  const CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
+  const volume::CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
   j.canal_before = narrow.area(false), j.canal_after = std::max(0.0, narrow.area(true));
   j.narrowest_at = o.position_of(o.narrowest);
   j.opened_length = o.opened_length;
@@ -92,7 +92,7 @@ Judgement judgement_of(const Outcome& o, const std::string& vertebra) {
   if (o.widest_opened >= 0) {
     j.opened_width = o.sections[static_cast<std::size_t>(o.widest_opened)].opening();
     j.opened_at = o.position_of(o.widest_opened);
-    const CanalSection& open = o.sections[static_cast<std::size_t>(o.widest_opened)];
+    const volume::CanalSection& open = o.sections[static_cast<std::size_t>(o.widest_opened)];
     j.opening_before = std::max(0.0, open.area(false)), j.opening_after = std::max(0.0, open.area(true));
   }
   j.lamina_before = o.lamina.size, j.lamina_left = o.lamina.size - o.lamina.removed;

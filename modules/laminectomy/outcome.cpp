@@ -12,13 +12,13 @@
 namespace trephine::laminectomy {
 
 using glm::dvec3;
+using volume::CanalSection, volume::k_canal_reach;
 
 namespace {
 
 constexpr double k_section = 1;      // mm between sections
 constexpr double k_medial = 0.7;     // of the canal's half width: facets and pars are farther out
 constexpr double k_facet_wide = 12;  // mm beyond the canal's wall to the transverse process
-constexpr std::size_t k_quarter = k_rays / 4;
 
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -52,9 +52,12 @@ class Judge {
     o_.sections.resize(static_cast<std::size_t>(count));
     parallel_for(count, 0, [&](int i) {
       o_.sections[static_cast<std::size_t>(i)] =
-          section_at(o_.frame, o_.frame.low + i * k_section, {bone_, label_}, &version_);
+          volume::canal_section(o_.frame, o_.frame.low + i * k_section, {bone_, label_}, &version_);
     });
-    if (!find_pedicles()) return LocatedError{"no pedicles on both sides of the canal", o_.frame.middle};
+    const auto pedicles = volume::find_pedicles(o_.frame, {bone_, label_}, o_.sections);
+    if (!pedicles) return LocatedError{"no pedicles on both sides of the canal", o_.frame.middle};
+    o_.half_width = pedicles->half_width;
+    o_.pedicle_low = pedicles->low, o_.pedicle_high = pedicles->high;
     if (!find_roof()) return LocatedError{"no lamina closes the canal at the back", o_.frame.middle};
     double least = 1e300, widest = 0;
     for (int i = o_.roof_first; i <= o_.roof_last; ++i) {
@@ -76,7 +79,7 @@ class Judge {
       const CanalSection& s = o_.sections[static_cast<std::size_t>(i)];
       for (const double x : {-0.5 * o_.half_width, 0.5 * o_.half_width}) {
         double inner = -1, outer = -1;
-        for (double y = 0; y < 2 * k_reach && (outer < 0 || y < outer + k_pores); y += k_fine)
+        for (double y = 0; y < 2 * k_canal_reach && (outer < 0 || y < outer + k_pores); y += k_fine)
           if (is_bone({x, y, s.z})) {
             if (inner < 0) inner = y;
             outer = y;
@@ -84,7 +87,7 @@ class Judge {
         if (outer > 0) behind.push_back(outer);
       }
     }
-    o_.roof_back = behind.empty() ? 2 * k_reach : median(behind);
+    o_.roof_back = behind.empty() ? 2 * k_canal_reach : median(behind);
   }
 
   void weigh_parts() {
@@ -147,32 +150,6 @@ class Judge {
   }
 
  private:
-  /// Finds the longest stretch where pedicles close the canal on both sides, and the canal's width there.
-  bool find_pedicles() {
-    std::size_t best = 0, best_count = 0, count = 0;
-    for (std::size_t i = 0; i < o_.sections.size(); ++i) {
-      const double z = o_.sections[i].z;
-      count = is_pedicle(z, 1) && is_pedicle(z, -1) ? count + 1 : 0;
-      if (count > best_count) best_count = count, best = i + 1 - count;
-    }
-    if (best_count == 0) return false;
-    std::vector<double> widths;
-    for (std::size_t i = best; i < best + best_count; ++i)
-      for (const std::size_t side : {k_quarter, k_rays - k_quarter})
-        if (const double wide = o_.sections[i].before[side]; wide >= 0) widths.push_back(wide);
-    if (widths.empty()) return false;
-    o_.half_width = median(widths);
-    o_.pedicle_low = o_.sections[best].z, o_.pedicle_high = o_.sections[best + best_count - 1].z;
-    return true;
-  }
-  /// Returns true if the vertebra closes one side of the canal, by its label if it has one, else by bone.
-  bool is_pedicle(double z, double sign) const {
-    for (double x = 0; x < k_reach; x += k_fine) {
-      const dvec3 p = scan_.frame.volume_from_world(o_.frame.world({sign * x, 0, z}));
-      if (label_ >= 0 ? is_of_vertebra(p) : bone_.value(p) >= 0) return true;
-    }
-    return false;
-  }
   /// Finds the stretch of closed sections nearest to the centre.
   bool find_roof() {
     const auto has_roof = [this](int i) { return o_.sections[static_cast<std::size_t>(i)].has_roof(false); };
@@ -268,7 +245,7 @@ class Judge {
 
 Result<Outcome, LocatedError> judge(const volume::Field& bone, int label, const dvec3* canal_world,
                                     const volume::Version& version) {
-  const auto frame = find_vertebra({bone, label}, canal_world);
+  const auto frame = volume::find_vertebra({bone, label}, canal_world);
   if (!frame) return frame.error();
   Outcome outcome;
   outcome.frame = frame.value();

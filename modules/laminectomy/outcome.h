@@ -1,8 +1,10 @@
 // Outcome of a laminectomy: room in the canal, and remaining parts of the vertebra's arch.
 #pragma once
 
-#include "modules/laminectomy/vertebra.h"
+#include <array>
+
 #include "sim/api/value.h"
+#include "volume/anatomy/vertebra.h"
 
 namespace trephine::laminectomy {
 
@@ -22,11 +24,11 @@ struct Pars {
 
 /// Result of judge().
 struct Outcome {
-  VertebraFrame frame;
-  double half_width = 0;                     ///< mm, half of the canal's width between the pedicles
-  double pedicle_low = 0, pedicle_high = 0;  ///< mm along `up` of the frame
-  double roof_back = 0;                      ///< mm backward from the canal's centre to the spinous process
-  std::vector<CanalSection> sections;        ///< 1 mm apart, upward, over the whole vertebra
+  volume::VertebraFrame frame;
+  double half_width = 0;                       ///< mm, half of the canal's width between the pedicles
+  double pedicle_low = 0, pedicle_high = 0;    ///< mm along `up` of the frame
+  double roof_back = 0;                        ///< mm backward from the canal's centre to the spinous process
+  std::vector<volume::CanalSection> sections;  ///< 1 mm apart, upward, over the whole vertebra
 
   bool is_at_border = false;          ///< the scan ends within the vertebra
   int roof_first = 0, roof_last = 0;  ///< first and last section that the lamina closed before

@@ -86,9 +86,13 @@ class ModuleWork : public Work, public ModuleState {
   /// Restores all matter that was removed since the start.
   void restore_all() noexcept { is_restored_ = true; }
   bool is_restored() const noexcept { return is_restored_; }
+  /// Removes a body, such as an implant of the module. Unknown ones are ignored.
+  void remove_body(Id body) { removed_bodies_.push_back(body); }
+  std::span<const Id> removed_bodies() const noexcept { return removed_bodies_; }
 
  private:
   bool is_restored_ = false;
+  std::vector<Id> removed_bodies_;
 };
 
 /// Result of a job. Immutable.

@@ -194,7 +194,8 @@ ModuleState Engine::state_of(std::size_t module, std::uint64_t edits) noexcept {
 /// Publishes the work of a module, and marks undoable changes.
 void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   const bool is_cut = work.removed().bricks_changed > 0;
-  if (!is_cut && !work.is_restored() && !work.is_world_changed()) return;
+  const bool is_any_body_removed = remove_bodies(work.removed_bodies());
+  if (!is_cut && !work.is_restored() && !work.is_world_changed() && !is_any_body_removed) return;
   if (is_cut || work.is_restored()) ++now_.edits;
   is_stroke_changed_ = outcome.is_edit = true;
   if (work.is_restored()) {
@@ -214,8 +215,10 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
     publish(Change::removal);
     record_cut(work.removed());
     outcome.box = work.removed().box;
+  } else if (is_any_body_removed) {
+    publish(Change::removal);
   }
-  outcome.is_changed = is_cut || work.is_restored();
+  outcome.is_changed = is_cut || work.is_restored() || is_any_body_removed;
 }
 
 void Engine::record_faults(const haptics::ServoRecord& tick) {

@@ -190,6 +190,7 @@ class Engine {
   std::vector<int> free_movers() const;
   Status check_room_for_bodies() const;
   Status check_room_for_pieces(std::string_view command) const;
+  bool remove_bodies(std::span<const Id> ids);
   void release_body(Body& body);
   void release_all_bodies(Outcome& outcome);
   std::string reason_not_to_adopt(const Detachment& detachment) const;

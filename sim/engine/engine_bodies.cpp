@@ -205,6 +205,15 @@ std::span<const CoreCommand> body_commands() noexcept {
   return all;
 }
 
+/// Removes bodies for a module. Returns false if there are none of these.
+bool Engine::remove_bodies(std::span<const Id> ids) {
+  const std::size_t removed = std::erase_if(now_.world.bodies, [&](const Body& body) {
+    return std::find(ids.begin(), ids.end(), body.id) != ids.end();
+  });
+  if (removed > 0) use_bodies(Bodies::others);
+  return removed > 0;
+}
+
 haptics::Placement Engine::place_of(const Body& body) const {
   haptics::Placement place = body.place;
   if (is_in_motion(body))

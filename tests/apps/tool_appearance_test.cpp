@@ -7,6 +7,7 @@
 
 #include "modules/drilling/craniotome.h"
 #include "modules/drilling/perforator.h"
+#include "modules/pedicle/probe.h"
 #include "modules/rongeur/rongeur.h"
 
 namespace trephine::view {
@@ -55,6 +56,16 @@ TEST(ToolAppearance, ShowsFootJawsAndTheDrillAhead) {
   EXPECT_NEAR(drill.parts[0].profile.front().x, -0.5 * perforator.inner, 1e-9);
   EXPECT_NEAR(drill.parts[1].profile.front().x - drill.parts[0].profile.front().x, perforator.lead, 1e-9);
   EXPECT_NEAR(drill.parts[1].profile[1].y, 0.5 * perforator.diameter, 1e-9);
+
+  for (const pedicle::Guide guide : {pedicle::Guide::line, pedicle::Guide::walls}) {
+    const pedicle::Probe probe{.guide = guide};
+    const ToolAppearance rod = appearance_of(probe);
+    ASSERT_EQ(rod.parts.size(), 1u);
+    EXPECT_FALSE(rod.is_ball || rod.parts[0].is_cutting);
+    const double tip = guide == pedicle::Guide::line ? 0 : -0.5 * probe.diameter;
+    EXPECT_NEAR(rod.parts[0].profile.front().x, tip, 1e-9);
+    EXPECT_NEAR(rod.shaft_from, tip + probe.length, 1e-9);
+  }
 
   for (const rongeur::Kind kind : {rongeur::Kind::rongeur, rongeur::Kind::kerrison}) {
     const rongeur::Rongeur tool{.kind = kind};

@@ -101,7 +101,7 @@ Cut block(const SpinePhantom& spine, double aside, double front, double low, dou
 struct Pixels {
   static constexpr double k_pixel = 0.15;
   const SpinePhantom& spine;
-  const VertebraFrame& frame;
+  const volume::VertebraFrame& frame;
   double z;
   Cut cut = [](const dvec3&) { return 1e3; };
 
@@ -147,7 +147,7 @@ TEST(LaminectomyOutcome, AFrameFollowsItsVertebra) {
     const SpinePhantom exact(1);
     for (int v = 0; v < 3; ++v) {
       Outcome o;
-      const auto frame = find_vertebra({spine.bone, v + 1}, nullptr);
+      const auto frame = volume::find_vertebra({spine.bone, v + 1}, nullptr);
       ASSERT_TRUE(frame) << frame.error().reason;
       o.frame = frame.value();
       const dvec3 up = glm::normalize(exact.world_point(v, {0, 24, 1}) - exact.world_point(v, {0, 24, 0}));
@@ -172,7 +172,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
     const Outcome o = spine.judged(*spine.cut(trough));
     int count = 0;
     for (int i = o.roof_first; i <= o.roof_last; i += is_whole() ? 2 : 4) {
-      const CanalSection& s = o.sections[static_cast<std::size_t>(i)];
+      const volume::CanalSection& s = o.sections[static_cast<std::size_t>(i)];
       Pixels pixels{exact, o.frame, s.z};
       const double before = pixels.area();
       if (before < 0) continue;
@@ -192,7 +192,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
       ++count;
     }
     EXPECT_GE(count, 2);
-    const CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
+    const volume::CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
     EXPECT_GT(narrow.area(true), narrow.area(false));
   }
 }
@@ -204,7 +204,7 @@ TEST(LaminectomyOutcome, ACutOutsideTheCanalLeavesItsRoom) {
   const Outcome o = spine.judged(*spine.cut(block(exact, 8, 21, -40, 40)));
   EXPECT_EQ(o.opened_length, 0);
   EXPECT_EQ(o.widest_opened, -1);
-  for (const CanalSection& s : o.sections)
+  for (const volume::CanalSection& s : o.sections)
     if (s.has_roof(false)) {
       EXPECT_DOUBLE_EQ(s.area(true), s.area(false));
     }

@@ -16,8 +16,8 @@ namespace trephine::cli {
 
 using glm::dvec2;
 using glm::dvec3;
-using laminectomy::CanalSection;
 using laminectomy::Judgement;
+using volume::CanalSection;
 
 namespace {
 
@@ -132,16 +132,16 @@ void add_walls(imaging::Panel& panel, const CanalSection& section) {
   constexpr double k_jump = 1.5, k_min = 3;  // mm
   for (const bool is_after : {false, true}) {
     const std::vector<double>& wall = is_after ? section.after : section.before;
-    const auto ray_at = [](int ray) { return static_cast<std::size_t>(ray % laminectomy::k_rays); };
+    const auto ray_at = [](int ray) { return static_cast<std::size_t>(ray % volume::k_canal_rays); };
     const auto is_joined = [&](int ray) {  // to the previous ray
-      const double current = wall[ray_at(ray)], previous = wall[ray_at(ray + laminectomy::k_rays - 1)];
+      const double current = wall[ray_at(ray)], previous = wall[ray_at(ray + volume::k_canal_rays - 1)];
       return current >= 0 && previous >= 0 && std::abs(current - previous) < k_jump;
     };
     const imaging::Panel::Colour colour =
         is_after ? imaging::Panel::Colour{255, 210, 60} : imaging::Panel::Colour{80, 200, 255};
     int first = 0;
-    while (first < laminectomy::k_rays && is_joined(first)) ++first;
-    const bool is_ring = first == laminectomy::k_rays;
+    while (first < volume::k_canal_rays && is_joined(first)) ++first;
+    const bool is_ring = first == volume::k_canal_rays;
     if (is_ring) first = 0;
     imaging::Panel::Line line{{}, colour, is_ring, is_after ? "canal now" : "canal before"};
     double length = 0;
@@ -149,11 +149,11 @@ void add_walls(imaging::Panel& panel, const CanalSection& section) {
       if (length >= k_min) panel.lines.push_back(line);
       line.places.clear(), length = 0;
     };
-    for (int ray = first; ray < first + laminectomy::k_rays; ++ray) {
+    for (int ray = first; ray < first + volume::k_canal_rays; ++ray) {
       if (!is_ring && !is_joined(ray)) finish();
       const double r = wall[ray_at(ray)];
       if (r < 0) continue;
-      const dvec2 p = r * laminectomy::ray_direction(ray), point(-p.x, p.y - 15);
+      const dvec2 p = r * volume::canal_ray_direction(ray), point(-p.x, p.y - 15);
       if (!line.places.empty()) length += glm::distance(line.places.back(), point);
       line.places.push_back(point);
     }
@@ -214,7 +214,7 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const 
 }
 
 /// Contacts with forbidden structures (dura, roots), with the slices in which the tool entered them.
-Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& frame, const Plane& plane,
+Json contacts_of(const sim::Engine& engine, const volume::VertebraFrame& frame, const Plane& plane,
                  std::string& text) {
   Json list = Json::array();
   for (std::size_t s = 0; s < engine.forbidden().size(); ++s) {
@@ -306,7 +306,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   }
   const auto judged = laminectomy::judge(bone, label, canal ? &*canal : nullptr, *engine.current());
   if (!judged) {
-    const sim::LocatedError& error = judged.error();
+    const LocatedError& error = judged.error();
     const glm::dvec3& at = error.position_world;
     return Error{.what = error.reason,
                  .where = "laminectomy",

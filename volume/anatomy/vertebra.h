@@ -1,15 +1,16 @@
 // VertebraFrame, CanalSection: location of a vertebra and its canal, found in the bone itself.
 #pragma once
 
-#include <string>
+#include <optional>
+#include <span>
 #include <vector>
 
-#include "sim/api/located_error.h"
 #include "volume/base/error.h"
+#include "volume/base/located_error.h"
 #include "volume/cuts/version.h"
 #include "volume/scan/field.h"
 
-namespace trephine::laminectomy {
+namespace trephine::volume {
 
 /// Axes of a vertebra, from the centre of its canal. World frame, mm.
 struct VertebraFrame {
@@ -21,12 +22,10 @@ struct VertebraFrame {
   glm::dvec3 local(const glm::dvec3& w) const noexcept;
 };
 
-using sim::LocatedError, sim::LocatedStatus;
-
 /// Number of rays in a plane across the canal, counted from `back` toward `left`.
-inline constexpr int k_rays = 720;
+inline constexpr int k_canal_rays = 720;
 /// Bone farther from the canal's centre does not belong to its wall, mm.
-inline constexpr double k_reach = 20;
+inline constexpr double k_canal_reach = 20;
 
 /// Wall of the canal in the plane at `z` mm along `up`, before and after the operation.
 struct CanalSection {
@@ -46,20 +45,34 @@ struct CanalSection {
   double opening() const noexcept;
 };
 /// Returns the unit direction of a ray: x to the left, y to the back.
-glm::dvec2 ray_direction(int ray) noexcept;
+glm::dvec2 canal_ray_direction(int ray) noexcept;
 
-/// Walls of a canal: bone, and the label of its vertebra, which has more exact borders than blurred bone;
-/// -1: no label.
-struct Walls {
-  volume::Field bone;
+/// CanalWalls of a canal: bone, and the label of its vertebra, which has more exact borders than blurred
+/// bone; -1: no label.
+struct CanalWalls {
+  Field bone;
   int label = -1;
 };
 /// Returns the section at `z` mm along `up`. `after`: operated version; null: the untouched volume only.
-CanalSection section_at(const VertebraFrame& frame, double z, const Walls& walls,
-                        const volume::Version* after);
+CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWalls& walls,
+                           const Version* after);
+
+/// Returns the distance from the centre of the canal to the wall in front of it (the back of the vertebra's
+/// body), or behind it, mm, at mid-height; half of k_canal_reach if there is none.
+double canal_front(const VertebraFrame& frame, const CanalWalls& walls);
+double canal_back(const VertebraFrame& frame, const CanalWalls& walls);
+
+/// Stretch where pedicles close the canal on both sides.
+struct Pedicles {
+  double low = 0, high = 0;  ///< mm along `up` of the frame
+  double half_width = 0;     ///< mm, half of the canal's width between them
+};
+/// Finds the pedicles. `sections`: of the untouched vertebra, evenly spaced upward. Empty: a side has none.
+std::optional<Pedicles> find_pedicles(const VertebraFrame& frame, const CanalWalls& walls,
+                                      std::span<const CanalSection> sections);
 
 /// Finds the labelled vertebra; without a label, the bone around `canal_world` of an upright patient.
 /// `canal_world`: a position in its canal at the height of the lamina; null: it is searched for.
-Result<VertebraFrame, LocatedError> find_vertebra(const Walls& walls, const glm::dvec3* canal_world);
+Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const glm::dvec3* canal_world);
 
-}  // namespace trephine::laminectomy
+}  // namespace trephine::volume

@@ -1,4 +1,4 @@
-#include "modules/laminectomy/vertebra.h"
+#include "volume/anatomy/vertebra.h"
 
 #include <algorithm>
 #include <array>
@@ -9,23 +9,23 @@
 #include "volume/base/deterministic_math.h"
 #include "volume/scan/traversal.h"
 
-namespace trephine::laminectomy {
+namespace trephine::volume {
 
 using glm::dvec2;
 using glm::dvec3;
 
 namespace {
 
-constexpr int k_right_angle = k_rays / 4;
-constexpr int k_roof = 35 * k_rays / 360;  ///< rays to either side of straight back
+constexpr int k_right_angle = k_canal_rays / 4;
+constexpr int k_roof = 35 * k_canal_rays / 360;  ///< rays to either side of straight back
 
-int around(int ray) { return (ray % k_rays + k_rays) % k_rays; }
+int around(int ray) { return (ray % k_canal_rays + k_canal_rays) % k_canal_rays; }
 
-const std::array<dvec2, k_rays>& directions() {
-  static const std::array<dvec2, k_rays> all = [] {
-    std::array<dvec2, k_rays> result;
-    for (int i = 0; i < k_rays; ++i) {
-      const double angle = 2 * 3.14159265358979323846 * i / k_rays;
+const std::array<dvec2, k_canal_rays>& directions() {
+  static const std::array<dvec2, k_canal_rays> all = [] {
+    std::array<dvec2, k_canal_rays> result;
+    for (int i = 0; i < k_canal_rays; ++i) {
+      const double angle = 2 * 3.14159265358979323846 * i / k_canal_rays;
       result[static_cast<std::size_t>(i)] = {deterministic_sin(angle), deterministic_cos(angle)};
     }
     return result;
@@ -36,7 +36,7 @@ const std::array<dvec2, k_rays>& directions() {
 /// Line of the world frame through the bone, with a parameter in mm.
 class Line {
  public:
-  Line(const dvec3& from, const dvec3& along, const volume::Field& bone, const volume::Version* version)
+  Line(const dvec3& from, const dvec3& along, const Field& bone, const Version* version)
       : bone_(bone),
         version_(version),
         from_(bone.volume().frame.volume_from_world(from)),
@@ -79,23 +79,23 @@ class Line {
   }
 
  private:
-  const volume::Field& bone_;
-  const volume::Version* version_;
+  const Field& bone_;
+  const Version* version_;
   dvec3 from_, along_;
 };
 
-double finest(const volume::Field& bone) {
+double finest(const Field& bone) {
   const dvec3& h = bone.volume().frame.spacing();
   return std::clamp(0.25 * std::min({h.x, h.y, h.z}), 0.05, 0.25);
 }
 
-bool is_of_label(const volume::Volume& scan, int label, const dvec3& world) {
-  const glm::ivec3 v = volume::voxel_of(scan.frame.volume_from_world(world));
+bool is_of_label(const Volume& scan, int label, const dvec3& world) {
+  const glm::ivec3 v = voxel_of(scan.frame.volume_from_world(world));
   return scan.contains(v) && scan.labels[scan.index(v.x, v.y, v.z)] == label;
 }
 
 /// Returns evenly spaced points in a label's voxels, at most as far apart as thin slices.
-std::vector<dvec3> points_of(const volume::Volume& scan, int label) {
+std::vector<dvec3> points_of(const Volume& scan, int label) {
   constexpr double k_apart = 0.6;  // mm
   std::vector<dvec3> points;
   if (scan.labels.is_empty()) return points;
@@ -113,7 +113,7 @@ std::vector<dvec3> points_of(const volume::Volume& scan, int label) {
 }
 
 /// Finds the point from which most directions across meet the label: the hole in its ring. False: no hole.
-bool find_hole(const volume::Volume& scan, int label, const std::vector<dvec3>& points, dvec3& hole) {
+bool find_hole(const Volume& scan, int label, const std::vector<dvec3>& points, dvec3& hole) {
   constexpr double k_grid = 2, k_step = 1, k_far = 25;  // mm
   constexpr int k_directions = 16, k_enough = 14;
   dvec3 low = points.front(), high = low;
@@ -127,7 +127,7 @@ bool find_hole(const volume::Volume& scan, int label, const std::vector<dvec3>& 
         int count = 0;
         for (int direction = 0; direction < k_directions && direction - count <= k_directions - k_enough;
              ++direction) {
-          const dvec2 to = directions()[static_cast<std::size_t>(direction * k_rays / k_directions)];
+          const dvec2 to = directions()[static_cast<std::size_t>(direction * k_canal_rays / k_directions)];
           for (double t = k_step; t <= k_far; t += k_step)
             if (is_of_label(scan, label, p + t * dvec3(to, 0))) {
               ++count;
@@ -162,9 +162,9 @@ bool middle_of(const CanalSection& section, dvec2& middle) {
            directions()[static_cast<std::size_t>(around(ray))];
   };
   int first = 0;
-  while (first < k_rays && !section.is_closed(first, false)) ++first;
-  if (first == k_rays) return false;
-  for (int i = first; i <= first + k_rays; ++i) {
+  while (first < k_canal_rays && !section.is_closed(first, false)) ++first;
+  if (first == k_canal_rays) return false;
+  for (int i = first; i <= first + k_canal_rays; ++i) {
     if (!section.is_closed(i, false)) continue;
     if (last >= 0) {
       const dvec2 a = corner(last), b = corner(i);
@@ -174,22 +174,23 @@ bool middle_of(const CanalSection& section, dvec2& middle) {
     last = i, ++closed;
   }
   constexpr double k_min = 40, k_max = 900;  // mm2, range of spinal canals
-  if (closed < k_rays * 8 / 10 || twice < 2 * k_min || twice > 2 * k_max) return false;
+  if (closed < k_canal_rays * 8 / 10 || twice < 2 * k_min || twice > 2 * k_max) return false;
   middle = sum / twice;
   return true;
 }
 
-/// Returns the distance from the centre of the canal to the wall in front of it, mm, at mid-height.
-double front_of(const VertebraFrame& frame, const Walls& walls) {
-  constexpr int k_spread = 20 * k_rays / 360;
+/// Returns the median distance from the centre of the canal to its wall, mm, in rays around `middle`, at
+/// mid-height.
+double median_wall(const VertebraFrame& frame, const CanalWalls& walls, int middle_ray) {
+  constexpr int k_spread = 20 * k_canal_rays / 360;
   std::vector<double> distances;
   for (const double z : {-4.0, 0.0, 4.0}) {
-    const CanalSection section = section_at(frame, z, walls, nullptr);
+    const CanalSection section = canal_section(frame, z, walls, nullptr);
     for (int ray = -k_spread; ray <= k_spread; ++ray)
-      if (const double r = section.before[static_cast<std::size_t>(around(k_rays / 2 + ray))]; r >= 0)
+      if (const double r = section.before[static_cast<std::size_t>(around(middle_ray + ray))]; r >= 0)
         distances.push_back(r);
   }
-  if (distances.empty()) return 0.5 * k_reach;
+  if (distances.empty()) return 0.5 * k_canal_reach;
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
   return *middle;
@@ -227,7 +228,7 @@ dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& points, doub
 }
 
 /// Moves the frame to the centre of the canal's sections, and aligns it with the vertebra's body.
-bool align(const Walls& walls, const std::vector<dvec3>& points, VertebraFrame& frame) {
+bool align(const CanalWalls& walls, const std::vector<dvec3>& points, VertebraFrame& frame) {
   constexpr double k_half = 10, k_step = 2;  // mm of canal
   constexpr double k_steepest = 0.82;        // about the cosine of 35 degrees
   constexpr int k_rounds = 6;
@@ -236,12 +237,12 @@ bool align(const Walls& walls, const std::vector<dvec3>& points, VertebraFrame& 
     dvec2 sum(0);
     int count = 0;
     for (double z = -k_half; z <= k_half; z += k_step)
-      if (dvec2 middle; middle_of(section_at(frame, z, walls, nullptr), middle)) sum += middle, ++count;
+      if (dvec2 middle; middle_of(canal_section(frame, z, walls, nullptr), middle)) sum += middle, ++count;
     if (count == 0) return false;
     const dvec2 middle = sum / static_cast<double>(count);
     frame.middle = frame.world({middle.x, middle.y, 0});
     if (points.empty()) continue;
-    const double front = front_of(frame, walls);
+    const double front = canal_front(frame, walls);
     const dvec2 lean = lean_of(frame, points, front);
     const dvec3 up = glm::normalize(frame.up + lean.x * frame.left + lean.y * frame.back);
     if (glm::dot(up, upright) > k_steepest) frame.up = up;
@@ -263,7 +264,7 @@ dvec3 VertebraFrame::local(const dvec3& w) const noexcept {
   return {glm::dot(p, left), glm::dot(p, back), glm::dot(p, up)};
 }
 
-dvec2 ray_direction(int ray) noexcept { return directions()[static_cast<std::size_t>(around(ray))]; }
+dvec2 canal_ray_direction(int ray) noexcept { return directions()[static_cast<std::size_t>(around(ray))]; }
 
 bool CanalSection::is_closed(int ray, bool is_after) const noexcept {
   return (is_after ? after : before)[static_cast<std::size_t>(around(ray))] >= 0;
@@ -277,40 +278,41 @@ bool CanalSection::has_roof(bool is_after) const noexcept {
 
 double CanalSection::area(bool is_after) const noexcept {
   // Distances along each ray to the wall, or to the line across an opening.
-  const auto find_distances = [this](bool is_operated, std::array<double, k_rays>& out) {
+  const auto find_distances = [this](bool is_operated, std::array<double, k_canal_rays>& out) {
     const std::vector<double>& wall = is_operated ? after : before;
     int first = 0, closed = 0;
-    for (int i = 0; i < k_rays; ++i) closed += is_closed(i, is_operated);
-    if (2 * closed < k_rays) return false;
+    for (int i = 0; i < k_canal_rays; ++i) closed += is_closed(i, is_operated);
+    if (2 * closed < k_canal_rays) return false;
     while (!is_closed(first, is_operated)) ++first;
-    for (int i = first; i < first + k_rays;) {
+    for (int i = first; i < first + k_canal_rays;) {
       int next = i + 1;
       while (!is_closed(next, is_operated)) ++next;
       const auto at = [](int ray) { return static_cast<std::size_t>(around(ray)); };
       out[at(i)] = wall[at(i)];
-      const dvec2 a = wall[at(i)] * ray_direction(i), b = wall[at(next)] * ray_direction(next), side = b - a;
+      const dvec2 a = wall[at(i)] * canal_ray_direction(i), b = wall[at(next)] * canal_ray_direction(next),
+                  side = b - a;
       for (int ray = i + 1; ray < next; ++ray) {
         // a + s side = r to: the cross product with `side` eliminates s.
-        const dvec2 to = ray_direction(ray);
+        const dvec2 to = canal_ray_direction(ray);
         const double across = to.x * side.y - to.y * side.x, twice = a.x * side.y - a.y * side.x;
-        out[at(ray)] = across != 0 ? std::clamp(twice / across, 0.0, k_reach) : 0.0;
+        out[at(ray)] = across != 0 ? std::clamp(twice / across, 0.0, k_canal_reach) : 0.0;
       }
       i = next;
     }
     return true;
   };
-  std::array<double, k_rays> r_before, r_after;
+  std::array<double, k_canal_rays> r_before, r_after;
   if (!find_distances(false, r_before)) return -1;
   if (!is_after)
     r_after = r_before;
   else if (!find_distances(true, r_after))
     return -1;
   double twice = 0;
-  for (std::size_t i = 0; i < k_rays; ++i) {
+  for (std::size_t i = 0; i < k_canal_rays; ++i) {
     const double r = std::max(r_before[i], r_after[i]);
     twice += r * r;
   }
-  return 0.5 * twice * (2 * 3.14159265358979323846 / k_rays);
+  return 0.5 * twice * (2 * 3.14159265358979323846 / k_canal_rays);
 }
 
 double CanalSection::opening() const noexcept {
@@ -319,39 +321,39 @@ double CanalSection::opening() const noexcept {
   for (int ray = -k_roof; ray <= k_roof; ++ray) {
     if (is_closed(ray, true) || !is_closed(ray, false)) continue;
     int first_ray = ray, last_ray = ray;
-    while (first_ray > ray - k_rays / 2 && !is_closed(first_ray, true)) --first_ray;
-    while (last_ray < ray + k_rays / 2 && !is_closed(last_ray, true)) ++last_ray;
+    while (first_ray > ray - k_canal_rays / 2 && !is_closed(first_ray, true)) --first_ray;
+    while (last_ray < ray + k_canal_rays / 2 && !is_closed(last_ray, true)) ++last_ray;
     if (!is_closed(first_ray, true) || !is_closed(last_ray, true)) continue;
-    const dvec2 a = after[static_cast<std::size_t>(around(first_ray))] * ray_direction(first_ray),
-                b = after[static_cast<std::size_t>(around(last_ray))] * ray_direction(last_ray);
+    const dvec2 a = after[static_cast<std::size_t>(around(first_ray))] * canal_ray_direction(first_ray),
+                b = after[static_cast<std::size_t>(around(last_ray))] * canal_ray_direction(last_ray);
     widest = std::max(widest, glm::length(b - a));
   }
   return widest;
 }
 
-CanalSection section_at(const VertebraFrame& frame, double z, const Walls& walls,
-                        const volume::Version* version) {
+CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWalls& walls,
+                           const Version* version) {
   constexpr double k_pores = 4;   // mm without bone: beyond it is another wall
   constexpr double k_before = 3;  // mm: bone this far in front of the vertebra is not its edge
   constexpr double k_wall = 10;   // mm: bone farther behind the wall is not part of it
-  const std::vector<double> no_wall(k_rays, -1);
-  CanalSection section{z, no_wall, no_wall, no_wall, std::vector<char>(k_rays, walls.label < 0)};
+  const std::vector<double> no_wall(k_canal_rays, -1);
+  CanalSection section{z, no_wall, no_wall, no_wall, std::vector<char>(k_canal_rays, walls.label < 0)};
   const dvec3 from = frame.world({0, 0, z});
-  const volume::Volume& scan = walls.bone.volume();
-  const volume::Field own(scan, {"vertebra", 0, 0, walls.label});
+  const Volume& scan = walls.bone.volume();
+  const Field own(scan, {"vertebra", 0, 0, walls.label});
   const double step = finest(walls.bone);
-  for (int i = 0; i < k_rays; ++i) {
+  for (int i = 0; i < k_canal_rays; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const dvec2 to = ray_direction(i);
+    const dvec2 to = canal_ray_direction(i);
     const dvec3 along = to.x * frame.left + to.y * frame.back;
     const auto first_hit = [&](const Line& line) {
-      for (double t = 0; t <= k_reach; t += step)
+      for (double t = 0; t <= k_canal_reach; t += step)
         if (line.is_bone(t)) return t > 0 ? line.crossing(t - step, t) : 0.0;
       return -1.0;
     };
     const Line bone(from, along, walls.bone, nullptr);
     double hit = first_hit(bone);
-    const volume::Field* field = &walls.bone;
+    const Field* field = &walls.bone;
     section.before[at] = hit < 0 ? -1 : bone.half_way(hit, step);
     if (walls.label >= 0)
       if (const double own_hit = first_hit(Line(from, along, own, nullptr));
@@ -360,7 +362,7 @@ CanalSection section_at(const VertebraFrame& frame, double z, const Walls& walls
     if (hit < 0) continue;
     const Line line_before(from, along, *field, nullptr);
     double last = hit;
-    for (double t = hit + step; t <= std::min(last + k_pores, 2 * k_reach); t += step)
+    for (double t = hit + step; t <= std::min(last + k_pores, 2 * k_canal_reach); t += step)
       if (line_before.is_bone(t)) last = t;
     section.wall_end[at] = last + step;
     section.after[at] = section.before[at];
@@ -377,8 +379,45 @@ CanalSection section_at(const VertebraFrame& frame, double z, const Walls& walls
   return section;
 }
 
-Result<VertebraFrame, LocatedError> find_vertebra(const Walls& walls, const dvec3* canal_world) {
-  const volume::Volume& scan = walls.bone.volume();
+double canal_front(const VertebraFrame& frame, const CanalWalls& walls) {
+  return median_wall(frame, walls, k_canal_rays / 2);
+}
+double canal_back(const VertebraFrame& frame, const CanalWalls& walls) {
+  return median_wall(frame, walls, 0);
+}
+
+std::optional<Pedicles> find_pedicles(const VertebraFrame& frame, const CanalWalls& walls,
+                                      std::span<const CanalSection> sections) {
+  constexpr double k_step = 0.3;  // mm
+  const Volume& scan = walls.bone.volume();
+  // A pedicle closes one side of the canal: by the label if there is one, else by bone.
+  const auto is_closed = [&](double z, double sign) {
+    for (double x = 0; x < k_canal_reach; x += k_step) {
+      const dvec3 world = frame.world({sign * x, 0, z});
+      if (walls.label >= 0 ? is_of_label(scan, walls.label, world)
+                           : walls.bone.value(scan.frame.volume_from_world(world)) >= 0)
+        return true;
+    }
+    return false;
+  };
+  std::size_t best = 0, best_count = 0, count = 0;
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    count = is_closed(sections[i].z, 1) && is_closed(sections[i].z, -1) ? count + 1 : 0;
+    if (count > best_count) best_count = count, best = i + 1 - count;
+  }
+  std::vector<double> widths;
+  for (std::size_t i = best; i < best + best_count; ++i)
+    for (const int side : {k_right_angle, k_canal_rays - k_right_angle})
+      if (const double wide = sections[i].before[static_cast<std::size_t>(side)]; wide >= 0)
+        widths.push_back(wide);
+  if (widths.empty()) return std::nullopt;
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+  std::nth_element(widths.begin(), middle, widths.end());
+  return Pedicles{sections[best].z, sections[best + best_count - 1].z, *middle};
+}
+
+Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const dvec3* canal_world) {
+  const Volume& scan = walls.bone.volume();
   const int label = walls.label;
   VertebraFrame frame;
   const std::vector<dvec3> points = label >= 0 ? points_of(scan, label) : std::vector<dvec3>();
@@ -404,4 +443,4 @@ Result<VertebraFrame, LocatedError> find_vertebra(const Walls& walls, const dvec
   return frame;
 }
 
-}  // namespace trephine::laminectomy
+}  // namespace trephine::volume

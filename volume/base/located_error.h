@@ -5,8 +5,9 @@
 #include <optional>
 #include <string>
 
-namespace trephine::sim {
+namespace trephine {
 
+/// An error of a computation on the anatomy.
 struct LocatedError {
   std::string reason;              ///< one clause: "the outline crosses itself"
   glm::dvec3 position_world{0.0};  ///< mm
@@ -15,4 +16,4 @@ struct LocatedError {
 /// Success without a value, or a LocatedError.
 using LocatedStatus = std::optional<LocatedError>;
 
-}  // namespace trephine::sim
+}  // namespace trephine

@@ -1,0 +1,291 @@
+// screw: judges the pedicle screws of a recorded operation, and draws the sections of the scan that show
+// them.
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "apps/cli/commands.h"
+#include "apps/view/slice_picture.h"
+#include "data-tools/files/output_set.h"
+#include "modules/pedicle/pedicle.h"
+#include "volume/scan/traversal.h"
+
+namespace trephine::cli {
+
+using glm::dvec2;
+using glm::dvec3;
+using pedicle::Screw;
+using pedicle::ScrewJudged;
+
+namespace {
+
+struct ScrewArguments {
+  workbench::SourceChoice case_source;
+  std::string session, vertebra, canal, slices;
+  std::optional<double> until;
+};
+
+/// A screw of the vertebra, and its judgement.
+struct Finding {
+  Screw screw;
+  ScrewJudged judged;
+};
+
+std::string grade_text(pedicle::Grade grade) {
+  return std::string(pedicle::k_grade_names[static_cast<std::size_t>(grade)]);
+}
+std::string wall_text(pedicle::Wall wall) {
+  return std::string(pedicle::k_wall_names[static_cast<std::size_t>(wall)]);
+}
+std::string side_text(pedicle::BodySide side) {
+  return std::string(pedicle::k_side_names[static_cast<std::size_t>(side)]);
+}
+
+/// Section plane of the scan: `right` and `up` are the picture's directions.
+struct SectionFrame {
+  dvec3 middle, right, up;
+  dvec2 place(const dvec3& world) const {
+    return {glm::dot(world - middle, right), glm::dot(world - middle, up)};
+  }
+};
+
+/// Draws the scan in a plane.
+imaging::Panel panel_of(const volume::Volume& scan, const SectionFrame& frame, double edge) {
+  constexpr double k_pixel = 0.2, k_dark = -200, k_bright = 1200;  // mm; HU
+  volume::Shape whole;
+  whole.low = 0;
+  const volume::Field intensity(scan, whole);
+  imaging::Panel panel;
+  panel.columns = panel.rows = static_cast<int>(edge / k_pixel);
+  panel.mm_per_pixel = k_pixel;
+  panel.is_to_scale = true;
+  for (int j = 0; j < panel.rows; ++j)
+    for (int i = 0; i < panel.columns; ++i) {
+      const double x = (i - 0.5 * (panel.columns - 1)) * k_pixel, y = (j - 0.5 * (panel.rows - 1)) * k_pixel;
+      const dvec3 p = scan.frame.volume_from_world(frame.middle + x * frame.right + y * frame.up);
+      const double value = scan.contains(volume::voxel_of(p)) ? intensity.value(p) : k_dark;
+      const double grey = std::clamp((value - k_dark) / (k_bright - k_dark), 0.0, 1.0);
+      panel.pixels.push_back(imaging::Panel::Colour());
+      panel.pixels.back().fill(static_cast<std::uint8_t>(255 * grey));
+    }
+  imaging::set_letters(panel, frame.right, frame.up);
+  return panel;
+}
+
+constexpr imaging::Panel::Colour k_screw{255, 210, 60}, k_breach{230, 70, 60};
+
+/// Draws a screw in the plane of its axis and of the midline's normal, and across its axis at the breach.
+void add_panels(const Finding& finding, const volume::Volume& scan, const dvec3& left,
+                const volume::SurgicalPlan* plan, std::vector<imaging::Panel>& panels) {
+  const Screw& screw = finding.screw;
+  const ScrewJudged& judged = finding.judged;
+  const dvec3 ahead = screw.ahead();
+  const std::string name = judged.vertebra + " " + side_text(judged.side);
+  // Along the screw, which points down in the picture.
+  SectionFrame along{0.5 * (screw.entry_world + screw.tip_world),
+                     -glm::normalize(left - glm::dot(left, ahead) * ahead), -ahead};
+  imaging::Panel panel = panel_of(scan, along, screw.length() + 40);
+  imaging::Panel::Line outline{{}, k_screw, true, "screw"};
+  const double length = screw.length(), tip = length - pedicle::k_tip * screw.diameter;
+  const auto corner = [&](double s, double r) {
+    outline.places.push_back(along.place(screw.entry_world + s * ahead + r * along.right));
+  };
+  corner(0, -0.5 * screw.diameter), corner(tip, -0.5 * screw.diameter), corner(length, 0);
+  corner(tip, 0.5 * screw.diameter), corner(0, 0.5 * screw.diameter);
+  panel.lines.push_back(outline);
+  if (plan)
+    for (const volume::PlannedTrajectory& one : plan->trajectories)
+      if (one.name == judged.planned)
+        imaging::add_trajectory(panel, along.place(one.entry_world), along.place(one.target_world), one.name);
+  panel.title = format_text("%s: grade %s", name.c_str(), grade_text(judged.grade).c_str());
+  panel.foot = "along the screw";
+  panels.push_back(std::move(panel));
+  // Across, at the breach or at the thinnest bone.
+  const dvec3 at = screw.entry_world + judged.from_entry * ahead;
+  SectionFrame across{at, along.right, glm::cross(ahead, along.right)};
+  panel = panel_of(scan, across, 40);
+  constexpr int k_corners = 48;
+  imaging::Panel::Line circle{{}, k_screw, true, "screw"};
+  for (int i = 0; i < k_corners; ++i) {
+    const double angle = 2 * 3.14159265358979323846 * i / k_corners;
+    circle.places.push_back(0.5 * screw.diameter * dvec2(std::cos(angle), std::sin(angle)));
+  }
+  panel.lines.push_back(circle);
+  if (judged.breach > 0)
+    panel.lines.push_back({{dvec2(0), across.place(judged.breach_at)}, k_breach, false, "breach"});
+  panel.title = judged.breach > 0 ? format_text("%s: %.1f mm %s", name.c_str(), judged.breach,
+                                                wall_text(judged.wall).c_str())
+                                  : format_text("%s: %.1f mm of bone", name.c_str(), -judged.breach);
+  panel.foot = format_text("across, %.1f mm from the entry", judged.from_entry);
+  panels.push_back(std::move(panel));
+}
+
+Json report_of(const Finding& finding) {
+  const ScrewJudged& j = finding.judged;
+  Json json{{"body", j.body.value},
+            {"vertebra", j.vertebra},
+            {"side", side_text(j.side)},
+            {"diameter_mm", finding.screw.diameter},
+            {"length_mm", finding.screw.length()},
+            {"entry_world_mm", json_of(finding.screw.entry_world)},
+            {"tip_world_mm", json_of(finding.screw.tip_world)},
+            {"breach_mm", std::max(0.0, j.breach)},
+            {"wall", wall_text(j.wall)},
+            {"breach_world_mm", json_of(j.breach_at)},
+            {"from_entry_mm", j.from_entry},
+            {"in_front_mm", std::max(0.0, j.front)},
+            {"grade", grade_text(j.grade)},
+            {"grade_if_bone_is_larger", grade_text(j.grade_of_larger)},
+            {"grade_if_bone_is_smaller", grade_text(j.grade_of_smaller)},
+            {"half_voxel_mm", j.half_voxel},
+            {"is_uncertain", j.is_uncertain}};
+  if (j.breach <= 0) json["bone_around_mm"] = -j.breach;
+  if (j.has_intensity) json["core_hu"] = j.core_hu, json["shell_hu"] = j.shell_hu;
+  if (!j.planned.empty())
+    json["plan"] = {{"trajectory", j.planned},
+                    {"entry_error_mm", j.entry_error},
+                    {"target_error_mm", j.target_error},
+                    {"angle_error_degrees", j.angle_error}};
+  if (j.has_track) json["length_less_track_mm"] = j.depth_error;
+  if (j.has_score) json["score"] = j.score;
+  return json;
+}
+
+std::string text_of(const Finding& finding) {
+  const ScrewJudged& j = finding.judged;
+  std::string text =
+      format_text("%s %s: screw of %.1f x %.0f mm, grade %s", j.vertebra.c_str(), side_text(j.side).c_str(),
+                  finding.screw.diameter, finding.screw.length(), grade_text(j.grade).c_str());
+  text += j.breach > 0 ? format_text(", breach of %.1f mm %s, %.1f mm from the entry\n", j.breach,
+                                     wall_text(j.wall).c_str(), j.from_entry)
+                       : format_text(", at least %.1f mm of bone around it\n", -j.breach);
+  if (j.is_uncertain)
+    text += format_text("  the voxels allow grades %s to %s (half a voxel: %.1f mm)\n",
+                        grade_text(j.grade_of_larger).c_str(), grade_text(j.grade_of_smaller).c_str(),
+                        j.half_voxel);
+  if (j.front > 0) text += format_text("  %.1f mm in front of the vertebra's body\n", j.front);
+  if (j.has_intensity) text += format_text("  core %.0f HU, shell %.0f HU\n", j.core_hu, j.shell_hu);
+  if (!j.planned.empty())
+    text += format_text("  plan \"%s\": entry %.1f mm off, target %.1f mm, %.1f degrees\n", j.planned.c_str(),
+                        j.entry_error, j.target_error, j.angle_error);
+  if (j.has_track) text += format_text("  length less depth of the track: %.1f mm\n", j.depth_error);
+  if (j.has_score) text += format_text("  score %.0f of 100\n", j.score);
+  return text;
+}
+
+Result<Outcome> run_screw(const ScrewArguments& arguments) {
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.add_input(input);
+  outputs.add_output("slices", arguments.slices, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  if (arguments.vertebra.empty() && arguments.canal.empty())
+    return Error{.what = "no vertebra selected",
+                 .expected = "--vertebra or --canal",
+                 .remedy = "list the labels with trephine info"};
+  std::optional<dvec3> canal;
+  if (!arguments.canal.empty()) {
+    const auto place = parse_point(arguments.canal, "--canal");
+    if (!place) return place.error();
+    canal = place.value();
+  }
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
+  if (!opened) return opened.error();
+  workbench::OpenedSession& session = *opened.value();
+  const std::uint64_t tick_count = session.reader->tick_count();
+  const double rate = session.reader->header().rate_hz;
+  std::uint64_t end = tick_count;
+  if (arguments.until) {
+    const double longest = static_cast<double>(tick_count) / rate;
+    if (!(*arguments.until >= 0 && *arguments.until <= longest + 0.5 / rate))
+      return Error{.what = "the session does not contain this time",
+                   .where = "--until",
+                   .found = format_text("%g s", *arguments.until),
+                   .expected = format_text("0 to %.1f s", longest)};
+    end = std::min(tick_count, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)));
+  }
+  if (Status error = session.replay->seek(end)) return *error;
+  sim::Engine& engine = session.replay->engine();
+  engine.freeze();
+  if (session.scene().items.empty() || session.scene().items[0].is_mesh())
+    return Error{.what = "the session has no bone",
+                 .where = "session",
+                 .expected = "a session whose first shape is of a volume"};
+  const auto* world = engine.now().undoable_of<pedicle::PedicleWorld>();
+  if (world == nullptr || world->screw_bodies.empty())
+    return Error{
+        .what = "the session has no screws at this time",
+        .where = "session",
+        .expected = "a session in which place-screw was run",
+        .remedy = "record one: trephine run docs/examples/pedicle-screw.toml --record spine.session"};
+  const volume::Field& shape = session.scene().items[0].field;
+  const std::shared_ptr<const volume::Volume>& scan = engine.current()->shared_base();
+  const int label = arguments.vertebra.empty() ? -1 : scan->label_value(arguments.vertebra);
+  if (!arguments.vertebra.empty() && (label <= 0 || scan->labels.is_empty())) {
+    std::string known;
+    for (std::size_t i = 1; i < scan->label_names.size(); ++i)
+      known += (i > 1 ? ", " : "") + scan->label_names[i];
+    return Error{.what = "unknown label",
+                 .where = "vertebra",
+                 .found = arguments.vertebra,
+                 .expected = known.empty() ? "a scan with labels" : known,
+                 .remedy = "pass a position in its canal: --canal"};
+  }
+  const auto bone = pedicle::find_bone(scan, shape, label, canal ? &*canal : nullptr);
+  if (!bone) {
+    const dvec3& at = bone.error().position_world;
+    return Error{.what = bone.error().reason,
+                 .where = "screw",
+                 .found = format_text("%.1f, %.1f, %.1f", at.x, at.y, at.z),
+                 .expected = "a vertebra with a closed canal",
+                 .remedy = "pass a position in its canal at the height of its lamina: --canal"};
+  }
+  const volume::SurgicalPlan* plan = engine.now().plan.get();
+  std::vector<Finding> findings;
+  for (std::size_t i = 0; i < world->screw_bodies.size(); ++i) {
+    auto judged = pedicle::judge(pedicle::judged_screw(*world, i), bone.value(), plan, {});
+    if (judged) findings.push_back({world->screw(i), std::move(judged).value()});
+  }
+  if (findings.empty())
+    return Error{.what = "no screw passes along this vertebra's canal",
+                 .where = "vertebra",
+                 .found = arguments.vertebra,
+                 .expected = "a vertebra with a screw"};
+  Outcome outcome{new_report("screw"), "", exit_done};
+  outcome.json["vertebra"] = arguments.vertebra;
+  outcome.json["screws"] = Json::array();
+  for (const Finding& finding : findings) {
+    outcome.json["screws"].push_back(report_of(finding));
+    outcome.text += text_of(finding);
+  }
+  outputs.write(arguments.slices, [&] {
+    std::vector<imaging::Panel> panels;
+    for (const Finding& finding : findings)
+      add_panels(finding, *scan, bone.value().zones.frame.left, plan, panels);
+    return view::write_slices(panels, arguments.slices);
+  });
+  if (Status error = outputs.result()) return *error;
+  if (!outputs.written().empty()) outcome.text += "wrote " + outputs.written().front() + "\n";
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<ScrewArguments>();
+  add_session(options, a->session, a->case_source);
+  options.add("--vertebra", a->vertebra, "Label of the vertebra in the scan").type("LABEL");
+  options
+      .add("--canal", a->canal,
+           "A position in its canal, at the height of its lamina, mm (LPS); required without a label")
+      .type("X,Y,Z");
+  options.add("--until", a->until, "Time of the state in the session, s (default: the end)").type("S");
+  options.add("--slices", a->slices, "Write the sections of the scan that show the screws").type("PNG");
+  return run_with(a, run_screw);
+}
+
+}  // namespace
+
+const Command k_screw{"screw", "Judge the pedicle screws of a recorded operation: breach, grade, plan",
+                      "  trephine screw spine.session --vertebra L4 --slices screws.png\n"
+                      "  trephine screw spine.session --scan SCANS/SPINE --canal 0,24,0 --json",
+                      build};
+
+}  // namespace trephine::cli

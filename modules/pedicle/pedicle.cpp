@@ -1,0 +1,169 @@
+#include "modules/pedicle/pedicle.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "sim/api/work.h"
+
+namespace trephine::pedicle {
+
+using glm::dvec3;
+
+namespace {
+
+/// A track that begins at the end of an earlier one, in about its direction, extends it.
+std::optional<std::size_t> extended_track(const PedicleWorld& world, const TrackMade& made) {
+  constexpr double k_near = 2, k_straight = 0.94;  // mm; cosine of 20 degrees
+  for (std::size_t i = 0; i < world.track_entries.size(); ++i) {
+    const dvec3 earlier = world.track_ends[i] - world.track_entries[i], later = made.end - made.entry;
+    const bool is_straight =
+        glm::dot(earlier, later) > k_straight * glm::length(earlier) * glm::length(later);
+    if (glm::length(world.track_ends[i] - made.entry) < k_near && is_straight) return i;
+  }
+  return std::nullopt;
+}
+
+void add_track(PedicleWorld& world, const TrackMade& made) {
+  if (const auto index = extended_track(world, made)) {
+    world.track_ends[*index] = made.end;
+    world.track_depths[*index] = glm::length(made.end - world.track_entries[*index]);
+    world.track_outside[*index] += made.outside;
+    return;
+  }
+  world.track_entries.push_back(made.entry), world.track_ends.push_back(made.end);
+  world.track_depths.push_back(made.depth), world.track_outside.push_back(made.outside);
+}
+
+/// Returns the text of a length with one decimal: "21.5 mm".
+std::string length_text(double mm) {
+  const long tenths = std::lround(10 * mm);
+  return std::to_string(tenths / 10) + "." + std::to_string(std::abs(tenths % 10)) + " mm";
+}
+
+}  // namespace
+
+std::span<const sim::InstrumentType* const> Pedicle::instruments() const {
+  static const std::array all{&probe_type()};
+  return all;
+}
+std::span<const sim::ValueType* const> Pedicle::commands() const {
+  static const std::array<const sim::ValueType*, 1> all{&sim::value_type<RemoveScrew>()};
+  return all;
+}
+std::span<const sim::JobType* const> Pedicle::jobs() const {
+  static const std::array<const sim::JobType*, 2> all{&placement_job(), &judge_job()};
+  return all;
+}
+std::span<const sim::ValueType* const> Pedicle::events() const {
+  static const std::array<const sim::ValueType*, 8> all{
+      &sim::value_type<ProbeEntered>(), &sim::value_type<ProbeOut>(),      &sim::value_type<ProbeIn>(),
+      &sim::value_type<TrackMade>(),    &sim::value_type<ScrewPlaced>(),   &sim::value_type<ScrewFailed>(),
+      &sim::value_type<ScrewJudged>(),  &sim::value_type<ScrewNotJudged>()};
+  return all;
+}
+
+Status Pedicle::allows(const sim::Command& command, const sim::OperationState& operation) const {
+  if (Status error = check_placement(command, operation)) return error;
+  return check_judging(command, operation);
+}
+
+void Pedicle::apply(const sim::Command& command, sim::ModuleWork& work) const {
+  const auto* remove = command.request.as<RemoveScrew>();
+  PedicleWorld& world = work.change_world<PedicleWorld>();
+  const std::size_t index = *world.find_screw(remove->body);
+  work.remove_body(world.screw_bodies[index]);
+  world.remove_screw(index);
+}
+
+void Pedicle::react(const sim::Event& event, const sim::OperationState&,
+                    sim::ModuleReaction& reaction) const {
+  if (const auto* made = event.value.as<TrackMade>()) {
+    add_track(reaction.change_world<PedicleWorld>(), *made);
+  } else if (const auto* added = event.value.as<sim::BodyAdded>()) {
+    const PedicleWorld& world = reaction.world<PedicleWorld>();
+    if (world.screw_bodies.empty() || world.screw_bodies.back().value != 0) return;
+    reaction.change_world<PedicleWorld>().screw_bodies.back() = added->body;
+    const PedicleWorld& now = reaction.world<PedicleWorld>();
+    const Screw screw = now.screw(now.screw_bodies.size() - 1);
+    reaction.raise_event(ScrewPlaced{added->body, screw.diameter, screw.length(), screw.tip_world,
+                                     static_cast<std::int64_t>(now.screw_tracks.back())},
+                         screw.entry_world);
+  }
+}
+
+void Pedicle::hear(const sim::Command& command, const sim::OperationState&,
+                   sim::ModuleReaction& reaction) const {
+  const auto* discard = command.request.as<sim::DiscardBody>();
+  if (discard == nullptr || discard->body.value == 0) return;
+  if (const auto index = reaction.world<PedicleWorld>().find_screw(discard->body))
+    reaction.change_world<PedicleWorld>().remove_screw(*index);
+}
+
+std::vector<sim::Measure> Pedicle::measures(const sim::OperationState& operation) const {
+  const auto* world = operation.undoable_of<PedicleWorld>();
+  if (world == nullptr || (world->track_entries.empty() && world->screw_bodies.empty())) return {};
+  std::vector<sim::Measure> all{{"tracks", static_cast<double>(world->track_entries.size()), ""},
+                                {"screws", static_cast<double>(world->screw_bodies.size()), ""}};
+  if (!world->track_depths.empty()) {
+    all.push_back({"last track", world->track_depths.back(), "mm"});
+    all.push_back({"last track beyond bone", world->track_outside.back(), "mm"});
+  }
+  const auto* judged = operation.result_of<ScrewJudgements>();
+  double worst = 0, worst_grade = 0;
+  std::size_t count = 0, from = 0;
+  for (std::size_t i = 0; judged && i < judged->bodies.size(); ++i) {
+    const std::size_t to = judged->names.find('\n', from);
+    const std::string name = judged->names.substr(from, to - from);
+    from = to + 1;
+    if (!world->find_screw(judged->bodies[i])) continue;  // removed or undone
+    ++count;
+    worst = std::max(worst, judged->breaches[i]), worst_grade = std::max(worst_grade, judged->grades[i]);
+    all.push_back({name + ": breach", judged->breaches[i], "mm"});
+    all.push_back({name + ": grade", judged->grades[i], ""});
+    all.push_back({name + ": in front", judged->fronts[i], "mm"});
+    if (judged->scores[i] >= 0) all.push_back({name + ": score", judged->scores[i], ""});
+  }
+  if (count > 0) {
+    all.push_back({"worst breach", worst, "mm"});
+    all.push_back({"worst grade", worst_grade, ""});
+  }
+  return all;
+}
+
+bool Pedicle::is_moving(const sim::OperationState& operation) const {
+  return std::any_of(operation.settings.hands.begin(), operation.settings.hands.end(), [](const auto& hand) {
+    const auto* state = hand.state.template as<ProbeState>();
+    return state && state->has_entered;
+  });
+}
+
+sim::Overlays Pedicle::overlays(const sim::OperationState& operation) const {
+  sim::Overlays result;
+  constexpr double k_above = 6;  // mm from the entry to a label
+  const auto* world = operation.undoable_of<PedicleWorld>();
+  for (std::size_t i = 0; world && i < world->track_entries.size(); ++i) {
+    // A screw in the track hides its line.
+    if (std::find(world->screw_tracks.begin(), world->screw_tracks.end(), static_cast<double>(i + 1)) !=
+        world->screw_tracks.end())
+      continue;
+    sim::Overlay& track = result.emplace_back();
+    track.name = "track " + std::to_string(i + 1);
+    const dvec3 entry = world->track_entries[i], end = world->track_ends[i];
+    track.lines.push_back({entry, end});
+    track.labels.push_back(
+        {entry + k_above * glm::normalize(entry - end), length_text(world->track_depths[i])});
+  }
+  for (const sim::Instrument& hand : operation.settings.hands) {
+    const auto* state = hand.state.as<ProbeState>();
+    if (state == nullptr || !state->has_entered) continue;
+    sim::Overlay& ruler = result.emplace_back();
+    ruler.kind = state->is_out ? sim::Overlay::Kind::warning : sim::Overlay::Kind::plan;
+    ruler.name = "probe";
+    ruler.labels.push_back({state->start - k_above * state->ahead, length_text(state->end)});
+  }
+  return result;
+}
+
+}  // namespace trephine::pedicle

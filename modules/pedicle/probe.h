@@ -1,0 +1,65 @@
+// Probe: a pedicle probe, which makes the track of a screw without rotation, by pressure.
+#pragma once
+
+#include "modules/pedicle/walls.h"
+#include "sim/api/instrument.h"
+
+namespace trephine::pedicle {
+
+/// Holds the probe on its track: a force law, or the walls of the carved track.
+enum class Guide : std::uint8_t { line, walls };
+
+struct Probe {
+  double diameter = 3;    ///< mm
+  double length = 60;     ///< mm, longest track
+  double resistance = 2;  ///< N, of bone against a longer track
+  Guide guide = Guide::line;
+  static const sim::Schema& schema();
+};
+
+/// Depths are along the track, mm from the surface of the bone.
+struct ProbeState {
+  bool has_entered = false;
+  glm::dvec3 start{0.0}, ahead{0, 0, -1};  ///< mm, world: entry into bone; unit, direction of the track
+  std::int64_t item = 0;                   ///< touched item, which lets the hand through
+  double begin = 0;                        ///< depth at which the hand entered: 0, or a ball's radius above
+  double depth = 0;                        ///< of the tip
+  double end = 0;                          ///< of the track
+  double carved = 0;                       ///< to which bone was removed
+  bool is_carving = false;                 ///< the removal continues at `carved`
+  bool is_reported = false;                ///< ProbeEntered was raised
+  bool is_out = false;                     ///< the end of the track is beyond the bone
+  double outside = 0;                      ///< mm of the track that are beyond the bone
+  double midline = 1;                      ///< side_of_midline()
+  static const sim::Schema& schema();
+};
+
+/// A track began. Emitted at its entry.
+struct ProbeEntered {
+  glm::dvec3 direction{0.0};  ///< unit, world
+  static const sim::Schema& schema();
+};
+/// The tip left the bone. Emitted there.
+struct ProbeOut {
+  double depth = 0;   ///< mm
+  std::string label;  ///< of the bone that it left; may be empty
+  Wall wall = Wall::none;
+  static const sim::Schema& schema();
+};
+/// The tip entered bone again. Emitted there.
+struct ProbeIn {
+  double depth = 0;  ///< mm
+  static const sim::Schema& schema();
+};
+/// The probe was drawn out of its track. Emitted at its entry.
+struct TrackMade {
+  glm::dvec3 entry{0.0}, end{0.0};  ///< mm, world
+  double depth = 0;                 ///< mm
+  double outside = 0;               ///< mm of it beyond the bone
+  static const sim::Schema& schema();
+};
+
+sim::Instrument probe(const Probe& parameters);
+const sim::InstrumentType& probe_type() noexcept;
+
+}  // namespace trephine::pedicle

@@ -1,0 +1,103 @@
+// Bench for the tests of the module pedicle: a hand with an instrument on bone, and its events.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "modules/pedicle/pedicle.h"
+#include "tests/sim/session_fixture.h"
+
+namespace trephine::pedicle {
+
+using glm::dvec3;
+
+inline const sim::Catalogue& pedicle_catalogue() {
+  static const Pedicle module;
+  static const sim::Catalogue all({&module});
+  return all;
+}
+
+/// Orientation of a hand whose tool points ahead (unit).
+inline glm::dquat pointing(const dvec3& ahead) {
+  const dvec3 from(0, 0, -1), half = from + ahead;
+  if (glm::length(half) < 1e-9) return {0, 1, 0, 0};
+  const dvec3 axis = glm::cross(from, glm::normalize(half));
+  return glm::normalize(glm::dquat(glm::dot(from, glm::normalize(half)), axis.x, axis.y, axis.z));
+}
+
+/// A hand with a probe in a scene, ready to run.
+struct ProbeBench {
+  haptics::TouchScene scene;
+  std::unique_ptr<haptics::ProxyMethod> method;
+  Probe tool;
+  double rate;
+  std::unique_ptr<sim::Lockstep> run;
+
+  ProbeBench(haptics::TouchScene touched, const Probe& parameters, double rate_hz = 1000,
+             sim::SessionWriter* writer = nullptr)
+      : scene(std::move(touched)), tool(parameters), rate(rate_hz) {
+    const sim::Instrument instrument = probe(tool);
+    const sim::ToolNeeds needs = instrument.type->needs(&tool, *scene.base);
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
+    EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());
+    method = haptics::make_method(needs.balls.empty() ? "subvoxel" : "chain").value();
+    const Status error = method->prepare(scene);
+    EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
+    const Status unfit = instrument.type->check(&tool, scene);
+    EXPECT_FALSE(unfit.has_value()) << (unfit ? unfit->message() : "");
+    start(writer);
+  }
+  void start(sim::SessionWriter* writer = nullptr) {
+    run = std::make_unique<sim::Lockstep>(
+        sim::Engine(scene, *method, probe(tool), 1 / rate, pedicle_catalogue()), haptics::ForceOptions{},
+        rate, writer);
+  }
+  std::unique_ptr<sim::SessionWriter> writer(const std::string& path) const {
+    return sim::SessionWriter::create(path,
+                                      sim::describe_scene(scene, *method, {}, {sim::HandSpec(probe(tool))}),
+                                      scene.base, pedicle_catalogue())
+        .value();
+  }
+  const ProbeState& state() const { return *run->engine().now().settings.hands[0].state.as<ProbeState>(); }
+  const PedicleWorld& world() const { return *run->engine().now().undoable_of<PedicleWorld>(); }
+  template <class Event>
+  std::vector<std::pair<Event, dvec3>> events() const {
+    std::vector<std::pair<Event, dvec3>> all;
+    const sim::Chronicle& chronicle = run->engine().now().chronicle;
+    for (std::size_t i = 0; i < chronicle.size(); ++i)
+      if (const auto* one = chronicle[i].value.as<Event>())
+        all.emplace_back(*one, chronicle[i].position_world);
+    return all;
+  }
+  /// Moves the hand along `ahead` from a point, between two distances (mm), at `speed` mm/s. Calls
+  /// each(record) in every tick. Returns the last record.
+  template <class Each>
+  haptics::ServoRecord move(const dvec3& origin, const dvec3& ahead, double from, double to, double speed,
+                            const Each& each) {
+    const glm::dquat orientation = pointing(ahead);
+    const int count = static_cast<int>(std::ceil(std::abs(to - from) / speed * rate));
+    haptics::ServoRecord record;
+    for (int i = 0; i <= count; ++i) {
+      const double at = from + (to - from) * i / std::max(1, count);
+      record = run->step({origin + at * ahead, orientation, 0});
+      each(record);
+    }
+    return record;
+  }
+  haptics::ServoRecord move(const dvec3& origin, const dvec3& ahead, double from, double to,
+                            double speed = 20) {
+    return move(origin, ahead, from, to, speed, [](const haptics::ServoRecord&) {});
+  }
+};
+
+/// A plate across z, with its middle at z = 0.
+inline haptics::TouchScene plate_scene(double thickness, const dvec3& spacing) {
+  data_tools::PhantomOptions o;
+  o.spacing_mm = spacing;
+  o.size = glm::ivec3(glm::ceil(dvec3(24) / spacing));
+  o.psf_sigma_voxels = 0.7;
+  o.parameters = {{"thickness", thickness}, {"angle", 0}};
+  return scenes::phantom_scene("plate", o);
+}
+
+}  // namespace trephine::pedicle

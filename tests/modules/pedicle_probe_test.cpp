@@ -1,0 +1,215 @@
+// The pedicle probe: force, track and events on a plate in closed form, and walls of the spine phantom.
+#include "data-tools/phantoms/spine_phantom.h"
+#include "tests/modules/pedicle_bench.h"
+
+namespace trephine::pedicle {
+namespace {
+
+constexpr double k_thickness = 10;  // mm
+const dvec3 k_down(0, 0, -1);
+
+TEST(PedicleProbe, MakesATrackAgainstItsResistance) {
+  for (const auto& [spacing, rate] : {std::pair(dvec3(0.5), 1000.0), std::pair(dvec3(0.4, 0.4, 1.2), 250.0),
+                                      std::pair(dvec3(0.8), 500.0)}) {
+    SCOPED_TRACE(std::to_string(spacing.z) + " mm, " + std::to_string(rate) + " Hz");
+    ProbeBench bench(plate_scene(k_thickness, spacing), {}, rate);
+    const dvec3 origin(0.3, 0.2, 0.5 * k_thickness);
+    bench.move(origin, k_down, -3, 2.5);
+    ASSERT_TRUE(bench.state().has_entered);
+    EXPECT_NEAR(bench.state().start.z, 5, 0.15);
+    // Deeper, up to 2 mm before the far side: the tip is 2 N / (1 N/mm) behind the hand.
+    bench.move(origin, k_down, 2.5, 10, 20, [&](const haptics::ServoRecord& r) {
+      if (r.pose.position_world.z < 1) {
+        EXPECT_NEAR(r.force_world.z, 2, 0.06) << r.pose.position_world.z;
+      }
+    });
+    EXPECT_NEAR(bench.state().end, 8, 0.15);
+    EXPECT_TRUE(bench.events<ProbeOut>().empty());
+    ASSERT_EQ(bench.events<ProbeEntered>().size(), 1u);
+    EXPECT_NEAR(bench.events<ProbeEntered>()[0].first.direction.z, -1, 1e-9);
+    EXPECT_GT(bench.run->engine().overlays().size(), 0u) << "the ruler";
+    // Through the far side: the force ends, and the hand goes on by what it was behind.
+    bench.move(origin, k_down, 10, 13.5);
+    const auto out = bench.events<ProbeOut>();
+    ASSERT_EQ(out.size(), 1u);
+    EXPECT_NEAR(out[0].first.depth, k_thickness, 0.5);
+    EXPECT_NEAR(out[0].second.z, -5, 0.5);
+    const haptics::ServoRecord through = bench.move(origin, k_down, 13.5, 14);
+    EXPECT_LT(through.force_world.z, 0.1);
+    const haptics::ServoRecord back = bench.move(origin, k_down, 14, -4);
+    EXPECT_LT(glm::length(back.force_world), 1e-6);
+    EXPECT_FALSE(bench.state().has_entered);
+    const auto made = bench.events<TrackMade>();
+    ASSERT_EQ(made.size(), 1u);
+    EXPECT_NEAR(made[0].first.depth, 14, 0.3);
+    EXPECT_NEAR(made[0].first.outside, 4, 0.5);
+    ASSERT_EQ(bench.world().track_depths.size(), 1u);
+    // The bone of the track: a cylinder of its diameter through the plate.
+    const double radius = 1.5, exact = 3.14159265 * radius * radius * k_thickness;
+    EXPECT_NEAR(bench.run->engine().removed_mm3(), exact, 0.12 * exact);
+  }
+}
+
+TEST(PedicleProbe, EntersOnlyWhenPressedUpright) {
+  ProbeBench bench(plate_scene(k_thickness, dvec3(0.5)), {});
+  const dvec3 origin(0.3, 0.2, 5);
+  bench.move(origin, k_down, -3, 0.2);  // a light touch
+  EXPECT_FALSE(bench.state().has_entered);
+  bench.move(origin, k_down, 0.2, -3);
+  // 70 degrees off the normal, pressed straight down.
+  const glm::dquat flat = pointing(glm::normalize(dvec3(std::sin(1.22), 0, -std::cos(1.22))));
+  for (double z = 6; z > 2; z -= 0.02) bench.run->step({{0.3, 0.2, z}, flat, 0});
+  EXPECT_FALSE(bench.state().has_entered);
+  EXPECT_TRUE(bench.events<TrackMade>().empty());
+  EXPECT_EQ(bench.run->engine().removed_mm3(), 0);
+}
+
+TEST(PedicleProbe, AnExtendedTrackIsOneAndAnotherDirectionIsAnother) {
+  ProbeBench bench(plate_scene(k_thickness, dvec3(0.5)), {});
+  const dvec3 origin(0.3, 0.2, 5);
+  bench.move(origin, k_down, -3, 6), bench.move(origin, k_down, 6, -3);
+  ASSERT_EQ(bench.world().track_depths.size(), 1u);
+  EXPECT_NEAR(bench.world().track_depths[0], 4, 0.3);
+  bench.move(origin, k_down, -3, 10), bench.move(origin, k_down, 10, -3);
+  ASSERT_EQ(bench.world().track_depths.size(), 1u);
+  EXPECT_NEAR(bench.world().track_depths[0], 8, 0.4);
+  const dvec3 beside(5, 3, 5);
+  bench.move(beside, k_down, -3, 6), bench.move(beside, k_down, 6, -3);
+  EXPECT_EQ(bench.world().track_depths.size(), 2u);
+}
+
+TEST(PedicleProbe, UndoTakesATrackBackAndASessionReplays) {
+  const sim::Folder folder;
+  const std::string path = folder.file("probe.session");
+  ProbeBench bench(plate_scene(k_thickness, dvec3(0.5)), {});
+  const dvec3 origin(0.3, 0.2, 5);
+  auto writer = bench.writer(path);
+  bench.start(writer.get());
+  bench.move(origin, k_down, -3, 9);
+  const std::uint64_t inside_tick = bench.run->engine().now().next_tick,
+                      inside = bench.run->engine().now().hash();
+  bench.move(origin, k_down, 9, -3);
+  EXPECT_GT(bench.run->engine().removed_mm3(), 10);
+  EXPECT_EQ(bench.run->engine().stroke_count(), 1u);
+  bench.run->undo();
+  EXPECT_EQ(bench.run->engine().removed_mm3(), 0);
+  EXPECT_TRUE(bench.world().track_depths.empty());
+  bench.run->redo();
+  EXPECT_EQ(bench.world().track_depths.size(), 1u);
+  bench.run->undo();
+  bench.move(origin, k_down, -3, 6);
+  bench.run->undo();  // within the track
+  EXPECT_EQ(bench.run->engine().removed_mm3(), 0);
+  bench.move(origin, k_down, 6, -3);
+  const std::uint64_t state = bench.run->engine().now().hash();
+  ASSERT_FALSE(writer->finish(bench.run->engine()));
+  const sim::Verdict verdict = sim::replay(path, bench.scene.base, pedicle_catalogue());
+  sim::expect_same(verdict);
+  EXPECT_EQ(verdict.state, state);
+  auto opened = sim::SessionReader::open(path, pedicle_catalogue());
+  ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+  auto run = sim::Replay::open(opened.value(), bench.scene.base);
+  ASSERT_TRUE(run.is_ok()) << run.error().message();
+  ASSERT_FALSE(run.value()->seek(inside_tick));
+  EXPECT_EQ(run.value()->engine().now().hash(), inside);
+}
+
+TEST(PedicleProbe, WallsOfTheCarvedTrackGiveTheSameForce) {
+  const dvec3 origin(0.3, 0.2, 5);
+  double mean[2] = {0, 0}, end[2] = {0, 0};
+  for (const Guide guide : {Guide::line, Guide::walls}) {
+    ProbeBench bench(plate_scene(16, dvec3(0.5)), {.length = 30, .guide = guide}, 500);
+    const dvec3 above = origin + dvec3(0, 0, 3);
+    double sum = 0, count = 0;
+    bench.move(above, k_down, -4, 11, 2, [&](const haptics::ServoRecord& r) {
+      if (bench.state().end < 3) return;
+      sum += r.force_world.z, ++count;
+    });
+    ASSERT_GT(count, 100) << static_cast<int>(guide);
+    const auto i = static_cast<std::size_t>(guide);
+    mean[i] = sum / count, end[i] = bench.state().end;
+    bench.move(above, k_down, 11, -4, 10);
+    EXPECT_EQ(bench.world().track_depths.size(), 1u);
+  }
+  EXPECT_NEAR(mean[0], 2, 0.04);
+  // The contact field follows cuts some ticks later: 5 % at 2 mm/s.
+  EXPECT_NEAR(mean[1], mean[0], 0.05 * mean[0]);
+  EXPECT_GT(end[1], 5);
+}
+
+/// The spine phantom with its bone touched.
+haptics::TouchScene spine_scene(double spacing) {
+  data_tools::PhantomOptions options;
+  options.spacing_mm = dvec3(spacing);
+  options.parameters["noise"] = 0;
+  return scenes::scene_of(data_tools::make_phantom("spine", options).value(), {}, {"bone", 140});
+}
+
+TEST(PedicleProbe, NamesTheWallThatItLeft) {
+  const data_tools::SpinePhantom spine(1);
+  const haptics::TouchScene scene = spine_scene(1);
+  constexpr int k_l4 = 1;
+  // Points of the vertebra's own frame (mm of the reference): an entry, and a point toward which to push.
+  const struct {
+    const char* name;
+    dvec3 entry, toward;
+    Wall wall;
+  } pushes[] = {{"left medial", {15, 38, 6.5}, {8.5, 22, 6.5}, Wall::medial},
+                {"right medial", {-15, 38, 6.5}, {-8.5, 22, 6.5}, Wall::medial},
+                {"left lateral", {15, 38, 6.5}, {19.5, 18, 6.5}, Wall::lateral},
+                {"right lateral", {-15, 38, 6.5}, {-19.5, 18, 6.5}, Wall::lateral},
+                {"above", {15, 36, 6.5}, {13.5, 16, 15}, Wall::above},
+                {"below", {15, 36, 6.5}, {13.5, 18, -5}, Wall::below},
+                {"front", {15, 38, 6.5}, {8, -9, 6}, Wall::front}};
+  for (const auto& push : pushes) {
+    SCOPED_TRACE(push.name);
+    const dvec3 entry = spine.world_point(k_l4, push.entry), toward = spine.world_point(k_l4, push.toward),
+                ahead = glm::normalize(toward - entry);
+    ProbeBench bench(scene, {.length = 70}, 250);
+    bench.move(entry, ahead, -14, 60, 60);
+    const auto out = bench.events<ProbeOut>();
+    ASSERT_FALSE(out.empty());
+    // The first exit beyond the arch.
+    EXPECT_EQ(k_wall_names[static_cast<std::size_t>(out[0].first.wall)],
+              k_wall_names[static_cast<std::size_t>(push.wall)])
+        << out[0].first.depth;
+    EXPECT_EQ(out[0].first.label, "L4");
+    const auto distances = spine.bone_distances(out[0].second);
+    // The surface at 140 HU of blurred voxels lies up to 1.6 mm outside the exact one.
+    EXPECT_NEAR(distances[k_l4], 0.8, 1);
+  }
+  // The planned screw stays in bone.
+  for (const data_tools::SpineScrew& screw : spine.screws()) {
+    if (screw.name != "L4 left pedicle" && screw.name != "L4 right pedicle") continue;
+    const dvec3 ahead = glm::normalize(screw.target_world - screw.entry_world);
+    ProbeBench bench(scene, {}, 250);
+    bench.move(screw.entry_world, ahead, -14, 42, 60);
+    bench.move(screw.entry_world, ahead, 42, -14, 60);
+    EXPECT_TRUE(bench.events<ProbeOut>().empty()) << screw.name;
+    ASSERT_EQ(bench.world().track_depths.size(), 1u) << screw.name;
+    EXPECT_NEAR(bench.world().track_depths[0], 40, 3) << screw.name;
+  }
+}
+
+TEST(PedicleProbe, ComesBackIntoBoneAfterAGap) {
+  // Two plates with a gap of 4 mm.
+  haptics::TouchScene scene =
+      scenes::scene_of(scenes::sampled({-6, -6, -12}, {6, 6, 12}, dvec3(0.5), [](const dvec3& p) {
+        const double a = std::clamp(0.5 + (6 - std::abs(p.z - 8)) / 0.8, 0.0, 1.0),
+                     b = std::clamp(0.5 + (6 - std::abs(p.z + 8)) / 0.8, 0.0, 1.0);
+        return -1000 + 2400 * std::max(a, b);
+      }));
+  ProbeBench bench(std::move(scene), {});
+  const dvec3 origin(0.3, 0.2, 14);
+  bench.move(origin, k_down, -2, 20);
+  const auto out = bench.events<ProbeOut>();
+  const auto in = bench.events<ProbeIn>();
+  ASSERT_EQ(out.size(), 1u);
+  ASSERT_EQ(in.size(), 1u);
+  EXPECT_NEAR(out[0].second.z, 2, 0.6);
+  EXPECT_NEAR(in[0].second.z, -2, 0.6);
+  EXPECT_NEAR(bench.state().outside, 4, 1);
+}
+
+}  // namespace
+}  // namespace trephine::pedicle
