@@ -24,10 +24,6 @@ enum class HeadTissue : unsigned char {
 inline constexpr const char* k_head_tissue_names[] = {
     "air",   "soft_tissue",    "cortical_bone", "diploe",       "dura",   "csf",
     "brain", "ventricle_left", "tooth",         "venous_sinus", "tumour", "ventricle_right"};
-/// Foramen of Monro of the left ventricle, mm, in a head of reference size: a point of the ventricle. That of
-/// the right one is its mirror image.
-inline constexpr glm::dvec3 k_foramen_of_monro{5.8, -14, 6.5};
-
 /// Variation of the head: seed 1 is the reference; others differ in size, thickness, sinuses and tumour.
 struct HeadAnatomy {
   glm::dvec3 size{1.0};            ///< along each axis, relative to the reference; at most 1
