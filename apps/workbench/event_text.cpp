@@ -13,6 +13,7 @@
 #include "modules/laminectomy/laminectomy.h"
 #include "modules/measurement/measurement.h"
 #include "modules/rongeur/rongeur.h"
+#include "modules/ventriculostomy/ventriculostomy.h"
 #include "sim/api/forbidden.h"
 
 namespace trephine::workbench {
@@ -128,6 +129,33 @@ EventText text_of(const rongeur::Bite& e) {
   return {format_text("Bite of %.0f mm³.", e.size), Level::outcome};
 }
 EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.reason, Level::refusal}; }
+EventText text_of(const ventriculostomy::CatheterEntered&) {
+  return {"The catheter entered the head.", Level::record};
+}
+EventText text_of(const ventriculostomy::CatheterPopped& e) {
+  return {format_text("The catheter popped into %s, %.0f mm below the outermost layer.",
+                      words_of(e.structure).c_str(), e.depth),
+          Level::outcome};
+}
+EventText text_of(const ventriculostomy::CatheterLeft& e) {
+  return {format_text("The catheter was drawn out. It was %.0f mm deep.", e.depth), Level::record};
+}
+EventText text_of(const ventriculostomy::CatheterRefused& e) {
+  return {"The catheter did not enter: " + e.reason, Level::refusal};
+}
+EventText text_of(const ventriculostomy::CatheterJudged& e) {
+  std::string text = e.ventricle.empty() ? "The tip of the catheter is outside the ventricles"
+                                         : "The tip of the catheter is in " + words_of(e.ventricle);
+  if (e.has_plan)
+    text +=
+        format_text("; %.1f mm from its target, entry %.1f mm from the plan", e.target_error, e.entry_error);
+  if (e.has_table) text += format_text("; %.0f mm deep", e.depth_from_table);
+  return {text + ".", e.clearance < 0 ? Level::danger : Level::outcome};
+}
+EventText text_of(const ventriculostomy::CatheterCrossed& e) {
+  return {format_text("The catheter passed %.1f mm of %s.", e.length, words_of(e.structure).c_str()),
+          e.is_forbidden ? Level::danger : Level::record};
+}
 
 struct Row {
   const sim::ValueType* type;
@@ -165,7 +193,13 @@ const auto& rows() {
                                  row<drilling::PerforatorStopped>(),
                                  row<drilling::CraniotomeRefused>(),
                                  row<rongeur::Bite>(),
-                                 row<rongeur::BiteRefused>()};
+                                 row<rongeur::BiteRefused>(),
+                                 row<ventriculostomy::CatheterEntered>(),
+                                 row<ventriculostomy::CatheterPopped>(),
+                                 row<ventriculostomy::CatheterLeft>(),
+                                 row<ventriculostomy::CatheterRefused>(),
+                                 row<ventriculostomy::CatheterJudged>(),
+                                 row<ventriculostomy::CatheterCrossed>()};
   return k_rows;
 }
 
