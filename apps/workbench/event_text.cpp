@@ -14,6 +14,7 @@
 #include "modules/measurement/measurement.h"
 #include "modules/pedicle/pedicle.h"
 #include "modules/rongeur/rongeur.h"
+#include "modules/ventriculostomy/ventriculostomy.h"
 #include "sim/api/forbidden.h"
 
 namespace trephine::workbench {
@@ -185,6 +186,33 @@ EventText text_of(const pedicle::ScrewJudged& e) {
 EventText text_of(const pedicle::ScrewNotJudged& e) {
   return {"The screw was not judged: " + e.reason + ".", Level::refusal};
 }
+EventText text_of(const ventriculostomy::CatheterEntered&) {
+  return {"The catheter entered the head.", Level::record};
+}
+EventText text_of(const ventriculostomy::CatheterPopped& e) {
+  return {format_text("The catheter popped into %s, %.0f mm below the outermost layer.",
+                      words_of(e.structure).c_str(), e.depth),
+          Level::outcome};
+}
+EventText text_of(const ventriculostomy::CatheterLeft& e) {
+  return {format_text("The catheter was drawn out. It was %.0f mm deep.", e.depth), Level::record};
+}
+EventText text_of(const ventriculostomy::CatheterRefused& e) {
+  return {"The catheter did not enter: " + e.reason, Level::refusal};
+}
+EventText text_of(const ventriculostomy::CatheterJudged& e) {
+  std::string text = e.ventricle.empty() ? "The tip of the catheter is outside the ventricles"
+                                         : "The tip of the catheter is in " + words_of(e.ventricle);
+  if (e.has_plan)
+    text +=
+        format_text("; %.1f mm from its target, entry %.1f mm from the plan", e.target_error, e.entry_error);
+  if (e.has_table) text += format_text("; %.0f mm deep", e.depth_from_table);
+  return {text + ".", e.clearance < 0 ? Level::danger : Level::outcome};
+}
+EventText text_of(const ventriculostomy::CatheterCrossed& e) {
+  return {format_text("The catheter passed %.1f mm of %s.", e.length, words_of(e.structure).c_str()),
+          e.is_forbidden ? Level::danger : Level::record};
+}
 
 struct Row {
   const sim::ValueType* type;
@@ -230,7 +258,13 @@ const auto& rows() {
                                  row<pedicle::ScrewJudged>(),
                                  row<pedicle::ScrewNotJudged>(),
                                  row<rongeur::Bite>(),
-                                 row<rongeur::BiteRefused>()};
+                                 row<rongeur::BiteRefused>(),
+                                 row<ventriculostomy::CatheterEntered>(),
+                                 row<ventriculostomy::CatheterPopped>(),
+                                 row<ventriculostomy::CatheterLeft>(),
+                                 row<ventriculostomy::CatheterRefused>(),
+                                 row<ventriculostomy::CatheterJudged>(),
+                                 row<ventriculostomy::CatheterCrossed>()};
   return k_rows;
 }
 

@@ -3,7 +3,7 @@
 #include <glm/geometric.hpp>
 #include <sstream>
 
-#include "data-tools/phantoms/head_phantom.h"
+#include "data-tools/phantoms/head_landmarks.h"
 #include "data-tools/phantoms/spine_phantom.h"
 
 namespace trephine::data_tools {
@@ -62,17 +62,26 @@ CasePlan head_plan(std::uint64_t seed) {
   constexpr double k_margin = 0.5, k_burr_hole = 14;  // mm
   plan.trajectories.push_back({"burr hole over the tumour", middle + outside * outward,
                                middle + (inside + k_margin) * outward, k_burr_hole});
-  const auto on_vault = [&](const dvec3& from) {
-    double low = 0, high = 150;
-    while (high - low > 1e-3) {
-      const double middle = 0.5 * (low + high);
-      (vault_distance(middle * from, anatomy) < 0 ? low : high) = middle;
-    }
-    return low * from;
-  };
   plan.targets.push_back({"tumour", k_head_tissue_names[tumour]});
-  plan.landmarks.push_back({"vertex", on_vault({0, 0, 1})});
-  plan.landmarks.push_back({"inion", on_vault(glm::normalize(dvec3(0, 1, -0.2)))});
+  const HeadLandmarks landmarks = head_landmarks(anatomy);
+  plan.landmarks.push_back({"vertex", landmarks.vertex});
+  plan.landmarks.push_back({"inion", landmarks.inion});
+  plan.landmarks.push_back({"nasion", landmarks.nasion});
+  plan.landmarks.push_back({"glabella", landmarks.glabella});
+  for (const std::string side : {"left", "right"}) {
+    constexpr double k_catheter = 3;  // mm
+    const HeadLandmarks::Side& points = side == "left" ? landmarks.left : landmarks.right;
+    plan.landmarks.push_back({side + " tragus", points.tragus});
+    plan.landmarks.push_back({side + " Kocher's point", points.kochers_point});
+    plan.landmarks.push_back({side + " foramen of Monro", points.foramen_of_monro});
+    plan.trajectories.push_back({side + " ventriculostomy",
+                                 points.kochers_point,
+                                 points.foramen_of_monro,
+                                 k_catheter,
+                                 "ventriculostomy",
+                                 side,
+                                 {}});
+  }
   return plan;
 }
 

@@ -142,7 +142,7 @@ HeadSample sample_head(const dvec3& p_world, double voxel_mm, const HeadAnatomy&
     if (brain < -3.5) paint(brain + 3.5, 27, HeadTissue::brain);  // white matter
     const double ventricle = std::min(capsule(p, {7, -26, 8}, {10, 18, 12}, 4.5, 6.0),
                                       capsule(p, {10, 18, 12}, {22, 30, -6}, 6.0, 3.0));
-    paint(ventricle, 6, HeadTissue::ventricle);
+    paint(ventricle, 6, world.x > 0 ? HeadTissue::left_ventricle : HeadTissue::right_ventricle);
     // Tumour attached to the dura, denser than brain, with an irregular border.
     const double to_tumour = glm::length(world - anatomy.tumour);
     if (to_tumour < 1.08 * anatomy.tumour_radius + edge)

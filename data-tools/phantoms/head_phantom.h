@@ -15,15 +15,15 @@ enum class HeadTissue : unsigned char {
   dura,
   cerebrospinal_fluid,
   brain,
-  ventricle,
+  left_ventricle,
   tooth,
   venous_sinus,
-  tumour
+  tumour,
+  right_ventricle
 };
-inline constexpr const char* k_head_tissue_names[] = {"air",   "soft_tissue",  "cortical_bone", "diploe",
-                                                      "dura",  "csf",          "brain",         "ventricle",
-                                                      "tooth", "venous_sinus", "tumour"};
-
+inline constexpr const char* k_head_tissue_names[] = {
+    "air",   "soft_tissue",    "cortical_bone", "diploe",       "dura",   "csf",
+    "brain", "ventricle_left", "tooth",         "venous_sinus", "tumour", "ventricle_right"};
 /// Variation of the head: seed 1 is the reference; others differ in size, thickness, sinuses and tumour.
 struct HeadAnatomy {
   glm::dvec3 size{1.0};            ///< along each axis, relative to the reference; at most 1

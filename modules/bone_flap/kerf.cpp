@@ -98,7 +98,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
   // From both anchors of a side to its middle: the tables of a line are near those of the previous line.
   const auto follow = [&](std::size_t i, double& rise) {
     const Run* run =
-        nearest(central_runs[i], chord[i] + rise, lines_[i].is_on_anchor ? k_anchor_reach : k_jump);
+        nearest_run(central_runs[i], chord[i] + rise, lines_[i].is_on_anchor ? k_anchor_reach : k_jump);
     if (run == nullptr) return false;
     rise = run->high - chord[i];
     lines_[i].outer = run->high, lines_[i].inner = run->low, lines_[i].is_bone = true;
@@ -110,14 +110,14 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
     const std::size_t end = next % n;
     double from_first = 0, from_next = 0;
     if (!follow(first, from_first)) {
-      const Run* closest = nearest(central_runs[first], chord[first], k_inward);
+      const Run* closest = nearest_run(central_runs[first], chord[first], k_inward);
       return LocatedError{"anchor " + std::to_string(lines_[first].side + 1) + " lies off the bone" +
                               (closest ? ": the nearest along the saw is " +
                                              rounded(std::abs(closest->high - chord[first])) + " mm away"
                                        : ""),
                           pyramid_.anchor(lines_[first].side)};
     }
-    if (const Run* run = nearest(central_runs[end], chord[end], k_anchor_reach))
+    if (const Run* run = nearest_run(central_runs[end], chord[end], k_anchor_reach))
       from_next = run->high - chord[end];
     const std::size_t half = (next - first) / 2;
     for (std::size_t k = 1; k <= half; ++k) follow(first + k, from_first);
@@ -148,7 +148,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
       Line edge = line;
       edge.outer = chord[i];
       const std::vector<Run> runs = runs_of(edge, offset);
-      if (const Run* run = nearest(runs, line.outer, k_jump)) {
+      if (const Run* run = nearest_run(runs, line.outer, k_jump)) {
         line.from = std::min(line.from, std::max(run->low, line.outer - limits.thickest));
         line.to = std::max(line.to, run->high);
       }
@@ -267,7 +267,7 @@ CutSurface::OuterSurface CutSurface::outer_surface(const Field& bone, double ste
     const dvec3 along =
         glm::normalize(pyramid_.normal_world + p.x * pyramid_.right_world + p.y * pyramid_.up_world);
     const auto runs = runs_along(bone, pyramid_.apex_world, along, t - k_jump - 1, t + k_jump + 1, k_jump);
-    if (const Run* run = nearest(runs, t, k_jump); run && run->high < t + k_jump + 0.9) t = run->high;
+    if (const Run* run = nearest_run(runs, t, k_jump); run && run->high < t + k_jump + 0.9) t = run->high;
     return pyramid_.apex_world + t * along;
   };
   std::vector<std::vector<dvec3>>& grid = result.grid;

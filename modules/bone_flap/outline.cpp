@@ -98,47 +98,6 @@ bool is_within(const std::vector<dvec2>& loop, const dvec2& p) noexcept {
   return is_in;
 }
 
-std::vector<Run> runs_along(const volume::Field& bone, const dvec3& start_world, const dvec3& along,
-                            double t0, double t1, double space, const volume::BoneLabels* labels) {
-  const volume::Frame& frame = bone.volume().frame;
-  const dvec3& h = frame.spacing();
-  const double step = std::min(0.2, 0.5 * std::min({h.x, h.y, h.z}));
-  const dvec3 start = frame.volume_from_world(start_world),
-              direction = frame.volume_from_world(start_world + along) - start;
-  const int count = static_cast<int>(std::ceil((t1 - t0) / step));
-  const auto is_labelled = [&](double from, double to) {
-    if (labels == nullptr || !labels->has_any()) return false;
-    for (double t = from; t <= to; t += step)
-      if (!labels->contains(start + t * direction)) return false;
-    return true;
-  };
-  std::vector<Run> runs;
-  double previous = -1, t_previous = t0;
-  for (int i = 0; i <= count; ++i) {
-    const double t = t0 + i * step, g = bone.value(start + t * direction);
-    const double crossing = (g >= 0) != (previous >= 0) && i > 0 && g != previous
-                                ? t_previous + (t - t_previous) * (previous / (previous - g))
-                                : t;
-    if (g >= 0 && previous < 0) {
-      if (!runs.empty() && (crossing - runs.back().high <= space || is_labelled(runs.back().high, crossing)))
-        runs.back().high = t;
-      else
-        runs.push_back({crossing, t});
-    }
-    if (g >= 0) runs.back().high = t;
-    if (g < 0 && previous >= 0) runs.back().high = crossing;
-    previous = g, t_previous = t;
-  }
-  return runs;
-}
-
-const Run* nearest(const std::vector<Run>& runs, double t, double reach) {
-  const Run* best = nullptr;
-  for (const Run& run : runs)
-    if (std::abs(run.high - t) <= (best ? std::abs(best->high - t) : reach)) best = &run;
-  return best;
-}
-
 bool outward(const volume::Field& bone, const dvec3& p_world, dvec3& normal_world) {
   constexpr int k_steps = 8;  // along a radius
   const volume::Frame& frame = bone.volume().frame;
@@ -192,7 +151,7 @@ std::vector<dvec3> ring_of(const volume::Field& bone, const dvec3& at_world, dou
     const dvec2 direction(deterministic_cos(angle), deterministic_sin(angle));
     const dvec3 start = middle + 0.5 * diameter * (direction.x * right + direction.y * up) - k_depth * normal;
     const std::vector<Run> runs = runs_along(bone, start, normal, 0, k_depth + k_reach, 0);
-    const Run* run = nearest(runs, k_depth - drop, k_depth);
+    const Run* run = nearest_run(runs, k_depth - drop, k_depth);
     ring.push_back(start + (run ? run->high : k_depth - drop) * normal);
   }
   return ring;

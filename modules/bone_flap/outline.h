@@ -8,10 +8,11 @@
 
 #include "volume/base/error.h"
 #include "volume/base/located_error.h"
-#include "volume/scan/bone_labels.h"
-#include "volume/scan/field.h"
+#include "volume/scan/solid_runs.h"
 
 namespace trephine::bone_flap {
+
+using volume::nearest_run, volume::Run, volume::runs_along;
 
 /// Returns a rounded number as text: "12".
 std::string rounded(double value);
@@ -55,16 +56,5 @@ bool outward(const volume::Field& bone, const glm::dvec3& p_world, glm::dvec3& n
 /// `at_world`. Empty if no bone is within 30 mm. An anchor for which no bone is found is off the bone.
 std::vector<glm::dvec3> ring_of(const volume::Field& bone, const glm::dvec3& at_world, double diameter,
                                 int count);
-
-/// Interval of bone on a line, mm from its start.
-struct Run {
-  double low, high;
-};
-/// Returns the runs of bone between t0 and t1, mm. Runs are joined across gaps of at most `space` mm and, if
-/// `labels` is given, across gaps of any width inside a labelled bone. `along`: unit.
-std::vector<Run> runs_along(const volume::Field& bone, const glm::dvec3& start_world, const glm::dvec3& along,
-                            double t0, double t1, double space, const volume::BoneLabels* labels = nullptr);
-/// Returns the run with the outer end nearest to `t`, or null if no run ends within `reach` mm.
-const Run* nearest(const std::vector<Run>& runs, double t, double reach);
 
 }  // namespace trephine::bone_flap

@@ -201,7 +201,7 @@ TEST(Phantoms, TheHeadHasEveryTissueAndRealisticIntensities) {
   EXPECT_NEAR(mean("brain"), 33, 15);
   EXPECT_GT(mean("tooth"), 1000);
   EXPECT_LT(mean("air"), -800);
-  for (const char* name : {"soft_tissue", "dura", "csf", "ventricle"}) mean(name);
+  for (const char* name : {"soft_tissue", "dura", "csf", "ventricle_left", "ventricle_right"}) mean(name);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <random>
 #include <set>
 
-#include "data-tools/phantoms/head_phantom.h"
+#include "data-tools/phantoms/head_landmarks.h"
 #include "data-tools/phantoms/screw_model.h"
 #include "data-tools/phantoms/spine_phantom.h"
 
@@ -83,6 +83,66 @@ double vault_ripple(const Volume& v) {
     sum += (radii[i] - mean) * (radii[i] - mean);
   }
   return std::sqrt(sum / count);
+}
+
+/// Kocher's point by another measure: a tape over the vault, sampled by height and width.
+TEST(Phantoms, LandmarksOfTheHeadLieWhereAnatomistsPutThem) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    SCOPED_TRACE(seed);
+    const HeadAnatomy anatomy = head_anatomy(seed);
+    const HeadLandmarks marks = head_landmarks(anatomy);
+    const dvec3& kocher = marks.left.kochers_point;
+    EXPECT_EQ(marks.right.kochers_point, kocher * dvec3(-1, 1, 1)) << "the vault is symmetric";
+    EXPECT_NEAR(vault_distance(kocher, anatomy), 0, 0.01);
+    // A tape of short chords on a surface: each point is moved onto it by its first-order distance.
+    const auto onto = [&](dvec3 p) {
+      for (int i = 0; i < 20; ++i) {
+        dvec3 slope;
+        for (int a = 0; a < 3; ++a) {
+          dvec3 d(0);
+          d[a] = 0.01;
+          slope[a] = (vault_distance(p + d, anatomy) - vault_distance(p - d, anatomy)) / 0.02;
+        }
+        p -= vault_distance(p, anatomy) / glm::dot(slope, slope) * slope;
+      }
+      return p;
+    };
+    const auto tape = [&](const dvec3& a, const dvec3& b) {
+      double length = 0;
+      dvec3 previous = onto(a);
+      for (int i = 1; i <= 400; ++i) {
+        const dvec3 next = onto(a + (i / 400.0) * (b - a));
+        length += glm::distance(previous, next), previous = next;
+      }
+      return length;
+    };
+    // The midline point from which Kocher's point is 3 cm aside: on the plane through the centre's x axis.
+    const double turn = std::atan2(kocher.z, -kocher.y);
+    double low = 50, high = 120;
+    while (high - low > 1e-6) {
+      const double middle = 0.5 * (low + high);
+      (vault_distance({0, -middle * std::cos(turn), middle * std::sin(turn)}, anatomy) < 0 ? low : high) =
+          middle;
+    }
+    const dvec3 middle(0, -low * std::cos(turn), low * std::sin(turn));
+    EXPECT_NEAR(tape(middle, kocher), 30, 0.5);
+    const dvec3 above_nasion = onto(marks.nasion);
+    EXPECT_NEAR(glm::distance(above_nasion, marks.nasion) + tape(above_nasion, middle), 110, 4);
+    for (const HeadLandmarks::Side& side : {marks.left, marks.right}) {
+      const bool is_left = side.tragus.x > 0;
+      EXPECT_EQ(sample_head(side.foramen_of_monro, 0.05, anatomy).tissue,
+                is_left ? HeadTissue::left_ventricle : HeadTissue::right_ventricle);
+      EXPECT_GT(std::abs(side.tragus.x), 55);
+    }
+    EXPECT_LT(marks.nasion.z, marks.glabella.z);
+    EXPECT_LT(marks.nasion.y, -70);
+    // Ventricles are inside the brain: no bone, dura or fluid around them is nearer than 10 mm.
+    for (double y = -26; y <= 30; y += 4)
+      for (double up = -1; up <= 1; up += 2) {
+        const dvec3 p = dvec3(9, y, 10 + 16 * up) * anatomy.size;
+        EXPECT_EQ(sample_head(p, 0.05, anatomy).tissue, HeadTissue::brain) << y << ' ' << up;
+      }
+  }
 }
 
 TEST(Phantoms, TheHeadsVaultIsTwoToNineMillimetresThickWithoutRings) {

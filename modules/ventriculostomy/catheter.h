@@ -1,0 +1,67 @@
+// Catheter: a ventricular catheter on its stylet. It enters the head through a hole only, and its tip then
+// moves on a straight line through dura, brain and ventricle.
+#pragma once
+
+#include "sim/api/instrument.h"
+
+namespace trephine::ventriculostomy {
+
+struct Catheter {
+  double diameter = 3;     ///< mm
+  double length = 150;     ///< mm, from its tip to its hub, which stops at the head
+  bool has_stylet = true;  ///< without it the catheter does not pass the dura
+  static const sim::Schema& schema();
+};
+
+/// Labels of a scan that resist a catheter. -1: the scan lacks the label.
+struct Layers {
+  std::int64_t dura = -1, brain = -1, ventricle = -1, other_ventricle = -1;
+  bool is_layer(int label) const noexcept {
+    return label > 0 && (label == dura || label == brain || label == ventricle || label == other_ventricle);
+  }
+};
+/// Returns the labels "dura" and "brain", and the first two that start with "ventricle".
+Layers layers_of(const volume::Volume& scan);
+/// Returns the label of the voxel that contains a point; 0 outside the scan or without labels.
+int label_at(const volume::Volume& scan, const glm::dvec3& p_world) noexcept;
+
+/// State of a catheter. Depths are in mm along `ahead` from `start`, where the path first meets a layer.
+struct CatheterState : Layers {
+  bool has_entered = false;
+  bool is_refused = false;  ///< until it is lifted
+  glm::dvec3 start{0.0}, ahead{0, 0, -1};
+  double depth = 0;     ///< of the tip
+  double deepest = 0;   ///< of the tip in this passage
+  double searched = 0;  ///< up to where layers were looked up
+  bool has_passed_dura = false, has_reached_ventricle = false;
+  glm::dvec3 ventricle_wall{0.0};  ///< mm, world: entry into the ventricle; valid if has_reached_ventricle
+  glm::dvec3 tip() const noexcept { return start + depth * ahead; }
+  static const sim::Schema& schema();
+};
+
+/// The catheter entered the head. Emitted at the outermost layer.
+struct CatheterEntered {
+  glm::dvec3 direction{0, 0, -1};  ///< unit, into the head
+  static const sim::Schema& schema();
+};
+/// The tip passed a membrane with a pop. Emitted there.
+struct CatheterPopped {
+  std::string structure;
+  double depth = 0;  ///< mm, from the outermost layer
+  static const sim::Schema& schema();
+};
+/// The catheter was drawn out. Emitted at its deepest position.
+struct CatheterLeft {
+  double depth = 0;  ///< mm, from the outermost layer
+  static const sim::Schema& schema();
+};
+/// The catheter did not enter the head.
+struct CatheterRefused {
+  std::string reason;
+  static const sim::Schema& schema();
+};
+
+sim::Instrument catheter(const Catheter& parameters);
+const sim::InstrumentType& catheter_type() noexcept;
+
+}  // namespace trephine::ventriculostomy

@@ -1,0 +1,269 @@
+#include "modules/ventriculostomy/judgement.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "sim/api/work.h"
+#include "volume/base/deterministic_math.h"
+#include "volume/scan/solid_runs.h"
+
+namespace trephine::ventriculostomy {
+
+using glm::dvec3;
+using sim::field;
+using volume::PlannedTrajectory;
+
+namespace {
+
+constexpr double k_outside = 40;  // mm before the outermost layer where the search for bone starts
+constexpr double k_step = 0.05;   // mm between positions of the path
+constexpr const char* k_group = "ventriculostomy";
+
+double degrees(double radians) noexcept { return radians * 57.295779513082320877; }
+/// Returns the angle between two unit vectors, degrees.
+double angle_between(const dvec3& a, const dvec3& b) noexcept {
+  return degrees(deterministic_acos(std::clamp(glm::dot(a, b), -1.0, 1.0)));
+}
+
+const PlannedTrajectory* find_trajectory(const sim::OperationState& operation, const std::string& name) {
+  if (!operation.plan) return nullptr;
+  for (const PlannedTrajectory& one : operation.plan->trajectories)
+    if (one.name == name) return &one;
+  return nullptr;
+}
+/// Returns the trajectory for ventriculostomies whose target is nearest to the tip; null if there is no such
+/// trajectory.
+const PlannedTrajectory* nearest_trajectory(const sim::OperationState& operation, const dvec3& tip) {
+  const PlannedTrajectory* best = nullptr;
+  if (!operation.plan) return best;
+  for (const PlannedTrajectory& one : operation.plan->trajectories)
+    if (one.group == k_group &&
+        (!best || glm::distance(one.target_world, tip) < glm::distance(best->target_world, tip)))
+      best = &one;
+  return best;
+}
+
+struct Crossing {
+  std::string structure;
+  double length = 0;
+  bool is_forbidden = false;
+  dvec3 at_world{0.0};
+};
+
+struct JudgeResult final : sim::JobResult {
+  CatheterJudged judged;
+  std::vector<Crossing> crossings;
+
+  std::uint64_t hash() const override {
+    MixHash mix;
+    sim::add_value(mix, judged);
+    for (const Crossing& one : crossings) {
+      sim::add_bytes(mix, one.structure);
+      mix.add(one.length), mix.add(one.is_forbidden ? 1.0 : 0.0);
+      mix.add(one.at_world.x), mix.add(one.at_world.y), mix.add(one.at_world.z);
+    }
+    return mix.value();
+  }
+};
+
+/// Sums the lengths of the path in each label, and finds what the path meets first.
+void follow_labels(const volume::Volume& scan, const Layers& layers, const dvec3& from, const dvec3& ahead,
+                   double length, JudgeResult& output) {
+  const auto count = static_cast<int>(length / k_step);
+  for (int i = 0; i < count; ++i) {
+    const double along = (i + 0.5) * k_step;
+    const dvec3 at = from + along * ahead;
+    const int label = label_at(scan, at);
+    if (label <= 0) continue;
+    const std::string& name = scan.label_names[static_cast<std::size_t>(label)];
+    auto found = std::find_if(output.crossings.begin(), output.crossings.end(),
+                              [&](const Crossing& one) { return one.structure == name; });
+    if (found == output.crossings.end()) found = output.crossings.insert(found, {name, 0, false, at});
+    found->length += k_step;
+    CatheterJudged& judged = output.judged;
+    if (label == layers.ventricle || label == layers.other_ventricle) judged.in_ventricle += k_step;
+    if (label == layers.dura && !judged.has_dura)
+      judged.has_dura = true, judged.depth_from_dura = length - along;
+  }
+}
+
+/// Finds the forbidden structure that is nearest to the path, apart from the layers that a catheter has to
+/// pass, and marks those that the path crosses.
+void find_clearance(const sim::JobInput& input, const Layers& layers, double radius, JudgeResult& output) {
+  CatheterJudged& judged = output.judged;
+  judged.clearance = sim::Forbidden::k_reach;
+  for (const auto& forbidden : input.forbidden) {
+    const volume::Shape* shape = forbidden->shape();
+    if (shape != nullptr && layers.is_layer(shape->label)) continue;
+    const double clearance = forbidden->clearance(judged.entry, sim::ToolBall{judged.tip, radius, false});
+    if (clearance < judged.clearance) judged.clearance = clearance, judged.nearest = forbidden->name();
+    if (shape == nullptr || shape->label < 0) continue;
+    const std::string& name = input.anatomy.base->label_names[static_cast<std::size_t>(shape->label)];
+    for (Crossing& one : output.crossings) one.is_forbidden = one.is_forbidden || one.structure == name;
+  }
+}
+
+std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
+  const auto& request = *static_cast<const JudgeCatheter*>(parameters);
+  const volume::Volume& scan = *input.anatomy.base;
+  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
+  const Layers layers = layers_of(scan);
+  const CatheterPath path =
+      request.at.empty() ? newest_path(input.state).value() : CatheterPath{request.at[0], request.at[1]};
+  auto output = std::make_shared<JudgeResult>();
+  CatheterJudged& judged = output->judged;
+  judged.is_any = true;
+  judged.tip = path.tip, judged.entry = path.start;
+  const dvec3 ahead = glm::normalize(path.tip - path.start);
+  const double length = glm::length(path.tip - path.start);
+  // The bone on the path, as it was before the hole.
+  const auto skull = volume::skull_crossing(bone, path.start - k_outside * ahead, ahead, k_outside + length);
+  if (skull) {
+    judged.has_table = true, judged.entry = skull->outer_world;
+    judged.depth_from_table = glm::distance(skull->outer_world, path.tip);
+    judged.angle_to_surface = 90 - angle_between(skull->normal_world, -ahead);
+  }
+  follow_labels(scan, layers, judged.entry, ahead, glm::distance(judged.entry, judged.tip), *output);
+  const int label = label_at(scan, judged.tip);
+  if (label > 0 && (label == layers.ventricle || label == layers.other_ventricle))
+    judged.ventricle = scan.label_names[static_cast<std::size_t>(label)];
+  const PlannedTrajectory* planned = request.trajectory.empty()
+                                         ? nearest_trajectory(input.state, judged.tip)
+                                         : find_trajectory(input.state, request.trajectory);
+  if (planned != nullptr) {
+    judged.has_plan = true, judged.trajectory = planned->name;
+    judged.entry_error = glm::distance(planned->entry_world, judged.entry);
+    judged.target_error = glm::distance(planned->target_world, judged.tip);
+    judged.direction_error =
+        angle_between(glm::normalize(planned->target_world - planned->entry_world), ahead);
+  }
+  double radius = 0.5 * Catheter().diameter;
+  for (const sim::Instrument& hand : input.state.settings.hands)
+    if (const auto* held = hand.parameters.as<Catheter>()) radius = 0.5 * held->diameter;
+  find_clearance(input, layers, radius, *output);
+  return output;
+}
+
+void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
+  const auto& output = static_cast<const JudgeResult&>(result);
+  work.change_result<CatheterJudged>() = output.judged;
+  work.raise_event(output.judged, output.judged.tip);
+  for (const Crossing& one : output.crossings)
+    work.raise_event(CatheterCrossed{one.structure, one.length, one.is_forbidden}, one.at_world);
+}
+
+Status check(const void* parameters, const haptics::TouchScene& anatomy) {
+  const auto& request = *static_cast<const JudgeCatheter*>(parameters);
+  if (request.item < 0 || static_cast<std::size_t>(request.item) >= anatomy.items.size() ||
+      anatomy.items[static_cast<std::size_t>(request.item)].is_mesh())
+    return Error{.what = "unknown shape",
+                 .where = "judge-catheter item",
+                 .found = std::to_string(request.item),
+                 .expected = "a shape of the anatomy"};
+  if (anatomy.base->labels.is_empty())
+    return Error{.what = "the scan has no labels",
+                 .where = "judge-catheter",
+                 .expected = "labels of dura, brain and ventricles",
+                 .remedy = "add labels with import --labels"};
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<CatheterPath> newest_path(const sim::OperationState& operation) {
+  for (const sim::Instrument& hand : operation.settings.hands)
+    if (const auto* state = hand.state.as<CatheterState>(); state && state->has_entered && state->depth > 0)
+      return CatheterPath{state->start, state->tip()};
+  const auto* passages = operation.persistent_of<CatheterPassages>();
+  if (passages == nullptr || passages->starts.empty()) return std::nullopt;
+  if (glm::distance(passages->starts.back(), passages->tips.back()) < k_step) return std::nullopt;
+  return CatheterPath{passages->starts.back(), passages->tips.back()};
+}
+
+Status check_judging(const JudgeCatheter& request, const sim::OperationState& operation) {
+  if (!request.at.empty() &&
+      (request.at.size() != 2 || !(glm::distance(request.at[0], request.at[1]) > k_step)))
+    return Error{.what = "a path has two different points",
+                 .where = "judge-catheter at",
+                 .found = std::to_string(request.at.size()),
+                 .expected = "a point before the bone, and the tip"};
+  if (request.at.empty() && !newest_path(operation))
+    return Error{.what = "there is no catheter to judge",
+                 .where = "judge-catheter",
+                 .remedy = "insert a catheter first, or pass two points (at)"};
+  if (request.trajectory.empty() || find_trajectory(operation, request.trajectory)) return std::nullopt;
+  std::string known;
+  if (operation.plan)
+    for (const PlannedTrajectory& one : operation.plan->trajectories)
+      known += (known.empty() ? "" : ", ") + one.name;
+  return Error{.what = "unknown trajectory",
+               .where = "judge-catheter trajectory",
+               .found = request.trajectory,
+               .expected = known.empty() ? "a plan with trajectories" : known};
+}
+
+const sim::JobType& judge_job() {
+  static const sim::JobType job{&sim::value_type<JudgeCatheter>(), run, nullptr, adopt, check};
+  return job;
+}
+
+const sim::Schema& JudgeCatheter::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&JudgeCatheter::trajectory>(
+          "trajectory", {.help = "trajectory of the plan; without it the nearest ventriculostomy"}),
+      field<&JudgeCatheter::at>("at", {.unit = "mm",
+                                       .low = -1e5,
+                                       .high = 1e5,
+                                       .help = "a point before the bone, and the tip; without it the newest "
+                                               "catheter",
+                                       .is_expert = true}),
+      field<&JudgeCatheter::item>("item",
+                                  {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};
+  static constexpr sim::Schema table{"judge-catheter", 1, fields};
+  return table;
+}
+
+const sim::Schema& CatheterJudged::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&CatheterJudged::is_any>("is_any"),
+      field<&CatheterJudged::has_plan>("has_plan", {.help = "it was compared with a trajectory"}),
+      field<&CatheterJudged::trajectory>("trajectory"),
+      field<&CatheterJudged::entry_error>("entry_error", {.unit = "mm"}),
+      field<&CatheterJudged::target_error>("target_error", {.unit = "mm"}),
+      field<&CatheterJudged::direction_error>("direction_error", {.unit = "degrees"}),
+      field<&CatheterJudged::has_table>("has_table", {.help = "the path meets the outer table"}),
+      field<&CatheterJudged::depth_from_table>("depth_from_table", {.unit = "mm"}),
+      field<&CatheterJudged::angle_to_surface>(
+          "angle_to_surface", {.unit = "degrees", .help = "angle to the outer table; 90 is perpendicular"}),
+      field<&CatheterJudged::has_dura>("has_dura", {.help = "the path meets the dura"}),
+      field<&CatheterJudged::depth_from_dura>("depth_from_dura", {.unit = "mm"}),
+      field<&CatheterJudged::ventricle>("ventricle",
+                                        {.help = "label of the ventricle that contains the tip"}),
+      field<&CatheterJudged::in_ventricle>("in_ventricle", {.unit = "mm", .help = "length in ventricles"}),
+      field<&CatheterJudged::nearest>("nearest", {.help = "forbidden structure nearest to the path"}),
+      field<&CatheterJudged::clearance>("clearance", {.unit = "mm", .help = "distance to it"}),
+      field<&CatheterJudged::entry>("entry", {.unit = "mm"}),
+      field<&CatheterJudged::tip>("tip", {.unit = "mm"})};
+  static constexpr sim::Schema table{"catheter-judged", 1, fields};
+  return table;
+}
+
+const sim::Schema& CatheterCrossed::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&CatheterCrossed::structure>("structure"),
+      field<&CatheterCrossed::length>("length", {.unit = "mm", .help = "length of the path in it"}),
+      field<&CatheterCrossed::is_forbidden>("forbidden", {.help = "it must not be crossed"})};
+  static constexpr sim::Schema table{"catheter-crossed", 1, fields};
+  return table;
+}
+
+const sim::Schema& CatheterPassages::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&CatheterPassages::count>("count"), field<&CatheterPassages::starts>("starts", {.unit = "mm"}),
+      field<&CatheterPassages::directions>("directions"),
+      field<&CatheterPassages::tips>("tips", {.unit = "mm"}), field<&CatheterPassages::hands>("hands")};
+  static constexpr sim::Schema table{"catheter-passages", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::ventriculostomy

@@ -1,0 +1,143 @@
+#include "modules/ventriculostomy/ventriculostomy.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace trephine::ventriculostomy {
+
+using glm::dvec3;
+
+namespace {
+
+/// Returns the state of a hand's catheter if it is in the head, else null.
+const CatheterState* inserted(const sim::OperationState& operation, std::size_t hand) {
+  const auto& hands = operation.settings.hands;
+  const auto* state = hand < hands.size() ? hands[hand].state.as<CatheterState>() : nullptr;
+  return state && state->has_entered ? state : nullptr;
+}
+
+/// Returns the index of a hand's newest passage; one past the end if there is no such passage.
+std::size_t newest_of(const CatheterPassages& passages, std::uint8_t hand) {
+  for (std::size_t i = passages.hands.size(); i-- > 0;)
+    if (passages.hands[i] == static_cast<double>(hand)) return i;
+  return passages.hands.size();
+}
+
+void begin_passage(CatheterPassages& passages, const dvec3& start, const dvec3& direction,
+                   std::uint8_t hand) {
+  if (passages.starts.size() == CatheterPassages::k_max) {
+    for (std::vector<dvec3>* list : {&passages.starts, &passages.directions, &passages.tips})
+      list->erase(list->begin());
+    passages.hands.erase(passages.hands.begin());
+  }
+  ++passages.count;
+  passages.starts.push_back(start), passages.directions.push_back(direction), passages.tips.push_back(start);
+  passages.hands.push_back(hand);
+}
+
+/// Returns depth marks on a catheter, every centimetre from its tip, with numbers every five.
+sim::Overlay marks_of(const Catheter& catheter, const CatheterState& state) {
+  constexpr double k_between = 10, k_visible = 40;  // mm: between marks; shown above the outermost layer
+  constexpr int k_numbered = 5;
+  sim::Overlay overlay;
+  const dvec3 back = -state.ahead, tip = state.tip();
+  const dvec3 aside = std::abs(back.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 right = glm::normalize(glm::cross(back, aside)), up = glm::cross(right, back);
+  const double radius = 0.5 * catheter.diameter;
+  for (int i = 1; i * k_between <= catheter.length; ++i) {
+    if (i * k_between > state.depth + k_visible) break;
+    const dvec3 middle = tip + i * k_between * back;
+    overlay.lines.push_back({middle - radius * right, middle + radius * right});
+    overlay.lines.push_back({middle - radius * up, middle + radius * up});
+    if (i % k_numbered == 0) overlay.labels.push_back({middle, std::to_string(i) + " cm"});
+  }
+  overlay.lines.push_back(
+      {tip, tip + std::min(catheter.length, std::max(0.0, state.depth) + k_visible) * back});
+  return overlay;
+}
+
+}  // namespace
+
+std::span<const sim::InstrumentType* const> Ventriculostomy::instruments() const {
+  static const std::array all{&catheter_type()};
+  return all;
+}
+std::span<const sim::JobType* const> Ventriculostomy::jobs() const {
+  static const std::array all{&judge_job()};
+  return all;
+}
+std::span<const sim::ValueType* const> Ventriculostomy::events() const {
+  static const std::array all{&sim::value_type<CatheterEntered>(), &sim::value_type<CatheterPopped>(),
+                              &sim::value_type<CatheterLeft>(),    &sim::value_type<CatheterRefused>(),
+                              &sim::value_type<CatheterJudged>(),  &sim::value_type<CatheterCrossed>()};
+  return all;
+}
+
+Status Ventriculostomy::allows(const sim::Command& command, const sim::OperationState& operation) const {
+  if (const auto* request = command.request.as<JudgeCatheter>()) return check_judging(*request, operation);
+  const bool replaces = command.request.as<sim::TakeInstrument>() || command.request.as<Catheter>() ||
+                        command.request.as<sim::RemoveInstrument>();
+  if (!replaces || !inserted(operation, command.hand)) return std::nullopt;
+  return Error{.what = "the catheter is in the head",
+               .where = std::string(command.request.name()),
+               .expected = "a catheter outside the head",
+               .remedy = "draw it out first"};
+}
+
+void Ventriculostomy::react(const sim::Event& event, const sim::OperationState&,
+                            sim::ModuleReaction& reaction) const {
+  if (const auto* entered = event.value.as<CatheterEntered>()) {
+    begin_passage(reaction.change_settings<CatheterPassages>(), event.position_world, entered->direction,
+                  event.hand);
+    return;
+  }
+  if (!event.value.as<CatheterPopped>() && !event.value.as<CatheterLeft>()) return;
+  auto& passages = reaction.change_settings<CatheterPassages>();
+  if (const std::size_t i = newest_of(passages, event.hand); i < passages.tips.size())
+    passages.tips[i] = event.position_world;
+}
+
+std::vector<sim::Measure> Ventriculostomy::measures(const sim::OperationState& operation) const {
+  std::vector<sim::Measure> all;
+  if (const auto* passages = operation.persistent_of<CatheterPassages>())
+    all.push_back({"catheter passages", static_cast<double>(passages->count), "", false});
+  const auto* j = operation.result_of<CatheterJudged>();
+  if (j == nullptr || !j->is_any) return all;
+  const bool is_stale = operation.is_result_stale<CatheterJudged>();
+  if (j->has_plan) {
+    all.push_back({"catheter entry error", j->entry_error, "mm", is_stale});
+    all.push_back({"catheter target error", j->target_error, "mm", is_stale});
+    all.push_back({"catheter direction error", j->direction_error, "degrees", is_stale});
+  }
+  if (j->has_table) {
+    all.push_back({"catheter depth from outer table", j->depth_from_table, "mm", is_stale});
+    all.push_back({"catheter angle to surface", j->angle_to_surface, "degrees", is_stale});
+  }
+  if (j->has_dura) all.push_back({"catheter depth from dura", j->depth_from_dura, "mm", is_stale});
+  all.push_back({"catheter in ventricle", j->in_ventricle, "mm", is_stale});
+  all.push_back({"catheter tip in ventricle", j->ventricle.empty() ? 0.0 : 1.0, "", is_stale});
+  if (!j->nearest.empty()) all.push_back({"catheter clearance", j->clearance, "mm", is_stale});
+  return all;
+}
+
+bool Ventriculostomy::is_moving(const sim::OperationState& operation) const {
+  for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand)
+    if (inserted(operation, hand)) return true;
+  return false;
+}
+
+sim::Overlays Ventriculostomy::overlays(const sim::OperationState& operation) const {
+  sim::Overlays all;
+  for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand) {
+    const CatheterState* state = inserted(operation, hand);
+    if (state == nullptr) continue;
+    sim::Overlay overlay = marks_of(*operation.settings.hands[hand].parameters.as<Catheter>(), *state);
+    if (state->has_reached_ventricle) overlay.labels.push_back({state->ventricle_wall, "CSF"});
+    all.push_back(std::move(overlay));
+  }
+  return all;
+}
+
+}  // namespace trephine::ventriculostomy

@@ -1,0 +1,24 @@
+// Ventriculostomy: a catheter through a hole into a ventricle, and its judgement.
+#pragma once
+
+#include "modules/ventriculostomy/judgement.h"
+
+namespace trephine::ventriculostomy {
+
+class Ventriculostomy final : public sim::Module {
+ public:
+  std::string_view name() const noexcept override { return "ventriculostomy"; }
+  std::span<const sim::InstrumentType* const> instruments() const override;
+  std::span<const sim::JobType* const> jobs() const override;
+  std::span<const sim::ValueType* const> events() const override;
+  sim::Value settings() const override { return CatheterPassages{}; }
+  sim::Value result() const override { return CatheterJudged{}; }
+  Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
+  void react(const sim::Event& event, const sim::OperationState& operation,
+             sim::ModuleReaction& reaction) const override;
+  std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
+  bool is_moving(const sim::OperationState& operation) const override;
+  sim::Overlays overlays(const sim::OperationState& operation) const override;
+};
+
+}  // namespace trephine::ventriculostomy

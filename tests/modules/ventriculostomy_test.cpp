@@ -1,0 +1,477 @@
+// Catheters: pops, refusals and judgements on a layered slab in closed form, and on the built-in head.
+#include "modules/ventriculostomy/ventriculostomy.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <gtest/gtest.h>
+
+#include "apps/bench/scenes/scenes.h"
+#include "data-tools/phantoms/head_landmarks.h"
+#include "haptics/methods/methods.h"
+#include "tests/sim/session_fixture.h"
+
+namespace trephine::ventriculostomy {
+namespace {
+
+using glm::dvec3;
+using haptics::ServoRecord;
+
+/// A drill that makes a hole of a given radius through the slab, in one tick.
+struct ToyDrill {
+  double radius = 4, end = -6.3;  // mm
+  static const sim::Schema& schema() {
+    static constexpr sim::Field fields[] = {sim::field<&ToyDrill::radius>("radius"),
+                                            sim::field<&ToyDrill::end>("end")};
+    static constexpr sim::Schema table{"toy-drill", 1, fields};
+    return table;
+  }
+};
+struct ToyDrillState {
+  bool has_drilled = false;
+  static const sim::Schema& schema() {
+    static constexpr sim::Field fields[] = {sim::field<&ToyDrillState::has_drilled>("has_drilled")};
+    static constexpr sim::Schema table{"toy-drill-state", 1, fields};
+    return table;
+  }
+};
+void step(const ToyDrill& drill, ToyDrillState& state, const sim::InstrumentInput& input, sim::Work& work) {
+  if (!input.tick.pose.is_pressed() || state.has_drilled) return;
+  state.has_drilled = true;
+  const volume::ToolBody body = volume::ToolBody::cylinder(drill.radius, 12, 0.1);
+  const volume::ToolPose from{{0, 0, 2}, {0, 0, 1}}, to{{0, 0, drill.end}, {0, 0, 1}};
+  work.remove(volume::ToolSweep{body, from, to, false});
+}
+class ToyDrilling final : public sim::Module {
+ public:
+  std::string_view name() const noexcept override { return "toy-drilling"; }
+  std::span<const sim::InstrumentType* const> instruments() const override {
+    static const std::array all{&sim::instrument_type<step>()};
+    return all;
+  }
+};
+
+const sim::Catalogue& catalogue() {
+  static const ToyDrilling drilling;
+  static const Ventriculostomy module;
+  static const sim::Catalogue all({&drilling, &module});
+  return all;
+}
+
+// Heights of the slab's layers, mm: all are faces of its voxels.
+constexpr double k_inner = -6, k_csf = -7, k_brain = -9, k_wall = -30, k_floor = -40;
+const char* const k_names[] = {"", "dura", "csf", "brain", "ventricle_left", "venous_sinus"};
+
+int label_of_slab(const dvec3& p) {
+  if (p.x > 6 && p.x < 10 && p.z > -10 && p.z < k_inner) return 5;
+  if (p.z > k_inner) return 0;
+  if (p.z > k_csf) return 1;
+  if (p.z > k_brain) return 2;
+  return p.z > k_wall || p.z < k_floor ? 3 : 4;
+}
+
+volume::Volume slab(const dvec3& spacing) {
+  const dvec3 low(-15 + 0.5 * spacing.x, -15 + 0.5 * spacing.y, -45 + 0.5 * spacing.z);
+  const auto hounsfield = [](const dvec3& p) {
+    return std::clamp(300 + 400 * std::min(-p.z, p.z - k_inner), -1000.0, 1600.0);
+  };
+  const volume::Volume scan = scenes::sampled(low, {15, 15, 5}, spacing, hounsfield);
+  volume::Volume labelled = volume::make_volume(scan.size, scan.frame, true).value();
+  labelled.is_hounsfield = true;
+  labelled.label_names.assign(std::begin(k_names), std::end(k_names));
+  for (int z = 0; z < scan.size.z; ++z)
+    for (int y = 0; y < scan.size.y; ++y)
+      for (int x = 0; x < scan.size.x; ++x) {
+        const std::size_t i = scan.index(x, y, z);
+        labelled.voxels[i] = scan.voxels[i];
+        labelled.labels[i] =
+            static_cast<std::uint8_t>(label_of_slab(scan.frame.world_from_volume(dvec3(x, y, z))));
+      }
+  return labelled;
+}
+
+/// An operation on the slab: hand 0 drills, hand 1 has a catheter.
+struct Slab {
+  haptics::TouchScene scene;
+  std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
+  std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;
+  std::shared_ptr<volume::SurgicalPlan> plan = std::make_shared<volume::SurgicalPlan>();
+
+  explicit Slab(const dvec3& spacing = dvec3(0.5)) : scene(scenes::scene_of(slab(spacing))) {
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, 3).has_value());
+    EXPECT_FALSE(method->prepare(scene).has_value());
+    for (const int label : {1, 5}) {
+      volume::Shape shape{k_names[label]};
+      shape.label = label;
+      forbidden.push_back(sim::Forbidden::build(base(), shape).value());
+    }
+    plan->trajectories.push_back({"elsewhere", {0, 0, 0}, {0, 0, -39}, 3});
+    plan->trajectories.push_back({"planned", {1, 0, 0}, {1, 2, -34}, 3, "ventriculostomy"});
+  }
+  std::shared_ptr<const volume::Volume> base() const { return scene.base; }
+  std::vector<sim::HandStart> hands(const ToyDrill& drill = {}, const Catheter& parameters = {}) const {
+    const auto hand = [&] {
+      return haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(*method),
+                                haptics::TouchState(nullptr));
+    };
+    std::vector<sim::HandStart> all;
+    all.push_back({hand(), {*catalogue().find_instrument("toy-drill"), drill}});
+    all.push_back({hand(), catheter(parameters)});
+    return all;
+  }
+  sim::Lockstep run(double rate = 1000, const ToyDrill& drill = {}, const Catheter& parameters = {},
+                    sim::SessionWriter* writer = nullptr) const {
+    return sim::Lockstep(sim::Engine(hands(drill, parameters), 1 / rate, catalogue(), forbidden, plan), {},
+                         rate, writer);
+  }
+};
+
+constexpr glm::dquat k_upright{1, 0, 0, 0};
+
+ServoRecord tick(sim::Lockstep& run, const dvec3& at, const glm::dquat& turn = k_upright,
+                 bool drills = false) {
+  const std::array<haptics::Pose, 2> poses{haptics::Pose{{0, 0, 12}, k_upright, drills},
+                                           haptics::Pose{at, turn, false}};
+  return run.step(std::span<const haptics::Pose>(poses))[1];
+}
+/// Drills with the catheter above the slab.
+void drill_hole(sim::Lockstep& run) {
+  tick(run, {0, 0, 4}, k_upright, true);
+  tick(run, {0, 0, 4});
+  EXPECT_GT(run.engine().removed_mm3(), 1);
+}
+/// Moves along a line in the slab's z at a speed (mm/s); calls each(record, z).
+template <class Each>
+ServoRecord move(sim::Lockstep& run, double rate, double from, double to, double speed, const Each& each) {
+  const double step = (from > to ? -speed : speed) / rate;
+  ServoRecord record;
+  for (double z = from; (step < 0) == (z > to); z += step) each(record = tick(run, {0.2, 0.1, z}), z);
+  return record;
+}
+constexpr auto k_ignore = [](const ServoRecord&, double) {};
+
+template <class T>
+std::vector<std::pair<T, dvec3>> events_of(const sim::Engine& engine) {
+  std::vector<std::pair<T, dvec3>> all;
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i)
+    if (const T* one = chronicle[i].value.as<T>()) all.emplace_back(*one, chronicle[i].position_world);
+  return all;
+}
+const CatheterState& state_of(const sim::Lockstep& run) {
+  return *run.engine().now().settings.hands[1].state.as<CatheterState>();
+}
+double measure(const sim::Engine& engine, const std::string& name) {
+  for (const sim::Measure& m : engine.measures())
+    if (m.name == name) return m.value;
+  return std::nan("");
+}
+
+TEST(Catheter, PopsThroughDuraAndWallWithTheForcesAndDepthsOfAClosedForm) {
+  constexpr double k_speed = 20;  // mm/s
+  for (const auto& [rate, spacing] :
+       {std::pair{250.0, dvec3(0.5)}, std::pair{1000.0, dvec3(0.6, 0.6, 1)}, std::pair{4000.0, dvec3(0.5)}}) {
+    SCOPED_TRACE(rate);
+    const Slab bench(spacing);
+    sim::Lockstep run = bench.run(rate);
+    drill_hole(run);
+    double strongest_dura = 0, strongest_wall = 0, brain = 0, beyond = 0;
+    move(run, rate, 4, -38, k_speed, [&](const ServoRecord& r, double z) {
+      const double force = r.force_world.z;
+      if (z > -9) strongest_dura = std::max(strongest_dura, force);
+      if (z < -15 && z > -28) brain = std::max(brain, force);
+      if (z < -29 && z > -32) strongest_wall = std::max(strongest_wall, force);
+      if (z < -34) beyond = std::max(beyond, std::abs(force));
+    });
+    const auto entered = events_of<CatheterEntered>(run.engine());
+    ASSERT_EQ(entered.size(), 1u);
+    EXPECT_NEAR(entered[0].second.z, -6.3, 0.1) << "the hole ends in the dura";
+    const double viscous = 0.003 * k_speed;
+    EXPECT_NEAR(strongest_dura, 1.5, 0.1 + k_speed / rate);
+    EXPECT_NEAR(brain, 0.05 + viscous, 0.03);
+    EXPECT_NEAR(strongest_wall, 0.4 + viscous, 0.06 + k_speed / rate);
+    EXPECT_LT(beyond, 0.01) << "fluid does not resist";
+    const auto pops = events_of<CatheterPopped>(run.engine());
+    ASSERT_EQ(pops.size(), 2u);
+    EXPECT_EQ(pops[0].first.structure, "dura");
+    EXPECT_NEAR(pops[0].first.depth, 0, 0.1);
+    EXPECT_EQ(pops[1].first.structure, "ventricle_left");
+    EXPECT_NEAR(pops[1].second.z, k_wall, 0.1);
+    EXPECT_NEAR(pops[1].first.depth, entered[0].second.z - k_wall, 0.1);
+    // Within the track nothing resists, and nothing pops.
+    move(run, rate, -38, -20, 60, [&](const ServoRecord& r, double) { EXPECT_LT(r.force_world.z, 0.2); });
+    move(run, rate, -20, -37, 60, k_ignore);
+    EXPECT_EQ(events_of<CatheterPopped>(run.engine()).size(), 2u);
+    // Drawn out and in again: a new passage pops again.
+    move(run, rate, -37, 4, 100, k_ignore);
+    EXPECT_FALSE(state_of(run).has_entered);
+    const auto left = events_of<CatheterLeft>(run.engine());
+    ASSERT_EQ(left.size(), 1u);
+    EXPECT_NEAR(left[0].second.z, -38, 0.2);
+    move(run, rate, 4, -20, 40, k_ignore);
+    EXPECT_EQ(events_of<CatheterPopped>(run.engine()).size(), 3u);
+    EXPECT_EQ(measure(run.engine(), "catheter passages"), 2);
+  }
+}
+
+TEST(Catheter, ThePopsHaveTheirPlantedFault) {
+  // Dura that a drill removed does not resist and does not pop.
+  const Slab bench;
+  sim::Lockstep run = bench.run(1000, {4, -7.5});
+  drill_hole(run);
+  double strongest = 0;
+  move(run, 1000, 4, -20, 20,
+       [&](const ServoRecord& r, double) { strongest = std::max(strongest, r.force_world.z); });
+  EXPECT_LT(strongest, 0.3);
+  EXPECT_TRUE(events_of<CatheterPopped>(run.engine()).empty());
+  EXPECT_EQ(events_of<CatheterEntered>(run.engine()).size(), 1u);
+}
+
+TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
+  const Slab bench;
+  const auto refusal = [&](sim::Lockstep& run, const auto& approach) {
+    approach();
+    const auto refused = events_of<CatheterRefused>(run.engine());
+    EXPECT_TRUE(events_of<CatheterEntered>(run.engine()).empty());
+    EXPECT_EQ(refused.size(), 1u) << "once until it is lifted";
+    return refused.empty() ? std::string() : refused[0].first.reason;
+  };
+  const auto down = [](sim::Lockstep& run, double x, const glm::dquat& turn, double to) {
+    for (double z = 4; z > to; z -= 0.05) tick(run, {x, 0, z}, turn);
+  };
+  {
+    sim::Lockstep run = bench.run();
+    EXPECT_NE(refusal(run, [&] { down(run, 0, k_upright, -3); }).find("Drill a burr hole"),
+              std::string::npos);
+    down(run, 0, k_upright, -3);
+    EXPECT_EQ(events_of<CatheterRefused>(run.engine()).size(), 2u) << "lifted in between";
+  }
+  {
+    sim::Lockstep run = bench.run(1000, {1.1, -6.3});
+    drill_hole(run);
+    EXPECT_NE(refusal(run, [&] { down(run, 0, k_upright, -6.2); }).find("widen the hole"), std::string::npos);
+  }
+  {
+    sim::Lockstep run = bench.run();
+    drill_hole(run);
+    const glm::dquat lying = glm::angleAxis(1.2, dvec3(0, 1, 0));
+    EXPECT_NE(refusal(run, [&] { down(run, 0, lying, -5.8); }).find("edge of the hole"), std::string::npos);
+  }
+  {
+    sim::Lockstep run = bench.run(1000, {}, {.has_stylet = false});
+    drill_hole(run);
+    EXPECT_NE(refusal(run, [&] { down(run, 0, k_upright, -6.2); }).find("stylet"), std::string::npos);
+  }
+  // A scan without ventricles has nothing to reach.
+  haptics::TouchScene plain = sim::small_bone();
+  EXPECT_TRUE(catheter_type().check(catheter({}).parameters.data(), plain).has_value());
+}
+
+TEST(Catheter, StaysInTheHeadUntilItIsDrawnOut) {
+  const Slab bench;
+  sim::Lockstep run = bench.run();
+  drill_hole(run);
+  move(run, 1000, 4, -20, 40, k_ignore);
+  ASSERT_TRUE(state_of(run).has_entered);
+  EXPECT_TRUE(run.apply_whole({sim::RemoveInstrument{}, 1}).refused.has_value());
+  EXPECT_TRUE(run.apply_whole({Catheter{4, 150, true}, 1}).refused.has_value());
+  EXPECT_FALSE(run.apply_whole({sim::RemoveInstrument{}, 0}).refused.has_value());
+  // An undo restores bone, not the passage through the brain.
+  run.undo();
+  EXPECT_EQ(run.engine().removed_mm3(), 0);
+  EXPECT_TRUE(state_of(run).has_entered);
+  EXPECT_EQ(measure(run.engine(), "catheter passages"), 1);
+  // Marks and, after the pop, the sign of fluid.
+  const auto labels = [&] {
+    std::vector<std::string> all;
+    for (const sim::Overlay& overlay : run.engine().overlays())
+      for (const auto& label : overlay.labels) all.push_back(label.text);
+    return all;
+  };
+  const auto has = [](const std::vector<std::string>& all, const char* text) {
+    return std::find(all.begin(), all.end(), text) != all.end();
+  };
+  EXPECT_TRUE(has(labels(), "5 cm"));
+  EXPECT_FALSE(has(labels(), "CSF"));
+  move(run, 1000, -20, -36, 40, k_ignore);
+  EXPECT_TRUE(has(labels(), "CSF"));
+}
+
+TEST(Catheter, ItsHubStopsAtTheHead) {
+  const Slab bench;
+  sim::Lockstep run = bench.run(1000, {}, {.length = 40});
+  drill_hole(run);
+  const ServoRecord deep = move(run, 1000, 4, -50, 40, k_ignore);
+  EXPECT_NEAR(deep.force_world.z, std::min(5.0, 50 - 6.3 - 40) + 0.05, 0.3);
+}
+
+TEST(Catheter, LockstepReplayAndSeekGiveTheSameState) {
+  const sim::Folder folder;
+  const std::string path = folder.file("catheter.session");
+  const Slab bench;
+  std::uint64_t state = 0, inside = 0, inside_tick = 0;
+  {
+    haptics::ServoOptions options;
+    const auto start = bench.hands();
+    sim::SceneDescription spec = sim::describe_scene(std::span(start), options);
+    spec.plan = *bench.plan;
+    auto writer = sim::SessionWriter::create(path, spec, bench.base(), catalogue());
+    ASSERT_TRUE(writer.is_ok()) << writer.error().message();
+    sim::Lockstep run(sim::Engine(bench.hands(), 1e-3, catalogue(), {}, bench.plan), {}, 1000,
+                      writer.value().get());
+    drill_hole(run);
+    move(run, 1000, 4, -25, 60, k_ignore);
+    inside_tick = run.engine().now().next_tick, inside = run.engine().now().hash();
+    move(run, 1000, -25, -36, 60, k_ignore);
+    EXPECT_FALSE(run.apply_whole({JudgeCatheter{}, 1}).refused.has_value());
+    move(run, 1000, -36, 4, 100, k_ignore);
+    state = run.engine().now().hash();
+    ASSERT_FALSE(writer.value()->finish(run.engine()));
+  }
+  const sim::Verdict verdict = sim::replay(path, bench.base(), catalogue());
+  sim::expect_same(verdict);
+  EXPECT_EQ(verdict.state, state);
+  auto opened = sim::SessionReader::open(path, catalogue());
+  ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+  auto run = sim::Replay::open(opened.value(), bench.base());
+  ASSERT_TRUE(run.is_ok()) << run.error().message();
+  ASSERT_FALSE(run.value()->seek(inside_tick));
+  EXPECT_EQ(run.value()->engine().now().hash(), inside);
+}
+
+TEST(Ventriculostomy, TheJudgementFollowsClosedForms) {
+  const Slab bench;
+  sim::Lockstep run = bench.run();
+  const auto judged = [&](const dvec3& from, const dvec3& tip, const char* trajectory = "") {
+    EXPECT_FALSE(run.apply_whole({JudgeCatheter{trajectory, {from, tip}}, 1}).refused.has_value());
+    return *run.engine().now().result_of<CatheterJudged>();
+  };
+  const auto crossed = [&] {
+    std::map<std::string, CatheterCrossed> all;
+    for (const auto& [one, at] : events_of<CatheterCrossed>(run.engine())) all[one.structure] = one;
+    return all;
+  };
+  // Oblique: every length is a height over the cosine.
+  const dvec3 from(3, 1, 3), tip(-3, -1, -35);
+  const double slant = glm::distance(from, tip) / (from.z - tip.z);
+  const CatheterJudged j = judged(from, tip);
+  const dvec3 entry = from + (tip - from) * (3.0 / 38);
+  EXPECT_NEAR(glm::distance(j.entry, entry), 0, 0.05);
+  EXPECT_NEAR(j.depth_from_table, 35 * slant, 0.1);
+  EXPECT_NEAR(j.depth_from_dura, (35 + k_inner) * slant, 0.1);
+  EXPECT_NEAR(j.in_ventricle, 5 * slant, 0.1);
+  EXPECT_EQ(j.ventricle, "ventricle_left");
+  EXPECT_NEAR(j.angle_to_surface, 90 - std::acos(1 / slant) * 180 / M_PI, 0.5);
+  EXPECT_EQ(j.trajectory, "planned") << "the nearest ventriculostomy";
+  EXPECT_NEAR(j.entry_error, glm::distance(entry, dvec3(1, 0, 0)), 0.05);
+  EXPECT_NEAR(j.target_error, glm::distance(tip, dvec3(1, 2, -34)), 1e-9);
+  const dvec3 planned = glm::normalize(dvec3(0, 2, -34)), path = glm::normalize(tip - from);
+  EXPECT_NEAR(j.direction_error, std::acos(glm::dot(planned, path)) * 180 / M_PI, 1e-6);
+  auto lengths = crossed();
+  EXPECT_NEAR(lengths["dura"].length, 1 * slant, 0.1);
+  EXPECT_NEAR(lengths["csf"].length, 2 * slant, 0.1);
+  EXPECT_NEAR(lengths["brain"].length, 21 * slant, 0.1);
+  EXPECT_FALSE(lengths["dura"].is_forbidden) << "a catheter has to pass it";
+  EXPECT_FALSE(lengths.contains("venous_sinus"));
+  // Distance to the sinus, by brute force over its voxels.
+  double least = 1e9;
+  for (double x = 6.25; x < 10; x += 0.5)
+    for (double y = -14.75; y < 15; y += 0.5)
+      for (double z = -9.75; z < k_inner; z += 0.5)
+        for (double t = 0; t <= 1; t += 0.005)
+          least = std::min(least, glm::distance(dvec3(x, y, z), j.entry + t * (j.tip - j.entry)));
+  EXPECT_EQ(j.nearest, "venous_sinus");
+  EXPECT_NEAR(j.clearance, least - 0.25 - 1.5, 0.35);
+  EXPECT_EQ(judged(from, tip, "elsewhere").trajectory, "elsewhere");
+  // Through the sinus, and short of the ventricle.
+  const CatheterJudged wrong = judged({8, 0, 3}, {8, 0, -20});
+  EXPECT_EQ(wrong.ventricle, "");
+  EXPECT_EQ(wrong.in_ventricle, 0);
+  EXPECT_LT(wrong.clearance, 0);
+  lengths = crossed();
+  EXPECT_NEAR(lengths["venous_sinus"].length, 4, 0.1);
+  EXPECT_TRUE(lengths["venous_sinus"].is_forbidden);
+}
+
+TEST(Ventriculostomy, JudgesTheCatheterInTheHandAndTheOneDrawnOut) {
+  const Slab bench;
+  sim::Lockstep run = bench.run();
+  const auto refusal = [&](const JudgeCatheter& request) {
+    const sim::Outcome outcome = run.apply_whole({request, 1});
+    return outcome.refused ? outcome.refused->message() : std::string();
+  };
+  EXPECT_NE(refusal({}).find("no catheter"), std::string::npos);
+  EXPECT_NE(refusal({"", {dvec3(0)}}).find("two different points"), std::string::npos);
+  EXPECT_NE(refusal({"x", {dvec3(0), dvec3(1)}}).find("elsewhere, planned"), std::string::npos);
+  EXPECT_NE(refusal({"", {dvec3(0), dvec3(1)}, 7}).find("unknown shape"), std::string::npos);
+  drill_hole(run);
+  move(run, 1000, 4, -36, 40, k_ignore);
+  move(run, 1000, -36, -33, 40, k_ignore);
+  EXPECT_EQ(refusal({}), "");
+  EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -33, 0.1) << "where it is";
+  EXPECT_NEAR(measure(run.engine(), "catheter depth from outer table"), 33, 0.15)
+      << "of the bone before the hole";
+  EXPECT_EQ(measure(run.engine(), "catheter tip in ventricle"), 1);
+  move(run, 1000, -33, 4, 100, k_ignore);
+  EXPECT_EQ(refusal({}), "");
+  EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -36, 0.2) << "the deepest position";
+}
+
+TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    SCOPED_TRACE(seed);
+    data_tools::PhantomOptions o;
+    o.spacing_mm = dvec3(2);
+    o.seed = seed;
+    haptics::TouchScene scene = scenes::scene_of(data_tools::make_phantom("head", o).value());
+    const auto method = haptics::make_method("subvoxel").value();
+    ASSERT_FALSE(method->prepare(scene).has_value());
+    const data_tools::HeadLandmarks landmarks = data_tools::head_landmarks(data_tools::head_anatomy(seed));
+    const auto plan = std::make_shared<volume::SurgicalPlan>();
+    for (const auto& [side, points] : {std::pair{"left", landmarks.left}, {"right", landmarks.right}})
+      plan->trajectories.push_back({std::string(side) + " ventriculostomy", points.kochers_point,
+                                    points.foramen_of_monro, 3, "ventriculostomy", side});
+    volume::Shape sinus{"venous_sinus"};
+    sinus.label = scene.base->label_value("venous_sinus");
+    std::vector<sim::HandStart> hands;
+    hands.push_back({haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(*method),
+                                        haptics::TouchState(nullptr)),
+                     catheter({})});
+    sim::Lockstep run(sim::Engine(std::move(hands), 1e-3, catalogue(),
+                                  {sim::Forbidden::build(scene.base, sinus).value()}, plan),
+                      {}, 1000);
+    for (const char* side : {"left", "right"}) {
+      SCOPED_TRACE(side);
+      const std::string name = std::string(side) + " ventriculostomy";
+      const auto found = std::find_if(plan->trajectories.begin(), plan->trajectories.end(),
+                                      [&](const auto& one) { return one.name == name; });
+      ASSERT_NE(found, plan->trajectories.end());
+      const dvec3 along = glm::normalize(found->target_world - found->entry_world);
+      ASSERT_FALSE(
+          run.apply_whole({JudgeCatheter{"", {found->entry_world - 10.0 * along, found->target_world}}, 0})
+              .refused.has_value());
+      const CatheterJudged& j = *run.engine().now().result_of<CatheterJudged>();
+      EXPECT_EQ(j.trajectory, name);
+      EXPECT_EQ(j.ventricle, std::string("ventricle_") + side);
+      EXPECT_LT(j.entry_error, 1.5);
+      EXPECT_NEAR(j.target_error, 0, 1e-9);
+      EXPECT_GT(j.angle_to_surface, 60);
+      EXPECT_NEAR(j.depth_from_table, 62, 10) << "as anatomists measure";
+      EXPECT_GT(j.clearance, 3);
+    }
+    // A path through the midline crosses the sinus, and the judgement names it.
+    const dvec3 vertex = landmarks.vertex;
+    ASSERT_FALSE(
+        run.apply_whole(
+               {JudgeCatheter{"left ventriculostomy", {vertex + dvec3(0, 30, 20), dvec3(2, 0, 10)}}, 0})
+            .refused.has_value());
+    EXPECT_LT(run.engine().now().result_of<CatheterJudged>()->clearance, 0);
+    bool is_named = false;
+    for (const auto& [one, at] : events_of<CatheterCrossed>(run.engine()))
+      is_named = is_named || (one.structure == "venous_sinus" && one.is_forbidden && one.length > 1);
+    EXPECT_TRUE(is_named);
+  }
+}
+
+}  // namespace
+}  // namespace trephine::ventriculostomy
