@@ -170,33 +170,36 @@ sim::ToolBall body(const Probe& p, const ProbeState& state, const sim::Instrumen
 }
 
 sim::ToolNeeds needs(const Probe& p, const volume::Volume& anatomy) {
-  sim::ToolNeeds needs{p.diameter, 0, {}};
-  if (p.guide == Guide::line) return needs;
+  if (p.guide == Guide::line) return {p.diameter};
   // Balls along the shaft, a diameter apart or less where that many are possible.
-  needs.touch_radius = ball_radius(p, anatomy);
+  const double radius = ball_radius(p, anatomy);
   const int gaps = std::clamp(static_cast<int>(std::ceil(p.length / p.diameter)), 1,
-                              static_cast<int>(haptics::TouchScene::k_max_balls) - 1);
-  for (int i = 0; i <= gaps; ++i) needs.balls.push_back({0, 0, p.length * i / gaps});
-  return needs;
+                              static_cast<int>(haptics::ToolShape::k_max_balls) - 1);
+  std::vector<haptics::ToolShape::Ball> balls;
+  for (int i = 0; i <= gaps; ++i) balls.push_back({{0, 0, p.length * i / gaps}, radius});
+  return {p.diameter, std::make_shared<const haptics::ToolShape>(std::move(balls))};
+}
+
+std::string text_of(const haptics::ToolShape& tool) {
+  return std::to_string(tool.balls().size()) + " of " + std::to_string(tool.radius()) + " mm";
 }
 
 Status check(const Probe& p, const haptics::TouchScene& scene) {
   if (p.guide == Guide::walls) {
     constexpr double k_tolerance = 1e-6;  // mm
-    const sim::ToolNeeds needed = needs(p, *scene.base);
-    if (std::abs(scene.tool_radius - needed.touch_radius) > k_tolerance ||
-        scene.tool_balls.size() != needed.balls.size())
+    const haptics::SharedTool needed_tool = needs(p, *scene.base).tool;
+    const haptics::ToolShape &needed = *needed_tool, &tool = *scene.tool;
+    if (std::abs(tool.radius() - needed.radius()) > k_tolerance ||
+        tool.balls().size() != needed.balls().size())
       return Error{.what = "the contact balls of the hand differ from those of the probe",
                    .where = "probe guide",
-                   .found = std::to_string(scene.tool_balls.size()) + " of " +
-                            std::to_string(scene.tool_radius) + " mm",
-                   .expected = std::to_string(needed.balls.size()) + " of " +
-                               std::to_string(needed.touch_radius) + " mm",
+                   .found = text_of(tool),
+                   .expected = text_of(needed),
                    .remedy = "begin the operation with this probe, or take it with take-instrument"};
-  } else if (!scene.tool_balls.empty()) {
+  } else if (scene.tool->is_six_dof()) {
     return Error{.what = "a probe on a line touches with its tip",
                  .where = "probe guide",
-                 .found = std::to_string(scene.tool_balls.size()) + " balls",
+                 .found = std::to_string(scene.tool->balls().size()) + " balls",
                  .expected = "a point or one ball",
                  .remedy = "take the probe with take-instrument"};
   }

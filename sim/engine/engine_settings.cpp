@@ -264,15 +264,13 @@ struct HandCommands {
   }
 
   static Status check_geometry(const Engine& engine, const ToolGeometry& request, std::uint8_t hand) {
-    return check_radius(*engine.tools_[hand].scene, engine.now_.settings.hands[hand], request.radius,
-                        request.balls);
+    return sim::check_geometry(*engine.tools_[hand].scene, engine.now_.settings.hands[hand], request);
   }
   static Status check_taking(const Engine& engine, const TakeInstrument& request, std::uint8_t hand) {
     const auto instrument = engine.named_instrument(request);
     if (!instrument) return instrument.error();
     const ToolGeometry geometry = engine.geometry_of(instrument.value(), hand);
-    if (Status error =
-            check_radius(*engine.tools_[hand].scene, instrument.value(), geometry.radius, geometry.balls))
+    if (Status error = sim::check_geometry(*engine.tools_[hand].scene, instrument.value(), geometry))
       return error;
     if (Status error = engine.check_effect_of(instrument.value(), hand)) return error;
     // The guards of an instrument's own command hold however it is taken.
