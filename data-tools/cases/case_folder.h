@@ -34,13 +34,13 @@ struct CaseVolume {
 };
 
 struct CaseStructure {
-  std::string volume = {};    ///< name of a further volume; empty: the scan of the case
   volume::Shape shape;        ///< window or label of the volume
   bool is_touchable = true;   ///< stops the proxy
   bool is_forbidden = false;  ///< a tool must not enter it
   CaseMaterial material;
   bool blocks_front = true, blocks_back = false;   ///< sides that stop the proxy
   std::optional<CaseMaterial> back_material = {};  ///< of the back; empty: as the front
+  std::string volume = {};                         ///< name of a further volume; empty: the scan of the case
 };
 
 /// A closed surface in a file of the case, such as a nerve or an implant.

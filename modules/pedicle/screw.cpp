@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "volume/surface/part_surface.h"
+
 namespace trephine::pedicle {
 
 using glm::dvec3;
