@@ -122,25 +122,29 @@ void SkullClamp::apply(const sim::Command& command, sim::ModuleWork& work) const
 std::vector<sim::Measure> SkullClamp::measures(const sim::OperationState& operation) const {
   const auto* fitted = operation.result_of<ClampFitted>();
   const auto* plan = operation.persistent_of<ClampPlan>();
-  if (fitted == nullptr || plan == nullptr || !fitted->is_fitted) return {};
-  const bool is_stale = operation.is_result_stale<ClampFitted>() || !is_of_plan(*fitted, *plan);
-  std::vector<sim::Measure> all{{"clamp opening", fitted->opening, "mm", is_stale},
+  if (fitted == nullptr || plan == nullptr) return {};
+  const bool is_stale =
+      fitted->is_fitted && (operation.is_result_stale<ClampFitted>() || !is_of_plan(*fitted, *plan));
+  std::vector<sim::Measure> all{{"clamp fitted", fitted->is_fitted ? 1.0 : 0.0, "", is_stale},
+                                {"clamp at a limit", fitted->trouble.empty() ? 0.0 : 1.0, "", is_stale},
+                                {"clamp opening", fitted->opening, "mm", is_stale},
                                 {"clamp swing", fitted->swing, "degrees", is_stale},
                                 {"clamp axis miss", fitted->axis_miss, "mm", is_stale},
                                 {"clamp pair difference", fitted->pair_difference, "mm", is_stale}};
+  const auto value = [](const std::vector<double>& list, std::size_t i) {
+    return i < list.size() ? list[i] : 0.0;
+  };
   for (std::size_t i = 0; i < k_pins; ++i) {
     const std::string pin = "clamp pin " + std::to_string(i + 1);
-    all.push_back({pin + " residual", fitted->residuals[i], "mm", is_stale});
-    all.push_back({pin + " gap", fitted->gaps[i], "mm", is_stale});
-    all.push_back({pin + " bone", fitted->thicknesses[i], "mm", is_stale});
-    all.push_back({pin + " angle", fitted->angles[i], "degrees", is_stale});
-    if (fitted->has_band) all.push_back({pin + " height", fitted->heights[i], "mm", is_stale});
+    all.push_back({pin + " residual", value(fitted->residuals, i), "mm", is_stale});
+    all.push_back({pin + " gap", value(fitted->gaps, i), "mm", is_stale});
+    all.push_back({pin + " bone", value(fitted->thicknesses, i), "mm", is_stale});
+    all.push_back({pin + " angle", value(fitted->angles, i), "degrees", is_stale});
+    all.push_back({pin + " height", value(fitted->heights, i), "mm", is_stale});
   }
-  if (!fitted->nearest.empty()) all.push_back({"clamp clearance", fitted->clearance, "mm", is_stale});
-  if (!fitted->site.empty()) {
-    all.push_back({"clamp access", fitted->access, "mm", is_stale});
-    all.push_back({"approach to up", fitted->site_angle, "degrees", is_stale});
-  }
+  all.push_back({"clamp clearance", fitted->clearance, "mm", is_stale});
+  all.push_back({"clamp access", fitted->access, "mm", is_stale});
+  all.push_back({"approach to up", fitted->site_angle, "degrees", is_stale});
   all.push_back({"neck rotation", fitted->rotation, "degrees", is_stale});
   all.push_back({"neck flexion", fitted->flexion, "degrees", is_stale});
   all.push_back({"neck bend", fitted->bend, "degrees", is_stale});
