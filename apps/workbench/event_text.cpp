@@ -14,6 +14,7 @@
 #include "modules/measurement/measurement.h"
 #include "modules/pedicle/pedicle.h"
 #include "modules/rongeur/rongeur.h"
+#include "modules/skull_clamp/skull_clamp.h"
 #include "modules/ventriculostomy/ventriculostomy.h"
 #include "sim/api/forbidden.h"
 
@@ -213,6 +214,15 @@ EventText text_of(const ventriculostomy::CatheterCrossed& e) {
   return {format_text("The catheter passed %.1f mm of %s.", e.length, words_of(e.structure).c_str()),
           e.is_forbidden ? Level::danger : Level::record};
 }
+EventText text_of(const skull_clamp::ClampFitted& e) {
+  std::string text = format_text("Clamp fitted: open %.0f mm, its axis %.1f mm from the centre of the skull",
+                                 e.opening, e.axis_miss);
+  if (!e.trouble.empty()) text += "; " + e.trouble;
+  return {text + ".", e.trouble.empty() ? Level::outcome : Level::danger};
+}
+EventText text_of(const skull_clamp::ClampFailed& e) {
+  return {"The clamp was not fitted: " + e.reason + ".", Level::refusal};
+}
 
 struct Row {
   const sim::ValueType* type;
@@ -264,7 +274,9 @@ const auto& rows() {
                                  row<ventriculostomy::CatheterLeft>(),
                                  row<ventriculostomy::CatheterRefused>(),
                                  row<ventriculostomy::CatheterJudged>(),
-                                 row<ventriculostomy::CatheterCrossed>()};
+                                 row<ventriculostomy::CatheterCrossed>(),
+                                 row<skull_clamp::ClampFitted>(),
+                                 row<skull_clamp::ClampFailed>()};
   return k_rows;
 }
 

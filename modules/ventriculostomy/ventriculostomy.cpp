@@ -100,26 +100,23 @@ void Ventriculostomy::react(const sim::Event& event, const sim::OperationState&,
 }
 
 std::vector<sim::Measure> Ventriculostomy::measures(const sim::OperationState& operation) const {
-  std::vector<sim::Measure> all;
-  if (const auto* passages = operation.persistent_of<CatheterPassages>())
-    all.push_back({"catheter passages", static_cast<double>(passages->count), "", false});
+  const auto* passages = operation.persistent_of<CatheterPassages>();
   const auto* j = operation.result_of<CatheterJudged>();
-  if (j == nullptr || !j->is_any) return all;
+  if (passages == nullptr || j == nullptr) return {};
   const bool is_stale = operation.is_result_stale<CatheterJudged>();
-  if (j->has_plan) {
-    all.push_back({"catheter entry error", j->entry_error, "mm", is_stale});
-    all.push_back({"catheter target error", j->target_error, "mm", is_stale});
-    all.push_back({"catheter direction error", j->direction_error, "degrees", is_stale});
-  }
-  if (j->has_table) {
-    all.push_back({"catheter depth from outer table", j->depth_from_table, "mm", is_stale});
-    all.push_back({"catheter angle to surface", j->angle_to_surface, "degrees", is_stale});
-  }
-  if (j->has_dura) all.push_back({"catheter depth from dura", j->depth_from_dura, "mm", is_stale});
-  all.push_back({"catheter in ventricle", j->in_ventricle, "mm", is_stale});
-  all.push_back({"catheter tip in ventricle", j->ventricle.empty() ? 0.0 : 1.0, "", is_stale});
-  if (!j->nearest.empty()) all.push_back({"catheter clearance", j->clearance, "mm", is_stale});
-  return all;
+  const auto flag = [](bool is_true) { return is_true ? 1.0 : 0.0; };
+  return {{"catheter passages", static_cast<double>(passages->count), "", false},
+          {"catheter judged", flag(j->is_any), "", is_stale},
+          {"catheter compared with plan", flag(j->has_plan), "", is_stale},
+          {"catheter entry error", j->entry_error, "mm", is_stale},
+          {"catheter target error", j->target_error, "mm", is_stale},
+          {"catheter direction error", j->direction_error, "degrees", is_stale},
+          {"catheter depth from outer table", j->depth_from_table, "mm", is_stale},
+          {"catheter depth from dura", j->depth_from_dura, "mm", is_stale},
+          {"catheter angle to surface", j->angle_to_surface, "degrees", is_stale},
+          {"catheter in ventricle", j->in_ventricle, "mm", is_stale},
+          {"catheter tip in ventricle", flag(!j->ventricle.empty()), "", is_stale},
+          {"catheter clearance", j->clearance, "mm", is_stale}};
 }
 
 bool Ventriculostomy::is_moving(const sim::OperationState& operation) const {

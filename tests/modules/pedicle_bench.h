@@ -39,8 +39,10 @@ struct ProbeBench {
     const sim::Instrument instrument = probe(tool);
     const sim::ToolNeeds needs = instrument.type->needs(&tool, *scene.base);
     EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
-    EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());
-    method = haptics::make_method(needs.balls.empty() ? "subvoxel" : "chain").value();
+    if (needs.tool) {
+      EXPECT_FALSE(haptics::set_tool(scene, needs.tool).has_value());
+    }
+    method = haptics::make_method(scene.tool->is_six_dof() ? "chain" : "subvoxel").value();
     const Status error = method->prepare(scene);
     EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
     const Status unfit = instrument.type->check(&tool, scene);
