@@ -26,26 +26,26 @@ using Vector = std::array<double, k_unknowns>;
 std::string rounded(double value) { return std::to_string(std::lround(value)); }
 
 /// Checks that three positions span a clamp.
-sim::LocatedStatus check_pins(const Pins& pins, const ClampLimits& limits) {
+LocatedStatus check_pins(const Pins& pins, const ClampLimits& limits) {
   for (std::size_t i = 0; i < k_pins; ++i) {
     const std::size_t j = (i + 1) % k_pins;
     if (const double apart = glm::distance(pins[i], pins[j]); apart < k_apart)
-      return sim::LocatedError{"pins " + std::to_string(i + 1) + " and " + std::to_string(j + 1) +
-                                   " are only " + rounded(apart) + " mm apart: move one of them",
-                               pins[i]};
+      return LocatedError{"pins " + std::to_string(i + 1) + " and " + std::to_string(j + 1) + " are only " +
+                              rounded(apart) + " mm apart: move one of them",
+                          pins[i]};
   }
   double longest = 0;
   for (std::size_t i = 0; i < k_pins; ++i)
     longest = std::max(longest, glm::distance(pins[i], pins[(i + 1) % k_pins]));
   const double twice_area = glm::length(glm::cross(pins[1] - pins[0], pins[2] - pins[0]));
   if (twice_area < k_in_line * longest)
-    return sim::LocatedError{"the three pins are on one line: move one of them", pins[0]};
+    return LocatedError{"the three pins are on one line: move one of them", pins[0]};
   const double axis = glm::distance(pins[0], 0.5 * (pins[1] + pins[2]));
   if (axis < limits.least_opening - k_margin)
-    return sim::LocatedError{"the pins are on the same side of the head: pin 1 is only " + rounded(axis) +
-                                 " mm from the middle of pins 2 and 3, and the clamp closes to " +
-                                 rounded(limits.least_opening) + " mm",
-                             pins[0]};
+    return LocatedError{"the pins are on the same side of the head: pin 1 is only " + rounded(axis) +
+                            " mm from the middle of pins 2 and 3, and the clamp closes to " +
+                            rounded(limits.least_opening) + " mm",
+                        pins[0]};
   return std::nullopt;
 }
 
@@ -185,7 +185,7 @@ Pins ClampPose::directions_world() const noexcept {
   return {axis_world, inward, inward};
 }
 
-Result<ClampPose, sim::LocatedError> fit_pose(const Pins& pins_world, const ClampLimits& limits) {
+Result<ClampPose, LocatedError> fit_pose(const Pins& pins_world, const ClampLimits& limits) {
   if (auto error = check_pins(pins_world, limits)) return *std::move(error);
   return Fit(pins_world, limits).run();
 }

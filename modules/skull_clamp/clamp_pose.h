@@ -6,8 +6,8 @@
 #include <glm/vec3.hpp>
 #include <span>
 
-#include "sim/api/located_error.h"
 #include "volume/base/error.h"
+#include "volume/base/located_error.h"
 
 namespace trephine::skull_clamp {
 
@@ -41,7 +41,7 @@ struct ClampPose {
 
 /// Returns the pose whose tips are nearest to three positions in the sense of least squares, within the
 /// limits; or the reason why the positions hold no clamp. Deterministic.
-Result<ClampPose, sim::LocatedError> fit_pose(const Pins& pins_world, const ClampLimits& limits);
+Result<ClampPose, LocatedError> fit_pose(const Pins& pins_world, const ClampLimits& limits);
 
 /// Returns the angle between two unit vectors, degrees.
 double angle_between(const glm::dvec3& a, const glm::dvec3& b) noexcept;

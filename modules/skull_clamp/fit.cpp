@@ -32,7 +32,7 @@ std::string number_text(double value) {
 
 struct FitResult final : sim::JobResult {
   ClampFitted fitted;
-  sim::LocatedStatus error;
+  LocatedStatus error;
 
   std::uint64_t hash() const override {
     MixHash mix;
@@ -131,16 +131,16 @@ double distance_to(const Site& site, const dvec3& p) {
 }
 
 /// Moves each pin of a pose along its axis to the outer table. Returns an error if one misses the bone.
-sim::LocatedStatus find_tips(const volume::Field& bone, const ClampPose& pose, double rocker_width,
-                             ClampFitted& output) {
+LocatedStatus find_tips(const volume::Field& bone, const ClampPose& pose, double rocker_width,
+                        ClampFitted& output) {
   const Pins places = pose.tips_world(rocker_width), directions = pose.directions_world();
   output.tips.clear(), output.gaps.clear(), output.thicknesses.clear(), output.angles.clear();
   for (std::size_t i = 0; i < k_pins; ++i) {
     const auto crossing = volume::skull_crossing(bone, places[i] - k_pin_reach * directions[i], directions[i],
                                                  k_pin_reach + k_search);
     if (!crossing)
-      return sim::LocatedError{"pin " + std::to_string(i + 1) + " meets no bone: move it onto the skull",
-                               output.planned[i]};
+      return LocatedError{"pin " + std::to_string(i + 1) + " meets no bone: move it onto the skull",
+                          output.planned[i]};
     output.tips.push_back(crossing->outer_world);
     output.gaps.push_back(glm::dot(crossing->outer_world - places[i], directions[i]));
     output.thicknesses.push_back(crossing->thickness);
@@ -214,7 +214,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   auto output = std::make_shared<FitResult>();
   ClampFitted& fitted = output->fitted;
   fitted.planned = plan.pins;
-  const auto fail = [&](sim::LocatedError error) {
+  const auto fail = [&](LocatedError error) {
     output->error = std::move(error);
     fitted = {};
     return output;
