@@ -302,6 +302,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
     const haptics::Placement tool{step.proxy_world, state.has_turn ? state.tool_turn : turn};
     // A start may be in matter, or have matter in the ball: contact is judged once the tool was free.
+    if (info.is_six_dof() && step.is_buried) was_free = false;  // its other balls may still touch
     was_free = was_free || (target.distance && !shape.holds(tool, 0));
     if (was_free && step.has_contact) {
       ++row.judged_by_shape;
