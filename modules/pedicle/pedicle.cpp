@@ -103,32 +103,36 @@ void Pedicle::hear(const sim::Command& command, const sim::OperationState&,
 
 std::vector<sim::Measure> Pedicle::measures(const sim::OperationState& operation) const {
   const auto* world = operation.undoable_of<PedicleWorld>();
-  if (world == nullptr || (world->track_entries.empty() && world->screw_bodies.empty())) return {};
-  std::vector<sim::Measure> all{{"tracks", static_cast<double>(world->track_entries.size()), ""},
-                                {"screws", static_cast<double>(world->screw_bodies.size()), ""}};
-  if (!world->track_depths.empty()) {
-    all.push_back({"last track", world->track_depths.back(), "mm"});
-    all.push_back({"last track beyond bone", world->track_outside.back(), "mm"});
-  }
+  if (world == nullptr) return {};
+  // Judgements of screws that were not removed or undone.
   const auto* judged = operation.result_of<ScrewJudgements>();
-  double worst = 0, worst_grade = 0;
-  std::size_t count = 0, from = 0;
+  double worst = 0, worst_grade = 0, least_score = 100, count = 0;
+  std::vector<sim::Measure> each;
+  std::size_t from = 0;
   for (std::size_t i = 0; judged && i < judged->bodies.size(); ++i) {
     const std::size_t to = judged->names.find('\n', from);
     const std::string name = judged->names.substr(from, to - from);
     from = to + 1;
-    if (!world->find_screw(judged->bodies[i])) continue;  // removed or undone
+    if (!world->find_screw(judged->bodies[i])) continue;
     ++count;
     worst = std::max(worst, judged->breaches[i]), worst_grade = std::max(worst_grade, judged->grades[i]);
-    all.push_back({name + ": breach", judged->breaches[i], "mm"});
-    all.push_back({name + ": grade", judged->grades[i], ""});
-    all.push_back({name + ": in front", judged->fronts[i], "mm"});
-    if (judged->scores[i] >= 0) all.push_back({name + ": score", judged->scores[i], ""});
+    each.push_back({name + ": breach", judged->breaches[i], "mm"});
+    each.push_back({name + ": grade", judged->grades[i], ""});
+    each.push_back({name + ": in front", judged->fronts[i], "mm"});
+    if (judged->scores[i] < 0) continue;
+    least_score = std::min(least_score, judged->scores[i]);
+    each.push_back({name + ": score", judged->scores[i], ""});
   }
-  if (count > 0) {
-    all.push_back({"worst breach", worst, "mm"});
-    all.push_back({"worst grade", worst_grade, ""});
-  }
+  const bool has_track = !world->track_depths.empty();
+  std::vector<sim::Measure> all{{"tracks", static_cast<double>(world->track_entries.size()), ""},
+                                {"last track", has_track ? world->track_depths.back() : 0, "mm"},
+                                {"last track beyond bone", has_track ? world->track_outside.back() : 0, "mm"},
+                                {"screws", static_cast<double>(world->screw_bodies.size()), ""},
+                                {"screws judged", count, ""},
+                                {"worst screw breach", worst, "mm"},
+                                {"worst screw grade", worst_grade, ""},
+                                {"least screw score", count > 0 ? least_score : 0, ""}};
+  all.insert(all.end(), each.begin(), each.end());
   return all;
 }
 

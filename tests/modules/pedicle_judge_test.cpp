@@ -246,10 +246,12 @@ TEST(PedicleJudge, TheJobStoresItsJudgementUntilTheScrewIsGone) {
   };
   EXPECT_NEAR(measure("box left: breach"), 3, 0.42);
   EXPECT_EQ(measure("box left: grade"), 2);
-  EXPECT_EQ(measure("worst grade"), 2);
+  EXPECT_EQ(measure("worst screw grade"), 2);
+  EXPECT_EQ(measure("screws judged"), 1);
   ASSERT_FALSE(bench.run->apply({RemoveScrew{}, 0}).refused);
   EXPECT_EQ(measure("box left: breach"), -1);
-  EXPECT_EQ(measure("screws"), -1);
+  EXPECT_EQ(measure("screws"), 0);
+  EXPECT_EQ(measure("screws judged"), 0);
 }
 
 }  // namespace

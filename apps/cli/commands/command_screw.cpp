@@ -102,7 +102,7 @@ void add_panels(const Finding& finding, const volume::Volume& scan, const dvec3&
   panels.push_back(std::move(panel));
   // Across, at the breach or at the thinnest bone.
   const dvec3 at = screw.entry_world + judged.from_entry * ahead;
-  SectionFrame across{at, along.right, glm::cross(ahead, along.right)};
+  SectionFrame across{at, along.right, glm::cross(along.right, ahead)};
   panel = panel_of(scan, across, 40);
   constexpr int k_corners = 48;
   imaging::Panel::Line circle{{}, k_screw, true, "screw"};

@@ -1,0 +1,43 @@
+// screw: the pedicle screws of docs/ are played by a script, judged by the command, and replayed.
+#include "tests/apps/command_fixture.h"
+#include "tests/data-tools/file_helpers.h"
+
+namespace trephine::command_tests {
+namespace {
+
+TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
+  write("s.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/pedicle-screw.toml"));
+  const Json played = json("run s.toml --record s.session");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  const Json outcome = json("screw s.session --vertebra L4 --slices o.png");
+  EXPECT_GT(fs::file_size(folder_ / "o.png"), 50000u);
+  ASSERT_EQ(outcome["screws"].size(), 2u);
+  const Json &planned = outcome["screws"][0], &medial = outcome["screws"][1];
+  EXPECT_EQ(planned["side"], "left");
+  EXPECT_EQ(planned["grade"], "A");
+  EXPECT_GT(planned["bone_around_mm"], 0.3);
+  EXPECT_EQ(planned["plan"]["trajectory"], "L4 left pedicle");
+  EXPECT_LT(planned["plan"]["angle_error_degrees"], 0.1);
+  EXPECT_EQ(medial["side"], "right");
+  EXPECT_EQ(medial["wall"], "medial");
+  EXPECT_NEAR(medial["breach_mm"].get<double>(), 4.1, 0.5);
+  EXPECT_LT(medial["score"], planned["score"]);
+  EXPECT_NE(run("timeline s.session").out.find("toward the canal"), std::string::npos);
+  EXPECT_EQ(json("replay s.session --verify")["is_same"], true);
+  // Before the second screw there was one.
+  EXPECT_EQ(json("screw s.session --vertebra L4 --until 12.15")["screws"].size(), 1u);
+  for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"", "no vertebra selected"},
+           {"--canal 1,2", "X,Y,Z"},
+           {"--vertebra L9", "unknown label"},
+           {"--vertebra L3", "no screw passes"},
+           {"--vertebra L4 --until 5", "no screws at this time"},
+           {"--vertebra L4 --until 500", "does not contain this time"}}) {
+    const Ended bad = run("screw s.session " + arguments);
+    EXPECT_EQ(bad.exit_code, 2) << arguments;
+    EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
+  }
+}
+
+}  // namespace
+}  // namespace trephine::command_tests
