@@ -43,6 +43,12 @@ int remaining_label(const sim::Work& work, const dvec3& p_world) noexcept {
   return label_at(scan, p_world);
 }
 
+/// Returns true in bone and other matter that can be cut. Where the scan has the label of a layer, its edge
+/// is only a blurred edge of bone.
+bool is_bone(const Layers& layers, const sim::Work& work, const dvec3& p_world) noexcept {
+  return work.is_matter(p_world) && !layers.is_layer(label_at(work.remaining().base(), p_world));
+}
+
 dvec3 ahead_of(const glm::dquat& hand) { return haptics::unit_of(hand) * dvec3(0, 0, -1); }
 
 /// Returns the reason why a catheter with its tip at a point cannot go ahead; empty if it can.
@@ -59,9 +65,10 @@ std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, c
   bool is_leaning = false;
   for (double along = -k_shaft; along <= k_clear; along += 0.5) {
     const dvec3 middle = tip + along * ahead;
-    if (along >= 0 && work.is_matter(middle))
+    if (along >= 0 && is_bone(state, work, middle))
       return "there is bone within 10 mm ahead of the tip. Aim through the hole.";
-    for (const dvec3& direction : across) is_leaning = is_leaning || work.is_matter(middle + rim * direction);
+    for (const dvec3& direction : across)
+      is_leaning = is_leaning || is_bone(state, work, middle + rim * direction);
   }
   if (is_leaning)
     return "the catheter meets the edge of the hole. Turn it along the hole, or widen the hole.";
@@ -152,6 +159,9 @@ sim::HandForces forces(const Catheter& c, const CatheterState& state) {
   add(state.ventricle, k_wall_puncture, 0);
   add(state.other_ventricle, k_wall_puncture, 0);
   sim::HandForces result;
+  // The track holds the tip; bone around the hole, whose edge is blurred, does not.
+  constexpr int k_shapes = 8;  // most touchable shapes of the anatomy, which are the first items
+  for (int item = 0; item < k_shapes; ++item) result.let_through.set(item, true);
   result.effects[0] = haptics::Effect{track, k_max_force};
   constexpr double k_before_hub = 5;  // mm
   if (state.deepest > c.length - k_before_hub)

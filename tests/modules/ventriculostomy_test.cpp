@@ -62,15 +62,15 @@ const sim::Catalogue& catalogue() {
 constexpr double k_inner = -6, k_csf = -7, k_brain = -9, k_wall = -30, k_floor = -40;
 const char* const k_names[] = {"", "dura", "csf", "brain", "ventricle_left", "venous_sinus"};
 
-int label_of_slab(const dvec3& p) {
+int label_of_slab(const dvec3& p, double dura) {
   if (p.x > 6 && p.x < 10 && p.z > -10 && p.z < k_inner) return 5;
-  if (p.z > k_inner) return 0;
+  if (p.z > dura) return 0;
   if (p.z > k_csf) return 1;
   if (p.z > k_brain) return 2;
   return p.z > k_wall || p.z < k_floor ? 3 : 4;
 }
 
-volume::Volume slab(const dvec3& spacing) {
+volume::Volume slab(const dvec3& spacing, double dura) {
   const dvec3 low(-15 + 0.5 * spacing.x, -15 + 0.5 * spacing.y, -45 + 0.5 * spacing.z);
   const auto hounsfield = [](const dvec3& p) {
     return std::clamp(300 + 400 * std::min(-p.z, p.z - k_inner), -1000.0, 1600.0);
@@ -85,7 +85,7 @@ volume::Volume slab(const dvec3& spacing) {
         const std::size_t i = scan.index(x, y, z);
         labelled.voxels[i] = scan.voxels[i];
         labelled.labels[i] =
-            static_cast<std::uint8_t>(label_of_slab(scan.frame.world_from_volume(dvec3(x, y, z))));
+            static_cast<std::uint8_t>(label_of_slab(scan.frame.world_from_volume(dvec3(x, y, z)), dura));
       }
   return labelled;
 }
@@ -97,7 +97,9 @@ struct Slab {
   std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;
   std::shared_ptr<volume::SurgicalPlan> plan = std::make_shared<volume::SurgicalPlan>();
 
-  explicit Slab(const dvec3& spacing = dvec3(0.5)) : scene(scenes::scene_of(slab(spacing))) {
+  /// `dura`: height of its upper face, mm; above the bone's inner face where the scan blurs bone.
+  explicit Slab(const dvec3& spacing = dvec3(0.5), double dura = k_inner)
+      : scene(scenes::scene_of(slab(spacing, dura))) {
     EXPECT_FALSE(haptics::set_smallest_burr(scene, 3).has_value());
     EXPECT_FALSE(method->prepare(scene).has_value());
     for (const int label : {1, 5}) {
@@ -225,6 +227,28 @@ TEST(Catheter, ThePopsHaveTheirPlantedFault) {
   EXPECT_LT(strongest, 0.3);
   EXPECT_TRUE(events_of<CatheterPopped>(run.engine()).empty());
   EXPECT_EQ(events_of<CatheterEntered>(run.engine()).size(), 1u);
+}
+
+TEST(Catheter, PassesTheBlurredEdgeOfBoneButNoBone) {
+  // The threshold finds bone in the upper millimetre of the dura: labels win, and nothing but the dura holds.
+  const Slab blurred(dvec3(0.5), -5);
+  sim::Lockstep run = blurred.run(1000, {4, -5.2});
+  drill_hole(run);
+  double strongest = 0;
+  move(run, 1000, 4, -20, 20,
+       [&](const ServoRecord& r, double) { strongest = std::max(strongest, r.force_world.z); });
+  EXPECT_NEAR(strongest, 1.5, 0.12);
+  ASSERT_EQ(events_of<CatheterPopped>(run.engine()).size(), 1u);
+  EXPECT_TRUE(events_of<CatheterRefused>(run.engine()).empty());
+  move(run, 1000, -20, 4, 60, k_ignore);
+  EXPECT_FALSE(run.engine().servo_scene()->hands[1].let_through.contains(0)) << "bone blocks again";
+  // The same hole in a slab with bone below it.
+  const Slab bone;
+  sim::Lockstep other = bone.run(1000, {4, -5.2});
+  drill_hole(other);
+  move(other, 1000, 4, -8, 20, k_ignore);
+  EXPECT_TRUE(events_of<CatheterEntered>(other.engine()).empty());
+  EXPECT_EQ(events_of<CatheterRefused>(other.engine()).size(), 1u);
 }
 
 TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
