@@ -40,7 +40,7 @@ constexpr MethodEntry k_entries[] = {
 
 /// Method for tools of several balls, which the other methods do not support.
 constexpr MethodEntry k_chain{
-    {"chain", "a rigid tool of balls, six degrees of freedom, on the walls of scene",
+    {"chain", "a rigid tool of balls, six degrees of freedom, on the walls of the method scene",
      "this project; Ortega, Redon and Coquillart 2007", Solid::nothing, false, false},
     make_proxy<ChainProxy>};
 

@@ -23,8 +23,9 @@ struct InstrumentInput {
 
 /// Needs of an instrument, for which a session is prepared.
 struct ToolNeeds {
-  double finest_cut = 0;    ///< mm, diameter of its cutting part; 0: it does not cut
-  double touch_radius = 0;  ///< mm, of the ball that the hand touches with; 0: a point, or the hand's own
+  double finest_cut = 0;  ///< mm, diameter of its cutting part; 0: it does not cut
+  double touch_radius =
+      0;  ///< mm, of the ball that the hand touches with; 0: a point, or the hand's own radius
   std::vector<glm::dvec3> balls = {};  ///< mm, hand frame: centres of several such balls; empty: one ball
 };
 
