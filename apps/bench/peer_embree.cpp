@@ -125,7 +125,7 @@ class EmbreeProxy final : public haptics::ProxyMethod {
 }  // namespace
 
 Peer embree_peer() {
-  return {{"Embree", "a god-object on the whole surface, ways cast by Embree", "Wald et al. 2014",
+  return {{"Embree", "a god-object on the whole surface, motions cast by Embree", "Wald et al. 2014",
            haptics::MethodInfo::Solid::net, true},
           RTC_VERSION_STRING,
           false,
