@@ -178,8 +178,8 @@ class CutShape {
     if (is_in(p, slack)) return true;
     const double r = target_.scene.tool->radius();
     for (int n = 0; n < 27 && r > 0; ++n)
-      if (const dvec3 way(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-          n != 13 && is_in(p + r * glm::normalize(way), slack))
+      if (const dvec3 outward(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+          n != 13 && is_in(p + r * glm::normalize(outward), slack))
         return true;
     return false;
   }
@@ -195,9 +195,9 @@ class CutShape {
     for (int a = 0; a < 3; ++a)
       if (v[a] < 1 || v[a] > target_.scene.base->size[a] - 2) return false;
     return target_.distance(p) < -slack && std::none_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& s) {
-             const dvec3 way = s.b - s.a;
-             const double t = std::clamp(glm::dot(p - s.a, way) / glm::dot(way, way), 0.0, 1.0);
-             return glm::length(p - s.a - t * way) < s.radius + slack;
+             const dvec3 motion = s.b - s.a;
+             const double t = std::clamp(glm::dot(p - s.a, motion) / glm::dot(motion, motion), 0.0, 1.0);
+             return glm::length(p - s.a - t * motion) < s.radius + slack;
            });
   }
   const Target& target_;
@@ -245,7 +245,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     const double x = random(), y = random(), z = random();
     return dvec3(x, y, z);
   };
-  // An explicit surface is judged by a whole mesh, rebuilt at each cut: rarely.
+  // Methods on triangles are judged by a mesh of the whole surface, which each cut rebuilds: cuts are rare.
   const bool is_of_triangles = info.solid == MethodInfo::Solid::net ||
                                info.solid == MethodInfo::Solid::images ||
                                info.solid == MethodInfo::Solid::marching_cubes;

@@ -52,9 +52,9 @@ struct Floats {
   }
 };
 
-/// Number of pixels in which a peer's images differ from ours, which use rays through the same pixels.
-long apart(const DepthCube& ours, const SixImages& peer, double edge) {
-  constexpr double k_apart = 2e-3;  // mm; vertices of a rasteriser are on 1/256 pixel
+/// Counts the pixels in which a peer's images differ from ours, which use rays through the same pixels.
+long count_differing_pixels(const DepthCube& ours, const SixImages& peer, double edge) {
+  constexpr double k_apart = 2e-3;  // mm; rasterisers snap vertices to 1/256 pixel
   const int pixels = peer.pixels;
   const double step = edge / pixels;
   long count = 0;
@@ -106,7 +106,7 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
     const dvec3 touched = k_ball_radius * direction(3);
     constexpr double k_edge = 20;  // mm
     for (const int pixels : sizes) {
-      // Every size for one model, and every model in 100^2 pixels.
+      // The smallest and the largest model at every size, and every model at 100^2 pixels.
       if (pixels != 100 && count != 69'451 && count != 1'600'000) continue;
       ImagesRow row;
       row.triangles = count, row.pixels = pixels;
@@ -130,17 +130,17 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
         row.embree_build_ms = peers().embree_images(
             floats.vertices.data(), static_cast<long>(m.vertices.size()), m.triangles.data(),
             static_cast<long>(m.triangles.size() / 3), at, k_edge, pixels, row.embree_ms, images.mm.data());
-        row.embree_apart = apart(ours_at(touched), images, k_edge);
+        row.embree_apart = count_differing_pixels(ours_at(touched), images, k_edge);
       }
       if (const DrawOn on = draw_on(pixels); on.window && draw_peer()) {
         DrawPeerAnswer answer;
         if (draw_peer()(request_of(floats, m, touched, k_edge, 3, images), on.window, answer)) {
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
-          row.gl_apart = apart(ours_at(touched), images, k_edge);
+          row.gl_apart = count_differing_pixels(ours_at(touched), images, k_edge);
         }
       }
       if (row.embree_apart >= 0 || row.gl_apart >= 0)
-        row.moved_apart = apart(ours_at(touched + dvec3(step, 0, 0)), images, k_edge);
+        row.moved_apart = count_differing_pixels(ours_at(touched + dvec3(step, 0, 0)), images, k_edge);
       rows.push_back(row);
     }
   }
@@ -158,7 +158,7 @@ std::vector<EditRow> run_depth_edits(bool is_quick) {
   const auto start =
       std::make_shared<volume::Version>(scene.base, volume::CutLattice::for_burr(*scene.base, 4).value());
   const dvec3 middle = scene.base->frame.world_from_volume(0.5 * (dvec3(scene.base->size) - 1.0));
-  // The outer surface of the shell, from far away.
+  // Finds the outer surface of the shell in a direction, by a march inward.
   const auto outside = [&](const dvec3& out) {
     double far = 80;
     while (far > 0 && scene.base->contains(ivec3(scene.base->frame.volume_from_world(middle + far * out))) &&
@@ -211,8 +211,8 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
   const auto method = make_method(k_default_method).value();
   if (method->prepare(scene)) return rows;
   const TouchState touch_state(version);
-  // Cost of voxel touch during a frame: 16 servo steps on another thread. The frame's own thread does
-  // nothing, but is charged for them.
+  // Cost of voxel touch during a frame: the time of the 16 servo steps that run meanwhile. They run on
+  // another thread, but are counted as a cost of the frame.
   const dvec3 middle = scene.base->frame.world_from_volume(0.5 * (dvec3(scene.base->size) - 1.0));
   const auto steps_us = [&] {
     ProxyState state;

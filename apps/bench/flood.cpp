@@ -39,7 +39,7 @@ volume::Volume volume_of(const std::string& name, int size) {
   return noise;
 }
 
-/// A solid voxel in the middle of a large part: the first along a line.
+/// Returns a voxel of the largest part: the first in the rows from the middle of the volume on.
 glm::ivec3 seed_of(const verify::Components& parts, int size) {
   const std::vector<std::int64_t>& sizes = parts.sizes();
   const int largest = static_cast<int>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
@@ -50,7 +50,8 @@ glm::ivec3 seed_of(const verify::Components& parts, int size) {
   return glm::ivec3(0);
 }
 
-/// SciPy's label of voxels at `k_low` and above, thresholding included: ms, and number of parts in `count`.
+/// Returns the time (ms) of SciPy's label() of the voxels at `k_low` and above, thresholding included. Sets
+/// the number of parts.
 std::optional<double> scipy_label(const volume::Volume& v, bool has_corners, long long& count) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("trephine-flood-" + std::to_string(::getpid()) + ".raw");

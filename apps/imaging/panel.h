@@ -45,7 +45,7 @@ void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& 
 /// Adds a planned trajectory with a ring around its entry, and its name there. Positions in mm from the
 /// panel's centre.
 void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& target, const std::string& name);
-/// Colour of what was planned.
+/// Colour of the plan.
 inline constexpr Panel::Colour k_plan_colour{90, 220, 255};
 /// Returns the left ends of the labels' middle lines, in pixels from the lower left of a picture of
 /// `width` x `height` pixels in which the panel fits: inside the picture, and moved up or down so that they

@@ -91,7 +91,7 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
   for (const Object& object : subject.objects) {
     auto cut = cut_of(plane, object);
     if (!cut) return cut.error();
-    // Bone, as it appears in a slice, or metal.
+    // Colours of bone, soft tissue and metal.
     fill(panel, cut.value().inside,
          object.matter == volume::Matter::bone          ? Panel::Colour{230, 214, 186}
          : object.matter == volume::Matter::soft_tissue ? Panel::Colour{230, 184, 107}

@@ -47,7 +47,7 @@ dvec3 ForceJudge::passive(const dvec3& requested, const dvec3& position, const d
     given_ += gain;
     strongest_ = std::max(std::abs(gain), 0.999 * strongest_);
     if (glm::length(moved) > 0) motion_ = moved;
-    // Forces on their way may meet a hand that is twice as fast by then.
+    // A delayed force may act on a hand that moves twice as fast by then.
     const double speed_factor = delay > 0 ? 2 : 1;
     double allowance = -given_;
     for (std::size_t k = 1; k <= delay; ++k)

@@ -22,7 +22,7 @@ double basis(double x) {
   return 0;
 }
 
-constexpr int k_degree = 6;  // of a product of three quadratics along a line
+constexpr int k_degree = 6;  // degree of a product of three quadratics along a line
 using Coefficients = std::array<double, k_degree + 1>;
 
 /// Returns the matrix that gives Bernstein coefficients from values at the points i / 6, by elimination in

@@ -112,7 +112,7 @@ void PictureText::show_directions() {
 void PictureText::show_scale() {
   const int* size = renderer_->GetSize();
   vtkCamera* camera = renderer_->GetActiveCamera();
-  constexpr double k_half_degree = 3.14159265358979 / 360, k_share = 0.16;  // of the width, at most
+  constexpr double k_half_degree = 3.14159265358979 / 360, k_share = 0.16;  // largest share of the width
   const double pixel =
       2 * camera->GetDistance() * std::tan(camera->GetViewAngle() * k_half_degree) / std::max(1, size[1]);
   const int mm = imaging::bar_length(k_share * size[0] * pixel);

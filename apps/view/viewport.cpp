@@ -187,7 +187,7 @@ void Viewport::turn(double left, double up) {
   const double distance = glm::length(from);
   // For a view along the body's axis, the picture's upper edge determines the side of the camera.
   dvec3 level(from.x, from.y, 0);
-  constexpr double k_flat = 0.5;  // of a unit: the picture's upper edge points across the axis
+  constexpr double k_flat = 0.5;  // horizontal part of the unit vector up, above which up is across the axis
   if (glm::length(level) < 2 * k_pole * distance && std::hypot(screen_up.x, screen_up.y) > k_flat)
     level = (from.z > 0 ? -1.0 : 1.0) * dvec3(screen_up.x, screen_up.y, 0);
   const double around = std::atan2(level.y, level.x) - k_radians * left;
@@ -385,7 +385,7 @@ bool Viewport::is_complete() const {
 
 double Viewport::drawn_share() const {
   if (is_complete()) return 1;
-  constexpr double k_meshing = 0.7;  // of the work; the rest is drawing
+  constexpr double k_meshing = 0.7;  // share of the work; the rest is drawing
   const double meshed = worker_->finished_share();
   return std::min(0.99, k_meshing * meshed + (meshed < 1 ? 0 : (1 - k_meshing) * view_.bone().drawn_share()));
 }

@@ -67,7 +67,7 @@ void MainWindow::build_menu() {
     ask_path_and_save("Save the operated volume", "operated.nii.gz", k_volume_filter,
                       &MainWindow::save_volume);
   });
-  add(file, "save_mesh", tr("Save its &mesh ..."), {},
+  add(file, "save_mesh", tr("Save the &mesh ..."), {},
       [this] { ask_path_and_save("Save the mesh", "operated.stl", k_mesh_filter, &MainWindow::save_mesh); });
   if (!options_.replay)
     add(file, "save_session", tr("Save the s&ession ..."), {}, [this] {
@@ -107,7 +107,8 @@ void MainWindow::build_menu() {
   QAction* sound = add(view, "sound", tr("&Sound of contact and drill"), {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();
-    if (is_on && !is_sound_on_) show_message(tr("No sound device was found. Connect one, then start again."));
+    if (is_on && !is_sound_on_)
+      show_message(tr("No sound device was found. Connect one, then switch the sound on again."));
   });
   sound->setCheckable(true);
   build_panes_menu();
@@ -180,7 +181,8 @@ void MainWindow::build_command_menu() {
   }
 }
 
-/// Sends a command that needs a point, with the touched point. Called by a key, as the cursor is on the bone.
+/// Applies a command whose only field is a point, with the touched point. A key calls it, since the cursor
+/// must stay on the bone.
 void MainWindow::apply_at_touched(const sim::ValueType& type) {
   if (!operation_) return;
   const std::optional<glm::dvec3> touched = operation_->touched();

@@ -19,7 +19,7 @@ struct Preset {
 };
 // A skull is one part. Vertebrae are several, their cancellous bone is soft and their shells are thin.
 constexpr std::array<Preset, 2> k_presets{{{"skull", 300, 700, 2, 1}, {"spine", 150, 350, 4, 0.01}}};
-constexpr double k_thin_share = 0.5;  ///< of the threshold, to which thin bone may have dropped
+constexpr double k_thin_share = 0.5;  ///< share of the threshold to which thin bone may have dropped
 constexpr double k_max_thin_mm = 10;
 
 const Preset* find(std::string name) {

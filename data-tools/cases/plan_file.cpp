@@ -249,7 +249,7 @@ Result<PlanFile> read_plan(const std::string& path) {
                      .where = where,
                      .found = t.name + ": entry and target have the same position",
                      .expected = "two positions",
-                     .remedy = "place its points again"};
+                     .remedy = "set its points again"};
   if (plan && plan.value().trajectories.empty() && plan.value().landmarks.empty())
     return Error{.what = "the plan contains no trajectory and no landmark",
                  .where = where,

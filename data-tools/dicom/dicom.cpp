@@ -88,12 +88,14 @@ Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, con
     for (const DicomSlice& slice : stacks[i].slices) names.push_back(slice.place.name);
   }
   if (names.empty()) return std::nullopt;
-  return Error{.what = "slices of the series differ in plane or grid",
-               .where = where,
-               .found = list_of(names) + " next to " + counted(stacks[k].slices.size(), "other"),
-               .expected = "parallel slices of one size",
-               .remedy = "remove them if they do not belong to it, or read the others alone: --volume " +
-                         std::to_string(k + 1) + " (info --list shows all)"};
+  return Error{
+      .what = "slices of the series differ in plane or grid",
+      .where = where,
+      .found = list_of(names) + " next to " + counted(stacks[k].slices.size(), "other"),
+      .expected = "parallel slices of one size",
+      .remedy =
+          "remove the listed files if they are not slices of the scan, or read the others alone: --volume " +
+          std::to_string(k + 1) + " (info --list shows all)"};
 }
 
 std::string summary(const SeriesFacts& f) {

@@ -43,7 +43,8 @@ struct DicomFile {
   bool has_pixel_words = false;  ///< pixels are 16-bit words (OW), whatever their contents
   /// Position of native pixels in `source`, bytes; encapsulated pixels extend to the end of the file.
   std::uint64_t pixel_offset = 0, pixel_bytes = 0;
-  std::unique_ptr<ByteSource> source;  ///< of the offsets; the decompressed bytes of a deflated file
+  std::unique_ptr<ByteSource>
+      source;  ///< data to which the offsets refer; decompressed if the file is deflated
 };
 
 /// Reads bytes `first` to `first + count - 1` of native pixels of 8 bits or less, in pixel order even if they

@@ -38,7 +38,7 @@ struct DepthVideoOptions {
 /// per metre).
 bool is_depth_video(const std::string& path);
 
-/// Reads a folder. Error for missing intrinsics, and pictures that are missing, differ in size, or are not
+/// Reads a folder. Error if intrinsics are missing, or if pictures are missing, differ in size or are not
 /// 16-bit.
 Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOptions& options = {});
 

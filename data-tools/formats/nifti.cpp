@@ -222,8 +222,8 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     return Error{.what = "the NIfTI file is compressed, but its extension is .nii",
                  .where = where,
                  .found = "a name ending in .nii",
-                 .expected = "a compressed file ends in .nii.gz",
-                 .remedy = "rename it"};
+                 .expected = "a name ending in .nii.gz",
+                 .remedy = "rename it to .nii.gz"};
   if (!is_valid) return read_error(header_fault(header.get(), version));
   const int datatype = version == 2 ? static_cast<nifti_2_header*>(header.get())->datatype
                                     : static_cast<nifti_1_header*>(header.get())->datatype;
@@ -249,7 +249,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     notices.push_back("the file does not state its unit of lengths (code " + std::to_string(code) +
                       "): millimetres are assumed");
   if (const float slope = slope_of(header.get(), version); !std::isfinite(slope))
-    notices.emplace_back("the slope of its values is not a number: the stored numbers are used");
+    notices.emplace_back("the slope of the file's values is not a number: the stored numbers are used");
   const double unit = image->xyz_units == NIFTI_UNITS_METER    ? 1000
                       : image->xyz_units == NIFTI_UNITS_MICRON ? 1e-3
                                                                : 1;

@@ -45,7 +45,7 @@ double ValueStatistics::noise() const {
   std::vector<double> sorted = differences_;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
   std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle / (0.6745 * std::sqrt(2.0));  // of a normal distribution
+  return *middle / (0.6745 * std::sqrt(2.0));  // sigma of a normal distribution from its median deviation
 }
 
 ValueStep step_for(const ValueStatistics& statistics) {

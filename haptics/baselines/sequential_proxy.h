@@ -1,4 +1,4 @@
-// SequentialProxy: contact with scenes, models first, then each volume after them.
+// SequentialProxy: contact with scenes, first with all models, then with each volume.
 #pragma once
 
 #include "haptics/proxy/implicit_proxy.h"
@@ -29,7 +29,7 @@ class SequentialProxy final : public ProxyMethod {
   struct Part {
     TouchScene scene;
     int first;                                    ///< index of its first shape in the whole scene
-    std::shared_ptr<const TouchState> untouched;  ///< null: the base, with the state of the step
+    std::shared_ptr<const TouchState> untouched;  ///< null: the base volume, whose state each step passes
 
     int count() const noexcept { return item_count(scene); }
     const TouchState& state(const TouchState& base_state) const noexcept {
@@ -46,7 +46,7 @@ class SequentialProxy final : public ProxyMethod {
   PartResult follow(const Part& part, const TouchState& touch_state, const ProxyState& state,
                     const glm::dvec3& start, const glm::dvec3& target) const noexcept;
 
-  std::vector<Part> parts_;  ///< the base first
+  std::vector<Part> parts_;  ///< the base volume first
   ImplicitProxy method_;
 };
 

@@ -20,7 +20,7 @@ enum class Layers : std::uint8_t {
   all
 };
 
-/// Returns the two axes across one, in order.
+/// Returns the two axes perpendicular to `axis`, in ascending order.
 constexpr std::array<int, 2> across(int axis) noexcept { return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}; }
 
 /// Corners of a model at rest, or interpolated linearly between two shapes. Borrows them.
@@ -51,11 +51,12 @@ class DepthCube {
 
   /// Builds from triangles that face outward counter-clockwise, in the frame of `frame`. Matter is where the
   /// winding number is not 0. Corners are rounded to 2^-14 of a pixel across the rays, and the triangles that
-  /// a ray crosses are decided in integers: no ray crosses only one side of a closed surface. A lattice may
-  /// be a clip volume far smaller than the model: then a corner costs one position test, a triangle costs a
-  /// comparison of the results for its corners, and no data of the model's size are kept. Error: the lattice
-  /// is too large, or the model extends too far beyond it. The same bits for any number of threads.
-  /// `met_triangles`: the indices of the first corners of triangles with boxes that meet the lattice.
+  /// a ray crosses are found in integer arithmetic: no ray crosses only one side of a closed surface. A
+  /// lattice may be a clip volume far smaller than the model: then a corner costs one position test, a
+  /// triangle costs a comparison of the results for its corners, and no data of the model's size are kept.
+  /// Error: the lattice is too large, or the model extends too far beyond it. The same bits for any number of
+  /// threads. `met_triangles`: the indices of the first corners of triangles with boxes that meet the
+  /// lattice.
   static Result<DepthCube> of_triangles(const ModelCorners& corners, std::span<const std::uint32_t> triangles,
                                         const volume::Frame& frame, const glm::ivec3& size, int threads = 0,
                                         std::vector<std::uint32_t>* met_triangles = nullptr);

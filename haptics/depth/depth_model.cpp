@@ -28,14 +28,14 @@ Result<std::shared_ptr<const DepthModel>> DepthModel::of(ModelKeys keys) {
                  .found = "nothing",
                  .expected = "triangles"};
   if (!(keys.beat > 0) || !std::isfinite(keys.beat))
-    return Error{.what = "the time between two keys is invalid",
+    return Error{.what = "the time between two key frames is invalid",
                  .where = "beat",
                  .found = std::to_string(keys.beat) + " s",
                  .expected = "above 0 s"};
   const std::size_t corners = keys.keys[0].size();
   for (std::size_t k = 0; k < keys.keys.size(); ++k) {
     if (keys.keys[k].size() != corners)
-      return Error{.what = "the keys of a model have different vertices",
+      return Error{.what = "the key frames of a model have different vertices",
                    .where = "key " + std::to_string(k + 1),
                    .found = std::to_string(keys.keys[k].size()) + " corners",
                    .expected = std::to_string(corners)};

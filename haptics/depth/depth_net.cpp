@@ -66,7 +66,7 @@ void DepthNet::set_solid(const ivec3& v) noexcept {
 /// edge or a corner of a model crosses one of its triangles or no triangle, which would leave a hole in a
 /// thin wall. The rays of a point disagree only near the ends of an interval of matter.
 void DepthNet::set_by_ends() {
-  constexpr float k_graze = 0x1p-10F;  // of a pixel: more than the rounding of corners and crossings
+  constexpr float k_graze = 0x1p-10F;  // share of a pixel, above the rounding of corners and crossings
   constexpr int k_near = 3;            // lattice points
   for (int axis = 0; axis < 3; ++axis) {
     const auto [i, j] = across(axis);

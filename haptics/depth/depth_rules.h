@@ -30,7 +30,8 @@ inline int viewport(double clip_volume_mm, double desired_resolution) noexcept {
   return static_cast<int>(std::ceil(clip_volume_mm / desired_resolution * (1 - 1e-12)));
 }
 
-/// Returns the edge of the local occupancy map (LOMI): the distance of a hand in one haptic step, both ways.
+/// Returns the edge of the local occupancy map (LOMI): the distance of a hand in one haptic step, in both
+/// directions.
 constexpr double lomi_size(const Rates& r) noexcept { return 2 * r.fastest / r.haptic_rate; }
 
 /// Returns the number of voxels along its edge: odd, so that there is a central one.

@@ -106,7 +106,8 @@ Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::
                      .expected = "-1e6 to 1e6"};
     const glm::dquat& q = s.pose.orientation;
     const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-    constexpr double k_rounding = 0.02;  // of the squared length: rounding of numbers with two digits
+    constexpr double k_rounding =
+        0.02;  // deviation of the squared length: rounding of numbers with two digits
     if (!(std::abs(length - 1) < k_rounding))
       return Error{.what = "the path has an invalid orientation",
                    .where = at,

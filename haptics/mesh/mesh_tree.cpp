@@ -16,7 +16,7 @@ using glm::dvec3;
 
 namespace {
 constexpr int k_max_newton = 32;
-constexpr double k_near = 1e-12;  // of the motion: a closer triangle counts as met
+constexpr double k_near = 1e-12;  // fraction of the motion; a nearer triangle counts as touched
 
 /// Tests boxes against the motion of a ball, with tolerances a little above rounding.
 class BoxTest {
@@ -31,7 +31,7 @@ class BoxTest {
   }
   /// Returns true if the motion, up to its share `max_share`, may meet the box.
   bool meets(const dvec3& low, const dvec3& high, double max_share) const noexcept {
-    // Most boxes are off the whole motion.
+    // Most boxes are outside the bounds of the whole motion.
     if (low.x > high_.x || high.x < low_.x || low.y > high_.y || high.y < low_.y || low.z > high_.z ||
         high.z < low_.z)
       return false;
@@ -106,8 +106,7 @@ std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, Guide& gui
   const auto index = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({dvec3(0), dvec3(0), begin, end - begin});
   if (end - begin <= k_leaf || depth == k_deepest - 2) {
-    // In ascending order, so that a tree built from this one's triangles is the same: it splits at the same
-    // ones.
+    // Sorts in ascending order, so that a tree rebuilt from the triangles of this one splits equally.
     std::sort(guide.order.begin() + begin, guide.order.begin() + end);
     return index;
   }
@@ -202,8 +201,8 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
 std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p,
                                           int& visited) const noexcept {
   constexpr int k_max_steps = 16;
-  constexpr double k_nearer = 1e-9;       // of the distance: a smaller decrease is the same point
-  constexpr double k_same_place = 1e-10;  // of coordinates, mm: corners within it coincide
+  constexpr double k_nearer = 1e-9;       // fraction of the distance; a smaller decrease counts as none
+  constexpr double k_coincident = 1e-10;  // relative to coordinates; corners within it coincide
   int remaining = k_max_connected;
   for (int step = 0; step < k_max_steps; ++step) {
     const auto [u, v, w] = corners(triangle);
@@ -211,7 +210,7 @@ std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p
     const dvec3 pivot = nearest_on_triangle(p, u, v, w, &feature);
     if (feature == TriangleFeature::face) break;
     double least = (1 - k_nearer) * glm::length(p - pivot);
-    const double reach = k_same_place * (1 + glm::length(pivot));
+    const double reach = k_coincident * (1 + glm::length(pivot));
     std::uint32_t nearer = triangle;
     const auto can_be_nearer = [&](const Node& node) {
       return remaining > 0 && square_to(node, pivot) <= reach * reach && square_to(node, p) < least * least;
@@ -247,8 +246,8 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
     const bool is_before = glm::dot(across, a - p) >= 0;
     if (is_before ? !is_front : !is_back) return;
     ++visited;
-    // The distance to a triangle, which is convex, is convex along the motion: Newton steps from before the
-    // first crossing never pass it, and once the distance increases nothing is met.
+    // A triangle is convex, so the distance to it is convex along the motion. Newton steps that start before
+    // the first contact never pass it. If the distance increases, there is no contact.
     double t = 0;
     for (int k = 0; k < k_max_newton; ++k) {
       const dvec3 at = a + t * motion, off = at - nearest_on_triangle(at, p, q, r);

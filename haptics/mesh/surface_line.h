@@ -21,7 +21,7 @@ class Surface {
   };
   /// Finds the point of the surface nearest to p. Returns false if there are no triangles. Reads all
   /// triangles.
-  bool nearest(const glm::dvec3& p, Point& place) const;
+  bool nearest(const glm::dvec3& p, Point& nearest_point) const;
 
   /// Returns the points nearest to several points, all on one connected part: the one with the least sum of
   /// distances. Parts of fewer than 100 triangles count only if there is no larger one. Empty: no triangles.
@@ -48,7 +48,7 @@ struct Inside {
   double depth = 0;
   glm::dvec3 outward{0.0};
 };
-/// Returns the line between the same ends pulled taut: nowhere longer, and nowhere inside the solid.
+/// Returns the line between the same ends pulled taut: at most as long, and nowhere inside the solid.
 std::vector<glm::dvec3> taut_line(const std::vector<glm::dvec3>& line,
                                   const std::function<Inside(const glm::dvec3&)>& inside);
 

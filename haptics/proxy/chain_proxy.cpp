@@ -92,8 +92,8 @@ class Chain {
       if (walls_.is_solid(s, p)) found.flip(s);
     return found;
   }
-  /// Returns the length of all springs as one, mm. A rotation by a counts 4 (1 - cos(a/2)); turn_between() is
-  /// its derivative.
+  /// Returns the length (mm) of one spring with the energy of all springs. The energy of a rotation by a is
+  /// proportional to 4 (1 - cos(a/2)), whose derivative is turn_between().
   double length_of_springs() const noexcept {
     const dvec3 along = hand_.position_world - tool_.position_world,
                 about = turn_between(tool_.rotation, hand_.rotation);
@@ -223,7 +223,8 @@ void Chain::update_inside_flags() noexcept {
 /// stopped a ball.
 double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noexcept {
   double share = 1;
-  for (int again = 0; again < 4; ++again) {  // a shorter motion is a different one, and is proven too
+  for (int again = 0; again < 4;
+       ++again) {  // a shortened motion takes other paths, which must be proven free again
     const Placement to = moved(share * t);
     const double free = free_share(to, wall, stopped_ball);
     if (free == 1) {

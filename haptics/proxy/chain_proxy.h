@@ -11,8 +11,8 @@ namespace trephine::haptics {
 /// Coquillart 2007) on the walls of the balls of its ToolShape, volumes and models together. In each of
 /// a few rounds the walls near every ball bound the tool's motion (a small quadratic problem, Gauss-Seidel),
 /// and each ball's motion is proven free before the tool moves, so that no solid, however thin, is passed. A
-/// moving mesh that would pass over a ball first carries the tool along, or pushes it aside; if other walls
-/// leave no free position, the mesh passes over the tool, which is reported as buried. Without friction.
+/// moving mesh that would pass over a ball carries the tool along, or pushes it aside. If other walls leave
+/// no free position, the mesh passes over the tool, which is then reported as buried. There is no friction.
 class ChainProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{

@@ -12,7 +12,7 @@ using glm::dvec3;
 namespace {
 
 constexpr double k_margin = 0x1p-10;  // voxels: distance that the proxy keeps from a wall
-constexpr double k_lift = 0.05;       // voxels: step off along the normal, to climb the stairs of a slope
+constexpr double k_lift = 0.05;       // voxels: lift along the normal, to climb the stair-steps of a slope
 
 /// Returns the point of the motion in the last free voxel, just before the wall. Inside that voxel's cube by
 /// construction.
@@ -68,17 +68,17 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
       break;
     }
 
-    // To the wall: in the last free voxel. Only a deviation from the traversed motion needs a test.
+    // Moves to the wall, within the last free voxel. A point off the traversed motion must be tested.
     dvec3 p = stop_before(start, target, barrier);
     if (volume::voxel_of(start) != barrier.before)
       p = guarded_move(scene, grid, start, p, state.around.passable, inside, result.counters);
-    // The plane of the wall, facing the proxy; a normal along the motion would pull the proxy through.
+    // Finds the plane of the wall, facing the proxy; a normal along the motion would pull the proxy through.
     dvec3 normal = grid.normal(static_cast<std::size_t>(barrier.shape), p, result.counters.cells);
     if (barrier.is_back) normal = -normal;
     const dvec3 p_world = frame.world_from_volume(p);
     if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = facet_normal(frame, barrier.face);
     if (!result.has_contact) result.set_contact(barrier.shape, side_of(barrier.is_back), normal);
-    // Off the wall along the normal, as far as that is free.
+    // Lifts the point off the wall along the normal, as far as the motion is free.
     result.add_waypoint(p);
     const dvec3 direction = frame.vector_volume_from_world(normal);
     const dvec3 lifted = p + (k_lift / glm::length(direction)) * direction;

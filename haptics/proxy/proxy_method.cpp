@@ -47,7 +47,7 @@ Status check_smallest_burr(const TouchScene& scene, double min_mm) {
   return Error{.what = "this method is too coarse for the smallest burr",
                .where = "smallest burr",
                .found = mm(scene.smallest_burr),
-               .expected = "no less than " + mm(1.001 * min_mm) + " on these voxels",
+               .expected = "at least " + mm(1.001 * min_mm) + " on these voxels",
                .remedy = "use method subvoxel"};
 }
 

@@ -284,7 +284,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   slide(scene, walls, base, state, input.hip_world, result);
   // Beyond the border of depth images the surface along which the tool slides is unknown: the tool stops
   // there until the next ones arrive.
-  constexpr double k_min = 1.0 / 64;  // of the motion; a smaller share counts as 0
+  constexpr double k_min = 1.0 / 64;  // share of the motion; a smaller one counts as 0
   int left_shape = may_leave ? find_left_shape(scene, layout_, touch_state, walls, base, start, result) : -1;
   const int border_shape = left_shape;
   for (double share = 0.5; left_shape >= 0; share *= 0.5) {

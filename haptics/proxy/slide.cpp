@@ -254,11 +254,11 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
   return true;
 }
 
-/// Returns the free share of the way from `at` to the HIP, less what rounding may add to it on a very long
-/// way: the end must be free.
+/// Returns the free share of the motion from `at` to the HIP, less the possible rounding of it on a very long
+/// motion: the end must be free.
 template <class Walls>
 double Slide<Walls>::backed_off(double t, const glm::dvec3& at) const noexcept {
-  constexpr double k_long = 1000, k_rounding = 4e-12;  // voxels; share of the way
+  constexpr double k_long = 1000, k_rounding = 4e-12;  // voxels; share of the motion
   const glm::dvec3 way = hip_ - at;
   return glm::dot(way, way) > k_long * k_long ? t - k_rounding : t;
 }
@@ -370,7 +370,7 @@ void Slide<Walls>::run() noexcept {
         if (is_held) break;
       }
     } else if (at == before && (stopping_.shape < 0 || stopping_ == last_stopping)) {
-      // A sheet that ends on the way has led into another wall: the next leg is shorter.
+      // A sheet that ends during the leg has led into another wall: the next leg is shorter.
       longest_creased = 0.3 * slid;
       if (!has_sheets || !(longest_creased > k_shortest_stage * voxel_mm_)) break;
       continue;

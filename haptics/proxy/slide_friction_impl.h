@@ -90,7 +90,7 @@ void Slide<Walls>::move_back(const glm::dvec3& from, glm::dvec3& to, Planes& pla
   const FrictionLoad at_end = load_at(end, planes, false);
   const double length = glm::length(slide);
   if (!at_end.is_held() || at_end.limit <= 0 || !(length > 0)) return;
-  constexpr double k_within = 4e-3;  // of the limit: tolerance inside the cone
+  constexpr double k_within = 4e-3;  // share of the limit: tolerance inside the cone
   constexpr int k_max_tries = 8;
   double low = 0, high = 1, low_excess = 1e300, high_excess = at_end.along - at_end.limit;
   Planes held, frictionless;

@@ -10,7 +10,8 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_min_hessian = 0.25;  // of the reduced Hessian; below it a step would diverge
+constexpr double k_min_hessian =
+    0.25;  // least eigenvalue of the reduced Hessian; below it a step would diverge
 
 }  // namespace
 

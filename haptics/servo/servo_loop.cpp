@@ -54,7 +54,7 @@ Status ServoLoop::start() {
   if (thread_.joinable())
     return Error{.what = "the servo loop is already running",
                  .found = "a second start",
-                 .expected = "one start, then stop",
+                 .expected = "a stop between two starts",
                  .remedy = "stop the loop first"};
   if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
     return Error{.what = "the servo rate is out of range",

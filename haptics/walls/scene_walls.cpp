@@ -19,7 +19,7 @@ namespace {
 constexpr double k_max_motion = 40;    // mm that an object may move between two sets of depth images
 constexpr double k_step = 0.5;         // mm, of the scene's frame if there are models only
 constexpr double k_steps_across = 40;  // a model is at least this many steps across
-constexpr double k_min_gap = 5e-8;     // of a step of the scene's frame: half the gap of the slide
+constexpr double k_min_gap = 5e-8;     // share of a step of the scene's frame: half the gap of the slide
 
 /// Returns the box of a shape's voxels in the world, enlarged by two voxels and by the extension of a soft
 /// shape into others. low > high: the shape has no matter.

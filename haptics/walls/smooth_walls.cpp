@@ -14,7 +14,7 @@ using glm::ivec3;
 namespace {
 
 constexpr double k_rounding = 1e-11;  // share of a patch's magnitude by which its evaluation may be off
-constexpr double k_short = 0.998;     // of a free step, so that a motion never ends on the wall itself
+constexpr double k_short = 0.998;     // share of a free step, so that a motion never ends on the wall itself
 constexpr int k_max_proofs = 24;      // evaluations in one cube before the motion counts as blocked
 
 }  // namespace
@@ -211,7 +211,7 @@ bool SmoothWalls::is_covered(int shape, const ShapeSet& inside, const ivec3& v) 
     if (other == shape || inside.contains(other) || !blocks(other, Side::front)) continue;
     if (!(patch(other, v).patch.minimum() > 0)) continue;
     if (other < shape || !(patch(shape, v).patch.minimum() > 0))
-      return true;  // of two shapes that fill it the first stays
+      return true;  // if two shapes fill the cube, the first one keeps its wall
   }
   return false;
 }

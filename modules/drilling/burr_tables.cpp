@@ -47,7 +47,7 @@ const sim::Schema& Burr::schema() {
       field<&Burr::shaft>("shaft", {.unit = "mm",
                                     .low = 0,
                                     .high = 40,
-                                    .help = "length of shaft that touches, too, with round",
+                                    .help = "length of the shaft that also touches, if round is set",
                                     .label = "Shaft that touches",
                                     .is_expert = true}),
       field<&Burr::is_dry>("dry", {.help = "without irrigation", .label = "Without irrigation"})};

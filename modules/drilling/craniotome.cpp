@@ -20,7 +20,7 @@ namespace {
 constexpr double k_foot_thickness = 0.8;  // mm, below the bit
 constexpr double k_reach = 12;            // mm around the bit within which there must be bone
 constexpr double k_edge = 0.05;           // mm, rounding of the bit's end
-constexpr double k_core = 0.2;            // of the bit's diameter: core that must be free of bone
+constexpr double k_core = 0.2;            // share of the bit's diameter: core that must be free of bone
 constexpr double k_forward = 0.5;         // cosine: a pull at a larger angle to the kerf cuts nothing
 
 Burr bit_of(const Craniotome& c) {

@@ -10,7 +10,8 @@ namespace trephine::fluoroscopy {
 
 namespace {
 
-constexpr double k_thin = 0.3;  // of the attenuation at the upper quartile: less is not body
+constexpr double k_thin =
+    0.3;  // share of the attenuation at the upper quartile; pixels with less are outside the body
 constexpr std::uint8_t k_closed_grey = 24;
 constexpr float k_empty_beam = 0.85f;  // signal of an almost empty beam
 

@@ -81,7 +81,8 @@ const sim::Schema& XrayTaken::schema() {
       field<&XrayTaken::time>("time", {.unit = "s"}),
       field<&XrayTaken::voltage>("voltage", {.unit = "kV"}),
       field<&XrayTaken::current>("current", {.unit = "mA"}),
-      field<&XrayTaken::kerma>("kerma", {.unit = "mGy", .help = "150 mm before the isocentre"}),
+      field<&XrayTaken::kerma>(
+          "kerma", {.unit = "mGy", .help = "air kerma 150 mm from the isocentre toward the source"}),
       field<&XrayTaken::area_product>("area_product", {.unit = "mGy cm2"})};
   static const std::vector<sim::Field> fields = sim::joined(CArm::schema().fields, own);
   static const sim::Schema table{"x-ray-taken", 1, fields};

@@ -23,7 +23,7 @@ enum class Border : std::uint8_t {
   side,  ///< the ray leaves the scan within the body: pictures continue the soft tissue (beyond())
   end    ///< the ray passes beyond the first or last slice, which cuts the body: pictures show nothing
 };
-inline constexpr int k_tissue_from = -300;  ///< HU; voxels from here on are tissue
+inline constexpr int k_tissue_from = -300;  ///< HU; voxels of at least this value are tissue
 
 class VolumeXray {
  public:
@@ -32,8 +32,8 @@ class VolumeXray {
 
   /// Computes sums() for a view and a state. `version`: of this scan, frozen or not. Any thread. Unchanged
   /// results are reused: for an unchanged view, only rays through changed blocks and through objects are
-  /// traced again, with the bits of a whole image. Error if an object reaches the source; sums() is then
-  /// unchanged.
+  /// traced again; the result has the same bits as that of a complete pass. Error if an object reaches the
+  /// source; sums() is then unchanged.
   Status project(const View& view, std::shared_ptr<const volume::Version> version,
                  std::span<const XrayObject> objects, volume::RaySum method, int threads = 0);
 

@@ -168,12 +168,13 @@ const sim::Schema& JudgeLaminectomy::schema() {
   static constexpr sim::Field fields[] = {
       field<&JudgeLaminectomy::vertebra>(
           "vertebra", {.help = "label of the vertebra", .names = sim::FieldInfo::Names::label}),
-      field<&JudgeLaminectomy::canal>("canal", {.unit = "mm",
-                                                .low = -1e5,
-                                                .high = 1e5,
-                                                .help = "position in its canal, at the height of the lamina",
-                                                .label = "or a position in its canal",
-                                                .is_expert = true}),
+      field<&JudgeLaminectomy::canal>(
+          "canal", {.unit = "mm",
+                    .low = -1e5,
+                    .high = 1e5,
+                    .help = "position in the canal, at the height of the lamina; required without a label",
+                    .label = "Position in the canal",
+                    .is_expert = true}),
       field<&JudgeLaminectomy::item>("item",
                                      {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};
   static constexpr sim::Schema table{"judge-laminectomy", 1, fields};
@@ -183,17 +184,18 @@ const sim::Schema& JudgeLaminectomy::schema() {
 const sim::Schema& Judgement::schema() {
   static constexpr sim::Field fields[] = {
       field<&Judgement::vertebra>("vertebra"),
-      field<&Judgement::canal_before>("canal_before", {.unit = "mm2", .help = "area where it was narrowest"}),
+      field<&Judgement::canal_before>("canal_before",
+                                      {.unit = "mm2", .help = "area of the canal in its narrowest section"}),
       field<&Judgement::canal_after>("canal_after", {.unit = "mm2"}),
       field<&Judgement::narrowest_at>("narrowest_at", {.unit = "mm"}),
       field<&Judgement::opened_length>("opened_length",
                                        {.unit = "mm", .help = "length of the opening in the roof"}),
       field<&Judgement::opened_width>("opened_width", {.unit = "mm"}),
       field<&Judgement::opening_before>("opening_before",
-                                        {.unit = "mm2", .help = "canal at the widest opening"}),
+                                        {.unit = "mm2", .help = "area of the canal at the widest opening"}),
       field<&Judgement::opening_after>("opening_after", {.unit = "mm2"}),
       field<&Judgement::is_at_border>("at_border", {.help = "the scan ends within the vertebra"}),
-      field<&Judgement::opened_at>("opened_at", {.unit = "mm", .help = "widest opening"}),
+      field<&Judgement::opened_at>("opened_at", {.unit = "mm", .help = "position of the widest opening"}),
       field<&Judgement::lamina_before>("lamina_before", {.unit = "mm3"}),
       field<&Judgement::lamina_left>("lamina_left", {.unit = "mm3"}),
       field<&Judgement::spinous_before>("spinous_before", {.unit = "mm3"}),
@@ -202,7 +204,8 @@ const sim::Schema& Judgement::schema() {
       field<&Judgement::left_lower_facet>("left_lower_facet", {.unit = "%", .help = "removed share"}),
       field<&Judgement::right_upper_facet>("right_upper_facet", {.unit = "%", .help = "removed share"}),
       field<&Judgement::right_lower_facet>("right_lower_facet", {.unit = "%", .help = "removed share"}),
-      field<&Judgement::facet_at>("facet_at", {.unit = "mm", .help = "facet that lost most"}),
+      field<&Judgement::facet_at>("facet_at",
+                                  {.unit = "mm", .help = "position of the facet that lost the most bone"}),
       field<&Judgement::left_pars_before>("left_pars_before", {.unit = "mm"}),
       field<&Judgement::left_pars>("left_pars", {.unit = "mm"}),
       field<&Judgement::right_pars_before>("right_pars_before", {.unit = "mm"}),

@@ -17,7 +17,7 @@ using volume::CanalSection, volume::k_canal_reach;
 namespace {
 
 constexpr double k_section = 1;      // mm between sections
-constexpr double k_medial = 0.7;     // of the canal's half width: facets and pars are farther out
+constexpr double k_medial = 0.7;     // share of the canal's half width; facets and pars are lateral of it
 constexpr double k_facet_wide = 12;  // mm beyond the canal's wall to the transverse process
 
 double median(std::vector<double>& values) {
@@ -126,8 +126,8 @@ class Judge {
       o_.upper_facet[side] = part_of(sums[2 + side]), o_.lower_facet[side] = part_of(sums[4 + side]);
   }
 
-  /// Measures rows of the arch, viewed from the back, from the centre of the pedicle to as far below its
-  /// lower edge, where the lamina closes them.
+  /// Measures the width of the arch, viewed from the back, in rows from the centre of the pedicle to as far
+  /// below its lower edge. Skips rows in which the bone did not reach the midline before the operation.
   void measure_pars() {
     const double upper = 0.5 * (o_.pedicle_low + o_.pedicle_high), lower = 2 * o_.pedicle_low - upper;
     for (std::size_t side = 0; side < 2; ++side) {
@@ -137,7 +137,7 @@ class Judge {
       for (double z = lower; z <= upper; z += k_row) {
         double edge = 0, inner = 0;
         const double width = row_width(sign, z, false, edge, inner);
-        if (width <= 0 || inner > 0) continue;  // between two facets, not between facet and lamina
+        if (width <= 0 || inner > 0) continue;  // no bone, or a gap before the midline
         pars.before = std::min(pars.before, width);
         const double width_after = row_width(sign, z, true, edge, inner);
         if (width_after < pars.after) {
@@ -205,7 +205,7 @@ class Judge {
   template <class Each>
   void for_points(const Each& each) const {
     constexpr double k_half_width = 45;  // mm to each side: no vertebra is wider
-    constexpr double k_point = 0.4;      // largest distance of the points, mm
+    constexpr double k_point = 0.4;      // largest spacing of the points, mm
     const volume::Frame& frame = scan_.frame;
     // The box around the vertebra, in voxels.
     dvec3 low(1e300), high(-1e300);

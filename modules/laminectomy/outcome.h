@@ -16,7 +16,7 @@ struct Part {
   double share_removed() const noexcept { return size > 0 ? removed / size : 0; }
 };
 
-/// Isthmus between a vertebra's upper and lower facet, viewed from the back.
+/// Pars interarticularis: the isthmus between a vertebra's upper and lower facet, viewed from the back.
 struct Pars {
   double before = 0, after = 0;  ///< width, mm, from its outer edge to the midline or the cut
   glm::dvec3 at_world{0.0};      ///< mm: narrowest point after the operation
@@ -31,8 +31,8 @@ struct Outcome {
   std::vector<volume::CanalSection> sections;  ///< 1 mm apart, upward, over the whole vertebra
 
   bool is_at_border = false;          ///< the scan ends within the vertebra
-  int roof_first = 0, roof_last = 0;  ///< first and last section that the lamina closed before
-  int narrowest = 0;                  ///< section below the lamina where the canal was narrowest
+  int roof_first = 0, roof_last = 0;  ///< first and last section that the lamina closed before the operation
+  int narrowest = 0;                  ///< section, of those, where the canal was narrowest before
   int widest_opened = -1;             ///< section with the widest opening; -1: the roof is closed everywhere
   double opened_length = 0;           ///< mm along the canal with an opened roof
 

@@ -417,7 +417,7 @@ const sim::Schema& Measured::schema() {
   static constexpr sim::Field fields[] = {
       field<&Measured::kind>("kind", {.choices = k_kinds}),
       field<&Measured::is_any>("is_any"),
-      field<&Measured::length>("length", {.unit = "mm", .help = "length; of a tape along the surface"}),
+      field<&Measured::length>("length", {.unit = "mm", .help = "length; for a tape, along the surface"}),
       field<&Measured::straight>("straight", {.unit = "mm"}),
       field<&Measured::taut>("taut", {.unit = "mm", .help = "length of a tape pulled taut"}),
       field<&Measured::moved>("moved",

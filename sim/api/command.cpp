@@ -16,7 +16,7 @@ const Schema& Redo::schema() {
   return table;
 }
 const Schema& BeginBranch::schema() {
-  static constexpr Field fields[] = {field<&BeginBranch::name>("name", {.label = "Name of what comes"})};
+  static constexpr Field fields[] = {field<&BeginBranch::name>("name", {.label = "Name of the new branch"})};
   static constexpr Schema table{"begin-branch", 1, fields};
   return table;
 }
@@ -61,12 +61,13 @@ Status check_rotation(const std::vector<double>& q, const char* field) {
   for (const double component : q) length_squared += component * component;
   if (q.size() == 4 && std::abs(length_squared - 1) < 1e-6) return std::nullopt;
   const std::string found = std::to_string(q.size()) + " numbers" +
-                            (q.size() == 4 ? " of length " + std::to_string(std::sqrt(length_squared)) : "");
+                            (q.size() == 4 ? " with norm " + std::to_string(std::sqrt(length_squared)) : "");
   return Error{.what = "the rotation is not a unit quaternion",
                .where = field,
                .found = found,
-               .expected = "four numbers of length 1, w first",
-               .remedy = q.size() == 4 && length_squared > 0 ? "divide them by their length" : ""};
+               .expected = "w, x, y, z with norm 1",
+               .remedy = q.size() == 4 && length_squared > 0 ? "divide each number by the norm"
+                                                             : "pass w, x, y and z of a unit quaternion"};
 }
 const Schema& PlaceModel::schema() {
   static constexpr Field fields[] = {

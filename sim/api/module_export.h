@@ -9,8 +9,8 @@ namespace trephine::sim {
 /// Version of trephine. A library is loaded by programs of the version that it was built against.
 inline constexpr const char* k_version = "0.1.0";
 
-/// Revision of the interface of modules: raised with every change of sim/api within a version that keeps the
-/// sizes below.
+/// Revision of the interface of modules. It increases with every change of sim/api, within a version, that
+/// leaves the sizes below unchanged.
 inline constexpr std::uint64_t k_module_revision = 1;
 /// Layout of the interface of modules: its revision, and the sizes of the objects that both sides share.
 inline constexpr std::uint64_t k_module_layout = [] {
@@ -32,7 +32,7 @@ inline constexpr std::uint64_t k_module_layout = [] {
 ///       return &result;
 ///     }
 ///
-/// The first two members keep their place in all versions, so that any program can check them.
+/// The first two members have the same offsets in all versions, so that any program can check them.
 struct ModuleExport {
   explicit ModuleExport(const Module& exported) : module(&exported) {}
   std::uint64_t layout = k_module_layout;

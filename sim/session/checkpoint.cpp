@@ -9,15 +9,16 @@
 namespace trephine::sim {
 
 namespace {
-// Cost of a replay, in ticks without contact. A hand that slides deep in contact takes 15 us per tick.
-constexpr int k_of_touch = 2, k_of_cut = 10, k_of_fields = 1000, k_of_brick = 300, k_of_history = 300,
-              k_of_job = 8000;
+// Costs of items in a replay, in units of a tick without contact. A tick of a hand that slides deep in
+// contact takes 15 us.
+constexpr int k_cost_of_touch = 2, k_cost_of_cut = 10, k_cost_of_fields = 1000, k_cost_of_brick = 300,
+              k_cost_of_history = 300, k_cost_of_job = 8000;
 /// Cost of building the fields `after` from `before`.
 int work_of(const OffsetFields& before, const OffsetFields& after) {
   std::size_t bricks = 0;
   for (std::size_t s = 0; s < after.size() && s < before.size(); ++s)
     bricks += volume::OffsetChanges::count(*before[s], *after[s]);
-  return k_of_fields + k_of_brick * static_cast<int>(std::min<std::size_t>(bricks, 1000));
+  return k_cost_of_fields + k_cost_of_brick * static_cast<int>(std::min<std::size_t>(bricks, 1000));
 }
 }  // namespace
 
@@ -31,7 +32,7 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
   if (!is_faithful_) return;
   is_faithful_ = servo_.can_follow(record) && output_check(servo_.step(record)) == output_check(record);
   if (outcome.is_changed) servo_.publish(engine.servo_scene());
-  count(outcome.is_changed ? k_of_cut : record.has_contact ? k_of_touch : 1);
+  count(outcome.is_changed ? k_cost_of_cut : record.has_contact ? k_cost_of_touch : 1);
   if (!is_faithful_) pending_.reset();
   if (!pending_) return;
   if (!is_servo_done_) {
@@ -57,8 +58,8 @@ void CheckpointMaker::add(const Command& command, const Engine& engine, const Ou
     return scene.hands[command.hand].state.offsets;
   };
   count(adopt ? work_of(offsets_of(*servo_.newest()), offsets_of(*engine.servo_scene()))
-        : command.request.as<AdoptJob>() ? k_of_job
-        : outcome.is_changed             ? k_of_history
+        : command.request.as<AdoptJob>() ? k_cost_of_job
+        : outcome.is_changed             ? k_cost_of_history
                                          : 1);
   if (outcome.is_changed) servo_.publish(engine.servo_scene());
   if (pending_ && adopt && outcome.is_changed &&
@@ -76,7 +77,8 @@ void CheckpointMaker::begin(Engine& engine, std::uint64_t block) {
   is_servo_done_ = are_fields_done_ = false;
 }
 
-/// Adds work, at most up to the next due checkpoint, even if that cannot be made for long.
+/// Adds work, at most up to the amount at which a checkpoint is due. The sum thus stays bounded while no
+/// checkpoint can be made.
 void CheckpointMaker::count(int work) noexcept { work_ = std::min(work_ + work, work_between_); }
 
 void CheckpointMaker::finish_servo() {

@@ -20,8 +20,8 @@ using trephine::put_text;
 
 namespace {
 
-/// Bytes of a chain, and their ratio to its first link, above which it starts again from the untouched state,
-/// since all its links are read to reach the last one.
+/// A chain starts again from the untouched state if it exceeds both k_short_chain bytes and k_longest_chain
+/// times the bytes of its first link, since a reader of the last link reads all links.
 constexpr std::size_t k_short_chain = 1 << 20, k_longest_chain = 2;
 
 void put_count(std::string& out, std::uint64_t value) { put_number(out, static_cast<std::int64_t>(value)); }
@@ -251,7 +251,8 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint
     put_text(out, branch.name);
     put_count(out, branch.history.size());
     std::uint64_t last = 0;
-    // Mostly consecutive; an entry with later fields has a newer number than the entries after it.
+    // Numbers are mostly consecutive; an entry whose fields were adopted later has a larger number than the
+    // next entries.
     for (const auto& entry : branch.history)
       put_number(out, static_cast<std::int64_t>(entry->number - std::exchange(last, entry->number)));
     put_count(out, branch.position);
@@ -287,7 +288,7 @@ void CheckpointEncoder::put_history(std::string& out, const Checkpoint& checkpoi
     for (const auto& entry : branch.history) {
       if (entry->number <= tail_.last_entry || !written_entries.insert(entry->number).second) continue;
       const Result<EntryState> entry_state = entry->state();
-      if (!entry_state) continue;  // its session is missing: readers cannot go there either
+      if (!entry_state) continue;  // its session is missing: readers cannot return to it either
       std::string bytes;
       put_entry_state(bytes, checkpoint, entry_state.value());
       put_count(out, entry->number);
@@ -301,7 +302,7 @@ void CheckpointEncoder::put_history(std::string& out, const Checkpoint& checkpoi
 std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
   links_.clear();
   link_count_ = 0;
-  // A tool that no hand has any more does not return.
+  // Drops the chains of tools that no hand has any more: such a tool is never used again.
   std::erase_if(chains_, [&](const auto& chain) {
     return hand_of(checkpoint, chain.first.first) == checkpoint.image.hands.size();
   });

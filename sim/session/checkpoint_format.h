@@ -18,17 +18,17 @@ struct ChainLink {
   bool is_first = false;  ///< stored relative to the untouched state: needs no link before it
 };
 
-/// Memory of encoders about earlier checkpoints.
+/// State that an encoder keeps of the checkpoints that were stored.
 struct CheckpointTail {
   std::uint64_t next_link = 0;                     ///< of the anatomy's chain
   std::shared_ptr<const volume::Version> version;  ///< of the newest link; null: the next link is a first one
   std::uint64_t next_chain = 1;
-  std::uint64_t last_entry = 0;       ///< of the history, stored so far
-  std::uint64_t events = 0;           ///< of the chronicle, stored so far
-  std::vector<std::uint64_t> places;  ///< of each hand's trail, stored so far
+  std::uint64_t last_entry = 0;       ///< number of the newest stored entry of the history
+  std::uint64_t events = 0;           ///< number of stored events of the chronicle
+  std::vector<std::uint64_t> places;  ///< per hand: number of stored positions of its trail
 };
 
-/// For one thread at a time.
+/// Encodes checkpoints in the order of the session. For one thread at a time.
 class CheckpointEncoder {
  public:
   CheckpointEncoder(CheckpointTail tail, std::shared_ptr<const volume::Version> untouched)
@@ -56,14 +56,16 @@ class CheckpointEncoder {
 
   CheckpointTail tail_;
   std::shared_ptr<const volume::Version> untouched_;
-  std::size_t chain_bytes_ = 0, first_bytes_ = 0;  ///< of the anatomy's chain from its first link on; of it
+  std::size_t chain_bytes_ = 0,
+              first_bytes_ = 0;  ///< of the anatomy's chain from its first link on; of that link
   std::map<std::pair<std::shared_ptr<const haptics::TouchScene>, std::size_t>, Chain> chains_;
   std::map<std::uint32_t, std::uint64_t> pieces_;  ///< chains of stored pieces, by body
   std::string links_;                              ///< of this checkpoint
   std::uint64_t link_count_ = 0;
 };
 
-/// Returns the bytes of an image without its state (which has a hash) and bricks; equal for equal images.
+/// Returns the bytes of an image without bricks and without its state, which has a hash of its own. Equal
+/// images have equal bytes.
 std::string bytes_without_state(const EngineImage& image);
 
 /// Positions of the parts of a checkpoint within its bytes.

@@ -20,11 +20,12 @@ class CheckpointStore {
 
   std::size_t size() const noexcept;
   const CheckpointIndex& index(std::size_t i) const noexcept;
-  /// Returns the newest checkpoint from which a replay reaches `tick`; empty if there is no such one.
+  /// Returns the newest checkpoint from which a replay reaches `tick`; empty if no checkpoint is early
+  /// enough.
   std::optional<std::size_t> before(std::uint64_t tick) const noexcept;
   /// Error if its bytes are broken, or refer to objects that the operation lacks.
   Result<Checkpoint> read(std::size_t i);
-  /// Returns the encoder's memory after the newest checkpoint, to continue the recording.
+  /// Returns the encoder's state after the newest checkpoint, to continue the recording.
   CheckpointTail tail();
 
  private:

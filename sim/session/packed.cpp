@@ -20,8 +20,9 @@ std::string packed(std::string_view bytes) {
 }
 
 Result<std::string> unpacked(std::string_view bytes) {
-  const Error broken{"packed bytes of the session are broken", "", "", "unchanged data written by trephine",
-                     ""};
+  const Error broken{.what = "the compressed data of the session are damaged",
+                     .expected = "data as trephine wrote them",
+                     .remedy = "use an undamaged copy of the session"};
   std::int64_t length = 0;
   // Longer than any block. The length must equal that in zstd's header, so that a false one allocates
   // nothing.

@@ -215,7 +215,7 @@ std::string ItemEncoder::take() {
   last_ = {};
   last_version_ = {};
   has_tick_ = false;
-  first_tick_ = next_tick_;  // of a block without ticks
+  first_tick_ = next_tick_;  // valid if the next block has no ticks
   return std::exchange(bytes_, {});
 }
 
@@ -248,7 +248,7 @@ Result<LogItem> ItemDecoder::next_value(std::uint8_t kind) {
                         (is_command || (get(bytes_, event.tick) && get(bytes_, event.position_world))) &&
                         get(bytes_, type) && get(bytes_, length) && bytes_.size() >= length;
   if (!is_whole) return broken("it ends early");
-  if (event.hand >= last_.size()) return broken("a hand that cannot be");
+  if (event.hand >= last_.size()) return broken("an unknown hand");
   if (type >= types_.size()) return broken("an unknown command");
   const std::string_view fields = bytes_.substr(0, length);
   bytes_.remove_prefix(length);
@@ -264,12 +264,12 @@ Result<LogItem> ItemDecoder::next_tick(std::uint8_t flags) {
   std::uint8_t extras = 0, hand = 0;
   if (flags & has_extras && !get(bytes_, extras)) return broken("it ends early");
   if (extras & hand_flag && !get(bytes_, hand)) return broken("it ends early");
-  if (hand >= last_.size()) return broken("a hand that cannot be");
+  if (hand >= last_.size()) return broken("an unknown hand");
   TickItem item;
   haptics::ServoRecord& r = item.record;
   TickMemory& last = last_[hand];
   const std::uint8_t needed = tick_jumps | has_position | has_orientation | has_version;
-  if (!last.is_there && (flags & needed) != needed) return broken("a tick without its beginning");
+  if (!last.is_there && (flags & needed) != needed) return broken("an incomplete first tick of a hand");
   std::int64_t later = 1, newer = 0;
   bool is_whole = !(flags & tick_jumps) || get_number(bytes_, later);
   const std::array<std::int64_t, 3> previous_place = last.place;
@@ -298,10 +298,10 @@ Result<LogItem> ItemDecoder::next_tick(std::uint8_t flags) {
     }
   if (!is_whole || !get(bytes_, item.check)) return broken("it ends early");
   for (int a = 0; a < 3; ++a)
-    if (!(std::abs(r.restart_volume[a]) < 1e9)) return broken("a place that cannot be");
+    if (!(std::abs(r.restart_volume[a]) < 1e9)) return broken("an invalid position of a restart");
   if (extras & 0x80 || (extras & has_buttons && last.pose.buttons <= 1) ||
       last.pose.is_pressed() != ((flags & is_pressed_flag) != 0))
-    return broken("buttons that cannot be");
+    return broken("invalid buttons");
   last.is_there = true;
   last.tick += static_cast<std::uint64_t>(later);
   last.version += static_cast<std::uint64_t>(newer);
@@ -368,7 +368,7 @@ Result<SessionEnd> decode_end(std::string_view in) {
     }
     if (is_whole && in.empty()) return e;
   }
-  return broken("an end of another length");
+  return broken("an end of the wrong length");
 }
 
 std::string encode_model(const haptics::MeshTree& model) {
@@ -386,17 +386,17 @@ Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view i
   // The number of bytes is checked before anything is allocated.
   if (vertices > in.size() / sizeof(dvec3) || corners > in.size() / sizeof(std::uint32_t) ||
       corners % 3 != 0 || in.size() != vertices * sizeof(dvec3) + corners * sizeof(std::uint32_t))
-    return broken("a model of another size");
+    return broken("a model of the wrong size");
   std::vector<dvec3> vertices_mm(vertices);
   std::vector<std::uint32_t> triangles(corners);
   for (dvec3& v : vertices_mm) {
     get(in, v);
     for (int a = 0; a < 3; ++a)
-      if (!(std::abs(v[a]) <= 1e6)) return broken("a corner of a model that is no place");
+      if (!(std::abs(v[a]) <= 1e6)) return broken("a model with an invalid vertex");
   }
   for (std::uint32_t& corner : triangles) {
     get(in, corner);
-    if (corner >= vertices) return broken("a triangle of a model without a corner");
+    if (corner >= vertices) return broken("a triangle of a model with an unknown vertex");
   }
   return std::make_shared<const haptics::MeshTree>(std::move(vertices_mm), std::move(triangles));
 }
@@ -430,10 +430,10 @@ Result<std::shared_ptr<const haptics::depth::DepthStream>> decode_stream(std::st
   // The number of bytes is checked before anything is allocated.
   constexpr std::uint32_t k_widest = 4096;
   if (width == 0 || height == 0 || width > k_widest || height > k_widest)
-    return broken("a depth stream of a strange size");
+    return broken("depth pictures of an invalid size");
   const std::uint64_t pixels = std::uint64_t{width} * height, bytes = sizeof(double) + 2 * pixels;
   if (count > in.size() / bytes || in.size() != count * bytes)
-    return broken("a depth stream of another size");
+    return broken("a depth stream of the wrong size");
   sequence.camera.width = static_cast<int>(width), sequence.camera.height = static_cast<int>(height);
   sequence.is_repeating = is_repeating != 0;
   sequence.times.resize(count);

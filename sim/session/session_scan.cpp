@@ -67,11 +67,11 @@ Result<volume::Volume> decode_scan(std::string_view in) {
   // The number of bytes is checked before anything is allocated.
   std::uint64_t count = 1;
   for (int a = 0; a < 3; ++a) {
-    if (size[a] < 1 || size[a] > 1 << 20) return broken("a scan of a size that cannot be");
+    if (size[a] < 1 || size[a] > 1 << 20) return broken("a scan of an invalid size");
     count *= static_cast<std::uint64_t>(size[a]);
   }
   if (in.size() != count * (2u + (has_labels ? 1u : 0u) + (has_shape ? 2u : 0u)))
-    return broken("a scan of another size");
+    return broken("a scan whose size differs from its header");
   const Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
   if (!frame) return frame.error();
   Result<volume::Volume> result = volume::make_volume(size, frame.value(), has_labels);

@@ -54,7 +54,8 @@ TEST_F(Command, AnXrayIsMadeAndItsPoseRoundTrips) {
   EXPECT_EQ(report["c_arm"]["secondary_degrees"], 0);
   EXPECT_NEAR(report["c_arm"]["pixel_mm"].get<double>(), 0.3 * 1024 / 200, 1e-12);
   EXPECT_NEAR(report["exposure"]["kerma_mgy"].get<double>(), 0.512, 1e-9);
-  EXPECT_GT(report["rays_past_the_border_in_the_body_percent"], 10);  // a block out of a back
+  EXPECT_GT(report["rays_past_the_border_in_the_body_percent"],
+            10);  // the phantom is a block cut out of a back
   EXPECT_EQ(report["plan"].size(), 12u);
   EXPECT_GT(fs::file_size(folder_ / "a.png"), 10000u);
   const auto pose = data_tools::read_xray_pose(file("a.dcm"));
@@ -94,9 +95,9 @@ TEST_F(Command, AnXraysHeaderGivesThePositionsOfBeads) {
              << file("with.dcm") << "' " << bead[0] << ',' << bead[1] << ',' << bead[2] << " > '"
              << file("pixel") << "'";
       ASSERT_EQ(std::system(script.str().c_str()), 0);
-      std::istringstream said(read(file("pixel")));
+      std::istringstream output(read(file("pixel")));
       double column = 0, row = 0, x = 0, y = 0, all = 0;
-      said >> column >> row;
+      output >> column >> row;
       for (int j = 0; j < 1200; ++j)
         for (int i = 0; i < 1200; ++i) {
           const double c = (i - 1) / 3.0, r = (j - 1) / 3.0;  // in the image's pixels
@@ -343,16 +344,16 @@ TEST_F(Command, ABreachIsMeasuredWithItsSide) {
 TEST_F(Command, OnARealSpineTheWrongScrewIsDetected) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   const std::string spine = data_tools::real_data() + "/spine_lumbar/example_ct.nii.gz";
-  const char *right_way = "23.3,-109.6,318:12.6,-140,318:5.5", *wrong = "-12,-106,318:4,-136,318:5.5";
+  const char *correct = "23.3,-109.6,318:12.6,-140,318:5.5", *wrong = "-12,-106,318:4,-136,318:5.5";
   const auto outside = [&](const char* screw) {
     return json("section " + spine + " --iso 90 --at -3.5,-115,318 --width 110 --screw=" + screw +
                 " -o s.png")["models_outside_bone_mm2"]
         .get<double>();
   };
-  EXPECT_LT(outside(right_way), 30);
+  EXPECT_LT(outside(correct), 30);
   EXPECT_GT(outside(wrong), 40);
   // Both are metal in an X-ray, drawn and outlined.
-  const std::string both = spine + " --screw=" + right_way + " --screw=" + wrong;
+  const std::string both = spine + " --screw=" + correct + " --screw=" + wrong;
   EXPECT_EQ(run("fluoro " + both + " --isocentre -3.5,-125,318 --pixels 200 -o x.png --sums x.mha").exit_code,
             0);
   EXPECT_EQ(run("fluoro " + spine + " --isocentre -3.5,-125,318 --pixels 200 --sums y.mha").exit_code, 0);

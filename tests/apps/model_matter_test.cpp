@@ -20,7 +20,7 @@ std::string box_ply(double x, double y, double z, double half_x, double half_y, 
   return out.str();
 }
 
-/// A rod in the canal of the spine: of metal it is outside bone, a nerve of soft tissue is not counted.
+/// A rod in the spinal canal: a rod of metal counts as outside bone, a rod of soft tissue (a nerve) does not.
 TEST_F(Command, AModelHasMatter) {
   write("rod.ply", box_ply(0, 22, 5.8, 2, 2, 20));
   const std::string plane = "section spine --mesh rod.ply --at 0,22,5.8 --normal 0,0,1 --pixel 0.1 -o s.png";
@@ -32,7 +32,8 @@ TEST_F(Command, AModelHasMatter) {
   const Json soft = json(plane + " --mesh-matter soft-tissue --svg s.svg");
   EXPECT_EQ(soft.value("models_outside_bone_mm2", 0.0), 0);
   EXPECT_NE(read(file("s.svg")).find("<title>model 1"), std::string::npos) << "it is drawn";
-  // In an X-ray the heavier, the darker. Soft tissue in place of the cord changes nearly nothing.
+  // In an X-ray a denser matter has larger line integrals. Soft tissue instead of the cord changes nearly
+  // nothing.
   const auto total_of = [&](const std::string& matter) {
     const std::string model = matter.empty() ? "" : " --mesh rod.ply --mesh-matter " + matter;
     const Json image = json("fluoro spine --view ap --pixels 64 -o x.png --sums x.mha" + model);
@@ -56,8 +57,8 @@ TEST_F(Command, AModelHasMatter) {
   EXPECT_NE(bad.err.find("titanium"), std::string::npos) << bad.err;
 }
 
-/// A case with a nerve of triangles: hands touch it, a burr that enters it is reported, and a session has it,
-/// and the plan, without the case.
+/// A case with a nerve as a model: hands touch it, and a burr that enters it is reported. The session
+/// contains the model and the plan, so that it needs no case.
 TEST_F(Command, ACaseHasModelsAndItsSessionKeepsThemAndThePlan) {
   ASSERT_EQ(run("phantom spine --case spine").exit_code, 0);
   write("spine/root.ply", box_ply(30, 60, -13, 3, 3, 3));

@@ -31,8 +31,8 @@ namespace fs = std::filesystem;
 using volume::Frame;
 using volume::Volume;
 
-/// A volume of odd numbers, with labels, on an oblique grid.
-Volume odd_volume(const glm::dmat3& axes, bool is_hounsfield = true) {
+/// A volume of scattered 16-bit values, with labels, on a given grid.
+Volume scattered_volume(const glm::dmat3& axes, bool is_hounsfield = true) {
   Volume v =
       volume::make_volume({7, 6, 5}, Frame::from_axes({-112.5, 40.25, 7.125}, axes).value(), true).value();
   for (std::size_t i = 0; i < v.voxels.size(); ++i) {
@@ -50,7 +50,7 @@ struct Grid {
   const char* name;
   glm::dmat3 axes;
 };
-/// Right angles, turned about all axes.
+/// Orthogonal unit axes, turned about z and x.
 glm::dmat3 turned() {
   const double c = 0.8, s = 0.6;
   return glm::dmat3(c, s, 0, -s, c, 0, 0, 0, 1) * glm::dmat3(1, 0, 0, 0, c, s, 0, -s, c);
@@ -65,9 +65,9 @@ std::vector<Grid> straight_grids() {
 }
 std::vector<Grid> all_grids() {
   std::vector<Grid> grids = straight_grids();
-  glm::dmat3 leaning = stretched(turned());
-  leaning[2] += 0.6 * leaning[1];
-  grids.push_back({"leaning", leaning});
+  glm::dmat3 sheared = stretched(turned());
+  sheared[2] += 0.6 * sheared[1];
+  grids.push_back({"sheared", sheared});
   return grids;
 }
 
@@ -82,7 +82,7 @@ TEST(RoundTrip, VolumesAreReadBackToTheBitFromEveryFormat) {
   const scenes::Scratch scratch;
   for (const bool is_hounsfield : {true, false})
     for (const Grid& grid : all_grids()) {
-      const Volume v = odd_volume(grid.axes, is_hounsfield);
+      const Volume v = scattered_volume(grid.axes, is_hounsfield);
       for (const char* name : {"v.mha", "v.nrrd", "v.nii", "v.nii.gz", "v.vti", "v.vdb"}) {
         if (!v.frame.is_orthogonal() && !keeps_shear(name)) continue;
         const std::string path = scratch / name, what = std::string(grid.name) + " " + name;
@@ -99,13 +99,13 @@ TEST(RoundTrip, VolumesAreReadBackToTheBitFromEveryFormat) {
 TEST(RoundTrip, FoldersOfSlicesAreReadBackToTheBit) {
   const scenes::Scratch scratch;
   for (const Grid& grid : all_grids()) {
-    const Volume v = odd_volume(grid.axes);
+    const Volume v = scattered_volume(grid.axes);
     const struct {
       const char* name;
       FolderFormat format;
       const char* only_grid;
     } folders[] = {{"dicom", FolderFormat::dicom, nullptr},
-                   {"png", FolderFormat::png, "leaning"},
+                   {"png", FolderFormat::png, "sheared"},
                    {"tiff", FolderFormat::tiff, "mirrored"}};
     for (const auto& folder : folders) {
       // Pictures store their grid in a separate file: one grid each suffices.
@@ -134,14 +134,14 @@ TEST(RoundTrip, FoldersOfSlicesAreReadBackToTheBit) {
           }
     }
     EXPECT_TRUE(write_volume_folder(scratch / (std::string(grid.name) + "dicom"), FolderFormat::dicom, v))
-        << "what is there is not replaced";
+        << "an existing folder must not be replaced";
   }
 }
 
 TEST(RoundTrip, LabelsKeepNamesAndValues) {
   const scenes::Scratch scratch;
   for (const Grid& grid : straight_grids()) {
-    const Volume v = odd_volume(grid.axes);
+    const Volume v = scattered_volume(grid.axes);
     for (const char* name : {"l.seg.nrrd", "l.nrrd", "l.mha", "l.nii.gz", "l.vti", "l.vdb"}) {
       const Status error = write_labels(scratch / name, v);
       ASSERT_FALSE(error) << name << error->message();
@@ -154,7 +154,7 @@ TEST(RoundTrip, LabelsKeepNamesAndValues) {
       }
     }
   }
-  const Status error = write_volume(scratch / "v.seg.nrrd", odd_volume(glm::dmat3(1.0)));
+  const Status error = write_volume(scratch / "v.seg.nrrd", scattered_volume(glm::dmat3(1.0)));
   ASSERT_TRUE(error);
   EXPECT_NE(error->message().find("labels"), std::string::npos);
 }
@@ -186,7 +186,7 @@ void expect_itk_agrees(const std::string& path, const Volume& v) {
 TEST(RoundTrip, ItkAndVtkReadTheSame) {
   const scenes::Scratch scratch;
   for (const Grid& grid : straight_grids()) {
-    const Volume v = odd_volume(grid.axes);
+    const Volume v = scattered_volume(grid.axes);
     for (const char* name : {"v.mha", "v.nrrd", "v.vti"}) ASSERT_FALSE(write_volume(scratch / name, v));
     expect_itk_agrees<itk::MetaImageIO>(scratch / "v.mha", v);
     expect_itk_agrees<itk::NrrdImageIO>(scratch / "v.nrrd", v);
@@ -206,7 +206,7 @@ TEST(RoundTrip, ItkAndVtkReadTheSame) {
   }
 }
 
-/// Linear between voxels, at a point in the world.
+/// Returns the value at a point in the world, trilinear between voxels.
 double linear_at(const Volume& v, const glm::dvec3& world) {
   const glm::dvec3 p = v.frame.volume_from_world(world), base = glm::floor(p), f = p - base;
   double sum = 0;
@@ -337,7 +337,7 @@ TEST(RoundTrip, ProjectsOfInVesaliusAreRead) {
     EXPECT_EQ(v.frame.spacing(), glm::dvec3(0.5, 0.6, 2));
     EXPECT_TRUE(v.is_hounsfield);
     for (std::size_t i = 0; i < 24; ++i) EXPECT_EQ(v.voxels[i], 100 * static_cast<int>(i) - 1000);
-    EXPECT_EQ(opened.value().notices.size(), 1U) << "where the axes were taken to go";
+    EXPECT_EQ(opened.value().notices.size(), 1U) << "the notice states the assumed axes";
   }
   for (const auto& [list, word] :
        {std::pair(project("2"), "not axial"), std::pair(project("1", "float32"), "float32"),

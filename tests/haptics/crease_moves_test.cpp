@@ -1,5 +1,5 @@
 // Balls in creases: random motions in grooves, pits and slots. The judge is the closed form of the distance;
-// a ball must not rest while a free way leads nearer to the hand.
+// a ball must not rest while a free path leads nearer to the hand.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -48,7 +48,8 @@ struct Moves {
 };
 
 /// Moves the hand at random around the crease, and counts the steps in which the ball rests although the
-/// exact solid has a free way that is 0.25 mm nearer to the hand. `has_fault`: the proxy is held at times.
+/// exact solid has a free path to a position that is 0.25 mm nearer to the hand. `has_fault`: the proxy is
+/// held at times.
 Moves move_in(const Crease& crease, const glm::dmat3& axes, bool has_noise, const char* method_name,
               int steps, bool has_fault = false) {
   const ivec3 size(glm::ceil(14.0 / dvec3(glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2]))));

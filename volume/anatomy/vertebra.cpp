@@ -199,7 +199,7 @@ double median_wall(const VertebraFrame& frame, const CanalWalls& walls, int midd
 /// Returns the inclination of the body: shift of the centres of its cross-sections to the left and to the
 /// back, mm per mm up; 0 if the body is too small. Its ends are left out: oblique ends would bias the result.
 dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& points, double front) {
-  constexpr double k_spared = 0.2;  // of its height, at each end
+  constexpr double k_spared = 0.2;  // share of its height that is left out at each end
   constexpr double k_behind = 4;    // mm from the canal to the end of the pedicles
   std::vector<dvec3> body;
   for (const dvec3& p : points)

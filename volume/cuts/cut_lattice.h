@@ -19,7 +19,7 @@ class CutLattice {
   static constexpr int k_margin = 8;           ///< samples beyond the voxels on each side
   static constexpr int k_max_per_voxel = 127;  ///< along one axis
   static constexpr double k_samples_per_radius =
-      4.5;  ///< least samples per radius of a burr, along each axis
+      4.5;  ///< fewest samples per radius of a burr, along each axis
 
   /// Makes a lattice with one sample per voxel.
   explicit CutLattice(const Volume& volume) : CutLattice(volume, glm::ivec3(1)) {}

@@ -20,7 +20,7 @@ using glm::ivec3;
 namespace {
 
 constexpr int k_edge = SampleBrick::k_edge;
-constexpr double k_steps_per_radius = 12;     // of the lattice
+constexpr double k_steps_per_radius = 12;     // steps of the lattice
 constexpr double k_min_creased_radius = 1.9;  // steps; samples of smaller tools are inside the solid
 
 }  // namespace

@@ -92,7 +92,7 @@ class SmoothSurface {
   }
 
   /// Finds the point nearest to `from` (volume frame) on the rim, where a cut meets the scan's surface; false
-  /// if it is not within 1.5 of the longest steps of a cell.
+  /// if it is farther than 1.5 times the longest edge of a cell.
   bool project_to_rim(const glm::dvec3& from, const glm::dvec3& cells, SurfacePoint& out) const {
     if (!has_cut() || !version_->is_near_cut(from)) return false;
     const glm::dvec3 steps = frame_.spacing() / cells;
@@ -169,8 +169,8 @@ class SmoothSurface {
       if (length > limit) step *= limit / length;
       y += step;
       if (length < 1e-3 * finest_) {
-        // Beyond the rim the surface of a cut is in air and bounds no solid; nor does that of the scan inside
-        // a cut.
+        // Beyond the rim, the surface of a cut is in air and bounds no solid. Inside a cut, the surface of
+        // the scan bounds no solid either.
         if (has_cut() && jet(!is_cut, frame_.volume_from_world(y)).value < 0) return {};
         const glm::dvec3 offset = x_world - y;
         return std::sqrt(glm::dot(offset, offset));

@@ -13,7 +13,7 @@ using glm::ivec3;
 namespace {
 
 constexpr int k_edge = SampleBrick::k_edge, k_reach = SoftField::k_reach;
-constexpr int k_guard = 2;                   // voxels around a brick that are checked for conflicts
+constexpr int k_guard = 2;                   // voxels around a brick in which is_thin is tested
 constexpr int k_mid = k_edge + 2 * k_guard;  // blurred samples along an edge
 constexpr int k_wide = k_mid + 2 * k_reach;  // bits read by the blur along an edge
 
@@ -81,7 +81,7 @@ void extend(const FarRows& sources, std::span<const Occupancy* const> hosts, con
     }
 }
 
-/// Returns the voxels of the shape that have an air neighbour, which belongs to no shape.
+/// Returns the voxels of the shape with a neighbour in air, that is, in no shape.
 FarRows find_exposed(const Occupancy& bits, const SoftNeighbours& neighbours, const ivec3& first) {
   std::array<std::uint32_t, static_cast<std::size_t>(k_far_padded) * k_far_padded> air;
   const auto row = [](int y, int z) { return static_cast<std::size_t>(y + k_far_padded * z); };

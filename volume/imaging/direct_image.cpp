@@ -172,8 +172,8 @@ void DirectImage::find_cut_blocks(const Version& version) {
   if (is_cut_ != previous) measure_leaps();
 }
 
-/// Computes the chessboard distances in blocks, by two passes over already visited neighbours (Rosenfeld and
-/// Pfaltz 1968).
+/// Computes each block's chessboard distance, in blocks, to the nearest visible block, by two passes over
+/// already visited neighbours (Rosenfeld and Pfaltz 1968).
 void DirectImage::measure_leaps() {
   if (visible_below_.empty()) return;
   for (std::size_t i = 0; i < leaps_.size(); ++i) {

@@ -25,8 +25,8 @@ volume::Volume sampled(const glm::dvec3& low, const glm::dvec3& high, const glm:
 /// A scan as given by scanners and other programs: thick slices, sheared, in metres or micrometres, as a mask
 /// of 0 and 1.
 struct Scan {
-  double slice, shear;  ///< of voxels of 1.5 x 1.5 x 1.5 slice mm; degrees
-  double unit;          ///< of a mm
+  double slice, shear;  ///< voxels are 1.5 x 1.5 x (1.5 slice) mm; shear in degrees
+  double unit;          ///< unit of length, mm
   bool is_mask;
   std::string name() const;
 };

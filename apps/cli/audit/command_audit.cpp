@@ -344,7 +344,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   if (is_on_screen)
     outcome.text += "touch by images of the screen is not judged: the session does not contain the images\n";
   if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter\n";
-  if (is_damaged) outcome.text += "the session is damaged: what follows the damage was not judged\n";
+  if (is_damaged) outcome.text += "the session is damaged: the part after the damage was not judged\n";
   outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;
 }

@@ -101,7 +101,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
 
 Run build(Options& options) {
   auto a = std::make_shared<DemoArguments>();
-  options.add("SRC", a->source, "Scan, as of the other commands").shows_default();
+  options.add("SRC", a->source, "Scan to drill; the same sources as for info").shows_default();
   add_shape(options, a->shape);
   options.add("-o,--output", a->output, "Folder for pictures and report.json").shows_default();
   options.add("--no-window", a->has_no_window, "Do not open a window at the end");

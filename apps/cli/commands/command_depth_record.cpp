@@ -79,7 +79,8 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
 
 Run build(Options& options) {
   auto a = std::make_shared<RecordArguments>();
-  options.add("MODEL", a->models.depths, "Polygonal models, or folders with the keys of models that move")
+  options
+      .add("MODEL", a->models.depths, "Polygonal models, or folders with the key frames of models that move")
       .required();
   options.add("-o,--output", a->output, "A new folder: depth-0001.png, ... and depth.json")
       .required()

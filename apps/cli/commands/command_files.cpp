@@ -238,7 +238,8 @@ Run build_phantom(Options& options) {
   options.add("--spacing", a->spacing, "Voxel size, mm").type("S|X,Y,Z");
   options
       .add("--psf", a->psf,
-           "Scanner blur: sigma in voxels, 0 (exact shares, faces a little ribbed) to 2; 1 is a good scanner")
+           "Scanner blur: sigma in voxels, 0 to 2; 0 gives exact partial volumes with slightly ribbed faces, "
+           "1 is the blur of a good scanner")
       .type("SIGMA");
   options.add("--shear", a->shear, "Gantry tilt, degrees").type("D");
   options
@@ -251,7 +252,7 @@ Run build_phantom(Options& options) {
   options.add("-o,--output", a->output, data_tools::extensions_of(data_tools::OutputKind::volume));
   options
       .add("--case", a->case_output,
-           "A new case folder of head or spine, with its plan and what must not be cut")
+           "A new case folder of head or spine, with its plan and forbidden structures")
       .type("CASE");
   options
       .add("--write-labels", a->labels_output,

@@ -397,7 +397,7 @@ Run build(Options& options) {
   options
       .add("--smallest-burr", a->smallest_burr,
            "Smallest burr that will cut in this session, mm: the smaller, the finer cuts are sampled "
-           "(default: by the saw)")
+           "(default: as fine as the saw requires)")
       .type("MM");
   options.add("--lift", a->lift, "Lift the pieces by this distance, mm, for the picture and the session")
       .type("MM");

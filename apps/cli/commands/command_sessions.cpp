@@ -301,7 +301,8 @@ Run build_resume(Options& options) {
   options.add("--path", a->path, "Continue with a path instead of a window").type("PATH.csv");
   options
       .add("--at", a->at,
-           "Continue at this time instead of the end, in a new session: at most a block of the log earlier")
+           "Continue in a new session from this time instead of the end; it starts at most one block of the "
+           "log before this time")
       .type("S");
   options.add("--record", a->record, "The new session, with --at").type("FILE");
   return run_with(a, run_resume);

@@ -19,8 +19,8 @@ Option add_burr(Options& options, drilling::Burr& burr) {
   options
       .add("--round", burr.is_round,
            "Touch the bone with the whole burr, not with its lowest point; the hand holds the centre of a "
-           "ball and the tip of other burrs; the touching shape is a voxel or a twelfth smaller than the "
-           "cutting one, so that it has room in its own hole; up to 12 mm")
+           "ball and the tip of other burrs, of up to 12 mm; the touching shape is smaller than the cutting "
+           "one by about a voxel or a twelfth, so that it has room in its own hole")
       .means("tool radius");
   add("shaft", "--shaft").type("MM");
   return diameter;

@@ -107,12 +107,10 @@ void add_models(Options& options, ModelArguments& a) {
           "--method scene unless another is named")
       .type("FILE");
   options
-      .add(
-          "--depth", a.depths,
-          "A closed model to touch by depth images, which are drawn while the hand is near; a folder with "
-          "the "
-          "keys of a model that moves; or a depth video (depth-record writes one, TUM RGB-D is read); may be "
-          "repeated")
+      .add("--depth", a.depths,
+           "A closed model to touch by depth images, which are drawn while the hand is near; a folder with "
+           "the key frames of a model that moves; or a depth video (depth-record writes one, TUM RGB-D is "
+           "read); may be repeated")
       .type("MODEL");
   add_model_keys(options, a);
   options.add("--camera", a.camera, "Camera of a depth video that does not state it, in pixels")
@@ -136,8 +134,10 @@ void add_models(Options& options, ModelArguments& a) {
 }
 
 void add_model_keys(Options& options, ModelArguments& a) {
-  options.add("--depth-beat", a.beat, "Time between two keys of a model").shows_default().type("SECONDS");
-  options.add("--depth-repeat", a.is_repeating, "Repeat the keys: the first follows the last");
+  options.add("--depth-beat", a.beat, "Time between two key frames of a model")
+      .shows_default()
+      .type("SECONDS");
+  options.add("--depth-repeat", a.is_repeating, "Repeat the key frames: the first follows the last");
 }
 
 void add_model_units(Options& options, ModelArguments& a) {

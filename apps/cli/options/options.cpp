@@ -73,7 +73,7 @@ void Options::end_reference(const std::string& title, const std::string& command
   app_->footer(text + "\n\n" + app_->get_footer());
 }
 void Options::add_modules() {
-  add("--module", modules_, "A module of one's own, a shared library to load; may be repeated")
+  add("--module", modules_, "A module to load, as a shared library; may be repeated")
       .type("PATH")
       .one_at_a_time()
       .remedy("load it with --module PATH");

@@ -1,4 +1,5 @@
-// No proxy falls through, no energy is generated, and bad device input causes no more than a latched fault.
+// No proxy falls through, no energy is generated, and bad device input causes a latched fault and nothing
+// else.
 #include "apps/bench/stability.h"
 
 #include <cmath>
@@ -264,7 +265,7 @@ TEST(Passivity, AResetClearsTheStoreButNotForcesInFlight) {
   controller.reset();
   EXPECT_EQ(controller.energy(), 0);
   controller.step(dvec3{0, 0, 0}, {0, 0, 0},
-                  dvec3(0));  // the force of two ticks ago is still held on the way out
+                  dvec3(0));  // the force of two ticks ago is still rendered while the hand leaves
   EXPECT_NEAR(controller.energy(), 0.09, 1e-12);
 }
 
