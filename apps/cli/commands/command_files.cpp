@@ -123,7 +123,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   outputs.write(arguments.labels_output,
                 [&] { return data_tools::write_labels(arguments.labels_output, v); });
   if (Status error = outputs.result()) return *error;
-  Outcome outcome{new_report("phantom"), "", exit_done};
+  Outcome outcome("phantom");
   outcome.json["name"] = arguments.name;
   outcome.json["written"] = outputs.written();
   outcome.json.update(frame_json(v));
@@ -149,7 +149,7 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   outputs.write(arguments.output,
                 [&] { return data_tools::write_mesh(arguments.output, mesh, source.volume->frame); });
   if (Status error = outputs.result()) return *error;
-  Outcome outcome{new_report("mesh"), "", exit_done};
+  Outcome outcome("mesh");
   outcome.json["source"] = name_in_report(source);
   outcome.json["shape"] = volume::describe(shape.field.shape(), source.volume->is_hounsfield);
   outcome.json["written"] = outputs.written();
@@ -218,7 +218,7 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
   outputs.write(arguments.labels_output,
                 [&] { return data_tools::write_labels(arguments.labels_output, v); });
   if (Status error = outputs.result()) return *error;
-  Outcome outcome{new_report("convert"), "", exit_done};
+  Outcome outcome("convert");
   outcome.json["source"] = name_in_report(opened.value());
   outcome.json["written"] = outputs.written();
   outcome.json.update(frame_json(v));

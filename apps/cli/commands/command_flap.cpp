@@ -314,7 +314,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     for (const sim::Body& body : bodies) run.apply({sim::PlaceBody{body.id, up}, 0});
   }
   const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
-  Outcome outcome{new_report("flap"), "", exit_done};
+  Outcome outcome("flap");
   Json& json = outcome.json;
   json["source"] = name_in_report(operation.source);
   json["shape"] =

@@ -244,7 +244,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   const bool is_straight = scan->frame.is_orthogonal();
   if (!is_straight) notice("note: the sheared volume was resampled to right angles, as .mha needs it");
 
-  Outcome outcome{new_report("import"), "", exit_done};
+  Outcome outcome("import");
   outcome.json["source"] = name_in_report(source);
   outcome.json["case"] = name;
   outcome.json["written"] = outputs.written();

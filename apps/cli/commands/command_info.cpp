@@ -76,7 +76,7 @@ Result<Outcome> describe_session(const std::string& path) {
     }
   }
   const double seconds = static_cast<double>(session.tick_count()) / h.rate_hz;
-  Outcome outcome{new_report("info"), "", exit_done};
+  Outcome outcome("info");
   Json& json = outcome.json;
   json["recorded_by"] = h.program;
   json["revision"] = h.revision;
@@ -190,7 +190,8 @@ std::string series_text(const std::vector<data_tools::SeriesFacts>& series) {
 Result<Outcome> list_series(const std::string& path) {
   const auto series = data_tools::list_series(path, terminal_listener().progress("looking"));
   if (!series) return series.error();
-  Outcome outcome{new_report("info"), series_text(series.value()), exit_done};
+  Outcome outcome("info");
+  outcome.text = series_text(series.value());
   outcome.json["series"] = series_json(series.value());
   return outcome;
 }
@@ -226,7 +227,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   double sum = 0;
   for (const std::int16_t i : v.voxels.span()) sum += i;
   const double mean = sum / static_cast<double>(v.voxels.size());
-  Outcome outcome{new_report("info"), "", exit_done};
+  Outcome outcome("info");
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["format"] = source.format;

@@ -317,7 +317,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   const laminectomy::Outcome& o = judged.value();
   const Judgement j = laminectomy::judgement_of(o, arguments.vertebra);
   const Plane plane(o, bone, *engine.current());
-  Outcome outcome{new_report("laminectomy"), "", exit_done};
+  Outcome outcome("laminectomy");
   Json& json = outcome.json;
   const auto location_json = [&](const dvec3& at) {
     return Json{{"position_world_mm", json_of(at)}, {"slice", plane.slice(at) + 1}};
