@@ -125,7 +125,7 @@ Status choose_structures(const ImportArguments& arguments, workbench::Source& so
   plan.structures.clear();
   auto shape = workbench::prepare_shape(source, arguments.preset, arguments.shape, terminal_listener());
   if (!shape) return shape.error();
-  plan.structures.push_back({shape.value(), true, false, {}});
+  plan.structures.push_back({.shape = shape.value(), .material = {}});
   // Every label that occurs becomes a structure, which the user can make touchable or forbidden.
   const volume::Volume& scan = *source.volume;
   std::array<bool, 256> occurs{};
@@ -135,7 +135,8 @@ Status choose_structures(const ImportArguments& arguments, workbench::Source& so
     volume::Shape label;
     label.name = scan.label_names[i];
     label.label = static_cast<int>(i);
-    if (label.label != shape.value().label) plan.structures.push_back({label, false, false, {}});
+    if (label.label != shape.value().label)
+      plan.structures.push_back({.shape = label, .is_touchable = false, .material = {}});
   }
   return std::nullopt;
 }
