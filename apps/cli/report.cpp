@@ -40,8 +40,8 @@ double monotonic() {
 Result<Outcome> finished(const data_tools::OutputSet& outputs, Outcome outcome, const char* hint) {
   if (Status error = outputs.result()) return *error;
   outcome.json["written"] = outputs.written();
-  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
-  if (outputs.written().empty()) outcome.text += hint;
+  for (const std::string& path : outputs.written_paths()) outcome.print("wrote {path}", {{"path", path}});
+  if (outputs.written().empty() && *hint != 0) outcome.print(hint);
   return outcome;
 }
 

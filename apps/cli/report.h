@@ -1,10 +1,10 @@
 // Outcome: result of a command, as text, as JSON and as an exit code. Reports, notices and progress.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/cli/rows.h"
 #include "apps/workbench/clock.h"
 #include "apps/workbench/listener.h"
 #include "apps/workbench/source.h"
@@ -19,7 +19,6 @@ using workbench::Clock;
 using workbench::format_text;
 using workbench::hash_text;
 using workbench::seconds_since;
-using Json = nlohmann::ordered_json;
 
 enum ExitCode {
   exit_done = 0,
@@ -29,20 +28,21 @@ enum ExitCode {
   exit_interrupted = 130
 };
 
+/// Returns an object with `schema` ("trephine.NAME/1"), version, commit, compiler and cpu, to which a command
+/// adds its results.
+Json new_report(const std::string& name);
+
 /// The result of a command that ran: `text` for people or `json` for programs goes to stdout.
-struct Outcome {
-  Json json;
-  std::string text;
-  int exit_code = exit_done;
+struct Outcome : Rows {
+  explicit Outcome(const std::string& report, int code = exit_done)
+      : Rows{new_report(report), ""}, exit_code(code) {}
+  int exit_code;
 };
 
 /// Adds the list of written files to the outcome, as text and JSON; `hint` if no output was requested. Error:
 /// a file could not be written.
 Result<Outcome> finished(const data_tools::OutputSet& outputs, Outcome outcome, const char* hint = "");
 
-/// Returns an object with `schema` ("trephine.NAME/1"), version, commit, compiler and cpu, to which a command
-/// adds its results.
-Json new_report(const std::string& name);
 inline Json json_of(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
 /// Report of an error of any command: schema trephine.error/1.
 Json error_report(const std::string& name, const Error& error);

@@ -169,7 +169,7 @@ void OutputSet::write(const std::string& path, const std::function<Status()>& wr
   if (Status error = write())
     failures_.push_back(std::move(*error));
   else
-    written_.push_back(output->name);
+    written_.push_back(output->name), written_paths_.push_back(path);
 }
 
 void OutputSet::recorded(const Status& status) {

@@ -38,6 +38,8 @@ class OutputSet {
   Status result() const;
   /// Returns the names of the written outputs, in order.
   const std::vector<std::string>& written() const { return written_; }
+  /// Returns the paths of the written outputs, in order.
+  const std::vector<std::string>& written_paths() const { return written_paths_; }
 
  private:
   struct Output {
@@ -46,7 +48,7 @@ class OutputSet {
   };
   std::vector<std::string> inputs_;
   std::vector<Output> outputs_;
-  std::vector<std::string> written_;
+  std::vector<std::string> written_, written_paths_;
   std::vector<Error> failures_;
 };
 

@@ -386,7 +386,7 @@ Run run_of(std::shared_ptr<BenchArguments> a, const char* schema, const Bench& b
                    .where = "--size",
                    .found = std::to_string(a->size),
                    .expected = "64 to 800 voxels"};
-    Outcome outcome{new_report(schema), "", exit_done};
+    Outcome outcome(schema);
     if (Status error = bench(*a, outcome)) return *error;
     return outcome;
   };

@@ -188,7 +188,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   const bool is_flat = late - early < 16 + 0.05 * early;
   const bool has_worked = replay.counts().versions > 0 && undos > 0;
 
-  Outcome outcome{new_report("soak"), "", is_same && is_flat && has_worked ? exit_done : exit_check_failed};
+  Outcome outcome("soak", is_same && is_flat && has_worked ? exit_done : exit_check_failed);
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["seconds"] = seconds_since(start);

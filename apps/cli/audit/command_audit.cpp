@@ -278,7 +278,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   const bool is_certified = !is_damaged && fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 &&
                             sunk == 0 && drawn_sunk == 0 && passable == 0 && friction.outside == 0 &&
                             (allowed == 0 || balls > 0);
-  Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
+  Outcome outcome("audit-session", is_certified ? exit_done : exit_check_failed);
   outcome.json["method"] = header.hands[0].method;
   outcome.json["ticks"] = replay.counts().ticks;
   outcome.json["ticks_judged"] = judged;
@@ -380,7 +380,7 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
       return interrupted("the audit");
   }
   const bool is_clean = total.mismatches + total.reverse_mismatches == 0;
-  Outcome outcome{new_report("audit"), "", is_clean ? exit_done : exit_check_failed};
+  Outcome outcome("audit", is_clean ? exit_done : exit_check_failed);
   outcome.json["rays"] = total.rays;
   outcome.json["voxels"] = total.voxels;
   outcome.json["mismatches"] = total.mismatches;

@@ -81,7 +81,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
                  .expected = "a session whose first shape is of a volume"};
   const view::Difference difference =
       view::difference_between(session.scene(), *first.value().version, *second.value().version);
-  Outcome outcome{new_report("compare"), "", exit_done};
+  Outcome outcome("compare");
   outcome.json["first"] = first.value().title;
   outcome.json["second"] = second.value().title;
   outcome.json["bodies_in_first"] = bodies[0];

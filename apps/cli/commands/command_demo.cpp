@@ -52,7 +52,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   const bool is_through = is_open(site, *operation.scene(), version);
   const double removed = report.measure("removed");
 
-  Outcome outcome{new_report("demo"), "", report.is_met() ? exit_done : exit_check_failed};
+  Outcome outcome("demo", report.is_met() ? exit_done : exit_check_failed);
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["shape"] = volume::describe(operation.scene()->items[0].field.shape(), source.volume->is_hounsfield);

@@ -66,7 +66,7 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
   const double share =
       static_cast<double>(visible_pixels) /
       (static_cast<double>(result.width) * result.height * static_cast<double>(result.pictures.size()));
-  Outcome outcome{new_report("depth-record"), "", exit_done};
+  Outcome outcome("depth-record");
   outcome.json["pictures"] = result.pictures.size();
   outcome.json["seconds"] = static_cast<double>(result.pictures.size()) / request.rate;
   outcome.json["mm_a_step"] = result.mm_per_step;

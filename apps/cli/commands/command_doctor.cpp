@@ -207,7 +207,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
          space.available < (1u << 30)});
   for (Finding& f : find_devices()) findings.push_back(std::move(f));
 
-  Outcome outcome{new_report("doctor"), "", exit_done};
+  Outcome outcome("doctor");
   Json list = Json::array();
   int faults = 0;
   for (const Finding& f : findings) {

@@ -151,7 +151,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   outputs.recorded(not_recorded);
   if (Status error = outputs.result()) return *error;
 
-  Outcome outcome{new_report("drill"), "", exit_done};
+  Outcome outcome("drill");
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);

@@ -37,14 +37,6 @@ struct MeshArguments {
   bool is_open = false;
 };
 
-/// Returns the names of the requested outputs, comma separated; empty names are skipped.
-std::string list_written(std::initializer_list<std::string> names) {
-  std::string text;
-  for (const std::string& name : names)
-    if (!name.empty()) text += (text.empty() ? "" : ", ") + for_terminal(name, true);
-  return text;
-}
-
 /// Parses "N" or "X,Y,Z".
 Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
   const Error bad{"this is neither one number nor three", option, text, "N or X,Y,Z", ""};
@@ -122,15 +114,12 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   outputs.write(arguments.output, [&] { return data_tools::write_volume(arguments.output, v); });
   outputs.write(arguments.labels_output,
                 [&] { return data_tools::write_labels(arguments.labels_output, v); });
-  if (Status error = outputs.result()) return *error;
-  Outcome outcome{new_report("phantom"), "", exit_done};
+  Outcome outcome("phantom");
   outcome.json["name"] = arguments.name;
-  outcome.json["written"] = outputs.written();
   outcome.json.update(frame_json(v));
   outcome.json["labels"] = v.label_names;
-  outcome.text = arguments.name + ": " + size_text(v) + ", written to " +
-                 list_written({arguments.output, arguments.labels_output, arguments.case_output}) + "\n";
-  return outcome;
+  outcome.print(std::string("{name}: ") + k_size_line);
+  return finished(outputs, std::move(outcome));
 }
 
 Result<Outcome> run_mesh(const MeshArguments& arguments) {
@@ -148,17 +137,13 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   if (is_interrupted()) return interrupted("making the mesh");
   outputs.write(arguments.output,
                 [&] { return data_tools::write_mesh(arguments.output, mesh, source.volume->frame); });
-  if (Status error = outputs.result()) return *error;
-  Outcome outcome{new_report("mesh"), "", exit_done};
+  Outcome outcome("mesh");
   outcome.json["source"] = name_in_report(source);
   outcome.json["shape"] = volume::describe(shape.field.shape(), source.volume->is_hounsfield);
-  outcome.json["written"] = outputs.written();
-  outcome.json["vertices"] = mesh.vertices.size();
-  outcome.json["triangles"] = mesh.triangle_count();
-  outcome.json["mesh_seconds"] = seconds;
-  outcome.text = format_text("%zu triangles, %zu vertices in %.0f ms, written to %s\n", mesh.triangle_count(),
-                             mesh.vertices.size(), 1e3 * seconds, arguments.output.c_str());
-  return outcome;
+  outcome.add("vertices", mesh.vertices.size());
+  outcome.add("triangles", mesh.triangle_count());
+  outcome.add("mesh_seconds", seconds);
+  return finished(outputs, std::move(outcome));
 }
 
 Result<Outcome> run_convert(const ConvertArguments& arguments) {
@@ -217,14 +202,11 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
   });
   outputs.write(arguments.labels_output,
                 [&] { return data_tools::write_labels(arguments.labels_output, v); });
-  if (Status error = outputs.result()) return *error;
-  Outcome outcome{new_report("convert"), "", exit_done};
+  Outcome outcome("convert");
   outcome.json["source"] = name_in_report(opened.value());
-  outcome.json["written"] = outputs.written();
   outcome.json.update(frame_json(v));
-  outcome.text =
-      size_text(v) + ", written to " + list_written({arguments.output, arguments.labels_output}) + "\n";
-  return outcome;
+  outcome.print(k_size_line);
+  return finished(outputs, std::move(outcome));
 }
 
 Run build_phantom(Options& options) {

@@ -132,64 +132,67 @@ volume::Mesh mesh_of(const std::vector<sim::Body>& bodies) {
   return mesh;
 }
 
-/// Adds the report of the flap, as text and JSON, to the outcome. Error: the target's label has no voxels.
+/// Adds the report of the flap to the outcome. Error: the target's label has no voxels.
 Status report_flap(const sim::Engine& engine, Outcome& outcome) {
   Json& json = outcome.json;
-  const auto* cut = last_event<bone_flap::FlapCut>(engine);
+  const auto& cut = *last_event<bone_flap::FlapCut>(engine);
   const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
-  json["area_mm2"] = cut->area;
-  json["kerf_mm3"] = cut->kerf_size;
-  json["rim_mm3"] = cut->rim_size;
-  json["walls_mm2"] = cut->wall;
-  json["flap_mm3"] = cut->flap_size;
-  json["holes"] = cut->holes;
+  json["area_mm2"] = cut.area;
+  json["kerf_mm3"] = cut.kerf_size;
+  json["rim_mm3"] = cut.rim_size;
+  json["walls_mm2"] = cut.wall;
+  json["flap_mm3"] = cut.flap_size;
+  json["holes"] = cut.holes;
   json["middle_world_mm"] = json_of(flap.centre);
   json["apex_world_mm"] = json_of(flap.apex);
-  outcome.text +=
-      format_text("flap of %.1f cm², %.0f mm³; the saw removed %.0f mm³ along %.0f mm² of walls\n",
-                  cut->area / 100, cut->flap_size, cut->kerf_size, cut->wall);
-  Json pieces = Json::array();
+  outcome.print(
+      "flap of {area_cm2:.1f} cm², {flap_mm3:.0f} mm³; the saw removed {kerf_mm3:.0f} mm³ along "
+      "{walls_mm2:.0f} mm² of walls",
+      {{"area_cm2", cut.area / 100}});
+  json["pieces"] = Json::array();
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i) {
     const auto* piece = chronicle[i].value.as<FlapPiece>();
     if (piece == nullptr) continue;
-    pieces.push_back({{"number", piece->number},
-                      {"mm3", piece->size},
-                      {"position_world_mm", json_of(chronicle[i].position_world)},
-                      {"is_seed", piece->is_seed},
-                      {"is_detached", piece->is_detached},
-                      {"is_at_border", piece->is_at_border}});
-    if (cut->pieces > 1 || piece->is_at_border)
-      outcome.text += format_text("  piece %lld: %.0f mm³, %s%s\n", static_cast<long long>(piece->number),
-                                  piece->size, piece->is_detached ? "removed" : "left",
-                                  piece->is_at_border ? ", cut by the scan's border" : "");
+    json["pieces"].push_back({{"number", piece->number},
+                              {"mm3", piece->size},
+                              {"position_world_mm", json_of(chronicle[i].position_world)},
+                              {"is_seed", piece->is_seed},
+                              {"is_detached", piece->is_detached},
+                              {"is_at_border", piece->is_at_border}});
+    if (cut.pieces > 1 || piece->is_at_border)
+      outcome.print(std::string("  piece {number}: {mm3:.0f} mm³, ") +
+                        (piece->is_detached ? "removed" : "left") +
+                        (piece->is_at_border ? ", cut by the scan's border" : ""),
+                    json["pieces"].back());
   }
-  json["pieces"] = pieces;
   const auto& judged = *last_event<bone_flap::FlapJudged>(engine);
   json["outline"] = {{"perimeter_mm", judged.perimeter},
                      {"length_mm", judged.length},
                      {"width_mm", judged.width},
                      {"roundness", judged.roundness}};
-  outcome.text += format_text("outline: %.0f mm around, %.0f by %.0f mm, roundness %.2f\n", judged.perimeter,
-                              judged.length, judged.width, judged.roundness);
-  Json distances = Json::array();
+  outcome.print(
+      "outline: {perimeter_mm:.0f} mm around, {length_mm:.0f} by {width_mm:.0f} mm, roundness "
+      "{roundness:.2f}",
+      json["outline"]);
+  json["forbidden"] = Json::array();
   for (std::size_t i = 0; i < chronicle.size(); ++i) {
     const auto* clearance = chronicle[i].value.as<bone_flap::FlapClearance>();
     if (clearance == nullptr) continue;
-    distances.push_back({{"structure", clearance->structure},
-                         {"nearest_mm", clearance->distance},
-                         {"is_stripped", clearance->is_stripped}});
-    const char* name = clearance->structure.c_str();
+    json["forbidden"].push_back({{"structure", clearance->structure},
+                                 {"nearest_mm", clearance->distance},
+                                 {"is_stripped", clearance->is_stripped}});
+    const Json& row = json["forbidden"].back();
     if (clearance->is_stripped)
-      outcome.text += format_text("the saw's foot strips %s off the bone\n", name);
+      outcome.print("the saw's foot strips {structure} off the bone", row);
     else if (clearance->distance < 0)
-      outcome.text += format_text("the saw goes %.1f mm into %s\n", -clearance->distance, name);
+      outcome.print("the saw goes {depth_mm:.1f} mm into {structure}",
+                    {{"depth_mm", -clearance->distance}, {"structure", clearance->structure}});
     else if (clearance->distance < sim::Forbidden::k_reach)
-      outcome.text += format_text("the saw stays %.1f mm from %s\n", clearance->distance, name);
+      outcome.print("the saw stays {nearest_mm:.1f} mm from {structure}", row);
   }
   if (engine.forbidden().empty())
-    outcome.text += "the plan has no forbidden structures: no distance was checked\n";
-  json["forbidden"] = distances;
+    outcome.print("the plan has no forbidden structures: no distance was checked");
   if (!judged.target.empty()) {
     if (!judged.has_target)
       return Error{.what = "the label has no voxels",
@@ -200,14 +203,15 @@ Status report_flap(const sim::Engine& engine, Outcome& outcome) {
                       {"covered_share", judged.exposed / 100},
                       {"margin_mm", judged.margin},
                       {"depth_mm", judged.depth}};
-    outcome.text +=
-        format_text("%s: %.1f %% of its projection under the opening, margin %.1f mm, %.0f mm deep\n",
-                    judged.target.c_str(), judged.exposed, judged.margin, judged.depth);
+    outcome.print(
+        "{name}: {covered_share:.1%} of its projection under the opening, margin {margin_mm:.1f} mm, "
+        "{depth_mm:.0f} mm deep",
+        json["target"]);
   }
   if (judged.has_plan) {
     json["planned"] = {{"mean_mm", judged.plan_mean}, {"worst_mm", judged.plan_worst}};
-    outcome.text += format_text("from the planned outline: %.1f mm in the mean, %.1f at the worst\n",
-                                judged.plan_mean, judged.plan_worst);
+    outcome.print("from the planned outline: {mean_mm:.1f} mm in the mean, {worst_mm:.1f} at the worst",
+                  json["planned"]);
   }
   return std::nullopt;
 }
@@ -314,7 +318,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     for (const sim::Body& body : bodies) run.apply({sim::PlaceBody{body.id, up}, 0});
   }
   const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
-  Outcome outcome{new_report("flap"), "", exit_done};
+  Outcome outcome("flap");
   Json& json = outcome.json;
   json["source"] = name_in_report(operation.source);
   json["shape"] =
@@ -328,8 +332,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   if (dvec3 at; const auto* no_flap = last_event<bone_flap::FlapFailed>(engine, &at)) {
     json["refused"] = {
         {"reason", no_flap->reason}, {"position_world_mm", json_of(at)}, {"holes", no_flap->holes}};
-    outcome.text = format_text("no flap: %s, at %.1f, %.1f, %.1f; nothing was cut\n", no_flap->reason.c_str(),
-                               at.x, at.y, at.z);
+    outcome.print("no flap: {reason}, at {position_world_mm:.1f}; nothing was cut", json["refused"]);
     outcome.exit_code = exit_check_failed;
     for (const dvec3& p : request.anchors) middle += p / static_cast<double>(request.anchors.size());
   } else if (pieces.empty()) {
@@ -354,14 +357,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   outputs.write(arguments.screenshot,
                 [&] { return draw(run, operation, middle, normal, arguments.lift, arguments.screenshot); });
   outputs.recorded(not_recorded);
-  if (Status error = outputs.result()) return *error;
-  json["written"] = outputs.written();
-  if (!outputs.written().empty()) {
-    outcome.text += "written:";
-    for (const std::string& name : outputs.written()) outcome.text += " " + name;
-    outcome.text += "\n";
-  }
-  return outcome;
+  return finished(outputs, std::move(outcome));
 }
 
 Run build(Options& options) {

@@ -256,7 +256,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   const auto clock = Clock::now();
   // The padded sums include the part of each ray outside the scan.
   std::vector<double> sums, other, sums_padded, other_padded;
-  Outcome outcome{new_report("fluoro"), "", exit_done};
+  Outcome outcome("fluoro");
   Json& json = outcome.json;
   std::int64_t hidden_count = 0, tissue_count = 0;
   std::vector<std::uint8_t> hidden;
@@ -358,7 +358,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
     return write_dicom(a.dicom, received, view, arm, shot, dose, volume::content_hash(*moment.scan));
   });
   outputs.write(a.sums, [&] { return write_sums(a.sums, sums, fine, arm.pixel / a.rays); });
-  return finished(outputs, std::move(outcome), "no picture requested: -o XRAY.png\n");
+  return finished(outputs, std::move(outcome), "no picture requested: -o XRAY.png");
 }
 
 Run build(Options& options) {

@@ -125,7 +125,7 @@ Status choose_structures(const ImportArguments& arguments, workbench::Source& so
   plan.structures.clear();
   auto shape = workbench::prepare_shape(source, arguments.preset, arguments.shape, terminal_listener());
   if (!shape) return shape.error();
-  plan.structures.push_back({shape.value(), true, false, {}});
+  plan.structures.push_back({.shape = shape.value(), .material = {}});
   // Every label that occurs becomes a structure, which the user can make touchable or forbidden.
   const volume::Volume& scan = *source.volume;
   std::array<bool, 256> occurs{};
@@ -135,7 +135,8 @@ Status choose_structures(const ImportArguments& arguments, workbench::Source& so
     volume::Shape label;
     label.name = scan.label_names[i];
     label.label = static_cast<int>(i);
-    if (label.label != shape.value().label) plan.structures.push_back({label, false, false, {}});
+    if (label.label != shape.value().label)
+      plan.structures.push_back({.shape = label, .is_touchable = false, .material = {}});
   }
   return std::nullopt;
 }
@@ -240,27 +241,24 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
     const bool is_spine = arguments.side.empty() && arguments.preset.name == "spine";
     return draw(source, arguments.screenshot, is_spine ? "back" : arguments.side);
   });
-  if (Status error = outputs.result()) return *error;
   const bool is_straight = scan->frame.is_orthogonal();
   if (!is_straight) notice("note: the sheared volume was resampled to right angles, as .mha needs it");
 
-  Outcome outcome{new_report("import"), "", exit_done};
+  Outcome outcome("import");
   outcome.json["source"] = name_in_report(source);
   outcome.json["case"] = name;
-  outcome.json["written"] = outputs.written();
   outcome.json["structures"] = plan.structures.size();
   outcome.json["trajectories"] = plan.trajectories.size();
   outcome.json["landmarks"] = plan.landmarks.size();
   outcome.json["labels"] = plan.label_names;
   outcome.json["is_resampled"] = !is_straight;
-  if (plan.quality) outcome.json["quality"] = quality_json(*plan.quality);
   outcome.json["seconds"] = seconds_since(start);
-  const std::string quality =
-      plan.quality ? quality_text(*plan.quality, scan->is_hounsfield, plan.structures[0].shape.low) : "";
-  outcome.text = "case " + name + ": " + std::to_string(plan.structures.size()) + " structure" +
-                 (plan.structures.size() == 1 ? "" : "s") + ", written to " + arguments.output + "\n  edit " +
-                 (target / "case.toml").string() + " to name structures, materials and the plan\n" + quality;
-  return outcome;
+  outcome.print(
+      "case {case}: structures: {structures}, trajectories: {trajectories}, landmarks: {landmarks}");
+  outcome.print("  edit {file} to name structures, materials and the plan",
+                {{"file", (target / "case.toml").string()}});
+  if (plan.quality) report_quality(*plan.quality, scan->is_hounsfield, plan.structures[0].shape.low, outcome);
+  return finished(outputs, std::move(outcome));
 }
 
 Run build(Options& options) {

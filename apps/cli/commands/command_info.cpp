@@ -76,7 +76,7 @@ Result<Outcome> describe_session(const std::string& path) {
     }
   }
   const double seconds = static_cast<double>(session.tick_count()) / h.rate_hz;
-  Outcome outcome{new_report("info"), "", exit_done};
+  Outcome outcome("info");
   Json& json = outcome.json;
   json["recorded_by"] = h.program;
   json["revision"] = h.revision;
@@ -108,40 +108,42 @@ Result<Outcome> describe_session(const std::string& path) {
   json["is_damaged"] = session.is_damaged();
   json["lost_bytes"] = session.lost_bytes();
   if (session.end()) json["removed_mm3"] = session.end()->removed_mm3;
-  outcome.text = data_tools::file_name(path) + ": a session of " +
-                 (h.case_name.empty() ? std::string("a scan without a name") : "case " + h.case_name) +
-                 (session.has_scan() ? ", the scan included" : "") + "\n" +
-                 format_text("  %.1f s at %.0f Hz, %zu hand%s, method %s\n", seconds, h.rate_hz,
-                             h.hands.size(), h.hands.size() == 1 ? "" : "s", h.hands[0].method.c_str()) +
-                 format_text("  in contact for %.1f s, at most %.2f N; undone %llu, redone %llu\n",
-                             static_cast<double>(contact) / h.rate_hz, strongest,
-                             static_cast<unsigned long long>(undos), static_cast<unsigned long long>(redos)) +
-                 "  recorded by " + h.program + "\n  ";
-  const std::vector<std::string> settings = persistent_of(h);
-  for (std::size_t i = 0; i < settings.size(); ++i) {
-    const bool is_new_line = settings[i].starts_with("structure=") || settings[i].starts_with("hand=");
-    outcome.text += (i == 0 ? "" : is_new_line ? "\n  " : ", ") + settings[i];
+  outcome.print("{file}: a session of " +
+                    std::string(h.case_name.empty() ? "a scan without a name" : "case {case}") +
+                    (session.has_scan() ? ", the scan included" : ""),
+                {{"file", data_tools::file_name(path)}});
+  outcome.print("  {seconds:.1f} s at {rate_hz:.0f} Hz, hands: {hands}, method {method}");
+  outcome.print(
+      "  in contact for {contact_seconds:.1f} s, at most {strongest_force_n:.2f} N; undone {undos}, redone "
+      "{redos}",
+      {{"contact_seconds", static_cast<double>(contact) / h.rate_hz}});
+  outcome.print("  recorded by {recorded_by}");
+  Json line = Json::array();  // settings of one line
+  const auto print_settings = [&] {
+    if (!line.empty()) outcome.print("  {line}", {{"line", line}});
+    line.clear();
+  };
+  for (const std::string& setting : persistent_of(h)) {
+    if (setting.starts_with("structure=") || setting.starts_with("hand=")) print_settings();
+    line.push_back(setting);
   }
-  outcome.text += "\n";
+  print_settings();
   for (std::size_t i = 0; i < std::min<std::size_t>(events.size(), 20); ++i)
-    outcome.text += format_text("  at %.2f s, hand %d: ", events[i]["after_seconds"].get<double>(),
-                                events[i]["hand"].get<int>() + 1) +
-                    events[i]["text"].get<std::string>() + "\n";
-  if (session.end())
-    outcome.text += format_text("  removed %.2f mm³ at its end\n", session.end()->removed_mm3);
-  if (dropped > 0)
-    outcome.text +=
-        format_text("  %llu ticks were dropped (full ring)\n", static_cast<unsigned long long>(dropped));
+    outcome.print("  at {after_seconds:.2f} s, hand {number}: {text}",
+                  {{"after_seconds", events[i]["after_seconds"]},
+                   {"number", events[i]["hand"].get<int>() + 1},
+                   {"text", events[i]["text"]}});
+  if (session.end()) outcome.print("  removed {removed_mm3:.2f} mm³ at its end");
+  if (dropped > 0) outcome.print("  {dropped_ticks} ticks were dropped (full ring)");
   if (session.is_damaged())
-    outcome.text += format_text("  damaged at byte %llu: the %llu bytes from there on are ignored\n",
-                                static_cast<unsigned long long>(session.complete_bytes()),
-                                static_cast<unsigned long long>(session.lost_bytes()));
+    outcome.print("  damaged at byte {from}: the {lost_bytes} bytes from there on are ignored",
+                  {{"from", session.complete_bytes()}});
   else if (sim::SessionWriter::is_being_written(path))
-    outcome.text += "  being recorded right now\n";
+    outcome.print("  being recorded right now");
   else if (!session.end())
-    outcome.text += "  not closed: the program was stopped; continue with trephine resume\n";
+    outcome.print("  not closed: the program was stopped; continue with trephine resume");
   if (h.revision != sim::k_replay_revision)
-    outcome.text += "  of older arithmetic: it can be viewed, not verified\n";
+    outcome.print("  of older arithmetic: it can be viewed, not verified");
   return outcome;
 }
 
@@ -165,34 +167,72 @@ Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
   return list;
 }
 
-std::string series_text(const std::vector<data_tools::SeriesFacts>& series) {
-  if (series.empty()) return "";
-  std::string text =
-      "  series  volume  kind  size               spacing, mm            date      kernel    description\n";
-  for (const data_tools::SeriesFacts& s : series) {
-    const std::string size = format_text("%d x %d x %d", s.size.x, s.size.y, s.size.z);
-    const std::string spacing =
-        s.problem.empty() ? format_text("%.3g x %.3g x %.3g", s.spacing.x, s.spacing.y, s.spacing.z) : "-";
-    const std::string volume =
-        s.volumes > 1 ? format_text("%d of %d", s.volume, s.volumes) : std::string("-");
+/// Reports series. The table for people has their free texts too.
+void report_series(const std::vector<data_tools::SeriesFacts>& series, Outcome& outcome) {
+  outcome.json["series"] = series_json(series);
+  Json rows = outcome.json["series"];
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const data_tools::SeriesFacts& s = series[i];
     std::string kernel = s.kernel;  // DICOM separates several values by backslashes
     std::replace(kernel.begin(), kernel.end(), '\\', ' ');
-    text += format_text("  %6d  %6s  %-4s  %-17s  %-21s  %-8s  %-8s  ", s.series, volume.c_str(),
-                        s.is_localizer ? "plan" : s.modality.c_str(), size.c_str(), spacing.c_str(),
-                        s.date.c_str(), kernel.c_str()) +
-            s.description + (s.mark.empty() ? "" : " (" + s.mark + ")") +
-            (s.problem.empty() ? "" : ": " + s.problem) + "\n";
+    rows[i]["volume"] = s.volumes > 1 ? format_text("%d of %d", s.volume, s.volumes) : "-";
+    rows[i]["kind"] = s.is_localizer ? "plan" : s.modality;
+    if (!s.problem.empty()) rows[i]["spacing_mm"] = nullptr;
+    rows[i]["date"] = s.date, rows[i]["kernel"] = kernel;
+    rows[i]["description"] = s.description + (s.mark.empty() ? "" : " (" + s.mark + ")") +
+                             (s.problem.empty() ? "" : ": " + s.problem);
   }
-  return text;
+  if (!series.empty())
+    outcome.print_table(rows, {{"series", "{series}"},
+                               {"volume", "{volume}"},
+                               {"kind", "{kind}"},
+                               {"size", "{size/0} x {size/1} x {size/2}"},
+                               {"spacing, mm", "{spacing_mm:.3g}"},
+                               {"date", "{date}"},
+                               {"kernel", "{kernel}"},
+                               {"description", "{description}"}});
 }
 
 /// Lists series and volumes without reading voxels.
 Result<Outcome> list_series(const std::string& path) {
   const auto series = data_tools::list_series(path, terminal_listener().progress("looking"));
   if (!series) return series.error();
-  Outcome outcome{new_report("info"), series_text(series.value()), exit_done};
-  outcome.json["series"] = series_json(series.value());
+  Outcome outcome("info");
+  report_series(series.value(), outcome);
   return outcome;
+}
+
+/// Reports structures, trajectories and landmarks of a plan.
+void report_plan(const data_tools::CasePlan& plan, bool is_hounsfield, Outcome& outcome) {
+  Json& json = outcome.json;
+  for (const char* list : {"structures", "trajectories", "landmarks"}) json[list] = Json::array();
+  for (const data_tools::CaseStructure& s : plan.structures) {
+    json["structures"].push_back({{"name", s.shape.name},
+                                  {"shape", describe(s.shape, is_hounsfield)},
+                                  {"touchable", s.is_touchable},
+                                  {"forbidden", s.is_forbidden}});
+    outcome.print(std::string("  structure {name}: {shape}") + (s.is_touchable ? "" : ", not touched") +
+                      (s.is_forbidden ? ", forbidden" : ""),
+                  json["structures"].back());
+  }
+  for (const volume::PlannedTrajectory& t : plan.trajectories) {
+    json["trajectories"].push_back({{"name", t.name},
+                                    {"entry", json_of(t.entry_world)},
+                                    {"target", json_of(t.target_world)},
+                                    {"diameter", t.diameter}});
+    outcome.print("  trajectory {name}: {length:.1f} mm long" +
+                      std::string(t.diameter > 0 ? ", {diameter:.3g} mm thick" : "") +
+                      ", from ({entry:.1f}) to ({target:.1f})",
+                  {{"name", t.name},
+                   {"length", glm::length(t.target_world - t.entry_world)},
+                   {"diameter", t.diameter},
+                   {"entry", json_of(t.entry_world)},
+                   {"target", json_of(t.target_world)}});
+  }
+  for (const volume::PlannedLandmark& l : plan.landmarks) {
+    json["landmarks"].push_back({{"name", l.name}, {"at", json_of(l.position_world)}});
+    outcome.print("  landmark {name}: ({at:.1f}) mm", json["landmarks"].back());
+  }
 }
 
 Result<Outcome> run_info(const InfoArguments& arguments) {
@@ -226,7 +266,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   double sum = 0;
   for (const std::int16_t i : v.voxels.span()) sum += i;
   const double mean = sum / static_cast<double>(v.voxels.size());
-  Outcome outcome{new_report("info"), "", exit_done};
+  Outcome outcome("info");
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["format"] = source.format;
@@ -238,27 +278,16 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   json["max"] = *high;
   json["mean"] = mean;
   json["labels"] = v.label_names;
-  if (source.plan) {
-    Json structures = Json::array();
-    for (const data_tools::CaseStructure& s : source.plan->structures)
-      structures.push_back({{"name", s.shape.name},
-                            {"shape", describe(s.shape, v.is_hounsfield)},
-                            {"touchable", s.is_touchable},
-                            {"forbidden", s.is_forbidden}});
-    json["structures"] = structures;
-    Json trajectories = Json::array();
-    for (const volume::PlannedTrajectory& t : source.plan->trajectories)
-      trajectories.push_back({{"name", t.name},
-                              {"entry", {t.entry_world.x, t.entry_world.y, t.entry_world.z}},
-                              {"target", {t.target_world.x, t.target_world.y, t.target_world.z}},
-                              {"diameter", t.diameter}});
-    json["trajectories"] = trajectories;
-    Json landmarks = Json::array();
-    for (const volume::PlannedLandmark& l : source.plan->landmarks)
-      landmarks.push_back(
-          {{"name", l.name}, {"at", {l.position_world.x, l.position_world.y, l.position_world.z}}});
-    json["landmarks"] = landmarks;
-  }
+  const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
+  outcome.print(std::string("{name}: {format}") + (source.modality.empty() ? "" : ", {modality}"),
+                {{"name", source.name}});
+  outcome.print(std::string("  ") + k_size_line);
+  outcome.print(std::string("  from ({near:.1f}) to ({far:.1f}) mm, patient frame LPS") +
+                    (v.frame.is_orthogonal() ? "" : ", sheared"),
+                {{"near", json_of(near)}, {"far", json_of(far)}});
+  outcome.print(std::string("  values {min} to {max}") + (v.is_hounsfield ? " HU" : ", not known to be HU") +
+                ", mean {mean:.1f}");
+  if (source.plan) report_plan(*source.plan, v.is_hounsfield, outcome);
   // Quality stored in the case, or measured here.
   std::optional<data_tools::ScanQuality> quality;
   volume::Shape shape;
@@ -274,50 +303,22 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
                    .remedy = "pass the scan instead of the case"};
     quality = data_tools::scan_quality(v, shape);
   }
-  if (quality) json["quality"] = quality_json(*quality);
   outputs.write(arguments.chart, [&] { return write_quality_chart(*quality, arguments.chart); });
   if (Status error = outputs.result()) return *error;
-  Json facts = Json::object();
-  for (const auto& [name, value] : source.facts) facts[name] = value;
-  json["facts"] = facts;
-  json["series"] = series_json(source.series);
+  json["facts"] = Json::object();
+  for (const auto& [name, value] : source.facts) {
+    json["facts"][name] = value;
+    if (name != "modality") outcome.print("  {name}: {value}", {{"name", name}, {"value", value}});
+  }
+  report_series(source.series, outcome);
+  if (quality) report_quality(*quality, v.is_hounsfield, shape.low, outcome);
   json["notices"] = source.notices;
   json["read_seconds"] = source.read_seconds;
-  const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
-  outcome.text =
-      for_terminal(source.name, true) + ": " + source.format +
-      (source.modality.empty() ? "" : ", " + source.modality) + "\n  " + size_text(v) + "\n" +
-      format_text("  from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) mm, patient frame LPS%s\n", near.x, near.y,
-                  near.z, far.x, far.y, far.z, v.frame.is_orthogonal() ? "" : ", sheared") +
-      format_text("  values %d to %d%s, mean %.1f\n", *low, *high,
-                  v.is_hounsfield ? " HU" : ", not known to be HU", mean);
-  if (source.plan)
-    for (const data_tools::CaseStructure& s : source.plan->structures)
-      outcome.text += "  structure " + s.shape.name + ": " + describe(s.shape, v.is_hounsfield) +
-                      (s.is_touchable ? "" : ", not touched") + (s.is_forbidden ? ", forbidden" : "") + "\n";
-  if (source.plan)
-    for (const volume::PlannedTrajectory& t : source.plan->trajectories)
-      outcome.text += format_text(
-          "  trajectory %s: %.1f mm long%s, from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f)\n", t.name.c_str(),
-          glm::length(t.target_world - t.entry_world),
-          t.diameter > 0 ? format_text(", %.3g mm thick", t.diameter).c_str() : "", t.entry_world.x,
-          t.entry_world.y, t.entry_world.z, t.target_world.x, t.target_world.y, t.target_world.z);
-  if (source.plan)
-    for (const volume::PlannedLandmark& l : source.plan->landmarks)
-      outcome.text += format_text("  landmark %s: (%.1f, %.1f, %.1f) mm\n", l.name.c_str(),
-                                  l.position_world.x, l.position_world.y, l.position_world.z);
-  for (const auto& [name, value] : source.facts)
-    if (name != "modality") outcome.text += "  " + name + ": " + value + "\n";
-  outcome.text += series_text(source.series);
-  if (quality) outcome.text += quality_text(*quality, v.is_hounsfield, shape.low);
-  if (!v.label_names.empty()) {
-    outcome.text += "  labels:";
-    for (const std::string& name : v.label_names) outcome.text += " " + name;
-    outcome.text += "\n";
-  }
+  if (!v.label_names.empty()) outcome.print("  labels: {labels}");
   for (const data_tools::SegmentFacts& segment : source.segments)
-    outcome.text += format_text("  segment %s: value %d%s\n", segment.name.c_str(), segment.value,
-                                segment.layer > 0 ? format_text(", layer %d", segment.layer).c_str() : "");
+    outcome.print(
+        std::string("  segment {name}: value {value}") + (segment.layer > 0 ? ", layer {layer}" : ""),
+        {{"name", segment.name}, {"value", segment.value}, {"layer", segment.layer}});
   return outcome;
 }
 

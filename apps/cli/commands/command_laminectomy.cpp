@@ -213,17 +213,16 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const 
   return view::write_slices(panels, path);
 }
 
-/// Contacts with forbidden structures (dura, roots), with the slices in which the tool entered them.
-Json contacts_of(const sim::Engine& engine, const volume::VertebraFrame& frame, const Plane& plane,
-                 std::string& text) {
-  Json list = Json::array();
+/// Reports contacts with forbidden structures (dura, roots), with the slices in which the tool entered them.
+void report_contacts(const sim::Engine& engine, const volume::VertebraFrame& frame, const Plane& plane,
+                     Outcome& outcome) {
+  outcome.json["forbidden"] = Json::array();
   for (std::size_t s = 0; s < engine.forbidden().size(); ++s) {
     const std::string& name = engine.forbidden()[s]->name();
     double nearest = sim::Forbidden::k_reach;
     for (std::size_t h = 0; h < engine.hand_count(); ++h)
       nearest = std::min(nearest, engine.watch(h, s).nearest);
-    Json contacts = Json::array();
-    std::string slices;
+    Json contacts = Json::array(), slices = Json::array();
     const sim::Chronicle& chronicle = engine.now().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
       const auto* entered = chronicle[i].value.as<sim::ForbiddenEntered>();
@@ -231,23 +230,26 @@ Json contacts_of(const sim::Engine& engine, const volume::VertebraFrame& frame, 
       const double height = frame.local(chronicle[i].position_world).z;
       // Skip contacts at other vertebrae.
       if (height < frame.low || height > frame.high) continue;
-      const int slice = plane.slice(chronicle[i].position_world);
+      slices.push_back(plane.slice(chronicle[i].position_world) + 1);
       contacts.push_back({{"position_world_mm", json_of(chronicle[i].position_world)},
-                          {"slice", slice + 1},
+                          {"slice", slices.back()},
                           {"tick", chronicle[i].tick},
                           {"is_working", entered->is_working}});
-      slices += (slices.empty() ? "" : ", ") + std::to_string(slice + 1);
     }
-    list.push_back({{"structure", name}, {"contacts", contacts}});
+    Json& row = outcome.json["forbidden"].emplace_back(Json{{"structure", name}, {"contacts", contacts}});
     // Smallest distance of the whole operation; distances beyond k_reach are not measured.
-    if (nearest < sim::Forbidden::k_reach) list.back()["nearest_mm"] = nearest;
+    if (nearest < sim::Forbidden::k_reach) row["nearest_mm"] = nearest;
     if (!contacts.empty())
-      text += format_text("%s: entered %zu times here, %.1f mm deep at most in the operation, slices %s\n",
-                          name.c_str(), contacts.size(), std::max(0.0, -nearest), slices.c_str());
+      outcome.print(
+          "{structure}: entered {count} times here, {depth:.1f} mm deep at most in the operation, slices "
+          "{slices}",
+          {{"structure", name},
+           {"count", contacts.size()},
+           {"depth", std::max(0.0, -nearest)},
+           {"slices", slices}});
     else if (nearest < sim::Forbidden::k_reach)
-      text += format_text("%s: not touched, %.1f mm away at least\n", name.c_str(), nearest);
+      outcome.print("{structure}: not touched, {nearest_mm:.1f} mm away at least", row);
   }
-  return list;
 }
 
 Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
@@ -317,57 +319,54 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   const laminectomy::Outcome& o = judged.value();
   const Judgement j = laminectomy::judgement_of(o, arguments.vertebra);
   const Plane plane(o, bone, *engine.current());
-  Outcome outcome{new_report("laminectomy"), "", exit_done};
+  Outcome outcome("laminectomy");
   Json& json = outcome.json;
-  const auto location_json = [&](const dvec3& at) {
-    return Json{{"position_world_mm", json_of(at)}, {"slice", plane.slice(at) + 1}};
+  const auto located = [&](Json row, const dvec3& at) {
+    row["position_world_mm"] = json_of(at), row["slice"] = plane.slice(at) + 1;
+    return row;
   };
   const auto percent = [](double left, double before) { return before > 0 ? 100 * left / before : 100.0; };
   json["vertebra"] = arguments.vertebra;
-  json["canal"] = location_json(j.narrowest_at);
-  json["canal"]["before_mm2"] = j.canal_before, json["canal"]["now_mm2"] = j.canal_after;
-  json["opening"] = location_json(j.opened_at);
-  json["opening"]["length_mm"] = j.opened_length, json["opening"]["width_mm"] = j.opened_width;
-  json["lamina"] = {{"before_mm3", j.lamina_before}, {"left_mm3", j.lamina_left}};
-  json["lamina"].update(location_json(o.lamina.at_world));
-  json["spinous_process"] = {{"before_mm3", j.spinous_before}, {"left_mm3", j.spinous_left}};
-  json["spinous_process"].update(location_json(o.spinous_process.at_world));
-  json["opening"]["canal_before_mm2"] = j.opening_before, json["opening"]["canal_now_mm2"] = j.opening_after;
+  json["canal"] = located({{"before_mm2", j.canal_before}, {"now_mm2", j.canal_after}}, j.narrowest_at);
+  json["opening"] = located({{"length_mm", j.opened_length},
+                             {"width_mm", j.opened_width},
+                             {"canal_before_mm2", j.opening_before},
+                             {"canal_now_mm2", j.opening_after}},
+                            j.opened_at);
+  json["lamina"] = located({{"before_mm3", j.lamina_before}, {"left_mm3", j.lamina_left}}, o.lamina.at_world);
+  json["spinous_process"] =
+      located({{"before_mm3", j.spinous_before}, {"left_mm3", j.spinous_left}}, o.spinous_process.at_world);
   json["is_at_border"] = o.is_at_border;
   if (o.is_at_border) notice("the scan ends within the vertebra: sizes and shares refer to the scanned part");
-  Json facets = Json::array(), pars = Json::array();
-  outcome.text += format_text("canal: %.0f mm² where it is narrowest (slice %d), now %.0f\n", j.canal_before,
-                              plane.slice(j.narrowest_at) + 1, j.canal_after);
-  outcome.text +=
-      o.widest_opened < 0
-          ? "its roof is closed\n"
-          : format_text(
-                "its roof is open along %.0f mm, %.1f mm wide at most (slice %d): there %.0f mm², now %.0f\n",
-                j.opened_length, j.opened_width, plane.slice(j.opened_at) + 1, j.opening_before,
-                j.opening_after);
-  outcome.text +=
-      format_text("lamina: %.0f %% left; spinous process: %.0f %% left\n",
-                  percent(j.lamina_left, j.lamina_before), percent(j.spinous_left, j.spinous_before));
+  outcome.print("canal: {before_mm2:.0f} mm² where it is narrowest (slice {slice}), now {now_mm2:.0f}",
+                json["canal"]);
+  outcome.print(o.widest_opened < 0 ? "its roof is closed"
+                                    : "its roof is open along {length_mm:.0f} mm, {width_mm:.1f} mm wide at "
+                                      "most (slice {slice}): there {canal_before_mm2:.0f} mm², now "
+                                      "{canal_now_mm2:.0f}",
+                json["opening"]);
+  outcome.print("lamina: {lamina:.0f} % left; spinous process: {process:.0f} % left",
+                {{"lamina", percent(j.lamina_left, j.lamina_before)},
+                 {"process", percent(j.spinous_left, j.spinous_before)}});
   for (std::size_t side = 0; side < 2; ++side) {
     const char* name = side == 0 ? "left" : "right";
     for (const bool is_upper : {true, false}) {
       const laminectomy::Part& part = (is_upper ? o.upper_facet : o.lower_facet)[side];
-      Json facet = location_json(part.at_world);
-      facet["side"] = name, facet["is_upper"] = is_upper;
-      facet["before_mm3"] = part.size, facet["removed_percent"] = 100 * part.share_removed();
-      facets.push_back(facet);
+      json["facets"].push_back(located({{"side", name},
+                                        {"is_upper", is_upper},
+                                        {"before_mm3", part.size},
+                                        {"removed_percent", 100 * part.share_removed()}},
+                                       part.at_world));
+      outcome.print(
+          std::string("{side} ") + (is_upper ? "upper" : "lower") + " facet: {removed_percent:.0f} % removed",
+          json["facets"].back());
     }
-    outcome.text +=
-        format_text("%s facets: %.0f %% of the upper removed, %.0f %% of the lower\n", name,
-                    100 * o.upper_facet[side].share_removed(), 100 * o.lower_facet[side].share_removed());
-    Json isthmus = location_json(o.pars[side].at_world);
-    isthmus["side"] = name, isthmus["before_mm"] = o.pars[side].before,
-    isthmus["now_mm"] = o.pars[side].after;
-    pars.push_back(isthmus);
-    outcome.text += format_text("%s pars: %.1f mm wide, %.1f before (slice %d)\n", name, o.pars[side].after,
-                                o.pars[side].before, plane.slice(o.pars[side].at_world) + 1);
+    const laminectomy::Pars& pars = o.pars[side];
+    json["pars"].push_back(
+        located({{"side", name}, {"before_mm", pars.before}, {"now_mm", pars.after}}, pars.at_world));
+    outcome.print("{side} pars: {now_mm:.1f} mm wide, {before_mm:.1f} before (slice {slice})",
+                  json["pars"].back());
   }
-  json["facets"] = facets, json["pars"] = pars;
   // Plunges beyond the bone, in the whole operation.
   double plunge = 0;
   int plunges = 0;
@@ -377,13 +376,11 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
       ++plunges, plunge = std::max(plunge, breakthrough->plunge);
   json["breakthroughs"] = {{"count", plunges}, {"deepest_plunge_mm", plunge}};
   if (plunges > 0)
-    outcome.text +=
-        format_text("burrs broke through %d times and plunged at most %.1f mm\n", plunges, plunge);
-  json["forbidden"] = contacts_of(engine, o.frame, plane, outcome.text);
+    outcome.print("burrs broke through {count} times and plunged at most {deepest_plunge_mm:.1f} mm",
+                  json["breakthroughs"]);
+  report_contacts(engine, o.frame, plane, outcome);
   outputs.write(arguments.slices, [&] { return draw(o, j, label, plane, arguments.slices); });
-  if (Status error = outputs.result()) return *error;
-  if (!outputs.written().empty()) outcome.text += "wrote " + outputs.written().front() + "\n";
-  return outcome;
+  return finished(outputs, std::move(outcome));
 }
 
 Run build(Options& options) {

@@ -159,7 +159,7 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
                  .where = "--tape, --patch, --part",
                  .expected = "--iso, --range, --label or --auto"};
   const volume::Field shape(*moment.scan, moment.shape.value_or(volume::Shape()));
-  Outcome outcome{new_report("measure"), "", exit_done};
+  Outcome outcome("measure");
   outcome.json["measures"] = Json::array();
   std::vector<Measured> measures;
   if (is_recorded) {  // report the session's own measurements

@@ -40,7 +40,7 @@ Json table_of(const sim::ValueType& type, const char* kind, std::string& text) {
 }
 
 Result<Outcome> run_modules(const ModulesArguments& arguments) {
-  Outcome outcome{new_report("modules"), "", exit_done};
+  Outcome outcome("modules");
   outcome.json["modules"] = Json::array();
   std::string names;
   bool is_found = arguments.name.empty();

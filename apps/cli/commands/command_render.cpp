@@ -192,7 +192,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
   imaging::Panel panel = renderer.draw(subject, request, 0);
   const double seconds = seconds_since(clock);
 
-  Outcome outcome{new_report("render"), "", exit_done};
+  Outcome outcome("render");
   Json& json = outcome.json;
   const auto counters = renderer.counters();
   const auto window = volume::window_of_opacity(transfer, imaging::k_touch_opacity);
@@ -224,7 +224,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
                                                              : a.transfer);
   panel.is_to_scale = true;
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, a.size); });
-  return finished(outputs, std::move(outcome), "no picture requested: -o PICTURE.png\n");
+  return finished(outputs, std::move(outcome), "no picture requested: -o PICTURE.png");
 }
 
 Run build(Options& options) {

@@ -47,7 +47,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (Status error = outputs.result()) return *error;
 
   const double removed = report.measure("removed");
-  Outcome outcome{new_report("run"), "", report.is_met() ? exit_done : exit_check_failed};
+  Outcome outcome("run", report.is_met() ? exit_done : exit_check_failed);
   Json& json = outcome.json;
   json["title"] = request.script.title;
   json["ticks"] = report.ticks;

@@ -96,7 +96,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   imaging::SectionAreas areas;
   const imaging::Panel panel = imaging::section_panel(objects, plane, areas);
   const double pixel_mm2 = plane.pixel * plane.pixel;
-  Outcome outcome{new_report("section"), "", exit_done};
+  Outcome outcome("section");
   Json& json = outcome.json;
   json["plane"] = {{"middle_world_mm", json_of(plane.middle_world)},
                    {"normal", json_of(plane.normal())},
@@ -142,7 +142,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   }
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, 720); });
   outputs.write(a.svg, [&] { return data_tools::write_file_atomically(a.svg, svg_of(plane, objects)); });
-  return finished(outputs, std::move(outcome), "no picture requested: -o SECTION.png\n");
+  return finished(outputs, std::move(outcome), "no picture requested: -o SECTION.png");
 }
 
 Run build(Options& options) {

@@ -66,7 +66,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (arguments.wants_window) {
     if (Status error = play_in_window(session, arguments.session, session.source.written_name()))
       return *error;
-    return Outcome{new_report("replay"), "", is_interrupted() ? exit_interrupted : exit_done};
+    return Outcome("replay", is_interrupted() ? exit_interrupted : exit_done);
   }
   const std::uint64_t tick_count = session.reader->tick_count();
   const std::uint64_t end =
@@ -129,7 +129,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (Status error = outputs.result()) return *error;
 
   const sim::Replay::Counts& counts = replay.counts();
-  Outcome outcome{new_report("replay"), "", exit_done};
+  Outcome outcome("replay");
   Json& json = outcome.json;
   json["ticks"] = is_seeking ? replay.next_tick() : counts.ticks;
   json["dropped_ticks"] = counts.dropped;
@@ -242,7 +242,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   const auto scene = engine.servo_scene()->hands[0].scene;
   const double before = engine.removed_mm3();
 
-  Outcome outcome{new_report("resume"), "", exit_done};
+  Outcome outcome("resume");
   outcome.json["from_seconds"] = static_cast<double>(first_tick) / header.rate_hz;
   outcome.json["removed_mm3_before"] = before;
   double after = 0;

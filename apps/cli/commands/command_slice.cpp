@@ -74,7 +74,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
   const auto window = window_of(a, scan, values.before);
   if (!window) return window.error();
 
-  Outcome outcome{new_report("slice"), "", exit_done};
+  Outcome outcome("slice");
   Json& json = outcome.json;
   const dvec3 n = plane.normal();
   json["plane"] = {{"middle_world_mm", json_of(plane.middle_world)},
@@ -133,7 +133,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
     panels.back().lines.push_back({{}, imaging::Panel::Colour{254, 161, 38}, true, "removed"});
   outputs.write(a.output,
                 [&] { return view::write_slices(panels, a.output, a.is_side_by_side ? 600 : 720); });
-  return finished(outputs, std::move(outcome), "no picture requested: -o SLICE.png\n");
+  return finished(outputs, std::move(outcome), "no picture requested: -o SLICE.png");
 }
 
 Run build(Options& options) {

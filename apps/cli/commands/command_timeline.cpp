@@ -137,7 +137,7 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
   // Only the session's end has the size of a unit in mm3; a truncated session has no volumes.
   std::optional<double> mm3;
   if (session.end() && units > 0) mm3 = session.end()->removed_mm3 / static_cast<double>(units);
-  Outcome outcome{new_report("timeline"), "", exit_done};
+  Outcome outcome("timeline");
   Json rows = Json::array();
   std::size_t strokes = 0;
   for (const Row& row : timeline.finish()) {

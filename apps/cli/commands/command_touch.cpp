@@ -163,10 +163,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   outputs.recorded(not_recorded);
   if (Status error = outputs.result()) return *error;
 
-  Outcome outcome{new_report("touch"), "",
-                  (judge.fall_throughs() > 0 && judge.is_promised()) || judge.in_drawn() > 0
+  Outcome outcome("touch", (judge.fall_throughs() > 0 && judge.is_promised()) || judge.in_drawn() > 0
                       ? exit_check_failed
-                      : exit_done};
+                      : exit_done);
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);

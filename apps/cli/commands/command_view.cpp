@@ -243,7 +243,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   auto shown = view::run_window(scene, options);
   if (!shown) return shown.error();
   const view::WindowReport& r = shown.value();
-  Outcome outcome{new_report("view"), "", is_interrupted() ? exit_interrupted : exit_done};
+  Outcome outcome("view", is_interrupted() ? exit_interrupted : exit_done);
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["is_offscreen"] = options.is_offscreen;

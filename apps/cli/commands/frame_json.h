@@ -1,25 +1,21 @@
-// Grid of a volume as JSON and as text, for reports.
+// Grid of a volume, for reports.
 #pragma once
 
 #include "apps/cli/report.h"
 
 namespace trephine::cli {
 
-inline Json vector_json(const glm::dvec3& v) { return Json::array({v.x, v.y, v.z}); }
-
 inline Json frame_json(const volume::Volume& v) {
   return {{"size", Json::array({v.size.x, v.size.y, v.size.z})},
-          {"spacing_mm", vector_json(v.frame.spacing())},
-          {"origin_mm", vector_json(v.frame.origin())},
-          {"axis_x", vector_json(v.frame.axes()[0])},
-          {"axis_y", vector_json(v.frame.axes()[1])},
-          {"axis_z", vector_json(v.frame.axes()[2])}};
+          {"spacing_mm", json_of(v.frame.spacing())},
+          {"origin_mm", json_of(v.frame.origin())},
+          {"axis_x", json_of(v.frame.axes()[0])},
+          {"axis_y", json_of(v.frame.axes()[1])},
+          {"axis_z", json_of(v.frame.axes()[2])}};
 }
 
-inline std::string size_text(const volume::Volume& v) {
-  const glm::dvec3 s = v.frame.spacing();
-  return format_text("%d x %d x %d voxels of %.4g x %.4g x %.4g mm", v.size.x, v.size.y, v.size.z, s.x, s.y,
-                     s.z);
-}
+/// Line of the grid, from the rows of frame_json().
+inline constexpr const char* k_size_line =
+    "{size/0} x {size/1} x {size/2} voxels of {spacing_mm/0:.4g} x {spacing_mm/1:.4g} x {spacing_mm/2:.4g} mm";
 
 }  // namespace trephine::cli

@@ -6,44 +6,39 @@
 
 namespace trephine::cli {
 
-Json quality_json(const data_tools::ScanQuality& q) {
-  Json json = Json::object();
-  const auto add = [&json](const char* key, const std::optional<double>& value) {
-    json[key] = value ? Json(*value) : Json(nullptr);
-  };
-  add("blur_in_plane_mm", q.blur_in_plane);
-  add("blur_across_mm", q.blur_across);
-  json["edges"] = q.edges;
-  json["is_rough"] = q.is_rough;
-  add("noise", q.noise);
-  json["slice_step_mm"] = q.slice_step;
-  add("thinnest_mm", q.thinnest);
-  add("least_wall_mm", q.min_wall);
-  add("least_gap_mm", q.min_gap);
-  return json;
-}
-
-std::string quality_text(const data_tools::ScanQuality& q, bool is_hounsfield, double low) {
-  const auto mm = [](const std::optional<double>& value) {
-    return value ? format_text("%.2f mm", *value) : std::string("unknown");
-  };
-  const char* unit = is_hounsfield ? " HU" : "";
-  std::string text = "  sharpness: edges are blurred by ";
+void report_quality(const data_tools::ScanQuality& q, bool is_hounsfield, double low, Rows& rows) {
+  const auto json_of = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
+  rows.json["quality"] = {{"blur_in_plane_mm", json_of(q.blur_in_plane)},
+                          {"blur_across_mm", json_of(q.blur_across)},
+                          {"edges", q.edges},
+                          {"is_rough", q.is_rough},
+                          {"noise", json_of(q.noise)},
+                          {"slice_step_mm", q.slice_step},
+                          {"thinnest_mm", json_of(q.thinnest)},
+                          {"least_wall_mm", json_of(q.min_wall)},
+                          {"least_gap_mm", json_of(q.min_gap)}};
+  const Json& row = rows.json["quality"];
   if (q.blur_in_plane)
-    text += (q.is_rough ? "about " : "") + mm(q.blur_in_plane) + " within slices, " +
-            (q.blur_across ? mm(q.blur_across) : std::string("an unknown amount (too few edges lie level)")) +
-            format_text(" from slice to slice (sigma, at %d edges)\n", q.edges);
+    rows.print(
+        std::string("  sharpness: edges are blurred by ") + (q.is_rough ? "about " : "") +
+            "{blur_in_plane_mm:.2f} mm within slices, " +
+            (q.blur_across ? "{blur_across_mm:.2f} mm" : "an unknown amount (too few edges lie level)") +
+            " from slice to slice (sigma, at {edges} edges)",
+        row);
   else
-    text += format_text("an unknown amount: only %d edge%s free enough to be measured\n", q.edges,
-                        q.edges == 1 ? " is" : "s are");
-  text += "  noise: " + (q.noise ? format_text("%.0f%s", *q.noise, unit) : std::string("unknown")) +
-          format_text("; slices are %.3g mm apart\n", q.slice_step);
-  text += format_text("  solid (from %.0f%s): ", low, unit);
-  if (q.thinnest) text += "2 % of its surface has less than " + mm(q.thinnest) + " of it below";
+    rows.print(std::string("  sharpness: edges are blurred by an unknown amount: only {edges} edge") +
+                   (q.edges == 1 ? " is" : "s are") + " free enough to be measured",
+               row);
+  const std::string unit = is_hounsfield ? " HU" : "";
+  rows.print("  noise: {noise:.0f}" + (q.noise ? unit : "") + "; slices are {slice_step_mm:.3g} mm apart",
+             row);
+  std::string solid;
+  if (q.thinnest) solid = "2 % of its surface has less than {quality/thinnest_mm:.2f} mm of it below";
   if (q.min_wall)
-    text += (q.thinnest ? "; " : "") + std::string("a wall of ") + mm(q.min_wall) +
-            " and more is touched as whole, a gap of " + mm(q.min_gap) + " and more as open";
-  return text + (q.thinnest || q.min_wall ? "\n" : "unknown\n");
+    solid += std::string(q.thinnest ? "; " : "") +
+             "a wall of {quality/least_wall_mm:.2f} mm and more is touched as whole, a gap of "
+             "{quality/least_gap_mm:.2f} mm and more as open";
+  rows.print("  solid (from {low:.0f}" + unit + "): " + (solid.empty() ? "unknown" : solid), {{"low", low}});
 }
 
 Status write_quality_chart(const data_tools::ScanQuality& q, const std::string& path) {

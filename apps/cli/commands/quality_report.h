@@ -1,4 +1,4 @@
-// Report of the quality of a scan, as JSON, text and chart.
+// Report of the quality of a scan: rows and a chart.
 #pragma once
 
 #include "apps/cli/report.h"
@@ -6,9 +6,8 @@
 
 namespace trephine::cli {
 
-Json quality_json(const data_tools::ScanQuality& quality);
-/// Returns the report as lines of text. `low`: threshold of the solid, in the scan's unit.
-std::string quality_text(const data_tools::ScanQuality& quality, bool is_hounsfield, double low);
+/// Adds the row `quality` and its lines. `low`: threshold of the solid, in the scan's unit.
+void report_quality(const data_tools::ScanQuality& quality, bool is_hounsfield, double low, Rows& rows);
 /// Writes the measured edge profile as a picture.
 Status write_quality_chart(const data_tools::ScanQuality& quality, const std::string& path);
 

@@ -1,0 +1,110 @@
+#include "apps/cli/rows.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <sstream>
+
+#include "apps/cli/report.h"
+
+namespace trephine::cli {
+
+namespace {
+
+/// Returns the text of a unit that is a word of a key; empty for other words.
+std::string unit_of(const std::string& word) {
+  static constexpr std::array<std::array<const char*, 2>, 12> k_units{{{"mm", "mm"},
+                                                                       {"mm2", "mm²"},
+                                                                       {"mm3", "mm³"},
+                                                                       {"n", "N"},
+                                                                       {"nmm", "N mm"},
+                                                                       {"seconds", "s"},
+                                                                       {"ms", "ms"},
+                                                                       {"us", "µs"},
+                                                                       {"hz", "Hz"},
+                                                                       {"percent", "%"},
+                                                                       {"degrees", "degrees"},
+                                                                       {"bytes", "bytes"}}};
+  for (const auto& [key, text] : k_units)
+    if (word == key) return text;
+  return "";
+}
+
+std::size_t letters_of(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+std::string padded(std::string text, std::size_t width, bool is_right = false) {
+  const std::size_t letters = letters_of(text);
+  return letters < width ? text.insert(is_right ? 0 : text.size(), width - letters, ' ') : text;
+}
+
+std::string text_of(const Json& value, const std::string& format, const char* unknown) {
+  if (value.is_array()) {
+    std::string list;
+    for (const Json& element : value) list += (list.empty() ? "" : ", ") + text_of(element, format, unknown);
+    return list;
+  }
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_string())
+    return padded(for_terminal(value.get<std::string>(), true), format.empty() ? 0 : std::stoul(format));
+  if (!value.is_number() || !std::isfinite(value.get<double>())) return unknown;
+  const auto number = value.get<double>();
+  if (format.ends_with('%'))
+    return format_text(("%" + format.substr(0, format.size() - 1) + "f %%").c_str(), 100 * number);
+  if (!format.empty()) return format_text(("%" + format).c_str(), number);
+  return value.is_number_integer() ? value.dump()
+                                   : format_text(std::abs(number) < 1000 ? "%.3g" : "%.0f", number);
+}
+
+/// Returns a line with the values of its keys.
+std::string filled(std::string_view line, const Json& row, const Json& rows, const char* unknown) {
+  std::string text;
+  for (std::size_t open; (open = line.find('{')) < line.size();) {
+    const std::size_t close = line.find('}', open), colon = std::min(line.find(':', open), close);
+    const Json::json_pointer key("/" + std::string(line.substr(open + 1, colon - open - 1)));
+    const Json* found = row.contains(key) ? &row.at(key) : rows.contains(key) ? &rows.at(key) : nullptr;
+    const std::string format(line.substr(std::min(colon + 1, close), close - std::min(colon + 1, close)));
+    text.append(line.substr(0, open)).append(found ? text_of(*found, format, unknown) : unknown);
+    line.remove_prefix(close + 1);
+  }
+  return text.append(line);
+}
+
+}  // namespace
+
+void Rows::add(const std::string& key, const Json& value) {
+  json[key] = value;
+  std::string words, unit;
+  std::istringstream list(workbench::words_of(key));
+  for (std::string word; list >> word;) {
+    if (const std::string found = unit_of(word); !found.empty())
+      unit = " " + found;
+    else
+      words += (words.empty() ? "" : " ") + word;
+  }
+  print((words.empty() ? key : words) + ": {" + key + "}" + unit);
+}
+
+void Rows::print(std::string_view line, const Json& row) {
+  text += filled(line, row, json, "unknown") + "\n";
+}
+
+void Rows::print_table(const Json& list, const std::vector<Column>& columns) {
+  std::vector<std::string> lines(list.size() + 1);
+  for (const Column& column : columns) {
+    std::vector<std::string> cells{column.heading};
+    for (const Json& row : list) cells.push_back(filled(column.cell, row, json, "-"));
+    std::size_t width = 0;
+    bool is_right = true;
+    for (const std::string& cell : cells) width = std::max(width, letters_of(cell));
+    for (std::size_t i = 1; i < cells.size(); ++i)
+      is_right = is_right && cells[i].find_first_of("0123456789-") == 0;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      lines[i] += (lines[i].empty() ? "" : "  ") + padded(cells[i], width, is_right);
+  }
+  for (std::string& line : lines) text += line.erase(line.find_last_not_of(' ') + 1) + "\n";
+}
+
+}  // namespace trephine::cli
