@@ -18,6 +18,7 @@
 #include "apps/view/tool_appearance.h"
 #include "apps/workbench/clock.h"
 #include "apps/workbench/operation.h"
+#include "apps/workbench/plan_overlays.h"
 
 namespace trephine::view {
 

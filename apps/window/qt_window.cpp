@@ -33,6 +33,7 @@
 #include "apps/view/stylus_style.h"
 #include "apps/workbench/clock.h"
 #include "apps/workbench/operation.h"
+#include "apps/workbench/plan_overlays.h"
 #include "volume/cuts/shape_choice.h"
 
 namespace trephine::view {

@@ -87,9 +87,6 @@ volume::SurgicalPlan plan_of(const Source& source);
 std::vector<ModelChoice> models_of(const Source& source);
 /// Returns the forbidden shapes of a case's scan.
 std::vector<volume::Shape> forbidden_of(const data_tools::CasePlan& plan);
-/// Returns the trajectories, landmarks and outlines of a plan as overlays; trajectories begin 20 mm before
-/// their entry.
-sim::Overlays plan_overlays(const volume::SurgicalPlan& plan);
 
 /// Checks names, ranges and words without loading data. Parses the hands' instruments.
 Status check(const OperationChoice& choice);

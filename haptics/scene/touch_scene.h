@@ -104,8 +104,7 @@ struct TouchItem {
   // Mesh: a polygonal model. A closed one is touched from its front; a sheet may block on both sides.
   Kind kind = Kind::voxels;
   std::string name = {};  ///< of a mesh; voxels have the name of their shape
-  /// Of a mesh: its triangles. Of a shape of a further volume: its surface in the world frame, which is
-  /// drawn.
+  /// Triangles of a mesh; for a shape of a further volume, the surface that is drawn (world frame).
   std::shared_ptr<const MeshTree> tree = nullptr;
   Placement placement = {};  ///< fixed (no mover), or initial
   int mover = -1;            ///< 0 to k_max_movers - 1: every step has its placement; -1: fixed

@@ -205,7 +205,7 @@ std::span<const CoreCommand> body_commands() noexcept {
   return all;
 }
 
-/// Removes bodies for a module. Returns false if there are none of these.
+/// Removes bodies for a module. Returns false if no such body exists.
 bool Engine::remove_bodies(std::span<const Id> ids) {
   const std::size_t removed = std::erase_if(now_.world.bodies, [&](const Body& body) {
     return std::find(ids.begin(), ids.end(), body.id) != ids.end();

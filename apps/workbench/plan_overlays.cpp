@@ -1,0 +1,46 @@
+#include "apps/workbench/plan_overlays.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace trephine::workbench {
+
+sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
+  constexpr double k_before = 20, k_cross = 3;  // mm
+  constexpr int k_corners = 24;
+  sim::Overlay overlay;
+  for (const volume::PlannedTrajectory& t : plan.trajectories) {
+    const glm::dvec3 outward = glm::normalize(t.entry_world - t.target_world);
+    const glm::dvec3 begin = t.entry_world + k_before * outward;
+    overlay.lines.push_back({begin, t.target_world});
+    overlay.labels.push_back({begin, t.name});
+    // A ring at the entry and one at the target, with the planned diameter.
+    const glm::dvec3 axis_u = glm::normalize(
+        glm::cross(outward, std::abs(outward.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 axis_v = glm::cross(outward, axis_u);
+    const double radius = t.diameter > 0 ? 0.5 * t.diameter : 0.5 * k_cross;
+    const auto on_ring = [&](int corner) {
+      const double angle = corner * 2 * 3.14159265358979323846 / k_corners;
+      return radius * (std::cos(angle) * axis_u + std::sin(angle) * axis_v);
+    };
+    for (const glm::dvec3& centre : {t.entry_world, t.target_world})
+      for (int corner = 0; corner < k_corners; ++corner)
+        overlay.lines.push_back({centre + on_ring(corner), centre + on_ring(corner + 1)});
+  }
+  for (const volume::PlannedLandmark& l : plan.landmarks) {
+    for (int a = 0; a < 3; ++a) {
+      glm::dvec3 arm(0);
+      arm[a] = k_cross;
+      overlay.lines.push_back({l.position_world - arm, l.position_world + arm});
+    }
+    overlay.labels.push_back({l.position_world, l.name});
+  }
+  for (const volume::PlannedOutline& o : plan.outlines) {
+    for (std::size_t i = 0; i < o.points_world.size(); ++i)
+      overlay.lines.push_back({o.points_world[i], o.points_world[(i + 1) % o.points_world.size()]});
+    overlay.labels.push_back({o.points_world[0], o.name});
+  }
+  return overlay.lines.empty() ? sim::Overlays{} : sim::Overlays{std::move(overlay)};
+}
+
+}  // namespace trephine::workbench
