@@ -74,7 +74,7 @@ TEST_F(FurtherVolumes, AreNotTouchedWithoutTheirFile) {
 }
 
 TEST_F(FurtherVolumes, ComeFromACase) {
-  ASSERT_EQ(run("import a.nrrd --hu -o case").exit_code, 0);
+  ASSERT_EQ(run("import a.nrrd --hounsfield --iso 300 -o case").exit_code, 0);
   const std::string plan = read(file("case/case.toml"));
   fs::copy_file(file("b.nrrd"), file("case/b.nrrd"));
   write("case/case.toml", plan +
@@ -99,7 +99,7 @@ TEST_F(FurtherVolumes, ComeFromACase) {
 
 TEST_F(FurtherVolumes, ComeFromAScript) {
   write("r.toml", R"(schema = 1
-name = "two balls"
+title = "Two balls"
 scan = "a.nrrd"
 iso = 300
 [[volumes]]

@@ -177,7 +177,7 @@ TEST_F(Script, ErrorsAreReportedWithTheirLineBeforePlaying) {
 
 TEST_F(Command, ModulesAreListedWithTheirTables) {
   const Json all = json("modules");
-  ASSERT_EQ(all["modules"].size(), 9u);
+  ASSERT_EQ(all["modules"].size(), 12u);
   EXPECT_EQ(all["modules"][0]["name"], "engine");
   EXPECT_GT(all["modules"][0]["parts"].size(), 15u);
   EXPECT_EQ(all["modules"][1]["name"], "drilling");

@@ -127,7 +127,7 @@ TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
   EXPECT_EQ(run("replay lie.session --verify").exit_code, 2);
   // Damage in the middle of the log: the part before it is the same, which is not sufficient.
   bytes = whole;
-  bytes[bytes.size() - 1500] = static_cast<char>(bytes[bytes.size() - 1500] ^ 0x55);
+  bytes[bytes.size() - 4500] = static_cast<char>(bytes[bytes.size() - 4500] ^ 0x55);
   write("damaged.session", bytes);
   const Ended damaged = run("replay damaged.session --verify --json");
   EXPECT_EQ(damaged.exit_code, 1);
@@ -215,10 +215,10 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha --write-labels labels.mha").exit_code, 0);
   const Json import = json("import head.mha --labels labels.mha -o my-case");
   EXPECT_EQ(import["case"], "case") << "a folder's name may be a patient's";
-  EXPECT_EQ(import["structures"], 11);
+  EXPECT_EQ(import["structures"], 12);
   const Json info = json("info my-case");
   EXPECT_EQ(info["format"], "case");
-  EXPECT_EQ(info["structures"].size(), 11u);
+  EXPECT_EQ(info["structures"].size(), 12u);
   const Ended again = run("import head.mha -o my-case");
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("already"), std::string::npos);

@@ -161,7 +161,7 @@ TEST_F(Formats, WhatANiftiDoesNotStateIsReported) {
   std::memcpy(all.data() + 112, &no_slope, sizeof no_slope);
   put("a.nii", all);
   EXPECT_EQ(open("a.nii").voxels[23], 23);
-  EXPECT_NE(notices_.find("the slope of its values is not a number"), std::string::npos) << notices_;
+  EXPECT_NE(notices_.find("the slope of the file's values is not a number"), std::string::npos) << notices_;
   all[42] = all[43] = 0;  // dim[1]
   put("a.nii", all);
   expect_refused("a.nii", {"dim[1] = 0"});
