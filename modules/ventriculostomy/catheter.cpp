@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "volume/scan/bone_labels.h"
 #include "volume/scan/traversal.h"
 
 namespace trephine::ventriculostomy {
@@ -43,10 +44,13 @@ int remaining_label(const sim::Work& work, const dvec3& p_world) noexcept {
   return label_at(scan, p_world);
 }
 
-/// Returns true in bone and other matter that can be cut. Where the scan has the label of a layer, its edge
-/// is only a blurred edge of bone.
-bool is_bone(const Layers& layers, const sim::Work& work, const dvec3& p_world) noexcept {
-  return work.is_matter(p_world) && !layers.is_layer(label_at(work.remaining().base(), p_world));
+/// Returns true in bone and other matter that can be cut. Where the scan has the label of something else, its
+/// intensity is only that of a blurred edge of bone.
+bool is_bone(const sim::Work& work, const dvec3& p_world) {
+  if (!work.is_matter(p_world)) return false;
+  const volume::Volume& scan = work.remaining().base();
+  const int label = label_at(scan, p_world);
+  return label == 0 || volume::is_bone_name(name_of_label(scan, label));
 }
 
 dvec3 ahead_of(const glm::dquat& hand) { return haptics::unit_of(hand) * dvec3(0, 0, -1); }
@@ -65,10 +69,9 @@ std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, c
   bool is_leaning = false;
   for (double along = -k_shaft; along <= k_clear; along += 0.5) {
     const dvec3 middle = tip + along * ahead;
-    if (along >= 0 && is_bone(state, work, middle))
+    if (along >= 0 && is_bone(work, middle))
       return "there is bone within 10 mm ahead of the tip. Aim through the hole.";
-    for (const dvec3& direction : across)
-      is_leaning = is_leaning || is_bone(state, work, middle + rim * direction);
+    for (const dvec3& direction : across) is_leaning = is_leaning || is_bone(work, middle + rim * direction);
   }
   if (is_leaning)
     return "the catheter meets the edge of the hole. Turn it along the hole, or widen the hole.";
@@ -115,7 +118,7 @@ void find_pops(CatheterState& state, sim::Work& work) {
     const dvec3 at = state.start + state.searched * state.ahead;
     const int label = remaining_label(work, at);
     const auto pop = [&] {
-      work.raise_event(CatheterPopped{scan.label_names[static_cast<std::size_t>(label)], state.searched}, at);
+      work.raise_event(CatheterPopped{name_of_label(scan, label), state.searched}, at);
     };
     if (label > 0 && label == state.dura && !state.has_passed_dura) {
       state.has_passed_dura = true;
@@ -198,6 +201,11 @@ int label_at(const volume::Volume& scan, const dvec3& p_world) noexcept {
   if (scan.labels.is_empty()) return 0;
   const glm::ivec3 v = volume::voxel_of(scan.frame.volume_from_world(p_world));
   return scan.contains(v) ? scan.labels[scan.index(v.x, v.y, v.z)] : 0;
+}
+
+std::string name_of_label(const volume::Volume& scan, int label) {
+  const auto index = static_cast<std::size_t>(label);
+  return index < scan.label_names.size() ? scan.label_names[index] : "label " + std::to_string(label);
 }
 
 const sim::Schema& Catheter::schema() {

@@ -24,6 +24,8 @@ struct Layers {
 Layers layers_of(const volume::Volume& scan);
 /// Returns the label of the voxel that contains a point; 0 outside the scan or without labels.
 int label_at(const volume::Volume& scan, const glm::dvec3& p_world) noexcept;
+/// Returns the name of a label, or "label N" if the scan does not name it.
+std::string name_of_label(const volume::Volume& scan, int label);
 
 /// State of a catheter. Depths are in mm along `ahead` from `start`, where the path first meets a layer.
 struct CatheterState : Layers {

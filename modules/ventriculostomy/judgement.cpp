@@ -75,7 +75,7 @@ void follow_labels(const volume::Volume& scan, const Layers& layers, const dvec3
     const dvec3 at = from + along * ahead;
     const int label = label_at(scan, at);
     if (label <= 0) continue;
-    const std::string& name = scan.label_names[static_cast<std::size_t>(label)];
+    const std::string name = name_of_label(scan, label);
     auto found = std::find_if(output.crossings.begin(), output.crossings.end(),
                               [&](const Crossing& one) { return one.structure == name; });
     if (found == output.crossings.end()) found = output.crossings.insert(found, {name, 0, false, at});
@@ -98,7 +98,7 @@ void find_clearance(const sim::JobInput& input, const Layers& layers, double rad
     const double clearance = forbidden->clearance(judged.entry, sim::ToolBall{judged.tip, radius, false});
     if (clearance < judged.clearance) judged.clearance = clearance, judged.nearest = forbidden->name();
     if (shape == nullptr || shape->label < 0) continue;
-    const std::string& name = input.anatomy.base->label_names[static_cast<std::size_t>(shape->label)];
+    const std::string name = name_of_label(*input.anatomy.base, shape->label);
     for (Crossing& one : output.crossings) one.is_forbidden = one.is_forbidden || one.structure == name;
   }
 }
@@ -126,7 +126,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   follow_labels(scan, layers, judged.entry, ahead, glm::distance(judged.entry, judged.tip), *output);
   const int label = label_at(scan, judged.tip);
   if (label > 0 && (label == layers.ventricle || label == layers.other_ventricle))
-    judged.ventricle = scan.label_names[static_cast<std::size_t>(label)];
+    judged.ventricle = name_of_label(scan, label);
   const PlannedTrajectory* planned = request.trajectory.empty()
                                          ? nearest_trajectory(input.state, judged.tip)
                                          : find_trajectory(input.state, request.trajectory);
