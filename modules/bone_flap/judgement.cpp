@@ -64,7 +64,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   return output;
 }
 
-/// A judgement describes the flap that it was made of.
+/// A judgement stays current while the judged flap is the last one and is unchanged.
 bool is_current(const void*, const sim::OperationState& input, const sim::OperationState& current) {
   const FlapState &judged = *input.undoable_of<FlapState>(), &now = *current.undoable_of<FlapState>();
   return judged.flaps == now.flaps && judged.outline == now.outline;
@@ -86,7 +86,8 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
   return Error{.what = "unknown label",
                .where = "judge-flap target",
                .found = request.target,
-               .expected = "a label of the scan"};
+               .expected = "a label of the scan",
+               .remedy = "choose a label of the scan"};
 }
 
 }  // namespace
@@ -105,7 +106,8 @@ Status check_judging(const JudgeFlap& request, const sim::OperationState& operat
   return Error{.what = "unknown outline",
                .where = "judge-flap outline",
                .found = request.outline,
-               .expected = known.empty() ? "a plan with outlines" : known};
+               .expected = known.empty() ? "a plan with outlines" : known,
+               .remedy = known.empty() ? "add an outline to the plan" : "choose one of these"};
 }
 
 const FlapJudged* judgement_of(const sim::OperationState& operation) {
@@ -131,11 +133,12 @@ const sim::Schema& JudgeFlap::schema() {
       field<&JudgeFlap::target>(
           "target", {.help = "label that the flap should expose", .names = sim::FieldInfo::Names::label}),
       field<&JudgeFlap::outline>("outline", {.help = "planned outline, by its name in the plan"}),
-      field<&JudgeFlap::planned>("planned", {.unit = "mm",
-                                             .low = -1e5,
-                                             .high = 1e5,
-                                             .help = "or the points of a planned outline, in order",
-                                             .is_expert = true})};
+      field<&JudgeFlap::planned>("planned",
+                                 {.unit = "mm",
+                                  .low = -1e5,
+                                  .high = 1e5,
+                                  .help = "points of a planned outline, in order, instead of its name",
+                                  .is_expert = true})};
   static constexpr sim::Schema table{"judge-flap", 1, fields};
   return table;
 }
@@ -151,8 +154,11 @@ const sim::Schema& FlapJudged::schema() {
       field<&FlapJudged::target>("target"),
       field<&FlapJudged::has_target>("has_target"),
       field<&FlapJudged::exposed>("exposed", {.unit = "%", .help = "share of the target's projection"}),
-      field<&FlapJudged::margin>("margin", {.unit = "mm", .help = "negative: outside the opening"}),
-      field<&FlapJudged::depth>("depth", {.unit = "mm", .help = "of the target"}),
+      field<&FlapJudged::margin>(
+          "margin",
+          {.unit = "mm", .help = "distance of the target from the edge of the opening; negative: outside"}),
+      field<&FlapJudged::depth>("depth",
+                                {.unit = "mm", .help = "of the target below the plane of the outline"}),
       field<&FlapJudged::has_plan>("has_plan"),
       field<&FlapJudged::plan_mean>("plan_mean", {.unit = "mm", .help = "distance from the plan"}),
       field<&FlapJudged::plan_worst>("plan_worst", {.unit = "mm"})};

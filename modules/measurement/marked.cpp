@@ -66,13 +66,13 @@ bool is_within(const std::vector<dvec2>& polygon, const dvec2& p) {
 }  // namespace
 
 std::optional<double> area_within(const haptics::Surface& surface,
-                                  std::span<const haptics::Surface::Point> places,
+                                  std::span<const haptics::Surface::Point> points,
                                   const std::vector<dvec3>& outline) {
   dvec3 normal(0.0), outward(0.0);
   for (std::size_t i = 0; i < outline.size(); ++i)
     normal += glm::cross(outline[i] - outline[0], outline[(i + 1) % outline.size()] - outline[0]);
-  for (const haptics::Surface::Point& place : places)
-    outward += glm::normalize(area_vector(corners_of(surface, place.triangle)));
+  for (const haptics::Surface::Point& point : points)
+    outward += glm::normalize(area_vector(corners_of(surface, point.triangle)));
   if (!(glm::length(normal) > 0)) return 0.0;
   normal = glm::normalize(glm::dot(normal, outward) < 0 ? -normal : normal);
   const dvec3 across = std::abs(normal.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
@@ -86,7 +86,7 @@ std::optional<double> area_within(const haptics::Surface& surface,
   double area = 0;
   bool turns_away = false;
   std::vector<std::uint32_t> open;
-  for (const haptics::Surface::Point& place : places) open.push_back(place.triangle);
+  for (const haptics::Surface::Point& point : points) open.push_back(point.triangle);
   const TrianglesOfCorner triangles_of_corner(surface);
   triangles_of_corner.flood(surface, open, [&](std::uint32_t t) {
     const auto c = corners_of(surface, t);
@@ -99,8 +99,8 @@ std::optional<double> area_within(const haptics::Surface& surface,
         }
     if (inside == 0) {
       // A triangle outside the outline is passed only at a point of the line.
-      for (const haptics::Surface::Point& place : places)
-        if (place.triangle == t) return true;
+      for (const haptics::Surface::Point& point : points)
+        if (point.triangle == t) return true;
       return false;
     }
     const dvec3 area_normal = area_vector(c);
@@ -115,15 +115,15 @@ std::optional<double> area_within(const haptics::Surface& surface,
   return turns_away ? std::nullopt : std::optional(area);
 }
 
-MarkedPart part_of(const haptics::Surface& surface, std::uint32_t triangle, const dvec3& place) {
+MarkedPart part_of(const haptics::Surface& surface, std::uint32_t triangle, const dvec3& position) {
   MarkedPart part;
   const TrianglesOfCorner triangles_of_corner(surface);
   for (const std::uint32_t t :
        triangles_of_corner.flood(surface, {triangle}, [](std::uint32_t) { return true; })) {
     const auto c = corners_of(surface, t);
     part.area += 0.5 * glm::length(area_vector(c));
-    part.volume += glm::dot(c[0] - place, area_vector(c)) / 6;
-    for (const dvec3& p : c) part.farthest = std::max(part.farthest, glm::length(p - place));
+    part.volume += glm::dot(c[0] - position, area_vector(c)) / 6;
+    for (const dvec3& p : c) part.farthest = std::max(part.farthest, glm::length(p - position));
   }
   return part;
 }
