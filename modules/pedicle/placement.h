@@ -17,7 +17,7 @@ struct PedicleWorld {
   Screw screw(std::size_t index) const {
     return {screw_entries[index], screw_tips[index], screw_diameters[index]};
   }
-  /// Returns the index of the screw with this body (0: the last one); empty if there is none.
+  /// Returns the index of the screw with this body (0: the last one); empty without such a screw.
   std::optional<std::size_t> find_screw(sim::Id body) const noexcept;
   void remove_screw(std::size_t index);
   static const sim::Schema& schema();

@@ -174,7 +174,7 @@ bool Engine::change_body(const Command& command, Outcome& outcome) {
   return true;
 }
 
-/// Removes bodies for a module. Returns false if there are none of these.
+/// Removes bodies for a module. Returns false if all of them are unknown.
 bool Engine::remove_bodies(std::span<const Id> ids) {
   const std::size_t removed = std::erase_if(now_.world.bodies, [&](const Body& body) {
     return std::find(ids.begin(), ids.end(), body.id) != ids.end();

@@ -58,7 +58,7 @@ CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWall
                            const Version* after);
 
 /// Returns the distance from the centre of the canal to the wall in front of it (the back of the vertebra's
-/// body), or behind it, mm, at mid-height; half of k_canal_reach if there is none.
+/// body), or behind it, mm, at mid-height; half of k_canal_reach without a wall.
 double canal_front(const VertebraFrame& frame, const CanalWalls& walls);
 double canal_back(const VertebraFrame& frame, const CanalWalls& walls);
 
