@@ -44,7 +44,7 @@ class ProbeTick {
     if ((tick_.raised & haptics::fault_not_finite) != 0) return;
     if (!state_.has_entered && !enter()) return;
     state_.depth = glm::dot(tip() - state_.start, state_.ahead);
-    if (state_.depth < state_.begin - k_left) return leave();
+    if (state_.depth < state_.begin - k_left && !is_hand_in_bone()) return leave();
     grow_to(p_.guide == Guide::line ? state_.depth : depth_between_walls());
   }
 
@@ -124,6 +124,11 @@ class ProbeTick {
     work_.remove(
         volume::Sweep{at(state_.carved - radius), at(state_.end - radius), radius, state_.is_carving});
     state_.carved = state_.end, state_.is_carving = true;
+  }
+
+  /// The hand may be off its track, where bone that blocks again would bury it.
+  bool is_hand_in_bone() const {
+    return p_.guide == Guide::line && work_.is_matter(tick_.pose.position_world);
   }
 
   void leave() {

@@ -73,8 +73,8 @@ TEST(PedicleProbe, AnExtendedTrackIsOneAndAnotherDirectionIsAnother) {
   bench.move(origin, k_down, -3, 10), bench.move(origin, k_down, 10, -3);
   ASSERT_EQ(bench.world().track_depths.size(), 1u);
   EXPECT_NEAR(bench.world().track_depths[0], 8, 0.4);
-  const dvec3 beside(5, 3, 5);
-  bench.move(beside, k_down, -3, 6), bench.move(beside, k_down, 6, -3);
+  const dvec3 next(5, 3, 5);
+  bench.move(next, k_down, -3, 6), bench.move(next, k_down, 6, -3);
   EXPECT_EQ(bench.world().track_depths.size(), 2u);
 }
 

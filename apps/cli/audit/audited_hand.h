@@ -102,7 +102,8 @@ class TouchableSolids {
                         servo_hand_->state.offsets != servo_hand->state.offsets;
     const bool has_moved = is_other_scene || servo_hand_->placement_count != servo_hand->placement_count ||
                            servo_hand_->placements != servo_hand->placements;
-    const bool is_switched = is_other_scene || !(servo_hand_->untouchable == servo_hand->untouchable);
+    const bool is_switched = is_other_scene || !(servo_hand_->untouchable == servo_hand->untouchable) ||
+                             !(servo_hand_->let_through == servo_hand->let_through);
     servo_hand_ = servo_hand;
     const haptics::TouchScene& scene = *servo_hand->scene;
     if (is_other_scene) update_scene(scene);
@@ -121,7 +122,8 @@ class TouchableSolids {
     const haptics::TouchScene& scene = *servo_hand_->scene;
     const auto blocks = [&](std::size_t item) {
       return haptics::blocks(scene.items[item].sides, haptics::Side::front) &&
-             !servo_hand_->untouchable.contains(static_cast<int>(item)) && popped != static_cast<int>(item);
+             !(servo_hand_->untouchable | servo_hand_->let_through).contains(static_cast<int>(item)) &&
+             popped != static_cast<int>(item);
     };
     for (std::size_t s = 0; s < cut_.size(); ++s)
       if (blocks(s) && cut_[s].meets(a, b)) return true;

@@ -41,7 +41,8 @@ class DrawnJudge {
       if (!item.depth) continue;
       const haptics::depth::DepthSet* set = haptics::depth::set_in(servo_hand.state, static_cast<int>(d));
       History& history = histories_[d++];
-      if (servo_hand.untouchable.contains(static_cast<int>(i)) || popped == static_cast<int>(i)) {
+      if ((servo_hand.untouchable | servo_hand.let_through).contains(static_cast<int>(i)) ||
+          popped == static_cast<int>(i)) {
         history = {};
         continue;
       }

@@ -46,7 +46,7 @@ void FrictionAudit::set_solid(const std::shared_ptr<const haptics::ServoHand>& h
   if (shapes + models_.size() != scene.items.size() || scene.tool->is_six_dof()) return;
   const auto blocks = [&](std::size_t i) {
     return haptics::blocks(scene.items[i].sides, haptics::Side::front) &&
-           !hand->untouchable.contains(static_cast<int>(i));
+           !(hand->untouchable | hand->let_through).contains(static_cast<int>(i));
   };
   for (std::size_t i = 0; i < models_.size(); ++i) {
     const haptics::TouchItem& item = scene.items[shapes + i];

@@ -141,8 +141,9 @@ void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
                                              ? tick.servo_hand.placements[mover]
                                              : item.placement;
     const glm::dvec3 proxy_local = placement.local_from_world(record.proxy_world);
-    const bool is_let_through = tick.servo_hand.untouchable.contains(static_cast<int>(model.item)) ||
-                                popped_ == static_cast<int>(model.item);
+    const bool is_let_through =
+        (tick.servo_hand.untouchable | tick.servo_hand.let_through).contains(static_cast<int>(model.item)) ||
+        popped_ == static_cast<int>(model.item);
     // A hand faster than the images are updated leaves them; the method promises nothing there.
     const bool is_covered = !item.depth || is_imaged(tick, model.item, proxy_local);
     if (is_let_through || !is_covered || record.is_reset || record.is_restarted ||
