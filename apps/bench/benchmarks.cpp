@@ -1,5 +1,7 @@
 #include "apps/bench/benchmarks.h"
 
+#include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
 #include <utility>
@@ -7,6 +9,7 @@
 #include "apps/bench/peer_flying_edges.h"
 #include "apps/bench/peers.h"
 #include "apps/bench/scenes/scenes.h"
+#include "haptics/methods/methods.h"
 #include "haptics/proxy/implicit_proxy.h"
 #include "sim/engine/engine.h"
 #include "volume/base/channel.h"
@@ -49,6 +52,61 @@ StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& 
   const double steps = static_cast<double>(path.samples().size()) * MinimumOfRuns::k_runs;
   voxels = static_cast<double>(voxel_count) / steps;
   cells = static_cast<double>(cell_count) / steps;
+  return minima.result();
+}
+
+/// The corner of a room: three walls with edges of `edge` mm, `size` mm wide, at the origin.
+haptics::TouchItem mesh_corner(double size, double edge) {
+  std::vector<dvec3> vertices;
+  std::vector<std::uint32_t> triangles;
+  const auto count = static_cast<std::uint32_t>(std::lround(size / edge));
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    for (std::uint32_t j = 0; j <= count; ++j)
+      for (std::uint32_t i = 0; i <= count; ++i) {
+        dvec3 p(0);
+        p[(axis + 1) % 3] = i * edge, p[(axis + 2) % 3] = j * edge;
+        vertices.push_back(p);
+      }
+    for (std::uint32_t j = 0; j < count; ++j)
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const std::uint32_t a = first + j * (count + 1) + i, c = a + count + 1;
+        for (const std::uint32_t corner : {a, a + 1, c + 1, a, c + 1, c}) triangles.push_back(corner);
+      }
+  }
+  return haptics::mesh_item("corner", std::make_shared<const haptics::MeshTree>(vertices, triangles));
+}
+
+/// Times a rod of balls that a hand presses into a corner of a mesh, moves along its walls and turns.
+StepTimes time_chain_in_corner() {
+  haptics::TouchScene scene;
+  const auto frame = volume::Frame::from_spacing(dvec3(-100), dvec3(0.5)).value();
+  scene.base = std::make_shared<const volume::Volume>(volume::make_volume(glm::ivec3(8), frame).value());
+  scene.items.push_back(mesh_corner(60, 0.5));
+  std::vector<dvec3> centres;
+  for (int i = 0; i < static_cast<int>(haptics::ToolShape::k_max_balls); ++i)
+    centres.push_back({2.0 * i, 0, 0});
+  scene.tool = haptics::make_tool(3, centres).value();
+  const auto method = haptics::make_method(haptics::general_method(*scene.tool).name).value();
+  if (method->prepare(scene)) return {};
+  const haptics::TouchState untouched(std::shared_ptr<const volume::Version>(haptics::untouched(scene)));
+  constexpr int k_steps = 6000;
+  MinimumOfRuns minima;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    haptics::ProxyState state;
+    for (int i = 0; i < k_steps; ++i) {
+      const double t = 1e-3 * i;
+      const dvec3 aside(std::sin(3 * t), std::sin(4.1 * t + 1), std::sin(2.3 * t + 2)),
+          about(0.3 * std::sin(2 * t), 0.5 + 0.4 * std::sin(1.7 * t), 0.6 + 0.4 * std::sin(1.3 * t));
+      const dvec3 hip = dvec3(8 - 9 * std::min(1.0, t)) + 2.0 * aside;
+      const glm::dquat turn = glm::normalize(glm::dquat(1, 0.5 * about));
+      const auto start = Clock::now();
+      const haptics::ProxyStep step =
+          method->step(scene, untouched, state, {.hip_world = hip, .orientation = turn});
+      const double us = 1e6 * seconds_since(start);
+      if (step.has_contact) minima.add(static_cast<std::size_t>(i), us);
+    }
+  }
   return minima.result();
 }
 
@@ -217,6 +275,7 @@ StepResult run_step_benchmark(int size) {
     result.fixed_density.push_back(row);
   }
 
+  result.chain_corner = time_chain_in_corner();
   data_tools::PhantomOptions o = grid(256, 1);
   o.spacing_mm = dvec3(0.25);
   const haptics::TouchScene bone = scenes::phantom_scene("plane", o);

@@ -34,8 +34,9 @@ struct StepResult {
   StepTimes implicit;  ///< us, size^3 sphere in 120 mm, sigma 1.5, 100 mm/s, contact steps
   double voxels_per_step = 0;
   std::vector<ScalingRow> fixed_density;  ///< spacing 120/512 mm, 50^3 and up
-  StepTimes removal_tick;                 ///< us, ball of 12 voxels at 50 mm/s, new version published
-  StepTimes csg_tick;                     ///< us, with OpenVDB's csgDifference; count 0: not built in
+  StepTimes chain_corner;  ///< us, a rod of 16 balls of 3 mm in a corner of a mesh with edges of 0.5 mm
+  StepTimes removal_tick;  ///< us, ball of 12 voxels at 50 mm/s, new version published
+  StepTimes csg_tick;      ///< us, with OpenVDB's csgDifference; count 0: not built in
   StepTimes csg_tick_with_capsule;        ///< us, including the level set of the swept ball
   StepTimes removal_tick_over_scratches;  ///< us, in bone covered with scratches of a ball of one voxel
   /// A 4 mm burr with its round tip in voxels of 0.5 mm at 10 mm/s, ms: duration of an update of the offset

@@ -92,10 +92,4 @@ void PassivityController::reset() noexcept {
   move_ = turn_ = dvec3(0);
 }
 
-void PassivityController::reset_turns() noexcept {
-  for (Wrench& wrench : under_way_) wrench.torque_world = dvec3(0);
-  last_hand_ = last_tool_ = {1, 0, 0, 0};
-  turn_ = dvec3(0);
-}
-
 }  // namespace trephine::haptics

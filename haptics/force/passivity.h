@@ -46,19 +46,13 @@ class PassivityController {
   long cuts() const noexcept { return cuts_; }
   /// Clears the energy balance: contact was lost, or the scene changed.
   void reset() noexcept;
-  /// Visits the complete state, field by field, for saving.
+  /// Visits the state with three degrees of freedom, field by field, for saving: ServoCore limits the energy
+  /// of forces only.
   template <class Fields>
   void each_field(Fields& fields) {
     for (Wrench& wrench : under_way_) fields(wrench.force_world);
     fields(last_x_, last_p_, move_, energy_, softness_, largest_, cuts_, has_last_);
   }
-  /// Visits the state of torques and rotations, which is initial for tools with three degrees of freedom.
-  template <class Fields>
-  void each_turn_field(Fields& fields) {
-    for (Wrench& wrench : under_way_) fields(wrench.torque_world);
-    fields(last_hand_, last_tool_, turn_);
-  }
-  void reset_turns() noexcept;
 
  private:
   double allowance_, damping_;

@@ -230,14 +230,18 @@ std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p
 }
 
 bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_front, bool is_back,
-                         FacetHit& hit, int& visited) const noexcept {
+                         FacetHit& hit, int& visited, double latest) const noexcept {
   if (a == b) return false;
   const dvec3 motion = b - a;
   const double length = glm::length(motion);
   const BoxTest boxes(a, motion, radius, low(), high());
   double nearest = std::numeric_limits<double>::infinity();
+  // Farthest point that the ball may meet, from its start; with slack for rounding.
+  const double farthest =
+      (1 + 1e-9) * (radius + latest * length) + 1e-12 * glm::length(glm::max(glm::abs(a), glm::abs(b)));
   const auto meets = [&](const Node& node) {
-    return boxes.meets(node.low, node.high, std::min(1.0, nearest));
+    return square_to(node, a) <= farthest * farthest &&
+           boxes.meets(node.low, node.high, std::min(latest, nearest));
   };
   for_triangles(meets, [&](std::uint32_t i) {
     const auto [p, q, r] = corners(i);
@@ -264,7 +268,7 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
         return;
       }
       t += remaining * distance / approach;
-      if (!(t <= 1 && t < nearest)) return;
+      if (!(t <= latest && t < nearest)) return;
     }
   });
   return nearest <= 1;

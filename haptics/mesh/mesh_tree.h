@@ -37,10 +37,11 @@ class MeshTree {
   void refit(std::span<const glm::dvec3> vertices);
 
   /// Finds the first triangle that a ball meets on a blocking side while its centre moves from a to b (mm). A
-  /// ball of radius 0 (mm) is a point. Adds the number of tested triangles to `visited`.
+  /// ball of radius 0 (mm) is a point. Adds the number of tested triangles to `visited`. `latest`: share of
+  /// the motion after which a ball's hits are not needed, and may be left out.
   bool cast(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
-            FacetHit& hit, int& visited) const noexcept {
-    return radius > 0 ? cast_ball(a, b, radius, is_front, is_back, hit, visited)
+            FacetHit& hit, int& visited, double latest = 1) const noexcept {
+    return radius > 0 ? cast_ball(a, b, radius, is_front, is_back, hit, visited, latest)
                       : cast(a, b, is_front, is_back, hit, visited);
   }
   /// As above, for a point.
@@ -51,7 +52,7 @@ class MeshTree {
   /// already nearer is stopped as soon as it approaches further. The start of the centre determines front or
   /// back. The normal points from the triangle to the centre.
   bool cast_ball(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
-                 FacetHit& hit, int& visited) const noexcept;
+                 FacetHit& hit, int& visited, double latest = 1) const noexcept;
 
   /// A triangle near a point.
   struct Near {
@@ -62,8 +63,9 @@ class MeshTree {
     bool is_front;           ///< the query point is before its front
   };
   /// Calls use(near) for each triangle within `reach` mm of p, in no order; degenerate ones are left out.
+  /// `use` may reduce the reach.
   template <class Use>
-  void for_near(const glm::dvec3& p, double reach, Use&& use) const noexcept;
+  void for_near(const glm::dvec3& p, const double& reach, Use&& use) const noexcept;
   /// Calls use(near) for all triangles nearest to p within `reach` mm, and before them for some others: each
   /// time for one at most `tie` mm farther than the nearest so far.
   template <class Use>
@@ -191,7 +193,7 @@ void MeshTree::for_triangles(Meets&& meets, Use&& use) const noexcept {
 }
 
 template <class Use>
-void MeshTree::for_near(const glm::dvec3& p, double reach, Use&& use) const noexcept {
+void MeshTree::for_near(const glm::dvec3& p, const double& reach, Use&& use) const noexcept {
   for_triangles([&](const Node& node) { return square_to(node, p) <= reach * reach; },
                 [&](std::uint32_t t) {
                   if (Near near; nearest_on(t, p, reach, near)) use(near);

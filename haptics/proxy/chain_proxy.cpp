@@ -200,7 +200,7 @@ double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped_b
     const dvec3 a = ball(tool_, i), b = ball(to, i);
     if (a == b) continue;
     ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(a) : ShapeSet{};
-    const Reach reach = walls_.reach(a, b, inside, k_landing * voxel_, skipped);
+    const Reach reach = walls_.reach(a, b, inside, k_landing * voxel_, skipped, least);
     if (reach.is_blocked && reach.t < least) least = reach.t, wall = reach.wall, stopped_ball = i;
   }
   return least;

@@ -90,8 +90,6 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
     state_.has_turn = false;
     state_.balls_inside = 0;
     force_.reset_torque();
-    passivity_.on_lost_ticks();
-    passivity_.reset_turns();
   }
   reported_not_ready_ = ShapeSet{};
   state_.touched_mover = -1;
@@ -216,7 +214,11 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       laws_.reset();
     }
     if (requested_.torque_world != dvec3(0)) is_turning_ = true;
-    if (is_passive_) limit_energy(input.pose, is_six_dof);
+    // Sessions of tools with six degrees of freedom were recorded without the controller.
+    if (is_passive_ && !is_six_dof)
+      requested_.force_world =
+          passivity_.step(requested_.force_world, hip, step_.has_contact ? step_.proxy_world : hip)
+              .force_world;
     requested_.force_world += active_force_;
     if (hand.has_pops) pop_through(hand, hip, record);
     record.proxy_world = held_tip.value_or(step_.proxy_world);
@@ -312,19 +314,6 @@ Wrench ServoCore::passive_part(const Wrench& rendered) const noexcept {
   if (active_force_ == dvec3(0) || !(wanted > 0)) return rendered;
   return {force - active_force_ * std::min(1.0, std::sqrt(glm::dot(force, force) / wanted)),
           rendered.torque_world};
-}
-
-/// Limits the energy that the wrench returns. With three degrees of freedom, torques of laws are not counted:
-/// nothing turns the hand.
-void ServoCore::limit_energy(const Pose& pose, bool is_six_dof) noexcept {
-  const dvec3 &hip = pose.position_world, &proxy = step_.has_contact ? step_.proxy_world : hip;
-  if (!is_six_dof) {
-    requested_.force_world = passivity_.step(requested_.force_world, hip, proxy).force_world;
-    return;
-  }
-  const glm::dquat hand = unit_of(pose.orientation);
-  requested_ = passivity_.step(requested_, hip, proxy, hand,
-                               step_.has_contact && state_.has_turn ? state_.tool_turn : hand);
 }
 
 Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {

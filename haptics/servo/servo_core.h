@@ -67,10 +67,6 @@ class ServoCore {
            popped_shape_, popped_side_, popped_at_world_, energy_, last_.force_world, last_.torque_world,
            last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_, is_turning_,
            has_recent_poses_, recent_poses_);
-    if (state_.has_turn)
-      passivity_.each_turn_field(fields);
-    else
-      passivity_.reset_turns();
   }
   ProxyStep step_with_held(const ServoHand& hand, const ServoInput& input) noexcept;
   void remember_pose(const ServoScene& servo_scene, const ServoRecord& record) noexcept;
@@ -80,7 +76,6 @@ class ServoCore {
   void begin_lead(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
   void escape(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
   Wrench passive_part(const Wrench& rendered) const noexcept;
-  void limit_energy(const Pose& pose, bool is_six_dof) noexcept;
   void account(const ServoRecord& record) noexcept;
   void account_motion(const glm::dvec3& motion) noexcept;
   void pop_through(const ServoHand& hand, const glm::dvec3& hip_world, ServoRecord& record) noexcept;

@@ -256,29 +256,30 @@ const Placement& SceneWalls::placement_of(int shape) const noexcept {
   return mesh.mover < 0 ? mesh.placement : placements_[static_cast<std::size_t>(mesh.mover)];
 }
 
-bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double tolerance,
+bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double tolerance, double latest,
                             Reach& reach) noexcept {
   const bool is_front = blocks(shape, Side::front), is_back = blocks(shape, Side::back);
   if (!is_front && !is_back) return false;
   const Placement& placement = placement_of(shape);
   const dvec3 from = placement.local_from_world(frame().world_from_volume(a)),
               to = placement.local_from_world(frame().world_from_volume(b));
+  const double step = frame().spacing().x, lead = 0.5 * tolerance / (step * glm::length(b - a));
   FacetHit hit;
-  if (!tree_of(shape).cast(from, to, scene_.tool->radius(), is_front, is_back, hit, counters_.triangles) ||
+  if (!tree_of(shape).cast(from, to, scene_.tool->radius(), is_front, is_back, hit, counters_.triangles,
+                           std::min(1.0, latest + lead)) ||
       (reach.is_blocked && hit.t >= reach.t))
     return false;
   // Stops before the facet along the motion, and never so close that rounding could put the proxy behind it.
-  const double step = frame().spacing().x, before = hit.t - 0.5 * tolerance / (step * glm::length(b - a));
   const double approach = -glm::dot(to - from, hit.normal_world);
-  const double latest = approach > 0 ? hit.t - k_min_gap * step / approach : 0;
-  reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, latest));
+  const double safe = approach > 0 ? hit.t - k_min_gap * step / approach : 0;
+  reach.t = std::clamp(std::max(hit.t - lead, 0.5 * hit.t), 0.0, std::max(0.0, safe));
   reach.is_blocked = true;
   reach.wall = {shape, false, hit.side == Side::back, hit.triangle};
   return true;
 }
 
-Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double tolerance,
-                        int skipped) noexcept {
+Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double tolerance, int skipped,
+                        double latest) noexcept {
   Reach first;
   const ShapeSet before = inside;
   ShapeSet after = inside;
@@ -290,7 +291,7 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
     if (part_hit.is_blocked && (!first.is_blocked || part_hit.t < first.t)) first = part_hit, blocking = i;
   }
   for (int s = next_shape(0); s < ShapeSet::k_max; s = next_shape(s + 1))
-    if (is_mesh(s) && s != skipped && reach_mesh(s, a, b, tolerance, first)) blocking = -1;
+    if (is_mesh(s) && s != skipped && reach_mesh(s, a, b, tolerance, latest, first)) blocking = -1;
   if (first.is_blocked && after != before) {
     after = before;
     const dvec3 end = a + first.t * (b - a);
@@ -416,7 +417,8 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
   constexpr std::size_t k_max = 12;
   std::array<MeshTree::Near, k_max> nearest;
   std::size_t found = 0;
-  tree.for_near(at, radius + within, [&](const MeshTree::Near& candidate) {
+  double reach = radius + within;
+  tree.for_near(at, reach, [&](const MeshTree::Near& candidate) {
     ++counters_.triangles;
     if (candidate.is_front ? !is_front : !is_back) return;
     std::size_t place = std::min(found, k_max - 1);
@@ -425,6 +427,7 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
       nearest[place] = nearest[place - 1];
     nearest[place] = candidate;
     found = std::min(found + 1, k_max);
+    if (found == k_max) reach = nearest[k_max - 1].distance;
   });
   // Leaves out facets that are wholly behind a nearer one, so that no wall holds the tool back at edges that
   // it can pass around.

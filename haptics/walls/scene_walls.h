@@ -81,9 +81,10 @@ class SceneWalls {
   bool may_block(int shape, bool is_inside) const noexcept {
     return is_mesh(shape) || blocks(shape, side_of(is_inside));
   }
-  /// As SmoothWalls::reach; `skipped`: a shape that is not tested.
-  Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance,
-              int skipped = -1) noexcept;
+  /// As SmoothWalls::reach; `skipped`: a shape that is not tested. `latest`: share of the motion after which
+  /// meshes need not be found.
+  Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance, int skipped = -1,
+              double latest = 1) noexcept;
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::ValueAndGradient value_and_gradient(const Wall& wall, const glm::dvec3& p) noexcept;
@@ -124,7 +125,7 @@ class SceneWalls {
   glm::dvec3 in_part(int i, const glm::dvec3& p) const noexcept {
     return part(i).frame->volume_from_world(frame().world_from_volume(p));
   }
-  bool reach_mesh(int shape, const glm::dvec3& a, const glm::dvec3& b, double tolerance,
+  bool reach_mesh(int shape, const glm::dvec3& a, const glm::dvec3& b, double tolerance, double latest,
                   Reach& reach) noexcept;
 
   const TouchScene& scene_;

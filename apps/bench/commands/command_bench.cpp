@@ -289,6 +289,10 @@ void bench_step(int size, Outcome& outcome) {
                     row.step.p50, row.step.p999, row.voxels_per_step, row.cells_per_step);
   }
   outcome.json["fixed_density"] = rows;
+  outcome.json["chain_corner_us"] = to_json(r.chain_corner);
+  outcome.text += format_text(
+      "chain, 16 balls of 3 mm in a corner of a mesh: p50 %.0f us, p99 %.0f us, p99.9 %.0f us, max %.0f us\n",
+      r.chain_corner.p50, r.chain_corner.p99, r.chain_corner.p999, r.chain_corner.max);
   outcome.json["removal_tick_us"] = to_json(r.removal_tick);
   outcome.json["removal_tick_ratio_to_peer"] =
       r.csg_tick.count > 0 ? Json(r.csg_tick.p50 / r.removal_tick.p50) : Json();
