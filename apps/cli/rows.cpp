@@ -1,8 +1,8 @@
 #include "apps/cli/rows.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <map>
 #include <sstream>
 
 #include "apps/cli/report.h"
@@ -13,21 +13,12 @@ namespace {
 
 /// Returns the text of a unit that is a word of a key; empty for other words.
 std::string unit_of(const std::string& word) {
-  static constexpr std::array<std::array<const char*, 2>, 12> k_units{{{"mm", "mm"},
-                                                                       {"mm2", "mm²"},
-                                                                       {"mm3", "mm³"},
-                                                                       {"n", "N"},
-                                                                       {"nmm", "N mm"},
-                                                                       {"seconds", "s"},
-                                                                       {"ms", "ms"},
-                                                                       {"us", "µs"},
-                                                                       {"hz", "Hz"},
-                                                                       {"percent", "%"},
-                                                                       {"degrees", "degrees"},
-                                                                       {"bytes", "bytes"}}};
-  for (const auto& [key, text] : k_units)
-    if (word == key) return text;
-  return "";
+  static const std::map<std::string, const char*> k_units{
+      {"mm", "mm"},    {"mm2", "mm²"},   {"mm3", "mm³"},         {"n", "N"},
+      {"nmm", "N mm"}, {"seconds", "s"}, {"ms", "ms"},           {"us", "µs"},
+      {"hz", "Hz"},    {"percent", "%"}, {"degrees", "degrees"}, {"bytes", "bytes"}};
+  const auto found = k_units.find(word);
+  return found == k_units.end() ? "" : found->second;
 }
 
 std::size_t letters_of(const std::string& text) {
@@ -61,8 +52,9 @@ std::string text_of(const Json& value, const std::string& format, const char* un
 /// Returns a line with the values of its keys.
 std::string filled(std::string_view line, const Json& row, const Json& rows, const char* unknown) {
   std::string text;
-  for (std::size_t open; (open = line.find('{')) < line.size();) {
-    const std::size_t close = line.find('}', open), colon = std::min(line.find(':', open), close);
+  for (std::size_t open, close; (open = line.find('{')) < line.size();) {
+    if ((close = line.find('}', open)) == line.npos) break;
+    const std::size_t colon = std::min(line.find(':', open), close);
     const Json::json_pointer key("/" + std::string(line.substr(open + 1, colon - open - 1)));
     const Json* found = row.contains(key) ? &row.at(key) : rows.contains(key) ? &rows.at(key) : nullptr;
     const std::string format(line.substr(std::min(colon + 1, close), close - std::min(colon + 1, close)));
@@ -91,11 +83,14 @@ void Rows::print(std::string_view line, const Json& row) {
   text += filled(line, row, json, "unknown") + "\n";
 }
 
-void Rows::print_table(const Json& list, const std::vector<Column>& columns) {
+void Rows::print_table(const Json& list, std::string_view columns) {
   std::vector<std::string> lines(list.size() + 1);
-  for (const Column& column : columns) {
-    std::vector<std::string> cells{column.heading};
-    for (const Json& row : list) cells.push_back(filled(column.cell, row, json, "-"));
+  while (!columns.empty()) {
+    const std::size_t end = std::min(columns.find(" | "), columns.size()), middle = columns.find(" = ");
+    std::vector<std::string> cells{std::string(columns.substr(0, middle))};
+    for (const Json& row : list)
+      cells.push_back(filled(columns.substr(middle + 3, end - middle - 3), row, json, "-"));
+    columns.remove_prefix(std::min(end + 3, columns.size()));
     std::size_t width = 0;
     bool is_right = true;
     for (const std::string& cell : cells) width = std::max(width, letters_of(cell));

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace trephine::cli {
 
@@ -29,12 +28,10 @@ struct Rows {
   /// Adds a line of text. Its keys are those of `row` and of these rows; `row` comes first.
   void print(std::string_view line, const Json& row = {});
 
-  /// A column of a table: heading, and a line for its cells.
-  struct Column {
-    std::string heading, cell;
-  };
-  /// Adds a table of a list of objects as text. Numbers are aligned on the right; unknown values are "-".
-  void print_table(const Json& list, const std::vector<Column>& columns);
+  /// Adds a table of a list of objects as text. Columns are separated by bars, each a heading, " = " and a
+  /// line for its cells: "burr = {burr} | time, us = {tick_us:.1f}". Numbers are aligned on the right;
+  /// unknown values are "-".
+  void print_table(const Json& list, std::string_view columns);
 };
 
 }  // namespace trephine::cli

@@ -60,9 +60,8 @@ TEST(Rows, TableAlignsItsColumns) {
   rows.json["size"] = 64;
   rows.json["rows"] = {{{"by", "ours"}, {"ms", 1.5}, {"ratio", nullptr}},
                        {{"by", "µ"}, {"ms", 120}, {"ratio", 8.25}}};
-  rows.print_table(
-      rows.json["rows"],
-      {{"program", "{by}"}, {"image, ms", "{ms:.2f}"}, {"ratio", "{ratio:.1f}"}, {"note", "of {size}"}});
+  rows.print_table(rows.json["rows"],
+                   "program = {by} | image, ms = {ms:.2f} | ratio = {ratio:.1f} | note = of {size}");
   EXPECT_EQ(rows.text,
             "program  image, ms  ratio  note\n"
             "ours          1.50      -  of 64\n"

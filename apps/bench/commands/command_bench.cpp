@@ -29,11 +29,8 @@ Json to_json(const bench::StepTimes& t) {
 
 /// Drilling by this project and by other methods, compared with the exact volume and surface of the hole.
 void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
-  Json rows = Json::array();
-  outcome.text = "a burr of 4 mm moves through solid bone, 8 mm at 20 mm/s unless stated\n" +
-                 format_text("%-30s %-10s %-22s %8s %10s %11s %10s %10s\n", "method", "burr", "voxels",
-                             "rate, Hz", "volume, %", "surface, mm", "p50, us", "p99, us");
-  for (const bench::DrillingRow& row : bench::run_drilling_benchmark(arguments.is_quick)) {
+  Json& rows = outcome.json["rows"] = Json::array();
+  for (const bench::DrillingRow& row : bench::run_drilling_benchmark(arguments.is_quick))
     rows.push_back({{"method", row.method},
                     {"burr", row.burr},
                     {"voxels", row.voxels},
@@ -41,20 +38,15 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
                     {"volume_error", row.volume_error},
                     {"surface_error_mm", row.surface_error_mm},
                     {"tick_us", to_json(row.tick)}});
-    outcome.text += format_text("%-30s %-10s %-22s %8.0f %10.3f %11.3f %10.1f %10.1f\n", row.method.c_str(),
-                                row.burr.c_str(), row.voxels.c_str(), row.rate_hz, 100 * row.volume_error,
-                                row.surface_error_mm, row.tick.p50, row.tick.p99);
-  }
-  outcome.json["rows"] = rows;
+  outcome.print("a burr of 4 mm moves through solid bone, 8 mm at 20 mm/s unless stated");
+  outcome.print_table(rows,
+                      "method = {method} | burr = {burr} | voxels = {voxels} | rate, Hz = {rate_hz:.0f} | "
+                      "volume = {volume_error:.3%} | surface, mm = {surface_error_mm:.3f} | "
+                      "p50, us = {tick_us/p50:.1f} | p99, us = {tick_us/p99:.1f}");
   const bench::DrillingServoLoad servo = bench::run_servo_beside_drilling(arguments.is_quick ? 3 : 10);
-  outcome.text += format_text(
-      "servo at 1 kHz, pressed on bone, live (%.1f mm3 drilled)\n%-10s %9s %9s %10s %9s %10s %10s\n",
-      servo.removed_mm3, "hand", "p50, us", "p99, us", "p99.9, us", "max, us", "late p99", "late max");
+  Json hands = Json::array();
   for (const auto& [name, report] :
        {std::pair("touching", servo.touching), std::pair("drilling", servo.drilling)}) {
-    outcome.text += format_text("%-10s %9.2f %9.2f %10.2f %9.1f %10.1f %10.1f\n", name, report.step_p50_us,
-                                report.step_p99_us, report.step_p999_us, report.step_max_us,
-                                report.late_p99_us, report.late_max_us);
     outcome.json["servo"][name] = {{"ticks", report.ticks},
                                    {"overruns", report.overruns},
                                    {"dropped", report.dropped},
@@ -68,27 +60,22 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
                                      {"p99", report.late_p99_us},
                                      {"p999", report.late_p999_us},
                                      {"max", report.late_max_us}}}};
+    hands.push_back(outcome.json["servo"][name]);
+    hands.back()["hand"] = name;
   }
+  outcome.print("servo at 1 kHz, pressed on bone, live ({removed:.1f} mm3 drilled)",
+                {{"removed", servo.removed_mm3}});
+  outcome.print_table(hands,
+                      "hand = {hand} | p50, us = {step_us/p50:.2f} | p99, us = {step_us/p99:.2f} | "
+                      "p99.9, us = {step_us/p999:.2f} | max, us = {step_us/max:.1f} | "
+                      "late p99 = {late_us/p99:.1f} | late max = {late_us/max:.1f}");
 }
 
 /// Times of occupancy bits, connected components and a flood fill, each from the voxels on.
 void bench_flood(int size, Outcome& outcome) {
-  outcome.text += format_text(
-      "floods and components of %d^3 int16, threshold included, ms, compared with ITK and SciPy\n"
-      "%-8s %10s %7s %9s %11s %7s %16s %18s %15s %5s\n",
-      size, "volume", "neighbours", "threads", "parts", "components", "flood", "ITK flood", "ITK components",
-      "SciPy label", "same");
-  Json rows = Json::array();
+  Json& rows = outcome.json["rows"] = Json::array();
+  Json table = Json::array();
   for (const bench::FloodRow& row : bench::run_flood_benchmark(size)) {
-    const auto with_ratio = [](const std::optional<double>& theirs, double ours) {
-      return theirs ? format_text("%.0f (%.0fx)", *theirs, *theirs / ours) : std::string("-");
-    };
-    outcome.text +=
-        format_text("%-8s %10d %7d %9lld %11.1f %7.1f %16s %18s %15s %5s\n", row.volume.c_str(),
-                    row.has_corners ? 26 : 6, row.threads, row.count, row.components_ms, row.flood_ms,
-                    with_ratio(row.itk_flood_ms, row.flood_ms).c_str(),
-                    with_ratio(row.itk_components_ms, row.components_ms).c_str(),
-                    with_ratio(row.scipy_ms, row.components_ms).c_str(), row.is_same ? "yes" : "NO");
     Json one = {{"volume", row.volume},     {"touch", row.has_corners ? 26 : 6},
                 {"threads", row.threads},   {"parts", row.count},
                 {"flooded", row.flooded},   {"components_ms", row.components_ms},
@@ -96,10 +83,25 @@ void bench_flood(int size, Outcome& outcome) {
     if (row.itk_flood_ms) one["itk_flood_ms"] = *row.itk_flood_ms;
     if (row.itk_components_ms) one["itk_components_ms"] = *row.itk_components_ms;
     if (row.scipy_ms) one["scipy_ms"] = *row.scipy_ms;
-    rows.push_back(std::move(one));
+    rows.push_back(one);
+    const auto ratio = [](const std::optional<double>& theirs, double ours) {
+      return theirs ? Json(*theirs / ours) : Json();
+    };
+    one["itk_flood_ratio"] = ratio(row.itk_flood_ms, row.flood_ms);
+    one["itk_components_ratio"] = ratio(row.itk_components_ms, row.components_ms);
+    one["scipy_ratio"] = ratio(row.scipy_ms, row.components_ms);
+    table.push_back(std::move(one));
     if (!row.is_same) outcome.exit_code = exit_check_failed;
   }
-  outcome.json["rows"] = rows;
+  outcome.print(
+      "floods and components of {size}^3 int16, threshold included, ms, and times as long by ITK and SciPy",
+      {{"size", size}});
+  outcome.print_table(table,
+                      "volume = {volume} | neighbours = {touch} | threads = {threads} | parts = {parts} | "
+                      "components = {components_ms:.1f} | flood = {flood_ms:.1f} | "
+                      "ITK flood = {itk_flood_ms:.0f} | times = {itk_flood_ratio:.0f} | "
+                      "ITK components = {itk_components_ms:.0f} | times = {itk_components_ratio:.0f} | "
+                      "SciPy label = {scipy_ms:.0f} | times = {scipy_ratio:.0f} | same = {is_same}");
 }
 
 /// X-ray images compared with those of plastimatch.
@@ -109,20 +111,9 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
   const auto max_rmse = [](const bench::XrayRow& row) {
     return row.volume == "solid" ? 0.25 / row.size : 1e-6;
   };
-  outcome.text += format_text(
-      "X-rays of %d^3 int16 in 512^2 pixels, ms per image of 12 views, compared with plastimatch's exact "
-      "drr\n"
-      "%-7s %7s %7s %10s %9s %9s %18s %11s %12s %10s\n",
-      size, "volume", "filled", "threads", "preparing", "exact", "Joseph", "plastimatch", "its RMSE",
-      "Joseph's RMSE", "worst ray");
-  Json rows = Json::array();
+  Json& rows = outcome.json["rows"] = Json::array();
+  Json table = Json::array();
   for (const bench::XrayRow& row : bench::run_xray_benchmark(size, 512)) {
-    outcome.text += format_text(
-        "%-7s %6.0f%% %7d %10.1f %9.1f %9.1f %18s %11s %12.1e %10s\n", row.volume.c_str(), 100 * row.filled,
-        row.threads, row.preparing_ms, row.exact_ms, row.joseph_ms,
-        row.peer_ms ? format_text("%.0f (%.1fx)", *row.peer_ms, *row.peer_ms / row.exact_ms).c_str() : "-",
-        row.peer_rmse ? format_text("%.1e", *row.peer_rmse).c_str() : "-", row.joseph_rmse,
-        row.judged > 0 ? format_text("%.1e", row.worst_error).c_str() : "-");
     Json one = {{"volume", row.volume},           {"filled", row.filled},
                 {"threads", row.threads},         {"preparing_ms", row.preparing_ms},
                 {"exact_ms", row.exact_ms},       {"joseph_ms", row.joseph_ms},
@@ -130,25 +121,39 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
                 {"worst_error", row.worst_error}};
     if (row.peer_ms) one["plastimatch_ms"] = *row.peer_ms;
     if (row.peer_rmse) one["plastimatch_rmse"] = *row.peer_rmse;
-    rows.push_back(std::move(one));
+    rows.push_back(one);
+    if (row.peer_ms) one["ratio"] = *row.peer_ms / row.exact_ms;
+    if (row.judged == 0) one["worst_error"] = nullptr;
+    table.push_back(std::move(one));
     if (row.worst_error > 1e-6 || row.peer_rmse.value_or(0) > max_rmse(row))
       outcome.exit_code = exit_check_failed;
   }
-  outcome.json["rows"] = rows;
-  outcome.text +=
-      format_text("while a hand drills the built-in spine at 1 kHz\n%-15s %7s %9s %9s %9s %14s %14s\n",
-                  "image", "per s", "p50, ms", "p99, ms", "max, ms", "servo p99, us", "late p99, us");
+  outcome.print(
+      "X-rays of {size}^3 int16 in 512^2 pixels, ms per image of 12 views, compared with plastimatch's exact "
+      "drr",
+      {{"size", size}});
+  outcome.print_table(table,
+                      "volume = {volume} | filled = {filled:.0%} | threads = {threads} | "
+                      "preparing = {preparing_ms:.1f} | exact = {exact_ms:.1f} | Joseph = {joseph_ms:.1f} | "
+                      "plastimatch = {plastimatch_ms:.0f} | times = {ratio:.1f} | "
+                      "its RMSE = {plastimatch_rmse:.1e} | Joseph's RMSE = {joseph_rmse:.1e} | "
+                      "worst ray = {worst_error:.1e}");
+  table = Json::array();
   for (const bench::XrayServoLoad::Part& part : bench::run_xray_beside_servo(is_quick ? 2 : 5).parts) {
-    outcome.text += format_text("%-15s %7.1f %9.1f %9.1f %9.1f %14.1f %14.1f\n", part.name.c_str(),
-                                part.image.p50 > 0 ? 1e6 / part.image.p50 : 0.0, 1e-3 * part.image.p50,
-                                1e-3 * part.image.p99, 1e-3 * part.image.max, part.servo.step_p99_us,
-                                part.servo.late_p99_us);
-    outcome.json["beside_servo"].push_back({{"image", part.name},
-                                            {"image_us", to_json(part.image)},
-                                            {"servo_step_p99_us", part.servo.step_p99_us},
-                                            {"servo_late_p99_us", part.servo.late_p99_us},
-                                            {"overruns", part.servo.overruns}});
+    Json one = {{"image", part.name},
+                {"image_us", to_json(part.image)},
+                {"servo_step_p99_us", part.servo.step_p99_us},
+                {"servo_late_p99_us", part.servo.late_p99_us},
+                {"overruns", part.servo.overruns}};
+    outcome.json["beside_servo"].push_back(one);
+    one["rate"] = part.image.p50 > 0 ? 1e6 / part.image.p50 : 0.0;
+    table.push_back(std::move(one));
   }
+  outcome.print("while a hand drills the built-in spine at 1 kHz; times of images, and of the servo, us");
+  outcome.print_table(table,
+                      "image = {image} | per s = {rate:.1f} | p50 = {image_us/p50:.0f} | "
+                      "p99 = {image_us/p99:.0f} | max = {image_us/max:.0f} | "
+                      "servo p99 = {servo_step_p99_us:.1f} | late p99 = {servo_late_p99_us:.1f}");
 }
 
 /// Ray casting compared with VTK's volume mappers.
@@ -156,18 +161,14 @@ Status bench_render(int size, Outcome& outcome) {
   const auto surface = view::make_offscreen(512, 512);
   if (!surface) return surface.error();
   const auto gl = view::describe_gl();
-  outcome.text += format_text(
-      "%d^3 int16 ray-cast, 512^2 pixels without shading; OpenGL: %s\n%-16s %8s %8s %10s %15s %14s\n", size,
-      gl ? gl.value().c_str() : "not available", "program", "step mm", "threads", "image ms",
-      "after a cut ms", "opacity error");
-  Json rows = Json::array();
+  outcome.print("{size}^3 int16 ray-cast, 512^2 pixels without shading; OpenGL: {gl}",
+                {{"size", size}, {"gl", gl ? gl.value() : "not available"}});
+  Json& rows = outcome.json["rows"] = Json::array();
   for (const bench::RenderRow& row : bench::run_render_benchmark(size, surface.value()->window())) {
     if (!row.is_there) {
-      outcome.text += format_text("%-16s is not installed, or could not draw\n", row.renderer.c_str());
+      outcome.print("{by} is not installed, or could not draw", {{"by", row.renderer}});
       continue;
     }
-    outcome.text += format_text("%-16s %8.3f %8d %10.1f %15.1f %14.4f\n", row.renderer.c_str(), row.step,
-                                row.threads, row.frame_ms, row.changed_ms, row.error);
     rows.push_back({{"by", row.renderer},
                     {"step_mm", row.step},
                     {"threads", row.threads},
@@ -175,24 +176,20 @@ Status bench_render(int size, Outcome& outcome) {
                     {"after_a_cut_ms", row.changed_ms},
                     {"opacity_rms", row.error}});
   }
-  outcome.json["rows"] = rows;
+  outcome.print_table(rows,
+                      "program = {by} | step, mm = {step_mm:.3f} | threads = {threads} | "
+                      "image, ms = {image_ms:.1f} | after a cut, ms = {after_a_cut_ms:.1f} | "
+                      "opacity error = {opacity_rms:.4f}");
   return std::nullopt;
 }
 
 /// Slices compared with VTK's.
 void bench_reslice(int size, Outcome& outcome) {
-  outcome.text += format_text(
-      "linear slices of 1024^2 pixels of %d^3 int16, ms, compared with vtkImageReslice\n%-16s %7s %8s %16s "
-      "%11s\n",
-      size, "plane", "threads", "ours", "VTK", "differ by");
-  Json rows = Json::array();
+  Json& rows = outcome.json["rows"] = Json::array();
   std::map<int, std::pair<double, double>> range;  // by threads: best and worst plane
   for (const bench::ResliceRow& row : bench::run_reslice_benchmark(size)) {
     auto [at, is_new] = range.emplace(row.threads, std::pair(row.our_ms, row.our_ms));
     at->second = {std::min(at->second.first, row.our_ms), std::max(at->second.second, row.our_ms)};
-    outcome.text += format_text("%-16s %7d %8.2f %16s %11d\n", row.plane.c_str(), row.threads, row.our_ms,
-                                format_text("%.1f (%.1fx)", row.peer_ms, row.peer_ms / row.our_ms).c_str(),
-                                row.worst_difference);
     rows.push_back({{"plane", row.plane},
                     {"threads", row.threads},
                     {"ours_ms", row.our_ms},
@@ -200,23 +197,20 @@ void bench_reslice(int size, Outcome& outcome) {
                     {"worst_difference", row.worst_difference}});
     if (row.worst_difference > 1) outcome.exit_code = exit_check_failed;
   }
+  outcome.print("linear slices of 1024^2 pixels of {size}^3 int16, ms, compared with vtkImageReslice",
+                {{"size", size}});
+  outcome.print_table(rows,
+                      "plane = {plane} | threads = {threads} | ours = {ours_ms:.2f} | VTK = {vtk_ms:.1f} | "
+                      "differ by = {worst_difference}");
   for (const auto& [threads, ends] : range)
-    outcome.text +=
-        format_text("worst plane over best, %d threads: %.2f\n", threads, ends.second / ends.first);
-  outcome.json["rows"] = rows;
+    outcome.print("worst plane over best, {threads} threads: {ratio:.2f}",
+                  {{"threads", threads}, {"ratio", ends.second / ends.first}});
 }
 
 /// Detection of detached pieces after each stroke of a saw.
 void bench_separation(Outcome& outcome) {
-  outcome.text += format_text(
-      "detection of pieces that a stroke detaches: a saw around a flap of the built-in head, ms per stroke\n"
-      "%6s %5s %8s %5s %6s %7s %6s %6s %12s %5s\n",
-      "voxel", "burr", "samples", "held", "parted", "pending", "p50", "p99", "whole volume", "wrong");
-  Json rows = Json::array();
+  Json& rows = outcome.json["rows"] = Json::array();
   for (const bench::SeparationRow& row : bench::run_separation_benchmark()) {
-    outcome.text += format_text("%6.2f %5.1f %8d %5d %6d %7d %6.2f %6.2f %12.1f %5d\n", row.voxel_mm,
-                                row.burr_mm, row.samples_a_voxel, row.held, row.parted, row.pending,
-                                row.p50_ms, row.p99_ms, row.complete_ms, row.wrong);
     rows.push_back({{"voxel_mm", row.voxel_mm},
                     {"burr_mm", row.burr_mm},
                     {"samples_a_voxel", row.samples_a_voxel},
@@ -230,104 +224,101 @@ void bench_separation(Outcome& outcome) {
                     {"wrong", row.wrong}});
     if (row.wrong > 0) outcome.exit_code = exit_check_failed;
   }
-  outcome.json["rows"] = rows;
+  outcome.print(
+      "detection of pieces that a stroke detaches: a saw around a flap of the built-in head, ms per stroke");
+  outcome.print_table(rows,
+                      "voxel = {voxel_mm:.2f} | burr = {burr_mm:.1f} | samples = {samples_a_voxel} | "
+                      "held = {held} | parted = {parted} | pending = {pending} | p50 = {p50_ms:.2f} | "
+                      "p99 = {p99_ms:.2f} | whole volume = {whole_volume_ms:.1f} | wrong = {wrong}");
 }
 
 /// Surface nets compared with VTK's flying edges.
 void bench_surface(int size, Outcome& outcome) {
   const bench::SurfaceResult r = bench::run_surface_benchmark(size);
-  Json rows = Json::array();
-  outcome.text +=
-      format_text("whole surface of %d^3 int16, bits included, compared with VTK FlyingEdges3D\n", size);
-  for (const bench::SurfaceRow& row : r.rows) {
-    const double ratio = row.peer_ms / row.our_ms;
-    rows.push_back({{"volume", row.volume},
-                    {"size", row.size},
-                    {"threads", row.threads},
-                    {"ms", row.our_ms},
-                    {"triangles", row.our_triangles},
-                    {"peer", "vtkFlyingEdges3D"},
-                    {"peer_ms", row.peer_ms},
-                    {"peer_triangles", row.peer_triangles},
-                    {"ratio_to_peer", ratio}});
-    outcome.text +=
-        format_text("  %-7s %d thread%s  %7.1f ms   peer %7.1f ms   %.2fx   (%zu and %zu triangles)\n",
-                    row.volume.c_str(), row.threads, row.threads > 1 ? "s" : " ", row.our_ms, row.peer_ms,
-                    ratio, row.our_triangles, row.peer_triangles);
-  }
-  outcome.text += format_text(
-      "32^3 chunk with surface: p50 %.1f us, p99 %.1f us; under a burr (up to %zu vertices): p50 %.1f us, "
-      "p99 %.1f us\n",
-      r.surface_chunk.p50, r.surface_chunk.p99, r.drilled_chunk_vertices, r.drilled_chunk.p50,
-      r.drilled_chunk.p99);
-  outcome.json["surfaces"] = rows;
-  outcome.json["surface_chunk_us"] = to_json(r.surface_chunk);
-  outcome.json["drilled_chunk_vertices"] = r.drilled_chunk_vertices;
-  outcome.json["drilled_chunk_us"] = to_json(r.drilled_chunk);
+  Json& json = outcome.json;
+  json["surfaces"] = Json::array();
+  for (const bench::SurfaceRow& row : r.rows)
+    json["surfaces"].push_back({{"volume", row.volume},
+                                {"size", row.size},
+                                {"threads", row.threads},
+                                {"ms", row.our_ms},
+                                {"triangles", row.our_triangles},
+                                {"peer", "vtkFlyingEdges3D"},
+                                {"peer_ms", row.peer_ms},
+                                {"peer_triangles", row.peer_triangles},
+                                {"ratio_to_peer", row.peer_ms / row.our_ms}});
+  json["surface_chunk_us"] = to_json(r.surface_chunk);
+  json["drilled_chunk_vertices"] = r.drilled_chunk_vertices;
+  json["drilled_chunk_us"] = to_json(r.drilled_chunk);
+  outcome.print("whole surface of {size}^3 int16, bits included, compared with VTK FlyingEdges3D",
+                {{"size", size}});
+  outcome.print_table(
+      json["surfaces"],
+      "volume = {volume} | threads = {threads} | ms = {ms:.1f} | peer, ms = {peer_ms:.1f} | "
+      "times = {ratio_to_peer:.2f} | triangles = {triangles} | of the peer = {peer_triangles}");
+  outcome.print(
+      "32^3 chunk with surface: p50 {surface_chunk_us/p50:.1f} us, p99 {surface_chunk_us/p99:.1f} us; under "
+      "a burr (up to {drilled_chunk_vertices} vertices): p50 {drilled_chunk_us/p50:.1f} us, p99 "
+      "{drilled_chunk_us/p99:.1f} us");
 }
 
 /// Times of a step of contact, of a tick of removal, and of an update of offset fields.
 void bench_step(int size, Outcome& outcome) {
   const bench::StepResult r = bench::run_step_benchmark(size);
-  outcome.json["implicit"] = {{"size", size},
-                              {"step_us", to_json(r.implicit)},
-                              {"voxels_a_step", r.voxels_per_step},
-                              {"ratio_to_peer", nullptr}};
-  outcome.text += format_text(
-      "implicit step, point, %d^3 sphere, 100 mm/s: p50 %.2f us, p99 %.2f us, p99.9 %.2f us, %.1f voxels per "
-      "step\n",
-      size, r.implicit.p50, r.implicit.p99, r.implicit.p999, r.voxels_per_step);
-  Json rows = Json::array();
-  outcome.text += "equal voxels, larger volumes:\n";
-  for (const bench::ScalingRow& row : r.fixed_density) {
-    rows.push_back({{"size", row.size},
-                    {"step_us", to_json(row.step)},
-                    {"voxels_a_step", row.voxels_per_step},
-                    {"cells_a_step", row.cells_per_step}});
-    outcome.text +=
-        format_text("  %3d^3: p50 %.2f us, p99.9 %.2f us, %.3f voxels and %.3f cells per step\n", row.size,
-                    row.step.p50, row.step.p999, row.voxels_per_step, row.cells_per_step);
-  }
-  outcome.json["fixed_density"] = rows;
-  outcome.json["chain_corner_us"] = to_json(r.chain_corner);
-  outcome.text += format_text(
-      "chain, 16 balls of 3 mm in a corner of a mesh: p50 %.0f us, p99 %.0f us, p99.9 %.0f us, max %.0f us\n",
-      r.chain_corner.p50, r.chain_corner.p99, r.chain_corner.p999, r.chain_corner.max);
-  outcome.json["removal_tick_us"] = to_json(r.removal_tick);
-  outcome.json["removal_tick_ratio_to_peer"] =
-      r.csg_tick.count > 0 ? Json(r.csg_tick.p50 / r.removal_tick.p50) : Json();
-  outcome.text += format_text(
-      "removal tick, ball of 12 voxels at 50 mm/s, version published: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
-      "us\n",
-      r.removal_tick.p50, r.removal_tick.p99, r.removal_tick.p999);
-  outcome.json["csg_tick_us"] = r.csg_tick.count > 0 ? to_json(r.csg_tick) : Json();
-  outcome.json["csg_tick_with_capsule_us"] = r.csg_tick.count > 0 ? to_json(r.csg_tick_with_capsule) : Json();
-  if (r.csg_tick.count > 0)
-    outcome.text += format_text(
-        "  OpenVDB's csgDifference: p50 %.0f us (%.0f times ours), with the swept ball's level set %.0f us "
-        "(%.0f)\n",
-        r.csg_tick.p50, r.csg_tick.p50 / r.removal_tick.p50, r.csg_tick_with_capsule.p50,
-        r.csg_tick_with_capsule.p50 / r.removal_tick.p50);
+  const bool has_peer = r.csg_tick.count > 0;
+  Json& json = outcome.json;
+  json["implicit"] = {{"size", size},
+                      {"step_us", to_json(r.implicit)},
+                      {"voxels_a_step", r.voxels_per_step},
+                      {"ratio_to_peer", nullptr}};
+  json["fixed_density"] = Json::array();
+  for (const bench::ScalingRow& row : r.fixed_density)
+    json["fixed_density"].push_back({{"size", row.size},
+                                     {"step_us", to_json(row.step)},
+                                     {"voxels_a_step", row.voxels_per_step},
+                                     {"cells_a_step", row.cells_per_step}});
+  json["chain_corner_us"] = to_json(r.chain_corner);
+  json["removal_tick_us"] = to_json(r.removal_tick);
+  json["removal_tick_ratio_to_peer"] = has_peer ? Json(r.csg_tick.p50 / r.removal_tick.p50) : Json();
+  json["csg_tick_us"] = has_peer ? to_json(r.csg_tick) : Json();
+  json["csg_tick_with_capsule_us"] = has_peer ? to_json(r.csg_tick_with_capsule) : Json();
+  json["removal_tick_over_scratches_us"] = to_json(r.removal_tick_over_scratches);
+  json["field_update_ms"] = to_json(r.field_update_ms);
+  json["hover_ms"] = to_json(r.hover_ms);
+  outcome.print(
+      "implicit step, point, {size}^3 sphere, 100 mm/s: p50 {step_us/p50:.2f} us, p99 {step_us/p99:.2f} us, "
+      "p99.9 {step_us/p999:.2f} us, {voxels_a_step:.1f} voxels per step",
+      json["implicit"]);
+  outcome.print("equal voxels, larger volumes:");
+  outcome.print_table(json["fixed_density"],
+                      "size = {size}^3 | p50, us = {step_us/p50:.2f} | p99.9, us = {step_us/p999:.2f} | "
+                      "voxels per step = {voxels_a_step:.3f} | cells per step = {cells_a_step:.3f}");
+  outcome.print(
+      "chain, 16 balls of 3 mm in a corner of a mesh: p50 {p50:.0f} us, p99 {p99:.0f} us, p99.9 {p999:.0f} us, "
+      "max {max:.0f} us",
+      json["chain_corner_us"]);
+  outcome.print(
+      "removal tick, ball of 12 voxels at 50 mm/s, version published: p50 {p50:.1f} us, p99 {p99:.1f} us, "
+      "p99.9 {p999:.1f} us",
+      json["removal_tick_us"]);
+  if (has_peer)
+    outcome.print(
+        "  OpenVDB's csgDifference: p50 {csg_tick_us/p50:.0f} us ({removal_tick_ratio_to_peer:.0f} times "
+        "ours), with the swept ball's level set {csg_tick_with_capsule_us/p50:.0f} us ({ratio:.0f})",
+        {{"ratio", r.csg_tick_with_capsule.p50 / r.removal_tick.p50}});
   else
-    outcome.text += "  built without OpenVDB: no ratio\n";
-  outcome.json["removal_tick_over_scratches_us"] = to_json(r.removal_tick_over_scratches);
-  outcome.text +=
-      format_text("  over scratches of a ball of one voxel: p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n",
-                  r.removal_tick_over_scratches.p50, r.removal_tick_over_scratches.p99,
-                  r.removal_tick_over_scratches.p999);
-  outcome.json["field_update_ms"] = to_json(r.field_update_ms);
-  outcome.json["hover_ms"] = to_json(r.hover_ms);
-  outcome.text += format_text(
-      "a round tip of 2 mm behind its burr, voxels of 0.5 mm: field update p50 %.1f ms, p99 %.1f ms; "
-      "hover p50 %.1f ms, p99 %.1f ms\n",
-      r.field_update_ms.p50, r.field_update_ms.p99, r.hover_ms.p50, r.hover_ms.p99);
+    outcome.print("  built without OpenVDB: no ratio");
+  outcome.print(
+      "  over scratches of a ball of one voxel: p50 {p50:.1f} us, p99 {p99:.1f} us, p99.9 {p999:.1f} us",
+      json["removal_tick_over_scratches_us"]);
+  outcome.print(
+      "a round tip of 2 mm behind its burr, voxels of 0.5 mm: field update p50 {field_update_ms/p50:.1f} ms, "
+      "p99 {field_update_ms/p99:.1f} ms; hover p50 {hover_ms/p50:.1f} ms, p99 {hover_ms/p99:.1f} ms");
 }
 
 /// Rays through voxels, compared with NanoVDB, and judged.
 void bench_rays(int size, Outcome& outcome) {
-  Json rows = Json::array();
-  outcome.text += format_text("%-8s %-7s %10s %10s %8s %10s %8s %8s\n", "volume", "rays", "ray, ns",
-                              "NanoVDB ns", "ratio", "differs", "judged", "wrong");
+  Json& rows = outcome.json["rays"] = Json::array();
   for (const bench::RayRow& r : bench::run_ray_benchmark(size)) {
     const bool has_peer = r.peer_ns > 0;
     rows.push_back({{"volume", r.volume},
@@ -341,15 +332,14 @@ void bench_rays(int size, Outcome& outcome) {
                     {"peer_differs", r.peer_differs},
                     {"judged", r.judged},
                     {"mismatches", r.mismatches}});
-    outcome.text += format_text("%-8s %-7s %10.0f ", r.volume.c_str(), r.rays.c_str(), r.ns_per_ray);
-    outcome.text +=
-        has_peer ? format_text("%10.0f %8.2f %10ld", r.peer_ns, r.peer_ns / r.ns_per_ray, r.peer_differs)
-                 : format_text("%10s %8s %10s", "-", "-", "-");
-    outcome.text += format_text(" %8ld %8ld\n", r.judged, r.mismatches);
     if (r.mismatches > 0) outcome.exit_code = exit_check_failed;
   }
-  if (bench::peers().nanovdb_version.empty()) outcome.text += "built without NanoVDB: no ratio\n";
-  outcome.json["rays"] = rows;
+  outcome.print_table(
+      rows,
+      "volume = {volume} | rays = {rays} | ray, ns = {one_ns:.0f} | "
+      "NanoVDB, ns = {peer_ns:.0f} | ratio = {ratio_to_peer:.2f} | differs = {peer_differs} | "
+      "judged = {judged} | wrong = {mismatches}");
+  if (bench::peers().nanovdb_version.empty()) outcome.print("built without NanoVDB: no ratio");
 }
 
 /// Time from the start of the process until a scan can be touched.
@@ -372,12 +362,13 @@ Status bench_load(const std::string& src, Outcome& outcome) {
       {"start_of_process", start}, {"read", source.read_seconds}, {"bits", bits}, {"open_to_touch", touch}};
   outcome.json["memory"] = memory_report(scene, version);
   outcome.json["ratio_to_peer"] = nullptr;
-  outcome.text += format_text(
-      "%s: first possible touch %.2f s after the process began (start %.2f, read %.2f, bits %.3f)\n",
-      source.name.c_str(), touch, start, source.read_seconds, bits);
-  outcome.text += format_text("memory held: %.3f times the size of the voxels; resident: %.0f MB\n",
-                              outcome.json["memory"]["held_over_voxels"].get<double>(),
-                              static_cast<double>(resident_bytes()) / 1e6);
+  outcome.print(
+      "{name}: first possible touch {seconds/open_to_touch:.2f} s after the process began (start "
+      "{seconds/start_of_process:.2f}, read {seconds/read:.2f}, bits {seconds/bits:.3f})",
+      {{"name", source.name}});
+  outcome.print(
+      "memory held: {memory/held_over_voxels:.3f} times the size of the voxels; resident: {resident:.0f} MB",
+      {{"resident", 1e-6 * outcome.json["memory"]["resident_bytes"].get<double>()}});
   return std::nullopt;
 }
 

@@ -24,24 +24,13 @@ bench::DrawOn draw_on(int pixels) {
   return on;
 }
 
-/// Text of a value; "-" below 0, for a missing peer.
-std::string cell(double value, const char* form) { return value < 0 ? "-" : format_text(form, value); }
+/// Returns a value as JSON; null below 0, for a missing peer.
 Json put(double value) { return value < 0 ? Json(nullptr) : Json(value); }
 
 void report_images(bool is_quick, Outcome& outcome) {
   Json& json = outcome.json;
-  outcome.text +=
-      "\nSix images of 20 mm around the touch, ms; ours: every layer, without preprocessing\n"
-      "triangles   pixels    ours    Embree: its tree   first hits   apart    VTK's depth buffer: first     "
-      "then   apart   (ours moved by a pixel)\n";
   json["images"] = Json::array();
-  for (const bench::ImagesRow& row : bench::run_depth_images(is_quick, draw_on)) {
-    outcome.text += format_text(
-        "%9d   %4d^2  %7.2f   %15s   %10s   %5s   %25s   %6s   %5s   (%ld)\n", row.triangles, row.pixels,
-        row.ours_ms, cell(row.embree_build_ms, "%.1f").c_str(), cell(row.embree_ms, "%.2f").c_str(),
-        cell(static_cast<double>(row.embree_apart), "%.0f").c_str(), cell(row.gl_first_ms, "%.1f").c_str(),
-        cell(row.gl_ms, "%.1f").c_str(), cell(static_cast<double>(row.gl_apart), "%.0f").c_str(),
-        row.moved_apart);
+  for (const bench::ImagesRow& row : bench::run_depth_images(is_quick, draw_on))
     json["images"].push_back({{"triangles", row.triangles},
                               {"pixels", row.pixels},
                               {"ours_ms", row.ours_ms},
@@ -52,37 +41,32 @@ void report_images(bool is_quick, Outcome& outcome) {
                               {"embree_apart", row.embree_apart < 0 ? Json(nullptr) : Json(row.embree_apart)},
                               {"gl_apart", row.gl_apart < 0 ? Json(nullptr) : Json(row.gl_apart)},
                               {"moved_apart", row.moved_apart}});
-  }
-  outcome.text +=
-      "\nSix images of 256^2 rows of voxels after a burr touched them\n"
-      "burr, mm   whole, ms          changed rows, us   the chunk's net, ms   Embree's tree of it, ms   "
-      "ratio\n";
+  outcome.print("\nSix images of 20 mm around the touch, ms; ours: every layer, without preprocessing");
+  outcome.print_table(json["images"],
+                      "triangles = {triangles} | pixels = {pixels}^2 | ours = {ours_ms:.2f} | "
+                      "Embree: its tree = {embree_tree_ms:.1f} | first hits = {embree_first_hits_ms:.2f} | "
+                      "apart = {embree_apart} | VTK's depth buffer: first = {gl_first_ms:.1f} | "
+                      "then = {gl_ms:.1f} | apart = {gl_apart} | ours moved by a pixel = {moved_apart}");
+  Json table = Json::array();
   json["edits"] = Json::array();
   for (const bench::EditRow& row : bench::run_depth_edits(is_quick)) {
-    outcome.text +=
-        format_text("%8.0f   %12.2f   %20.1f   %19.2f   %23s   %s\n", row.burr, row.all_ms, row.update_us,
-                    row.net_ms, cell(row.embree_ms, "%.2f").c_str(),
-                    cell(row.embree_ms < 0 ? -1 : 1e3 * row.embree_ms / row.update_us, "%.0f").c_str());
     json["edits"].push_back({{"burr_mm", row.burr},
                              {"all_ms", row.all_ms},
                              {"update_us", row.update_us},
                              {"net_ms", row.net_ms},
                              {"triangles", row.triangles},
                              {"embree_tree_ms", put(row.embree_ms)}});
+    table.push_back(json["edits"].back());
+    table.back()["ratio"] = row.embree_ms < 0 ? Json() : Json(1e3 * row.embree_ms / row.update_us);
   }
-  outcome.text +=
-      "\nA frame of 512^2 pixels, and its haptic cost: OpenHaptics draws again or searches all "
-      "triangles\n"
-      "surface or volume     drawn, ms   voxels touched, us   depth images, ms   drawn again and read, ms   "
-      "all triangles, ms\n";
+  outcome.print("\nSix images of 256^2 rows of voxels after a burr touched them");
+  outcome.print_table(table,
+                      "burr, mm = {burr_mm:.0f} | whole, ms = {all_ms:.2f} | "
+                      "changed rows, us = {update_us:.1f} | the chunk's net, ms = {net_ms:.2f} | "
+                      "Embree's tree of it, ms = {embree_tree_ms:.2f} | ratio = {ratio:.0f}");
+  table = Json::array();
   json["frames"] = Json::array();
   for (const bench::FrameRow& row : bench::run_frame_times(is_quick, draw_on)) {
-    const std::string what =
-        row.triangles > 0 ? format_text("%d triangles", row.triangles) : format_text("%d slices", row.slices);
-    outcome.text +=
-        format_text("%-18s   %10s   %18.1f   %16s   %24s   %17s\n", what.c_str(),
-                    cell(row.draw_ms, "%.1f").c_str(), row.voxel_touch_us, cell(row.depth_ms, "%.2f").c_str(),
-                    cell(row.redraw_ms, "%.1f").c_str(), cell(row.feedback_ms, "%.2f").c_str());
     json["frames"].push_back({{"triangles", row.triangles},
                               {"slices", row.slices},
                               {"draw_ms", put(row.draw_ms)},
@@ -90,30 +74,36 @@ void report_images(bool is_quick, Outcome& outcome) {
                               {"depth_images_ms", put(row.depth_ms)},
                               {"drawn_again_ms", put(row.redraw_ms)},
                               {"feedback_ms", put(row.feedback_ms)}});
+    table.push_back(json["frames"].back());
+    table.back()["of"] =
+        row.triangles > 0 ? format_text("%d triangles", row.triangles) : format_text("%d slices", row.slices);
   }
+  outcome.print(
+      "\nA frame of 512^2 pixels, and its haptic cost: OpenHaptics draws again or searches all triangles");
+  outcome.print_table(
+      table,
+      "surface or volume = {of} | drawn, ms = {draw_ms:.1f} | "
+      "voxels touched, us = {voxels_us:.1f} | depth images, ms = {depth_images_ms:.2f} | "
+      "drawn again and read, ms = {drawn_again_ms:.1f} | all triangles, ms = {feedback_ms:.2f}");
 }
 
 void report_falls(bool is_quick, Outcome& outcome) {
-  outcome.text +=
-      "\nWalls passed in steps of up to 1 m/s, pixels of 0.2 mm (steps in contact in brackets)\n"
-      "object      wall, mm     steps   ";
-  outcome.json["falls"] = Json::array();
-  bool is_first = true;
+  Json& rows = outcome.json["falls"] = Json::array();
+  std::string columns = "object = {thing} | wall, mm = {wall_mm:.1f} | steps = {steps}";
   for (const bench::FallRow& row : bench::run_depth_falls(is_quick)) {
-    if (std::exchange(is_first, false)) {
-      for (const auto& m : row.methods) outcome.text += format_text("%20s", m.name.c_str());
-      outcome.text += "\n";
-    }
-    outcome.text += format_text("%-10s %9.1f %9ld   ", row.object.c_str(), row.wall, row.steps);
     Json methods = Json::array();
     for (const auto& m : row.methods) {
-      outcome.text += format_text("%20s", format_text("%ld (%ld)", m.passed, m.touched).c_str());
+      if (rows.empty()) {
+        const std::string method = "methods/" + std::to_string(methods.size());
+        columns += " | " + m.name + " = {" + method + "/passed} ({" + method + "/steps_in_contact})";
+      }
       methods.push_back({{"name", m.name}, {"passed", m.passed}, {"steps_in_contact", m.touched}});
     }
-    outcome.text += "\n";
-    outcome.json["falls"].push_back(
+    rows.push_back(
         {{"thing", row.object}, {"wall_mm", row.wall}, {"steps", row.steps}, {"methods", methods}});
   }
+  outcome.print("\nWalls passed in steps of up to 1 m/s, pixels of 0.2 mm (steps in contact in brackets)");
+  outcome.print_table(rows, columns);
 }
 
 /// Models of a file or of all files of a folder, closed and scaled to 100 mm.
@@ -152,74 +142,82 @@ Result<std::vector<bench::BenchModel>> real_models(const std::string& source) {
 
 Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
   Json& json = outcome.json;
-  outcome.text =
-      "Resting position by a local occupancy map of 2 mm, us (published figures in brackets)\n"
-      "resolution  map by the rule  in memory            never stored         error mm\n";
+  Json table = Json::array();
   json["lomi"] = Json::array();
   for (const bench::LomiRow& row : bench::run_lomi_benchmark()) {
-    outcome.text +=
-        format_text("%7.1f mm  %5d^3 (%2d^3)    %8.2f (%3.0f)       %8.2f (%2.0f)        %.4f\n",
-                    row.resolution, row.voxels, row.published_voxels, row.physical_us,
-                    row.published_physical_us, row.abstract_us, row.published_abstract_us, row.error);
     json["lomi"].push_back({{"resolution_mm", row.resolution},
                             {"voxels", row.voxels},
                             {"physical_us", row.physical_us},
                             {"abstract_us", row.abstract_us},
                             {"error_rms_mm", row.error}});
+    table.push_back(json["lomi"].back());
+    table.back().update({{"published_voxels", row.published_voxels},
+                         {"published_physical_us", row.published_physical_us},
+                         {"published_abstract_us", row.published_abstract_us}});
   }
-  outcome.text +=
-      "\nThe proxy's voxel of 0.2 mm divided n times by 27\n"
-      "n   0.2/3^n mm (text)   2/3^n mm (table)       us (published)   error mm\n";
+  outcome.print("Resting position by a local occupancy map of 2 mm, us (published figures in brackets)");
+  outcome.print_table(table,
+                      "resolution, mm = {resolution_mm:.1f} | "
+                      "map by the rule = {voxels}^3 ({published_voxels}^3) | "
+                      "in memory = {physical_us:.2f} ({published_physical_us:.0f}) | "
+                      "never stored = {abstract_us:.2f} ({published_abstract_us:.0f}) | "
+                      "error, mm = {error_rms_mm:.4f}");
+  table = Json::array();
   json["levels"] = Json::array();
   for (const bench::LevelRow& row : bench::run_level_benchmark()) {
-    outcome.text += format_text("%d   %12.5f   %16.5f   %12.2f (%2.0f)       %.4f\n", row.level, row.step,
-                                row.published_step, row.us, row.published_us, row.error);
     json["levels"].push_back(
         {{"level", row.level}, {"step_mm", row.step}, {"us", row.us}, {"error_rms_mm", row.error}});
+    table.push_back(json["levels"].back());
+    table.back().update({{"published_step_mm", row.published_step}, {"published_us", row.published_us}});
   }
+  outcome.print("\nThe proxy's voxel of 0.2 mm divided n times by 27");
+  outcome.print_table(table,
+                      "n = {level} | 0.2/3^n mm (text) = {step_mm:.5f} | "
+                      "2/3^n mm (table) = {published_step_mm:.5f} | "
+                      "us (published) = {us:.2f} ({published_us:.0f}) | error, mm = {error_rms_mm:.4f}");
   const auto real = real_models(arguments.source);
   if (!real) return real.error();
-  outcome.text += "\nModels touched 1 mm deep; published: 60 to 62 us per step, CHAI3D 22 to 430 ms\n";
+  outcome.print("\nModels touched 1 mm deep; published: 60 to 62 us per step, CHAI3D 22 to 430 ms");
   json["models"] = Json::array();
   for (const bench::ModelRow& row : bench::run_depth_models(arguments.is_quick, real.value())) {
-    outcome.text += format_text(
-        "%s, %d triangles; images of 20 mm in 100^2 %.2f ms, of all in 0.2 mm %.1f ms\n"
-        "  %-10s %15s %12s %12s %12s %12s\n",
-        row.name.c_str(), row.triangles, row.clip_ms, row.complete_ms, "method", "prepared, ms", "p50, us",
-        "p99.9, us", "rms, mm", "worst, mm");
     Json methods = Json::array();
-    for (const bench::ModelRow::Method& m : row.methods) {
-      outcome.text += format_text("  %-10s %15.1f %12.2f %12.2f %12.5f %12.5f\n", m.name.c_str(), m.ready_ms,
-                                  m.p50, m.p999, m.error, m.worst);
+    for (const bench::ModelRow::Method& m : row.methods)
       methods.push_back({{"name", m.name},
                          {"made_before_ms", m.ready_ms},
                          {"step_us", {{"p50", m.p50}, {"p999", m.p999}}},
                          {"error_rms_mm", m.error},
                          {"error_worst_mm", m.worst}});
-    }
     json["models"].push_back({{"name", row.name},
                               {"triangles", row.triangles},
                               {"clip_images_ms", row.clip_ms},
                               {"whole_images_ms", row.complete_ms},
                               {"methods", methods}});
+    outcome.print(
+        "{name}, {triangles} triangles; images of 20 mm in 100^2 {clip_images_ms:.2f} ms, of all in 0.2 mm "
+        "{whole_images_ms:.1f} ms",
+        json["models"].back());
+    outcome.print_table(
+        methods,
+        "method = {name} | prepared, ms = {made_before_ms:.1f} | p50, us = {step_us/p50:.2f} | "
+        "p99.9, us = {step_us/p999:.2f} | rms, mm = {error_rms_mm:.5f} | "
+        "worst, mm = {error_worst_mm:.5f}");
   }
-  outcome.text +=
-      "\nA model that moves at 400 mm/s and swells, drawn 100 times per second around a hand that presses on "
-      "it\n"
-      "triangles   shape to force, ms: p50   p99     step, us: p50   p99.9     rms, mm   worst, mm   "
-      "passed\n";
   json["deforming"] = Json::array();
-  for (const bench::DeformRow& row : bench::run_depth_deforming(arguments.is_quick)) {
-    outcome.text +=
-        format_text("%9d   %23.1f %5.1f   %14.2f %7.2f   %9.5f %11.5f %8ld\n", row.triangles, row.set_p50_ms,
-                    row.set_p99_ms, row.step_p50_us, row.step_p999_us, row.error, row.worst, row.passed);
+  for (const bench::DeformRow& row : bench::run_depth_deforming(arguments.is_quick))
     json["deforming"].push_back({{"triangles", row.triangles},
                                  {"shape_to_force_ms", {{"p50", row.set_p50_ms}, {"p99", row.set_p99_ms}}},
                                  {"step_us", {{"p50", row.step_p50_us}, {"p999", row.step_p999_us}}},
                                  {"error_rms_mm", row.error},
                                  {"error_worst_mm", row.worst},
                                  {"passed", row.passed}});
-  }
+  outcome.print(
+      "\nA model that moves at 400 mm/s and swells, drawn 100 times per second around a hand that presses on "
+      "it");
+  outcome.print_table(json["deforming"],
+                      "triangles = {triangles} | shape to force, ms: p50 = {shape_to_force_ms/p50:.1f} | "
+                      "p99 = {shape_to_force_ms/p99:.1f} | step, us: p50 = {step_us/p50:.2f} | "
+                      "p99.9 = {step_us/p999:.2f} | rms, mm = {error_rms_mm:.5f} | "
+                      "worst, mm = {error_worst_mm:.5f} | passed = {passed}");
   report_falls(arguments.is_quick, outcome);
   report_images(arguments.is_quick, outcome);
   return std::nullopt;

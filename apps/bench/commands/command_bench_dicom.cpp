@@ -68,12 +68,12 @@ Json row(std::vector<double> ours, std::vector<double> peer) {
           {"ratio_to_peer", has_peer ? Json(theirs / own) : Json()}};
 }
 
-std::string words(const char* what, const Json& row, const char* peer) {
-  std::string text = format_text("%s: %.0f ms", what, 1e3 * row["seconds"].get<double>());
-  if (!row["peer_seconds"].is_null())
-    text += format_text("; %s %.0f ms, %.1f times as long", peer, 1e3 * row["peer_seconds"].get<double>(),
-                        row["ratio_to_peer"].get<double>());
-  return text + "\n";
+void print(const std::string& what, const Json& row, const std::string& peer, Outcome& outcome) {
+  outcome.print(what + ": {seconds:.3f} s" +
+                    (row["peer_seconds"].is_null()
+                         ? ""
+                         : "; " + peer + " {peer_seconds:.3f} s, {ratio_to_peer:.1f} times as long"),
+                row);
 }
 
 }  // namespace
@@ -125,18 +125,16 @@ Status bench_dicom(const BenchArguments& arguments, Outcome& outcome) {
   }
   outcome.json["scan"] = row(scan, scan_peer);
   outcome.json["series"] = found_series;
-  outcome.text = words(
-      is_own
-          ? format_text("a disk of %d series, %d images of 256 x 256 each, found", series, k_images).c_str()
-          : format_text("%zu volume%s found", found_series, found_series == 1 ? "" : "s").c_str(),
-      outcome.json["scan"], "GDCM's series reader");
+  print(is_own ? format_text("a disk of %d series, %d images of 256 x 256 each, found", series, k_images)
+               : format_text("%zu volume%s found", found_series, found_series == 1 ? "" : "s"),
+        outcome.json["scan"], "GDCM's series reader", outcome);
   if (is_own) {
     outcome.json["read"] = row(read, read_peer);
     outcome.json["slices"] = slices;
-    outcome.text += words(format_text("%d slices of 512 x 512 read", slices).c_str(), outcome.json["read"],
-                          "ITK's GDCM series reader");
+    print(format_text("%d slices of 512 x 512 read", slices), outcome.json["read"],
+          "ITK's GDCM series reader", outcome);
   }
-  if (!peers.gdcm_scan) outcome.text += "built without GDCM: no ratio\n";
+  if (!peers.gdcm_scan) outcome.print("built without GDCM: no ratio");
   return std::nullopt;
 }
 

@@ -272,9 +272,9 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   outcome.json["rows"] = feel_rows(report);
   outcome.json["peers"] = feel_peers(report);
   outcome.json["split"] = feel_split(report);
-  outcome.text = feel_summary(report) +
-                 "charts and tables: " + (std::filesystem::path(arguments.output) / "index.html").string() +
-                 "\n";
+  print_feel_summary(report, outcome);
+  outcome.print("charts and tables: {path}",
+                {{"path", (std::filesystem::path(arguments.output) / "index.html").string()}});
   return std::nullopt;
 }
 

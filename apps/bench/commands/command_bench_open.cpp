@@ -98,8 +98,9 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
     const auto removed = record_long_hand(session_file, k_burr);
     if (!removed) return removed.error();
     outcome.json["removed_mm3_total"] = removed.value();
-    outcome.text = format_text("ten minutes over the built-in head, a burr of %.0f mm, %.0f mm3 removed\n",
-                               k_burr, removed.value());
+    outcome.print(
+        "ten minutes over the built-in head, a burr of {burr} mm, {removed_mm3_total:.0f} mm3 removed",
+        {{"burr", k_burr}});
   }
   auto opened = workbench::open_session(session_file, arguments.case_source, terminal_listener());
   if (!opened) return opened.error();
@@ -151,14 +152,12 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
   outcome.json["slowest"] = {
       {"ms", slowest.milliseconds}, {"tick", slowest.tick}, {"ticks_played", slowest.played}};
   outcome.json["bytes_a_tick"] = {{"log", log_bytes}, {"checkpoints", checkpoint_bytes}};
-  outcome.text += format_text(
-      "%llu ticks, %zu checkpoints: opened at %d random ticks in p50 %.1f ms, p99 %.1f ms, at most %.1f ms; "
-      "at "
-      "most %llu ticks played\n"
-      "%.1f bytes per tick and hand, and %.1f of checkpoints\n",
-      static_cast<unsigned long long>(ticks), reader.checkpoints().size(), k_places,
-      part_of(milliseconds, 0.5), part_of(milliseconds, 0.99), milliseconds.back(),
-      static_cast<unsigned long long>(max_played), log_bytes, checkpoint_bytes);
+  outcome.print(
+      "{ticks} ticks, {checkpoints} checkpoints: opened at {open_ms/count} random ticks in p50 "
+      "{open_ms/p50:.1f} ms, p99 {open_ms/p99:.1f} ms, at most {open_ms/max:.1f} ms; at most "
+      "{most_ticks_played} ticks played");
+  outcome.print(
+      "{bytes_a_tick/log:.1f} bytes per tick and hand, and {bytes_a_tick/checkpoints:.1f} of checkpoints");
   return std::nullopt;
 }
 

@@ -94,18 +94,10 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
   if (is_stopped) return interrupted("the soak");
 
   long falls = 0, steps = 0;
-  outcome.text += format_text("%-16s %-46s %10s %10s %6s %6s %6s\n", "method", "scene", "steps", "contacts",
-                              "fell", "sunk", "buried");
   std::string csv =
       "method,scene,steps,contacts,fall_throughs,judged_by_shape,sunk,buried,not_finite,fastest_mm_s\n";
   for (const bench::AttackRow& row : attacks) {
     falls += row.fall_throughs + row.sunk + row.not_finite, steps += row.steps;
-    // A scene without contact was not tested.
-    outcome.text += format_text("%-16s %-46s %10ld %10ld ", row.method.c_str(), row.scene.c_str(), row.steps,
-                                row.contacts);
-    outcome.text += row.contacts > 0
-                        ? format_text("%6ld %6ld %6ld\n", row.fall_throughs, row.sunk, row.buried)
-                        : format_text("%6s %6s %6s\n", "-", "-", "-");
     std::string scene = row.scene;
     std::replace(scene.begin(), scene.end(), ',', ';');
     csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(),
@@ -122,17 +114,14 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                                        {"not_finite", row.not_finite},
                                        {"fastest_mm_s", row.fastest_mm_s}});
   }
-  outcome.text += format_text(
-      "%ld steps at up to 10 m/s, cut and undone under the tool: fell through %ld times\n", steps, falls);
-  outcome.text += format_text(
-      "%.1f minutes of simulated contact: proxy drift %.1e mm, hash %016llx; without friction (%.1f minutes, "
-      "%.0f %% in "
-      "contact) energy made %.4f N mm at most\n",
-      static_cast<double>(soak.steps) / 60e3, soak.drift_mm, static_cast<unsigned long long>(soak.hash),
-      static_cast<double>(soak.frictionless_steps) / 60e3,
-      100.0 * static_cast<double>(soak.frictionless_contacts) /
-          static_cast<double>(std::max(1L, soak.frictionless_steps)),
-      soak.max_generated);
+  Json table = outcome.json["attacks"];
+  for (Json& row : table)  // a scene without contact was not tested
+    if (row["contacts"] == 0) row["fall_throughs"] = row["sunk"] = row["buried"] = nullptr;
+  outcome.print_table(table,
+                      "method = {method} | scene = {scene} | steps = {steps} | contacts = {contacts} | "
+                      "fell = {fall_throughs} | sunk = {sunk} | buried = {buried}");
+  outcome.print("{steps} steps at up to 10 m/s, cut and undone under the tool: fell through {falls} times",
+                {{"steps", steps}, {"falls", falls}});
   outcome.json["soak"] = {{"steps", soak.steps},
                           {"contacts", soak.contacts},
                           {"not_finite", soak.not_finite},
@@ -141,6 +130,14 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                           {"frictionless_steps", soak.frictionless_steps},
                           {"frictionless_contacts", soak.frictionless_contacts},
                           {"hash", format_text("%016llx", static_cast<unsigned long long>(soak.hash))}};
+  outcome.print(
+      "{minutes:.1f} minutes of simulated contact: proxy drift {soak/drift_mm:.1e} mm, hash {soak/hash}; "
+      "without friction ({frictionless:.1f} minutes, {share:.0%} in contact) energy made "
+      "{soak/most_made_nmm:.4f} N mm at most",
+      {{"minutes", static_cast<double>(soak.steps) / 60e3},
+       {"frictionless", static_cast<double>(soak.frictionless_steps) / 60e3},
+       {"share", static_cast<double>(soak.frictionless_contacts) /
+                     static_cast<double>(std::max(1L, soak.frictionless_steps))}});
   std::string map_csv = "surface,what,rate_hz,alpha,delay_s,coulomb_n,encoder_mm,simulated,theory,rule\n";
   double worst = 0, least = 1e300;
   for (const bench::StiffnessRow& row : maps) {
@@ -162,16 +159,12 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                                          {"theory", row.theory},
                                          {"rule", row.rule}});
   }
-  outcome.text += format_text(
-      "largest stiffness, 250 Hz to 10 kHz: within %.1f %% of theory; with an encoder and friction at least "
-      "%.3f of the stiffness that suffices by theory\n",
-      100 * worst, least);
-  outcome.text += format_text("energy made, N mm:\n  %-7s %8s %6s %10s %12s %8s\n", "surface", "K/bound",
-                              "delay", "without", "controlled", "one step");
+  outcome.print(
+      "largest stiffness, 250 Hz to 10 kHz: within {worst:.1%} of theory; with an encoder and friction at "
+      "least {least:.3f} of the stiffness that suffices by theory",
+      {{"worst", worst}, {"least", least}});
+  table = Json::array();
   for (const bench::EnergyRow& row : energies) {
-    outcome.text +=
-        format_text("  %-7s %8.1f %6d %10.3f %12.3f %8.3f\n", row.surface.c_str(), row.stiffness_over_bound,
-                    row.delay_ticks, row.max_generated, row.max_generated_with, row.one_step_without);
     outcome.json["energy"].push_back({{"surface", row.surface},
                                       {"contact_share", row.contact_share},
                                       {"contact_share_with", row.contact_share_with},
@@ -184,7 +177,14 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                                       {"one_step", row.one_step},
                                       {"share_cut", row.share_cut},
                                       {"softness", row.softness}});
+    table.push_back(outcome.json["energy"].back());
+    table.back()["one_step_without"] = row.one_step_without;
   }
+  outcome.print("energy made, N mm:");
+  outcome.print_table(table,
+                      "surface = {surface} | K/bound = {stiffness_over_bound:.1f} | delay = {delay_ticks} | "
+                      "without = {most_made:.3f} | controlled = {most_made_with:.3f} | "
+                      "one step = {one_step_without:.3f}");
   outcome.exit_code = falls > 0 ? exit_check_failed : exit_done;
   if (arguments.output.empty()) return std::nullopt;
   const auto path = [&](const char* name) {
@@ -203,7 +203,7 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
           stiffness_chart(maps, "passive for any hand", "Stiffness that is passive for any hand"),
           path("passive-stiffness.png")))
     return error;
-  outcome.text += "tables and maps: " + arguments.output + "\n";
+  outcome.print("tables and maps: {folder}", {{"folder", arguments.output}});
   return std::nullopt;
 }
 

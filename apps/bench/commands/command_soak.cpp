@@ -212,17 +212,16 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
                    {"overruns", servo.overruns},
                    {"faults", servo.faults}};
   json["content_hash"] = hash_text(hash);
-  outcome.text = format_text(
-      "%llu ticks, %llu versions, %d undos, %d redos; memory %.0f MB in the second quarter, %.0f MB in the "
-      "last: %s\n"
-      "replayed from %.1f MB: %s\n",
-      static_cast<unsigned long long>(servo.ticks), static_cast<unsigned long long>(replay.counts().versions),
-      undos, redos, early, late, is_flat ? "flat" : "NOT flat", static_cast<double>(file_bytes) / 1e6,
-      is_same ? "the same to the bit" : "NOT the same");
-  if (!has_worked) outcome.text += "no cut was undone: the soak is inconclusive\n";
+  outcome.print(std::string("{ticks} ticks, {versions} versions, {undos} undos, {redos} redos; memory "
+                            "{resident_mb/second_quarter:.0f} MB in the second quarter, "
+                            "{resident_mb/last_quarter:.0f} MB in the last: ") +
+                (is_flat ? "flat" : "NOT flat"));
+  outcome.print(std::string("replayed from {session_bytes} bytes: ") +
+                (is_same ? "the same to the bit" : "NOT the same"));
+  if (!has_worked) outcome.print("no cut was undone: the soak is inconclusive");
   if (replay.mismatch())
-    outcome.text +=
-        "  " + replay.mismatch()->what + " at tick " + std::to_string(replay.mismatch()->tick) + "\n";
+    outcome.print("  {what} at tick {tick}",
+                  {{"what", replay.mismatch()->what}, {"tick", replay.mismatch()->tick}});
   return outcome;
 }
 

@@ -451,17 +451,24 @@ Json feel_split(const FeelReport& report) {
   return rows;
 }
 
-std::string feel_summary(const FeelReport& report) {
-  std::string text = format_text("%-16s %14s %12s %12s %14s %6s %6s\n", "method", "p50 / p99.9 us",
-                                 "surface vx", "direction", "tangential p99", "fell", "stuck");
+void print_feel_summary(const FeelReport& report, Rows& rows) {
+  Json table = Json::array();
   for (const std::string& name : methods_of(report)) {
     const Glance g(report, name);
     if (g.p50.empty()) continue;
-    text += format_text("%-16s %6.2f / %6.2f %11.4f %8.2f deg %11.3f mm %6ld %6ld\n", name.c_str(),
-                        median(g.p50), median(g.p999), median(g.surface), median(g.direction),
-                        median(g.tangential), g.falls, g.stuck);
+    table.push_back({{"method", name},
+                     {"p50_us", median(g.p50)},
+                     {"p999_us", median(g.p999)},
+                     {"surface", median(g.surface)},
+                     {"direction", median(g.direction)},
+                     {"tangential", median(g.tangential)},
+                     {"falls", g.falls},
+                     {"stuck", g.stuck}});
   }
-  return text;
+  rows.print_table(table,
+                   "method = {method} | p50, us = {p50_us:.2f} | p99.9, us = {p999_us:.2f} | "
+                   "surface, voxels = {surface:.4f} | direction, degrees = {direction:.2f} | "
+                   "tangential p99, mm = {tangential:.3f} | fell = {falls} | stuck = {stuck}");
 }
 
 Status write_feel_report(const FeelReport& report, const std::string& folder, bool is_quick,

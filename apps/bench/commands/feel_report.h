@@ -19,7 +19,7 @@ Json feel_peers(const bench::FeelReport& report);
 Json feel_split(const bench::FeelReport& report);
 /// The rows as JSON, as in feel.json.
 Json feel_rows(const bench::FeelReport& report);
-/// A few lines for the terminal: one per method, over the smooth scenes.
-std::string feel_summary(const bench::FeelReport& report);
+/// Adds a table as text: a line per method, over the smooth scenes.
+void print_feel_summary(const bench::FeelReport& report, Rows& rows);
 
 }  // namespace trephine::bench

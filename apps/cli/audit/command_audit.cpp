@@ -312,40 +312,36 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["is_same_as_recorded"] = is_same;
   outcome.json["is_damaged"] = is_damaged;
   outcome.json["is_certified"] = is_certified;
-  outcome.text = format_text(
-      "%llu ticks with %s, %ld of them judged: fell through %ld times; %ld forces off their law (worst %.1e "
-      "N); ledger within %.1e N mm; %s as recorded\n",
-      static_cast<unsigned long long>(replay.counts().ticks), header.hands[0].method.c_str(), judged, fell,
-      wrong, worst_force, worst_energy, is_same ? "the same bits" : "not the same");
+  outcome.print(
+      std::string("{ticks} ticks with {method}, {ticks_judged} of them judged: fell through {fall_throughs} "
+                  "times; {wrong_forces} forces off their law (worst {worst_force_n:.1e} N); ledger within "
+                  "{worst_energy_nmm:.1e} N mm; ") +
+      (is_same ? "the same bits" : "not the same") + " as recorded");
   if (friction.judged > 0)
-    outcome.text += format_text(
-        "friction in %ld ticks, sliding in %ld: %ld times outside Coulomb's cone, by %.1f %% of the pull at "
-        "most\n",
-        friction.judged, friction.slid, friction.outside, 100 * friction.worst);
+    outcome.print(
+        "friction in {friction_judged} ticks, sliding in {friction_slid}: {friction_outside_cone} times "
+        "outside Coulomb's cone, by {worst_friction_share:.1%} of the pull at most");
   if (allowed > 0)
-    outcome.text +=
-        format_text("the ball at %ld places: %ld times deeper in matter than %.2f mm, %.3f mm at most\n",
-                    balls, sunk, allowed, deepest);
+    outcome.print(
+        "the ball at {balls_judged} places: {balls_sunk} times deeper in matter than {allowed_ball_mm:.2f} "
+        "mm, {deepest_ball_mm:.3f} mm at most");
   if (drawn > 0)
-    outcome.text += format_text(
-        "objects touched by depth images, judged without images in %ld ticks: %ld times deeper in them than "
-        "%.2f "
-        "mm, at most %.3f mm\n",
-        drawn, drawn_sunk, allowed_drawn, std::max(0.0, deepest_drawn));
+    outcome.print(
+        "objects touched by depth images, judged without images in {drawn_judged} ticks: {drawn_sunk} times "
+        "deeper in them than {allowed_drawn_mm:.2f} mm, at most {depth:.3f} mm",
+        {{"depth", std::max(0.0, deepest_drawn)}});
   if (passable > 0)
-    outcome.text += format_text(
-        "in %ld more ticks the hand was in them where no images held it: too fast or too deep for them, or "
-        "the "
-        "images came too late\n",
-        passable);
+    outcome.print(
+        "in {drawn_let_through} more ticks the hand was in them where no images held it: too fast or too "
+        "deep for them, or the images came too late");
   const bool is_on_screen = std::any_of(header.structures.begin(), header.structures.end(),
                                         [](const sim::StructureSpec& s) { return s.is_streamed; });
   outcome.json["is_screen_judged"] = !is_on_screen;
   if (is_on_screen)
-    outcome.text += "touch by images of the screen is not judged: the session does not contain the images\n";
-  if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter\n";
-  if (is_damaged) outcome.text += "the session is damaged: the part after the damage was not judged\n";
-  outcome.text += is_certified ? "certified\n" : "NOT certified\n";
+    outcome.print("touch by images of the screen is not judged: the session does not contain the images");
+  if (judged == 0) outcome.print("no tick could be judged: the hand was never free of matter");
+  if (is_damaged) outcome.print("the session is damaged: the part after the damage was not judged");
+  outcome.print(is_certified ? "certified" : "NOT certified");
   return outcome;
 }
 
@@ -387,13 +383,10 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
   outcome.json["reverse_mismatches"] = total.reverse_mismatches;
   outcome.json["worst_t_ulp"] = total.worst_t_ulp;
   outcome.json["first_mismatch"] = total.first_mismatch;
-  outcome.text = format_text(
-      "%llu adversarial rays, %llu voxels: %llu mismatches, %llu in reverse, entry parameters within %.2f "
-      "ulp\n",
-      static_cast<unsigned long long>(total.rays), static_cast<unsigned long long>(total.voxels),
-      static_cast<unsigned long long>(total.mismatches),
-      static_cast<unsigned long long>(total.reverse_mismatches), total.worst_t_ulp);
-  if (!total.first_mismatch.empty()) outcome.text += total.first_mismatch + "\n";
+  outcome.print(
+      "{rays} adversarial rays, {voxels} voxels: {mismatches} mismatches, {reverse_mismatches} in reverse, "
+      "entry parameters within {worst_t_ulp:.2f} ulp");
+  if (!total.first_mismatch.empty()) outcome.print("{first_mismatch}");
   return outcome;
 }
 

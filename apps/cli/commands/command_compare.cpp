@@ -88,20 +88,20 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   outcome.json["bodies_in_second"] = bodies[1];
   outcome.json["only_in_first_mm3"] = difference.first_mm3;
   outcome.json["only_in_second_mm3"] = difference.second_mm3;
-  const glm::dvec3& middle = difference.middle_world;
-  if (difference.is_any()) outcome.json["middle_world_mm"] = {middle.x, middle.y, middle.z};
-  outcome.text = format_text(
-      "first: %s\nsecond: %s\nonly in the first: %.1f mm³, only in the second: %.1f mm³\n",
-      first.value().title.c_str(), second.value().title.c_str(), difference.first_mm3, difference.second_mm3);
+  if (difference.is_any()) outcome.json["middle_world_mm"] = json_of(difference.middle_world);
+  outcome.print("first: {first}");
+  outcome.print("second: {second}");
+  outcome.print(
+      "only in the first: {only_in_first_mm3:.1f} mm³, only in the second: {only_in_second_mm3:.1f} mm³");
   if (bodies[0] + bodies[1] > 0)
-    outcome.text += format_text("detached bodies do not count as bone: %zu in the first, %zu in the second\n",
-                                bodies[0], bodies[1]);
+    outcome.print(
+        "detached bodies do not count as bone: {bodies_in_first} in the first, {bodies_in_second} in the "
+        "second");
   outputs.write(arguments.output, [&]() -> Status {
     const auto png = view::compare(session.scene(), first.value(), second.value());
     return png ? data_tools::write_file_atomically(arguments.output, png.value()) : Status(png.error());
   });
-  if (Status error = outputs.result()) return *error;
-  return outcome;
+  return finished(outputs, std::move(outcome));
 }
 
 Run build(Options& options) {

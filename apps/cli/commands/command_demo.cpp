@@ -80,14 +80,13 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   json["pictures"] = played.pictures;
   json["checks"] = checks_json(report);
   if (Status error = data_tools::write_file_atomically(report_file, text_of_json(json) + "\n")) return *error;
-  outcome.text = report.is_met() ? "" : checks_text(report);
-  outcome.text += format_text(
-      "touched and drilled %s: %.0f mm³ removed%s, strongest force %.2f N\nservo: %llu steps, p50 "
-      "%.1f us, p99 %.1f us\n"
-      "pictures and report in %s/\n",
-      source.name.c_str(), removed, is_through ? ", the burr hole is through" : "", report.strongest_force_n,
-      static_cast<unsigned long long>(servo.ticks), servo.step_p50_us, servo.step_p99_us,
-      arguments.output.c_str());
+  if (!report.is_met()) print_checks(outcome);
+  outcome.print(std::string("touched and drilled {name}: {removed_mm3_total:.0f} mm³ removed") +
+                    (is_through ? ", the burr hole is through" : "") +
+                    ", strongest force {max_force_n:.2f} N",
+                {{"name", source.name}});
+  outcome.print("servo: {servo/ticks} steps, p50 {servo/step_us/p50:.1f} us, p99 {servo/step_us/p99:.1f} us");
+  outcome.print("pictures and report in {folder}/", {{"folder", arguments.output}});
   if (!servo.notice.empty()) notice("note: " + servo.notice);
 
   if (!arguments.has_no_window && view::has_display()) {

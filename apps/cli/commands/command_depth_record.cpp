@@ -71,9 +71,10 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
   outcome.json["seconds"] = static_cast<double>(result.pictures.size()) / request.rate;
   outcome.json["mm_a_step"] = result.mm_per_step;
   outcome.json["seen_share"] = share;
-  outcome.text =
-      format_text("%zu pictures of %d x %d pixels, depths to %.3f mm; models fill %.0f %% of them\n",
-                  result.pictures.size(), result.width, result.height, result.mm_per_step, 100 * share);
+  outcome.print(
+      "{pictures} pictures of {width} x {height} pixels, depths to {mm_a_step:.3f} mm; models fill "
+      "{seen_share:.0%} of them",
+      {{"width", result.width}, {"height", result.height}});
   return finished(outputs, std::move(outcome));
 }
 

@@ -208,22 +208,21 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   for (Finding& f : find_devices()) findings.push_back(std::move(f));
 
   Outcome outcome("doctor");
-  Json list = Json::array();
+  outcome.json["findings"] = Json::array();
   int faults = 0;
   for (const Finding& f : findings) {
-    list.push_back({{"name", f.name}, {"found", f.found}, {"is_fault", f.is_fault}, {"remedy", f.remedy}});
-    outcome.text +=
-        format_text("%s %-14s %s\n", f.is_fault ? "FAULT" : "   ok", f.name.c_str(), f.found.c_str());
+    outcome.json["findings"].push_back(
+        {{"name", f.name}, {"found", f.found}, {"is_fault", f.is_fault}, {"remedy", f.remedy}});
+    const Json& row = outcome.json["findings"].back();
+    outcome.print(std::string(f.is_fault ? "FAULT" : "   ok") + " {name:14} {found}", row);
     if (!f.remedy.empty())
-      outcome.text += std::string(21, ' ') + (f.is_fault ? "-> " : "   ") + f.remedy + "\n";
+      outcome.print(std::string(21, ' ') + (f.is_fault ? "-> " : "   ") + "{remedy}", row);
     faults += f.is_fault;
   }
-  outcome.json["findings"] = list;
   outcome.json["faults"] = faults;
   outcome.json["timer_late_us"] = percentiles(lateness_us);
-  if (!arguments.output.empty()) outcome.text += "picture of the timer: " + arguments.output + "\n";
-  outcome.text +=
-      faults == 0 ? "no faults\n" : std::to_string(faults) + (faults == 1 ? " fault\n" : " faults\n");
+  if (!arguments.output.empty()) outcome.print("picture of the timer: {path}", {{"path", arguments.output}});
+  outcome.print(faults == 0 ? "no faults" : faults == 1 ? "{faults} fault" : "{faults} faults");
   if (faults > 0) outcome.exit_code = exit_missing_here;
   return outcome;
 }

@@ -35,10 +35,9 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
       const auto* entered = chronicle[i].value.as<sim::ForbiddenEntered>();
       const auto* left = chronicle[i].value.as<sim::ForbiddenLeft>();
-      const glm::dvec3& position = chronicle[i].position_world;
       if (entered && entered->structure == name)
         visits.push_back({{"at_seconds", static_cast<double>(chronicle[i].tick) * dt},
-                          {"position_world_mm", {position.x, position.y, position.z}},
+                          {"position_world_mm", json_of(chronicle[i].position_world)},
                           {"is_working", entered->is_working},
                           {"deepest_mm", watch.deepest_now},
                           {"is_left", false}});
@@ -53,15 +52,18 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
                     {"seconds_inside", static_cast<double>(watch.ticks_inside) * dt},
                     {"visits", visits}});
     if (watch.entries == 0) {
-      outcome.text += watch.nearest < sim::Forbidden::k_reach
-                          ? format_text("%s: never nearer than %.1f mm\n", name.c_str(), watch.nearest)
-                          : format_text("%s: never within %.0f mm\n", name.c_str(), sim::Forbidden::k_reach);
+      outcome.print(watch.nearest < sim::Forbidden::k_reach
+                        ? "{structure}: never nearer than {nearest_mm:.1f} mm"
+                        : "{structure}: never within {nearest_mm:.0f} mm",
+                    list.back());
       continue;
     }
-    outcome.text +=
-        format_text("%s was entered %lld time%s, %.2f mm deep at most, for %.2f s\n", name.c_str(),
-                    static_cast<long long>(watch.entries), watch.entries == 1 ? "" : "s", -watch.nearest,
-                    static_cast<double>(watch.ticks_inside) * dt);
+    outcome.print(std::string("{structure} was entered {entries} time") + (watch.entries == 1 ? "" : "s") +
+                      ", {deepest_mm:.2f} mm deep at most, for {seconds_inside:.2f} s",
+                  {{"structure", name},
+                   {"entries", watch.entries},
+                   {"deepest_mm", -watch.nearest},
+                   {"seconds_inside", list.back()["seconds_inside"]}});
     outcome.exit_code = exit_check_failed;
   }
   outcome.json["forbidden"] = list;
@@ -73,19 +75,18 @@ void report_measures(const sim::Engine& engine, Outcome& outcome) {
   for (const sim::Measure& measure : engine.measures()) {
     measures.push_back({{"name", measure.name}, {"value", measure.value}, {"unit", measure.unit}});
     if (measure.unit == "K" || measure.name == "deepest plunge")
-      outcome.text += format_text("%s: %.1f %s\n", measure.name.c_str(), measure.value, measure.unit.c_str());
+      outcome.print("{name}: {value:.1f} {unit}", measures.back());
   }
   const sim::Chronicle& chronicle = engine.now().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
     if (const auto* breakthrough = chronicle[i].value.as<drilling::Breakthrough>()) {
-      const glm::dvec3& position = chronicle[i].position_world;
-      breakthroughs.push_back({{"position_world_mm", {position.x, position.y, position.z}},
+      breakthroughs.push_back({{"position_world_mm", json_of(chronicle[i].position_world)},
                                {"thrust_n", breakthrough->thrust},
                                {"plunge_mm", breakthrough->plunge},
                                {"seconds", breakthrough->seconds}});
-      outcome.text +=
-          format_text("broke through at %.1f, %.1f, %.1f under %.1f N and plunged %.1f mm\n", position.x,
-                      position.y, position.z, breakthrough->thrust, breakthrough->plunge);
+      outcome.print(
+          "broke through at {position_world_mm:.1f} under {thrust_n:.1f} N and plunged {plunge_mm:.1f} mm",
+          breakthroughs.back());
     }
   outcome.json["measures"] = measures;
   outcome.json["breakthroughs"] = breakthroughs;
@@ -149,7 +150,6 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   notify_resampled(*source.volume, arguments.output);
   outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, version); });
   outputs.recorded(not_recorded);
-  if (Status error = outputs.result()) return *error;
 
   Outcome outcome("drill");
   Json& json = outcome.json;
@@ -175,12 +175,10 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["tick_us"] = percentiles(tick_us);
   json["content_hash"] = hash_text(version.content_hash());
   json["memory"] = memory_report(scene, version);
-  json["written"] = outputs.written();
-  outcome.text = format_text("removed %.2f mm³ in %zu steps\n", run.engine().removed_mm3(), times.size());
+  outcome.print("removed {removed_mm3_total:.2f} mm³ in {steps} steps");
   for (const auto& [name, mm3] : by_label.items())
-    outcome.text += format_text("  %s %.2f mm³\n", name.c_str(), mm3.get<double>());
+    outcome.print("  {name} {mm3:.2f} mm³", {{"name", name}, {"mm3", mm3}});
   report_measures(run.engine(), outcome);
-  outcome.text += "written to " + arguments.output + "\n";
   report_forbidden(run.engine(), 1 / arguments.rate, outcome);
   if (const haptics::ServoRecord& last = run.last_record(); last.has_contact) {
     const double distance = glm::length(last.proxy_world - last.pose.position_world);
@@ -200,7 +198,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     notice("note: the burr touched the shape and removed nothing: the path did not press, or not for long");
   else if (run.engine().removed_mm3() == 0)
     print_shape_location(scene, path.value());
-  return outcome;
+  return finished(outputs, std::move(outcome));
 }
 
 Run build(Options& options) {

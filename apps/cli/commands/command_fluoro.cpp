@@ -320,19 +320,22 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   const double share = static_cast<double>(open_count) / 100;
   json["rays_past_the_border_in_the_body_percent"] = static_cast<double>(tissue_count) / share;
   json["rays_past_the_last_slices_not_shown_percent"] = static_cast<double>(hidden_count) / share;
-  outcome.text =
-      format_text("C-arm: primary %.1f, secondary %.1f degrees; %d x %d pixels of %.3f mm; %.2f s\n",
-                  arm.primary, arm.secondary, view.columns, view.rows, arm.pixel, seconds);
-  outcome.text += format_text("an exposure of %.1f s at %.0f kV, %.0f mA: %.3f mGy, %.1f mGy cm²\n",
-                              shot.time, shot.voltage, shot.current, dose.kerma, dose.area_product);
+  outcome.print(
+      "C-arm: primary {c_arm/primary_degrees:.1f}, secondary {c_arm/secondary_degrees:.1f} degrees; "
+      "{columns} x {rows} pixels of {c_arm/pixel_mm:.3f} mm; {image_seconds:.2f} s",
+      {{"columns", view.columns}, {"rows", view.rows}});
+  outcome.print(
+      "an exposure of {time_s:.1f} s at {voltage_kv:.0f} kV, {current_ma:.0f} mA: {kerma_mgy:.3f} mGy, "
+      "{area_product_mgy_cm2:.1f} mGy cm²",
+      json["exposure"]);
   if (tissue_count > 0)
-    outcome.text += format_text(
-        "the scan does not fill the beam: %.1f %% of the rays pass its border in the body%s\n",
-        static_cast<double>(tissue_count) / share,
-        hidden_count > 0 ? format_text(", %.1f %% past its first and last slices, where nothing is shown",
-                                       static_cast<double>(hidden_count) / share)
-                               .c_str()
-                         : "");
+    outcome.print(
+        std::string(
+            "the scan does not fill the beam: {rays_past_the_border_in_the_body_percent:.1f} % of the "
+            "rays pass its border in the body") +
+        (hidden_count > 0 ? ", {rays_past_the_last_slices_not_shown_percent:.1f} % past its first and last "
+                            "slices, where nothing is shown"
+                          : ""));
   fluoroscopy::Display display;
   display.is_logarithmic = !a.is_linear, display.is_inverted = a.is_film;
   imaging::Panel panel = imaging::xray_panel(received, view, arm.pixel, display, hidden);
@@ -344,8 +347,8 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   if (a.is_side_by_side) {
     const Likeness similarity = is_surface ? likeness(other, sums) : likeness(sums, other);
     json["surface_against_volume"] = {{"zncc", similarity.zncc}, {"mape_percent", similarity.mape}};
-    outcome.text += format_text("surfaces against the volume: ZNCC %.4f, MAPE %.1f %%\n", similarity.zncc,
-                                similarity.mape);
+    outcome.print("surfaces against the volume: ZNCC {zncc:.4f}, MAPE {mape_percent:.1f} %",
+                  json["surface_against_volume"]);
     panels.push_back(imaging::xray_panel(
         fluoroscopy::receive(add_beyond(std::move(other_padded), other), view, a.rays, detector), view,
         arm.pixel, display, hidden));

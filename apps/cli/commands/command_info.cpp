@@ -183,14 +183,11 @@ void report_series(const std::vector<data_tools::SeriesFacts>& series, Outcome& 
                              (s.problem.empty() ? "" : ": " + s.problem);
   }
   if (!series.empty())
-    outcome.print_table(rows, {{"series", "{series}"},
-                               {"volume", "{volume}"},
-                               {"kind", "{kind}"},
-                               {"size", "{size/0} x {size/1} x {size/2}"},
-                               {"spacing, mm", "{spacing_mm:.3g}"},
-                               {"date", "{date}"},
-                               {"kernel", "{kernel}"},
-                               {"description", "{description}"}});
+    outcome.print_table(
+        rows,
+        "series = {series} | volume = {volume} | kind = {kind} | "
+        "size = {size/0} x {size/1} x {size/2} | spacing, mm = {spacing_mm:.3g} | date = {date} | "
+        "kernel = {kernel} | description = {description}");
 }
 
 /// Lists series and volumes without reading voxels.

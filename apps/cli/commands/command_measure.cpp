@@ -52,59 +52,48 @@ Result<Measure> parse_measure(const std::string& text, Kind kind, const char* op
   return request;
 }
 
-std::string text_of(const Measured& m, bool is_hounsfield) {
-  if (!m.problem.empty())
-    return std::string(measurement::k_kinds[static_cast<std::size_t>(m.kind)]) + ": " + m.problem + "\n";
-  switch (m.kind) {
-    case Kind::ruler:
-      return format_text("ruler: %.2f mm\n", m.length);
-    case Kind::angle:
-      return format_text("angle: %.2f degrees\n", m.angle);
-    case Kind::tape:
-      return format_text(
-          "tape: %.2f mm along the surface, %.2f taut, %.2f straight; points moved by up to %.1f mm\n",
-          m.length, m.taut, m.straight, m.moved);
-    case Kind::patch:
-      return format_text("patch: %.1f mm² within %.1f mm; points moved by up to %.1f mm\n", m.area, m.length,
-                         m.moved);
-    case Kind::part:
-      return format_text("part: %.1f mm³, its surface %.1f mm²\n", m.size, m.area);
-    case Kind::region:
-      break;
-  }
-  return format_text("region: mean %.1f%s, deviation %.1f, %.0f to %.0f, %.0f mm³\n", m.mean,
-                     is_hounsfield ? " HU" : "", m.deviation, m.minimum, m.maximum, m.size);
-}
-
-Json report_of(const Measured& m) {
+/// Adds a measurement to the report.
+void report(const Measured& m, bool is_hounsfield, Outcome& outcome) {
+  const std::string kind(measurement::k_kinds[static_cast<std::size_t>(m.kind)]);
   Json line = Json::array();
   for (const dvec3& p : m.line) line.push_back(json_of(p));
-  Json json = {{"kind", measurement::k_kinds[static_cast<std::size_t>(m.kind)]}, {"line_world_mm", line}};
-  if (!m.problem.empty()) json["problem"] = m.problem;
+  Json row = {{"kind", kind}, {"line_world_mm", line}};
+  if (!m.problem.empty()) row["problem"] = m.problem;
+  std::string text;
   switch (m.kind) {
     case Kind::ruler:
-      json["length_mm"] = m.length;
+      row["length_mm"] = m.length;
+      text = "ruler: {length_mm:.2f} mm";
       break;
     case Kind::angle:
-      json["angle_degrees"] = m.angle;
+      row["angle_degrees"] = m.angle;
+      text = "angle: {angle_degrees:.2f} degrees";
       break;
     case Kind::tape:
-      json["length_mm"] = m.length, json["taut_mm"] = m.taut, json["straight_mm"] = m.straight;
-      json["moved_mm"] = m.moved;
+      row["length_mm"] = m.length, row["taut_mm"] = m.taut, row["straight_mm"] = m.straight;
+      row["moved_mm"] = m.moved;
+      text =
+          "tape: {length_mm:.2f} mm along the surface, {taut_mm:.2f} taut, {straight_mm:.2f} straight; "
+          "points moved by up to {moved_mm:.1f} mm";
       break;
     case Kind::patch:
-      json["area_mm2"] = m.area, json["length_mm"] = m.length, json["moved_mm"] = m.moved;
+      row["area_mm2"] = m.area, row["length_mm"] = m.length, row["moved_mm"] = m.moved;
+      text = "patch: {area_mm2:.1f} mm² within {length_mm:.1f} mm; points moved by up to {moved_mm:.1f} mm";
       break;
     case Kind::part:
-      json["size_mm3"] = m.size, json["area_mm2"] = m.area;
+      row["size_mm3"] = m.size, row["area_mm2"] = m.area;
+      text = "part: {size_mm3:.1f} mm³, its surface {area_mm2:.1f} mm²";
       break;
     case Kind::region:
-      json["mean"] = m.mean, json["deviation"] = m.deviation, json["least"] = m.minimum,
-      json["most"] = m.maximum;
-      json["size_mm3"] = m.size;
+      row["mean"] = m.mean, row["deviation"] = m.deviation, row["least"] = m.minimum;
+      row["most"] = m.maximum, row["size_mm3"] = m.size;
+      text = std::string("region: mean {mean:.1f}") + (is_hounsfield ? " HU" : "") +
+             ", deviation {deviation:.1f}, {least:.0f} to {most:.0f}, {size_mm3:.0f} mm³";
       break;
   }
-  return json;
+  outcome.print(m.problem.empty() ? text : "{kind}: {problem}", row);
+  outcome.json["measures"].push_back(std::move(row));
+  if (!m.problem.empty()) outcome.exit_code = exit_check_failed;
 }
 
 /// Measurements as markups of 3D Slicer.
@@ -166,15 +155,11 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
     const sim::Chronicle& chronicle = moment.state()->chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i)
       if (const auto* recorded = chronicle[i].value.as<Measured>()) measures.push_back(*recorded);
-    if (measures.empty()) outcome.text += "nothing was measured in this session\n";
+    if (measures.empty()) outcome.print("nothing was measured in this session");
   }
   for (const Measure& request : requests)
     measures.push_back(measurement::measure(request, shape, *moment.version));
-  for (const Measured& measure : measures) {
-    outcome.text += text_of(measure, moment.scan->is_hounsfield);
-    outcome.json["measures"].push_back(report_of(measure));
-    if (!measure.problem.empty()) outcome.exit_code = exit_check_failed;
-  }
+  for (const Measured& measure : measures) report(measure, moment.scan->is_hounsfield, outcome);
   outputs.write(a.markups,
                 [&] { return data_tools::write_file_atomically(a.markups, markups_text(measures)); });
   return finished(outputs, std::move(outcome));

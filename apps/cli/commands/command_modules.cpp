@@ -11,10 +11,10 @@ struct ModulesArguments {
   std::string name;
 };
 
-/// Appends the field table of a struct to `text`, and returns it as JSON.
-Json table_of(const sim::ValueType& type, const char* kind, std::string& text) {
+/// Prints the field table of a struct, and returns it as JSON.
+Json table_of(const sim::ValueType& type, const char* kind, Outcome& outcome) {
   const std::string name(type.schema->name);
-  text += format_text("  %s %s\n", kind, name.c_str());
+  outcome.print("  {kind} {name}", {{"kind", kind}, {"name", name}});
   const sim::Value defaults = sim::Value::of(type);
   Json fields = Json::array();
   for (const sim::Field& field : type.schema->fields) {
@@ -31,10 +31,10 @@ Json table_of(const sim::ValueType& type, const char* kind, std::string& text) {
       range.append(range.empty() ? "" : ", ").append(choice);
     }
     fields.push_back(row);
-    const std::string value = key + "=" + default_text;
-    text += format_text("    %-24s %s%s%s%s%s\n", value.c_str(), unit.c_str(),
-                        unit.empty() || range.empty() ? "" : ", ", range.c_str(),
-                        help.empty() || (unit.empty() && range.empty()) ? "" : "; ", help.c_str());
+    row["value"] = key + "=" + default_text, row["range"] = range;
+    outcome.print(std::string("    {value:24} {unit}") + (unit.empty() || range.empty() ? "" : ", ") +
+                      "{range}" + (help.empty() || (unit.empty() && range.empty()) ? "" : "; ") + "{help}",
+                  row);
   }
   return {{"kind", kind}, {"name", name}, {"fields", fields}};
 }
@@ -47,13 +47,13 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
   // Commands and events of the engine itself.
   if (arguments.name.empty() || arguments.name == "engine") {
     is_found = true;
-    outcome.text += "engine\n";
+    outcome.print("engine");
     Json parts = Json::array();
     const sim::Catalogue engine_types;
     for (const bool is_event : {false, true})
       for (const sim::ValueType* type : engine_types.all())
         if (engine_types.is_event(*type) == is_event && (is_event || engine_types.is_command(*type)))
-          parts.push_back(table_of(*type, is_event ? "event" : "command", outcome.text));
+          parts.push_back(table_of(*type, is_event ? "event" : "command", outcome));
     outcome.json["modules"].push_back({{"name", "engine"}, {"parts", parts}});
   }
   names = "engine";
@@ -62,10 +62,10 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
     names.append(names.empty() ? "" : ", ").append(name);
     if (!arguments.name.empty() && name != arguments.name) continue;
     is_found = true;
-    outcome.text += name + "\n";
+    outcome.print("{name}", {{"name", name}});
     Json parts = Json::array();
     const auto add = [&](const sim::ValueType& type, const char* kind) {
-      parts.push_back(table_of(type, kind, outcome.text));
+      parts.push_back(table_of(type, kind, outcome));
     };
     for (const sim::InstrumentType* type : module->instruments()) add(*type->parameters, "instrument");
     for (const sim::ValueType* type : module->commands()) add(*type, "command");

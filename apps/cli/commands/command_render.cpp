@@ -117,7 +117,7 @@ Status set_openings(const RenderArguments& a, const workbench::Moment& moment, v
 /// Returns the scan without visible parts outside the patient's body, such as a head holder; reports them.
 Result<std::shared_ptr<const volume::Volume>> without_surroundings(std::shared_ptr<const volume::Volume> scan,
                                                                    const volume::TransferFunction& transfer,
-                                                                   std::string& notice) {
+                                                                   Outcome& outcome) {
   constexpr double k_tissue = -300, k_bone = 300;  // HU
   const auto first =
       std::find_if(transfer.begin(), transfer.end(), [](const auto& p) { return p.opacity > 0; });
@@ -131,9 +131,10 @@ Result<std::shared_ptr<const volume::Volume>> without_surroundings(std::shared_p
   volume::ShapeParts removed;
   auto kept = volume::omit_parts_outside_body(scan, bone, removed);
   if (!kept || removed.count == 0) return kept;
-  notice = format_text(
-      "left out: %d part%s outside the patient's body (a table, a head holder); --surroundings shows %s\n",
-      removed.count, removed.count == 1 ? "" : "s", removed.count == 1 ? "it" : "them");
+  outcome.print("left out: {count} part" + std::string(removed.count == 1 ? "" : "s") +
+                    " outside the patient's body (a table, a head holder); --surroundings shows " +
+                    (removed.count == 1 ? "it" : "them"),
+                {{"count", removed.count}});
   if (visible.low == bone.low) return kept;
   return volume::omit_parts_outside_body(scan, visible, removed, volume::PartSize::any);
 }
@@ -177,9 +178,9 @@ Result<Outcome> run_render(const RenderArguments& a) {
   if (Status error = set_label_appearances(a, scan, appearances)) return *error;
 
   imaging::Subject subject = imaging::subject_of(moment);
-  std::string notice;
+  Outcome outcome("render");
   if (!a.shows_surroundings) {
-    auto kept = without_surroundings(subject.scan, transfer, notice);
+    auto kept = without_surroundings(subject.scan, transfer, outcome);
     if (!kept) return kept.error();
     subject.scan = std::move(kept).value();
   }
@@ -192,7 +193,6 @@ Result<Outcome> run_render(const RenderArguments& a) {
   imaging::Panel panel = renderer.draw(subject, request, 0);
   const double seconds = seconds_since(clock);
 
-  Outcome outcome("render");
   Json& json = outcome.json;
   const auto counters = renderer.counters();
   const auto window = volume::window_of_opacity(transfer, imaging::k_touch_opacity);
@@ -203,20 +203,19 @@ Result<Outcome> run_render(const RenderArguments& a) {
   for (const volume::TransferPoint& p : transfer)
     json["transfer_function"].push_back(
         {{"value", p.value}, {"colour", json_of(p.colour)}, {"opacity_mm", p.opacity}});
-  outcome.text = format_text("%d x %d from %s in %.0f ms: %.1f million samples\n", a.size, a.size,
-                             a.from.c_str(), 1e3 * seconds, 1e-6 * static_cast<double>(counters.samples)) +
-                 notice;
+  outcome.print("{pixels} x {pixels} from {from} in {image_seconds:.3f} s: {samples} samples",
+                {{"pixels", a.size}, {"from", a.from}});
   if (!scan.is_hounsfield && a.transfer.empty() && a.opacity.empty())
-    outcome.text += "The scan does not state Hounsfield units. If it is a CT, pass --hounsfield.\n";
+    outcome.print("The scan does not state Hounsfield units. If it is a CT, pass --hounsfield.");
   if (window) {
     json["window"] = {{"low", window->low ? Json(*window->low) : Json()},
                       {"high", window->high ? Json(*window->high) : Json()}};
-    outcome.text += format_text("to touch what is shown here: trephine view ... --range %.0f:%s\n",
-                                window->low.value_or(-32768),
-                                window->high ? format_text("%.0f", *window->high).c_str() : "");
+    outcome.print(std::string("to touch what is shown here: trephine view ... --range {low:.0f}:") +
+                      (window->high ? "{window/high:.0f}" : ""),
+                  {{"low", window->low.value_or(-32768)}});
   } else {
     json["window"] = nullptr;
-    outcome.text += "No value reaches an opacity of 0.1 per mm, so there is nothing to touch.\n";
+    outcome.print("No value reaches an opacity of 0.1 per mm, so there is nothing to touch.");
   }
   const std::string usual = scan.is_hounsfield ? "bone" : "grey";
   panel.title = "Volume rendering: " + (!a.opacity.empty()   ? "custom opacity"

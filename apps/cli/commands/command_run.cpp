@@ -62,19 +62,20 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (const auto& live = played.value().live) json["servo"] = servo_json(live->servo);
   const auto failed = std::count_if(report.checks.begin(), report.checks.end(),
                                     [](const workbench::ScriptCheck& check) { return !check.is_met; });
-  outcome.text = checks_text(report);
-  outcome.text += format_text("%.1f s played in %.1f s, %.2f mm³ removed, at most %.2f N: ", report.seconds,
-                              played.value().played_seconds, removed, report.strongest_force_n);
-  outcome.text += report.checks.empty() ? "nothing was expected\n"
-                  : failed == 0         ? format_text("all of %zu checks met\n", report.checks.size())
-                                : format_text("%zu of %zu checks FAILED\n", static_cast<std::size_t>(failed),
-                                              report.checks.size());
-  if (!arguments.output.empty()) outcome.text += "written to " + arguments.output + "\n";
+  print_checks(outcome);
+  outcome.print(std::string("{seconds:.1f} s played in {played_seconds:.1f} s, {removed_mm3_total:.2f} mm³ "
+                            "removed, at most {strongest_force_n:.2f} N: ") +
+                    (report.checks.empty() ? "nothing was expected"
+                     : failed == 0         ? "all of {count} checks met"
+                                           : "{failed} of {count} checks FAILED"),
+                {{"failed", failed}, {"count", report.checks.size()}});
+  if (!arguments.output.empty()) outcome.print("wrote {path}", {{"path", arguments.output}});
   if (!request.pictures.empty() && played.value().pictures.empty())
-    outcome.text += "no pictures written: the script has no [[pictures]]\n";
+    outcome.print("no pictures written: the script has no [[pictures]]");
   if (!played.value().pictures.empty())
-    outcome.text += format_text("%zu picture%s in %s/\n", played.value().pictures.size(),
-                                played.value().pictures.size() == 1 ? "" : "s", request.pictures.c_str());
+    outcome.print(
+        std::string("{count} picture") + (played.value().pictures.size() == 1 ? "" : "s") + " in {folder}/",
+        {{"count", played.value().pictures.size()}, {"folder", request.pictures}});
   if (report.recording) {  // the recording failed; other outputs are kept
     notice("note: " + report.recording->message());
     json["recording"] = report.recording->message();

@@ -56,21 +56,21 @@ std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& ob
 void report_breach(const workbench::Moment::Object& object, const workbench::Moment& moment,
                    Outcome& outcome) {
   const imaging::ScrewBreach breach = imaging::breach_of(*object.screw, imaging::subject_of(moment));
-  Json json = {{"name", object.name}, {"meets_bone", breach.has_bone}, {"breach_mm", breach.mm}};
-  if (!breach.has_bone) {
-    outcome.text += workbench::words_of(object.name) + ": its axis meets no bone\n";
-  } else if (breach.mm < 0.05) {
-    outcome.text += workbench::words_of(object.name) + ": its whole shaft is in bone\n";
-  } else {
-    const std::string side = imaging::side_of_patient(breach.outward);
-    outcome.text +=
-        format_text("%s: its shaft reaches %.1f mm out of bone toward %s, %.0f mm from its entry\n",
-                    workbench::words_of(object.name).c_str(), breach.mm, side.c_str(), breach.from_entry_mm);
-    json["toward"] = side;
-    json["from_entry_mm"] = breach.from_entry_mm;
-    json["at_world_mm"] = json_of(breach.at_world);
+  Json row = {{"name", object.name}, {"meets_bone", breach.has_bone}, {"breach_mm", breach.mm}};
+  std::string line = "{words}: its axis meets no bone";
+  if (breach.has_bone && breach.mm < 0.05) {
+    line = "{words}: its whole shaft is in bone";
+  } else if (breach.has_bone) {
+    line =
+        "{words}: its shaft reaches {breach_mm:.1f} mm out of bone toward {toward}, {from_entry_mm:.0f} mm "
+        "from its entry";
+    row["toward"] = imaging::side_of_patient(breach.outward);
+    row["from_entry_mm"] = breach.from_entry_mm;
+    row["at_world_mm"] = json_of(breach.at_world);
   }
-  outcome.json["screws"].push_back(std::move(json));
+  outcome.json["screws"].push_back(row);
+  row["words"] = workbench::words_of(object.name);
+  outcome.print(line, row);
 }
 
 Result<Outcome> run_section(const SectionArguments& a) {
@@ -104,19 +104,18 @@ Result<Outcome> run_section(const SectionArguments& a) {
                    {"pixel_mm", plane.pixel},
                    {"pixels", plane.columns}};
   json["objects"] = Json::array();
-  const dvec3 n = plane.normal();
-  outcome.text = format_text("section at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f\n", position.x,
-                             position.y, position.z, n.x, n.y, n.z);
+  outcome.print("section at {at:.1f}, seen from {plane/normal:.2f}", {{"at", json_of(position)}});
   bool has_models = false;
   for (const SectionObject& object : objects) {
     json["objects"].push_back(
         {{"name", object.name}, {"area_mm2", object.cut.area}, {"outlines", object.cut.outline.size()}});
-    outcome.text += format_text("%s: %.1f mm²\n", workbench::words_of(object.name).c_str(), object.cut.area);
+    outcome.print("{words}: {area:.1f} mm²",
+                  {{"words", workbench::words_of(object.name)}, {"area", object.cut.area}});
     has_models |= object.kind == SectionObject::Kind::model;
   }
   if (a.plane.width > 0)
-    outcome.text +=
-        format_text("areas of structures and bone are of the %g mm that are shown\n", a.plane.width);
+    outcome.print("areas of structures and bone are of the {width} mm that are shown",
+                  {{"width", a.plane.width}});
   if (has_models) {
     double whole = 0, drawn = 0;  // mm2: area within the outlines; area that the picture shows
     for (const SectionObject& object : objects)
@@ -127,18 +126,18 @@ Result<Outcome> run_section(const SectionArguments& a) {
     const double beyond = std::max(0.0, whole - drawn);
     json["models_beyond_picture_mm2"] = beyond;
     if (beyond > 0.01 * whole + 1)
-      outcome.text +=
-          format_text("of models %.1f mm² are beyond the picture, and not included below\n", beyond);
+      outcome.print(
+          "of models {models_beyond_picture_mm2:.1f} mm² are beyond the picture, and not included below");
     json["models_mm2"] = areas.models;
     json["models_outside_bone_mm2"] = areas.outside;
     json["bone_is_by_labels"] = !objects[0].by_labels.empty();
-    outcome.text += format_text("of models %.1f mm² are outside bone (red)\n", areas.outside);
+    outcome.print("of models {models_outside_bone_mm2:.1f} mm² are outside bone (red)");
     for (const workbench::Moment::Object& object : moment.objects)
       if (object.screw) report_breach(object, moment, outcome);
     if (objects[0].by_labels.empty() && areas.outside > 0)
-      outcome.text +=
+      outcome.print(
           "bone is judged by its window alone, which excludes cancellous bone: import labels of the bones "
-          "(import --labels) to judge by them\n";
+          "(import --labels) to judge by them");
   }
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, 720); });
   outputs.write(a.svg, [&] { return data_tools::write_file_atomically(a.svg, svg_of(plane, objects)); });

@@ -126,7 +126,6 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     const auto shown = view::run_window(view::borrowed(session.scene()), options);
     return shown ? std::nullopt : Status(shown.error());
   });
-  if (Status error = outputs.result()) return *error;
 
   const sim::Replay::Counts& counts = replay.counts();
   Outcome outcome("replay");
@@ -150,19 +149,13 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["replay_seconds"] = seconds;
   json["speed"] = seconds > 0 ? static_cast<double>(replay.next_tick()) / rate / seconds : 0;
   json["is_closed"] = session.reader->end().has_value();
-  if (is_seeking)
-    outcome.text = format_text("opened at %.1f s in %.2f s; strokes: %zu, removed: %.2f mm³\n",
-                               static_cast<double>(replay.next_tick()) / rate, seconds, engine.stroke_count(),
-                               engine.removed_mm3());
-  else
-    outcome.text = format_text(
-        "%.1f s replayed in %.2f s; commands: %llu, strokes: %zu, removed: %.2f mm³, at most %.2f N\n",
-        static_cast<double>(replay.next_tick()) / rate, seconds,
-        static_cast<unsigned long long>(counts.commands), engine.stroke_count(), engine.removed_mm3(),
-        strongest);
-  json["written"] = outputs.written();
-  for (const std::string& file : {arguments.output, arguments.steps, arguments.screenshot})
-    if (!file.empty()) outcome.text += "written to " + file + "\n";
+  const Json moment = {{"at", static_cast<double>(replay.next_tick()) / rate}};
+  outcome.print(is_seeking
+                    ? "opened at {at:.1f} s in {replay_seconds:.2f} s; strokes: {strokes}, removed: "
+                      "{removed_mm3_total:.2f} mm³"
+                    : "{at:.1f} s replayed in {replay_seconds:.2f} s; commands: {commands}, strokes: "
+                      "{strokes}, removed: {removed_mm3_total:.2f} mm³, at most {strongest_force_n:.2f} N",
+                moment);
   if (arguments.is_verifying) {
     json["is_same"] = !mismatch.has_value();
     if (mismatch) {
@@ -170,21 +163,21 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
                           {"what", mismatch->what},
                           {"recorded", mismatch->recorded},
                           {"replayed", mismatch->replayed}};
-      outcome.text += "NOT the same: " + mismatch->what + " at tick " + std::to_string(mismatch->tick) +
-                      "\n  recorded: " + mismatch->recorded + "\n  replayed: " + mismatch->replayed + "\n";
+      outcome.print("NOT the same: {what} at tick {tick}", json["mismatch"]);
+      outcome.print("  recorded: {recorded}", json["mismatch"]);
+      outcome.print("  replayed: {replayed}", json["mismatch"]);
       outcome.exit_code = exit_check_failed;
     } else {
       json["is_complete"] = session.reader->end().has_value();
       if (!session.reader->end())
-        outcome.text +=
-            "the session has no end, since the program was stopped: its existing part is compared\n";
-      outcome.text += format_text(
-          "the same to the bit: %llu forces, %llu versions, %llu checkpoints, voxel hash %s\n",
-          static_cast<unsigned long long>(counts.ticks), static_cast<unsigned long long>(counts.versions),
-          static_cast<unsigned long long>(counts.checkpoints), hash_text(hash).c_str());
+        outcome.print("the session has no end, since the program was stopped: its existing part is compared");
+      outcome.print(
+          "the same to the bit: {forces} forces, {versions} versions, {checkpoints} checkpoints, voxel hash "
+          "{content_hash}",
+          {{"forces", counts.ticks}});
     }
   }
-  return outcome;
+  return finished(outputs, std::move(outcome));
 }
 
 /// Writes the session up to the chosen time into the file that is then continued.
@@ -276,8 +269,9 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     after = shown.value().removed_mm3;
   }
   outcome.json["removed_mm3_total"] = after;
-  outcome.text = format_text("continued at %.1f s; removed %.2f mm³ before, %.2f mm³ now\n",
-                             static_cast<double>(first_tick) / header.rate_hz, before, after);
+  outcome.print(
+      "continued at {from_seconds:.1f} s; removed {removed_mm3_before:.2f} mm³ before, "
+      "{removed_mm3_total:.2f} mm³ now");
   return outcome;
 }
 

@@ -76,21 +76,21 @@ Result<Outcome> run_slice(const SliceArguments& a) {
 
   Outcome outcome("slice");
   Json& json = outcome.json;
-  const dvec3 n = plane.normal();
   json["plane"] = {{"middle_world_mm", json_of(plane.middle_world)},
-                   {"normal", json_of(n)},
+                   {"normal", json_of(plane.normal())},
                    {"right", json_of(plane.right)},
                    {"pixel_mm", plane.pixel},
                    {"pixels", plane.columns},
                    {"slab_mm", a.thickness}};
   json["window"] = {{"level", window.value().level}, {"width", window.value().width}};
   json["image_seconds"] = seconds;
-  outcome.text = format_text(
-      "slice at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f; window %.0f wide around %.0f\n", position.x,
-      position.y, position.z, n.x, n.y, n.z, window.value().width, window.value().level);
-  if (a.has_labels && scan.label_names.size() < 2) outcome.text += "the scan has no labels\n";
+  outcome.print(
+      "slice at {at:.1f}, seen from {plane/normal:.2f}; window {window/width:.0f} wide around "
+      "{window/level:.0f}",
+      {{"at", json_of(position)}});
+  if (a.has_labels && scan.label_names.size() < 2) outcome.print("the scan has no labels");
   if ((a.is_side_by_side || a.is_blended) && moment.version->is_untouched())
-    outcome.text += "nothing was cut away\n";
+    outcome.print("nothing was cut away");
   if (!a.probe.empty()) {
     const auto at = parse_point(a.probe, "--probe");
     if (!at) return at.error();
@@ -104,7 +104,8 @@ Result<Outcome> run_slice(const SliceArguments& a) {
                    .found = a.probe,
                    .expected = "a position within the scan"};
     json["probe"] = {{"position_world_mm", json_of(at.value())}, {"before", value}, {"now", value_now}};
-    outcome.text += format_text("at %s: %d%s\n", a.probe.c_str(), value_now, scan.is_hounsfield ? " HU" : "");
+    outcome.print(std::string("at {probe/position_world_mm}: {probe/now}") +
+                  (scan.is_hounsfield ? " HU" : ""));
   }
   const imaging::Subject subject = imaging::subject_of(moment);
   std::vector<imaging::Panel> panels;

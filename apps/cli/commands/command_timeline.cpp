@@ -144,39 +144,39 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
     const double at = static_cast<double>(row.tick) / header.rate_hz,
                  seconds = static_cast<double>(row.ticks) / header.rate_hz;
     Json json_row = {{"at_seconds", at}, {"tick", row.tick}, {"kind", row.kind}, {"hand", row.hand + 1}};
-    std::string text = row.text;
-    const bool is_stroke = row.ticks > 0;
+    std::string line = "{text}";
+    const bool is_stroke = row.ticks > 0, is_press = is_stroke && row.units == 0;
+    json_row["text"] = row.text;
     if (is_stroke) {
       json_row["seconds"] = seconds;
       json_row["strongest_force_n"] = row.strongest;
       // As in the window, only a press that changed something counts as a stroke.
-      text = row.units != 0
-                 ? format_text("stroke %zu, %.2f s, %.2f N at most", ++strokes, seconds, row.strongest)
-                 : format_text("press, %.2f s, %.2f N at most, changed nothing", seconds, row.strongest);
-      if (row.units == 0) json_row["kind"] = "press";
+      json_row["text"] =
+          is_press ? format_text("press, %.2f s, %.2f N at most, changed nothing", seconds, row.strongest)
+                   : format_text("stroke %zu, %.2f s, %.2f N at most", ++strokes, seconds, row.strongest);
+      if (is_press) json_row["kind"] = "press";
     }
-    json_row["text"] = text;
     if (!row.branch.empty()) json_row["branch"] = row.branch;
-    text = shortened(text);
-
     if (is_stroke || row.units != 0) {
       json_row["removed_mm3"] = mm3 ? Json(*mm3 * static_cast<double>(row.units)) : Json();
       if (mm3 && row.units != 0)
-        text += format_text(row.units > 0 ? ", removed %.2f mm³" : ", put back %.2f mm³",
-                            *mm3 * static_cast<double>(std::abs(row.units)));
+        line += row.units > 0 ? ", removed {mm3:.2f} mm³" : ", put back {mm3:.2f} mm³";
     }
+    Json shown = json_row;
+    shown["text"] = shortened(json_row["text"].get<std::string>());
+    shown["mm3"] = mm3.value_or(0) * static_cast<double>(std::abs(row.units));
+    outcome.print((timeline.branches().size() > 1 ? "{at_seconds:9.3f} s  hand {hand}  {kind:8} [{branch}] "
+                                                  : "{at_seconds:9.3f} s  hand {hand}  {kind:8} ") +
+                      line,
+                  shown);
     rows.push_back(std::move(json_row));
-    const std::string branch = timeline.branches().size() > 1 ? "[" + row.branch + "] " : "";
-    outcome.text +=
-        format_text("%9.3f s  hand %d  %-8s %s%s\n", at, row.hand + 1,
-                    is_stroke && row.units == 0 ? "press" : row.kind, branch.c_str(), text.c_str());
   }
   outcome.json["seconds"] = static_cast<double>(session.tick_count()) / header.rate_hz;
   outcome.json["strokes"] = strokes;
   outcome.json["checkpoints"] = session.checkpoints().size();
   outcome.json["branches"] = timeline.branches();
   outcome.json["rows"] = std::move(rows);
-  if (outcome.text.empty()) outcome.text = "the session has no entries\n";
+  if (outcome.text.empty()) outcome.print("the session has no entries");
   if (!session.end()) notice("note: the session was cut short; its intact part is shown, without volumes");
   return outcome;
 }

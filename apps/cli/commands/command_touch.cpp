@@ -161,11 +161,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (is_interrupted()) return interrupted("the touch", recorder.value() && !not_recorded);
   outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
   outputs.recorded(not_recorded);
-  if (Status error = outputs.result()) return *error;
 
   Outcome outcome("touch", (judge.fall_throughs() > 0 && judge.is_promised()) || judge.in_drawn() > 0
-                      ? exit_check_failed
-                      : exit_done);
+                               ? exit_check_failed
+                               : exit_done);
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
@@ -201,29 +200,23 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["read_seconds"] = source.read_seconds;
   json["making_seconds"] = operation.build_seconds;
   json["memory"] = memory_report(scene, *engine.current());
-  json["written"] = outputs.written();
-  outcome.text = format_text("%zu steps, %zu in contact, strongest force %.2f N\n",
-                             contact_us.size() + free_us.size(), contact_us.size(), strongest);
-  outcome.text += format_text("fell through the surface: %ld times; stuck at rest: %ld steps\n",
-                              judge.fall_throughs(), judge.stuck());
+  outcome.print("{steps} steps, {step_us/contact/count} in contact, strongest force {max_force_n:.2f} N");
+  outcome.print("fell through the surface: {fall_throughs} times; stuck at rest: {stuck} steps");
   if (returned.bound() > 0)
-    outcome.text += format_text(
-        "the force alone returned %.2f N mm more than it absorbed; sampling and smoothing allow %.2f N mm\n",
-        returned.returned(), returned.bound());
+    outcome.print(
+        "the force alone returned {energy_nmm/returned:.2f} N mm more than it absorbed; sampling and "
+        "smoothing allow {energy_nmm/returned_at_most:.2f} N mm");
   if (judge.in_drawn() > 0)
-    outcome.text += format_text(
-        "inside objects touched by depth images in %ld of the judged ticks: the hand was too fast or too "
-        "deep "
-        "for them\n",
-        judge.in_drawn());
+    outcome.print(
+        "inside objects touched by depth images in {in_drawn} of the judged ticks: the hand was too fast or "
+        "too deep for them");
   if (!contact_us.empty())
-    outcome.text += format_text("a step in contact took %.2f us (median), %.2f us (99.9 %%)\n",
-                                json["step_us"]["contact"]["p50"].get<double>(),
-                                json["step_us"]["contact"]["p999"].get<double>());
-  outcome.text += format_text("from start to the first step %.2f s\nwritten to %s\n", first_touch_seconds,
-                              arguments.output.c_str());
+    outcome.print(
+        "a step in contact took {step_us/contact/p50:.2f} us (median), {step_us/contact/p999:.2f} us "
+        "(99.9 %)");
+  outcome.print("from start to the first step {open_to_touch_seconds:.2f} s");
   if (contact_us.empty()) print_shape_location(scene, path.value());
-  return outcome;
+  return finished(outputs, std::move(outcome));
 }
 
 Run build(Options& options) {

@@ -274,13 +274,14 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                    {"late_p99_us", r.servo.late_p99_us},
                    {"faults", r.servo.faults},
                    {"force_faults", r.force_faults}};
-  outcome.text =
-      format_text("%zu triangles; frames: %d, the first after %.2f s, removed: %.1f mm³, strokes: %zu\n",
-                  r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
+  outcome.print(
+      "{triangles} triangles; frames: {frames}, the first after {first_frame_seconds:.2f} s, removed: "
+      "{removed_mm3_total:.1f} mm³, strokes: {strokes}");
   if (r.recording) notice("note: " + r.recording->message());
   if (recorder && (!is_autosave || recorder->has_edits())) {
     json["is_recorded"] = true;
-    outcome.text += "session: " + record.file + "  (repeat: trephine replay, continue: trephine resume)\n";
+    outcome.print("session: {path}  (repeat: trephine replay, continue: trephine resume)",
+                  {{"path", record.file}});
   }
   if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);
   return outcome;

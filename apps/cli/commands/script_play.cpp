@@ -183,12 +183,11 @@ Json checks_json(const workbench::ScriptReport& report) {
   return list;
 }
 
-std::string checks_text(const workbench::ScriptReport& report) {
-  std::string text;
-  for (const workbench::ScriptCheck& c : report.checks)
-    text += format_text("%s  line %d, at %.3f s: %s (%s)\n", c.is_met ? "ok    " : "FAILED", c.line, c.at,
-                        c.what.c_str(), c.found.c_str());
-  return text;
+void print_checks(Rows& rows) {
+  for (const Json& check : rows.json["checks"])
+    rows.print(std::string(check["is_met"].get<bool>() ? "ok    " : "FAILED") +
+                   "  line {line}, at {at_seconds:.3f} s: {what} ({found})",
+               check);
 }
 
 }  // namespace trephine::cli

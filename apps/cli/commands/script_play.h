@@ -41,7 +41,7 @@ Result<PlayedScript> play_script(const ScriptRequest& request);
 Json servo_json(const haptics::ServoReport& servo);
 /// Checks of a script: [{line, at_seconds, what, found, is_met}, ...].
 Json checks_json(const workbench::ScriptReport& report);
-/// Checks of a script as lines of text.
-std::string checks_text(const workbench::ScriptReport& report);
+/// Adds a line for each check of the row `checks`.
+void print_checks(Rows& rows);
 
 }  // namespace trephine::cli
