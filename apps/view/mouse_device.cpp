@@ -39,6 +39,8 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   pose.position_world = position_;
   pose.orientation = turn_;
   pose.press(pressed_);
+  if (is_pressed_read_ && !pressed_) released_at_ = t;
+  is_pressed_read_ = pressed_;
   return true;
 }
 

@@ -8,9 +8,9 @@
 
 namespace trephine::view {
 
-/// Call set() on the window's thread and read() on the servo's; neither waits. Poses between the window's
-/// 60 Hz are smoothed, so that a burr does not jump: positions with a time constant of 15 ms, orientations
-/// with 80 ms.
+/// Call set() and release() on the window's thread and read() on the servo's; no call waits. Poses between
+/// the window's 60 Hz are smoothed, so that a burr does not jump: positions with a time constant of 15 ms,
+/// orientations with 80 ms.
 class MouseDevice final : public haptics::Device {
  public:
   explicit MouseDevice(const glm::dvec3& start_world);
@@ -22,6 +22,12 @@ class MouseDevice final : public haptics::Device {
 
   /// Sets the requested position (world, mm), orientation of the tool (unit) and button.
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed) noexcept;
+  /// Releases the button at once, and leaves the requested pose.
+  void release() noexcept { is_pressed_ = false; }
+  /// True if the last pose that was read had the button pressed.
+  bool is_pressed() const noexcept { return is_pressed_read_; }
+  /// Time (s) of the first pose without the button after the last one with it; negative: never pressed.
+  double released_at() const noexcept { return released_at_; }
   /// Makes the next read() return the requested pose without smoothing: the tool is lifted over.
   void jump() noexcept { is_jumping_ = true; }
 
@@ -30,7 +36,8 @@ class MouseDevice final : public haptics::Device {
   // request.
   std::atomic<unsigned> sequence_{0};
   std::array<std::atomic<double>, 7> shared_;  ///< x, y, z of the position; w, x, y, z of the orientation
-  std::atomic<bool> is_pressed_{false}, is_jumping_{false};
+  std::atomic<bool> is_pressed_{false}, is_jumping_{false}, is_pressed_read_{false};
+  std::atomic<double> released_at_{-1};
   glm::dvec3 request_, position_;
   glm::dquat requested_turn_{1, 0, 0, 0}, turn_{1, 0, 0, 0};
   bool pressed_ = false;

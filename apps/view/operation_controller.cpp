@@ -154,9 +154,25 @@ void OperationController::collect_notices() {
                   "The command was refused: " + state_.refused->message()});
 }
 
-void OperationController::add_notice(const char* text) {
-  notices_.add(
-      {seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::outcome, text});
+void OperationController::add_notice(const char* text, EventLevel level) {
+  notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, level, text});
+}
+
+void OperationController::change_history(HistoryStep step) {
+  history_steps_.push_back(step);
+  send_history_steps();
+}
+
+/// Returns true if no tick with a button that was released since is to come. A haptic device has its own.
+bool OperationController::is_release_processed() const {
+  if (options_.device || is_pressed_) return true;
+  return !mouse_.is_pressed() && state_.newest.t >= mouse_.released_at();
+}
+
+void OperationController::send_history_steps() {
+  if (history_steps_.empty() || !is_release_processed()) return;
+  for (const HistoryStep step : history_steps_) step == HistoryStep::undo ? live_.undo() : live_.redo();
+  history_steps_.clear();
 }
 
 /// Restores the force of a mouse, which has no motors, automatically some time after a fault.
@@ -178,6 +194,7 @@ void OperationController::frame() {
 
   // Fetch the state of the other threads: the version, its changed chunks, the newest tick.
   state_ = live_.fetch_state();
+  send_history_steps();
   if (state_.refused) refused_ = state_.refused->message();
   if (state_.refused) drop_point();
   collect_notices();

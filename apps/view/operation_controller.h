@@ -35,7 +35,10 @@ class OperationController {
     if (!is_tip_held_) x_ = x, y_ = y;
   }
   void press(bool is_down) {
-    if (is_pressed_ && !is_down) request_ = glm::dvec3(1e9);  // lifts the stylus at the next frame
+    if (is_pressed_ && !is_down) {
+      request_ = glm::dvec3(1e9);  // lifts the stylus at the next frame
+      mouse_.release();
+    }
     is_pressed_ = is_down;
     has_click_ = has_click_ || is_down;
   }
@@ -87,8 +90,10 @@ class OperationController {
   bool grab_point();
   void drop_point() { dragged_point_ = {}; }
   bool has_point() const noexcept { return !dragged_point_.is_empty(); }
-  void undo() { live_.undo(); }
-  void redo() { live_.redo(); }
+  /// Undoes or redoes the last stroke. Right after the button was released, waits for the last ticks of the
+  /// stroke, which would otherwise cut again.
+  void undo() { change_history(HistoryStep::undo); }
+  void redo() { change_history(HistoryStep::redo); }
   /// Undoes or redoes to the state with this number of strokes.
   void go_to_stroke(std::size_t strokes);
   /// States of the history that can be compared. Waits for the edits, some milliseconds.
@@ -99,6 +104,8 @@ class OperationController {
     return live_.engine().forbidden();
   }
   void reset_faults() { live_.reset_faults(); }
+  /// Shows the reason why an action of the user is not possible at the tool, and logs it.
+  void show_refusal(const char* reason) { add_notice(reason, workbench::EventLevel::refusal); }
 
   /// Executes one frame: moves the stylus, fetches the state, and draws the picture.
   void frame();
@@ -139,7 +146,11 @@ class OperationController {
   void collect_notices();
   void restore_force();
   /// Shows a message at the tool.
-  void add_notice(const char* text);
+  void add_notice(const char* text, workbench::EventLevel level = workbench::EventLevel::outcome);
+  enum class HistoryStep : std::uint8_t { undo, redo };
+  void change_history(HistoryStep step);
+  bool is_release_processed() const;
+  void send_history_steps();
   void follow_cursor();
   double distance_above_soft(const Ray& ray, double along) const;
   void drag_point();
@@ -184,6 +195,7 @@ class OperationController {
   std::optional<glm::dvec3> landing_;
   glm::dvec3 request_{1e9};                      ///< position in the last frame, mm, world; 1e9: lifted
   std::optional<std::size_t> requested_stroke_;  ///< until it is reached
+  std::vector<HistoryStep> history_steps_;       ///< that wait for the end of a stroke
   std::string refused_;
   Notices notices_;
   std::chrono::steady_clock::time_point started_;

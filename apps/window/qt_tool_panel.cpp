@@ -114,8 +114,8 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
         const QString current = QString::fromStdString(*address_of<std::string>(field, value_));
         if (auto* line = qobject_cast<QLineEdit*>(text))
           line->setText(current);
-        else if (!current.isEmpty())
-          qobject_cast<QComboBox*>(text)->setCurrentText(current);
+        else if (auto* box = qobject_cast<QComboBox*>(text))
+          box->setCurrentIndex(box->findText(current));
       });
     } else {
       // Points, lists, whole numbers and ids are edited as text, in the notation of scripts.
@@ -136,7 +136,7 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
       });
     }
   }
-  show(value);
+  show(sim::Value(value_));  // with the names that boxes selected
   if (expert_ == nullptr) return;
   auto* more = new QToolButton;
   more->setObjectName("more_settings");
@@ -168,7 +168,7 @@ QWidget* FieldForm::make_text(const sim::Field& field, const Offer& offer) {
     auto* box = new QComboBox;
     box->addItems(names);
     connect(box, &QComboBox::currentTextChanged, this, set);
-    set(box->currentText());
+    if (address_of<std::string>(field, value_)->empty()) set(box->currentText());
     return box;
   }
   auto* line = new QLineEdit;

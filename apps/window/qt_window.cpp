@@ -168,7 +168,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   style->on_shift_press = [this](bool is_down) {
     if (!operation_) return;
     if (!is_down) return operation_->drop_point();
-    if (!operation_->grab_point()) show_message(tr("Touch a point of an outline to drag it."));
+    if (!operation_->grab_point()) show_refusal(tr("Touch a point of an outline to drag it."));
   };
   style->on_wheel = [this](int steps) { press_deeper(steps); };
   style->on_roll = [this](int steps) {
@@ -324,16 +324,7 @@ void MainWindow::tick() {
   last_tick_ = Clock::now();
   if (!is_drawable()) return;
   if (operation_) {
-    // Read the cursor directly, because its last event may belong to another widget.
-    const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
-    if (!canvas_->isVisible()) {
-      operation_->set_cursor(-10, -10);  // the picture is hidden by a pane: touch nothing
-      cursor_.reset();
-    } else if (cursor_ != at) {  // while the cursor rests, keys may move the tip
-      operation_->set_cursor(static_cast<double>(at.x()) / canvas_->width(),
-                             1 - static_cast<double>(at.y()) / canvas_->height());
-      cursor_ = at;
-    }
+    follow_cursor();
     operation_->frame();
   } else if (replay_) {
     if (const Status error = replay_->frame(elapsed)) {

@@ -87,6 +87,8 @@ class MainWindow : public QMainWindow {
   void ask_and_apply(const sim::ValueType& type);
   QStringList names_of(sim::FieldInfo::Names kind);
   void show_message(const QString& text);
+  void show_refusal(const QString& reason);
+  void follow_cursor();
   void build_panel();
   void build_panes();
   void build_panes_menu();
@@ -167,6 +169,7 @@ class MainWindow : public QMainWindow {
   bool has_checked_parts_ = false;
   Notices replay_notices_;        ///< events of a replay, by its time
   std::optional<QPoint> cursor_;  ///< last position on the canvas
+  QSize cursor_canvas_;           ///< size of the canvas at that position
   std::chrono::steady_clock::time_point opened_at_, last_tick_, servo_shown_at_;
   QTimer timer_, preview_timer_;
 

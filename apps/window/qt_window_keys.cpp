@@ -83,6 +83,25 @@ bool MainWindow::move_by_key(const QKeyEvent* event) {
   }
 }
 
+/// Moves the tool to the cursor, which is read directly, because its last event may belong to another widget.
+void MainWindow::follow_cursor() {
+  const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
+  if (!canvas_->isVisible()) {
+    operation_->set_cursor(-10, -10);  // the picture is hidden by a pane: touch nothing
+    cursor_.reset();
+  } else if (cursor_ != at || cursor_canvas_ != canvas_->size()) {  // while it rests, keys may move the tip
+    operation_->set_cursor(static_cast<double>(at.x()) / canvas_->width(),
+                           1 - static_cast<double>(at.y()) / canvas_->height());
+    cursor_ = at, cursor_canvas_ = canvas_->size();
+  }
+}
+
+/// Shows the reason why an action is not possible, at the tool and in the status line.
+void MainWindow::show_refusal(const QString& reason) {
+  show_message(reason);
+  if (operation_) operation_->show_refusal(reason.toUtf8().constData());
+}
+
 void MainWindow::keyPressEvent(QKeyEvent* event) {
   help_->hide();
   if (move_by_key(event)) return;
@@ -104,7 +123,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       if (operation_) operation_->reset_faults();
       return;
     case Qt::Key_T:
-      if (operation_ && !operation_->grasp_or_release()) show_message(tr("Touch a piece to grasp it."));
+      if (operation_ && !operation_->grasp_or_release()) show_refusal(tr("Touch a piece to grasp it."));
       return;
     case Qt::Key_E:
       log_->setVisible(log_->isHidden());
@@ -122,7 +141,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_G:
       if (!operation_) return;
       if (operation_->has_point()) return operation_->drop_point();
-      if (!operation_->grab_point()) show_message(tr("Touch a point of an outline to drag it."));
+      if (!operation_->grab_point()) show_refusal(tr("Touch a point of an outline to drag it."));
       return;
     case Qt::Key_Comma:
     case Qt::Key_Period:

@@ -144,7 +144,7 @@ void MainWindow::build_pieces_menu() {
       [](OperationController& operation) { operation.free_pieces(); });
   // The window handles keys without Ctrl itself.
   add("take_piece", tr("&Grasp or release the touched piece\tT"), {}, [this](OperationController& operation) {
-    if (!operation.grasp_or_release()) show_message(tr("Touch a piece to grasp it."));
+    if (!operation.grasp_or_release()) show_refusal(tr("Touch a piece to grasp it."));
   });
 }
 
@@ -186,7 +186,7 @@ void MainWindow::build_command_menu() {
 void MainWindow::apply_at_touched(const sim::ValueType& type) {
   if (!operation_) return;
   const std::optional<glm::dvec3> touched = operation_->touched();
-  if (!touched) return show_message(tr("Touch a position on the bone, then press the key."));
+  if (!touched) return show_refusal(tr("Touch a position on the bone, then press the key."));
   sim::Value command = sim::Value::of(type);
   const sim::FieldPointer pointer = type.schema->fields[0].pointer_in(command.data());
   *std::get<glm::dvec3*>(pointer) = *touched;

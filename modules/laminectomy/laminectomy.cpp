@@ -137,7 +137,8 @@ Status Laminectomy::allows(const sim::Command& command, const sim::OperationStat
   if (request->vertebra.empty() && request->canal.empty())
     return Error{.what = "no vertebra selected",
                  .where = "judge-laminectomy",
-                 .expected = "vertebra, a label of the scan, or canal, a position in its canal"};
+                 .expected = "a vertebra (a label of the scan), or a position in its canal",
+                 .remedy = "select a vertebra, such as L4"};
   return std::nullopt;
 }
 
