@@ -134,7 +134,7 @@ TEST(VirtualDevice, TorqueTurnsTheHand) {
   for (int i = 0; i < 3000; ++i) {
     ASSERT_TRUE(device.read(i * 1e-3, pose));
     if (i < 500) {
-      ASSERT_EQ(pose.orientation, request.at(0).orientation);
+      ASSERT_EQ(pose.orientation, request.at(i * 1e-3).orientation);
     }
     device.write({glm::dvec3(0), i < 500 ? glm::dvec3(0) : glm::dvec3(0, 0, 12)});
   }
