@@ -78,8 +78,8 @@ class Judge {
                                   frame.world_from_volume(step.path_volume[i]));
   }
   /// Judges the balls of a set at the end of a step; they move straight within rounds of the method only. No
-  /// ball may enter matter, unless matter grew over it.
-  void judge_balls(const haptics::Placement& tool, bool is_buried) {
+  /// ball may enter matter, unless matter grew over it. Returns true if no ball is in matter.
+  bool judge_balls(const haptics::Placement& tool, bool is_buried) {
     const auto balls = scene_.tool->balls();
     free_balls_.resize(balls.size(), false);
     for (std::size_t i = 0; i < balls.size(); ++i) {
@@ -89,6 +89,7 @@ class Judge {
       free_balls_[i] = is_free;
     }
     buried_balls_ += is_buried;
+    return std::find(free_balls_.begin(), free_balls_.end(), false) == free_balls_.end();
   }
   /// True if no ball of a set at this pose is in matter.
   bool is_free(const haptics::Placement& tool) const {
@@ -302,15 +303,13 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
     const haptics::Placement tool{step.proxy_world, state.has_turn ? state.tool_turn : turn};
     // A start may be in matter, or have matter in the ball: contact is judged once the tool was free.
-    if (info.is_six_dof() && step.is_buried) was_free = false;  // its other balls may still touch
-    was_free = was_free || (target.distance && !shape.holds(tool, 0));
+    const bool is_free = !info.is_six_dof() || judge.judge_balls(tool, step.is_buried);
+    was_free = is_free && (was_free || (target.distance && !shape.holds(tool, 0)));
     if (was_free && step.has_contact) {
       ++row.judged_by_shape;
       row.sunk += shape.holds(tool, slack);
     }
-    if (info.is_six_dof()) {
-      judge.judge_balls(tool, step.is_buried);
-    } else {
+    if (!info.is_six_dof()) {
       judge.judge.judge_step(
           {std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
            frame.volume_from_world(hip), step.has_contact, step.is_buried});
