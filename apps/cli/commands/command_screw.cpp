@@ -151,26 +151,29 @@ Json report_of(const Finding& finding) {
   return json;
 }
 
-std::string text_of(const Finding& finding) {
+/// Prints the row of a finding.
+void print(const Finding& finding, const Json& row, Outcome& outcome) {
   const ScrewJudged& j = finding.judged;
-  std::string text =
-      format_text("%s %s: screw of %.1f x %.0f mm, grade %s", j.vertebra.c_str(), side_text(j.side).c_str(),
-                  finding.screw.diameter, finding.screw.length(), grade_text(j.grade).c_str());
-  text += j.breach > 0 ? format_text(", breach of %.1f mm %s, %.1f mm from the entry\n", j.breach,
-                                     wall_text(j.wall).c_str(), j.from_entry)
-                       : format_text(", at least %.1f mm of bone around it\n", -j.breach);
+  const std::string screw =
+      "{vertebra} {side}: screw of {diameter_mm:.1f} x {length_mm:.0f} mm, grade {grade}";
+  outcome.print(screw + (j.breach > 0 ? ", breach of {breach_mm:.1f} mm {wall}, {from_entry_mm:.1f} mm from "
+                                        "the entry"
+                                      : ", at least {bone_around_mm:.1f} mm of bone around it"),
+                row);
   if (j.is_uncertain)
-    text += format_text("  the voxels allow grades %s to %s (half a voxel: %.1f mm)\n",
-                        grade_text(j.grade_of_larger).c_str(), grade_text(j.grade_of_smaller).c_str(),
-                        j.half_voxel);
-  if (j.front > 0) text += format_text("  %.1f mm in front of the vertebra's body\n", j.front);
-  if (j.has_intensity) text += format_text("  core %.0f HU, shell %.0f HU\n", j.core_hu, j.shell_hu);
+    outcome.print(
+        "  the voxels allow grades {grade_if_bone_is_larger} to {grade_if_bone_is_smaller} (half a voxel: "
+        "{half_voxel_mm:.1f} mm)",
+        row);
+  if (j.front > 0) outcome.print("  {in_front_mm:.1f} mm in front of the vertebra's body", row);
+  if (j.has_intensity) outcome.print("  core {core_hu:.0f} HU, shell {shell_hu:.0f} HU", row);
   if (!j.planned.empty())
-    text += format_text("  plan \"%s\": entry %.1f mm off, target %.1f mm, %.1f degrees\n", j.planned.c_str(),
-                        j.entry_error, j.target_error, j.angle_error);
-  if (j.has_track) text += format_text("  length less depth of the track: %.1f mm\n", j.depth_error);
-  if (j.has_score) text += format_text("  score %.0f of 100\n", j.score);
-  return text;
+    outcome.print(
+        "  plan \"{plan/trajectory}\": entry {plan/entry_error_mm:.1f} mm off, target "
+        "{plan/target_error_mm:.1f} mm, {plan/angle_error_degrees:.1f} degrees",
+        row);
+  if (j.has_track) outcome.print("  length less depth of the track: {length_less_track_mm:.1f} mm", row);
+  if (j.has_score) outcome.print("  score {score:.0f} of 100", row);
 }
 
 Result<Outcome> run_screw(const ScrewArguments& arguments) {
@@ -250,12 +253,12 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
                  .where = "vertebra",
                  .found = arguments.vertebra,
                  .expected = "a vertebra with a screw"};
-  Outcome outcome{new_report("screw"), "", exit_done};
+  Outcome outcome("screw");
   outcome.json["vertebra"] = arguments.vertebra;
   outcome.json["screws"] = Json::array();
   for (const Finding& finding : findings) {
     outcome.json["screws"].push_back(report_of(finding));
-    outcome.text += text_of(finding);
+    print(finding, outcome.json["screws"].back(), outcome);
   }
   outputs.write(arguments.slices, [&] {
     std::vector<imaging::Panel> panels;
@@ -263,9 +266,7 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
       add_panels(finding, *scan, bone.value().zones.frame.left, plan, panels);
     return view::write_slices(panels, arguments.slices);
   });
-  if (Status error = outputs.result()) return *error;
-  if (!outputs.written().empty()) outcome.text += "wrote " + outputs.written().front() + "\n";
-  return outcome;
+  return finished(outputs, std::move(outcome));
 }
 
 Run build(Options& options) {
