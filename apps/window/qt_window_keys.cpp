@@ -1,8 +1,10 @@
 // Keyboard controls of MainWindow.
 #include <QComboBox>
+#include <QCursor>
 #include <QKeyEvent>
 #include <QPushButton>
 #include <QSlider>
+#include <QVTKOpenGLNativeWidget.h>
 #include <string>
 
 #include "apps/window/qt_window.h"
