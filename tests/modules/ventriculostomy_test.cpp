@@ -242,8 +242,7 @@ TEST(Catheter, PassesTheBlurredEdgeOfBoneButNoBone) {
   EXPECT_TRUE(events_of<CatheterRefused>(run.engine()).empty());
   move(run, 1000, -20, 4, 60, k_ignore);
   EXPECT_FALSE(run.engine().servo_scene()->hands[1].let_through.contains(0)) << "bone blocks again";
-  // The same hole in a slab with bone below it.
-  const Slab bone;
+  const Slab bone;  // it continues below the hole
   sim::Lockstep other = bone.run(1000, {4, -5.2});
   drill_hole(other);
   move(other, 1000, 4, -8, 20, k_ignore);
