@@ -51,6 +51,7 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   if (!operation.state().newest.has_contact) {
     QTest::keyClick(&window, Qt::Key_T);
     EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Touch a piece"));
+    EXPECT_NE(operation.notice_text().find("Touch a piece"), std::string::npos) << "at the tool, too";
   }
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 1.2; }, 8000));
   EXPECT_TRUE(operation.state().newest.has_contact);

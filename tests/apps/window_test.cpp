@@ -34,6 +34,30 @@ TEST_F(Window, DrillsNothingInTheBackground) {
   window.close();
 }
 
+// An undo that follows the release of the button at once: no tick of the stroke comes after it and cuts
+// again.
+TEST_F(Window, UndoRightAfterTheReleaseRestoresAllBone) {
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().is_complete(); }, 10000));
+  const QPoint middle = window.canvas()->rect().center();
+  QTest::mouseMove(window.canvas(), middle);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, 20000));
+  operation.press(true);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 3; }, 20000));
+  operation.press(false);
+  operation.undo();  // before the next frame
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 == 0; }, 20000));
+  QTest::qWait(300);
+  EXPECT_EQ(operation.state().removed_mm3, 0);
+  EXPECT_EQ(operation.state().strokes, 0u);
+  EXPECT_EQ(operation.state().all_strokes, 1u);
+  operation.redo();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 3; }, 20000));
+}
+
 TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   WindowReport report;
   {
