@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "apps/workbench/text.h"
+#include "haptics/force/faults.h"
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/bone_flap/judgement.h"
 #include "modules/cross_section/cross_section.h"
@@ -45,8 +47,16 @@ std::string wall_text(pedicle::Wall wall) {
 
 /// A latched fault is only recorded, since a window displays it while it lasts.
 EventText text_of(const sim::FaultEvent& e) {
-  return e.is_cleared ? EventText{"The force is on again.", Level::outcome}
-                      : EventText{"The force is off (" + e.names + ").", Level::record};
+  if (e.is_cleared) return {"The force is on again.", Level::outcome};
+  std::string reasons;
+  for (const auto& [bit, reason] :
+       {std::pair(haptics::fault_lost_device, "the haptic device does not respond"),
+        std::pair(haptics::fault_not_finite, "the haptic device sent an invalid position"),
+        std::pair(haptics::fault_full_ring, "the computation of cuts is too slow"),
+        std::pair(haptics::fault_stale_scene, "the computer is too busy")})
+    if (e.names.find(haptics::fault_names(bit)) != std::string::npos)
+      reasons += (reasons.empty() ? "" : ", ") + std::string(reason);
+  return {"The force is off: " + (reasons.empty() ? e.names : reasons) + ".", Level::record};
 }
 EventText text_of(const sim::JobDiscarded& e) {
   return {"A computation was not finished: " + e.reason + ".", Level::refusal};
