@@ -109,12 +109,7 @@ std::string OperationController::fault_text() const {
     return "The tool is in " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth +
            ". Lift it.";
   }
-  std::string reason;
-  if (faults & haptics::fault_lost_device) reason = "the haptic device does not respond";
-  if (faults & haptics::fault_not_finite) reason = "the haptic device sent an invalid position";
-  if (faults & haptics::fault_full_ring) reason = "the computation of cuts is too slow";
-  if (faults & haptics::fault_stale_scene) reason = "the computer is too busy";
-  return "The force is off: " + reason +
+  return "The force is off: " + workbench::fault_reasons(faults) +
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 

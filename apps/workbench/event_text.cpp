@@ -48,15 +48,11 @@ std::string wall_text(pedicle::Wall wall) {
 /// A latched fault is only recorded, since a window displays it while it lasts.
 EventText text_of(const sim::FaultEvent& e) {
   if (e.is_cleared) return {"The force is on again.", Level::outcome};
-  std::string reasons;
-  for (const auto& [bit, reason] :
-       {std::pair(haptics::fault_lost_device, "the haptic device does not respond"),
-        std::pair(haptics::fault_not_finite, "the haptic device sent an invalid position"),
-        std::pair(haptics::fault_full_ring, "the computation of cuts is too slow"),
-        std::pair(haptics::fault_stale_scene, "the computer is too busy")})
-    if (e.names.find(haptics::fault_names(bit)) != std::string::npos)
-      reasons += (reasons.empty() ? "" : ", ") + std::string(reason);
-  return {"The force is off: " + (reasons.empty() ? e.names : reasons) + ".", Level::record};
+  std::uint32_t faults = 0;
+  for (const std::uint32_t bit : {haptics::fault_lost_device, haptics::fault_not_finite,
+                                  haptics::fault_full_ring, haptics::fault_stale_scene})
+    if (e.names.find(haptics::fault_names(bit)) != std::string::npos) faults |= bit;
+  return {"The force is off: " + (faults == 0 ? e.names : fault_reasons(faults)) + ".", Level::record};
 }
 EventText text_of(const sim::JobDiscarded& e) {
   return {"A computation was not finished: " + e.reason + ".", Level::refusal};
@@ -311,6 +307,17 @@ EventText describe_event(const sim::Event& event) {
   if (!result.text.empty() && result.text[0] >= 'a' && result.text[0] <= 'z')
     result.text[0] = static_cast<char>(result.text[0] - 'a' + 'A');
   return result;
+}
+
+std::string fault_reasons(std::uint32_t faults) {
+  std::string reasons;
+  for (const auto& [bit, reason] :
+       {std::pair(haptics::fault_lost_device, "the haptic device does not respond"),
+        std::pair(haptics::fault_not_finite, "the haptic device sent an invalid position"),
+        std::pair(haptics::fault_full_ring, "the computation of cuts is too slow"),
+        std::pair(haptics::fault_stale_scene, "the computer is too busy")})
+    if (faults & bit) reasons += (reasons.empty() ? "" : ", ") + std::string(reason);
+  return reasons;
 }
 
 }  // namespace trephine::workbench

@@ -26,4 +26,7 @@ EventText describe_event(const sim::Event& event);
 /// True if events of this type have a sentence of their own.
 bool has_event_text(const sim::ValueType& type);
 
+/// Returns the reasons for which the force is off, for users: "the computer is too busy".
+std::string fault_reasons(std::uint32_t faults);
+
 }  // namespace trephine::workbench

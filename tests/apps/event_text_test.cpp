@@ -47,6 +47,8 @@ TEST(EventText, SentencesAndLevels) {
   EXPECT_EQ(none.text, "No bone flap: the outline crosses itself");
   EXPECT_EQ(none.level, EventLevel::refusal);
   EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene", true}}).level, EventLevel::outcome);
+  EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene, lost device", false}}).text,
+            "The force is off: the haptic device does not respond, the computer is too busy.");
 }
 
 }  // namespace
