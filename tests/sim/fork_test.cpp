@@ -42,7 +42,8 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
     EXPECT_GT(ticks.value() + 2000, std::min<std::uint64_t>(tick, 6000));
     const Verdict verdict = replay(fork, base);
     expect_same(verdict);
-    EXPECT_EQ(verdict.state, state_at(path, base, ticks.value()));
+    // Commands between the last tick of the part and the next one may be in the part.
+    EXPECT_EQ(state_at(fork, base, ticks.value()), state_at(path, base, ticks.value()));
     {
       auto opened = SessionReader::open(fork, drilling_catalogue());
       ASSERT_TRUE(opened.is_ok()) << opened.error().message();
