@@ -28,46 +28,15 @@ void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& tar
                     const std::string& name) {
   constexpr double k_turn = 6.283185307179586;
   constexpr int k_corners = 24;
-  panel.lines.push_back({{entry, target}, k_plan_colour, false, "plan (ring: entry)"});
-  Panel::Line ring{{}, k_plan_colour, true, "plan (ring: entry)"};
+  panel.lines.push_back({{entry, target}, k_plan_colour, false, "plan (ring: entry)", true});
+  Panel::Line ring{{}, k_plan_colour, true, "plan (ring: entry)", true};
   const double radius = 0.008 * panel.mm_per_pixel * panel.columns;
   for (int i = 0; i < k_corners; ++i)
     ring.places.push_back(
         entry + radius * glm::dvec2(std::cos(i * k_turn / k_corners), std::sin(i * k_turn / k_corners)));
   panel.lines.push_back(std::move(ring));
-  // The name is on the side that the trajectory leaves free.
-  const bool is_to_left = target.x > entry.x;
-  panel.labels.push_back(
-      {entry + glm::dvec2((is_to_left ? -1.5 : 1.5) * radius, 0), name, k_plan_colour, is_to_left});
-}
-
-std::vector<glm::dvec2> label_positions(const Panel& panel, double width, double height, double letter,
-                                        double line) {
-  const double pixels_per_mm =
-      std::min(width / panel.columns, height / panel.rows) / std::max(panel.mm_per_pixel, 1e-9);
-  std::vector<glm::dvec2> positions;
-  std::vector<double> widths;
-  for (const Panel::Label& label : panel.labels) {
-    const double room = letter * static_cast<double>(label.text.size());
-    glm::dvec2 at = 0.5 * glm::dvec2(width, height) + pixels_per_mm * label.place;
-    if (label.is_to_left) at.x -= room;
-    at.x = std::clamp(at.x, 0.0, std::max(0.0, width - room));
-    const auto is_free = [&](double y) {
-      for (std::size_t i = 0; i < positions.size(); ++i)
-        if (std::abs(positions[i].y - y) < line && at.x < positions[i].x + widths[i] + letter &&
-            positions[i].x < at.x + room + letter)
-          return false;
-      return y > 0.5 * line && y < height - 0.5 * line;
-    };
-    // The nearest free height, alternately below and above.
-    const double wanted = std::clamp(at.y, 0.5 * line + 1, std::max(0.5 * line + 1, height - 0.5 * line - 1));
-    at.y = wanted;
-    for (int step = 0; !is_free(at.y) && step * line < 2 * height; ++step)
-      at.y = wanted + (step % 2 == 0 ? -0.25 : 0.25) * line * (step / 2 + 1);
-    positions.push_back(at);
-    widths.push_back(room);
-  }
-  return positions;
+  // A name in the middle of the plan is on the side that the trajectory leaves free.
+  panel.labels.push_back({entry, name, k_plan_colour, target.x > entry.x, radius});
 }
 
 void mirror(Panel& panel) {

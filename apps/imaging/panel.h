@@ -16,13 +16,15 @@ struct Panel {
     std::vector<glm::dvec2> places;  ///< points in mm from the panel's centre: x to the right, y up
     Colour colour{255, 255, 255};
     bool is_closed = true;
-    std::string name = {};  ///< name in the legend; equal names appear once
+    std::string name = {};   ///< name in the legend; equal names appear once
+    bool is_marker = false;  ///< part of the plan, which labels must not cover
   };
   struct Label {
-    glm::dvec2 place{0.0};  ///< mm from the panel's centre, where the text begins
+    glm::dvec2 place{0.0};  ///< the marked point, mm from the panel's centre
     std::string text;
     Colour colour{255, 255, 255};
-    bool is_to_left = false;  ///< the text ends at `place`
+    bool is_to_left = false;  ///< preferred side if the point is in the middle of the plan
+    double radius = 0;        ///< of the marker around the point, mm
   };
   std::string title, foot;
   std::string left, right, above, below;  ///< orientation letters at the edges
@@ -47,11 +49,6 @@ void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& 
 void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& target, const std::string& name);
 /// Colour of the plan.
 inline constexpr Panel::Colour k_plan_colour{90, 220, 255};
-/// Returns the left ends of the labels' middle lines, in pixels from the lower left of a picture of
-/// `width` x `height` pixels in which the panel fits: inside the picture, and moved up or down so that they
-/// do not overlap. `letter`, `line`: width of a letter and height of a line, pixels.
-std::vector<glm::dvec2> label_positions(const Panel& panel, double width, double height, double letter,
-                                        double line);
 /// Exchanges left and right: pixels, lines and letters.
 void mirror(Panel& panel);
 

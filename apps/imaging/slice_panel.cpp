@@ -109,7 +109,8 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
     for (std::size_t i = 0; i < o.points_world.size(); ++i)
       if (const glm::dvec3& from = o.points_world[i], &to = o.points_world[(i + 1) % o.points_world.size()];
           is_near(from) && is_near(to))
-        panel.lines.push_back({{plane.from_world(from), plane.from_world(to)}, k_plan_colour, false, o.name});
+        panel.lines.push_back(
+            {{plane.from_world(from), plane.from_world(to)}, k_plan_colour, false, o.name, true});
   return std::nullopt;
 }
 

@@ -48,11 +48,12 @@ void draw_plan(Panel& panel, const volume::SurgicalPlan& plan, const View& view,
     panel.lines.push_back({{*at - dvec2(r, 0), *at + dvec2(0, r), *at + dvec2(r, 0), *at - dvec2(0, r)},
                            k_plan_colour,
                            true,
-                           "landmark"});
-    panel.labels.push_back({*at + dvec2(1.5 * r, 0), l.name, k_plan_colour});
+                           "landmark",
+                           true});
+    panel.labels.push_back({*at, l.name, k_plan_colour, false, r});
   }
   for (const volume::PlannedOutline& o : plan.outlines) {
-    Panel::Line line{{}, k_plan_colour, true, o.name};
+    Panel::Line line{{}, k_plan_colour, true, o.name, true};
     for (const dvec3& p : o.points_world)
       if (const auto at = in_panel(view, pixel, p)) line.places.push_back(*at);
     if (line.places.size() == o.points_world.size()) panel.lines.push_back(std::move(line));

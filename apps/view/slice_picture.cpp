@@ -23,6 +23,7 @@
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
+#include "apps/imaging/label_layout.h"
 #include "apps/view/render_window.h"
 #include "data-tools/files/atomic_file.h"
 
@@ -45,19 +46,52 @@ struct Legend {
   std::vector<Entry> entries;
   int rows = 0;
 
-  Legend(const std::vector<Panel>& panels, int width) {
-    std::set<std::string> names;
+  /// `names`: of the labels of each panel; those without room are listed by their number.
+  Legend(const std::vector<Panel>& panels, const std::vector<std::vector<imaging::PlacedLabel>>& names,
+         int width) {
+    std::set<std::string> known;
     double x = 12;
+    const auto add = [&](const std::string& name, const Panel::Colour& colour) {
+      if (name.empty() || !known.insert(name).second) return;
+      const double length = 9.5 * static_cast<double>(name.size()) + 24;
+      if (entries.empty() || (x > 12 && x + length > width)) x = 12, ++rows;
+      entries.push_back({name, colour, x, rows - 1});
+      x += length;
+    };
     for (const Panel& panel : panels)
-      for (const Panel::Line& line : panel.lines) {
-        if (line.name.empty() || !names.insert(line.name).second) continue;
-        const double length = 9.5 * static_cast<double>(line.name.size()) + 24;
-        if (entries.empty() || (x > 12 && x + length > width)) x = 12, ++rows;
-        entries.push_back({line.name, line.colour, x, rows - 1});
-        x += length;
-      }
+      for (const Panel::Line& line : panel.lines) add(line.name, line.colour);
+    for (std::size_t i = 0; i < panels.size(); ++i)
+      for (std::size_t l = 0; l < names[i].size(); ++l)
+        if (const Panel::Label& label = panels[i].labels[l]; names[i][l].number > 0)
+          add(std::to_string(names[i][l].number) + ": " + label.text, label.colour);
   }
 };
+
+constexpr int k_label_size = 14;
+
+/// Places the names of each panel, in pixels from the lower left of the panel's square. Numbers of names
+/// without room differ between panels.
+std::vector<std::vector<imaging::PlacedLabel>> place_names(const std::vector<Panel>& panels, int edge) {
+  std::vector<std::vector<imaging::PlacedLabel>> names;
+  int number = 1;
+  for (const Panel& panel : panels) {
+    imaging::LabelSpace space{1.0 * edge, 1.0 * edge, 1.25 * k_label_size, [](const std::string& text) {
+                                return 0.55 * k_label_size * static_cast<double>(text.size());
+                              }};
+    space.first_number = number;
+    // Letters at the edges, foot and scale bar.
+    constexpr double k_letter = 22;
+    for (const glm::dvec2& at :
+         {glm::dvec2(12 + k_letter / 2, 0.5 * edge), glm::dvec2(edge - 12 - k_letter / 2, 0.5 * edge),
+          glm::dvec2(0.5 * edge, edge - 16), glm::dvec2(0.5 * edge, 40)})
+      space.taken.push_back({at - 0.5 * k_letter, at + 0.5 * k_letter});
+    if (!panel.foot.empty()) space.taken.push_back({{0, 0}, {1.0 * edge, 28}});
+    if (panel.is_to_scale) space.taken.push_back({{0.7 * edge, 0}, {1.0 * edge, 38}});
+    names.push_back(imaging::place_labels(panel, space));
+    for (const imaging::PlacedLabel& name : names.back()) number += name.number > 0;
+  }
+  return names;
+}
 
 /// Returns the font size, at most `size` pixels, at which a line of text fits into `room` pixels.
 int size_within(const std::string& text, double room, int size) {
@@ -129,16 +163,14 @@ void add_line(vtkRenderer* to, const Panel::Line& line, double least) {
   to->AddActor(actor);
 }
 
-/// Adds a scale bar with end marks; positions in pixels of the picture.
-void add_bar(vtkRenderer* to, double left, double right, double y) {
+/// Adds straight lines over the picture, in its pixels.
+void add_segments(vtkRenderer* to, const std::vector<imaging::Segment>& segments, double width,
+                  const Panel::Colour& colour) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> cells;
-  const double positions[][2] = {{left, y},     {right, y},     {left, y - 4},
-                                 {left, y + 4}, {right, y - 4}, {right, y + 4}};
-  for (const auto& p : positions) points->InsertNextPoint(p[0], p[1], 0);
-  for (vtkIdType i = 0; i < 6; i += 2) {
+  for (const imaging::Segment& segment : segments) {
     cells->InsertNextCell(2);
-    cells->InsertCellPoint(i), cells->InsertCellPoint(i + 1);
+    for (const glm::dvec2& p : segment) cells->InsertCellPoint(points->InsertNextPoint(p.x, p.y, 0));
   }
   vtkNew<vtkPolyData> data;
   data->SetPoints(points);
@@ -147,9 +179,16 @@ void add_bar(vtkRenderer* to, double left, double right, double y) {
   mapper->SetInputData(data);
   vtkNew<vtkActor2D> actor;
   actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(0.9, 0.9, 0.9);
-  actor->GetProperty()->SetLineWidth(2);
+  actor->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+  actor->GetProperty()->SetLineWidth(static_cast<float>(width));
   to->AddActor2D(actor);
+}
+
+/// Adds a scale bar with end marks; positions in pixels of the picture.
+void add_bar(vtkRenderer* to, double left, double right, double y) {
+  add_segments(
+      to, {{{{left, y}, {right, y}}}, {{{left, y - 4}, {left, y + 4}}}, {{{right, y - 4}, {right, y + 4}}}},
+      2, {230, 230, 230});
 }
 
 }  // namespace
@@ -160,7 +199,8 @@ Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
             columns = count <= 3 ? count : std::min(3, (count + 1) / 2),
             rows = (count + columns - 1) / columns;
   const int width = columns * edge, cell = k_head + edge;
-  const Legend legend(panels, width);
+  const auto names = place_names(panels, edge);
+  const Legend legend(panels, names, width);
   const int height = rows * cell + legend.rows * k_foot + (legend.rows > 0 ? 6 : 0);
   // Titles share one font size.
   int title_size = 19;
@@ -198,11 +238,15 @@ Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
       add_text(text_layer, std::to_string(mm) + " mm", left + edge - 14, low + 27, 15, Align::right);
     }
     add_text(text_layer, panel.title, left + 12, low + edge + 0.5 * k_head, title_size, Align::left);
-    constexpr int k_label_size = 14;
-    const auto places = imaging::label_positions(panel, edge, edge, 0.55 * k_label_size, 1.25 * k_label_size);
-    for (std::size_t l = 0; l < places.size(); ++l)
-      add_text(text_layer, panel.labels[l].text, left + places[l].x, low + places[l].y, k_label_size,
-               Align::left, panel.labels[l].colour);
+    for (std::size_t l = 0; l < names[i].size(); ++l) {
+      const imaging::PlacedLabel& name = names[i][l];
+      const glm::dvec2 corner(left, low);
+      if (name.lead)
+        add_segments(text_layer, {{{corner + (*name.lead)[0], corner + (*name.lead)[1]}}}, 1,
+                     panel.labels[l].colour);
+      add_text(text_layer, name.text, left + name.box.low.x, low + 0.5 * (name.box.low.y + name.box.high.y),
+               k_label_size, Align::left, panel.labels[l].colour);
+    }
     const double room = edge - 24 - (panel.is_to_scale ? 0.3 * edge : 0);
     add_text(text_layer, panel.foot, left + 12, low + 16, size_within(panel.foot, room, 15), Align::left);
     add_text(text_layer, panel.left, left + 12, low + 0.5 * edge, 18, Align::left);

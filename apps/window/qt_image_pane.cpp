@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/window/qt_pane_text.h"
 #include "apps/window/qt_tool_panel.h"
 
 namespace trephine::view {
@@ -43,40 +44,6 @@ QString words_of_kind(PaneKind kind) {
   constexpr const char* names[] = {"Axial",   "Coronal", "Sagittal",         "Along the tool",
                                    "Section", "X-ray",   "Volume rendering", "Depth images"};
   return names[static_cast<std::size_t>(kind)];
-}
-
-/// Draws text on a dark background, readable on bright pictures.
-void write(QPainter& painter, const QRectF& area, int flags, const QString& text,
-           const QColor& colour = QColor(232, 236, 242)) {
-  if (text.isEmpty()) return;
-  const QRectF box = painter.boundingRect(area, flags, text).adjusted(-4, -1, 4, 1);
-  painter.fillRect(box, QColor(14, 16, 20, 150));
-  painter.setPen(colour);
-  painter.drawText(area, flags, text);
-}
-
-/// Draws the legend: the name of each outline once, in its colour; names that do not fit are counted.
-void write_legend(QPainter& painter, const Panel& panel, const QRectF& area) {
-  std::vector<const Panel::Line*> entries;
-  for (const Panel::Line& line : panel.lines)
-    if (!line.name.empty() && std::none_of(entries.begin(), entries.end(), [&](const Panel::Line* other) {
-          return other->name == line.name;
-        }))
-      entries.push_back(&line);
-  const double row_height = painter.fontMetrics().height() + 2.0, swatch = 0.6 * row_height;
-  const std::size_t shown_count =
-      std::min(entries.size(), static_cast<std::size_t>(std::max(0.0, 0.45 * area.height() / row_height)));
-  double y = area.bottom() - row_height * static_cast<double>(shown_count + (shown_count < entries.size()));
-  for (std::size_t i = 0; i < shown_count; ++i, y += row_height) {
-    const Panel::Line& line = *entries[i];
-    write(painter, QRectF(area.left() + swatch + 10, y, area.width() - swatch - 10, row_height),
-          Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(line.name));
-    painter.fillRect(QRectF(area.left() + 2, y + 0.2 * row_height, swatch, swatch),
-                     QColor(line.colour[0], line.colour[1], line.colour[2]));
-  }
-  if (shown_count < entries.size())
-    write(painter, QRectF(area.left(), y, area.width(), row_height), Qt::AlignLeft | Qt::AlignVCenter,
-          QString("and %1 more").arg(entries.size() - shown_count));
 }
 
 }  // namespace
@@ -195,11 +162,63 @@ void ImagePane::refresh(const std::array<dvec3, 2>* tool) {
   update();
 }
 
+/// Adds letters, captions and the time of computation to `text`; `bottom`: lower edge of the legend.
+void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& inner, double& bottom) const {
+  const PaneKind kind = panes_->kind(index_);
+  text.add(inner, Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(panel.left));
+  text.add(inner, Qt::AlignRight | Qt::AlignVCenter, QString::fromStdString(panel.right));
+  text.add(inner, Qt::AlignHCenter | Qt::AlignTop, QString::fromStdString(panel.above));
+  QString foot = QString::fromStdString(panel.foot);
+  if (kind == PaneKind::xray)
+    foot = (panes_->is_exposing() && !panes_->is_live() ? tr("Computing the X-ray ...")
+                                                        : QString::fromStdString(panel.title)) +
+           QString::fromStdString(panes_->xray_note());
+  if (kind == PaneKind::depths) foot = QString::fromStdString(panel.title + "\n" + panel.foot);
+  if (kind == PaneKind::section) foot = QString::fromStdString(panel.title + "   " + panel.foot);
+  // Limit the foot to the space next to the scale bar.
+  const QFontMetricsF metrics(font());
+  const double bar = std::max(0.3 * width(), metrics.horizontalAdvance("100 mm") + 16);
+  const double room = panes_->plane(index_) ? width() - bar - 16 : width();
+  QStringList lines = foot.trimmed().split('\n');
+  for (QString& line : lines) line = metrics.elidedText(line, Qt::ElideRight, room - 12);
+  text.add(inner, Qt::AlignLeft | Qt::AlignBottom, lines.join('\n'));
+  // Above the foot and the scale bar.
+  bottom = inner.bottom() - metrics.height() * std::max<double>(1, lines.size()) - 8;
+  text.add(QRectF(inner.topLeft(), QPointF(inner.right(), bottom)), Qt::AlignHCenter | Qt::AlignBottom,
+           QString::fromStdString(panel.below));
+  const double ms = panes_->milliseconds(index_);
+  QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
+  if (width() < 14 * metrics.height()) right.clear();  // no room in a small pane
+  if (kind != PaneKind::section && imaging::is_planar(kind))
+    if (const auto value = panes_->probe())
+      right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
+  text.add(inner, Qt::AlignRight | Qt::AlignTop, right.trimmed());
+}
+
 void ImagePane::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   painter.fillRect(rect(), QColor(14, 14, 16));
   const Panel* panel = panes_->panel(index_);
   const PaneKind kind = panes_->kind(index_);
+  const QRectF inner = QRectF(rect()).adjusted(8, maximise_->height() + 10, -8, -6);
+  PaneText text(painter, size(), inner);
+  const auto plane = panes_->plane(index_);
+  const int bar_mm = plane ? imaging::bar_length(0.3 * width() * plane->pixel) : 0;
+  const double bar_left = plane ? width() - 10.0 - bar_mm / plane->pixel : 0, bar_y = height() - 9.0;
+  if (panel != nullptr) {
+    text.take({0, 0, width() + 0.0, inner.top() - 2});  // the controls
+    if (plane) {
+      const double line = fontMetrics().height() + 2;
+      text.add(QRectF(bar_left - 200, bar_y - line - 4, width() - 10.0 - bar_left + 200, line),
+               Qt::AlignRight | Qt::AlignBottom, QString("%1 mm").arg(bar_mm));
+      text.take({bar_left, bar_y - 4, width() - bar_left, 8});
+    }
+    if (panes_->problem(index_).empty()) {
+      double bottom = inner.bottom();
+      add_captions(text, *panel, inner, bottom);
+      text.lay_out(*panel, has_names_ && !image_.isNull(), bottom);
+    }
+  }
   painter.setRenderHint(QPainter::SmoothPixmapTransform);
   if (panel != nullptr && !image_.isNull()) {
     painter.drawImage(image_rect(*panel), image_);
@@ -212,15 +231,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
       painter.setPen(QPen(QColor(line.colour[0], line.colour[1], line.colour[2]), 1.5));
       painter.drawPolyline(points);
     }
-    const QFontMetricsF metrics(font());
-    const auto places =
-        imaging::label_positions(*panel, width(), height(), metrics.averageCharWidth(), metrics.height() + 1);
-    for (std::size_t i = 0; has_names_ && i < places.size(); ++i) {
-      const Panel::Label& label = panel->labels[i];
-      write(painter, {places[i].x, height() - places[i].y - 0.5 * metrics.height(), 400.0, metrics.height()},
-            Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(label.text),
-            QColor(label.colour[0], label.colour[1], label.colour[2]));
-    }
+    text.draw_names(*panel);
   }
   // Crosshair of the other planes, with a gap at the focus.
   if (imaging::is_planar(kind) && panel != nullptr)
@@ -239,7 +250,6 @@ void ImagePane::paintEvent(QPaintEvent*) {
     if (tip && end) {
       // Faint if the tip is not in the plane.
       constexpr double k_in_plane = 2;  // mm
-      const auto plane = panes_->plane(index_);
       const bool is_in_plane = !plane || std::abs(plane->height(tool_[0])) < k_in_plane;
       painter.setPen(QPen(QColor(255, 170, 60, is_in_plane ? 255 : 90), 2));
       painter.drawLine(QPointF(tip->x + 0.5, tip->y + 0.5), QPointF(end->x + 0.5, end->y + 0.5));
@@ -248,55 +258,19 @@ void ImagePane::paintEvent(QPaintEvent*) {
     }
   }
   painter.setRenderHint(QPainter::Antialiasing, false);
-  if (const auto plane = panes_->plane(index_); plane && panel != nullptr) {
-    const int mm = imaging::bar_length(0.3 * width() * plane->pixel);
-    const double right = width() - 10.0, left = right - mm / plane->pixel, y = height() - 9.0;
+  if (plane && panel != nullptr) {
+    const double right = width() - 10.0;
     painter.setPen(QPen(QColor(232, 236, 242), 1.5));
-    painter.drawLine(QPointF(left, y), QPointF(right, y));
-    for (const double x : {left, right}) painter.drawLine(QPointF(x, y - 4), QPointF(x, y));
-    const double line = fontMetrics().height() + 2;
-    write(painter, QRectF(left - 200, y - line - 4, right - left + 200, line),
-          Qt::AlignRight | Qt::AlignBottom, QString("%1 mm").arg(mm));
+    painter.drawLine(QPointF(bar_left, bar_y), QPointF(right, bar_y));
+    for (const double x : {bar_left, right}) painter.drawLine(QPointF(x, bar_y - 4), QPointF(x, bar_y));
   }
-  const QRectF inner = QRectF(rect()).adjusted(8, maximise_->height() + 10, -8, -6);
-  if (panel != nullptr && panes_->problem(index_).empty()) {
-    const auto letter = [&](int flags, const std::string& text) {
-      write(painter, inner, flags, QString::fromStdString(text));
-    };
-    letter(Qt::AlignLeft | Qt::AlignVCenter, panel->left);
-    letter(Qt::AlignRight | Qt::AlignVCenter, panel->right);
-    letter(Qt::AlignHCenter | Qt::AlignTop, panel->above);
-    QString foot = QString::fromStdString(panel->foot);
-    if (kind == PaneKind::xray)
-      foot = (panes_->is_exposing() && !panes_->is_live() ? tr("Computing the X-ray ...")
-                                                          : QString::fromStdString(panel->title)) +
-             QString::fromStdString(panes_->xray_note());
-    if (kind == PaneKind::depths) foot = QString::fromStdString(panel->title + "\n" + panel->foot);
-    if (kind == PaneKind::section) foot = QString::fromStdString(panel->title + "   " + panel->foot);
-    // Limit the foot to the space next to the scale bar.
-    const QFontMetricsF metrics(font());
-    const double bar = std::max(0.3 * width(), metrics.horizontalAdvance("100 mm") + 16);
-    const double room = panes_->plane(index_) ? width() - bar - 16 : width();
-    QStringList lines = foot.trimmed().split('\n');
-    for (QString& text : lines) text = metrics.elidedText(text, Qt::ElideRight, room - 12);
-    write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, lines.join('\n'));
-    // Above the foot and the scale bar.
-    write(painter, inner.adjusted(0, 0, 0, -metrics.height() * std::max<double>(1, lines.size()) - 8),
-          Qt::AlignHCenter | Qt::AlignBottom, QString::fromStdString(panel->below));
-    write_legend(painter, *panel, inner.adjusted(0, 0, 0, -metrics.height() * lines.size() - 8));
-    const double ms = panes_->milliseconds(index_);
-    QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
-    if (width() < 14 * metrics.height()) right.clear();  // no room in a small pane
-    if (kind != PaneKind::section && imaging::is_planar(kind))
-      if (const auto value = panes_->probe())
-        right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
-    write(painter, inner, Qt::AlignRight | Qt::AlignTop, right.trimmed());
-  } else if (!panes_->problem(index_).empty()) {
-    write(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
-          QString::fromStdString(panes_->problem(index_)));
-  } else if (kind == PaneKind::xray) {
-    write(painter, inner, Qt::AlignCenter,
-          panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Press Shoot, or switch Live on."));
+  text.draw();
+  if (!panes_->problem(index_).empty()) {
+    write_text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
+               QString::fromStdString(panes_->problem(index_)));
+  } else if (panel == nullptr && kind == PaneKind::xray) {
+    write_text(painter, inner, Qt::AlignCenter,
+               panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Press Shoot, or switch Live on."));
   }
   painter.setPen(QPen(colour_of(kind), 2));
   painter.drawLine(0, 0, width(), 0);

@@ -12,6 +12,8 @@ class QToolButton;
 
 namespace trephine::view {
 
+class PaneText;
+
 /// Draws a pane of `panes`, and translates mouse events to calls of `panes`. Wheel: slices, with Ctrl zoom;
 /// Shift and mouse: focus of all slices; middle button: pan; right button: zoom; left button: grey window;
 /// double click: maximise.
@@ -53,6 +55,7 @@ class ImagePane : public QWidget {
   /// Widget position of a point of the image, in mm from the image's centre.
   QPointF place(const imaging::Panel& panel, const glm::dvec2& mm) const;
   QRectF image_rect(const imaging::Panel& panel) const;
+  void add_captions(PaneText& text, const imaging::Panel& panel, const QRectF& inner, double& bottom) const;
 
   imaging::Panes* panes_;
   std::size_t index_;

@@ -106,15 +106,16 @@ EventText text_of(const bone_flap::FlapPreviewed& e) {
 EventText text_of(const bone_flap::FlapJudged& e) {
   std::string text = format_text("Flap of %.0f by %.0f mm", e.length, e.width);
   if (e.has_target)
-    text += format_text("; %.0f %% of %s exposed, margin %.1f mm", e.exposed, e.target.c_str(), e.margin);
+    text += format_text("; %.0f %% of %s exposed, margin %.1f mm", e.exposed, words_of(e.target).c_str(),
+                        e.margin);
   if (e.has_plan) text += format_text("; %.1f mm from the plan, at most %.1f mm", e.plan_mean, e.plan_worst);
   return {text + ".", Level::outcome};
 }
 EventText text_of(const bone_flap::FlapClearance& e) {
-  const char* name = e.structure.c_str();
-  return {e.is_stripped    ? format_text("The saw's foot stripped %s off the bone.", name)
-          : e.distance < 0 ? format_text("The saw cut %.1f mm into %s.", -e.distance, name)
-                           : format_text("The saw stayed %.1f mm or more from %s.", e.distance, name),
+  const std::string name = words_of(e.structure);
+  return {e.is_stripped    ? format_text("The saw's foot stripped %s off the bone.", name.c_str())
+          : e.distance < 0 ? format_text("The saw cut %.1f mm into %s.", -e.distance, name.c_str())
+                           : format_text("The saw stayed %.1f mm or more from %s.", e.distance, name.c_str()),
           Level::record};
 }
 EventText text_of(const bone_flap::FlapFailed& e) { return {"No bone flap: " + e.reason, Level::refusal}; }
@@ -158,8 +159,9 @@ EventText text_of(const rongeur::Bite& e) {
 EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.reason, Level::refusal}; }
 EventText text_of(const pedicle::ProbeEntered&) { return {"The probe entered bone.", Level::record}; }
 EventText text_of(const pedicle::ProbeOut& e) {
-  return {format_text("The probe left %s %.1f mm deep: %s.", e.label.empty() ? "the bone" : e.label.c_str(),
-                      e.depth, wall_text(e.wall).c_str()),
+  return {format_text("The probe left %s %.1f mm deep: %s.",
+                      e.label.empty() ? "the bone" : words_of(e.label).c_str(), e.depth,
+                      wall_text(e.wall).c_str()),
           Level::danger};
 }
 EventText text_of(const pedicle::ProbeIn& e) {

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "modules/bone_flap/bone_flap.h"
+#include "modules/bone_flap/judgement.h"
 #include "modules/catalogue.h"
+#include "modules/pedicle/pedicle.h"
 #include "sim/api/forbidden.h"
 
 namespace trephine::workbench {
@@ -49,6 +51,23 @@ TEST(EventText, SentencesAndLevels) {
   EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene", true}}).level, EventLevel::outcome);
   EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene, lost device", false}}).text,
             "The force is off: the haptic device does not respond, the computer is too busy.");
+}
+
+TEST(EventText, NamesOfLabelsAreWords) {
+  bone_flap::FlapJudged judged;
+  judged.target = "brain_tumour", judged.has_target = true;
+  for (const sim::Value& event :
+       {sim::Value(bone_flap::FlapClearance{"venous_sinus", 2, false}),
+        sim::Value(bone_flap::FlapClearance{"venous_sinus", -1, false}),
+        sim::Value(bone_flap::FlapClearance{"venous_sinus", 0, true}), sim::Value(judged),
+        sim::Value(pedicle::ProbeOut{.label = "vertebra_L4"})}) {
+    const std::string text = describe_event({0, 0, {}, event}).text;
+    EXPECT_EQ(text.find('_'), std::string::npos) << text;
+    EXPECT_TRUE(text.find("venous sinus") != std::string::npos ||
+                text.find("brain tumour") != std::string::npos ||
+                text.find("vertebra L4") != std::string::npos)
+        << text;
+  }
 }
 
 }  // namespace

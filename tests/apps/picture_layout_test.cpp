@@ -1,13 +1,15 @@
 // Labels over a picture, and motion of its camera.
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <gtest/gtest.h>
+#include <set>
 #include <vtkCamera.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 
 #include "apps/bench/scenes/scenes.h"
-#include "apps/imaging/panel.h"
+#include "apps/imaging/label_layout.h"
 #include "apps/view/render_window.h"
 #include "apps/view/viewport.h"
 
@@ -52,32 +54,138 @@ int overlaps(const std::vector<LabelLayer::Box>& boxes) {
   return count;
 }
 
-TEST(PanelLabels, AreSeparateWithinThePictureAndNearTheirPlaces) {
-  constexpr double k_letter = 8, k_line = 17;
+constexpr double k_letter = 8, k_line = 17;
+
+imaging::LabelSpace space_of(double width, double height) {
+  return {width, height, k_line,
+          [](const std::string& text) { return k_letter * static_cast<double>(text.size()); }};
+}
+
+/// Names of screws of three vertebrae from the back, the pedicle's entry lateral to that of the cortical
+/// path.
+imaging::Panel spine_plan() {
   imaging::Panel panel;
-  panel.columns = 200, panel.rows = 100, panel.mm_per_pixel = 0.5;
-  panel.labels.push_back({{0, 0}, "alone"});
-  const auto alone = imaging::label_positions(panel, 400, 300, k_letter, k_line);
-  ASSERT_EQ(alone.size(), 1u);
-  EXPECT_EQ(alone[0], glm::dvec2(200, 150));
-  // Twelve names of pedicle screws: six levels, of which the right ends are beyond the picture.
-  panel.labels.clear();
-  for (int i = 0; i < 12; ++i)
-    panel.labels.push_back({{i % 2 ? 48 : -5, 0.3 * i - 25}, "L" + std::to_string(i) + " pedicle"});
-  const auto places = imaging::label_positions(panel, 400, 300, k_letter, k_line);
-  ASSERT_EQ(places.size(), 12u);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const double width = k_letter * static_cast<double>(panel.labels[i].text.size());
-    EXPECT_GE(places[i].x, 0);
-    EXPECT_LE(places[i].x + width, 400 + 1e-9);
-    EXPECT_GE(places[i].y, 0.5 * k_line);
-    EXPECT_LE(places[i].y, 300 - 0.5 * k_line);
-    EXPECT_LT(std::abs(places[i].y - (150 + 4 * panel.labels[i].place.y)), 6 * k_line);
+  panel.columns = 200, panel.rows = 120, panel.mm_per_pixel = 0.5;
+  for (int level = 0; level < 3; ++level)
+    for (const double side : {-1.0, 1.0}) {
+      const std::string name = "L" + std::to_string(3 + level) + (side < 0 ? " left " : " right ");
+      const double y = 18 - 14.0 * level;
+      imaging::add_trajectory(panel, {side * 15, y}, {side * 6, y + 3}, name + "pedicle");
+      imaging::add_trajectory(panel, {side * 10, y - 4}, {side * 11, y + 5}, name + "cortical");
+    }
+  return panel;
+}
+
+/// Checks that the shown labels are in the picture and cover neither one another, nor markers, nor `taken`.
+void expect_readable(const imaging::Panel& panel, const imaging::LabelSpace& space, const glm::dvec2& half) {
+  const auto placed = imaging::place_labels(panel, space);
+  ASSERT_EQ(placed.size(), panel.labels.size());
+  const glm::dvec2 centre = 0.5 * glm::dvec2(space.width, space.height);
+  const double scale = 2 * half.x / (panel.columns * panel.mm_per_pixel);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const imaging::PictureBox& box = placed[i].box;
+    if (placed[i].text.empty()) continue;
+    EXPECT_TRUE(glm::all(glm::greaterThanEqual(box.low, centre - half - 1e-6))) << placed[i].text;
+    EXPECT_TRUE(glm::all(glm::lessThanEqual(box.high, centre + half + 1e-6))) << placed[i].text;
     for (std::size_t j = 0; j < i; ++j)
-      EXPECT_TRUE(std::abs(places[i].y - places[j].y) >= k_line ||
-                  std::abs(places[i].x - places[j].x) >= width)
-          << i << " and " << j;
+      if (!placed[j].text.empty()) {
+        EXPECT_FALSE(imaging::overlap(box, placed[j].box)) << placed[i].text << " and " << placed[j].text;
+        if (placed[i].lead) {
+          EXPECT_FALSE(imaging::passes(*placed[i].lead, placed[j].box)) << placed[i].text;
+        }
+        if (placed[j].lead) {
+          EXPECT_FALSE(imaging::passes(*placed[j].lead, box)) << placed[j].text;
+        }
+      }
+    for (const imaging::PictureBox& other : space.taken)
+      EXPECT_FALSE(imaging::overlap(box, other)) << placed[i].text;
+    for (const imaging::Panel::Line& line : panel.lines)
+      for (std::size_t k = 1; k < line.places.size(); ++k)
+        EXPECT_FALSE(
+            imaging::passes({centre + scale * line.places[k - 1], centre + scale * line.places[k]}, box))
+            << placed[i].text;
+    // A line joins the label with its marker, unless they are next to each other.
+    const glm::dvec2 at = centre + scale * panel.labels[i].place, nearest = glm::clamp(at, box.low, box.high);
+    EXPECT_TRUE(placed[i].lead || glm::length(nearest - at) < scale * panel.labels[i].radius + 10)
+        << placed[i].text;
+    if (placed[i].lead) {
+      EXPECT_NEAR(glm::length((*placed[i].lead)[1] - nearest), 0, 1e-6) << "ends at the nearest edge";
+    }
   }
+}
+
+TEST(PanelLabels, AreOnTheSideOfTheirOwnEntryAndCoverNothing) {
+  const imaging::Panel plan = spine_plan();
+  imaging::LabelSpace space = space_of(500, 320);
+  space.taken = {{{0, 280}, {500, 320}}, {{240, 250}, {260, 280}}};  // controls, a letter
+  expect_readable(plan, space, {250, 150});
+  const auto placed = imaging::place_labels(plan, space);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    EXPECT_EQ(placed[i].text, plan.labels[i].text) << "there is room for every name";
+    if (plan.labels[i].place.x < 0) {
+      EXPECT_LE(placed[i].box.high.x, 250) << placed[i].text;
+    } else {
+      EXPECT_GE(placed[i].box.low.x, 250) << placed[i].text;
+    }
+  }
+  // The sides do not depend on the picture's centre, and are exchanged with the picture.
+  imaging::Panel moved = plan;
+  for (imaging::Panel::Label& label : moved.labels) label.place.x += 12;
+  for (imaging::Panel::Line& line : moved.lines)
+    for (glm::dvec2& p : line.places) p.x += 12;
+  const auto aside = imaging::place_labels(moved, space);
+  for (std::size_t i = 0; i < aside.size(); ++i)
+    EXPECT_EQ(plan.labels[i].place.x < 0, 0.5 * (aside[i].box.low.x + aside[i].box.high.x) < 250 + 60)
+        << plan.labels[i].text;
+}
+
+TEST(PanelLabels, ANameWithoutRoomIsReplacedByANumber) {
+  const imaging::Panel plan = spine_plan();
+  imaging::LabelSpace space = space_of(260, 156);
+  space.first_number = 4;
+  expect_readable(plan, space, {130, 78});
+  const auto placed = imaging::place_labels(plan, space);
+  std::set<int> numbers;
+  for (const imaging::PlacedLabel& label : placed)
+    if (label.number > 0) {
+      EXPECT_EQ(label.text, std::to_string(label.number));
+      numbers.insert(label.number);
+    }
+  ASSERT_FALSE(numbers.empty());
+  EXPECT_EQ(*numbers.begin(), 4);
+  EXPECT_EQ(*numbers.rbegin(), 3 + static_cast<int>(numbers.size())) << "consecutive";
+}
+
+/// A landmark below the controls of a pane, and a name too long for its half of the picture.
+TEST(PanelLabels, AreInsideThePictureAndOutsideTheControls) {
+  imaging::Panel head;
+  head.columns = head.rows = 256, head.mm_per_pixel = 1;
+  imaging::add_trajectory(head, {-52, 100}, {-45, 92}, "burr hole over the tumour");
+  head.labels.push_back({{-2, 118}, "vertex", imaging::k_plan_colour, false, 1.5});
+  head.labels.push_back({{0, 6}, "inion", imaging::k_plan_colour, false, 1.5});
+  imaging::LabelSpace space = space_of(360, 300);
+  space.taken = {{{0, 262}, {360, 300}}, {{170, 240}, {190, 262}}};
+  expect_readable(head, space, {150, 150});
+  for (const imaging::PlacedLabel& label : imaging::place_labels(head, space))
+    EXPECT_GT(label.text.size(), 4u);
+  // A marker outside the picture has no label.
+  head.labels[1].place.y = 140;
+  EXPECT_TRUE(imaging::place_labels(head, space)[1].text.empty());
+}
+
+TEST(PanelLabels, TheLegendIsWhereTheImageIsEmpty) {
+  imaging::Panel panel;
+  panel.columns = panel.rows = 100, panel.mm_per_pixel = 1;
+  panel.pixels.assign(10000, {16, 16, 18});
+  for (std::size_t row = 0; row < 60; ++row)
+    for (std::size_t column = 5; column < 60; ++column) panel.pixels[column + 100 * row] = {150, 150, 150};
+  const std::vector<imaging::PictureBox> corners{
+      {{0, 0}, {80, 60}}, {{120, 0}, {200, 60}}, {{0, 140}, {80, 200}}, {{120, 140}, {200, 200}}};
+  EXPECT_EQ(imaging::least_covering(panel, 200, 200, corners, {}), 1u);
+  const std::vector<imaging::PictureBox> taken{{{120, 0}, {200, 20}}};
+  EXPECT_EQ(imaging::least_covering(panel, 200, 200, corners, taken), 2u);
+  panel.pixels.assign(10000, {16, 16, 18});
+  EXPECT_EQ(imaging::least_covering(panel, 200, 200, corners, {}), 0u) << "the usual corner";
 }
 
 TEST_F(PictureLayout, LabelsAreSeparateAndWithinThePicture) {

@@ -1,0 +1,140 @@
+#include "apps/window/qt_pane_text.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace trephine::view {
+
+using imaging::Panel;
+using imaging::PictureBox;
+
+namespace {
+
+constexpr double k_margin = 4;  // pixels between a text and the sides of its dark background
+
+QRectF background_of(QPainter& painter, const QRectF& area, int flags, const QString& text) {
+  return painter.boundingRect(area, flags, text).adjusted(-k_margin, -1, k_margin, 1);
+}
+
+QColor colour_of(const Panel::Colour& colour) { return {colour[0], colour[1], colour[2]}; }
+
+double row_height(const QPainter& painter) { return painter.fontMetrics().height() + 2.0; }
+
+}  // namespace
+
+void write_text(QPainter& painter, const QRectF& area, int flags, const QString& text, const QColor& colour) {
+  if (text.isEmpty()) return;
+  painter.fillRect(background_of(painter, area, flags, text), QColor(14, 16, 20, 150));
+  painter.setPen(colour);
+  painter.drawText(area, flags, text);
+}
+
+PaneText::PaneText(QPainter& painter, const QSizeF& size, const QRectF& inner)
+    : painter_(&painter), size_(size), inner_(inner) {}
+
+void PaneText::add(const QRectF& area, int flags, const QString& text) {
+  if (text.isEmpty()) return;
+  texts_.push_back({area, flags, text});
+  take(background_of(*painter_, area, flags, text));
+}
+
+void PaneText::take(const QRectF& area) { taken_.push_back(area); }
+
+PictureBox PaneText::box_of(const QRectF& area) const {
+  return {{area.left(), size_.height() - area.bottom()}, {area.right(), size_.height() - area.top()}};
+}
+
+/// Places the legend into the corner where it covers the least of the image. Names that do not fit are
+/// counted.
+void PaneText::place_legend(const Panel& panel, double bottom, std::vector<Entry> entries) {
+  entries_ = std::move(entries);
+  legend_ = {};
+  if (entries_.empty()) return;
+  const double row = row_height(*painter_), swatch = 0.6 * row + 10 - k_margin;
+  const auto most = static_cast<std::size_t>(std::max(0.0, 0.45 * (bottom - inner_.top()) / row));
+  if (entries_.size() > most) {
+    const auto hidden = entries_.size() - most;
+    entries_.resize(most);
+    entries_.push_back({QString("and %1 more").arg(hidden), {}, false});
+  }
+  double text_width = 0;
+  for (const Entry& entry : entries_)
+    text_width = std::max(text_width, QFontMetricsF(painter_->font()).horizontalAdvance(entry.text));
+  const double width = std::min(inner_.width(), swatch + text_width + 2 * k_margin),
+               height = row * static_cast<double>(entries_.size());
+  std::vector<QRectF> corners;
+  std::vector<PictureBox> boxes, taken;
+  for (const double y : {bottom - height, inner_.top()})
+    for (const double x : {inner_.left(), inner_.right() - width}) {
+      corners.emplace_back(x, y, width, height);
+      boxes.push_back(box_of(corners.back()));
+    }
+  for (const QRectF& area : taken_) taken.push_back(box_of(area));
+  legend_ = corners[imaging::least_covering(panel, size_.width(), size_.height(), boxes, taken)];
+}
+
+void PaneText::lay_out(const Panel& panel, bool has_names, double bottom) {
+  const QFontMetricsF metrics(painter_->font());
+  std::vector<Entry> lines;
+  for (const Panel::Line& line : panel.lines) {
+    const QString name = QString::fromStdString(line.name);
+    if (!name.isEmpty() &&
+        std::none_of(lines.begin(), lines.end(), [&](const Entry& other) { return other.text == name; }))
+      lines.push_back({name, colour_of(line.colour)});
+  }
+  names_.clear();
+  place_legend(panel, bottom, lines);
+  if (!has_names) return;
+  // Names without room are listed by number in the legend, which the others then avoid.
+  constexpr int k_rounds = 3;
+  for (int round = 0; round < k_rounds; ++round) {
+    imaging::LabelSpace space{size_.width(), size_.height(), metrics.height() + 2,
+                              [&](const std::string& text) {
+                                return metrics.horizontalAdvance(QString::fromStdString(text)) + 2 * k_margin;
+                              }};
+    for (const QRectF& area : taken_) space.taken.push_back(box_of(area));
+    if (!legend_.isEmpty()) space.taken.push_back(box_of(legend_));
+    names_ = imaging::place_labels(panel, space);
+    std::vector<Entry> entries;
+    for (std::size_t i = 0; i < names_.size(); ++i)
+      if (names_[i].number > 0)
+        entries.push_back({QString("%1  %2").arg(names_[i].number).arg(panel.labels[i].text.c_str()),
+                           colour_of(panel.labels[i].colour), false});
+    entries.insert(entries.end(), lines.begin(), lines.end());
+    const QRectF before = legend_;
+    place_legend(panel, bottom, std::move(entries));
+    if (legend_ == before) break;
+  }
+}
+
+void PaneText::draw_names(const Panel& panel) {
+  const auto point = [&](const glm::dvec2& at) { return QPointF(at.x, size_.height() - at.y); };
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    const imaging::PlacedLabel& name = names_[i];
+    if (name.text.empty()) continue;
+    const QColor colour = colour_of(panel.labels[i].colour);
+    if (name.lead) {
+      painter_->setPen(QPen(colour, 1));
+      painter_->drawLine(point((*name.lead)[0]), point((*name.lead)[1]));
+    }
+    const QRectF box(point({name.box.low.x, name.box.high.y}), point({name.box.high.x, name.box.low.y}));
+    write_text(*painter_, box.adjusted(k_margin, 0, 0, 0), Qt::AlignLeft | Qt::AlignVCenter,
+               QString::fromStdString(name.text), colour);
+  }
+}
+
+void PaneText::draw() {
+  for (const Text& text : texts_) write_text(*painter_, text.area, text.flags, text.text);
+  const double row = row_height(*painter_), swatch = 0.6 * row;
+  double y = legend_.top();
+  for (const Entry& entry : entries_) {
+    const double text_left = legend_.left() + (entry.has_swatch ? swatch + 10 : k_margin);
+    write_text(*painter_, QRectF(text_left, y, legend_.right() - text_left, row),
+               Qt::AlignLeft | Qt::AlignVCenter, entry.text);
+    if (entry.has_swatch)
+      painter_->fillRect(QRectF(legend_.left() + 2, y + 0.2 * row, swatch, swatch), entry.colour);
+    y += row;
+  }
+}
+
+}  // namespace trephine::view
