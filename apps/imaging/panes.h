@@ -102,8 +102,6 @@ class Panes {
   const Panel* panel(std::size_t pane) const noexcept;
   /// Error message of the newest request; empty if it succeeded.
   const std::string& problem(std::size_t pane) const noexcept { return image_of(pane).problem; }
-  /// Time that the newest image took, ms.
-  double milliseconds(std::size_t pane) const noexcept { return image_of(pane).milliseconds; }
   /// Number of images that were made for the pane.
   std::uint64_t image_count(std::size_t pane) const noexcept { return image_of(pane).count; }
   /// Counter that changes whenever the pane must be redrawn.

@@ -284,13 +284,10 @@ void ImagePane::paintEvent(QPaintEvent*) {
     write(painter, inner.adjusted(0, 0, 0, -metrics.height() * std::max<double>(1, lines.size()) - 8),
           Qt::AlignHCenter | Qt::AlignBottom, QString::fromStdString(panel->below));
     write_legend(painter, *panel, inner.adjusted(0, 0, 0, -metrics.height() * lines.size() - 8));
-    const double ms = panes_->milliseconds(index_);
-    QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
-    if (width() < 14 * metrics.height()) right.clear();  // no room in a small pane
     if (kind != PaneKind::section && imaging::is_planar(kind))
       if (const auto value = panes_->probe())
-        right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
-    write(painter, inner, Qt::AlignRight | Qt::AlignTop, right.trimmed());
+        write(painter, inner, Qt::AlignRight | Qt::AlignTop,
+              QString("%1%2").arg(*value).arg(panes_->is_hounsfield() ? " HU" : ""));
   } else if (!panes_->problem(index_).empty()) {
     write(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
           QString::fromStdString(panes_->problem(index_)));
