@@ -112,7 +112,8 @@ class Panes {
   bool shows(PaneKind kind) const noexcept;
   /// True if all visible panes show the newest state at full resolution.
   bool is_up_to_date() const;
-  /// True if a visible pane has no image yet, or an X-ray is computed.
+  /// True if a visible pane has no image yet, an image of another size, or a volume rendering of an earlier
+  /// camera; or if an X-ray is computed.
   bool is_waiting() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }
 

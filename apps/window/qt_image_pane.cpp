@@ -158,9 +158,12 @@ void ImagePane::set_names_visible(bool is_visible) {
 }
 
 QRectF ImagePane::image_rect(const Panel& panel) const {
-  // Slices have the size of the pane. During a resize they, and X-rays always, are scaled to fit.
-  const double scale =
-      std::min(width() / static_cast<double>(panel.columns), height() / static_cast<double>(panel.rows));
+  // Slices have the size of the pane. During a resize they, and X-rays always, are scaled to fit. The height
+  // of the pane determines the projection of a volume rendering.
+  const double by_height = height() / static_cast<double>(panel.rows);
+  const double scale = panes_->kind(index_) == PaneKind::rendering
+                           ? by_height
+                           : std::min(width() / static_cast<double>(panel.columns), by_height);
   const double w = scale * panel.columns, h = scale * panel.rows;
   return {0.5 * (width() - w), 0.5 * (height() - h), w, h};
 }
@@ -202,7 +205,15 @@ void ImagePane::paintEvent(QPaintEvent*) {
   const PaneKind kind = panes_->kind(index_);
   painter.setRenderHint(QPainter::SmoothPixmapTransform);
   if (panel != nullptr && !image_.isNull()) {
-    painter.drawImage(image_rect(*panel), image_);
+    const QRectF at = image_rect(*panel);
+    painter.drawImage(at, image_);
+    if (kind == PaneKind::rendering && at.left() > 0) {
+      // During a resize the background continues to the edges of the pane.
+      const QRectF first(0, 0, 1, image_.height()), last(image_.width() - 1, 0, 1, image_.height());
+      painter.drawImage(QRectF(0, at.top(), at.left() + 1, at.height()), image_, first);
+      painter.drawImage(QRectF(at.right() - 1, at.top(), width() - at.right() + 1, at.height()), image_,
+                        last);
+    }
     painter.setRenderHint(QPainter::Antialiasing);
     for (const Panel::Line& line : panel->lines) {
       if (line.places.empty()) continue;
