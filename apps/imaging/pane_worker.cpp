@@ -44,7 +44,12 @@ bool PaneWorker::is_idle() const {
     if (request) return false;
   for (const std::optional<FinishedImage>& image : finished_)
     if (image) return false;
-  return !is_working_;
+  return !working_;
+}
+
+bool PaneWorker::is_busy(std::size_t pane) const {
+  const std::lock_guard guard(lock_);
+  return requests_[pane].first || finished_[pane] || working_ == pane;
 }
 
 PaneWorker::Counters PaneWorker::counters() const {
@@ -65,13 +70,13 @@ void PaneWorker::run() {
     }
     next_ = pane + 1;
     const auto [make, stamp] = std::exchange(requests_[pane], {});
-    is_working_ = true;
+    working_ = pane;
     guard.unlock();
     const auto start = workbench::Clock::now();
     Result<Panel> panel = make();
     const double ms = 1e3 * workbench::seconds_since(start);
     guard.lock();
-    is_working_ = false;
+    working_.reset();
     ++counters_.finished;
     finished_[pane] = FinishedImage{std::move(panel), ms, stamp};
   }

@@ -42,6 +42,8 @@ class PaneWorker {
   std::optional<FinishedImage> take(std::size_t pane);
   /// True if there are no pending requests, no image in progress and no image that was not yet fetched.
   bool is_idle() const;
+  /// True if a pane has a pending request, an image in progress, or an image that was not yet fetched.
+  bool is_busy(std::size_t pane) const;
   Counters counters() const;
 
  private:
@@ -52,8 +54,9 @@ class PaneWorker {
   std::vector<std::pair<Make, std::uint64_t>> requests_;
   std::vector<std::optional<FinishedImage>> finished_;
   Counters counters_;
-  std::size_t next_ = 0;  ///< next pane in turn
-  bool is_working_ = false, is_stopping_ = false;
+  std::size_t next_ = 0;                ///< next pane in turn
+  std::optional<std::size_t> working_;  ///< pane of the image in progress
+  bool is_stopping_ = false;
   std::thread thread_;
 };
 

@@ -102,8 +102,6 @@ class Panes {
   const Panel* panel(std::size_t pane) const noexcept;
   /// Error message of the newest request; empty if it succeeded.
   const std::string& problem(std::size_t pane) const noexcept { return image_of(pane).problem; }
-  /// Time that the newest image took, ms.
-  double milliseconds(std::size_t pane) const noexcept { return image_of(pane).milliseconds; }
   /// Number of images that were made for the pane.
   std::uint64_t image_count(std::size_t pane) const noexcept { return image_of(pane).count; }
   /// Counter that changes whenever the pane must be redrawn.
@@ -114,7 +112,8 @@ class Panes {
   bool shows(PaneKind kind) const noexcept;
   /// True if all visible panes show the newest state at full resolution.
   bool is_up_to_date() const;
-  /// True if a visible pane has no image yet, or an X-ray is computed.
+  /// True if a visible pane has no image yet, an image of another size, or a volume rendering of an earlier
+  /// camera; or if an X-ray is computed.
   bool is_waiting() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }
 

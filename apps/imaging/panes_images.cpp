@@ -211,9 +211,20 @@ bool Panes::frame() {
 }
 
 bool Panes::is_waiting() const {
-  for (const Pane& pane : panes_)
-    if (pane.is_visible && pane.kind != PaneKind::xray && pane.image.is_stale && !pane.image.panel)
-      return true;
+  for (std::size_t i = 0; i < panes_.size(); ++i) {
+    const Pane& pane = panes_[i];
+    const Image& image = pane.image;
+    if (!pane.is_visible || pane.kind == PaneKind::xray) continue;
+    const bool is_requested = image.is_stale || worker_.is_busy(i);
+    if (!image.panel) {
+      if (is_requested || image.problem.empty()) return true;
+      continue;
+    }
+    if (pane.kind == PaneKind::rendering && (is_requested || pane.is_coarse)) return true;
+    // Depth images have a size of their own.
+    const bool has_size = image.panel->columns == pane.columns && image.panel->rows == pane.rows;
+    if (is_requested && !has_size && pane.kind != PaneKind::depths) return true;
+  }
   return is_exposing();
 }
 

@@ -137,9 +137,11 @@ class BoneLayer::Painter {
   void set_room(const dvec3& low, const dvec3& high) { room_low_ = low, room_high_ = high; }
   bool render(bool always);
   void expose();
-  bool is_complete() const noexcept { return is_fine_; }
+  bool is_complete() const noexcept { return is_fine_ && !has_moved(); }
   double drawn_share() const noexcept {
-    if (is_fine_ || chunks_.empty()) return 1;
+    if (is_complete()) return 1;
+    if (has_moved()) return 0;
+    if (chunks_.empty()) return 1;
     return 1 - std::min(1.0, static_cast<double>(to_draw_.size()) / static_cast<double>(chunks_.size()));
   }
   std::size_t triangle_count() const noexcept { return triangles_; }
@@ -175,6 +177,12 @@ class BoneLayer::Painter {
   Rectangle on_screen(const dvec3& low, const dvec3& high) const;
   void refresh_groups();
   void fit_clipping_range();
+  /// Camera of the view, without the clipping range.
+  std::array<double, 16> view() const;
+  /// Returns true if the window has another size or camera than the kept picture.
+  bool has_moved() const;
+  /// Begins the picture of a new view: at full detail if that is quick, otherwise coarse.
+  void prepare_view();
   void draw_all_once();
   void prepare_reduced();
   void prepare_coarse();
@@ -182,7 +190,8 @@ class BoneLayer::Painter {
   void prepare_rectangle();
   void on_start();
   void on_end();
-  /// Returns the time of the last change of any object on top of the bone.
+  void begin_redraw();
+  void end_redraw();
 
   vtkRenderWindow* window_;
   vtkRenderer *bone_, *tools_;
@@ -202,11 +211,13 @@ class BoneLayer::Painter {
   PictureCache kept_, pending_;
   Pass pass_ = Pass::everything;
   bool can_keep_ = true, is_fine_ = false, is_first_batch_ = true, is_last_batch_ = false;
-  std::vector<Key> to_draw_;                       ///< chunks that are missing in the pending picture
-  Rectangle changed_;                              ///< outdated part of the kept picture
-  dvec3 room_low_{1e300}, room_high_{-1e300};      ///< box of the objects on top
-  dvec3 fitted_low_{1e300}, fitted_high_{-1e300};  ///< box that the camera's clipping range includes
-  std::array<double, 2> fitted_range_{};           ///< that clipping range
+  bool is_redraw_ = false;  ///< the window system redraws a new view, outside render()
+  std::array<unsigned long, 2> redraw_observers_{};  ///< of the window
+  std::vector<Key> to_draw_;                         ///< chunks that are missing in the pending picture
+  Rectangle changed_;                                ///< outdated part of the kept picture
+  dvec3 room_low_{1e300}, room_high_{-1e300};        ///< box of the objects on top
+  dvec3 fitted_low_{1e300}, fitted_high_{-1e300};    ///< box that the camera's clipping range includes
+  std::array<double, 2> fitted_range_{};             ///< that clipping range
   std::array<double, 16> kept_view_{};
   std::array<int, 2> kept_size_{};
   Clock::time_point moved_at_;
@@ -245,10 +256,21 @@ BoneLayer::Painter::Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRende
     if (layer->pass_ == Pass::nothing || layer->pass_ == Pass::batch) layer->kept_.restore();
   });
   tools->AddObserver(vtkCommand::StartEvent, before_tools);
+  // The window system redraws on its own after a resize: the kept picture may then have another size.
+  vtkNew<vtkCallbackCommand> begin, finish;
+  begin->SetClientData(this);
+  begin->SetCallback(
+      [](vtkObject*, unsigned long, void* self, void*) { static_cast<Painter*>(self)->begin_redraw(); });
+  finish->SetClientData(this);
+  finish->SetCallback(
+      [](vtkObject*, unsigned long, void* self, void*) { static_cast<Painter*>(self)->end_redraw(); });
+  redraw_observers_ = {window->AddObserver(vtkCommand::StartEvent, begin),
+                       window->AddObserver(vtkCommand::EndEvent, finish)};
 }
 
 BoneLayer::Painter::~Painter() {
   if (!is_live_) return;
+  for (const unsigned long observer : redraw_observers_) window_->RemoveObserver(observer);
   window_->MakeCurrent();
   if (window_->IsCurrent()) kept_.release(), pending_.release();
 }
@@ -516,6 +538,56 @@ void BoneLayer::Painter::on_end() {
     can_keep_ = kept_.save(size[0], size[1]);
 }
 
+std::array<double, 16> BoneLayer::Painter::view() const {
+  vtkCamera* camera = bone_->GetActiveCamera();
+  std::array<double, 16> values;
+  std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, values.begin());
+  values[15] = camera->GetViewAngle();
+  return values;
+}
+
+bool BoneLayer::Painter::has_moved() const {
+  const int* size = window_->GetSize();
+  return size[0] != kept_size_[0] || size[1] != kept_size_[1] || view() != kept_view_;
+}
+
+void BoneLayer::Painter::prepare_view() {
+  const int* size = window_->GetSize();
+  kept_view_ = view();
+  kept_size_ = {size[0], size[1]};
+  moved_at_ = Clock::now();
+  fit_clipping_range();
+  changed_ = {};
+  to_draw_.clear();
+  for (const auto& [key, chunk] : chunks_) to_draw_.push_back(key);
+  is_first_batch_ = true;
+  is_fine_ =
+      reduced_.empty() && (static_cast<double>(triangles_) < triangles_per_ms_ * k_batch_ms || !can_keep_);
+  if (!reduced_.empty()) {
+    prepare_reduced();
+  } else if (is_fine_) {
+    draw_all_once();
+    to_draw_.clear();
+  } else {
+    prepare_coarse();
+  }
+}
+
+/// Replaces a kept picture of another view before the window system shows it.
+void BoneLayer::Painter::begin_redraw() {
+  if (pass_ != Pass::nothing || !has_moved()) return;
+  prepare_view();
+  bone_->GetActiveCamera()->SetClippingRange(fitted_range_.data());
+  ++revision_;
+  is_redraw_ = true;
+}
+
+void BoneLayer::Painter::end_redraw() {
+  if (!std::exchange(is_redraw_, false)) return;
+  pass_ = Pass::nothing;
+  if (can_keep_) bone_->DrawOff();
+}
+
 bool BoneLayer::Painter::render(bool always) {
   if (!is_live_) {
     draw_all_once();
@@ -523,41 +595,17 @@ bool BoneLayer::Painter::render(bool always) {
     window_->Render();
     return true;
   }
-  // Compare the view with that of the kept picture.
   vtkCamera* camera = bone_->GetActiveCamera();
   const int* size = window_->GetSize();
-  std::array<double, 16> from;
-  std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, from.begin());
-  from[15] = camera->GetViewAngle();
   // Chunks that arrive while a scan is opened may be outside the camera's clipping range.
   dvec3 low, high;
   bounds(low, high);
   if (glm::any(glm::lessThan(low, fitted_low_)) || glm::any(glm::greaterThan(high, fitted_high_)))
     kept_.forget();
   const double broad = 0.35 * size[0] * size[1];
-  const bool has_moved = from != kept_view_ || size[0] != kept_size_[0] || size[1] != kept_size_[1] ||
-                         !can_keep_ || !kept_.is_filled() ||
-                         (reduced_.empty() && !changed_.is_empty() && changed_.area() > broad);
-  const auto now = Clock::now();
-  if (has_moved) {
-    kept_view_ = from;
-    kept_size_ = {size[0], size[1]};
-    moved_at_ = now;
-    fit_clipping_range();
-    changed_ = {};
-    to_draw_.clear();
-    for (const auto& [key, chunk] : chunks_) to_draw_.push_back(key);
-    is_first_batch_ = true;
-    is_fine_ =
-        reduced_.empty() && (static_cast<double>(triangles_) < triangles_per_ms_ * k_batch_ms || !can_keep_);
-    if (!reduced_.empty()) {
-      prepare_reduced();
-    } else if (is_fine_) {
-      draw_all_once();
-      to_draw_.clear();
-    } else {
-      prepare_coarse();
-    }
+  if (has_moved() || !can_keep_ || !kept_.is_filled() ||
+      (reduced_.empty() && !changed_.is_empty() && changed_.area() > broad)) {
+    prepare_view();
   } else if (reduced_.empty() && !is_fine_ && seconds_since(moved_at_) > k_rest_seconds) {
     prepare_batch();
   } else if (is_fine_ && !changed_.is_empty()) {

@@ -17,7 +17,8 @@ glm::dvec3 bone_colour(const VertexMatter& matter);
 
 /// Draws bone in a live window: coarse while the view turns, then at full detail, a share of it per frame,
 /// and then only the rectangle in which a chunk changed. Keeps the finished picture with its depth;
-/// instruments are drawn on top of it. Drawing thread only.
+/// instruments are drawn on top of it. If the window system redraws the window in another size, the bone is
+/// drawn again at once, so that bone and instruments always have the same projection. Drawing thread only.
 class BoneLayer {
  public:
   /// `bone` draws the bone and the background, `tools` everything on top; both belong to the window. Not
@@ -42,9 +43,10 @@ class BoneLayer {
   /// Makes the next drawing of the window (a picture file) show the whole bone at full detail. Later calls of
   /// render() are not affected.
   void expose();
-  /// True if the picture shows the whole bone at full detail.
+  /// True if the picture shows the whole bone at full detail, in the window's size and by its camera.
   bool is_complete() const noexcept;
-  /// Returns the share of the bone that is drawn at full detail, 0 to 1.
+  /// Returns the share of the bone that is drawn at full detail, 0 to 1; 0 if the window or its camera
+  /// changed since the last picture.
   double drawn_share() const noexcept;
 
   std::size_t triangle_count() const noexcept;

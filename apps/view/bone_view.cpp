@@ -158,6 +158,10 @@ struct BoneView::Parts {
   vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
   vtkNew<vtkPolyData> edge_line;
   std::vector<dvec3> drawn_edge;
+  unsigned long layout_observer = 0;  ///< of the window
+
+  void fit_text();
+  void lay_out();
 };
 
 BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
@@ -285,9 +289,17 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   }
 
   p.text = std::make_unique<PictureText>(on_top);
+
+  // The window system redraws on its own after a resize: the texts then need new positions.
+  vtkNew<vtkCallbackCommand> lay_out;
+  lay_out->SetClientData(&p);
+  lay_out->SetCallback(
+      [](vtkObject*, unsigned long, void* data, void*) { static_cast<Parts*>(data)->lay_out(); });
+  p.layout_observer = window->AddObserver(vtkCommand::StartEvent, lay_out);
 }
 
 BoneView::~BoneView() {
+  parts_->window->RemoveObserver(parts_->layout_observer);
   if (parts_->scenery && is_drawable()) parts_->scenery->depth.release();
 }
 
@@ -381,14 +393,31 @@ void BoneView::show_text(const std::string& corner, const std::string& foot) {
 void BoneView::set_text_scale(double factor) { parts_->text_scale = factor; }
 
 /// Limits the text size in a small picture.
-void BoneView::fit_text() {
+void BoneView::Parts::fit_text() {
   constexpr double k_width = 420;  // pixels
-  const double scale = std::min(parts_->text_scale, std::max(1.0, parts_->window->GetSize()[0] / k_width));
-  if (scale == parts_->drawn_text_scale) return;
-  parts_->drawn_text_scale = scale;
-  parts_->is_text_stale = true;
-  parts_->text->set_scale(scale);
-  parts_->overlays->labels().set_text_scale(scale);
+  const double scale = std::min(text_scale, std::max(1.0, window->GetSize()[0] / k_width));
+  if (scale == drawn_text_scale) return;
+  drawn_text_scale = scale;
+  is_text_stale = true;
+  text->set_scale(scale);
+  overlays->labels().set_text_scale(scale);
+}
+
+/// Positions letters, scale bar and labels again if the view changed.
+void BoneView::Parts::lay_out() {
+  fit_text();
+  std::array<double, 18> view;
+  vtkCamera* camera = renderer->GetActiveCamera();
+  std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, view.begin());
+  view[15] = camera->GetViewAngle();
+  view[16] = window->GetSize()[0], view[17] = window->GetSize()[1];
+  bool has_changed = std::exchange(drawn_view, view) != view;
+  has_changed |= std::exchange(is_text_stale, false);
+  if (has_changed) text->update();
+  // Redrawn bone may hide labels, or no longer hide them.
+  const std::uint64_t revision = bone->revision();
+  has_changed |= std::exchange(labelled_revision, revision) != revision;
+  if (has_changed || overlays->labels().is_stale()) overlays->labels().lay_out();
 }
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {
@@ -446,21 +475,8 @@ void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
 }
 
 bool BoneView::render() {
-  Parts& p = *parts_;
-  fit_text();
-  std::array<double, 18> view;
-  vtkCamera* camera = p.renderer->GetActiveCamera();
-  std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, view.begin());
-  view[15] = camera->GetViewAngle();
-  view[16] = p.window->GetSize()[0], view[17] = p.window->GetSize()[1];
-  bool has_changed = std::exchange(p.drawn_view, view) != view;
-  has_changed |= std::exchange(p.is_text_stale, false);
-  if (has_changed) p.text->update();
-  // Redrawn bone may hide labels, or no longer hide them.
-  const std::uint64_t revision = p.bone->revision();
-  has_changed |= std::exchange(p.labelled_revision, revision) != revision;
-  if (has_changed || p.overlays->labels().is_stale()) p.overlays->labels().lay_out();
-  return p.bone->render(p.scenery != nullptr);
+  parts_->lay_out();
+  return parts_->bone->render(parts_->scenery != nullptr);
 }
 
 }  // namespace trephine::view

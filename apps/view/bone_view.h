@@ -71,7 +71,6 @@ class BoneView {
   void bounds(glm::dvec3& low, glm::dvec3& high) const;
 
  private:
-  void fit_text();
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };

@@ -32,6 +32,7 @@ struct LabelLayer::Parts {
     dvec3 at;
     std::string name;
     vtkSmartPointer<vtkTextActor> text;
+    bool is_name = true;
   };
   vtkRenderer* renderer;
   std::vector<Label> labels;
@@ -63,7 +64,7 @@ void LabelLayer::clear() {
 
 bool LabelLayer::is_stale() const noexcept { return parts_->is_stale; }
 
-void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3& colour) {
+void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3& colour, bool is_name) {
   const auto actor = vtkSmartPointer<vtkTextActor>::New();
   actor->SetInput(text.c_str());
   vtkTextProperty* style = actor->GetTextProperty();
@@ -76,7 +77,7 @@ void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3
   style->SetVerticalJustificationToBottom();
   actor->SetVisibility(false);
   parts_->renderer->AddActor2D(actor);
-  parts_->labels.push_back({at_world, text, actor});
+  parts_->labels.push_back({at_world, text, actor, is_name});
   parts_->is_stale = true;
 }
 
@@ -107,7 +108,7 @@ void LabelLayer::lay_out() {
   std::vector<Placed> placed;
   for (std::size_t i = 0; i < p.labels.size(); ++i) {
     p.labels[i].text->SetVisibility(false);
-    if (!p.are_visible) continue;
+    if (!p.are_visible && p.labels[i].is_name) continue;
     const dvec3& at = p.labels[i].at;
     p.renderer->SetWorldPoint(at.x, at.y, at.z, 1);
     p.renderer->WorldToDisplay();

@@ -22,7 +22,10 @@ class LabelLayer {
   LabelLayer& operator=(const LabelLayer&) = delete;
 
   void clear();
-  void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour);
+  /// `is_name`: set_visible() hides the label.
+  void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour,
+           bool is_name = true);
+  /// Shows or hides names. Numbers of draggable points and warnings always remain.
   void set_visible(bool are_visible);
   /// Returns true if a point is hidden: its label is then dimmed and marked "(behind)". Called in lay_out().
   std::function<bool(const glm::dvec3& at_world)> is_hidden = [](const glm::dvec3&) { return false; };

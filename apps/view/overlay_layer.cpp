@@ -228,7 +228,8 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
     }
     for (const sim::Overlay::Label& label : overlay.labels) {
       const dvec3 world = placement.world_from_local(label.at);
-      p.labels.add(world, label.text, {colour.r, colour.g, colour.b});
+      const bool is_name = overlay.handles.empty() && overlay.kind != sim::Overlay::Kind::warning;
+      p.labels.add(world, label.text, {colour.r, colour.g, colour.b}, is_name);
     }
   }
   for (auto it = p.surfaces.begin(); it != p.surfaces.end();) {

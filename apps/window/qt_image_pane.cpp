@@ -125,9 +125,12 @@ void ImagePane::set_names_visible(bool is_visible) {
 }
 
 QRectF ImagePane::image_rect(const Panel& panel) const {
-  // Slices have the size of the pane. During a resize they, and X-rays always, are scaled to fit.
-  const double scale =
-      std::min(width() / static_cast<double>(panel.columns), height() / static_cast<double>(panel.rows));
+  // Slices have the size of the pane. During a resize they, and X-rays always, are scaled to fit. The height
+  // of the pane determines the projection of a volume rendering.
+  const double by_height = height() / static_cast<double>(panel.rows);
+  const double scale = panes_->kind(index_) == PaneKind::rendering
+                           ? by_height
+                           : std::min(width() / static_cast<double>(panel.columns), by_height);
   const double w = scale * panel.columns, h = scale * panel.rows;
   return {0.5 * (width() - w), 0.5 * (height() - h), w, h};
 }
@@ -186,13 +189,10 @@ void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& i
   bottom = inner.bottom() - metrics.height() * std::max<double>(1, lines.size()) - 8;
   text.add(QRectF(inner.topLeft(), QPointF(inner.right(), bottom)), Qt::AlignHCenter | Qt::AlignBottom,
            QString::fromStdString(panel.below));
-  const double ms = panes_->milliseconds(index_);
-  QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
-  if (width() < 14 * metrics.height()) right.clear();  // no room in a small pane
   if (kind != PaneKind::section && imaging::is_planar(kind))
     if (const auto value = panes_->probe())
-      right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
-  text.add(inner, Qt::AlignRight | Qt::AlignTop, right.trimmed());
+      text.add(inner, Qt::AlignRight | Qt::AlignTop,
+               QString("%1%2").arg(*value).arg(panes_->is_hounsfield() ? " HU" : ""));
 }
 
 void ImagePane::paintEvent(QPaintEvent*) {
@@ -221,7 +221,15 @@ void ImagePane::paintEvent(QPaintEvent*) {
   }
   painter.setRenderHint(QPainter::SmoothPixmapTransform);
   if (panel != nullptr && !image_.isNull()) {
-    painter.drawImage(image_rect(*panel), image_);
+    const QRectF at = image_rect(*panel);
+    painter.drawImage(at, image_);
+    if (kind == PaneKind::rendering && at.left() > 0) {
+      // During a resize the background continues to the edges of the pane.
+      const QRectF first(0, 0, 1, image_.height()), last(image_.width() - 1, 0, 1, image_.height());
+      painter.drawImage(QRectF(0, at.top(), at.left() + 1, at.height()), image_, first);
+      painter.drawImage(QRectF(at.right() - 1, at.top(), width() - at.right() + 1, at.height()), image_,
+                        last);
+    }
     painter.setRenderHint(QPainter::Antialiasing);
     for (const Panel::Line& line : panel->lines) {
       if (line.places.empty()) continue;

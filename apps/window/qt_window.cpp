@@ -225,12 +225,6 @@ void MainWindow::dropEvent(QDropEvent* event) {
   if (!urls.isEmpty()) open_source(urls.first().toLocalFile());
 }
 
-bool MainWindow::eventFilter(QObject* object, QEvent* event) {
-  // The picture gets the keyboard focus when the cursor enters it.
-  if (object == canvas_ && event->type() == QEvent::Enter) canvas_->setFocus();
-  return QMainWindow::eventFilter(object, event);
-}
-
 void MainWindow::resizeEvent(QResizeEvent* event) {
   QMainWindow::resizeEvent(event);
   if (help_) help_->setGeometry(rect());
@@ -415,7 +409,7 @@ void MainWindow::show_state() {
                     : operation_->state().pending_jobs > 0 ? QString::fromStdString(operation_->job_text())
                     : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
                     : panes_.panes().is_waiting() ? tr("computing images ...")
-                                                  : QString("ready"));
+                                                  : tr("ready"));
     const QString style = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
     if (fault_->styleSheet() != style) fault_->setStyleSheet(style);
   } else {

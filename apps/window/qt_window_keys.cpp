@@ -1,7 +1,8 @@
-// Keyboard controls of MainWindow.
+// Keyboard controls of MainWindow, and events of its picture.
 #include <QComboBox>
 #include <QCursor>
 #include <QKeyEvent>
+#include <QLabel>
 #include <QPushButton>
 #include <QSlider>
 #include <QVTKOpenGLNativeWidget.h>
@@ -10,6 +11,15 @@
 #include "apps/window/qt_window.h"
 
 namespace trephine::view {
+
+bool MainWindow::eventFilter(QObject* object, QEvent* event) {
+  // The picture gets the keyboard focus when the cursor enters it.
+  if (object == canvas_ && event->type() == QEvent::Enter) canvas_->setFocus();
+  // The picture is outdated until it has the new size.
+  if (object == canvas_ && event->type() == QEvent::Resize && fault_->text() == tr("ready"))
+    fault_->setText(tr("drawing"));
+  return QMainWindow::eventFilter(object, event);
+}
 
 void MainWindow::press_deeper(int steps) {
   if (operation_ && operation_->slide_foot(steps)) return;

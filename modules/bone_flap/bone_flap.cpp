@@ -383,7 +383,16 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
                  .expected = "at most " + std::to_string(k_max_anchors),
                  .remedy = "remove some of them"};
   };
-  if (command.request.as<AddAnchor>()) return check_count("add-anchor", count + 1);
+  if (const auto* add = command.request.as<AddAnchor>()) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+      if (const double distance = glm::length(add->at - settings->anchors[i]); distance < k_anchor_spacing)
+        return Error{.what = "the anchor is less than 1 mm from anchor " + std::to_string(i + 1),
+                     .where = "add-anchor at",
+                     .found = tenths(distance) + " mm",
+                     .expected = "at least " + tenths(k_anchor_spacing) + " mm",
+                     .remedy = "move the tool to the next corner of the outline"};
+    return check_count("add-anchor", count + 1);
+  }
   if (const auto* move = command.request.as<MoveAnchor>())
     return check_number("move-anchor number", move->number);
   if (const auto* remove = command.request.as<RemoveAnchor>())
@@ -504,12 +513,25 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   if (preview == nullptr) return result;
   if (!preview->summary.empty()) result.push_back(preview_overlay(*preview));
   if (preview->problem.empty()) return result;
+  // The drawn outline remains as it is; only the location of the problem is marked, by a cross.
   sim::Overlay& warning = result.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;
-  add_sides(warning, preview->tried);
-  // The position may be deep in the bone: draw a line from above the skull to it.
-  const dvec3 label_position = lift(preview->problem_at, 25);
-  warning.lines.push_back({preview->problem_at, label_position});
+  if (preview->tried != settings->anchors) add_sides(warning, preview->tried);
+  const dvec3& problem_at = preview->problem_at;
+  const dvec3 cross = lift(problem_at, 2);
+  if (const double distance = glm::length(problem_at - middle); distance > 0) {
+    constexpr double k_arm = 3;  // mm
+    dvec3 right, up;
+    set_orthogonal_axes((problem_at - middle) / distance, right, up);
+    for (const dvec3& arm : {right + up, right - up})
+      warning.lines.push_back({cross - k_arm * arm, cross + k_arm * arm});
+  }
+  // A position away from all anchors may be deep in the bone: draw a line from the label to it.
+  const bool is_anchor = std::any_of(preview->tried.begin(), preview->tried.end(), [&](const dvec3& anchor) {
+    return glm::length(anchor - problem_at) < k_anchor_spacing;
+  });
+  const dvec3 label_position = is_anchor ? cross : lift(problem_at, 25);
+  if (!is_anchor) warning.lines.push_back({problem_at, label_position});
   warning.labels.push_back({label_position, wrap_label(preview->problem)});
   return result;
 }

@@ -45,7 +45,7 @@ LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
   double longest = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const double length = glm::length(anchors[(i + 1) % n] - anchors[i]);
-    if (length < 1) {
+    if (length < k_anchor_spacing) {
       return LocatedError{
           anchor_name(i) + " and " + anchor_name((i + 1) % n) + " are less than 1 mm apart: remove one",
           anchors[i]};

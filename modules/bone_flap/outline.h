@@ -42,6 +42,8 @@ bool is_within(const std::vector<glm::dvec2>& loop, const glm::dvec2& p) noexcep
 
 /// Largest distance of an anchor from bone, mm.
 inline constexpr double k_anchor_reach = 6;
+/// Smallest distance of two anchors, mm.
+inline constexpr double k_anchor_spacing = 1;
 
 /// Returns the pyramid over an outline, or the reason why the outline is invalid. `distance`: mm from the
 /// centre to the apex. Bone is where the field is not negative.

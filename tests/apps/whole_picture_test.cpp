@@ -328,6 +328,29 @@ TEST(WholePicture, MissingPartsAreDetected) {
   EXPECT_GT(subject.faults(false).missing, 1000);
 }
 
+/// The window system redraws the window after a change of its size, before the next frame of the view. That
+/// picture has the projection of the new size, and is not complete before it is drawn at full detail.
+TEST(WholePicture, IsDrawnInTheNewSizeWhenTheWindowSystemRedrawsIt) {
+  const haptics::TouchScene scene = scenes::phantom_scene("spine", {});
+  Subject subject(scene);
+  subject.aim_camera('P', 1);
+  subject.window()->SetSize(2 * k_width / 3, k_height + 60);
+  ASSERT_TRUE(subject.picture().complete());
+  subject.window()->SetSize(k_width, k_height);
+  EXPECT_FALSE(subject.picture().is_complete());
+  EXPECT_LT(subject.picture().drawn_share(), 1);
+  subject.window()->Render();
+  subject.keep("spine-redrawn");
+  const Faults redrawn = subject.faults(true);
+  EXPECT_GT(redrawn.inside, 80);
+  EXPECT_EQ(redrawn.missing, 0);
+  // A further redraw shows the same picture; the view then completes it.
+  subject.window()->Render();
+  EXPECT_EQ(subject.faults(true).missing, 0);
+  ASSERT_TRUE(subject.picture().complete());
+  EXPECT_LE(subject.faults(false).missing, 1);
+}
+
 /// Other code that fits the camera's clipping planes to the visible surface cuts nothing off.
 TEST(WholePicture, StaysWholeWhenOthersMoveTheCamerasPlanes) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});

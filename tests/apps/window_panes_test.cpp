@@ -334,6 +334,60 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   window.close();
 }
 
+/// After a change of the panes, images of another size are shown without black bars, and the status is not
+/// "ready" before all visible images have the size of their pane.
+TEST_F(WindowPanes, TheStatusIsReadyWhenPictureAndPanesHaveTheirSize) {
+  MainWindow window(scene_, options_);
+  open(window);
+  imaging::Panes& panes = window.pane_controller().panes();
+  Viewport& picture = window.operation()->viewport();
+  auto* status = child<QLabel>(window, "fault");
+  const auto is_ready = [&] {
+    if (!window.operation()->fault_text().empty()) window.operation()->reset_faults();  // on a busy machine
+    return status->text() == "ready";
+  };
+  ASSERT_TRUE(QTest::qWaitFor(is_ready, 20000));
+  // Without the event loop in between, no frame is drawn and no image is finished.
+  window.canvas()->resize(window.canvas()->width() - 60, window.canvas()->height());
+  EXPECT_FALSE(is_ready()) << status->text().toStdString();
+  ASSERT_TRUE(QTest::qWaitFor(is_ready, 20000));
+  EXPECT_TRUE(picture.is_complete());
+
+  child<QAction>(window, "layout_drawn")->trigger();
+  constexpr std::size_t drawn = 1;
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.is_waiting(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(drawn) && is_ready(); }, 20000));
+  EXPECT_FALSE(panes.is_waiting());
+  ImagePane* pane = window.panes()->pane(drawn);
+  EXPECT_EQ(panes.panel(drawn)->columns, pane->width());
+  pane->resize(pane->width() + 80, pane->height());
+  EXPECT_TRUE(panes.is_waiting());
+  const QImage shown = pane->grab().toImage();
+  // The background of the earlier image continues to both edges.
+  for (const int x : {3, shown.width() - 4})
+    EXPECT_GT(qBlue(shown.pixel(x, shown.height() / 2)), 35) << "column " << x;
+  window.close();
+}
+
+/// Panes show no times of computation.
+TEST_F(WindowPanes, AVolumeRenderingHasNoTextInItsUpperRightCorner) {
+  MainWindow window(scene_, options_);
+  open(window);
+  imaging::Panes& panes = window.pane_controller().panes();
+  child<QAction>(window, "layout_drawn")->trigger();
+  ASSERT_TRUE(settle(window));
+  constexpr std::size_t drawn = 1;
+  ASSERT_NE(panes.panel(drawn), nullptr);
+  ImagePane* pane = window.panes()->pane(drawn);
+  const QImage shown = pane->grab().toImage();
+  // Below the button, in the corner: the background alone, which is dark and without letters.
+  const int button = child<QToolButton>(window, "maximise_1")->geometry().bottom();
+  for (int y = button + 4; y < button + 4 + pane->fontMetrics().height(); ++y)
+    for (int x = shown.width() - 60; x < shown.width() - 4; ++x)
+      ASSERT_LT(qGray(shown.pixel(x, y)), 120) << x << ", " << y;
+  window.close();
+}
+
 TEST_F(WindowPanes, InvalidLayoutsAreRefused) {
   for (const char* text :
        {"", "1", "2 slices axial axial axial 500 500 500", "1 slices axial axial 500 500 500",

@@ -340,6 +340,8 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   EXPECT_TRUE(refused(RemoveAnchor{}, "unknown anchor"));
   for (const dvec3& at : outline.anchors) EXPECT_FALSE(run.apply({AddAnchor{at}, 0}).refused);
   EXPECT_EQ(drawn(), outline.anchors);
+  EXPECT_TRUE(refused({AddAnchor{outline.anchors[1] + dvec3(0.3, 0, 0)}, 0}, "less than 1 mm from anchor 2"));
+  EXPECT_EQ(drawn(), outline.anchors);
   EXPECT_FALSE(run.apply({AddAnchor{dvec3(0, 0, 40)}, 0}).refused);
   EXPECT_FALSE(run.apply({RemoveAnchor{}, 0}).refused);
   EXPECT_FALSE(run.apply({MoveAnchor{2, 2.0 * outline.anchors[1]}, 0}).refused);

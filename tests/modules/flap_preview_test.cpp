@@ -47,6 +47,16 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     run.apply_whole({request, 0});
     EXPECT_NE(shown().problem.find("anchor 1 lies off the bone"), std::string::npos);
     EXPECT_TRUE(shown().summary.empty());
+    // Only the anchor is marked; the outline is not drawn a second time, as a success would be.
+    const sim::Overlays failed = run.engine().overlays();
+    ASSERT_EQ(failed.size(), 2u);
+    EXPECT_EQ(failed[1].kind, sim::Overlay::Kind::warning);
+    EXPECT_EQ(failed[1].lines.size(), 2u);
+    for (const auto& line : failed[1].lines)
+      for (const dvec3& end : line) EXPECT_LT(glm::length(end - shown().problem_at), 6);
+    ASSERT_EQ(failed[1].labels.size(), 1u);
+    EXPECT_LT(glm::length(failed[1].labels[0].at - shown().problem_at), 3);
+    EXPECT_EQ(failed[0].labels[0].text, "1");
     EXPECT_TRUE(events_of<FlapFailed>(run.engine()).empty());
     run.apply({MoveAnchor{1, outline.anchors[0]}, 0});
     run.apply_whole({request, 0});
