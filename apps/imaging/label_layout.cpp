@@ -82,7 +82,8 @@ bool passes(const Segment& segment, const PictureBox& box) noexcept {
     const double a = low / along[axis], b = high / along[axis];
     from = std::max(from, std::min(a, b)), to = std::min(to, std::max(a, b));
   }
-  return from < to || (along.x == 0 && along.y == 0);
+  constexpr double k_rounding = 1e-9;  // a segment that ends at an edge does not pass through the box
+  return to - from > k_rounding || (along.x == 0 && along.y == 0);
 }
 
 LabelLayout::LabelLayout(const PictureBox& picture, Obstacles obstacles, double gap)

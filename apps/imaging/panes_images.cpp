@@ -56,7 +56,7 @@ void Panes::request(std::size_t index) {
           const auto objects = section_objects(subject, plane);
           if (!objects) return objects.error();
           SectionAreas areas;
-          Panel panel = section_panel(objects.value(), plane, areas);
+          Panel panel = section_panel(objects.value(), section_tissues(subject, plane), plane, areas);
           panel.foot = areas.models > 0 ? format_text("models %.0f mm\u00b2, outside bone %.0f", areas.models,
                                                       areas.outside)
                                         : "";

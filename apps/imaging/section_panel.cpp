@@ -1,14 +1,19 @@
 #include "apps/imaging/section_panel.h"
 
+#include <algorithm>
+#include <array>
+#include <glm/geometric.hpp>
 #include <iterator>
 
 #include "apps/workbench/text.h"
 #include "data-tools/formats/write_volume.h"
+#include "volume/scan/bone_labels.h"
 
 namespace trephine::imaging {
 
 using volume::ImagePlane;
 using workbench::format_text;
+using workbench::words_of;
 
 using Kind = SectionObject::Kind;
 
@@ -75,7 +80,49 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
   return objects;
 }
 
-Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane& plane, SectionAreas& areas) {
+std::vector<SectionTissue> section_tissues(const Subject& subject, const ImagePlane& plane) {
+  const volume::Volume& scan = *subject.scan;
+  if (scan.labels.is_empty()) return {};
+  // Index of each label's tissue; -1: drawn as an object, or background.
+  constexpr int k_unused = -2;
+  std::array<int, 256> index;
+  index.fill(k_unused);
+  index[0] = -1;
+  for (std::size_t label = 1; label < std::min(scan.label_names.size(), index.size()); ++label)
+    if (volume::is_bone_name(scan.label_names[label])) index[label] = -1;
+  const auto exclude = [&](const volume::Shape& shape) {
+    if (shape.is_label() && shape.label < static_cast<int>(index.size()))
+      index[static_cast<std::size_t>(shape.label)] = -1;
+  };
+  if (subject.bone) exclude(*subject.bone);
+  for (const volume::Shape& structure : subject.structures) exclude(structure);
+
+  std::vector<SectionTissue> tissues;
+  const auto columns = static_cast<std::size_t>(plane.columns), rows = static_cast<std::size_t>(plane.rows);
+  for (int row = 0; row < plane.rows; ++row)
+    for (int column = 0; column < plane.columns; ++column) {
+      const glm::ivec3 v = volume::voxel_of(scan.frame.volume_from_world(plane.world(column, row)));
+      if (!scan.contains(v) || (subject.version && !subject.version->is_kept(v))) continue;
+      const std::size_t label = scan.labels[scan.index(v.x, v.y, v.z)];
+      if (index[label] == -1) continue;
+      if (index[label] == k_unused) {
+        index[label] = static_cast<int>(tissues.size());
+        volume::Shape shape;
+        shape.label = static_cast<int>(label);
+        Panel::Colour colour = colour_of(scan, shape, 0);
+        for (std::uint8_t& c : colour) c = static_cast<std::uint8_t>(c * 11 / 20);
+        const bool is_named = label < scan.label_names.size() && !scan.label_names[label].empty();
+        tissues.push_back({is_named ? words_of(scan.label_names[label]) : "label " + std::to_string(label),
+                           colour, std::vector<std::uint8_t>(columns * rows)});
+      }
+      tissues[static_cast<std::size_t>(index[label])]
+          .inside[static_cast<std::size_t>(column) + columns * static_cast<std::size_t>(row)] = 1;
+    }
+  return tissues;
+}
+
+Panel section_panel(const std::vector<SectionObject>& objects, const std::vector<SectionTissue>& tissues,
+                    const ImagePlane& plane, SectionAreas& areas) {
   constexpr Panel::Colour k_empty{16, 16, 18};
   Panel panel;
   panel.columns = plane.columns, panel.rows = plane.rows, panel.mm_per_pixel = plane.pixel;
@@ -88,6 +135,8 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
       const std::size_t at = static_cast<std::size_t>(column) +
                              static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row);
       Panel::Colour colour = k_empty;
+      for (const SectionTissue& tissue : tissues)
+        if (tissue.inside[at]) colour = tissue.colour;
       bool is_bone = !objects[0].by_labels.empty() && objects[0].by_labels[at];
       if (is_bone) colour = k_cancellous;
       const SectionObject* model = nullptr;
@@ -117,15 +166,17 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
     for (std::uint8_t& c : dark) c = static_cast<std::uint8_t>(c * 7 / 10);
     for (const cross_section::Loop& loop : object.cut.outline) panel.lines.push_back({loop, dark, true, ""});
   }
+  // Legend.
+  const auto list = [&](const std::string& name, const Panel::Colour& colour) {
+    panel.lines.push_back({{}, colour, true, name});
+  };
   for (const SectionObject& object : objects)
     if (object.kind != Kind::bone && object.cut.area > 0)
-      panel.lines.push_back(
-          {{},
-           object.colour,
-           true,
-           object.kind == Kind::structure ? object.name + " (must not be cut)" : object.name});
-  if (has_cancellous) panel.lines.push_back({{}, k_cancellous, true, "bone by its label"});
-  if (outside_pixels > 0) panel.lines.push_back({{}, k_outside_bone, true, "outside bone"});
+      list(words_of(object.name) + (object.kind == Kind::structure ? " (must not be cut)" : ""),
+           object.colour);
+  for (const SectionTissue& tissue : tissues) list(tissue.name, tissue.colour);
+  if (has_cancellous) list("bone", k_cancellous);
+  if (outside_pixels > 0) list("outside bone", k_outside_bone);
   return panel;
 }
 

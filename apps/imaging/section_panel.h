@@ -24,11 +24,22 @@ inline constexpr Panel::Colour k_outside_bone{225, 45, 40};
 /// model cannot be cut.
 Result<std::vector<SectionObject>> section_objects(const Subject& subject, const volume::ImagePlane& plane);
 
+/// A labelled structure that is neither bone nor forbidden, such as a tumour.
+struct SectionTissue {
+  std::string name;  ///< words
+  Panel::Colour colour;
+  std::vector<std::uint8_t> inside;  ///< one byte per pixel, as in Cut
+};
+/// Returns the labelled structures of a scan at a plane that section_objects() does not cut, without removed
+/// voxels, each in its label's colour, dimmed. Each pixel belongs to the voxel that contains its centre.
+std::vector<SectionTissue> section_tissues(const Subject& subject, const volume::ImagePlane& plane);
+
 /// Drawn areas, mm2: of models, and of models outside bone.
 struct SectionAreas {
   double models = 0, outside = 0;
 };
-Panel section_panel(const std::vector<SectionObject>& objects, const volume::ImagePlane& plane,
-                    SectionAreas& areas);
+/// Draws a section and its legend. Objects cover tissues.
+Panel section_panel(const std::vector<SectionObject>& objects, const std::vector<SectionTissue>& tissues,
+                    const volume::ImagePlane& plane, SectionAreas& areas);
 
 }  // namespace trephine::imaging

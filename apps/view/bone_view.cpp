@@ -342,6 +342,10 @@ void BoneView::show(const StylusState& s) {
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
   place(p.shaft, shaft_begin, shaft, 34, s.tool.shaft_radius);
   place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, std::max(4.5, 2.6 * s.tool.shaft_radius));
+  constexpr double k_tool_length = 100;  // mm, of shaft and grip
+  p.overlays->labels().set_tool(
+      s.is_visible ? std::vector<std::array<dvec3, 2>>{{s.tool_world, shaft_begin + k_tool_length * shaft}}
+                   : std::vector<std::array<dvec3, 2>>{});
   // A handle seen end-on or from nearby hides the tool's work: draw it translucent, or not at all.
   vtkCamera* camera = p.renderer->GetActiveCamera();
   double position[3];

@@ -4,7 +4,8 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/vec2.hpp>
+#include <glm/geometric.hpp>
+#include <utility>
 #include <vector>
 #include <vtkActor2D.h>
 #include <vtkCellArray.h>
@@ -25,7 +26,16 @@ using glm::dvec3;
 
 namespace {
 constexpr int k_text_size = 15;  // pixels
+
+dvec3 display_of(vtkRenderer* renderer, const dvec3& world) {
+  renderer->SetWorldPoint(world.x, world.y, world.z, 1);
+  renderer->WorldToDisplay();
+  double display[3];
+  renderer->GetDisplayPoint(display);
+  return {display[0], display[1], display[2]};
 }
+
+}  // namespace
 
 struct LabelLayer::Parts {
   struct Label {
@@ -41,6 +51,24 @@ struct LabelLayer::Parts {
   bool are_visible = true;
   double scale = 1;
   std::vector<LabelLayer::Box> boxes;  ///< of the newest frame
+  std::vector<imaging::Segment> segments;
+  std::vector<std::array<dvec3, 2>> tool;
+
+  /// Returns the tool's axis in the picture, and two lines next to it that bound its width.
+  std::vector<imaging::Segment> tool_segments() const {
+    constexpr double k_half_width = 8;  // pixels
+    std::vector<imaging::Segment> lines;
+    for (const auto& [from_world, to_world] : tool) {
+      const dvec3 from = display_of(renderer, from_world), to = display_of(renderer, to_world);
+      const dvec2 along(to - from);
+      const double length = glm::length(along);
+      const dvec2 aside =
+          length > 0 ? k_half_width / length * dvec2(-along.y, along.x) : dvec2(k_half_width, 0);
+      for (const double side : {-1.0, 0.0, 1.0})
+        lines.push_back({dvec2(from) + side * aside, dvec2(to) + side * aside});
+    }
+    return lines;
+  }
   bool is_stale = true;
 };
 
@@ -96,24 +124,35 @@ std::size_t LabelLayer::size() const noexcept { return parts_->labels.size(); }
 
 std::vector<LabelLayer::Box> LabelLayer::boxes() const { return parts_->boxes; }
 
+std::vector<imaging::Segment> LabelLayer::leads() const { return parts_->segments; }
+
+void LabelLayer::set_tool(std::vector<std::array<dvec3, 2>> axes_world) {
+  Parts& p = *parts_;
+  if (axes_world == p.tool) return;
+  p.tool = std::move(axes_world);
+  // Labels move only where the tool is below one of them.
+  if (p.boxes.empty()) return;
+  for (const imaging::Segment& line : p.tool_segments())
+    for (const Box& box : p.boxes) p.is_stale |= imaging::passes(line, {box.low, box.high});
+}
+
 void LabelLayer::lay_out() {
   Parts& p = *parts_;
   p.is_stale = false;
-  constexpr double k_away = 26, k_gap = 4, k_border = 6;  // pixels
-  struct Placed {
+  constexpr double k_away = 26, k_gap = 4, k_border = 6, k_point = 3;  // pixels
+  struct Request {
     std::size_t label;
-    dvec2 anchor, low, size;
+    imaging::LabelLayout::Request place;
   };
   const int* window = p.renderer->GetSize();
-  std::vector<Placed> placed;
+  const dvec2 picture(window[0], window[1]);
+  std::vector<Request> requests;
+  imaging::LabelLayout::Obstacles obstacles{{}, p.tool_segments()};
   for (std::size_t i = 0; i < p.labels.size(); ++i) {
     p.labels[i].text->SetVisibility(false);
     if (!p.are_visible && p.labels[i].is_name) continue;
     const dvec3& at = p.labels[i].at;
-    p.renderer->SetWorldPoint(at.x, at.y, at.z, 1);
-    p.renderer->WorldToDisplay();
-    double display[3];
-    p.renderer->GetDisplayPoint(display);
+    const dvec3 display = display_of(p.renderer, at);
     if (display[0] < 0 || display[1] < 0 || display[0] > window[0] || display[1] > window[1] ||
         display[2] > 1 || display[2] < 0)
       continue;
@@ -123,52 +162,42 @@ void LabelLayer::lay_out() {
     double size[2];
     p.labels[i].text->GetSize(p.renderer, size);
     const dvec2 anchor(display[0], display[1]);
-    // Place the label toward the side with more room.
-    const bool is_right = display[0] < 0.5 * window[0] + 1;
-    const dvec2 low(is_right ? anchor.x - k_away - size[0] : anchor.x + k_away, anchor.y + 0.5 * k_away);
-    placed.push_back({i, anchor, low, {size[0], size[1]}});
+    // Place the label toward the nearer side of the picture, which is free more often.
+    const bool is_left = display.x < 0.5 * picture.x + 1;
+    const dvec2 low(is_left ? anchor.x - k_away - size[0] : anchor.x + k_away, anchor.y + 0.5 * k_away);
+    requests.push_back({i, {anchor, 0, {size[0], size[1]}, low}});
+    obstacles.boxes.push_back({anchor - k_point, anchor + k_point});
   }
   // Avoid the letters at the picture's edges.
-  std::vector<Placed> letters;
-  const dvec2 letter(44 * p.scale, 34 * p.scale), picture(window[0], window[1]);
-  for (const dvec2& at : {dvec2(0.5, 1), dvec2(0.5, 0), dvec2(0, 0.5), dvec2(1, 0.5)})
-    letters.push_back({0, {}, glm::clamp(at * picture - 0.5 * letter, dvec2(0), picture - letter), letter});
-  // From the top down, move each label below those that it would cover.
-  std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) { return a.low.y > b.low.y; });
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    Placed& plate = placed[i];
-    plate.low.x = std::clamp(plate.low.x, k_border, std::max(k_border, window[0] - plate.size.x - k_border));
-    plate.low.y = std::clamp(plate.low.y, k_border, std::max(k_border, window[1] - plate.size.y - k_border));
-    for (bool is_moved = true; is_moved;) {
-      is_moved = false;
-      for (std::size_t j = 0; j < i + letters.size(); ++j) {
-        const Placed& other = j < i ? placed[j] : letters[j - i];
-        const bool is_apart = plate.low.x > other.low.x + other.size.x + k_gap ||
-                              other.low.x > plate.low.x + plate.size.x + k_gap ||
-                              plate.low.y > other.low.y + other.size.y + k_gap ||
-                              other.low.y > plate.low.y + plate.size.y + k_gap;
-        if (is_apart) continue;
-        plate.low.y = other.low.y - plate.size.y - k_gap - 1;
-        is_moved = true;
-      }
-    }
+  const dvec2 letter(44 * p.scale, 34 * p.scale);
+  for (const dvec2& at : {dvec2(0.5, 1), dvec2(0.5, 0), dvec2(0, 0.5), dvec2(1, 0.5)}) {
+    const dvec2 low = glm::clamp(at * picture - 0.5 * letter, dvec2(0), glm::max(picture - letter, dvec2(0)));
+    obstacles.boxes.push_back({low, low + letter});
   }
+  // From the top down; a label without room is not shown.
+  std::stable_sort(requests.begin(), requests.end(),
+                   [](const Request& a, const Request& b) { return a.place.anchor.y > b.place.anchor.y; });
+  imaging::LabelLayout layout({dvec2(k_border), picture - k_border}, std::move(obstacles), k_gap);
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> lines;
-  p.boxes.clear();
-  for (const Placed& plate : placed) {
-    p.boxes.push_back({plate.low, plate.low + plate.size});
-    vtkTextActor* text = p.labels[plate.label].text;
-    text->SetDisplayPosition(static_cast<int>(plate.low.x), static_cast<int>(plate.low.y));
+  p.boxes.clear(), p.segments.clear();
+  for (const Request& request : requests) {
+    const auto place = layout.place(request.place);
+    if (!place) continue;
+    p.boxes.push_back({place->box.low, place->box.high});
+    vtkTextActor* text = p.labels[request.label].text;
+    text->SetDisplayPosition(static_cast<int>(place->box.low.x), static_cast<int>(place->box.low.y));
     text->SetVisibility(true);
-    const double near = plate.low.x > plate.anchor.x ? plate.low.x - 2 : plate.low.x + plate.size.x + 2;
-    const std::array<vtkIdType, 2> ends{points->InsertNextPoint(plate.anchor.x, plate.anchor.y, 0),
-                                        points->InsertNextPoint(near, plate.low.y + 0.5 * plate.size.y, 0)};
+    if (!place->lead) continue;
+    p.segments.push_back(*place->lead);
+    const auto& [from, to] = *place->lead;
+    const std::array<vtkIdType, 2> ends{points->InsertNextPoint(from.x, from.y, 0),
+                                        points->InsertNextPoint(to.x, to.y, 0)};
     lines->InsertNextCell(2, ends.data());
   }
   p.leads->SetPoints(points);
   p.leads->SetLines(lines);
-  p.lines->SetVisibility(!placed.empty());
+  p.lines->SetVisibility(!p.segments.empty());
 }
 
 }  // namespace trephine::view

@@ -2,12 +2,15 @@
 // a line to the labelled point.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "apps/imaging/label_layout.h"
 
 class vtkRenderer;
 
@@ -42,6 +45,10 @@ class LabelLayer {
   };
   /// Returns the boxes of the shown labels, in pixels from the lower left.
   std::vector<Box> boxes() const;
+  /// Returns the lines between the shown labels and their points.
+  std::vector<imaging::Segment> leads() const;
+  /// Sets the axes of the shown tools, which labels do not cover; mm.
+  void set_tool(std::vector<std::array<glm::dvec3, 2>> axes_world);
 
  private:
   struct Parts;

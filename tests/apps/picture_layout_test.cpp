@@ -1,4 +1,5 @@
 // Labels over a picture, and motion of its camera.
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
@@ -10,6 +11,7 @@
 
 #include "apps/bench/scenes/scenes.h"
 #include "apps/imaging/label_layout.h"
+#include "apps/imaging/section_panel.h"
 #include "apps/view/render_window.h"
 #include "apps/view/viewport.h"
 
@@ -188,6 +190,45 @@ TEST(PanelLabels, TheLegendIsWhereTheImageIsEmpty) {
   EXPECT_EQ(imaging::least_covering(panel, 200, 200, corners, {}), 0u) << "the usual corner";
 }
 
+/// A tumour in the brain: a label that is neither bone nor forbidden.
+TEST_F(PictureLayout, ASectionShowsAndListsOtherLabels) {
+  auto scan = std::make_shared<volume::Volume>();
+  scan->size = glm::ivec3(20), scan->frame = scene_.base->frame;
+  scan->voxels = Buffer<std::int16_t>(8000);
+  scan->labels = Buffer<std::uint8_t>(8000);
+  scan->label_names = {"background", "skull", "venous_sinus", "deep_tumour"};
+  for (int z = 0; z < 20; ++z)
+    for (int y = 0; y < 20; ++y)
+      for (int x = 0; x < 20; ++x) {
+        scan->voxels[scan->index(x, y, z)] = x < 5 ? 1000 : 0;
+        scan->labels[scan->index(x, y, z)] = static_cast<std::uint8_t>(x < 6    ? 1
+                                                                       : x < 10 ? 2
+                                                                       : x < 15 ? 3
+                                                                                : 0);
+      }
+  volume::ImagePlane plane;
+  volume::orient_plane(plane, "axial");
+  plane.middle_world = scan->frame.world_from_volume(dvec3(9.5));
+  plane.columns = plane.rows = 41;
+  plane.pixel =
+      0.5 * glm::length(scan->frame.world_from_volume({1, 0, 0}) - scan->frame.world_from_volume({}));
+  imaging::Subject subject;
+  subject.scan = scan, subject.bone = volume::Shape{}, subject.structures = {{"venous_sinus"}};
+  subject.structures[0].label = 2;
+  const auto tissues = imaging::section_tissues(subject, plane);
+  ASSERT_EQ(tissues.size(), 1u);
+  EXPECT_EQ(tissues[0].name, "deep tumour");
+  const auto objects = imaging::section_objects(subject, plane);
+  ASSERT_TRUE(objects);
+  imaging::SectionAreas areas;
+  const imaging::Panel panel = imaging::section_panel(objects.value(), tissues, plane, areas);
+  EXPECT_GT(std::count(panel.pixels.begin(), panel.pixels.end(), tissues[0].colour), 300);
+  std::set<std::string> names;
+  for (const imaging::Panel::Line& line : panel.lines) names.insert(line.name);
+  names.erase("");
+  EXPECT_EQ(names, (std::set<std::string>{"venous sinus (must not be cut)", "deep tumour", "bone"}));
+}
+
 TEST_F(PictureLayout, LabelsAreSeparateAndWithinThePicture) {
   for (const double apart : {0.0, 0.3, 2.0, 6.0})
     for (const int count : {1, 4, 9}) {
@@ -206,6 +247,39 @@ TEST_F(PictureLayout, LabelsAreSeparateAndWithinThePicture) {
     }
   // Planted fault: two that overlap.
   EXPECT_EQ(overlaps({{{0, 0}, {10, 10}}, {{5, 5}, {15, 15}}, {{20, 0}, {30, 10}}}), 1);
+}
+
+/// Long names near the left edge, and a tool across the picture.
+TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
+  sim::Overlays all(1);
+  const dvec3 middle = scene_.base->frame.world_from_volume(dvec3(20));
+  for (int i = 0; i < 3; ++i)
+    all[0].labels.push_back(
+        {middle + 8.0 * dvec3(1 - i, 0, i), "burr hole over the tumour of the left side"});
+  picture_->set_plan(all);
+  picture_->draw();
+  LabelLayer& labels = picture_->view().overlays().labels();
+  for (const double turn : {-1.0, 0.0, 1.0}) {
+    labels.set_tool({{middle, middle + 40.0 * dvec3(turn, 0.2, 1)}});
+    labels.lay_out();
+    const std::vector<LabelLayer::Box> boxes = labels.boxes();
+    ASSERT_FALSE(boxes.empty());
+    EXPECT_EQ(overlaps(boxes), 0);
+    const auto pixel = [&](const dvec3& world) {
+      const glm::dvec2 share = picture_->project(world);
+      return glm::dvec2(480 * share.x, 360 * share.y);
+    };
+    for (const LabelLayer::Box& box : boxes) {
+      for (const sim::Overlay::Label& label : all[0].labels) {
+        const glm::dvec2 at = pixel(label.at);
+        EXPECT_FALSE(glm::all(glm::lessThan(box.low, at)) && glm::all(glm::greaterThan(box.high, at)));
+      }
+      const imaging::Segment tool{pixel(middle), pixel(middle + 40.0 * dvec3(turn, 0.2, 1))};
+      EXPECT_FALSE(imaging::passes(tool, {box.low, box.high})) << turn;
+    }
+    for (const imaging::Segment& lead : labels.leads())
+      for (const LabelLayer::Box& box : boxes) EXPECT_FALSE(imaging::passes(lead, {box.low, box.high}));
+  }
 }
 
 TEST_F(PictureLayout, LabelsCanBeHidden) {

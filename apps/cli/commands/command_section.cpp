@@ -90,11 +90,13 @@ Result<Outcome> run_section(const SectionArguments& a) {
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
   const auto& [plane, position] = placed.value();
-  const auto cut = imaging::section_objects(imaging::subject_of(moment), plane);
+  const imaging::Subject subject = imaging::subject_of(moment);
+  const auto cut = imaging::section_objects(subject, plane);
   if (!cut) return cut.error();
   const std::vector<SectionObject>& objects = cut.value();
   imaging::SectionAreas areas;
-  const imaging::Panel panel = imaging::section_panel(objects, plane, areas);
+  const imaging::Panel panel =
+      imaging::section_panel(objects, imaging::section_tissues(subject, plane), plane, areas);
   const double pixel_mm2 = plane.pixel * plane.pixel;
   Outcome outcome("section");
   Json& json = outcome.json;
