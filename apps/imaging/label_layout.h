@@ -45,7 +45,7 @@ class LabelLayout {
   };
   /// `gap`: pixels between labels.
   LabelLayout(const PictureBox& picture, Obstacles obstacles, double gap);
-  /// Returns the free place nearest to the preferred one, which later labels avoid; nullopt: there is none.
+  /// Returns the free place nearest to the preferred one, which later labels avoid; nullopt: no room.
   std::optional<Place> place(const Request& request);
 
  private:
