@@ -255,7 +255,7 @@ TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
   const dvec3 middle = scene_.base->frame.world_from_volume(dvec3(20));
   for (int i = 0; i < 3; ++i)
     all[0].labels.push_back(
-        {middle + 8.0 * dvec3(1 - i, 0, i), "burr hole over the tumour of the left side"});
+        {middle + 8.0 * dvec3(1 - i, 0, i), "burr hole over the tumour"});
   picture_->set_plan(all);
   picture_->draw();
   LabelLayer& labels = picture_->view().overlays().labels();

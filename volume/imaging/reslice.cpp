@@ -310,7 +310,9 @@ struct PixelGrid {
 
 void reslice_plane(const PixelGrid& grid, std::int16_t outside, int threads, ResliceCode code,
                    std::span<std::int16_t> pixels) {
-  const auto& [volume, plane, step, down] = grid;
+  const Volume& volume = grid.volume;
+  const ImagePlane& plane = grid.plane;
+  const dvec3 &step = grid.step, &down = grid.down;
   Window whole = grid.whole_volume();
   const std::vector<float> sheet = make_sheet(volume, plane, step, down, threads, whole);
   const bool is_scattered = sheet.empty() && std::abs(step.x) < 0.9 * glm::length(step);
