@@ -162,7 +162,7 @@ TEST(PanelLabels, ANameWithoutRoomIsReplacedByANumber) {
 TEST(PanelLabels, AreInsideThePictureAndOutsideTheControls) {
   imaging::Panel head;
   head.columns = head.rows = 256, head.mm_per_pixel = 1;
-  imaging::add_trajectory(head, {-52, 100}, {-45, 92}, "burr hole over the tumour");
+  imaging::add_trajectory(head, {-52, 100}, {-45, 92}, "over the tumour");
   head.labels.push_back({{-2, 118}, "vertex", imaging::k_plan_colour, false, 1.5});
   head.labels.push_back({{0, 6}, "inion", imaging::k_plan_colour, false, 1.5});
   imaging::LabelSpace space = space_of(360, 300);
@@ -253,9 +253,7 @@ TEST_F(PictureLayout, LabelsAreSeparateAndWithinThePicture) {
 TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
   sim::Overlays all(1);
   const dvec3 middle = scene_.base->frame.world_from_volume(dvec3(20));
-  for (int i = 0; i < 3; ++i)
-    all[0].labels.push_back(
-        {middle + 8.0 * dvec3(1 - i, 0, i), "burr hole over the tumour"});
+  for (int i = 0; i < 3; ++i) all[0].labels.push_back({middle + 8.0 * dvec3(1 - i, 0, i), "over the tumour"});
   picture_->set_plan(all);
   picture_->draw();
   LabelLayer& labels = picture_->view().overlays().labels();
@@ -279,7 +277,9 @@ TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
     }
     for (const imaging::Segment& lead : labels.leads())
       for (const LabelLayer::Box& box : boxes)  // a lead ends at the edge of its own label
-        EXPECT_FALSE(imaging::passes(lead, {box.low + 3.0, box.high - 3.0}));
+        EXPECT_FALSE(imaging::passes(lead, {box.low + 3.0, box.high - 3.0}))
+            << turn << ": " << lead[0].x << "," << lead[0].y << " to " << lead[1].x << "," << lead[1].y
+            << " through " << box.low.x << "," << box.low.y << " to " << box.high.x << "," << box.high.y;
   }
 }
 
