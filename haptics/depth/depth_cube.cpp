@@ -194,7 +194,7 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
   const int turn = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0 ? -1 : 1;
   std::array<SignedRays, 3> rays;
   parallel_for(3, threads, [&](int axis) {
-    const auto [u, v] = across(axis);
+    const int u = across(axis)[0], v = across(axis)[1];
     const int handed = axis == 1 ? -turn : turn;  // x, z, y is left-handed
     std::vector<Crossing> crossings;
     const auto corner = [&](std::uint32_t index) {
@@ -322,7 +322,7 @@ Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume:
   for (int axis = 0; axis < 3; ++axis) axes[axis] /= rays[axis];
   cube.frame_ = volume::Frame::from_axes(voxels.world_from_volume(dvec3(-1)), axes).value();
   parallel_for(3, threads, [&](int axis) {
-    const auto [u, v] = across(axis);
+    const int u = across(axis)[0], v = across(axis)[1];
     std::vector<Crossing> crossings;
     for_mixed_cells(bits, [&](const ivec3& cell) {
       double value[2][2][2];  // along the ray, u, v
