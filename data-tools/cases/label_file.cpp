@@ -284,7 +284,8 @@ class LabelMapper {
   }
   /// Returns the labels of the scan's voxels.
   Buffer<std::uint8_t> apply(const Numbering& numbering) const {
-    std::vector<std::uint8_t> number_of(ids.sets().empty() ? 1 : ids.sets().rbegin()->first + 1u, 0);
+    std::vector<std::uint8_t> number_of(
+        ids.sets().empty() ? 1 : static_cast<std::size_t>(ids.sets().rbegin()->first) + 1, 0);
     for (const auto& [id, number] : numbering.number_of)
       number_of[static_cast<std::size_t>(id)] = static_cast<std::uint8_t>(number);
     Buffer<std::uint8_t> labels(voxel_ids_.size());

@@ -57,9 +57,10 @@ void open_file(const char* path, int index, VdbFacts& facts) {
   if (!grid.transform().isLinear()) return fail(facts, "a map that is not linear");
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
   if (box.empty()) return fail(facts, "a grid without active voxels");
+  const glm::ivec3 last(box.max().x(), box.max().y(), box.max().z());
+  facts.low = {box.min().x(), box.min().y(), box.min().z()};
   for (int a = 0; a < 3; ++a) {
-    const std::int64_t extent = std::int64_t{box.max()[a]} - box.min()[a] + 1;
-    facts.low[a] = box.min()[a];
+    const std::int64_t extent = std::int64_t{last[a]} - facts.low[a] + 1;
     facts.size[a] = static_cast<int>(std::min<std::int64_t>(extent, 2'000'000'000));
   }
   const auto to_world = [&grid](const openvdb::Vec3d& p) {

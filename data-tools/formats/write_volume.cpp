@@ -29,7 +29,8 @@ glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexc
   // Hues at multiples of the golden angle: successive labels differ strongly. Every fifth returns near a used
   // hue, in another brightness.
   constexpr double k_brightness[][2] = {{0.35, 0.54}, {0.68, 0.32}, {0.2, 0.42}};  // least, range
-  const auto& [least, range] = k_brightness[label > 0 ? (label - 1) / 5 % 3 : 0];
+  const double(&brightness)[2] = k_brightness[label > 0 ? (label - 1) / 5 % 3 : 0];
+  const double least = brightness[0], range = brightness[1];
   const double hue = std::fmod(0.08 + 0.618033988749895 * label, 1.0) * 6;
   const auto share = [&](double peak) {
     const double distance = std::min(std::abs(hue - peak), 6 - std::abs(hue - peak));

@@ -388,8 +388,9 @@ std::int64_t Kerf::count_holes(const Field& bone, const volume::Version& rest) c
   std::int64_t holes = 0;
   std::vector<char> is_solid(k_edge * k_edge * k_edge);
   std::vector<double> height(is_solid.size());
-  for (const auto& [key, strips] : strips_by_brick_) {
-    const glm::ivec3 low = volume::k_brick * brick_of(key);
+  for (const auto& entry : strips_by_brick_) {
+    const auto& strips = entry.second;
+    const glm::ivec3 low = volume::k_brick * brick_of(entry.first);
     const auto position = [&](const glm::ivec3& offset) {
       return lattice_.frame().world_from_volume(dvec3(low + offset));
     };
