@@ -22,8 +22,9 @@ Grid::Ptr capsule(const openvdb::Vec3d& from, const openvdb::Vec3d& to, double r
   const double square = std::max(1e-12, along.lengthSqr());
   openvdb::Coord low, high;
   for (int a = 0; a < 3; ++a) {
-    low[a] = static_cast<int>(std::floor((std::min(from[a], to[a]) - radius - width) / spacing));
-    high[a] = static_cast<int>(std::ceil((std::max(from[a], to[a]) + radius + width) / spacing));
+    const auto axis = static_cast<std::size_t>(a);
+    low[axis] = static_cast<int>(std::floor((std::min(from[a], to[a]) - radius - width) / spacing));
+    high[axis] = static_cast<int>(std::ceil((std::max(from[a], to[a]) + radius + width) / spacing));
   }
   for (int x = low[0]; x <= high[0]; ++x)
     for (int y = low[1]; y <= high[1]; ++y)

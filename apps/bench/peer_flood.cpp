@@ -26,7 +26,7 @@ Image::Pointer image_of(const short* voxels, int size) {
   Import::RegionType region;
   region.SetSize(extent);
   import->SetRegion(region);
-  const auto count = static_cast<itk::SizeValueType>(size) * size * size;
+  const auto edge = static_cast<itk::SizeValueType>(size), count = edge * edge * edge;
   import->SetImportPointer(const_cast<short*>(voxels), count, false);
   import->Update();
   return import->GetOutput();

@@ -194,7 +194,7 @@ class BoneLayer::Painter {
   void end_redraw();
 
   vtkRenderWindow* window_;
-  vtkRenderer *bone_, *tools_;
+  vtkRenderer* bone_;
   bool is_live_;
   std::map<Key, Chunk> chunks_;
   std::map<Key, Group> groups_;
@@ -235,7 +235,7 @@ bool BoneLayer::Painter::Rectangle::meets(const Rectangle& other) const {
 }
 
 BoneLayer::Painter::Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live)
-    : window_(window), bone_(bone), tools_(tools), is_live_(is_live) {
+    : window_(window), bone_(bone), is_live_(is_live) {
   if (!is_live) return;
   vtkNew<vtkCallbackCommand> start, end;
   start->SetClientData(this);

@@ -89,7 +89,8 @@ Result<Outcome> run_section(const SectionArguments& a) {
                  .expected = "--iso, --range, --label or --auto"};
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
-  const auto& [plane, position] = placed.value();
+  const ImagePlane& plane = placed.value().plane;
+  const auto& position = placed.value().mm;
   const imaging::Subject subject = imaging::subject_of(moment);
   const auto cut = imaging::section_objects(subject, plane);
   if (!cut) return cut.error();
