@@ -90,7 +90,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
   const ImagePlane& plane = placed.value().plane;
-  const auto& position = placed.value().mm;
+  const auto& position = placed.value().position_world;
   const imaging::Subject subject = imaging::subject_of(moment);
   const auto cut = imaging::section_objects(subject, plane);
   if (!cut) return cut.error();

@@ -67,7 +67,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
   const ImagePlane& plane = placed.value().plane;
-  const auto& position = placed.value().mm;
+  const auto& position = placed.value().position_world;
   const auto clock = Clock::now();
   const ct_viewer::SliceValues values = ct_viewer::slice_values(
       scan, *moment.version, plane, {a.thickness, static_cast<volume::Slab::Kind>(a.slab)});
