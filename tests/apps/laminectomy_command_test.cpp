@@ -56,7 +56,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   const Json earlier = json("laminectomy l.session --vertebra L4 --until 121.7");
   EXPECT_NEAR(earlier["pars"][0]["now_mm"].get<double>(), earlier["pars"][1]["now_mm"].get<double>(), 1);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"--vertebra L9", "no label of that name"},
+           {"--vertebra L9", "unknown label"},
            {"--vertebra L4 --until 500", "ends before"},
            {"--vertebra L4 --slices l.session", "l.session"}}) {
     const Ended bad = run("laminectomy l.session " + arguments);

@@ -182,14 +182,14 @@ Status report_flap(const sim::Engine& engine, Outcome& outcome) {
     json["forbidden"].push_back({{"structure", clearance->structure},
                                  {"nearest_mm", clearance->distance},
                                  {"is_stripped", clearance->is_stripped}});
-    const Json& row = json["forbidden"].back();
+    const Json row = {{"name", workbench::words_of(clearance->structure)},
+                      {"mm", std::abs(clearance->distance)}};
     if (clearance->is_stripped)
-      outcome.print("the saw's foot strips {structure} off the bone", row);
+      outcome.print("the saw's foot strips {name} off the bone", row);
     else if (clearance->distance < 0)
-      outcome.print("the saw goes {depth_mm:.1f} mm into {structure}",
-                    {{"depth_mm", -clearance->distance}, {"structure", clearance->structure}});
+      outcome.print("the saw goes {mm:.1f} mm into {name}", row);
     else if (clearance->distance < sim::Forbidden::k_reach)
-      outcome.print("the saw stays {nearest_mm:.1f} mm from {structure}", row);
+      outcome.print("the saw stays {mm:.1f} mm from {name}", row);
   }
   if (engine.forbidden().empty())
     outcome.print("the plan has no forbidden structures: no distance was checked");
