@@ -36,7 +36,8 @@ double itk_read(const char* folder, long long& sum) {
   const Image* image = reader->GetOutput();
   const std::size_t count = image->GetLargestPossibleRegion().GetNumberOfPixels();
   sum = 0;
-  for (std::size_t i = 0; i < count; ++i) sum += (i % 251) * static_cast<std::size_t>(image->GetBufferPointer()[i]);
+  for (std::size_t i = 0; i < count; ++i)
+    sum += (i % 251) * static_cast<std::size_t>(image->GetBufferPointer()[i]);
   return seconds;
 }
 
