@@ -1,5 +1,7 @@
 #include "apps/view/mouse_device.h"
 
+#include <cmath>
+
 namespace trephine::view {
 
 MouseDevice::MouseDevice(const glm::dvec3& start)
@@ -7,6 +9,8 @@ MouseDevice::MouseDevice(const glm::dvec3& start)
 
 void MouseDevice::set(const glm::dvec3& request, const glm::dquat& turn, bool is_pressed) noexcept {
   const double values[] = {request.x, request.y, request.z, turn.w, turn.x, turn.y, turn.z};
+  for (const double value : values)
+    if (!std::isfinite(value)) return;
   sequence_.fetch_add(1);
   for (std::size_t i = 0; i < shared_.size(); ++i) shared_[i].store(values[i]);
   is_pressed_.store(is_pressed);

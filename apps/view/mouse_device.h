@@ -20,7 +20,8 @@ class MouseDevice final : public haptics::Device {
   bool read(double t, haptics::Pose& pose) noexcept override;
   void write(const haptics::Wrench&) noexcept override {}
 
-  /// Sets the requested position (world, mm), orientation of the tool (unit) and button.
+  /// Sets the requested position (world, mm), orientation of the tool (unit) and button. Ignores a request
+  /// that is not finite, as from a picture without a size.
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed) noexcept;
   /// Releases the button at once, and leaves the requested pose.
   void release() noexcept { is_pressed_ = false; }

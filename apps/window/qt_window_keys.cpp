@@ -98,6 +98,7 @@ bool MainWindow::move_by_key(const QKeyEvent* event) {
 /// Moves the tool to the cursor, which is read directly, because its last event may belong to another widget.
 void MainWindow::follow_cursor() {
   const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
+  if (canvas_->width() < 2 || canvas_->height() < 2) return;  // not laid out yet
   if (!canvas_->isVisible()) {
     operation_->set_cursor(-10, -10);  // the picture is hidden by a pane: touch nothing
     cursor_.reset();
