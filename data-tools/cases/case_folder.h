@@ -1,74 +1,12 @@
-// CasePlan: a case: a scan with its structures, materials and plan, in a folder of open formats.
+// OpenedCase: a case: a scan with its structures, materials and plan, in a folder of open formats.
 #pragma once
 
-#include <optional>
 #include <string>
-#include <vector>
 
+#include "data-tools/cases/case_plan.h"
 #include "data-tools/formats/open_volume.h"
-#include "data-tools/quality/scan_quality.h"
-#include "volume/scan/matter.h"
-#include "volume/scan/shape.h"
-#include "volume/scan/surgical_plan.h"
 
 namespace trephine::data_tools {
-
-/// Mechanical response of a structure; missing values are the scene's defaults.
-struct CaseMaterial {
-  std::optional<double> stiffness = {};         ///< N/mm
-  std::optional<double> damping = {};           ///< N s/mm
-  std::optional<double> static_friction = {};   ///< coefficient
-  std::optional<double> dynamic_friction = {};  ///< coefficient
-  std::optional<double> viscosity = {};         ///< N s/mm, against motion along the surface
-  std::optional<double> pop_force = {};         ///< N, at which the surface is punctured
-  std::optional<double> pop_rearm = {};         ///< mm, distance after which it can be punctured again
-  friend bool operator==(const CaseMaterial&, const CaseMaterial&) = default;
-};
-
-/// A further scan of the case, at the position that its file states. It is touched, and cannot be cut.
-struct CaseVolume {
-  std::string name;                           ///< chosen for the case
-  std::string file;                           ///< name of the file in the folder
-  std::string path;                           ///< of the file; set by open_case()
-  std::optional<volume::Matter> matter = {};  ///< for images
-};
-
-struct CaseStructure {
-  volume::Shape shape;        ///< window or label of the volume
-  bool is_touchable = true;   ///< stops the proxy
-  bool is_forbidden = false;  ///< a tool must not enter it
-  CaseMaterial material;
-  bool blocks_front = true, blocks_back = false;   ///< sides that stop the proxy
-  std::optional<CaseMaterial> back_material = {};  ///< of the back; empty: as the front
-  std::string volume = {};                         ///< name of a further volume; empty: the scan of the case
-};
-
-/// A closed surface in a file of the case, such as a nerve or an implant.
-struct CaseModel {
-  std::string name;  ///< chosen for the case
-  std::string file;  ///< name of the file in the folder; mm, in the frame that the file states
-  std::string path;  ///< of the file; set by open_case()
-  volume::Matter matter = volume::Matter::titanium;
-  bool is_forbidden = false;  ///< a tool must not enter it
-};
-
-/// Contents of case.toml; docs/file-formats.md describes every key.
-struct CasePlan : volume::SurgicalPlan {
-  static constexpr int k_schema = 2;
-  std::string name;      ///< of the case; never that of a patient
-  std::string modality;  ///< as in DICOM: "CT", "MR"
-  bool is_hounsfield = false;
-  std::vector<std::string> label_names;
-  std::vector<glm::u8vec3> label_colours;  ///< as in Volume
-  std::vector<CaseStructure> structures;
-  std::vector<CaseVolume> volumes;
-  std::vector<CaseModel> models;
-  /// Intensities at which windows are evaluated: where shape.mha has the value k > 0, shape_values[k - 1];
-  /// where it has 0, that of the scan. Empty: no shape.mha. write_case() derives it from
-  /// Volume::shape_voxels.
-  std::vector<std::int16_t> shape_values;
-  std::optional<ScanQuality> quality;  ///< of the scan; ScanQuality::edge is empty
-};
 
 /// A case with its scan.
 struct OpenedCase {
@@ -83,11 +21,6 @@ inline constexpr double k_same_place_mm = 0.01;
 bool is_case_folder(const std::string& path);
 /// Reads plan and volumes. Errors for unknown keys, wrong types and impossible values state the line.
 Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options = {});
-/// Parses the contents of case.toml; `where` is its name in errors.
-Result<CasePlan> parse_case(const std::string& text, const std::string& where);
-/// Returns the contents of case.toml, with comments for users who edit it.
-std::string case_text(const CasePlan& plan, bool has_labels);
-
 /// Writes volume.mha, labels.mha (if there are labels), shape.mha (if the shape was cleaned) and case.toml
 /// into a new folder, atomically. Error if the folder exists. `progress` may cancel.
 Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,

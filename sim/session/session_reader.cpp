@@ -58,7 +58,10 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
     std::uint64_t check = 0;
     if (!r.file_.read(payload.data(), static_cast<std::streamsize>(head.length))) break;
     if (!r.file_.read(reinterpret_cast<char*>(&check), sizeof check)) break;
-    if (check != block_checksum(head, payload)) break;
+    if (check != block_checksum(head, payload)) {
+      r.is_damaged_ = true;  // the block is whole, so writing was not interrupted
+      break;
+    }
     switch (static_cast<BlockKind>(head.kind)) {
       case BlockKind::header: {
         Result<SessionHeader> header = decode_header(payload);

@@ -46,7 +46,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"", "no vertebra selected"},
            {"--canal 1,2", "X,Y,Z"},
-           {"--vertebra L4 --until -1", "out of range"}}) {
+           {"--vertebra L4 --until -1", "does not contain this time"}}) {
     const Ended bad = run("laminectomy l.session " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
@@ -57,7 +57,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   EXPECT_NEAR(earlier["pars"][0]["now_mm"].get<double>(), earlier["pars"][1]["now_mm"].get<double>(), 1);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"--vertebra L9", "unknown label"},
-           {"--vertebra L4 --until 500", "ends before"},
+           {"--vertebra L4 --until 500", "does not contain this time"},
            {"--vertebra L4 --slices l.session", "l.session"}}) {
     const Ended bad = run("laminectomy l.session " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;

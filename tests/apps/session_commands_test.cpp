@@ -125,6 +125,11 @@ TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
   bytes[at + 12] = '6';
   write("lie.session", bytes);
   EXPECT_EQ(run("replay lie.session --verify").exit_code, 2);
+  // A changed byte in the last block: the recording was not interrupted there, it is damaged.
+  bytes = whole;
+  bytes[bytes.size() - 100] = static_cast<char>(bytes[bytes.size() - 100] ^ 0x55);
+  write("end.session", bytes);
+  EXPECT_EQ(run("replay end.session --verify").exit_code, 1);
   // Damage in the middle of the log: the part before it is the same, which is not sufficient.
   bytes = whole;
   bytes[bytes.size() - 4500] = static_cast<char>(bytes[bytes.size() - 4500] ^ 0x55);

@@ -9,6 +9,7 @@
 #include "modules/drilling/craniotome.h"
 #include "modules/drilling/perforator.h"
 #include "sim/drivers/lockstep.h"
+#include "tests/modules/events_of.h"
 
 namespace trephine::drilling {
 namespace {
@@ -50,12 +51,7 @@ struct Bench {
   }
   template <class Event>
   std::vector<std::pair<Event, dvec3>> events() const {
-    std::vector<std::pair<Event, dvec3>> all;
-    const sim::Chronicle& chronicle = run->engine().now().chronicle;
-    for (std::size_t i = 0; i < chronicle.size(); ++i)
-      if (const auto* one = chronicle[i].value.as<Event>())
-        all.emplace_back(*one, chronicle[i].position_world);
-    return all;
+    return sim::events_of<Event>(run->engine());
   }
   template <class State>
   const State& state() const {

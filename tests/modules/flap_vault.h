@@ -12,6 +12,7 @@
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/bone_flap/rim.h"
 #include "sim/drivers/lockstep.h"
+#include "tests/modules/events_of.h"
 
 namespace trephine::bone_flap {
 
@@ -98,14 +99,7 @@ struct Outline {
   }
 };
 
-template <class T>
-std::vector<std::pair<T, dvec3>> events_of(const sim::Engine& engine) {
-  std::vector<std::pair<T, dvec3>> all;
-  const sim::Chronicle& chronicle = engine.now().chronicle;
-  for (std::size_t i = 0; i < chronicle.size(); ++i)
-    if (const T* one = chronicle[i].value.as<T>()) all.emplace_back(*one, chronicle[i].position_world);
-  return all;
-}
+using sim::events_of;
 
 /// Cuts the flap; returns the reason of a refusal, or "".
 inline std::string cut(sim::Lockstep& run, const CutFlap& request) {

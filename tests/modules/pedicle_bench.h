@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "modules/pedicle/pedicle.h"
+#include "tests/modules/events_of.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::pedicle {
@@ -64,12 +65,7 @@ struct ProbeBench {
   const PedicleWorld& world() const { return *run->engine().now().undoable_of<PedicleWorld>(); }
   template <class Event>
   std::vector<std::pair<Event, dvec3>> events() const {
-    std::vector<std::pair<Event, dvec3>> all;
-    const sim::Chronicle& chronicle = run->engine().now().chronicle;
-    for (std::size_t i = 0; i < chronicle.size(); ++i)
-      if (const auto* one = chronicle[i].value.as<Event>())
-        all.emplace_back(*one, chronicle[i].position_world);
-    return all;
+    return sim::events_of<Event>(run->engine());
   }
   /// Moves the hand along `ahead` from a point, between two distances (mm), at `speed` mm/s. Calls
   /// each(record) in every tick. Returns the last record.

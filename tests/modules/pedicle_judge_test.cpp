@@ -108,6 +108,43 @@ TEST(PedicleJudge, BreachesOfABoxAreExactToHalfAVoxel) {
   }
 }
 
+/// Signed distance to the box, mm; exact outside it.
+double distance_to_box(const dvec3& world) {
+  const dvec3 p = world - k_shift;
+  const auto block = [&](const dvec3& low, const dvec3& high) {
+    const dvec3 past = glm::max(low - p, p - high);
+    return glm::length(glm::max(past, dvec3(0))) + std::min(0.0, std::max({past.x, past.y, past.z}));
+  };
+  return std::min({block({-25, -k_body, -14}, {25, -k_front, 14}),
+                   block({-25, k_front, -k_high}, {25, k_plate, k_high}),
+                   block({k_canal, -k_front, -k_high}, {k_canal + k_wide, k_front, k_high}),
+                   block({-k_canal - k_wide, -k_front, -k_high}, {-k_canal, k_front, k_high})});
+}
+
+/// Number of screws with a wrong grade or wall, of those whose breaches lie a tenth of a millimetre from the
+/// limits of grades.
+int wrong_verdicts(const VertebraZones& zones, const BoneDistance& distance) {
+  int wrong = 0;
+  for (const Wall wall : {Wall::medial, Wall::lateral, Wall::above, Wall::below})
+    for (const double breach : {1.9, 2.1, 3.9, 4.1, 5.9, 6.1}) {
+      const Breach found = find_breaches(screw_through(wall, breach, 7), zones, distance).pedicle;
+      wrong += found.wall != wall || grade_of(found.mm) != grade_of(breach);
+    }
+  return wrong;
+}
+
+TEST(PedicleJudge, GradesAreExactWithTheExactBoneAndWrongWithPlantedFaults) {
+  const VertebraZones zones = Box(0.4).found.zones;
+  EXPECT_EQ(wrong_verdicts(zones, distance_to_box), 0);
+  EXPECT_GE(wrong_verdicts(zones, [](const dvec3& p) { return distance_to_box(p) - 0.15; }), 12)
+      << "bone that is 0.15 mm too large";
+  EXPECT_GE(wrong_verdicts(zones, [](const dvec3& p) { return distance_to_box(p) + 0.15; }), 12)
+      << "bone that is 0.15 mm too small";
+  VertebraZones mirrored = zones;
+  mirrored.frame.up = -mirrored.frame.up;
+  EXPECT_GE(wrong_verdicts(mirrored, distance_to_box), 12) << "above and below exchanged";
+}
+
 TEST(PedicleJudge, ScoresByThePlan) {
   const Box box(0.8);
   const Screw screw = screw_through(Wall::none, 0, 6);

@@ -9,6 +9,7 @@
 #include "apps/bench/scenes/scenes.h"
 #include "data-tools/phantoms/head_landmarks.h"
 #include "haptics/methods/methods.h"
+#include "tests/modules/events_of.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::ventriculostomy {
@@ -152,14 +153,7 @@ ServoRecord move(sim::Lockstep& run, double rate, double from, double to, double
 }
 constexpr auto k_ignore = [](const ServoRecord&, double) {};
 
-template <class T>
-std::vector<std::pair<T, dvec3>> events_of(const sim::Engine& engine) {
-  std::vector<std::pair<T, dvec3>> all;
-  const sim::Chronicle& chronicle = engine.now().chronicle;
-  for (std::size_t i = 0; i < chronicle.size(); ++i)
-    if (const T* one = chronicle[i].value.as<T>()) all.emplace_back(*one, chronicle[i].position_world);
-  return all;
-}
+using sim::events_of;
 const CatheterState& state_of(const sim::Lockstep& run) {
   return *run.engine().now().settings.hands[1].state.as<CatheterState>();
 }

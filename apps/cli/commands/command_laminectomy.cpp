@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/cli/commands.h"
+#include "apps/cli/options/vertebra_options.h"
 #include "apps/view/slice_picture.h"
 #include "data-tools/files/output_set.h"
 #include "data-tools/formats/open_volume.h"
@@ -21,10 +22,8 @@ using volume::CanalSection;
 
 namespace {
 
-struct LaminectomyArguments {
-  workbench::SourceChoice case_source;
-  std::string session, vertebra, canal, slices;
-  std::optional<double> until;
+struct LaminectomyArguments : VertebraArguments {
+  std::string slices;
 };
 
 /// Draws sections of the scan through a vertebra, with removed bone tinted.
@@ -257,65 +256,14 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.add_input(input);
   outputs.add_output("slices", arguments.slices, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
-  if (arguments.vertebra.empty() && arguments.canal.empty())
-    return Error{.what = "no vertebra selected",
-                 .expected = "--vertebra or --canal",
-                 .remedy = "list the labels with trephine info"};
-  std::optional<dvec3> canal;
-  if (!arguments.canal.empty()) {
-    const auto place = parse_point(arguments.canal, "--canal");
-    if (!place) return place.error();
-    canal = place.value();
-  }
-  if (arguments.until && !(*arguments.until >= 0 && std::isfinite(*arguments.until)))
-    return Error{.what = "the time is out of range",
-                 .where = "--until",
-                 .found = format_text("%g", *arguments.until),
-                 .expected = "0 s or more"};
-  auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
+  auto opened = open_vertebra(arguments);
   if (!opened) return opened.error();
-  workbench::OpenedSession& session = *opened.value();
-  const std::uint64_t tick_count = session.reader->tick_count();
-  const double rate = session.reader->header().rate_hz;
-  const auto end =
-      arguments.until
-          ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)))
-          : tick_count;
-  if (arguments.until && *arguments.until * rate > static_cast<double>(tick_count) + 0.5)
-    return Error{.what = "the session ends before this time",
-                 .where = "--until",
-                 .found = format_text("%.1f s", *arguments.until),
-                 .expected = format_text("0 to %.1f s", static_cast<double>(tick_count) / rate)};
-  if (Status error = session.replay->seek(end)) return *error;
-  sim::Engine& engine = session.replay->engine();
-  engine.freeze();
-  if (session.scene().items.empty() || session.scene().items[0].is_mesh())
-    return Error{.what = "the session has no bone",
-                 .where = "session",
-                 .expected = "a session whose first shape is of a volume"};
-  const volume::Field& bone = session.scene().items[0].field;
-  const volume::Volume& scan = bone.volume();
-  const int label = arguments.vertebra.empty() ? -1 : scan.label_value(arguments.vertebra);
-  if (!arguments.vertebra.empty() && (label <= 0 || scan.labels.is_empty())) {
-    std::string known;
-    for (std::size_t i = 1; i < scan.label_names.size(); ++i)
-      known += (i > 1 ? ", " : "") + scan.label_names[i];
-    return Error{.what = "unknown label",
-                 .where = "vertebra",
-                 .found = arguments.vertebra,
-                 .expected = known.empty() ? "a scan with labels" : known,
-                 .remedy = "pass a position in its canal: --canal"};
-  }
-  const auto judged = laminectomy::judge(bone, label, canal ? &*canal : nullptr, *engine.current());
-  if (!judged) {
-    const LocatedError& error = judged.error();
-    const glm::dvec3& at = error.position_world;
-    return Error{.what = error.reason,
-                 .where = "laminectomy",
-                 .found = format_text("%.1f, %.1f, %.1f", at.x, at.y, at.z),
-                 .expected = "a vertebra with a closed canal",
-                 .remedy = "pass a position in its canal at the height of its lamina: --canal"};
-  }
+  OpenedVertebra& vertebra = opened.value();
+  sim::Engine& engine = vertebra.engine();
+  const volume::Field& bone = vertebra.bone();
+  const int label = vertebra.label;
+  const auto judged = laminectomy::judge(bone, label, vertebra.canal_or_null(), *engine.current());
+  if (!judged) return no_canal(judged.error(), "laminectomy");
   const laminectomy::Outcome& o = judged.value();
   const Judgement j = laminectomy::judgement_of(o, arguments.vertebra);
   const Plane plane(o, bone, *engine.current());
@@ -385,13 +333,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
 
 Run build(Options& options) {
   auto a = std::make_shared<LaminectomyArguments>();
-  add_session(options, a->session, a->case_source);
-  options.add("--vertebra", a->vertebra, "Label of the vertebra in the scan").type("LABEL");
-  options
-      .add("--canal", a->canal,
-           "A position in its canal, at the height of its lamina, mm (LPS); required without a label")
-      .type("X,Y,Z");
-  options.add("--until", a->until, "Time of the state in the session, s (default: the end)").type("S");
+  add_vertebra(options, *a);
   options.add("--slices", a->slices, "Write the sections of the scan that show the result").type("PNG");
   return run_with(a, run_laminectomy);
 }

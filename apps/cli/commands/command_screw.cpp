@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/cli/commands.h"
+#include "apps/cli/options/vertebra_options.h"
 #include "apps/view/slice_picture.h"
 #include "data-tools/files/output_set.h"
 #include "modules/pedicle/pedicle.h"
@@ -19,10 +20,8 @@ using pedicle::ScrewJudged;
 
 namespace {
 
-struct ScrewArguments {
-  workbench::SourceChoice case_source;
-  std::string session, vertebra, canal, slices;
-  std::optional<double> until;
+struct ScrewArguments : VertebraArguments {
+  std::string slices;
 };
 
 /// A screw of the vertebra, and its judgement.
@@ -181,38 +180,10 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
   for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.add_input(input);
   outputs.add_output("slices", arguments.slices, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
-  if (arguments.vertebra.empty() && arguments.canal.empty())
-    return Error{.what = "no vertebra selected",
-                 .expected = "--vertebra or --canal",
-                 .remedy = "list the labels with trephine info"};
-  std::optional<dvec3> canal;
-  if (!arguments.canal.empty()) {
-    const auto place = parse_point(arguments.canal, "--canal");
-    if (!place) return place.error();
-    canal = place.value();
-  }
-  auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
+  auto opened = open_vertebra(arguments);
   if (!opened) return opened.error();
-  workbench::OpenedSession& session = *opened.value();
-  const std::uint64_t tick_count = session.reader->tick_count();
-  const double rate = session.reader->header().rate_hz;
-  std::uint64_t end = tick_count;
-  if (arguments.until) {
-    const double longest = static_cast<double>(tick_count) / rate;
-    if (!(*arguments.until >= 0 && *arguments.until <= longest + 0.5 / rate))
-      return Error{.what = "the session does not contain this time",
-                   .where = "--until",
-                   .found = format_text("%g s", *arguments.until),
-                   .expected = format_text("0 to %.1f s", longest)};
-    end = std::min(tick_count, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)));
-  }
-  if (Status error = session.replay->seek(end)) return *error;
-  sim::Engine& engine = session.replay->engine();
-  engine.freeze();
-  if (session.scene().items.empty() || session.scene().items[0].is_mesh())
-    return Error{.what = "the session has no bone",
-                 .where = "session",
-                 .expected = "a session whose first shape is of a volume"};
+  OpenedVertebra& vertebra = opened.value();
+  sim::Engine& engine = vertebra.engine();
   const auto* world = engine.now().undoable_of<pedicle::PedicleWorld>();
   if (world == nullptr || world->screw_bodies.empty())
     return Error{
@@ -220,28 +191,9 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
         .where = "session",
         .expected = "a session in which place-screw was run",
         .remedy = "record one: trephine run docs/examples/pedicle-screw.toml --record spine.session"};
-  const volume::Field& shape = session.scene().items[0].field;
   const std::shared_ptr<const volume::Volume>& scan = engine.current()->shared_base();
-  const int label = arguments.vertebra.empty() ? -1 : scan->label_value(arguments.vertebra);
-  if (!arguments.vertebra.empty() && (label <= 0 || scan->labels.is_empty())) {
-    std::string known;
-    for (std::size_t i = 1; i < scan->label_names.size(); ++i)
-      known += (i > 1 ? ", " : "") + scan->label_names[i];
-    return Error{.what = "unknown label",
-                 .where = "vertebra",
-                 .found = arguments.vertebra,
-                 .expected = known.empty() ? "a scan with labels" : known,
-                 .remedy = "pass a position in its canal: --canal"};
-  }
-  const auto bone = pedicle::find_bone(scan, shape, label, canal ? &*canal : nullptr);
-  if (!bone) {
-    const dvec3& at = bone.error().position_world;
-    return Error{.what = bone.error().reason,
-                 .where = "screw",
-                 .found = format_text("%.1f, %.1f, %.1f", at.x, at.y, at.z),
-                 .expected = "a vertebra with a closed canal",
-                 .remedy = "pass a position in its canal at the height of its lamina: --canal"};
-  }
+  const auto bone = pedicle::find_bone(scan, vertebra.bone(), vertebra.label, vertebra.canal_or_null());
+  if (!bone) return no_canal(bone.error(), "screw");
   const volume::SurgicalPlan* plan = engine.now().plan.get();
   std::vector<Finding> findings;
   for (std::size_t i = 0; i < world->screw_bodies.size(); ++i) {
@@ -271,13 +223,7 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
 
 Run build(Options& options) {
   auto a = std::make_shared<ScrewArguments>();
-  add_session(options, a->session, a->case_source);
-  options.add("--vertebra", a->vertebra, "Label of the vertebra in the scan").type("LABEL");
-  options
-      .add("--canal", a->canal,
-           "A position in its canal, at the height of its lamina, mm (LPS); required without a label")
-      .type("X,Y,Z");
-  options.add("--until", a->until, "Time of the state in the session, s (default: the end)").type("S");
+  add_vertebra(options, *a);
   options.add("--slices", a->slices, "Write the sections of the scan that show the screws").type("PNG");
   return run_with(a, run_screw);
 }
