@@ -42,6 +42,11 @@ struct Note {
   std::string text;
   static const Schema& schema();
 };
+/// Begins a step of the procedure, if a transition on request leads there and its conditions are met.
+struct GoToStep {
+  std::string step;
+  static const Schema& schema();
+};
 /// Continues a session: strokes end, bodies are released, every proxy and force starts afresh.
 struct Resume {
   static const Schema& schema();

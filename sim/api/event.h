@@ -32,6 +32,20 @@ struct JobDiscarded {
   static const Schema& schema();
 };
 
+/// A step of the procedure began.
+struct StepEntered {
+  std::string step;
+  static const Schema& schema();
+};
+/// The procedure did not allow a command, or a transition was due while a hand held an instrument that the
+/// next step does not allow.
+struct StepRefused {
+  std::string step;     ///< current step
+  std::string request;  ///< name of the command, instrument or next step
+  std::string reason;
+  static const Schema& schema();
+};
+
 /// An implant was added. Emitted at its middle.
 struct BodyAdded {
   Id body;

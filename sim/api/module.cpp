@@ -20,5 +20,6 @@ void Module::hear(const Command&, const OperationState&, ModuleReaction&) const 
 bool Module::is_moving(const OperationState&) const { return false; }
 Overlays Module::overlays(const OperationState&) const { return {}; }
 std::vector<Measure> Module::measures(const OperationState&) const { return {}; }
+std::vector<Finding> Module::findings(const JobInput&) const { return {}; }
 
 }  // namespace trephine::sim

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "sim/api/command.h"
+#include "sim/api/finding.h"
 #include "sim/api/forbidden.h"
 #include "sim/api/operation_state.h"
 #include "sim/api/overlay.h"
@@ -158,6 +159,9 @@ class Module {
   /// only adopt derived data are left out.
   virtual void hear(const Command& command, const OperationState& state, ModuleReaction& reaction) const;
   virtual std::vector<Measure> measures(const OperationState& state) const;
+  /// Judges the operation anew for a score, from state, chronicle and plan alone; may take seconds. Order and
+  /// names are constant for a plan. Called on a frozen state, on any thread.
+  virtual std::vector<Finding> findings(const JobInput& input) const;
   /// Returns true if its overlays change with time; they are then fetched in every frame.
   virtual bool is_moving(const OperationState& state) const;
   /// Returns overlays of its state, world frame, in at most 0.2 ms. Called only while a display fetches them.

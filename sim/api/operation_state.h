@@ -12,11 +12,23 @@
 
 namespace trephine::sim {
 
+/// Position in the procedure of the plan.
+struct ProcedurePosition {
+  std::int32_t step = -1;          ///< index; -1: no procedure
+  std::uint64_t entered_tick = 0;  ///< when the step began
+  /// Number of events in the chronicle when the step began, or at the last undo, redo or change of branch
+  /// since then. Conditions count later events only.
+  std::uint64_t first_event = 0;
+  std::vector<std::uint32_t> visits;  ///< per step, number of times that it began
+  friend bool operator==(const ProcedurePosition&, const ProcedurePosition&) = default;
+};
+
 /// Undoable state.
 struct UndoableState {
   std::shared_ptr<const volume::Version> version;     ///< of the anatomy, which never moves
   std::vector<std::shared_ptr<const Value>> modules;  ///< one per module, in the session's order; may be null
   std::vector<Body> bodies;                           ///< detached from the anatomy, by ascending id
+  ProcedurePosition procedure;
 };
 
 /// Finding of a module about the anatomy, such as a judgement or a preview.

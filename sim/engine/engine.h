@@ -27,6 +27,11 @@ struct Outcome {
   std::size_t event_count = 0;                           ///< number of new events in the chronicle
   Id job;                                                ///< job that began or ended
   std::optional<std::uint64_t> job_hash = std::nullopt;  ///< of the adopted result
+  /// Commands that the driver must apply next, in order: those that a step of the procedure issues when it
+  /// begins. A replay reads them from the session instead.
+  std::vector<Command> next_commands = {};
+  /// The command was refused by the procedure, which emitted an event: it belongs in the session's log.
+  bool is_refusal_recorded = false;
 };
 
 /// A hand at the start of an operation.

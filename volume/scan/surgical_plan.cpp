@@ -82,7 +82,14 @@ Status check(const SurgicalPlan& plan) {
       return invalid("planes", p.name, "a point and a unit normal");
   for (const PlannedTarget& t : plan.targets)
     if (!is_name(t.label)) return invalid("targets", t.name, "the name of a label");
-  return std::nullopt;
+  if (plan.score.size() > k_max_planned)
+    return invalid("score", std::to_string(plan.score.size()), "at most " + std::to_string(k_max_planned));
+  for (const ScoreLimit& limit : plan.score)
+    if (!is_name(limit.finding) || !(std::abs(limit.full_at) <= k_farthest) ||
+        !(std::abs(limit.zero_at) <= k_farthest) || limit.full_at == limit.zero_at ||
+        !(limit.weight >= 0 && limit.weight <= k_farthest))
+      return invalid("score", limit.finding, "two different limits and a weight of 0 or more");
+  return check(plan.procedure);
 }
 
 }  // namespace trephine::volume

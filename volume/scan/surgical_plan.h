@@ -1,5 +1,5 @@
-// SurgicalPlan: what was planned on a scan before an operation: trajectories, landmarks, outlines, planes and
-// targets. World frame (LPS, mm).
+// SurgicalPlan: what was planned on a scan before an operation: trajectories, landmarks, outlines, planes,
+// targets, the procedure and limits of the score. World frame (LPS, mm).
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "volume/base/error.h"
+#include "volume/scan/procedure.h"
 
 namespace trephine::volume {
 
@@ -53,9 +54,12 @@ struct SurgicalPlan {
   std::vector<PlannedOutline> outlines;
   std::vector<PlannedPlane> planes;
   std::vector<PlannedTarget> targets;
+  SurgicalProcedure procedure;    ///< empty: no steps are required
+  std::vector<ScoreLimit> score;  ///< for findings whose usual limits do not apply
 
   bool is_empty() const noexcept {
-    return trajectories.empty() && landmarks.empty() && outlines.empty() && planes.empty() && targets.empty();
+    return trajectories.empty() && landmarks.empty() && outlines.empty() && planes.empty() &&
+           targets.empty() && procedure.is_empty() && score.empty();
   }
   friend bool operator==(const SurgicalPlan&, const SurgicalPlan&) = default;
 };

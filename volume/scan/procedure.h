@@ -1,0 +1,73 @@
+// SurgicalProcedure: the steps of an operation, with what each of them allows and when the next one begins.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "volume/base/error.h"
+
+namespace trephine::volume {
+
+/// Limits of a measurement. An unknown measurement, or one that a later change of the anatomy has outdated,
+/// meets no limits.
+struct StepCondition {
+  std::string measurement;  ///< such as "removed_mm3", "events flap-cut" or a measure of a module
+  std::optional<double> minimum, maximum;
+  friend bool operator==(const StepCondition&, const StepCondition&) = default;
+};
+
+/// Change from one step to another.
+struct StepTransition {
+  static constexpr const char* k_on_request = "request";
+  std::string to;  ///< name of the next step
+  /// Name of the command or event that causes it, or k_on_request: the command go-to-step. Empty: any
+  /// command, event or end of a stroke.
+  std::string on;
+  std::vector<StepCondition> conditions;  ///< all must be met
+  friend bool operator==(const StepTransition&, const StepTransition&) = default;
+};
+
+struct ProcedureStep {
+  std::string name;   ///< "remove-bone"; unique
+  std::string title;  ///< in the user's words
+  std::string hint;   ///< what to do; may be empty
+  std::string note;   ///< what to learn; may be empty
+  /// Names of instruments and commands that the step allows in addition to those of the procedure; "*": all.
+  std::vector<std::string> instruments, commands;
+  /// Commands that are issued when the step begins, in words: "cut-flap saw_width=1.6".
+  std::vector<std::string> on_entry;
+  bool is_end = false;  ///< the operation is complete
+  std::vector<StepTransition> transitions;
+  friend bool operator==(const ProcedureStep&, const ProcedureStep&) = default;
+};
+
+struct SurgicalProcedure {
+  std::string name;   ///< "craniotomy"
+  std::string title;  ///< in the user's words
+  /// Names of instruments and commands that every step allows.
+  std::vector<std::string> instruments, commands;
+  std::vector<ProcedureStep> steps;  ///< the operation begins in the first one
+
+  bool is_empty() const noexcept { return steps.empty(); }
+  /// Returns the index of a step; -1 if it is unknown.
+  int find(const std::string& step) const noexcept;
+  friend bool operator==(const SurgicalProcedure&, const SurgicalProcedure&) = default;
+};
+
+/// Limits and weight of a finding in the score of an operation.
+struct ScoreLimit {
+  std::string finding;  ///< name, such as "L4 left: breach"
+  double full_at = 0,
+         zero_at = 0;  ///< values with all points and with none, in the finding's unit; different
+  double weight = 1;   ///< points at `full_at`; 0: the finding is reported without points
+  friend bool operator==(const ScoreLimit&, const ScoreLimit&) = default;
+};
+
+/// Most steps of a procedure, and most transitions of a step.
+inline constexpr std::size_t k_max_steps = 64;
+/// Returns an error if a name is missing or not unique, a transition leads to an unknown step, a step cannot
+/// be reached, or no end can be reached from it. Names of commands, events and measurements are not checked.
+Status check(const SurgicalProcedure& procedure);
+
+}  // namespace trephine::volume
