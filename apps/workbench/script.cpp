@@ -124,7 +124,8 @@ std::vector<std::string> files_of(const Script& script, const std::string& folde
 }
 
 Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const std::string& folder,
-                                                   const std::string& where, const Listener& listener) {
+                                                   const std::string& where, const Listener& listener,
+                                                   const std::optional<Performance>& performance) {
   OperationChoice choice;
   choice.shape = {script.iso, script.window, script.label, script.is_auto, script.is_largest};
   choice.rate_hz = script.rate_hz;
@@ -194,7 +195,9 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   output->paths_ = std::move(paths);
   for (std::size_t i = 0; i < commands.size(); ++i)
     output->commands_.push_back({&output->script_.commands[i], std::move(commands[i])});
-  if (Status error = output->find_places(where)) return *error;
+  std::optional<Performer> performer;
+  if (performance) performer.emplace(performance->skill, performance->seed, output->planned_duration());
+  if (Status error = output->find_places(where, performer ? &*performer : nullptr)) return *error;
   for (TimedCommand& timed : output->commands_) {
     Result<sim::Command> command = command_of(*timed.from, output->places_, where);
     if (!command) return command.error();
@@ -203,15 +206,31 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
 
   if (Status error = check_names(output->script_, output->places_, output->operation_.engine(), where))
     return *error;
-  for (const haptics::PosePath& path : output->paths_)
-    output->duration_ = std::max(output->duration_, path.end_time());
-  for (const ScriptCommand& request : script.commands)
-    output->duration_ = std::max(output->duration_, request.at);
-  for (const ScriptExpectation& request : script.expectations)
-    output->duration_ = std::max(output->duration_, request.at.value_or(0));
-  for (const ScriptPicture& picture : script.pictures)
-    output->duration_ = std::max(output->duration_, picture.at.value_or(0));
+  output->duration_ = output->planned_duration();
+  if (performer) output->perform(*performer);
   return output;
+}
+
+/// Returns the time of the last motion, command, expectation or picture, s.
+double ScriptRun::planned_duration() const {
+  double duration = 0;
+  for (const haptics::PosePath& path : paths_) duration = std::max(duration, path.end_time());
+  for (const ScriptCommand& request : script_.commands) duration = std::max(duration, request.at);
+  for (const ScriptExpectation& request : script_.expectations)
+    duration = std::max(duration, request.at.value_or(0));
+  for (const ScriptPicture& picture : script_.pictures) duration = std::max(duration, picture.at.value_or(0));
+  return duration;
+}
+
+/// Replaces the planned motions and times by those of the performer.
+void ScriptRun::perform(const Performer& performer) {
+  for (std::size_t h = 0; h < paths_.size(); ++h) paths_[h] = performer.perform(paths_[h], h);
+  for (ScriptCommand& request : script_.commands) request.at = performer.time_of(request.at);
+  for (ScriptExpectation& request : script_.expectations)
+    if (request.at) request.at = performer.time_of(*request.at);
+  for (ScriptPicture& picture : script_.pictures)
+    if (picture.at) picture.at = performer.time_of(*picture.at);
+  duration_ = performer.time_of(duration_);
 }
 
 Result<Place> ScriptRun::find_trajectory_place(const ScriptPlace& request) const {
@@ -226,7 +245,8 @@ Result<Place> ScriptRun::find_trajectory_place(const ScriptPlace& request) const
                .expected = known.empty() ? "a scan with a plan" : known};
 }
 
-Status ScriptRun::find_places(const std::string& where) {
+/// Finds the places, displaced by the performer if there is one, and the paths that begin there.
+Status ScriptRun::find_places(const std::string& where, const Performer* performer) {
   if (script_.places.empty()) return std::nullopt;
   const haptics::TouchScene& scene = *operation_.scene();
   const volume::Version untouched(scene.base);
@@ -239,6 +259,7 @@ Status ScriptRun::find_places(const std::string& where) {
       return error;
     }
     places_.push_back(std::move(place).value());
+    if (performer) performer->displace(places_.back());
   }
   for (std::size_t h = 0; h < paths_.size(); ++h)
     for (const Place& place : places_)

@@ -1,6 +1,7 @@
 // ScriptRun: plays a script: moves hands, sends commands, checks expectations and takes pictures.
 #pragma once
 
+#include "apps/workbench/performer.h"
 #include "apps/workbench/script_watch.h"
 #include "apps/workbench/sessions.h"
 #include "data-tools/cases/script_file.h"
@@ -14,12 +15,20 @@ std::string scan_of(const data_tools::Script& script, const std::string& folder)
 /// Returns the paths of all files of a script as the program opens them.
 std::vector<std::string> files_of(const data_tools::Script& script, const std::string& folder);
 
+/// The simulated person who plays a script.
+struct Performance {
+  Skill skill;
+  std::uint64_t seed = 1;
+};
+
 /// A script with its opened scan and prepared hands.
 class ScriptRun {
  public:
-  /// `folder`: base of the script's relative paths. Errors name the script's line.
+  /// `folder`: base of the script's relative paths. Errors name the script's line. `performance`: the hands
+  /// are moved by such a person; empty: exactly.
   static Result<std::unique_ptr<ScriptRun>> open(const data_tools::Script& script, const std::string& folder,
-                                                 const std::string& where, const Listener& listener = {});
+                                                 const std::string& where, const Listener& listener = {},
+                                                 const std::optional<Performance>& performance = {});
   const Operation& operation() const { return operation_; }
   const std::vector<Place>& places() const noexcept { return places_; }
   /// Duration of the script, s.
@@ -51,7 +60,9 @@ class ScriptRun {
   ScriptRun(const data_tools::Script& script, Operation operation)
       : script_(script), operation_(std::move(operation)) {}
   Result<Place> find_trajectory_place(const data_tools::ScriptPlace& request) const;
-  Status find_places(const std::string& where);
+  Status find_places(const std::string& where, const Performer* performer);
+  void perform(const Performer& performer);
+  double planned_duration() const;
   std::vector<std::unique_ptr<haptics::Device>> devices() const;
   data_tools::Script script_;
   Operation operation_;

@@ -1,5 +1,6 @@
 // run: plays a script of an operation and checks its expectations.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "apps/cli/commands.h"
@@ -15,10 +16,38 @@ namespace trephine::cli {
 namespace {
 
 struct RunArguments {
-  std::string script, output, pictures;
+  std::string script, output, pictures, skill;
+  std::optional<double> seed;
   bool wants_window = false, is_live = false;
   workbench::RecordChoice record;
 };
+
+/// Returns the person who plays the script; empty: it is played exactly.
+Result<std::optional<workbench::Performance>> requested_performance(const RunArguments& arguments) {
+  if (arguments.skill.empty()) {
+    if (arguments.seed)
+      return Error{.what = "a seed needs a skill",
+                   .where = "--seed",
+                   .expected = "--skill",
+                   .remedy = "pass --skill novice, or omit --seed"};
+    return std::optional<workbench::Performance>();
+  }
+  const workbench::Skill* skill = workbench::find_skill(arguments.skill);
+  if (skill == nullptr) {
+    std::string known;
+    for (const workbench::Skill& one : workbench::skills())
+      known.append(known.empty() ? "" : ", ").append(one.name);
+    return Error{.what = "unknown skill", .where = "--skill", .found = arguments.skill, .expected = known};
+  }
+  constexpr double k_largest = 1e9;
+  const double seed = arguments.seed.value_or(1);
+  if (!(seed >= 0 && seed <= k_largest && seed == std::floor(seed)))
+    return Error{.what = "the seed is out of range",
+                 .where = "--seed",
+                 .found = format_text("%g", seed),
+                 .expected = "a whole number from 0 to 1000000000"};
+  return std::optional(workbench::Performance{*skill, static_cast<std::uint64_t>(seed)});
+}
 
 Result<Outcome> run_script(const RunArguments& arguments) {
   if (arguments.wants_window && !view::has_display()) return view::no_display();
@@ -31,6 +60,9 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   request.record = arguments.record;
   request.is_live = arguments.is_live;
   request.pictures = arguments.pictures;
+  auto performance = requested_performance(arguments);
+  if (!performance) return performance.error();
+  request.performance = performance.value();
   request.wants_session = arguments.wants_window;
   request.in_use = workbench::files_of(request.script, request.folder);
   request.in_use.insert(request.in_use.end(), {arguments.script, arguments.record.file});
@@ -47,9 +79,14 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (Status error = outputs.result()) return *error;
 
   const double removed = report.measure("removed");
-  Outcome outcome("run", report.is_met() ? exit_done : exit_check_failed);
+  // With a simulated person, unmet expectations are results.
+  Outcome outcome("run", report.is_met() || request.performance ? exit_done : exit_check_failed);
   Json& json = outcome.json;
   json["title"] = request.script.title;
+  if (request.performance) {
+    json["skill"] = request.performance->skill.name;
+    json["seed"] = request.performance->seed;
+  }
   json["ticks"] = report.ticks;
   json["seconds"] = report.seconds;
   json["played_seconds"] = played.value().played_seconds;
@@ -101,6 +138,11 @@ Run build(Options& options) {
       "-o,--output", a->output,
       "Write the remaining volume at the end: " + data_tools::extensions_of(data_tools::OutputKind::volume));
   options.add("--pictures", a->pictures, "Write the script's pictures to this folder").type("FOLDER");
+  options
+      .add("--skill", a->skill,
+           "Play it as a simulated person: novice, trained or expert; expectations are then only reported")
+      .type("SKILL");
+  options.add("--seed", a->seed, "Number of the person's errors (default: 1)").type("N");
   options.add("--live", a->is_live, "Play it on a servo thread in real time");
   options.add("--show", a->wants_window, "Play the result in the window");
   add_record(options, a->record);

@@ -114,8 +114,8 @@ Result<PlayedScript> play_script(const ScriptRequest& request) {
                  .found = format_text("%g Hz", request.script.rate_hz),
                  .expected = "250 to 10000 Hz",
                  .remedy = "choose another rate, or omit --live"};
-  auto opened =
-      workbench::ScriptRun::open(request.script, request.folder, request.where, terminal_listener());
+  auto opened = workbench::ScriptRun::open(request.script, request.folder, request.where, terminal_listener(),
+                                           request.performance);
   if (!opened) return opened.error();
   played.run = std::move(opened).value();
   workbench::ScriptRun& run = *played.run;

@@ -11,10 +11,11 @@ struct ScriptRequest {
   std::string folder, where;  ///< folder that relative paths start from; name of the script in errors
   workbench::RecordChoice record;
   bool is_live = false;
-  std::string pictures;              ///< folder of the pictures; empty: no pictures
-  std::vector<std::string> outputs;  ///< other files that will be written
-  std::vector<std::string> in_use;   ///< files that no picture may replace
-  bool wants_session = false;        ///< record a session even if no file was requested
+  std::optional<workbench::Performance> performance;  ///< empty: hands move exactly
+  std::string pictures;                               ///< folder of the pictures; empty: no pictures
+  std::vector<std::string> outputs;                   ///< other files that will be written
+  std::vector<std::string> in_use;                    ///< files that no picture may replace
+  bool wants_session = false;                         ///< record a session even if no file was requested
 };
 
 /// A file that is deleted with its owner, unless `path` is cleared.
