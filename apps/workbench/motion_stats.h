@@ -31,7 +31,7 @@ struct HandMotion {
   std::int64_t strokes = 0;
   double stroke_length = 0;  ///< mm, mean
   double stroke_spread = 0;  ///< mm, standard deviation
-  double mean_force = 0;     ///< N, while the hand touches something or its force is not zero
+  double mean_force = 0;     ///< N, over the time with a force
   double peak_force = 0;     ///< N
   double near_seconds = 0;   ///< nearer than MotionLimits::near to a forbidden structure
   /// Part of near_seconds with a force above MotionLimits::near_force.
@@ -44,8 +44,10 @@ class SmoothedMotion {
  public:
   explicit SmoothedMotion(double dt) noexcept;
   void add(const glm::dvec3& p_world) noexcept;
-  /// Continues elsewhere: after a gap there are no differences to earlier positions.
-  void begin_again() noexcept;
+  /// Starts again after a gap: later positions are not compared with earlier ones.
+  void interrupt() noexcept;
+  /// Newest speed, mm/s; negative before the second mean.
+  double speed() const noexcept { return speed_; }
 
   /// mm, including the ways between the ends and the outermost means.
   double path() const noexcept;
@@ -61,7 +63,7 @@ class SmoothedMotion {
   std::array<glm::dvec3, 4> means_{};  ///< newest last
   int mean_count_ = 0;                 ///< since the last gap, at most 4
   bool has_position_ = false;
-  double path_ = 0;
+  double path_ = 0, speed_ = -1;
 };
 
 /// Fed tick by tick, in constant time and without allocations.
@@ -78,21 +80,24 @@ class MotionStats {
   HandMotion total() const noexcept;
 
  private:
+  struct Strokes {
+    std::int64_t count = 0, measured = 0;
+    double length = 0, length_square = 0, log_jerk = 0;  ///< sums; mm, mm2
+  };
   struct Hand {
     explicit Hand(double dt) noexcept : whole(dt), stroke(dt) {}
     SmoothedMotion whole, stroke;
-    std::int64_t ticks = 0, working = 0, idle = 0, contact = 0, near = 0, near_force = 0, stroke_ticks = 0;
+    std::int64_t ticks = 0, working = 0, idle = 0, forced = 0, near = 0, near_force = 0, stroke_ticks = 0;
     double force_sum = 0, force_peak = 0;
-    std::int64_t strokes = 0, measured = 0;
-    double length_sum = 0, length_square_sum = 0, log_jerk_sum = 0;
+    Strokes strokes;  ///< the finished ones
     std::uint64_t next_tick = 0;
-    glm::dvec3 position{0.0};
-    bool has_position = false, is_pressed = false;
+    bool is_pressed = false;
   };
   struct Sums;
   void begin_stroke(Hand& hand) const noexcept;
   void end_stroke(Hand& hand) const noexcept;
-  static void add(const Hand& hand, Sums& sums, double dt) noexcept;
+  void add_stroke(const Hand& hand, Strokes& strokes) const noexcept;
+  void add(const Hand& hand, Sums& sums) const noexcept;
   HandMotion result(const Sums& sums) const noexcept;
 
   double dt_;
