@@ -17,18 +17,9 @@ Status open_session_at(const MomentChoice& choice, const Listener& listener, Mom
   if (!opened) return opened.error();
   moment.session = std::move(opened).value();
   OpenedSession& session = *moment.session;
-  const double rate = session.reader->header().rate_hz;
-  const std::uint64_t tick_count = session.reader->tick_count();
-  const double end = static_cast<double>(tick_count) / rate;
-  if (choice.until && *choice.until > end + 0.5 / rate)
-    return Error{.what = "the session ends before this time",
-                 .where = "until",
-                 .found = format_text("%g s", *choice.until),
-                 .expected = format_text("0 to %.1f s", end)};
-  const std::uint64_t tick =
-      choice.until ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*choice.until * rate)))
-                   : tick_count;
-  return go_to(moment, tick);
+  const auto tick = tick_at(*session.reader, choice.until);
+  if (!tick) return tick.error();
+  return go_to(moment, tick.value());
 }
 
 }  // namespace

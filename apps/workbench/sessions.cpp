@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -110,6 +111,18 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   }
   result->replay = std::move(replay).value();
   return result;
+}
+
+Result<std::uint64_t> tick_at(const sim::SessionReader& session, std::optional<double> seconds) {
+  const std::uint64_t count = session.tick_count();
+  if (!seconds) return count;
+  const double rate = session.header().rate_hz, longest = static_cast<double>(count) / rate;
+  if (*seconds >= 0 && *seconds <= longest + 0.5 / rate)
+    return std::min(count, static_cast<std::uint64_t>(std::llround(*seconds * rate)));
+  return Error{.what = "the session does not contain this time",
+               .where = "until",
+               .found = format_text("%g s", *seconds),
+               .expected = format_text("0 to %.1f s", longest)};
 }
 
 std::string autosave_folder() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "apps/workbench/operation.h"
@@ -42,6 +43,10 @@ struct OpenedSession {
 /// names.
 Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const SourceChoice& case_source,
                                                     const Listener& listener = {});
+
+/// Returns the first tick after a time of a session, s; without a time the number of its ticks. Error naming
+/// "until" if the session does not contain the time.
+Result<std::uint64_t> tick_at(const sim::SessionReader& session, std::optional<double> seconds);
 
 /// Returns the folder of windows' sessions, $XDG_STATE_HOME/trephine/sessions (~/.local/state/...), created
 /// if missing; empty if it cannot be created.

@@ -423,12 +423,18 @@ std::span<const sim::ValueType* const> Drilling::events() const {
   return all;
 }
 
-std::vector<sim::Measure> Drilling::measures(const sim::OperationState& operation) const {
-  double hottest = 0, plunge = 0, breakthroughs = 0;
+double hottest_bone(const sim::OperationState& operation) noexcept {
+  double hottest = 0;
   for (const sim::Instrument& hand : operation.settings.hands) {
     if (const auto* state = hand.state.as<BurrState>()) hottest = std::max(hottest, state->hottest);
     if (const auto* state = hand.state.as<CraniotomeState>()) hottest = std::max(hottest, state->hottest);
   }
+  return hottest;
+}
+
+std::vector<sim::Measure> Drilling::measures(const sim::OperationState& operation) const {
+  const double hottest = hottest_bone(operation);
+  double plunge = 0, breakthroughs = 0;
   for (std::size_t i = 0; i < operation.chronicle.size(); ++i)
     if (const auto* through = operation.chronicle[i].value.as<Breakthrough>())
       ++breakthroughs, plunge = std::max(plunge, through->plunge);

@@ -80,6 +80,9 @@ sim::Instrument burr(const Burr& parameters);
 /// Returns the forces of a rotating tool.
 inline sim::HandForces spin_forces(const haptics::Spin& spin) { return {{haptics::Effect{spin}}, {}}; }
 
+/// Returns the largest temperature rise of bone below the tools that the hands hold, K.
+double hottest_bone(const sim::OperationState& operation) noexcept;
+
 /// Module of drilling tools: burr, perforator, craniotome.
 class Drilling final : public sim::Module {
  public:
@@ -88,6 +91,7 @@ class Drilling final : public sim::Module {
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
+  std::vector<sim::Finding> findings(const sim::JobInput& input) const override;
 };
 
 }  // namespace trephine::drilling

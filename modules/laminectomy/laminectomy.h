@@ -50,6 +50,7 @@ class Laminectomy final : public sim::Module {
   sim::Value result() const override { return Judgement{}; }
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
+  std::vector<sim::Finding> findings(const sim::JobInput& input) const override;
 };
 
 }  // namespace trephine::laminectomy

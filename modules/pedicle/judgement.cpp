@@ -67,34 +67,6 @@ void judge_intensity(const Screw& screw, const volume::Volume& scan, ScrewJudged
   judged.shell_hu = mean_at({outer + 0.25, outer + 0.75}, end);
 }
 
-/// Compares a screw with the planned trajectory of its vertebra and side that has the nearest entry.
-void judge_plan(const JudgedScrew& screw, const volume::SurgicalPlan& plan, const ScoreMarks& marks,
-                ScrewJudged& judged) {
-  const volume::PlannedTrajectory* nearest = nullptr;
-  double least = 1e300;
-  for (const volume::PlannedTrajectory& one : plan.trajectories) {
-    // A plan may leave vertebra or side open.
-    if (!one.vertebra.empty() && !judged.vertebra.empty() && one.vertebra != judged.vertebra) continue;
-    if (!one.side.empty() && one.side != k_side_names[static_cast<std::size_t>(judged.side)]) continue;
-    const double distance = glm::length(one.entry_world - screw.screw.entry_world);
-    if (distance < least) least = distance, nearest = &one;
-  }
-  if (nearest == nullptr) return;
-  judged.planned = nearest->name;
-  judged.entry_error = least;
-  judged.target_error = glm::length(nearest->target_world - screw.screw.tip_world);
-  const dvec3 planned = glm::normalize(nearest->target_world - nearest->entry_world);
-  judged.angle_error = deterministic_acos(std::clamp(glm::dot(planned, screw.screw.ahead()), -1.0, 1.0)) *
-                       180 / 3.14159265358979323846;
-  const auto points = [](double error, double zero) { return std::max(0.0, 1 - error / zero); };
-  const double trajectory = points(judged.entry_error + judged.target_error, marks.trajectory_zero);
-  const double share = judged.has_track ? marks.trajectory_share : 1;
-  judged.has_score = true;
-  judged.score = 100 * share * trajectory;
-  if (judged.has_track)
-    judged.score += 100 * (1 - share) * points(std::abs(judged.depth_error), marks.depth_zero);
-}
-
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const JudgeScrew*>(parameters);
   auto result = std::make_shared<JudgementResult>();
@@ -222,8 +194,36 @@ Result<ScrewJudged, LocatedError> judge(const JudgedScrew& screw, const JudgedBo
   judge_intensity(screw.screw, *bone.scan, judged);
   judged.has_track = screw.track_depth.has_value();
   if (judged.has_track) judged.depth_error = screw.screw.length() - *screw.track_depth;
-  if (plan) judge_plan(screw, *plan, marks, judged);
+  if (plan) compare_with_plan(screw, *plan, marks, true, judged);
   return judged;
+}
+
+void compare_with_plan(const JudgedScrew& screw, const volume::SurgicalPlan& plan, const ScoreMarks& marks,
+                       bool has_side, ScrewJudged& judged) {
+  const volume::PlannedTrajectory* nearest = nullptr;
+  double least = 1e300;
+  for (const volume::PlannedTrajectory& one : plan.trajectories) {
+    // A plan may leave vertebra or side open.
+    if (!one.vertebra.empty() && !judged.vertebra.empty() && one.vertebra != judged.vertebra) continue;
+    if (has_side && !one.side.empty() && one.side != k_side_names[static_cast<std::size_t>(judged.side)])
+      continue;
+    const double distance = glm::length(one.entry_world - screw.screw.entry_world);
+    if (distance < least) least = distance, nearest = &one;
+  }
+  if (nearest == nullptr) return;
+  judged.planned = nearest->name;
+  judged.entry_error = least;
+  judged.target_error = glm::length(nearest->target_world - screw.screw.tip_world);
+  const dvec3 planned = glm::normalize(nearest->target_world - nearest->entry_world);
+  judged.angle_error = deterministic_acos(std::clamp(glm::dot(planned, screw.screw.ahead()), -1.0, 1.0)) *
+                       180 / 3.14159265358979323846;
+  const auto points = [](double error, double zero) { return std::max(0.0, 1 - error / zero); };
+  const double trajectory = points(judged.entry_error + judged.target_error, marks.trajectory_zero);
+  const double share = judged.has_track ? marks.trajectory_share : 1;
+  judged.has_score = true;
+  judged.score = 100 * share * trajectory;
+  if (judged.has_track)
+    judged.score += 100 * (1 - share) * points(std::abs(judged.depth_error), marks.depth_zero);
 }
 
 JudgedScrew judged_screw(const PedicleWorld& world, std::size_t index) {

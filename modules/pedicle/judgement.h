@@ -93,6 +93,10 @@ Result<JudgedBone, LocatedError> find_bone(const std::shared_ptr<const volume::V
 /// Judges a screw. `plan` may be null.
 Result<ScrewJudged, LocatedError> judge(const JudgedScrew& screw, const JudgedBone& bone,
                                         const volume::SurgicalPlan* plan, const ScoreMarks& marks);
+/// Compares a screw with the planned trajectory of the judged vertebra and, if `has_side`, of the judged side
+/// that has the nearest entry. Sets the distances to the plan and the score; neither without a trajectory.
+void compare_with_plan(const JudgedScrew& screw, const volume::SurgicalPlan& plan, const ScoreMarks& marks,
+                       bool has_side, ScrewJudged& judged);
 /// Returns a placed screw with the depth of its track.
 JudgedScrew judged_screw(const PedicleWorld& world, std::size_t index);
 

@@ -24,6 +24,7 @@ class Pedicle final : public sim::Module {
   void hear(const sim::Command& command, const sim::OperationState& operation,
             sim::ModuleReaction& reaction) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
+  std::vector<sim::Finding> findings(const sim::JobInput& input) const override;
   /// The ruler next to a probe shows its depth.
   bool is_moving(const sim::OperationState& operation) const override;
   sim::Overlays overlays(const sim::OperationState& operation) const override;

@@ -208,37 +208,12 @@ void measure_posture(const FitClamp& request, const sim::JobInput& input, const 
 }
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
-  const auto& request = *static_cast<const FitClamp*>(parameters);
-  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  const ClampPlan& plan = *input.state.persistent_of<ClampPlan>();
   auto output = std::make_shared<FitResult>();
-  ClampFitted& fitted = output->fitted;
-  fitted.planned = plan.pins;
-  const auto fail = [&](LocatedError error) {
-    output->error = std::move(error);
-    fitted = {};
-    return output;
-  };
-  Pins pins{plan.pins[0], plan.pins[1], plan.pins[2]};
-  // First onto the planned positions, which may be on the skin, then onto the bone below them.
-  ClampPose pose;
-  constexpr int k_passes = 4;
-  for (int pass = 0; pass < k_passes; ++pass) {
-    auto fit = fit_pose(pins, request);
-    if (!fit) return fail(fit.error());
-    pose = fit.value();
-    if (auto error = find_tips(bone, pose, request.rocker_width, fitted)) return fail(*error);
-    for (std::size_t i = 0; i < k_pins; ++i) pins[i] = fitted.tips[i];
-  }
-  fitted.is_fitted = true;
-  fitted.origin = pose.origin_world, fitted.axis = pose.axis_world, fitted.across = pose.across_world;
-  fitted.opening = pose.opening, fitted.swing = k_radian * pose.swing;
-  const Pins places = pose.tips_world(request.rocker_width), directions = pose.directions_world();
-  for (std::size_t i = 0; i < k_pins; ++i)
-    fitted.residuals.push_back(glm::length(glm::cross(fitted.planned[i] - places[i], directions[i])));
-  fitted.trouble = trouble_of(pose, request, fitted);
-  measure_pins(input, bone, fitted);
-  measure_posture(request, input, plan, fitted);
+  auto fitted = fit(*static_cast<const FitClamp*>(parameters), input);
+  if (fitted)
+    output->fitted = std::move(fitted).value();
+  else
+    output->error = fitted.error();
   return output;
 }
 
@@ -280,6 +255,34 @@ double atan2_degrees(double y, double x) noexcept {
 }
 
 }  // namespace
+
+Result<ClampFitted, LocatedError> fit(const FitClamp& request, const sim::JobInput& input) {
+  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
+  const ClampPlan& plan = *input.state.persistent_of<ClampPlan>();
+  ClampFitted fitted;
+  fitted.planned = plan.pins;
+  Pins pins{plan.pins[0], plan.pins[1], plan.pins[2]};
+  // First onto the planned positions, which may be on the skin, then onto the bone below them.
+  ClampPose pose;
+  constexpr int k_passes = 4;
+  for (int pass = 0; pass < k_passes; ++pass) {
+    auto found = fit_pose(pins, request);
+    if (!found) return found.error();
+    pose = found.value();
+    if (auto error = find_tips(bone, pose, request.rocker_width, fitted)) return *std::move(error);
+    for (std::size_t i = 0; i < k_pins; ++i) pins[i] = fitted.tips[i];
+  }
+  fitted.is_fitted = true;
+  fitted.origin = pose.origin_world, fitted.axis = pose.axis_world, fitted.across = pose.across_world;
+  fitted.opening = pose.opening, fitted.swing = k_radian * pose.swing;
+  const Pins places = pose.tips_world(request.rocker_width), directions = pose.directions_world();
+  for (std::size_t i = 0; i < k_pins; ++i)
+    fitted.residuals.push_back(glm::length(glm::cross(fitted.planned[i] - places[i], directions[i])));
+  fitted.trouble = trouble_of(pose, request, fitted);
+  measure_pins(input, bone, fitted);
+  measure_posture(request, input, plan, fitted);
+  return fitted;
+}
 
 NeckAngles neck_angles(const dvec3& up, double turn) noexcept {
   NeckAngles angles;

@@ -7,6 +7,7 @@
 
 #include "modules/skull_clamp/clamp_pose.h"
 #include "sim/api/module.h"
+#include "volume/base/located_error.h"
 
 namespace trephine::skull_clamp {
 
@@ -69,6 +70,8 @@ NeckAngles neck_angles(const glm::dvec3& up, double turn) noexcept;
 
 /// Returns the pose of a fitted clamp.
 ClampPose pose_of(const ClampFitted& fitted) noexcept;
+/// Fits the clamp onto its three planned pins. The request is one that check_fitting() accepts.
+Result<ClampFitted, LocatedError> fit(const FitClamp& request, const sim::JobInput& input);
 const sim::JobType& fit_job();
 /// Returns an error unless three pins are planned and the approach exists.
 Status check_fitting(const FitClamp& request, const sim::OperationState& operation);

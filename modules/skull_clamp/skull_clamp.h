@@ -37,6 +37,7 @@ class SkullClamp final : public sim::Module {
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
+  std::vector<sim::Finding> findings(const sim::JobInput& input) const override;
   sim::Overlays overlays(const sim::OperationState& operation) const override;
 };
 

@@ -43,21 +43,13 @@ const PlannedTrajectory* nearest_trajectory(const sim::OperationState& operation
   return best;
 }
 
-struct Crossing {
-  std::string structure;
-  double length = 0;
-  bool is_forbidden = false;
-  dvec3 at_world{0.0};
-};
-
 struct JudgeResult final : sim::JobResult {
-  CatheterJudged judged;
-  std::vector<Crossing> crossings;
+  CatheterJudgement judgement;
 
   std::uint64_t hash() const override {
     MixHash mix;
-    sim::add_value(mix, judged);
-    for (const Crossing& one : crossings) {
+    sim::add_value(mix, judgement.judged);
+    for (const Crossing& one : judgement.crossings) {
       sim::add_bytes(mix, one.structure);
       mix.add(one.length), mix.add(one.is_forbidden ? 1.0 : 0.0);
       mix.add(one.at_world.x), mix.add(one.at_world.y), mix.add(one.at_world.z);
@@ -68,7 +60,7 @@ struct JudgeResult final : sim::JobResult {
 
 /// Sums the lengths of the path in each label, and finds what the path meets first.
 void follow_labels(const volume::Volume& scan, const Layers& layers, const dvec3& from, const dvec3& ahead,
-                   double length, JudgeResult& output) {
+                   double length, CatheterJudgement& output) {
   const auto count = static_cast<int>(length / k_step);
   for (int i = 0; i < count; ++i) {
     const double along = (i + 0.5) * k_step;
@@ -89,7 +81,8 @@ void follow_labels(const volume::Volume& scan, const Layers& layers, const dvec3
 
 /// Finds the forbidden structure that is nearest to the path, apart from the layers that a catheter has to
 /// pass, and marks those that the path crosses.
-void find_clearance(const sim::JobInput& input, const Layers& layers, double radius, JudgeResult& output) {
+void find_clearance(const sim::JobInput& input, const Layers& layers, double radius,
+                    CatheterJudgement& output) {
   CatheterJudged& judged = output.judged;
   judged.clearance = sim::Forbidden::k_reach;
   for (const auto& forbidden : input.forbidden) {
@@ -104,48 +97,13 @@ void find_clearance(const sim::JobInput& input, const Layers& layers, double rad
 }
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
-  const auto& request = *static_cast<const JudgeCatheter*>(parameters);
-  const volume::Volume& scan = *input.anatomy.base;
-  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  const Layers layers = layers_of(scan);
-  const CatheterPath path =
-      request.at.empty() ? newest_path(input.state).value() : CatheterPath{request.at[0], request.at[1]};
   auto output = std::make_shared<JudgeResult>();
-  CatheterJudged& judged = output->judged;
-  judged.is_any = true;
-  judged.tip = path.tip, judged.entry = path.start;
-  const dvec3 ahead = glm::normalize(path.tip - path.start);
-  const double length = glm::length(path.tip - path.start);
-  // The bone on the path, as it was before the hole.
-  const auto skull = volume::skull_crossing(bone, path.start - k_outside * ahead, ahead, k_outside + length);
-  if (skull) {
-    judged.has_table = true, judged.entry = skull->outer_world;
-    judged.depth_from_table = glm::distance(skull->outer_world, path.tip);
-    judged.angle_to_surface = 90 - angle_between(skull->normal_world, -ahead);
-  }
-  follow_labels(scan, layers, judged.entry, ahead, glm::distance(judged.entry, judged.tip), *output);
-  const int label = label_at(scan, judged.tip);
-  if (label > 0 && (label == layers.ventricle || label == layers.other_ventricle))
-    judged.ventricle = name_of_label(scan, label);
-  const PlannedTrajectory* planned = request.trajectory.empty()
-                                         ? nearest_trajectory(input.state, judged.tip)
-                                         : find_trajectory(input.state, request.trajectory);
-  if (planned != nullptr) {
-    judged.has_plan = true, judged.trajectory = planned->name;
-    judged.entry_error = glm::distance(planned->entry_world, judged.entry);
-    judged.target_error = glm::distance(planned->target_world, judged.tip);
-    judged.direction_error =
-        angle_between(glm::normalize(planned->target_world - planned->entry_world), ahead);
-  }
-  double radius = 0.5 * Catheter().diameter;
-  for (const sim::Instrument& hand : input.state.settings.hands)
-    if (const auto* held = hand.parameters.as<Catheter>()) radius = 0.5 * held->diameter;
-  find_clearance(input, layers, radius, *output);
+  output->judgement = judge(*static_cast<const JudgeCatheter*>(parameters), input);
   return output;
 }
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
-  const auto& output = static_cast<const JudgeResult&>(result);
+  const CatheterJudgement& output = static_cast<const JudgeResult&>(result).judgement;
   work.change_result<CatheterJudged>() = output.judged;
   work.raise_event(output.judged, output.judged.tip);
   for (const Crossing& one : output.crossings)
@@ -169,6 +127,46 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
 }
 
 }  // namespace
+
+CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input) {
+  const volume::Volume& scan = *input.anatomy.base;
+  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
+  const Layers layers = layers_of(scan);
+  const CatheterPath path =
+      request.at.empty() ? newest_path(input.state).value() : CatheterPath{request.at[0], request.at[1]};
+  CatheterJudgement output;
+  CatheterJudged& judged = output.judged;
+  judged.is_any = true;
+  judged.tip = path.tip, judged.entry = path.start;
+  const dvec3 ahead = glm::normalize(path.tip - path.start);
+  const double length = glm::length(path.tip - path.start);
+  // The bone on the path, as it was before the hole.
+  const auto skull = volume::skull_crossing(bone, path.start - k_outside * ahead, ahead, k_outside + length);
+  if (skull) {
+    judged.has_table = true, judged.entry = skull->outer_world;
+    judged.depth_from_table = glm::distance(skull->outer_world, path.tip);
+    judged.angle_to_surface = 90 - angle_between(skull->normal_world, -ahead);
+  }
+  follow_labels(scan, layers, judged.entry, ahead, glm::distance(judged.entry, judged.tip), output);
+  const int label = label_at(scan, judged.tip);
+  if (label > 0 && (label == layers.ventricle || label == layers.other_ventricle))
+    judged.ventricle = name_of_label(scan, label);
+  const PlannedTrajectory* planned = request.trajectory.empty()
+                                         ? nearest_trajectory(input.state, judged.tip)
+                                         : find_trajectory(input.state, request.trajectory);
+  if (planned != nullptr) {
+    judged.has_plan = true, judged.trajectory = planned->name;
+    judged.entry_error = glm::distance(planned->entry_world, judged.entry);
+    judged.target_error = glm::distance(planned->target_world, judged.tip);
+    judged.direction_error =
+        angle_between(glm::normalize(planned->target_world - planned->entry_world), ahead);
+  }
+  double radius = 0.5 * Catheter().diameter;
+  for (const sim::Instrument& hand : input.state.settings.hands)
+    if (const auto* held = hand.parameters.as<Catheter>()) radius = 0.5 * held->diameter;
+  find_clearance(input, layers, radius, output);
+  return output;
+}
 
 std::optional<CatheterPath> newest_path(const sim::OperationState& operation) {
   for (const sim::Instrument& hand : operation.settings.hands)

@@ -60,6 +60,20 @@ struct CatheterPassages {
   static const sim::Schema& schema();
 };
 
+/// Structure that a judged path crosses.
+struct Crossing {
+  std::string structure;
+  double length = 0;  ///< mm of the path in it
+  bool is_forbidden = false;
+  glm::dvec3 at_world{0.0};  ///< mm, first position in it
+};
+struct CatheterJudgement {
+  CatheterJudged judged;
+  std::vector<Crossing> crossings;  ///< in the order of the path
+};
+/// Judges a path. The request is one that check_judging() accepts, and the scan has labels.
+CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input);
+
 const sim::JobType& judge_job();
 /// Returns an error if there is no catheter, or no such trajectory.
 Status check_judging(const JudgeCatheter& request, const sim::OperationState& operation);

@@ -17,6 +17,7 @@ class Ventriculostomy final : public sim::Module {
   void react(const sim::Event& event, const sim::OperationState& operation,
              sim::ModuleReaction& reaction) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
+  std::vector<sim::Finding> findings(const sim::JobInput& input) const override;
   bool is_moving(const sim::OperationState& operation) const override;
   sim::Overlays overlays(const sim::OperationState& operation) const override;
 };

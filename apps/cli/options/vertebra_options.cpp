@@ -1,8 +1,5 @@
 #include "apps/cli/options/vertebra_options.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "apps/cli/commands.h"
 
 namespace trephine::cli {
@@ -31,19 +28,9 @@ Result<OpenedVertebra> open_vertebra(const VertebraArguments& arguments) {
   auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
   if (!opened) return opened.error();
   result.session = std::move(opened).value();
-  const std::uint64_t tick_count = result.session->reader->tick_count();
-  const double rate = result.session->reader->header().rate_hz;
-  std::uint64_t end = tick_count;
-  if (arguments.until) {
-    const double longest = static_cast<double>(tick_count) / rate;
-    if (!(*arguments.until >= 0 && *arguments.until <= longest + 0.5 / rate))
-      return Error{.what = "the session does not contain this time",
-                   .where = "--until",
-                   .found = format_text("%g s", *arguments.until),
-                   .expected = format_text("0 to %.1f s", longest)};
-    end = std::min(tick_count, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)));
-  }
-  if (Status error = result.session->replay->seek(end)) return *error;
+  const auto end = workbench::tick_at(*result.session->reader, arguments.until);
+  if (!end) return end.error();
+  if (Status error = result.session->replay->seek(end.value())) return *error;
   result.engine().freeze();
   const haptics::TouchScene& scene = result.session->scene();
   if (scene.items.empty() || scene.items[0].is_mesh())

@@ -1,0 +1,21 @@
+// Findings of an operation: those of its modules, and those that no module makes: forbidden structures, undo,
+// refused steps, motion.
+#pragma once
+
+#include <vector>
+
+#include "apps/workbench/motion_stats.h"
+#include "sim/engine/engine.h"
+
+namespace trephine::workbench {
+
+/// Returns the findings of all modules and those of operation_findings(), with unique names. Freezes the
+/// engine; takes seconds. `motion` may be null.
+std::vector<sim::Finding> findings_of(sim::Engine& engine, const MotionStats* motion);
+
+/// Returns the findings about forbidden structures, undo, refused steps, time and motion.
+std::vector<sim::Finding> operation_findings(const sim::OperationState& operation,
+                                             std::span<const std::shared_ptr<const sim::Forbidden>> forbidden,
+                                             const MotionStats* motion);
+
+}  // namespace trephine::workbench

@@ -1,0 +1,73 @@
+#include "apps/workbench/session_score.h"
+
+#include <algorithm>
+
+#include "apps/workbench/findings.h"
+#include "apps/workbench/text.h"
+
+namespace trephine::workbench {
+
+namespace {
+
+constexpr std::uint64_t k_between_reports = 1000;  // ticks
+
+/// Returns the distance of a hand's tool from the nearest forbidden structure, mm.
+double clearance_of(const sim::Engine& engine, std::size_t hand) {
+  double nearest = sim::Forbidden::k_reach;
+  for (std::size_t i = 0; i < engine.forbidden().size(); ++i)
+    nearest = std::min(nearest, engine.watch(hand, i).clearance);
+  return nearest;
+}
+
+}  // namespace
+
+Result<SessionScore> score_session(OpenedSession& session, std::optional<double> until,
+                                   const Listener& listener) {
+  sim::Replay& replay = *session.replay;
+  const auto end = tick_at(*session.reader, until);
+  if (!end) return end.error();
+  MotionStats motion(replay.engine().hand_count(), 1 / session.reader->header().rate_hz);
+  const auto progress = listener.progress("judging the session");
+  if (Status error = replay.seek(0)) return *error;
+  // With several hands, those after the first do not count in the tick before `until`.
+  while (!until || replay.next_tick() < end.value()) {
+    const auto stepped = replay.step();
+    if (!stepped) return stepped.error();
+    if (!stepped.value()) break;
+    const haptics::ServoRecord& record = replay.record();
+    motion.add(record, clearance_of(replay.engine(), record.hand));
+    const double share = static_cast<double>(record.tick) / static_cast<double>(end.value());
+    if (record.tick % k_between_reports == 0 && !progress(share))
+      return Error{.what = "the score was interrupted", .kind = ErrorKind::interrupted};
+  }
+  if (Status error = replay.seek(end.value())) return *error;
+  if (const auto& mismatch = replay.mismatch())
+    listener.notice(
+        format_text("note: the replay differs from the recording at %.3f s; the score is of the replay",
+                    static_cast<double>(mismatch->tick) / session.reader->header().rate_hz));
+  sim::Engine& engine = replay.engine();
+  SessionScore result;
+  const volume::SurgicalPlan* plan = engine.now().plan.get();
+  result.score =
+      sim::score(findings_of(engine, &motion), plan ? plan->score : std::vector<volume::ScoreLimit>());
+  for (std::size_t i = 0; i < motion.hand_count(); ++i) result.motion.push_back(motion.hand(i));
+  result.total_motion = motion.total();
+  result.seconds = engine.seconds();
+  return result;
+}
+
+std::string_view verdict_name(const sim::Finding& finding) noexcept {
+  switch (finding.verdict) {
+    case sim::Finding::Verdict::good:
+      return "good";
+    case sim::Finding::Verdict::fair:
+      return "fair";
+    case sim::Finding::Verdict::bad:
+      return "bad";
+    case sim::Finding::Verdict::not_judged:
+      break;
+  }
+  return finding.value && finding.full_at == finding.zero_at ? "reported" : "not judged";
+}
+
+}  // namespace trephine::workbench
