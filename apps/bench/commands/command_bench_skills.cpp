@@ -1,0 +1,150 @@
+// skills: plays scripts as persons of several skills, and compares their scores.
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "apps/bench/commands/bench_commands.h"
+#include "apps/bench/scenes/scratch.h"
+#include "apps/workbench/script.h"
+#include "apps/workbench/session_score.h"
+#include "data-tools/files/atomic_file.h"
+
+namespace trephine::bench {
+
+using namespace cli;
+
+namespace {
+
+struct SkillsArguments {
+  std::vector<std::string> scripts;
+  std::string output;
+  std::uint64_t seeds = 20;
+};
+
+/// Result of one play.
+struct Play {
+  double points = 0, log_jerk = 0, path = 0, seconds = 0;
+};
+
+Result<Play> play(const data_tools::Script& script, const std::string& folder,
+                  const workbench::Performance& performance, const std::string& session) {
+  auto run = workbench::ScriptRun::open(script, folder, "script", {}, performance);
+  if (!run) return run.error();
+  std::filesystem::remove(session);
+  workbench::RecordChoice record;
+  record.file = session;
+  auto recorder = workbench::start_recording(record, run.value()->operation());
+  if (!recorder) return recorder.error();
+  if (auto report = run.value()->play(recorder.value().get()); !report)
+    return report.error();
+  else if (report.value().recording)
+    return *report.value().recording;
+  workbench::SourceChoice source(workbench::scan_of(script, folder));
+  source.takes_plan = script.takes_plan;
+  auto opened = workbench::open_session(session, source);
+  if (!opened) return opened.error();
+  auto score = workbench::score_session(*opened.value());
+  if (!score) return score.error();
+  const workbench::SessionScore& found = score.value();
+  return Play{found.score.points, found.total_motion.log_jerk, found.total_motion.path, found.seconds};
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return n % 2 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
+}
+
+template <class Member>
+std::vector<double> values_of(const std::vector<Play>& plays, Member Play::*member) {
+  std::vector<double> values;
+  for (const Play& one : plays) values.push_back(one.*member);
+  return values;
+}
+
+/// Returns the share of pairs in which the less skilled person has more points, 0 to 1; equal ones count
+/// half.
+double wrong_pairs(const std::vector<Play>& lower, const std::vector<Play>& higher) {
+  double wrong = 0;
+  for (const Play& a : lower)
+    for (const Play& b : higher) wrong += a.points > b.points ? 1 : a.points == b.points ? 0.5 : 0;
+  return wrong / static_cast<double>(lower.size() * higher.size());
+}
+
+/// Plays a script with all skills; adds its rows.
+Status compare_skills(const SkillsArguments& arguments, const std::string& path, Json& rows,
+                      std::string& csv) {
+  auto script = data_tools::read_script(path);
+  if (!script) return script.error();
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const std::string title = script.value().title;
+  const scenes::Scratch scratch;
+  ProgressLine progress("playing");
+  std::vector<std::vector<Play>> all;
+  for (const workbench::Skill& skill : workbench::skills()) {
+    std::vector<Play>& plays = all.emplace_back();
+    for (std::uint64_t seed = 1; seed <= arguments.seeds; ++seed) {
+      if (!progress(static_cast<double>(seed) / static_cast<double>(arguments.seeds)))
+        return Error{.what = "the comparison was interrupted", .kind = ErrorKind::interrupted};
+      auto played = play(script.value(), folder, {skill, seed}, scratch / "play.session");
+      if (!played) return played.error();
+      plays.push_back(played.value());
+      csv += '"' + title + "\"," + std::string(skill.name) + ',' + std::to_string(seed) +
+             format_text(",%.3f,%.4f,%.2f,%.3f\n", plays.back().points, plays.back().log_jerk,
+                         plays.back().path, plays.back().seconds);
+    }
+    const std::vector<double> points = values_of(plays, &Play::points);
+    Json row = {{"script", title},
+                {"skill", skill.name},
+                {"median_points", median(points)},
+                {"least_points", *std::min_element(points.begin(), points.end())},
+                {"most_points", *std::max_element(points.begin(), points.end())},
+                {"log_jerk", median(values_of(plays, &Play::log_jerk))},
+                {"seconds", median(values_of(plays, &Play::seconds))},
+                {"wrong_pairs", nullptr}};
+    if (all.size() > 1) row["wrong_pairs"] = wrong_pairs(all[all.size() - 2], plays);
+    rows.push_back(std::move(row));
+  }
+  return std::nullopt;
+}
+
+Result<Outcome> run_skills(const SkillsArguments& arguments) {
+  if (arguments.seeds < 1 || arguments.seeds > 1000)
+    return Error{.what = "the number of seeds is out of range",
+                 .where = "--seeds",
+                 .found = std::to_string(arguments.seeds),
+                 .expected = "1 to 1000"};
+  data_tools::OutputSet outputs;
+  for (const std::string& script : arguments.scripts) outputs.add_input(script);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::table);
+  if (Status error = outputs.check()) return *error;
+  Json rows = Json::array();
+  std::string csv = "script,skill,seed,points,log_jerk,path_mm,seconds\n";
+  for (const std::string& script : arguments.scripts)
+    if (Status error = compare_skills(arguments, script, rows, csv)) return *error;
+  outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
+  Outcome outcome("bench.skills");
+  outcome.json["seeds"] = arguments.seeds;
+  outcome.json["rows"] = rows;
+  outcome.print_table(rows,
+                      "script = {script} | skill = {skill} | median points = {median_points:.1f} | least = "
+                      "{least_points:.1f} | most = {most_points:.1f} | log jerk = {log_jerk:.2f} | time, s = "
+                      "{seconds:.0f} | pairs in wrong order = {wrong_pairs:.1%}");
+  return finished(outputs, std::move(outcome));
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<SkillsArguments>();
+  options.add("SCRIPT", a->scripts, "Scripts of operations").required();
+  options.add("--seeds", a->seeds, "Number of plays of each skill (default: 20)").type("N");
+  options.add("-o,--output", a->output, "CSV file with a line for each play").type("CSV");
+  return run_with(a, run_skills);
+}
+
+}  // namespace
+
+const Command k_skills{
+    "skills", "Play scripts as novice, trained and expert persons, and compare their scores",
+    "  trephine-bench skills docs/examples/ventriculostomy.toml --seeds 20 -o skills.csv", build};
+
+}  // namespace trephine::bench
