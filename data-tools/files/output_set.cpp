@@ -19,12 +19,13 @@ struct KindInfo {
   std::vector<const char*> extensions;
 };
 const KindInfo& kind_info(OutputKind kind) {
-  static const std::array<KindInfo, 6> k_kinds{{
+  static const std::array<KindInfo, 7> k_kinds{{
       {"file", {}},
       {"volume", {".mha", ".nrrd", ".nii", ".nii.gz", ".vti", ".vdb"}},
       {"mesh", {".stl", ".ply", ".obj", ".vtp", ".glb"}},
       {"picture", {".png"}},
       {"table", {".csv"}},
+      {"data", {".h5", ".hdf5"}},
       {"folder", {}},
   }};
   return k_kinds[static_cast<std::size_t>(kind)];

@@ -8,41 +8,69 @@
 namespace trephine::data_tools {
 
 namespace {
+
 constexpr double k_seconds_per_item = 60;
 constexpr int k_min_items = 24;  // number of pictures read in the time of loading the library
+
+struct LibraryName {
+  const char *file, *entry, *task, *package;
+};
+/// Returns the names of a library; `task` completes "the library that ...".
+LibraryName name_of_library(LoadedFormat format) {
+  switch (format) {
+    case LoadedFormat::pictures:
+      return {TREPHINE_PICTURES_LIBRARY, k_picture_entry, "reads and writes pictures",
+              "libtrephine-pictures"};
+    case LoadedFormat::vdb:
+      return {TREPHINE_VDB_LIBRARY, k_vdb_entry, "reads and writes .vdb", "libtrephine-vdb"};
+    case LoadedFormat::tables:
+      break;
+  }
+  return {TREPHINE_TABLES_LIBRARY, k_table_entry, "writes HDF5", "libtrephine-tables"};
+}
+
+/// Returns null if the library is not installed.
+const void* functions_of(const LibraryName& name) {
+  void* library = ::dlopen(name.file, RTLD_NOW | RTLD_LOCAL);
+  void* entry = library ? ::dlsym(library, name.entry) : nullptr;
+  return entry ? reinterpret_cast<const void* (*)()>(entry)() : nullptr;
+}
+
+Error not_installed(const LibraryName& name, const std::string& where) {
+  return {.what = std::string("the library that ") + name.task + " is not installed",
+          .where = where,
+          .expected = name.package,
+          .remedy = "install trephine-formats, or use another format",
+          .kind = ErrorKind::missing_here};
+}
+
 }  // namespace
+
+Result<const void*> load_library(LoadedFormat format, const std::string& where) {
+  const LibraryName name = name_of_library(format);
+  if (const void* functions = functions_of(name)) return functions;
+  return not_installed(name, where);
+}
 
 Status with_library(LoadedFormat format, int count, const std::string& where,
                     const std::function<void(const void*, int)>& use,
                     const std::function<bool(double)>& on_progress,
                     const std::function<std::string(int)>& name_of) {
-  const bool is_pictures = format == LoadedFormat::pictures;
+  const LibraryName name = name_of_library(format);
   const auto missing_flag = SharedBytes::make(1);
   if (!missing_flag) return too_large(1, where);
-  const void* table = nullptr;
+  const void* functions = nullptr;
   const SubprocessResult result = run_in_subprocess(
       count,
       [&](int item) {
-        if (table == nullptr) {
-          void* library =
-              ::dlopen(is_pictures ? TREPHINE_PICTURES_LIBRARY : TREPHINE_VDB_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-          void* entry = library ? ::dlsym(library, is_pictures ? k_picture_entry : k_vdb_entry) : nullptr;
-          if (entry == nullptr) {
-            *missing_flag->data() = 1;
-            return;
-          }
-          table = reinterpret_cast<const void* (*)()>(entry)();
-        }
-        use(table, item);
+        if (functions == nullptr) functions = functions_of(name);
+        if (functions == nullptr)
+          *missing_flag->data() = 1;
+        else
+          use(functions, item);
       },
       on_progress, k_seconds_per_item, k_min_items);
-  if (*missing_flag->data() != 0)
-    return Error{.what = is_pictures ? "the library that reads and writes pictures is not installed"
-                                     : "the library that reads and writes .vdb is not installed",
-                 .where = where,
-                 .expected = is_pictures ? "libtrephine-pictures" : "libtrephine-vdb",
-                 .remedy = "install trephine-formats, or use another format",
-                 .kind = ErrorKind::missing_here};
+  if (*missing_flag->data() != 0) return not_installed(name, where);
   return subprocess_status(result, name_of && result.at >= 0 ? name_of(result.at) : where);
 }
 

@@ -2,6 +2,7 @@
 // library, loaded by a child process when such a file is read or written.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <glm/mat3x3.hpp>
@@ -50,7 +51,28 @@ struct VdbLibrary {
 };
 inline constexpr const char* k_vdb_entry = "trephine_vdb_library";
 
-enum class LoadedFormat { pictures, vdb };
+/// Functions of libtrephine-tables, which writes HDF5 files. Objects are named by paths such as
+/// "hands/1/tick"; groups are created when they are needed. After a failure all functions do nothing.
+struct TableLibrary {
+  enum Type : int { real, whole, flag, text };  ///< 64-bit, 64-bit signed, 8-bit unsigned, UTF-8
+  /// Returns the new file; null on failure.
+  void* (*create)(const char* path);
+  /// Adds an attribute to a group or column; "": to the file. `text` null: the number.
+  void (*describe)(void* file, const char* object, const char* name, const char* text, double number);
+  /// Adds a column without rows, with `width` values per row; returns its index.
+  int (*add_column)(void* file, const char* name, int type, int width);
+  /// Appends rows of a column of numbers, or of texts.
+  void (*append_numbers)(void* file, int column, const double* values, std::size_t rows);
+  void (*append_texts)(void* file, int column, const char* const* texts, std::size_t rows);
+  /// Closes and frees the file; false if anything failed.
+  bool (*close)(void* file);
+};
+inline constexpr const char* k_table_entry = "trephine_table_library";
+
+enum class LoadedFormat { pictures, vdb, tables };
+
+/// Loads the library into this process; it stays loaded. Returns its functions.
+Result<const void*> load_library(LoadedFormat format, const std::string& where);
 
 /// Loads the library in child processes and calls use(library, item) there for items 0 to count - 1; changes
 /// are lost, except in SharedBytes. Error if the library is not installed or fails; name_of(item) is the name

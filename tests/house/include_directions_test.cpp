@@ -50,6 +50,7 @@ const std::map<std::string, std::vector<std::string>> k_outsiders{
      {"apps/cli/", "apps/bench/commands/", "data-tools/formats/depth_video.cpp",
       "data-tools/formats/picture_stack.cpp", "data-tools/cases/plan_file.cpp", "tests/"}},
     {"toml.hpp", {"data-tools/cases/toml_reader_impl.h"}},
+    {"hdf5.h", {"data-tools/formats/hdf5_library.cpp"}},
     {"openvdb/", {"data-tools/formats/vdb_library.cpp", "apps/bench/peer_"}},
     {"OpenImageIO/", {"data-tools/formats/picture_library.cpp"}},
     {"nanovdb/", {"apps/bench/peer_"}},

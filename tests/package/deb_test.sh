@@ -15,8 +15,9 @@ window=$(field deb/trephine-window_*.deb Depends) dev=$(field deb/libtrephine-de
 refuse() { if echo "$2" | grep -qiE "$3"; then echo "$1 depends on what it does not need: $2"; exit 1; fi; }
 demand() { echo "$2" | grep -qE "$3" || { echo "$1 lacks $3: $2"; exit 1; }; }
 refuse library "$library" 'vtk|itk|qt|openvdb|tbb'
-refuse command "$command" 'qt5|openimageio|openvdb'
+refuse command "$command" 'qt5|openimageio|openvdb|hdf5'
 demand formats "$(field deb/trephine-formats_*.deb Depends)" 'libopenimageio'
+demand formats "$(field deb/trephine-formats_*.deb Depends)" 'libhdf5'
 demand library "$library" 'libc6'
 demand command "$command" 'libtrephine0.1 \(= 0.1.0\)'
 demand command "$command" 'libvtk9.1'
