@@ -53,6 +53,13 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
             with_common({"source", "shape", "written", "vertices", "triangles", "mesh_seconds"}));
   EXPECT_EQ(mesh["triangles"].get<long>(), 2 * (mesh["vertices"].get<long>() - 2))
       << "a closed surface of genus 0";
+  // A ball has no thin walls; its diameter is that of its bounding box.
+  const Json walls = json("mesh s.mha -o walls.ply --printed-wall 1");
+  EXPECT_EQ(walls["shells"], 1);
+  EXPECT_EQ(walls["open_edges"], 0);
+  EXPECT_EQ(walls["thin_wall_percent"], 0);
+  EXPECT_NEAR(walls["thinnest_wall_mm"].get<double>(), walls["size_mm"][0].get<double>(), 0.5);
+  EXPECT_EQ(run("mesh s.mha -o walls.ply --printed-wall 0").exit_code, 2);
 
   write_press("p.csv", 2);
   const Json touch = json("touch s.mha --path p.csv -o steps.csv");

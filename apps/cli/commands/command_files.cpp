@@ -13,6 +13,8 @@
 #include "data-tools/formats/open_volume.h"
 #include "data-tools/meshes/mesh_files.h"
 #include "data-tools/phantoms/phantoms.h"
+#include "haptics/mesh/wall_thickness.h"
+#include "volume/surface/surface_facts.h"
 #include "volume/surface/surface_nets.h"
 
 namespace trephine::cli {
@@ -35,6 +37,7 @@ struct MeshArguments {
   std::string output;
   workbench::ShapeChoice shape;
   bool is_open = false;
+  std::optional<double> printed_wall;  ///< mm; empty: walls are not measured
 };
 
 /// Parses "N" or "X,Y,Z".
@@ -122,7 +125,32 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
+/// Adds size, shells and walls of a surface, for a 3-D printer that needs walls of `limit` mm.
+void report_walls(const volume::Mesh& mesh, const volume::Frame& frame, double limit, Outcome& outcome) {
+  std::vector<glm::dvec3> vertices;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    vertices.push_back(frame.world_from_volume(glm::dvec3(mesh.vertices[v])));
+  const std::uint32_t* corners = mesh.triangles.data();
+  const haptics::MeshTree surface(std::move(vertices), {corners, corners + mesh.triangles.size()});
+  const volume::SurfaceFacts facts = volume::facts_of(surface.vertices(), surface.triangles());
+  const haptics::WallFacts walls = haptics::walls_of(surface, limit);
+  outcome.json["size_mm"] = json_of(facts.size);
+  outcome.add("open_edges", facts.open_edges);
+  outcome.add("shells", walls.shells);
+  outcome.json["thin_wall_percent"] = 100 * walls.thin_share;
+  outcome.json["thinnest_wall_mm"] = walls.thinnest;
+  outcome.json["thinnest_wall_at"] = json_of(walls.thinnest_at);
+  outcome.print(
+      "  size ({size_mm:.1f}) mm; walls: {thin_wall_percent:.1f} % thinner than {limit:.2g} mm, the thinnest "
+      "{thinnest_wall_mm:.2f} mm at ({thinnest_wall_at:.1f})",
+      {{"limit", limit}});
+  if (walls.shells > 1)
+    outcome.print("  {shells} separate surfaces: choose the largest part before printing");
+}
+
 Result<Outcome> run_mesh(const MeshArguments& arguments) {
+  if (arguments.printed_wall)
+    if (Status error = check_range(*arguments.printed_wall, 0.01, 100, "--printed-wall")) return *error;
   data_tools::OutputSet outputs;
   outputs.add_input(arguments.source.path);
   outputs.add_output("output", arguments.output, data_tools::OutputKind::mesh);
@@ -143,6 +171,7 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   outcome.add("vertices", mesh.vertices.size());
   outcome.add("triangles", mesh.triangle_count());
   outcome.add("mesh_seconds", seconds);
+  if (arguments.printed_wall) report_walls(mesh, source.volume->frame, *arguments.printed_wall, outcome);
   return finished(outputs, std::move(outcome));
 }
 
@@ -249,6 +278,10 @@ Run build_mesh(Options& options) {
   add_shape(options, a->shape);
   options.add("-o,--output", a->output, data_tools::extensions_of(data_tools::OutputKind::mesh)).required();
   options.add("--open", a->is_open, "Leave holes where the shape reaches the border of the scan");
+  options
+      .add("--printed-wall", a->printed_wall,
+           "Also report size, separate surfaces, and walls thinner than this, mm, for 3-D printing")
+      .type("MM");
   return run_with(a, run_mesh);
 }
 
