@@ -328,7 +328,7 @@ TEST(Engine, CommandsOfEveryEngineAreRowsOfOneTable) {
   EXPECT_EQ(all,
             "undo redo begin-branch switch-branch note resume remove-instrument switch-item place-model "
             "set-effect tool-geometry take-instrument free-pieces hold-body release-body place-body "
-            "discard-body adopt adopt-job cancel-job ");
+            "discard-body adopt adopt-job cancel-job go-to-step ");
   EXPECT_EQ(of_drivers, "resume adopt adopt-job cancel-job ");
   EXPECT_EQ(unguarded, "resume adopt adopt-job ");
   EXPECT_EQ(unheard, "adopt adopt-job ");
