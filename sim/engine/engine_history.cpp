@@ -24,7 +24,7 @@ struct HistoryCommands {
     return state.value().world.bodies.empty() ? Status() : engine.check_room_for_bodies();
   }
 
-  /// Returns the entry to which undo goes; null if there is none.
+  /// Returns the entry to which undo goes; null if nothing can be undone.
   static const HistoryEntry* undo_target(const Engine& engine) {
     if (!engine.can_undo()) return nullptr;
     // A stroke that changed something will end first.
