@@ -137,7 +137,8 @@ std::span<const CoreCommand> history_commands() noexcept {
       core_command<BeginBranch, &Group::begin_branch, &Group::check_begin_branch>(k_history),
       core_command<SwitchBranch, &Group::switch_branch, &Group::check_switch_branch>(k_history),
       core_command<Note, nullptr>({.step_rule = StepRule::every_step}),
-      core_command<Resume, &Group::resume>({.is_for_users = false, .is_guarded = false})};
+      core_command<Resume, &Group::resume>(
+          {.is_for_users = false, .is_guarded = false, .causes_transitions = false})};
   return all;
 }
 
