@@ -89,6 +89,14 @@ EventText text_of(const sim::DebrisFreed& e) {
                       e.count == 1 ? "" : "s", e.size),
           Level::record};
 }
+EventText text_of(const sim::StepEntered& e) {
+  return {"The step " + words_of(e.step) + " began.", Level::outcome};
+}
+EventText text_of(const sim::StepRefused& e) {
+  return {format_text("%s was refused in the step %s: %s.", words_of(e.request).c_str(),
+                      words_of(e.step).c_str(), e.reason.c_str()),
+          Level::refusal};
+}
 EventText text_of(const bone_flap::FlapCut& e) {
   return {format_text("Bone flap of %.1f cm² cut, %.0f mm³; the saw removed %.0f mm³.", e.area / 100,
                       e.flap_size, e.kerf_size),
@@ -253,6 +261,8 @@ const auto& rows() {
                                  row<sim::PieceFreed>(),
                                  row<sim::BodyAdded>(),
                                  row<sim::DebrisFreed>(),
+                                 row<sim::StepEntered>(),
+                                 row<sim::StepRefused>(),
                                  row<bone_flap::FlapCut>(),
                                  row<bone_flap::FlapPiece>(),
                                  row<bone_flap::FlapPreviewed>(),

@@ -12,6 +12,7 @@
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "modules/catalogue.h"
+#include "sim/engine/procedure_check.h"
 #include "volume/base/mix_hash.h"
 #include "volume/base/text.h"
 
@@ -463,6 +464,9 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   result.build_seconds = seconds_since(begin);
   result.source = std::move(source);
   result.spec = sim::describe_built_scene(spec, result.start);
+  if (const volume::SurgicalProcedure& procedure = result.spec.plan.procedure; !procedure.is_empty())
+    if (Status error = sim::check_step_measurements(procedure, result.engine(), modules::catalogue()))
+      return *error;
   return result;
 }
 

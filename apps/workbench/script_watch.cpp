@@ -7,6 +7,7 @@
 
 #include "apps/workbench/text.h"
 #include "modules/catalogue.h"
+#include "sim/engine/measurement.h"
 #include "volume/base/text.h"
 
 namespace trephine::workbench {
@@ -17,11 +18,11 @@ using data_tools::ScriptPicture;
 
 namespace {
 
-/// Names of measurements of a hand or of the operation, and prefixes of those that contain another name.
-constexpr const char* k_names[] = {"removed_mm3", "strokes", "bodies",  "force_n", "strongest_force_n",
-                                   "contact",     "proxy_x", "proxy_y", "proxy_z"};
-constexpr std::string_view k_events = "events ", k_nearest = "nearest_mm ", k_open = "open ",
-                           k_thickness = "thickness_mm ";
+/// Names of measurements of a hand, in addition to those of the operation, and prefixes of those that contain
+/// the name of a place.
+constexpr const char* k_names[] = {"force_n", "strongest_force_n", "contact",
+                                   "proxy_x", "proxy_y",           "proxy_z"};
+constexpr std::string_view k_open = "open ", k_thickness = "thickness_mm ";
 
 const Place* find(const std::vector<Place>& places, std::string_view name) {
   for (const Place& place : places)
@@ -56,12 +57,23 @@ std::vector<Slot> slots_of(const std::string& caption) {
   return slots;
 }
 
+/// Checks the place of a measurement such as "open PLACE".
+Status check_place(const std::string& measurement, const std::vector<Place>& places) {
+  const std::string prefix = measurement.substr(0, measurement.find(' ') + 1);
+  if (find(places, measurement.substr(prefix.size()))) return std::nullopt;
+  std::string known;
+  for (const Place& place : places) known.append(known.empty() ? "" : ", ").append(prefix + place.name);
+  return Error{.what = "unknown measurement",
+               .found = measurement,
+               .expected = places.empty() ? "[[places]] first" : known,
+               .remedy = "choose one of these"};
+}
+
 }  // namespace
 
 std::vector<std::string> quantity_names() {
-  std::vector<std::string> all(std::begin(k_names), std::end(k_names));
-  all.push_back(std::string(k_events) + "NAME");
-  all.push_back(std::string(k_nearest) + "STRUCTURE");
+  std::vector<std::string> all = sim::measurement_names();
+  all.insert(all.end(), std::begin(k_names), std::end(k_names));
   all.push_back(std::string(k_open) + "PLACE");
   all.push_back(std::string(k_thickness) + "PLACE");
   return all;
@@ -69,45 +81,17 @@ std::vector<std::string> quantity_names() {
 
 Status check_names(const data_tools::Script& script, const std::vector<Place>& places,
                    const sim::Engine& engine, const std::string& where) {
-  const std::vector<sim::Measure> measures = engine.measures();
-  const auto is_known = [&](const std::string& measurement) {
-    const auto rest = [&](std::string_view prefix) { return measurement.substr(prefix.size()); };
-    if (measurement.starts_with(k_events)) {
-      const sim::ValueType* type = modules::catalogue().find(rest(k_events));
-      return type && modules::catalogue().is_event(*type);
-    }
-    if (measurement.starts_with(k_open)) return find(places, rest(k_open)) != nullptr;
-    if (measurement.starts_with(k_thickness)) return find(places, rest(k_thickness)) != nullptr;
-    if (measurement.starts_with(k_nearest))
-      return std::any_of(engine.forbidden().begin(), engine.forbidden().end(),
-                         [&](const auto& structure) { return structure->name() == rest(k_nearest); });
-    return std::find(std::begin(k_names), std::end(k_names), measurement) != std::end(k_names) ||
-           std::any_of(measures.begin(), measures.end(),
-                       [&](const sim::Measure& one) { return one.name == measurement; });
-  };
   const auto check = [&](const std::string& measurement, int line) -> Status {
-    if (is_known(measurement)) return std::nullopt;
-    std::string known;
-    const auto add = [&](std::string_view name) { known.append(known.empty() ? "" : ", ").append(name); };
-    if (measurement.starts_with(k_events)) {
-      for (const sim::ValueType* type : modules::catalogue().all())
-        if (modules::catalogue().is_event(*type))
-          add(std::string(k_events) + std::string(type->schema->name));
-    } else if (measurement.starts_with(k_nearest)) {
-      for (const auto& structure : engine.forbidden()) add(std::string(k_nearest) + structure->name());
-      if (engine.forbidden().empty()) add("a case with forbidden structures");
-    } else if (measurement.starts_with(k_open) || measurement.starts_with(k_thickness)) {
-      for (const Place& place : places) add(measurement.substr(0, measurement.find(' ') + 1) + place.name);
-      if (places.empty()) add("[[places]] first");
-    } else {
-      for (const std::string& name : quantity_names()) add(name);
-      for (const sim::Measure& one : measures) add(one.name);
+    Status error;
+    if (measurement.starts_with(k_open) || measurement.starts_with(k_thickness)) {
+      error = check_place(measurement, places);
+    } else if (std::find(std::begin(k_names), std::end(k_names), measurement) == std::end(k_names)) {
+      error = sim::check_measurement(measurement, engine, modules::catalogue());
+      if (error && measurement.find(' ') == std::string::npos)
+        for (const char* name : k_names) error->expected.append(", ").append(name);
     }
-    return Error{.what = "unknown measurement",
-                 .where = where + ", line " + std::to_string(line),
-                 .found = measurement,
-                 .expected = known,
-                 .remedy = "choose one of these"};
+    if (error) error->where = where + ", line " + std::to_string(line);
+    return error;
   };
   for (const ScriptExpectation& request : script.expectations)
     if (Status error = check(request.what, request.line)) return error;
@@ -221,33 +205,17 @@ std::optional<double> ScriptWatch::value_of(const std::string& measurement, int 
   const sim::Engine& engine = moment.engine;
   const auto h = static_cast<std::size_t>(hand);
   const haptics::ServoRecord& record = moment.hands[h];
-  if (measurement == "removed_mm3") return engine.removed_mm3();
-  if (measurement == "strokes") return static_cast<double>(engine.stroke_count());
-  if (measurement == "bodies") return static_cast<double>(engine.now().world.bodies.size());
   if (measurement == "force_n") return glm::length(record.force_world);
   if (measurement == "strongest_force_n") return report_.strongest_of[h];
   if (measurement == "contact") return record.has_contact;
   for (int axis = 0; axis < 3; ++axis)
     if (measurement == std::string("proxy_") + "xyz"[axis]) return record.proxy_world[axis];
-  if (measurement.starts_with(k_events)) {
-    double count = 0;
-    const sim::Chronicle& chronicle = engine.now().chronicle;
-    for (std::size_t i = 0; i < chronicle.size(); ++i)
-      count += chronicle[i].hand == hand && chronicle[i].value.name() == measurement.substr(k_events.size());
-    return count;
-  }
-  if (measurement.starts_with(k_nearest))
-    for (std::size_t s = 0; s < engine.forbidden().size(); ++s)
-      if (engine.forbidden()[s]->name() == measurement.substr(k_nearest.size()))
-        return engine.watch(h, s).nearest;
   if (measurement.starts_with(k_open))
     if (const Place* place = find(*places_, measurement.substr(k_open.size())))
       return is_open(*place, engine.scene(), *engine.current());
   if (measurement.starts_with(k_thickness))
     if (const Place* place = find(*places_, measurement.substr(k_thickness.size()))) return place->thickness;
-  for (const sim::Measure& one : engine.measures())
-    if (one.name == measurement) return one.value;
-  return std::nullopt;
+  return sim::Measurements(engine, {.hand = h}).value_of(measurement);
 }
 
 std::string ScriptWatch::caption_of(const ScriptPicture& picture, const ScriptMoment& moment) const {

@@ -10,11 +10,11 @@ namespace trephine::sim {
 namespace {
 
 /// Events of any engine, whatever its modules.
-std::array<const ValueType*, 10> own_events() noexcept {
+std::array<const ValueType*, 12> own_events() noexcept {
   return {&value_type<FaultEvent>(),    &value_type<JobDiscarded>(),      &value_type<ForbiddenEntered>(),
           &value_type<ForbiddenLeft>(), &value_type<StructureStripped>(), &value_type<StructureTouched>(),
           &value_type<StructureTorn>(), &value_type<PieceFreed>(),        &value_type<BodyAdded>(),
-          &value_type<DebrisFreed>()};
+          &value_type<DebrisFreed>(),   &value_type<StepEntered>(),       &value_type<StepRefused>()};
 }
 
 }  // namespace

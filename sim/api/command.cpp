@@ -31,6 +31,11 @@ const Schema& Note::schema() {
   static constexpr Schema table{"note", 1, fields};
   return table;
 }
+const Schema& GoToStep::schema() {
+  static constexpr Field fields[] = {field<&GoToStep::step>("step", {.help = "name of the next step"})};
+  static constexpr Schema table{"go-to-step", 1, fields};
+  return table;
+}
 const Schema& Resume::schema() {
   static constexpr Schema table{"resume"};
   return table;

@@ -10,6 +10,13 @@ namespace trephine::sim {
 class Engine;
 struct Outcome;
 
+/// Permission of a command in a step of a procedure.
+enum class StepRule : std::uint8_t {
+  every_step,  ///< allowed in every step
+  listed,      ///< allowed if the step or the procedure lists its name or "*"
+  named        ///< allowed if the step or the procedure lists its name: it bypasses instruments
+};
+
 /// Row of the table of commands: check and effect side by side, as modules have them.
 struct CoreCommand {
   const ValueType* type = nullptr;
@@ -25,9 +32,11 @@ struct CoreCommand {
   bool is_for_users = true;  ///< users and scripts may send it; other commands are issued by drivers
   bool is_guarded = true;    ///< modules may refuse it
   bool is_heard = true;      ///< modules hear it
+  StepRule step_rule = StepRule::listed;
+  bool causes_transitions = true;  ///< of a procedure, to another step
 };
 
-/// Returns the commands of every engine in constant order: history, hands, bodies, derived data.
+/// Returns the commands of every engine in constant order: history, hands, bodies, derived data, procedure.
 std::span<const CoreCommand> core_commands() noexcept;
 /// Finds a command by the type of its request; null if it belongs to a module.
 const CoreCommand* find_core_command(const ValueType& type) noexcept;

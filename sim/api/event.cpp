@@ -18,6 +18,20 @@ const Schema& JobDiscarded::schema() {
   return table;
 }
 
+const Schema& StepEntered::schema() {
+  static constexpr Field fields[] = {field<&StepEntered::step>("step")};
+  static constexpr Schema table{"step-entered", 1, fields};
+  return table;
+}
+
+const Schema& StepRefused::schema() {
+  static constexpr Field fields[] = {field<&StepRefused::step>("step"),
+                                     field<&StepRefused::request>("request"),
+                                     field<&StepRefused::reason>("reason")};
+  static constexpr Schema table{"step-refused", 1, fields};
+  return table;
+}
+
 const Schema& BodyAdded::schema() {
   static constexpr Field fields[] = {field<&BodyAdded::body>("body"),
                                      field<&BodyAdded::size>("size", {.unit = "mm3"})};

@@ -30,6 +30,12 @@ std::uint64_t OperationState::hash() const {
     result.add(body.motion.begin_tick);
     result.add(body.motion.seconds);
   }
+  if (const ProcedurePosition& position = world.procedure; position.step >= 0) {
+    result.add(static_cast<std::uint64_t>(position.step));
+    result.add(position.entered_tick);
+    result.add(position.first_event);
+    for (const std::uint32_t count : position.visits) result.add(std::uint64_t{count});
+  }
   for (const auto& [key, command] : settings.latest_commands) {
     add_bytes(result, key);
     add_value(result, command.request);

@@ -6,6 +6,8 @@
 #include <deque>
 #include <iterator>
 
+#include "sim/drivers/issued_commands.h"
+
 namespace trephine::sim {
 
 namespace {
@@ -61,7 +63,10 @@ Status LiveSession::start() {
     const std::lock_guard guard(lock_);
     is_running_ = true;
   }
-  for (const PendingJob& job : engine_.jobs()) begin(job);  // of a continued session
+  Outcome start;
+  start.next_commands = engine_.take_initial_commands();
+  issue_next(start, false);
+  for (const PendingJob& job : engine_.jobs()) begin(job);  // of the first step, or of a continued session
   thread_ = std::thread([this] { run(); });
   return std::nullopt;
 }
@@ -75,14 +80,17 @@ void LiveSession::stop() {
   std::vector<Command> commands;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
   std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>> history_states;
+  decltype(reason_requests_) reasons;
   {
     const std::lock_guard guard(lock_);
     if (!std::exchange(is_running_, false)) return;
     commands.swap(commands_);
     snapshots.swap(snapshots_);
     history_states.swap(state_requests_);
+    reasons.swap(reason_requests_);
   }
   for (const Command& command : commands) carry_out(command, false);
+  for (auto& [requests, promise] : reasons) promise.set_value(reasons_now(requests));
   for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
   for (auto& [max_count, promise] : history_states) promise.set_value(history_states_now(max_count));
 }
@@ -201,6 +209,24 @@ std::future<std::vector<LiveSession::HistoryState>> LiveSession::history_states(
   return answer;
 }
 
+std::vector<Status> LiveSession::reasons_now(const std::vector<Command>& commands) const {
+  std::vector<Status> reasons;
+  for (const Command& command : commands) reasons.push_back(engine_.reason_to_refuse(command));
+  return reasons;
+}
+
+std::future<std::vector<Status>> LiveSession::reasons_to_refuse(std::vector<Command> commands) {
+  const std::lock_guard guard(lock_);
+  auto& [requests, promise] =
+      reason_requests_.emplace_back(std::move(commands), std::promise<std::vector<Status>>());
+  auto answer = promise.get_future();
+  if (!is_running_) {
+    promise.set_value(reasons_now(requests));
+    reason_requests_.pop_back();
+  }
+  return answer;
+}
+
 void LiveSession::run() {
   // Priority above ordinary threads and below the servo, since late edits are perceived too.
   if (wants_realtime_) haptics::request_realtime(40);
@@ -209,6 +235,7 @@ void LiveSession::run() {
   std::vector<std::pair<std::size_t, glm::dvec3>> teleports;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
   std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>> history_states;
+  decltype(reason_requests_) reasons;
   for (;;) {
     const bool is_last_round = is_stopping_.load();
     bool was_busy = false;
@@ -224,6 +251,7 @@ void LiveSession::run() {
       teleports.swap(pending_teleports_);
       snapshots.swap(snapshots_);
       history_states.swap(state_requests_);
+      reasons.swap(reason_requests_);
     }
     for (; !commands.empty(); commands.pop_front()) carry_out(commands.front());
     if (wants_reset_.exchange(false)) {
@@ -236,6 +264,8 @@ void LiveSession::run() {
     snapshots.clear();
     for (auto& [max_count, promise] : history_states) promise.set_value(history_states_now(max_count));
     history_states.clear();
+    for (auto& [requests, promise] : reasons) promise.set_value(reasons_now(requests));
+    reasons.clear();
     for (const auto& [hand, place] : teleports) servo_.request_restart(place, hand);
     teleports.clear();
     if (is_last_round && !was_busy) return;
@@ -263,6 +293,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
     if (record.hand == 0) state_.newest = record;
     update_state(outcome);
   }
+  issue_next(outcome, true);
   if (!pieces_) return;
   const PieceWatch::Finding found = pieces_->after_tick(engine_);
   if (found == PieceWatch::Finding::disconnected) free_pieces();
@@ -290,6 +321,18 @@ void LiveSession::free_pieces() {
 }
 
 Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
+  Outcome outcome = carry_out_alone(command, may_begin);
+  issue_next(outcome, may_begin);
+  return outcome;
+}
+
+/// Carries out the commands that steps issue.
+void LiveSession::issue_next(const Outcome& outcome, bool may_begin) {
+  issue(outcome.next_commands,
+        [&](const Command& command) { return std::move(carry_out_alone(command, may_begin).next_commands); });
+}
+
+Outcome LiveSession::carry_out_alone(const Command& command, bool may_begin) {
   const auto begun_at = Clock::now();
   Outcome outcome = engine_.apply(command);
   const double seconds = seconds_since(begun_at);
@@ -371,6 +414,8 @@ void LiveSession::update_state(const Outcome& outcome) {
   }
   state_.can_undo = engine_.can_undo();
   state_.can_redo = engine_.can_redo();
+  state_.step = engine_.now().world.procedure.step;
+  state_.step_tick = engine_.now().world.procedure.entered_tick;
 }
 
 void LiveSession::teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand) {

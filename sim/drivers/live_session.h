@@ -38,6 +38,8 @@ struct LiveState {
   std::vector<Event> events;            ///< new: the newest k_max_events
   static constexpr std::size_t k_max_events = 256;
   bool can_undo = false, can_redo = false;
+  std::int32_t step = -1;       ///< index of the current step of the procedure; -1: no procedure
+  std::uint64_t step_tick = 0;  ///< when it began
   /// Overlays of the anatomy, at least as recent as the previous fetch; null before that.
   std::shared_ptr<const Overlays> overlays;
   std::vector<Id> bodies;  ///< bodies of the first overlays, in their order
@@ -75,6 +77,8 @@ class LiveSession {
   void apply(Command command);
   void undo() { apply(Undo{}); }
   void redo() { apply(Redo{}); }
+  /// Requests, for each command, the reason why it would be refused in the current state; any thread.
+  std::future<std::vector<Status>> reasons_to_refuse(std::vector<Command> commands);
   /// Moves the tool to a free point (volume frame) without a path: the proxy does not pass through matter
   /// between. The device must be there too.
   void teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand = 0);
@@ -122,9 +126,12 @@ class LiveSession {
 
  private:
   std::vector<HistoryState> history_states_now(std::size_t max_count);
+  std::vector<Status> reasons_now(const std::vector<Command>& commands) const;
   void run();
   void consume(const haptics::ServoRecord& record);
   Outcome carry_out(const Command& command, bool may_begin = true);
+  Outcome carry_out_alone(const Command& command, bool may_begin);
+  void issue_next(const Outcome& outcome, bool may_begin);
   void update_state(const Outcome& outcome);  // with lock_ held
   void show(const Outcome& outcome, bool is_command);
   void handle_results();
@@ -148,7 +155,9 @@ class LiveSession {
   std::function<DerivedJob()> picture_;  ///< returns the job of the pending picture; empty: no picture
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< pending requests
   std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>>
-      state_requests_;       ///< pending requests
+      state_requests_;  ///< pending requests
+  std::vector<std::pair<std::vector<Command>, std::promise<std::vector<Status>>>>
+      reason_requests_;      ///< pending requests
   bool is_running_ = false;  ///< the edit thread answers requests
   std::atomic<bool> is_stopping_{false}, wants_reset_{false}, is_state_requested_{false};
   std::optional<PieceWatch> pieces_;         ///< edit thread only

@@ -2,7 +2,19 @@
 
 #include <algorithm>
 
+#include "sim/drivers/issued_commands.h"
+
 namespace trephine::sim {
+
+namespace {
+/// Adds the changes of another tick or command.
+void add(Outcome& sum, const Outcome& part) {
+  sum.is_edit |= part.is_edit;
+  sum.is_changed |= part.is_changed;
+  sum.box = united(sum.box, part.box);
+  sum.event_count += part.event_count;
+}
+}  // namespace
 
 Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                    Instrument instrument, const haptics::ForceOptions& force, double rate_hz,
@@ -15,6 +27,8 @@ Lockstep::Lockstep(Engine engine, const haptics::ForceOptions& force, double rat
   for (std::size_t h = 0; h < engine_.hand_count(); ++h)
     cores_.emplace_back(force, 1 / rate_hz, h, first_tick);
   if (recorder_) recorder_->begin(engine_, force, rate_hz, first_tick, true);
+  last_outcome_.next_commands = engine_.take_initial_commands();
+  issue_next(last_outcome_);
 }
 
 haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) { return step(std::span(&pose, 1))[0]; }
@@ -38,18 +52,16 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
   for (const haptics::ServoRecord& record : records_) {
     const Outcome outcome = engine_.apply(record);
     if (recorder_) recorder_->add(record, engine_, outcome);
-    last_outcome_.is_changed |= outcome.is_changed;
-    last_outcome_.box = united(last_outcome_.box, outcome.box);
-    last_outcome_.event_count += outcome.event_count;
+    add(last_outcome_, outcome);
+    last_outcome_.next_commands.insert(last_outcome_.next_commands.end(), outcome.next_commands.begin(),
+                                       outcome.next_commands.end());
   }
+  issue_next(last_outcome_);
   if (pieces_) {
     const PieceWatch::Finding found = pieces_->after_tick(engine_);
     if (found == PieceWatch::Finding::disconnected ||
         (found == PieceWatch::Finding::pending && !pieces_->search(engine_).make(0).is_empty)) {
-      const Outcome outcome = apply_whole(pieces_->command());
-      last_outcome_.is_changed |= outcome.is_changed;
-      last_outcome_.box = united(last_outcome_.box, outcome.box);
-      last_outcome_.event_count += outcome.event_count;
+      add(last_outcome_, apply_whole(pieces_->command()));
     }
   }
   // Offset fields follow some ticks after the cuts, as in live operation.
@@ -67,22 +79,44 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
 
 Outcome Lockstep::apply_whole(const Command& command) {
   Outcome outcome = apply(command);
-  const auto& pending = engine_.jobs();
-  if (outcome.refused || outcome.job.value == 0 ||
-      std::none_of(pending.begin(), pending.end(),
-                   [&](const PendingJob& job) { return job.id == outcome.job; }))
-    return outcome;
-  const Outcome done = apply(engine_.finish_job(outcome.job));
-  outcome.box = united(outcome.box, done.box);
-  outcome.is_edit |= done.is_edit;
-  outcome.is_changed |= done.is_changed;
-  outcome.event_count += done.event_count;
-  outcome.job_hash = done.job_hash;
+  Outcome done = finish_job_of(outcome);
+  issue_next(done);
+  add(outcome, done);
+  if (done.job_hash) outcome.job_hash = done.job_hash;
   return outcome;
 }
 
 Outcome Lockstep::apply(const Command& command) {
-  const Outcome outcome = engine_.apply(command);
+  Outcome outcome = apply_alone(command);
+  issue_next(outcome);
+  return outcome;
+}
+
+/// Applies the commands that steps issue, which are whole: their jobs are finished.
+void Lockstep::issue_next(Outcome& outcome) {
+  issue(std::exchange(outcome.next_commands, {}), [&](const Command& command) {
+    Outcome issued = apply_alone(command);
+    Outcome done = finish_job_of(issued);
+    add(outcome, issued);
+    add(outcome, done);
+    issued.next_commands.insert(issued.next_commands.end(), done.next_commands.begin(),
+                                done.next_commands.end());
+    return std::move(issued.next_commands);
+  });
+}
+
+/// Finishes the job that a command has begun and that is still pending.
+Outcome Lockstep::finish_job_of(const Outcome& outcome) {
+  const auto& pending = engine_.jobs();
+  if (outcome.refused || outcome.job.value == 0 ||
+      std::none_of(pending.begin(), pending.end(),
+                   [&](const PendingJob& job) { return job.id == outcome.job; }))
+    return {};
+  return apply_alone(engine_.finish_job(outcome.job));
+}
+
+Outcome Lockstep::apply_alone(const Command& command) {
+  Outcome outcome = engine_.apply(command);
   if (recorder_) recorder_->add(command, engine_, outcome);
   if (pieces_) pieces_->after_command(engine_, command, outcome);
   return outcome;

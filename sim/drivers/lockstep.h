@@ -26,6 +26,7 @@ class Lockstep {
   /// Undoes a stroke. A tool over which bone grows is led out along its own path.
   Outcome undo() { return apply(Undo{}); }
   Outcome redo() { return apply(Redo{}); }
+  /// Applies a command, and then those that a step issues which it begins.
   Outcome apply(const Command& command);
   /// Applies a command, and finishes the job that it starts.
   Outcome apply_whole(const Command& command);
@@ -46,6 +47,10 @@ class Lockstep {
   const haptics::ServoRecord& last_record(std::size_t hand = 0) const noexcept { return records_[hand]; }
 
  private:
+  Outcome apply_alone(const Command& command);
+  Outcome finish_job_of(const Outcome& outcome);
+  void issue_next(Outcome& outcome);
+
   Engine engine_;
   std::vector<haptics::ServoCore> cores_;
   SessionWriter* recorder_;

@@ -341,7 +341,8 @@ void Replay::run_command(const Command& command) {
       }
   const Outcome outcome = state_->engine.apply(command);
   const std::string name(command.request.name());
-  if (outcome.refused)
+  // A refusal by the procedure is in the log, with its event.
+  if (outcome.refused && !outcome.is_refusal_recorded)
     record_mismatch(state_->next_tick, "command", name + ' ' + command.request.words(),
                     outcome.refused->message());
   const auto compare = [&](const auto* adoption, const char* what) {

@@ -7,7 +7,8 @@ namespace trephine::sim {
 std::span<const CoreCommand> core_commands() noexcept {
   static const std::vector<CoreCommand> all = [] {
     std::vector<CoreCommand> rows;
-    for (const auto group : {history_commands(), hand_commands(), body_commands(), derived_commands()})
+    for (const auto group :
+         {history_commands(), hand_commands(), body_commands(), derived_commands(), procedure_commands()})
       rows.insert(rows.end(), group.begin(), group.end());
     return rows;
   }();

@@ -1,4 +1,4 @@
-// Core commands: the four groups, and rows for functions that take the request itself.
+// Core commands: the five groups, and rows for functions that take the request itself.
 #pragma once
 
 #include <type_traits>
@@ -9,11 +9,12 @@
 namespace trephine::sim {
 
 // Each group is in the file of its part of the engine: engine_history, engine_settings, engine_bodies,
-// engine_jobs.
+// engine_derived, engine_procedure.
 std::span<const CoreCommand> history_commands() noexcept;
 std::span<const CoreCommand> hand_commands() noexcept;
 std::span<const CoreCommand> body_commands() noexcept;
 std::span<const CoreCommand> derived_commands() noexcept;
+std::span<const CoreCommand> procedure_commands() noexcept;
 
 /// Returns the row of request T with `apply(engine, request, hand, outcome)` and `check(engine, request,
 /// hand)`. A null pointer stands for a function that the command does not need. `row`: its other members.

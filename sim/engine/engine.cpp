@@ -49,6 +49,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
   now_.world.version = published_version_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::removal);
+  if (now_.plan && !now_.plan->procedure.is_empty()) begin_procedure();
   branch_.history.push_back(make_entry(k_no_voxels));
 }
 
@@ -62,6 +63,7 @@ Engine::Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& met
 Outcome Engine::apply(const haptics::ServoRecord& tick) {
   Outcome outcome;
   HandWork& hand = work_[tick.hand];
+  are_initial_commands_due_ = false;
   const std::uint64_t previous_tick = now_.next_tick;
   now_.next_tick = std::max(now_.next_tick, tick.tick + 1);
   trails_[tick.hand].add(servo_hand(tick.hand), tick);
@@ -94,30 +96,47 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
       publish(change), outcome.is_changed = true;
   if (!forbidden_.empty()) watch_forbidden(input);
   if (!now_.world.bodies.empty()) end_motions(previous_tick, outcome);
-  handle_events(outcome);
-  if (was_pressed && !is_in_stroke()) end_stroke();
+  const bool is_stroke_over = was_pressed && !is_in_stroke();
+  handle_events(
+      outcome,
+      {tick.tick, tick.hand, {}, is_stroke_over ? StepCause::When::always : StepCause::When::events});
+  if (is_stroke_over) end_stroke();
   return outcome;
 }
 
 Outcome Engine::apply(const Command& command) {
   Outcome outcome;
   const CoreCommand* core = command.request.is_empty() ? nullptr : find_core_command(command.request.type());
-  if ((outcome.refused = check(command, core))) {
+  if (!command.request.as<Resume>()) are_initial_commands_due_ = false;
+  outcome.refused = check(command, core);
+  if (!outcome.refused && (outcome.refused = check_step(command, core))) record_refusal(command, outcome);
+  if (outcome.refused) {
     if (core && core->discard) core->discard(*this, command);
     return outcome;
   }
   carry_out(command, core, outcome);
-  if (!core || core->is_heard)
+  const bool is_heard = !core || core->is_heard;
+  if (is_heard)
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       ModuleReaction reaction(state_of(m, now_.edits), pending_events_, now_.next_tick, command.hand);
       catalogue_.modules()[m]->hear(command, now_, reaction);
       if (reaction.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
     }
-  handle_events(outcome);
+  StepCause cause{now_.next_tick, command.hand};
+  if (is_heard) cause.command = command.request.name(), cause.when = StepCause::When::always;
+  if (core && !core->causes_transitions) cause.when = StepCause::When::never;
+  handle_events(outcome, cause);
   return outcome;
 }
 
-/// Checks everything that can be wrong with a command, before any change. `core`: its row, or null.
+Status Engine::reason_to_refuse(const Command& command) const {
+  const CoreCommand* core = command.request.is_empty() ? nullptr : find_core_command(command.request.type());
+  if (Status error = check(command, core)) return error;
+  return check_step(command, core);
+}
+
+/// Checks everything that can be wrong with a command, except the procedure, before any change. `core`: its
+/// row, or null.
 Status Engine::check(const Command& command, const CoreCommand* core) const {
   if (command.request.is_empty()) return Error{.what = "an empty command", .expected = "a command"};
   const ValueType& type = command.request.type();
@@ -361,8 +380,22 @@ std::optional<haptics::EscapePath> Engine::escape_path(std::size_t hand) const {
   return path;
 }
 
+/// Handles the events of a tick or a command, which may cause a transition to another step.
+void Engine::handle_events(Outcome& outcome, const StepCause& cause) {
+  const std::size_t first_event = now_.chronicle.size();
+  pass_events(outcome);
+  if (has_procedure() && cause.when != StepCause::When::never &&
+      (cause.when == StepCause::When::always || now_.chronicle.size() > first_event ||
+       (is_stroke_changed_ && !is_in_stroke()))) {
+    take_transition(cause, first_event, outcome);
+    pass_events(outcome);
+  }
+  outcome.event_count = now_.chronicle.size() - first_event;
+  if (is_stroke_changed_ && !is_in_stroke()) end_stroke();
+}
+
 /// Passes events to the modules, and adds them to the chronicle.
-void Engine::handle_events(Outcome& outcome) {
+void Engine::pass_events(Outcome& outcome) {
   // Modules may add events.
   for (std::size_t i = 0; i < pending_events_.size(); ++i) {
     Event event = std::move(pending_events_[i]);
@@ -373,9 +406,7 @@ void Engine::handle_events(Outcome& outcome) {
     }
     now_.chronicle.add(std::move(event));
   }
-  outcome.event_count = pending_events_.size();
   pending_events_.clear();
-  if (is_stroke_changed_ && !is_in_stroke()) end_stroke();
 }
 
 // ---- snapshots and measures ----

@@ -59,8 +59,13 @@ class Engine {
 
   /// Applies a tick. The ticks of each hand must arrive in order.
   Outcome apply(const haptics::ServoRecord& tick);
-  /// Applies a command; a refused one changes nothing.
+  /// Applies a command; a refused one changes nothing. A refusal by the procedure emits an event.
   Outcome apply(const Command& command);
+  /// Returns the reason why apply() would refuse a command in the current state; empty if it would not.
+  Status reason_to_refuse(const Command& command) const;
+  /// Returns the commands that the first step of the procedure issues, for the driver to apply. Empty after
+  /// the first call, tick or command other than Resume, and in an operation that is restored.
+  std::vector<Command> take_initial_commands();
 
   // ---- data for servos ----
   /// Newest published scene: touchable data and, after matter was restored, escape paths.
@@ -125,7 +130,10 @@ class Engine {
   /// fits in memory.
   static constexpr std::size_t k_max_strokes = 256;
   /// Number of applied strokes and commands.
-  std::size_t stroke_count() const noexcept { return branch_.forgotten + branch_.position; }
+  /// Within apply() it includes the one that is about to end.
+  std::size_t stroke_count() const noexcept {
+    return branch_.forgotten + branch_.position + (is_stroke_changed_ && !is_in_stroke() ? 1 : 0);
+  }
   bool can_undo() const noexcept { return branch_.position > 0 || is_stroke_changed_; }
   bool can_redo() const noexcept { return branch_.position + 1 < branch_.history.size(); }
   // Current branch of the history, and the other ones.
@@ -169,6 +177,7 @@ class Engine {
   friend struct HandCommands;
   friend struct BodyCommands;
   friend struct DerivedCommands;
+  friend struct ProcedureCommands;
 
   /// Change of the touchable matter: only removed, or also added (restored, or a new tool or object).
   enum class Change { removal, addition };
@@ -229,7 +238,33 @@ class Engine {
   void end_stroke();
   void add_entry(const volume::VoxelBox& box);
   void publish(Change change);
-  void handle_events(Outcome& outcome);
+  /// Tick or command whose events are handled: it may cause a transition to another step.
+  struct StepCause {
+    std::uint64_t tick = 0;
+    std::uint8_t hand = 0;
+    std::string_view command = {};  ///< name of a command that modules hear
+    /// Whether transitions are considered: if there are events or a stroke ends, always, or never.
+    enum class When : std::uint8_t { events, always, never } when = When::events;
+  };
+  void handle_events(Outcome& outcome, const StepCause& cause);
+  void pass_events(Outcome& outcome);
+
+  // Procedure of the plan.
+  bool has_procedure() const noexcept { return now_.world.procedure.step >= 0; }
+  const volume::SurgicalProcedure& procedure() const noexcept { return now_.plan->procedure; }
+  const volume::ProcedureStep& step() const noexcept {
+    return procedure().steps[static_cast<std::size_t>(now_.world.procedure.step)];
+  }
+  void begin_procedure();
+  Status check_step(const Command& command, const CoreCommand* core) const;
+  Status check_request(const GoToStep& request) const;
+  Status check_held(const volume::ProcedureStep& next) const;
+  const HistoryEntry* target_of(const Command& command) const;
+  void record_refusal(const Command& command, Outcome& outcome);
+  void take_transition(const StepCause& cause, std::size_t first_event, Outcome& outcome);
+  void enter_step(int next, const StepCause& cause, Outcome& outcome);
+  std::vector<Command> commands_on_entry() const;
+
   EntryState current_entry_state() const;
   template <class SomeEngine, class Image, class Each>
   static void for_each_kept(SomeEngine& engine, Image& image, Each&& each);
@@ -257,6 +292,7 @@ class Engine {
   std::vector<Branch> left_branches_;
   std::uint64_t last_entry_ = 0;
   bool is_stroke_changed_ = false;
+  bool are_initial_commands_due_ = false;
   volume::VoxelBox stroke_box_ = k_no_voxels;
   volume::VoxelBox ever_cut_ = k_no_voxels;  ///< since the start, undone or not
   std::uint64_t addition_count_ = 0;         ///< scenes in which matter was added

@@ -197,11 +197,12 @@ struct BodyCommands {
 std::span<const CoreCommand> body_commands() noexcept {
   using Group = BodyCommands;
   static const std::array all{
-      core_command<FreePieces, &Group::begin_free_pieces, &Group::check_free_pieces>(),
+      core_command<FreePieces, &Group::begin_free_pieces, &Group::check_free_pieces>(
+          {.step_rule = StepRule::every_step}),
       core_command<HoldBody, &Group::hold, &Group::check_hold>(),
-      core_command<ReleaseBody, &Group::release, &Group::check_release>(),
-      core_command<PlaceBody, &Group::place, &Group::check_place>(),
-      core_command<DiscardBody, &Group::discard, &Group::check_discard>()};
+      core_command<ReleaseBody, &Group::release, &Group::check_release>({.step_rule = StepRule::every_step}),
+      core_command<PlaceBody, &Group::place, &Group::check_place>({.step_rule = StepRule::named}),
+      core_command<DiscardBody, &Group::discard, &Group::check_discard>({.step_rule = StepRule::named})};
   return all;
 }
 

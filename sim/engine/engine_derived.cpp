@@ -159,10 +159,10 @@ std::span<const CoreCommand> derived_commands() noexcept {
     CoreCommand adopt = k_adoption, adopt_job = k_adoption;
     adopt.restore = &Group::restore, adopt.discard = &Group::discard;
     adopt_job.discard = &Group::discard_job;
-    return std::array{
-        core_command<Adopt, &Group::adopt, &Group::check_adopt>(adopt),
-        core_command<AdoptJob, &Group::adopt_job, &Group::check_job<AdoptJob>>(adopt_job),
-        core_command<CancelJob, &Group::cancel_job, &Group::check_job<CancelJob>>({.is_for_users = false})};
+    return std::array{core_command<Adopt, &Group::adopt, &Group::check_adopt>(adopt),
+                      core_command<AdoptJob, &Group::adopt_job, &Group::check_job<AdoptJob>>(adopt_job),
+                      core_command<CancelJob, &Group::cancel_job, &Group::check_job<CancelJob>>(
+                          {.is_for_users = false, .step_rule = StepRule::every_step})};
   }();
   return all;
 }

@@ -24,11 +24,15 @@ struct HistoryCommands {
     return state.value().world.bodies.empty() ? Status() : engine.check_room_for_bodies();
   }
 
-  static Status check_undo(const Engine& engine, const Undo&, std::uint8_t) {
-    if (!engine.can_undo()) return std::nullopt;
+  /// Returns the entry to which undo goes; null if nothing can be undone.
+  static const HistoryEntry* undo_target(const Engine& engine) {
+    if (!engine.can_undo()) return nullptr;
     // A stroke that changed something will end first.
-    const std::size_t target = engine.branch_.position - (engine.is_stroke_changed_ ? 0 : 1);
-    return check_entry(engine, *engine.branch_.history[target]);
+    return engine.branch_.history[engine.branch_.position - (engine.is_stroke_changed_ ? 0 : 1)].get();
+  }
+  static Status check_undo(const Engine& engine, const Undo&, std::uint8_t) {
+    const HistoryEntry* target = undo_target(engine);
+    return target ? check_entry(engine, *target) : Status();
   }
   static void undo(Engine& engine, const Undo&, std::uint8_t, Outcome& outcome) {
     engine.end_stroke();
@@ -37,9 +41,13 @@ struct HistoryCommands {
     engine.go_to(engine.branch_.position - 1, outcome);
   }
 
+  static const HistoryEntry* redo_target(const Engine& engine) {
+    if (!engine.can_redo() || engine.is_stroke_changed_) return nullptr;
+    return engine.branch_.history[engine.branch_.position + 1].get();
+  }
   static Status check_redo(const Engine& engine, const Redo&, std::uint8_t) {
-    if (!engine.can_redo() || engine.is_stroke_changed_) return std::nullopt;
-    return check_entry(engine, *engine.branch_.history[engine.branch_.position + 1]);
+    const HistoryEntry* target = redo_target(engine);
+    return target ? check_entry(engine, *target) : Status();
   }
   static void redo(Engine& engine, const Redo&, std::uint8_t, Outcome& outcome) {
     engine.end_stroke();
@@ -122,14 +130,26 @@ struct HistoryCommands {
 
 std::span<const CoreCommand> history_commands() noexcept {
   using Group = HistoryCommands;
+  constexpr CoreCommand k_history{.step_rule = StepRule::every_step, .causes_transitions = false};
   static const std::array all{
-      core_command<Undo, &Group::undo, &Group::check_undo>(),
-      core_command<Redo, &Group::redo, &Group::check_redo>(),
-      core_command<BeginBranch, &Group::begin_branch, &Group::check_begin_branch>(),
-      core_command<SwitchBranch, &Group::switch_branch, &Group::check_switch_branch>(),
-      core_command<Note, nullptr>(),
-      core_command<Resume, &Group::resume>({.is_for_users = false, .is_guarded = false})};
+      core_command<Undo, &Group::undo, &Group::check_undo>(k_history),
+      core_command<Redo, &Group::redo, &Group::check_redo>(k_history),
+      core_command<BeginBranch, &Group::begin_branch, &Group::check_begin_branch>(k_history),
+      core_command<SwitchBranch, &Group::switch_branch, &Group::check_switch_branch>(k_history),
+      core_command<Note, nullptr>({.step_rule = StepRule::every_step}),
+      core_command<Resume, &Group::resume>(
+          {.is_for_users = false, .is_guarded = false, .causes_transitions = false})};
   return all;
+}
+
+/// Returns the entry of the history to which a command goes; null for other commands.
+const HistoryEntry* Engine::target_of(const Command& command) const {
+  if (command.request.as<Undo>()) return HistoryCommands::undo_target(*this);
+  if (command.request.as<Redo>()) return HistoryCommands::redo_target(*this);
+  const auto* request = command.request.as<SwitchBranch>();
+  if (request == nullptr) return nullptr;
+  const auto found = find_branch(left_branches_, request->name);
+  return found == left_branches_.end() ? nullptr : found->history[found->position].get();
 }
 
 /// Adds the current state as the newest entry of the history; discards undone entries.
@@ -165,6 +185,7 @@ void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outco
   outcome.box = box;
   editor_.reset(state.world.version);
   const std::vector<Body> previous_bodies = std::exchange(now_.world, state.world).bodies;
+  if (has_procedure()) now_.world.procedure.first_event = now_.chronicle.size();
   const bool has_bodies = !previous_bodies.empty() || !now_.world.bodies.empty();
   // A held body stays in its hand, if it exists in that state: grasps are not undoable.
   for (Body& body : now_.world.bodies) {

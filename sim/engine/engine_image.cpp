@@ -70,6 +70,7 @@ Status Engine::restore(const EngineImage& image) {
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].escape_path = image.hands[h].escape_path;
   for (PendingJob& job : jobs_) make_runnable(job);
+  are_initial_commands_due_ = false;
   results_.clear();
   submitted_.clear();
   std::shared_ptr<haptics::ServoScene> next = make_scene(image.serial);

@@ -6,6 +6,7 @@
 #include "haptics/force/effects.h"
 #include "sim/engine/core_commands.h"
 #include "sim/engine/scene_description.h"
+#include "sim/engine/step_rules.h"
 #include "sim/engine/tool_geometry.h"
 
 namespace trephine::sim {
@@ -171,6 +172,8 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   // The hand may have another instrument, or other balls, by now.
   if (!failed) failed = check_geometry(current_scene, instrument, needed);
   if (!failed && take) failed = check_effect_of(instrument, static_cast<std::size_t>(job.hand));
+  // Another step may have begun meanwhile.
+  if (!failed && take && has_procedure()) failed = check_instrument(procedure(), step(), instrument);
   if (failed) {
     pending_events_.push_back(
         {now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
@@ -289,7 +292,7 @@ struct HandCommands {
   }
   template <class T, auto k_set, auto k_check>
   static CoreCommand setting() {
-    CoreCommand row = core_command<T, &apply_setting<T, k_set>, k_check>();
+    CoreCommand row = core_command<T, &apply_setting<T, k_set>, k_check>({.step_rule = StepRule::named});
     row.restore = [](Engine& engine, const Command& command) {
       return k_set(engine, *command.request.as<T>(), command.hand).error;
     };
@@ -300,11 +303,12 @@ struct HandCommands {
 std::span<const CoreCommand> hand_commands() noexcept {
   using Group = HandCommands;
   static const std::array all{
-      core_command<RemoveInstrument, &Group::remove_instrument>(),
+      core_command<RemoveInstrument, &Group::remove_instrument>({.step_rule = StepRule::every_step}),
       Group::setting<SwitchItem, &Group::set_switch, &Group::check_switch>(),
       Group::setting<PlaceModel, &Group::set_model, &Group::check_model>(),
       Group::setting<SetEffect, &Group::set_effect, &Group::check_effect>(),
-      core_command<ToolGeometry, &Group::begin_job<ToolGeometry>, &Group::check_geometry>(),
+      core_command<ToolGeometry, &Group::begin_job<ToolGeometry>, &Group::check_geometry>(
+          {.step_rule = StepRule::named}),
       core_command<TakeInstrument, &Group::begin_job<TakeInstrument>, &Group::check_taking>()};
   return all;
 }

@@ -6,6 +6,7 @@
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_proxy.h"
 #include "sim/engine/depth_sets.h"
+#include "sim/engine/procedure_check.h"
 #include "sim/engine/tool_geometry.h"
 #include "volume/base/text.h"
 
@@ -232,6 +233,7 @@ Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData
                  .found = std::to_string(spec.hands.size()),
                  .expected = "1 to " + std::to_string(haptics::ServoScene::k_max_hands)};
   if (Status error = check_data(spec, data)) return *error;
+  if (Status error = check_procedure(spec.plan.procedure, catalogue)) return *error;
   Result<TouchScene> items = build_items(spec, data);
   if (!items) return items.error();
   std::vector<PreparedTouch> prepared_touches;
@@ -239,6 +241,8 @@ Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData
   for (const HandSpec& hand : spec.hands) {
     Result<Instrument> instrument = instrument_of(hand, catalogue);
     if (!instrument) return instrument.error();
+    if (Status error = check_first_instrument(spec.plan.procedure, instrument.value(), hands.size()))
+      return *error;
     auto touch =
         std::find_if(prepared_touches.begin(), prepared_touches.end(), [&](const PreparedTouch& one) {
           return *one.scene->tool == *hand.tool && one.method == hand.method;

@@ -47,7 +47,7 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
 }
 
 void CheckpointMaker::add(const Command& command, const Engine& engine, const Outcome& outcome) {
-  if (outcome.refused || !is_faithful_) return;
+  if ((outcome.refused && !outcome.is_refusal_recorded) || !is_faithful_) return;
   if (command.request.as<Resume>()) {
     servo_.restart(engine.now().next_tick);
     pending_.reset();

@@ -177,6 +177,12 @@ void put_implant(std::string& out, const Body& body) {
   put(out, body.motion.turns);
   put(out, body.motion.axis);
 }
+void put_position(std::string& out, const ProcedurePosition& position) {
+  put_number(out, position.step);
+  put_count(out, position.entered_tick);
+  put_count(out, position.first_event);
+  for (const std::uint32_t count : position.visits) put_count(out, count);
+}
 }  // namespace
 
 void CheckpointEncoder::put_world(std::string& out, const UndoableState& world) {
@@ -198,6 +204,7 @@ void CheckpointEncoder::put_world(std::string& out, const UndoableState& world) 
     put(out, static_cast<std::uint8_t>(body.is_implant));
     if (body.is_implant) put_implant(out, body);
   }
+  if (world.procedure.step >= 0) put_position(out, world.procedure);
 }
 
 void CheckpointEncoder::put_entry_state(std::string& out, const Checkpoint& checkpoint,

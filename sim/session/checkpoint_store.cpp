@@ -282,7 +282,16 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       if (!is_valid) throw Broken{"two bodies with the same id or mover"};
       world.bodies.push_back(std::move(body));
     }
+    if (start.now().world.procedure.step >= 0) read_position(in, world.procedure);
     return world;
+  }
+  void read_position(ByteReader& in, ProcedurePosition& position) const {
+    const std::size_t steps = start.now().world.procedure.visits.size();
+    position.step = static_cast<std::int32_t>(in.count(steps - 1));
+    position.entered_tick = in.count();
+    position.first_event = in.count();
+    for (std::size_t s = 0; s < steps; ++s)
+      position.visits.push_back(static_cast<std::uint32_t>(in.count(~std::uint32_t{0})));
   }
   EntryState read_entry_state(ByteReader& in, const Hands& hands) {
     EntryState state;

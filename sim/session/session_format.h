@@ -41,6 +41,8 @@ struct SessionHeader : SceneDescription {
 };
 /// Adds the modules and types of a catalogue to a header.
 void describe(const Catalogue& catalogue, SessionHeader& header);
+/// Returns true for commands and events of procedures, which sessions without one do not list.
+bool is_of_procedure(const ValueType& type) noexcept;
 /// Types of this program, one per type of a header; null if this program has no such type or another version.
 using TypeList = std::vector<const ValueType*>;
 TypeList types_of(const SessionHeader& header, const Catalogue& catalogue);

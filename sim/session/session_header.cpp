@@ -7,6 +7,7 @@
 
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
+#include "sim/session/procedure_lines.h"
 #include "sim/session/session_format.h"
 #include "volume/base/text.h"
 
@@ -58,6 +59,7 @@ void add_plan(std::string& out, const volume::SurgicalPlan& plan) {
     add_text("target", t.name);
     add_text("target_label", t.label);
   }
+  add_procedure_lines(out, plan);
 }
 
 }  // namespace
@@ -174,10 +176,16 @@ std::string to_text(const SceneDescription& h) {
   return out;
 }
 
+bool is_of_procedure(const ValueType& type) noexcept {
+  return &type == &value_type<GoToStep>() || &type == &value_type<StepEntered>() ||
+         &type == &value_type<StepRefused>();
+}
+
 void describe(const Catalogue& catalogue, SessionHeader& header) {
   for (const Module* module : catalogue.modules())
     header.modules.push_back({std::string(module->name()), module->version(), ""});
   for (const ValueType* type : catalogue.all()) {
+    if (is_of_procedure(*type) && header.plan.procedure.is_empty()) continue;
     const std::string words = describe(*type->schema);
     const std::size_t colon = words.find(": ");
     header.types.push_back({std::string(type->schema->name), type->schema->version,
@@ -308,7 +316,7 @@ std::optional<bool> read_plan_line(std::string_view key, std::string_view value,
   if (key == "plane_normal") return set_point(plan.planes, &volume::PlannedPlane::normal_world);
   if (key == "target") return begin(plan.targets);
   if (key == "target_label") return set_text(plan.targets, &volume::PlannedTarget::label);
-  return std::nullopt;
+  return read_procedure_line(key, value, plan);
 }
 
 bool is_effect(std::string_view words) {

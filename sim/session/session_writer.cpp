@@ -70,7 +70,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
                  .expected = "a new name for a new session",
                  .remedy = "choose another name, or continue it: trephine resume " + where};
   if (file < 0) return disk_error("the session cannot be recorded", where, errno);
-  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, catalogue.all(), options));
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, types_of(header, catalogue), options));
   ::flock(file, LOCK_EX | LOCK_NB);  // cannot fail: the file is new
   std::string preamble(k_session_magic);
   const std::uint32_t layout[2] = {k_session_layout, 0};
@@ -114,7 +114,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::append(SessionLock lock, S
                                                              const WriterOptions& options) {
   const std::string where = name_of(lock.path_);
   for (const ValueType* type : catalogue.all())
-    if (std::find(tail.types.begin(), tail.types.end(), type) == tail.types.end())
+    if (!is_of_procedure(*type) && std::find(tail.types.begin(), tail.types.end(), type) == tail.types.end())
       return Error{.what = "the session cannot be continued",
                    .where = where,
                    .found = "a session without " + std::string(type->schema->name),
@@ -192,7 +192,7 @@ void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, cons
 }
 
 void SessionWriter::add(const Command& command, Engine& engine, const Outcome& outcome) {
-  if (outcome.refused) return;
+  if (outcome.refused && !outcome.is_refusal_recorded) return;
   {
     const std::lock_guard guard(lock_);
     items_.add(CommandItem{command});

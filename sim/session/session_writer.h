@@ -80,7 +80,8 @@ class SessionWriter {
              std::uint64_t first_tick, bool may_wait);
   /// Records a tick and its outcome.
   void add(const haptics::ServoRecord& record, Engine& engine, const Outcome& outcome);
-  /// Records a command that the engine has applied; ignores a refused one.
+  /// Records a command that the engine has applied, or that the procedure refused; ignores other refused
+  /// ones.
   void add(const Command& command, Engine& engine, const Outcome& outcome);
   /// True if the operation was changed, or an event other than a fault was emitted.
   bool has_edits() const noexcept { return has_edits_.load(); }
