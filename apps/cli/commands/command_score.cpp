@@ -3,8 +3,7 @@
 #include <filesystem>
 
 #include "apps/cli/commands.h"
-#include "apps/cli/commands/score_table.h"
-#include "apps/workbench/session_score.h"
+#include "apps/cli/score_rows.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
 
@@ -12,70 +11,12 @@ namespace trephine::cli {
 
 namespace {
 
-using workbench::HandMotion;
-using workbench::SessionScore;
-
 struct ScoreArguments {
   std::string session;
   workbench::SourceChoice case_source;
   std::optional<double> until;
   std::string csv;
 };
-
-Json json_of_finding(const sim::Finding& finding, double dt) {
-  Json json{{"name", finding.name},     {"value", finding.value ? Json(*finding.value) : Json()},
-            {"unit", finding.unit},     {"verdict", workbench::verdict_name(finding)},
-            {"points", finding.points}, {"weight", finding.weight}};
-  if (finding.full_at != finding.zero_at)
-    json["full_at"] = finding.full_at, json["zero_at"] = finding.zero_at;
-  if (!finding.reason.empty()) json["reason"] = finding.reason;
-  if (finding.tick) json["at_seconds"] = static_cast<double>(*finding.tick) * dt;
-  if (finding.position_world) json["position_world_mm"] = json_of(*finding.position_world);
-  return json;
-}
-
-Json json_of_motion(const HandMotion& motion) {
-  return {{"seconds", motion.seconds},
-          {"working_seconds", motion.working_seconds},
-          {"idle_seconds", motion.idle_seconds},
-          {"path_mm", motion.path},
-          {"mean_speed_mm_per_s", motion.mean_speed},
-          {"peak_speed_mm_per_s", motion.peak_speed},
-          {"jerk_mm_per_s3", motion.jerk},
-          {"log_dimensionless_jerk", motion.measured_strokes > 0 ? Json(motion.log_jerk) : Json()},
-          {"measured_strokes", motion.measured_strokes},
-          {"strokes", motion.strokes},
-          {"stroke_length_mm", motion.stroke_length},
-          {"stroke_spread_mm", motion.stroke_spread},
-          {"mean_force_n", motion.mean_force},
-          {"peak_force_n", motion.peak_force},
-          {"near_forbidden_seconds", motion.near_seconds},
-          {"pressing_near_forbidden_seconds", motion.near_force_seconds}};
-}
-
-Json json_of_score(const SessionScore& result, double dt) {
-  Json json{{"seconds", result.seconds},         {"points", result.score.points},
-            {"possible", result.score.possible}, {"not_judged", result.score.not_judged},
-            {"findings", Json::array()},         {"motion", Json::array()}};
-  for (const sim::Finding& finding : result.score.findings)
-    json["findings"].push_back(json_of_finding(finding, dt));
-  for (std::size_t i = 0; i < result.motion.size(); ++i) {
-    Json motion{{"hand", i + 1}};
-    motion.update(json_of_motion(result.motion[i]));
-    json["motion"].push_back(std::move(motion));
-  }
-  return json;
-}
-
-void print_score(const Json& score, Outcome& outcome) {
-  outcome.print_table(
-      score["findings"],
-      "finding = {name} | value = {value:.2f} | unit = {unit} | verdict = {verdict} | points = "
-      "{points:.1f} | of = {weight:.1f}");
-  outcome.print("points: {points:.1f} of {possible:.1f}; not judged: {not_judged:.1f}", score);
-  for (const Json& finding : score["findings"])
-    if (finding.contains("reason")) outcome.print("{name}: {reason}", finding);
-}
 
 /// Opens a session and scores it.
 Result<Json> score_file(const std::string& path, const ScoreArguments& arguments,

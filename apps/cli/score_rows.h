@@ -1,16 +1,22 @@
-// Tables of scores as CSV: findings of a session, and sessions of a folder.
+// Scores as JSON, text and CSV: findings of a session, and sessions of a folder.
 #pragma once
 
 #include <string>
 
 #include "apps/cli/rows.h"
+#include "apps/workbench/session_score.h"
 
 namespace trephine::cli {
+
+/// Returns the rows of `trephine.score/1`. `dt`: period of the session's ticks, s.
+Json json_of_score(const workbench::SessionScore& score, double dt);
+/// Prints these rows: a table of findings, the sum of points, and the reasons.
+void print_score(const Json& score, Rows& rows);
 
 /// Returns a cell of a CSV file (RFC 4180). Texts that a spreadsheet would take for a formula begin with an
 /// apostrophe.
 std::string csv_cell(const Json& value);
-/// Returns a line per finding of `trephine.score/1`.
+/// Returns a line per finding of json_of_score().
 std::string csv_of_findings(const Json& findings);
 /// Returns a line per session: its number, time and points, and the values of all findings. Findings that a
 /// session lacks are empty.
