@@ -5,6 +5,7 @@
 
 #include "apps/workbench/clock.h"
 #include "apps/workbench/depth_video.h"
+#include "apps/workbench/procedure_names.h"
 #include "apps/workbench/text.h"
 #include "data-tools/cases/phantom_cases.h"
 #include "data-tools/files/atomic_file.h"
@@ -420,6 +421,15 @@ Result<Operation> open_operation(const SourceChoice& src, const OperationChoice&
   return make_operation(std::move(source).value(), choice, listener);
 }
 
+/// Replaces the procedure of a plan by the chosen one, if any, and compares its names with the catalogue.
+static Status choose_procedure(const std::string& name_or_path, volume::SurgicalPlan& plan) {
+  if (name_or_path.empty()) return check_names(plan.procedure);
+  Result<data_tools::ProcedureFile> file = open_known_procedure(name_or_path);
+  if (!file) return file.error();
+  plan.procedure = std::move(file).value().procedure;
+  return std::nullopt;
+}
+
 Result<Operation> make_operation(Source source, const OperationChoice& choice, const Listener& listener) {
   if (Status error = check(choice)) return *error;
   if (Status error = blur(source, choice.blur_voxels)) return *error;
@@ -449,11 +459,14 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (data.volumes.size() > 1 || !models_of(source).empty())
     for (HandSpec& hand : spec.hands)
       if (hand.method == haptics::k_default_method) hand.method = haptics::general_method(*hand.tool).name;
+  spec.plan = plan_of(source);
+  if (Status error = choose_procedure(choice.procedure, spec.plan)) return *error;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
-  if (choice.cuts_by_command || std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
+  // Instruments are taken in the steps of a procedure.
+  if (choice.cuts_by_command || !spec.plan.procedure.is_empty() ||
+      std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
     add_forbidden(source, spec);
   spec.is_softening = sim::touches_smooth(spec);
-  spec.plan = plan_of(source);
 
   Operation result;
   const auto begin = Clock::now();

@@ -63,6 +63,8 @@ struct OperationChoice {
   haptics::ForceOptions force;
   /// Smallest diameter that will cut, mm; empty: that of the hands' initial instruments.
   std::optional<double> smallest_burr;
+  /// Name of a shipped procedure, or a file, instead of that of the plan; empty: that of the plan.
+  std::string procedure;
   bool cuts_by_command = false;  ///< adds forbidden structures even if no hand has an instrument
   double blur_voxels = 0;        ///< sigma of a Gaussian that is applied to the scan first
 };
