@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "apps/workbench/operation.h"
 #include "modules/catalogue.h"
 
 namespace trephine::workbench {
@@ -83,7 +84,7 @@ Status check_cause(const std::string& name) {
                      names_of([](const sim::ValueType& one) { return is_event(one); }));
 }
 
-/// True for measures of modules, whose names are known only while an operation runs.
+/// True for measures of modules.
 bool is_module_measure(std::string_view name) {
   return std::find(std::begin(k_measurements), std::end(k_measurements), name) == std::end(k_measurements) &&
          !name.starts_with(k_events) && !name.starts_with(k_nearest) && !name.starts_with(k_visits);
@@ -115,6 +116,21 @@ Status check_step(const ProcedureStep& step, const SurgicalProcedure& procedure)
   return std::nullopt;
 }
 
+/// Returns the measures of an operation on a small cube before its first command.
+std::vector<sim::Measure> new_measures() {
+  constexpr int k_size = 12;
+  Result<volume::Volume> cube = volume::make_volume(glm::ivec3(k_size), {});
+  if (!cube) return {};
+  for (std::size_t i = 0; i < cube.value().voxels.size(); ++i)
+    cube.value().voxels[i] = i < cube.value().voxels.size() / 2 ? 1000 : 0;
+  Source source;
+  source.volume = std::make_shared<const volume::Volume>(std::move(cube).value());
+  OperationChoice choice;
+  choice.shape.iso = 500;
+  const Result<Operation> operation = make_operation(std::move(source), choice);
+  return operation ? operation.value().engine().measures() : std::vector<sim::Measure>();
+}
+
 }  // namespace
 
 Status check_names(const SurgicalProcedure& procedure) {
@@ -140,14 +156,16 @@ Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_o
   return file;
 }
 
-std::vector<std::string> module_measures_of(const SurgicalProcedure& procedure) {
+std::vector<std::string> late_measures_of(const SurgicalProcedure& procedure) {
+  const std::vector<sim::Measure> known = new_measures();
   std::vector<std::string> names;
   for (const ProcedureStep& step : procedure.steps)
     for (const StepTransition& transition : step.transitions)
-      for (const StepCondition& condition : transition.conditions)
-        if (is_module_measure(condition.measurement) &&
-            std::find(names.begin(), names.end(), condition.measurement) == names.end())
-          names.push_back(condition.measurement);
+      for (const auto& [name, minimum, maximum] : transition.conditions)
+        if (is_module_measure(name) && std::find(names.begin(), names.end(), name) == names.end() &&
+            std::none_of(known.begin(), known.end(),
+                         [&](const sim::Measure& measure) { return measure.name == name; }))
+          names.push_back(name);
   return names;
 }
 

@@ -12,11 +12,12 @@ namespace trephine::workbench {
 
 /// Returns an error if a step names an unknown command, instrument, event or step, or parameters that an
 /// instrument or a command does not have. `where` is "procedure" or "step NAME", and `found` the name.
-/// Measures of modules exist only while an operation runs: they are not checked.
+/// Measures of modules are not checked: some of them exist only after a command.
 Status check_names(const volume::SurgicalProcedure& procedure);
 /// Opens a shipped procedure by its name, or a file by its path, and checks its names. Errors state the line.
 Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_or_path);
-/// Returns the names of the measures of modules that conditions require, without duplicates.
-std::vector<std::string> module_measures_of(const volume::SurgicalProcedure& procedure);
+/// Returns the names of the measurements of conditions that a new operation does not have: measures that a
+/// module returns later, or misspelt names. Builds a small operation.
+std::vector<std::string> late_measures_of(const volume::SurgicalProcedure& procedure);
 
 }  // namespace trephine::workbench

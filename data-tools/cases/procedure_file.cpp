@@ -156,7 +156,8 @@ Error ProcedureFile::at_line(Error error) const {
   const std::string step = error.where.starts_with(k_of_step) ? error.where.substr(k_of_step.size()) : "";
   int line = 0;
   for (std::size_t s = 0; s < procedure.steps.size(); ++s) {
-    if (procedure.steps[s].name != step) continue;
+    // An invalid name is not a location.
+    if (procedure.steps[s].name != (step.empty() ? error.found : step)) continue;
     line = lines[s].line;
     const auto& transitions = procedure.steps[s].transitions;
     for (std::size_t i = 0; i < transitions.size(); ++i)
@@ -215,17 +216,19 @@ std::string procedure_text(const SurgicalProcedure& procedure) {
 }
 
 SurgicalProcedure procedure_template(const std::string& name) {
-  SurgicalProcedure procedure{.name = name, .title = "A burr hole", .commands = {"look-at", "measure"}};
-  ProcedureStep drill{.name = "drill", .title = "Drill the hole"};
+  SurgicalProcedure procedure;
+  procedure.name = name, procedure.title = "A burr hole";
+  procedure.commands = {"look-at", "measure"};
+  procedure.steps.resize(2);
+  ProcedureStep &drill = procedure.steps[0], &done = procedure.steps[1];
+  drill.name = "drill", drill.title = "Drill the hole";
   drill.hint = "Press the burr on the skull until the hole is through.";
   drill.note = "A burr that sweeps without contact (kinematic) is not allowed here.";
   drill.instruments = {"burr kinematic=no"};
-  drill.transitions = {{.to = "done",
-                        .on = StepTransition::k_on_request,
-                        .conditions = {{.measurement = "removed_mm3", .minimum = 100, .maximum = {}}}}};
-  ProcedureStep done{.name = "done", .title = "The hole is complete", .is_end = true};
+  drill.transitions = {{"done", StepTransition::k_on_request, {{"removed_mm3", 100, {}}}}};
+  done.name = "done", done.title = "The hole is complete";
   done.on_entry = {"note text=\"the hole is complete\""};
-  procedure.steps = {std::move(drill), std::move(done)};
+  done.is_end = true;
   return procedure;
 }
 

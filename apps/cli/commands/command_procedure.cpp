@@ -65,21 +65,18 @@ void report_step(const ProcedureStep& step, std::size_t number, Outcome& outcome
   outcome.json["steps"].push_back(row);
 }
 
-Outcome report_of(const SurgicalProcedure& procedure, bool has_output) {
+Outcome report_of(const SurgicalProcedure& procedure) {
   Outcome outcome("procedure");
   outcome.json["name"] = procedure.name;
   outcome.json["title"] = procedure.title;
   outcome.json["instruments"] = procedure.instruments;
   outcome.json["commands"] = procedure.commands;
-  outcome.json["measures_of_modules"] = workbench::module_measures_of(procedure);
   outcome.json["steps"] = Json::array();
-  Outcome text = outcome;
-  text.print("{name}: {title}");
-  if (!procedure.instruments.empty()) text.print("every step: instruments {instruments}");
-  if (!procedure.commands.empty()) text.print("every step: commands {commands}");
-  for (std::size_t s = 0; s < procedure.steps.size(); ++s) report_step(procedure.steps[s], s + 1, text);
-  if (has_output) text.text.clear();  // the picture replaces the text
-  return text;
+  outcome.print("{name}: {title}");
+  if (!procedure.instruments.empty()) outcome.print("every step: instruments {instruments}");
+  if (!procedure.commands.empty()) outcome.print("every step: commands {commands}");
+  for (std::size_t s = 0; s < procedure.steps.size(); ++s) report_step(procedure.steps[s], s + 1, outcome);
+  return outcome;
 }
 
 Result<Outcome> show(const ProcedureArguments& a) {
@@ -100,7 +97,9 @@ Result<Outcome> show(const ProcedureArguments& a) {
     return is_svg ? data_tools::write_file_atomically(a.output, imaging::svg_of(diagram))
                   : view::write_steps(diagram, a.output);
   });
-  return finished(outputs, report_of(file.value().procedure, !a.output.empty()));
+  Outcome outcome = report_of(file.value().procedure);
+  if (!a.output.empty()) outcome.text.clear();  // the picture replaces the text
+  return finished(outputs, std::move(outcome));
 }
 
 Result<Outcome> check(const ProcedureArguments& a) {
@@ -110,10 +109,10 @@ Result<Outcome> check(const ProcedureArguments& a) {
   Outcome outcome("procedure");
   outcome.json["name"] = procedure.name;
   outcome.json["steps"] = procedure.steps.size();
-  outcome.json["measures_of_modules"] = workbench::module_measures_of(procedure);
+  outcome.json["late_measures"] = workbench::late_measures_of(procedure);
   outcome.print("{name}: {steps} steps, no error");
-  if (!outcome.json["measures_of_modules"].empty())
-    outcome.print("compared only while an operation runs: {measures_of_modules}");
+  if (!outcome.json["late_measures"].empty())
+    outcome.print("no measure of a new operation, check the spelling: {late_measures}");
   return outcome;
 }
 
