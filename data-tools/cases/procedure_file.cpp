@@ -153,7 +153,9 @@ void write_step(Writer& out, const ProcedureStep& step) {
 }  // namespace
 
 Error ProcedureFile::at_line(Error error) const {
-  const std::string step = error.where.starts_with(k_of_step) ? error.where.substr(k_of_step.size()) : "";
+  std::string step;  // the name behind "step ", up to a comma or a colon
+  if (error.where.starts_with(k_of_step))
+    step = error.where.substr(k_of_step.size(), error.where.find_first_of(",:") - k_of_step.size());
   int line = 0;
   for (std::size_t s = 0; s < procedure.steps.size(); ++s) {
     // An invalid name is not a location.

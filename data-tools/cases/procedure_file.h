@@ -22,8 +22,8 @@ struct ProcedureFile {
   std::string where;             ///< name in errors
   std::vector<StepLines> lines;  ///< of the steps
 
-  /// Returns an error about the procedure or one of its steps, as volume::check() reports it, with the line
-  /// of the step, or of the transition whose contents were found.
+  /// Returns an error about the procedure or one of its steps ("step NAME: ..."), as volume::check() reports
+  /// it, with the line of the step, or of the transition whose contents were found.
   Error at_line(Error error) const;
 };
 
