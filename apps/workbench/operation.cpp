@@ -421,12 +421,19 @@ Result<Operation> open_operation(const SourceChoice& src, const OperationChoice&
   return make_operation(std::move(source).value(), choice, listener);
 }
 
-/// Replaces the procedure of a plan by the chosen one, if any, and compares its names with the catalogue.
-static Status choose_procedure(const std::string& name_or_path, volume::SurgicalPlan& plan) {
-  if (name_or_path.empty()) return check_names(plan.procedure);
-  Result<data_tools::ProcedureFile> file = open_known_procedure(name_or_path);
-  if (!file) return file.error();
-  plan.procedure = std::move(file).value().procedure;
+/// Chooses the procedure of the plan, compares its names with the catalogue, and prepares the hands.
+static Status choose_procedure(const OperationChoice& choice, SceneDescription& spec) {
+  volume::SurgicalProcedure& procedure = spec.plan.procedure;
+  if (choice.procedure_use == ProcedureUse::ignored) procedure = {};
+  if (choice.procedure.empty()) {
+    if (Status error = check_names(procedure)) return error;
+  } else {
+    Result<data_tools::ProcedureFile> file = open_known_procedure(choice.procedure);
+    if (!file) return file.error();
+    procedure = std::move(file).value().procedure;
+  }
+  if (choice.procedure_use == ProcedureUse::begins_without_tools && !procedure.is_empty())
+    for (HandSpec& hand : spec.hands) hand.instrument.clear(), hand.parameters.clear();
   return std::nullopt;
 }
 
@@ -460,7 +467,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
     for (HandSpec& hand : spec.hands)
       if (hand.method == haptics::k_default_method) hand.method = haptics::general_method(*hand.tool).name;
   spec.plan = plan_of(source);
-  if (Status error = choose_procedure(choice.procedure, spec.plan)) return *error;
+  if (Status error = choose_procedure(choice, spec)) return *error;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
   // Instruments are taken in the steps of a procedure.
   if (choice.cuts_by_command || !spec.plan.procedure.is_empty() ||

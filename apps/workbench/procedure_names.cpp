@@ -134,7 +134,7 @@ std::vector<sim::Measure> new_measures() {
 }  // namespace
 
 Status check_names(const SurgicalProcedure& procedure) {
-  // What every step allows is checked like a step of its own.
+  // Lists of the procedure are checked like a step of its own.
   ProcedureStep common;
   common.instruments = procedure.instruments, common.commands = procedure.commands;
   if (Status error = check_step(common, procedure)) {

@@ -236,16 +236,20 @@ SurgicalProcedure procedure_template(const std::string& name) {
 
 std::span<const ShippedProcedure> shipped_procedures() noexcept { return k_shipped_procedures; }
 
+std::string shipped_names() {
+  std::string names;
+  for (const ShippedProcedure& shipped : k_shipped_procedures)
+    names.append(names.empty() ? "" : ", ").append(shipped.name);
+  return names;
+}
+
 Result<ProcedureFile> shipped_procedure(const std::string& name) {
-  std::string known;
-  for (const ShippedProcedure& shipped : k_shipped_procedures) {
+  for (const ShippedProcedure& shipped : k_shipped_procedures)
     if (shipped.name == name) return parse_procedure(std::string(shipped.text), name + ".toml");
-    known.append(known.empty() ? "" : ", ").append(shipped.name);
-  }
   return Error{.what = "unknown procedure",
                .where = "procedure",
                .found = name,
-               .expected = known,
+               .expected = shipped_names(),
                .remedy = "choose one of these, or a file NAME.toml"};
 }
 

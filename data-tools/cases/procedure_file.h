@@ -42,6 +42,8 @@ struct ShippedProcedure {
   std::string_view name, text;  ///< contents of docs/procedures/NAME.toml
 };
 std::span<const ShippedProcedure> shipped_procedures() noexcept;
+/// Returns their names as a list.
+std::string shipped_names();
 /// Returns a shipped procedure. Error: unknown name.
 Result<ProcedureFile> shipped_procedure(const std::string& name);
 /// True for the path of a file, which ends with ".toml"; else the name of a shipped procedure is meant.

@@ -20,9 +20,9 @@ struct ProcedureArguments {
   std::string action, name, output;
 };
 
-std::string joined(const std::vector<std::string>& words, const char* between = ", ") {
+std::string joined(const std::vector<std::string>& words) {
   std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
   return text;
 }
 
@@ -149,12 +149,9 @@ Run build(Options& options) {
            "show: print or draw the steps; check: look for errors; new: write a template")
       .one_of({std::begin(k_actions), std::end(k_actions)})
       .required();
-  std::vector<std::string> names;
-  for (const data_tools::ShippedProcedure& shipped : data_tools::shipped_procedures())
-    names.emplace_back(shipped.name);
   options
       .add("PROCEDURE", a->name,
-           "A file, or the name of a shipped procedure: " + joined(names) +
+           "A file, or the name of a shipped procedure: " + data_tools::shipped_names() +
                "; for new: the name of the new one")
       .required();
   options.add("-o,--output", a->output, "Write the drawing, or the template").type("PNG|SVG|TOML");
