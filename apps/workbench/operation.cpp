@@ -5,6 +5,7 @@
 
 #include "apps/workbench/clock.h"
 #include "apps/workbench/depth_video.h"
+#include "apps/workbench/procedure_names.h"
 #include "apps/workbench/text.h"
 #include "data-tools/cases/phantom_cases.h"
 #include "data-tools/files/atomic_file.h"
@@ -421,6 +422,22 @@ Result<Operation> open_operation(const SourceChoice& src, const OperationChoice&
   return make_operation(std::move(source).value(), choice, listener);
 }
 
+/// Chooses the procedure of the plan, compares its names with the catalogue, and prepares the hands.
+static Status choose_procedure(const OperationChoice& choice, SceneDescription& spec) {
+  volume::SurgicalProcedure& procedure = spec.plan.procedure;
+  if (choice.procedure_use == ProcedureUse::ignored) procedure = {};
+  if (choice.procedure.empty()) {
+    if (Status error = check_names(procedure)) return error;
+  } else {
+    Result<data_tools::ProcedureFile> file = open_known_procedure(choice.procedure);
+    if (!file) return file.error();
+    procedure = std::move(file).value().procedure;
+  }
+  if (choice.procedure_use == ProcedureUse::begins_without_tools && !procedure.is_empty())
+    for (HandSpec& hand : spec.hands) hand.instrument.clear(), hand.parameters.clear();
+  return std::nullopt;
+}
+
 Result<Operation> make_operation(Source source, const OperationChoice& choice, const Listener& listener) {
   if (Status error = check(choice)) return *error;
   if (Status error = blur(source, choice.blur_voxels)) return *error;
@@ -450,11 +467,14 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (data.volumes.size() > 1 || !models_of(source).empty())
     for (HandSpec& hand : spec.hands)
       if (hand.method == haptics::k_default_method) hand.method = haptics::general_method(*hand.tool).name;
+  spec.plan = plan_of(source);
+  if (Status error = choose_procedure(choice, spec)) return *error;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
-  if (choice.cuts_by_command || std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
+  // Instruments are taken in the steps of a procedure.
+  if (choice.cuts_by_command || !spec.plan.procedure.is_empty() ||
+      std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
     add_forbidden(source, spec);
   spec.is_softening = sim::touches_smooth(spec);
-  spec.plan = plan_of(source);
 
   Operation result;
   const auto begin = Clock::now();

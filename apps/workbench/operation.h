@@ -50,6 +50,13 @@ struct VolumeChoice {
 /// Parses "300" (from 300 up), "100:400", or the name of a label; an empty text gives an empty choice.
 ShapeChoice parse_shape(const std::string& text);
 
+/// Use of the procedure of a plan.
+enum class ProcedureUse : std::uint8_t {
+  followed,              ///< its first step must allow the instruments of the hands
+  begins_without_tools,  ///< followed; hands begin empty, and take instruments in a step that allows them
+  ignored                ///< for operations of a single command, such as the cut along a path
+};
+
 /// Options of an operation, in addition to its scan.
 struct OperationChoice {
   ShapeChoice shape;  ///< empty: a case's touchable structures, or bone
@@ -63,6 +70,9 @@ struct OperationChoice {
   haptics::ForceOptions force;
   /// Smallest diameter that will cut, mm; empty: that of the hands' initial instruments.
   std::optional<double> smallest_burr;
+  /// Name of a shipped procedure, or a file, instead of that of the plan; empty: that of the plan.
+  std::string procedure = {};
+  ProcedureUse procedure_use = ProcedureUse::followed;
   bool cuts_by_command = false;  ///< adds forbidden structures even if no hand has an instrument
   double blur_voxels = 0;        ///< sigma of a Gaussian that is applied to the scan first
 };

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "apps/workbench/text.h"
+#include "data-tools/cases/procedure_file.h"
 #include "modules/catalogue.h"
 #include "volume/base/text.h"
 
@@ -111,8 +112,14 @@ std::string scan_of(const Script& script, const std::string& folder) {
   return is_builtin(script.scan) ? script.scan : resolve_path(folder, script.scan);
 }
 
+std::string procedure_of(const Script& script, const std::string& folder) {
+  return data_tools::is_procedure_path(script.procedure) ? resolve_path(folder, script.procedure)
+                                                         : script.procedure;
+}
+
 std::vector<std::string> files_of(const Script& script, const std::string& folder) {
   std::vector<std::string> files;
+  if (data_tools::is_procedure_path(script.procedure)) files.push_back(procedure_of(script, folder));
   if (!is_builtin(script.scan)) files.push_back(scan_of(script, folder));
   for (const ScriptHand& hand : script.hands)
     if (!hand.path.empty()) files.push_back(resolve_path(folder, hand.path));
@@ -132,6 +139,7 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   choice.material.static_friction = script.static_friction;
   choice.material.dynamic_friction = script.dynamic_friction;
   choice.smallest_burr = script.smallest_burr;
+  choice.procedure = procedure_of(script, folder);
   for (const data_tools::ScriptVolume& volume : script.volumes)
     choice.volumes.push_back({is_builtin(volume.file) ? volume.file : resolve_path(folder, volume.file),
                               parse_shape(volume.shape), volume.name, volume.matter});

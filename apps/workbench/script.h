@@ -12,6 +12,8 @@ namespace trephine::workbench {
 
 /// Returns the path of a script's scan as the program opens it; the name of a built-in one.
 std::string scan_of(const data_tools::Script& script, const std::string& folder);
+/// Returns the path of a script's procedure as the program opens it; the name of a shipped one.
+std::string procedure_of(const data_tools::Script& script, const std::string& folder);
 /// Returns the paths of all files of a script as the program opens them.
 std::vector<std::string> files_of(const data_tools::Script& script, const std::string& folder);
 

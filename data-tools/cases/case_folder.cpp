@@ -7,6 +7,7 @@
 #include <sstream>
 #include <unistd.h>
 
+#include "data-tools/cases/procedure_file.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/formats/reader_support.h"
 #include "volume/base/text.h"
@@ -21,6 +22,7 @@ constexpr const char* k_plan_file = "case.toml";
 constexpr const char* k_volume_file = "volume.mha";
 constexpr const char* k_labels_file = "labels.mha";
 constexpr const char* k_shape_file = "shape.mha";
+constexpr const char* k_procedure_file = "procedure.toml";  // unless the plan states another name
 
 /// Reads another volume of the case; error if its grid is not that of the scan.
 Result<volume::Volume> read_companion(const std::string& path, const char* file, const std::string& what,
@@ -109,6 +111,25 @@ Status check_inside(const fs::path& folder, const char* file) {
                .remedy = "copy the file into the case"};
 }
 
+/// Reads the file of the procedure into the plan.
+Status read_procedure_into(const std::string& path, CasePlan& plan) {
+  if (Status error = check_inside(path, plan.procedure_file.c_str())) return error;
+  Result<ProcedureFile> file = read_procedure((fs::path(path) / plan.procedure_file).string());
+  if (!file) {
+    Error error = file.error();
+    error.where = file_name(path) + "/" + error.where;
+    return error;
+  }
+  plan.procedure = std::move(file).value().procedure;
+  return std::nullopt;
+}
+
+/// True if a shipped procedure has the name and the steps of this one.
+bool is_shipped(const volume::SurgicalProcedure& procedure) {
+  const Result<ProcedureFile> shipped = shipped_procedure(procedure.name);
+  return shipped && shipped.value().procedure == procedure;
+}
+
 }  // namespace
 
 bool is_case_folder(const std::string& path) {
@@ -127,6 +148,8 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   text << file.rdbuf();
   Result<CasePlan> plan = parse_case(text.str(), where);
   if (!plan) return plan.error();
+  if (!plan.value().procedure_file.empty())
+    if (Status error = read_procedure_into(path, plan.value())) return *error;
   const auto find_file = [&](const char* what, auto& part) -> Status {
     if (Status error = check_inside(path, part.file.c_str())) return *error;
     part.path = (fs::path(path) / part.file).string();
@@ -185,6 +208,11 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
     if (!mask) return mask.error();
     if (!saved_plan.shape_values.empty()) shape = std::move(mask).value();
   }
+  if (saved_plan.procedure.is_empty())
+    saved_plan.procedure_file.clear();
+  else if (saved_plan.procedure_file.empty() && !is_shipped(saved_plan.procedure))
+    saved_plan.procedure_file = k_procedure_file;
+  const std::string& procedure_file = saved_plan.procedure_file;
   const std::string text = case_text(saved_plan, has_labels);
   // Check that the written plan can be read.
   if (const Result<CasePlan> reparsed = parse_case(text, where + "/" + k_plan_file); !reparsed)
@@ -192,22 +220,24 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
   const auto report_progress = [&progress](double share) { return !progress || progress(share); };
   const Error interrupted_error{
       "the import was interrupted; nothing was written", where, "", "", "", ErrorKind::interrupted};
-  return write_folder_atomically(path, {k_volume_file, k_labels_file, k_shape_file, k_plan_file},
-                                 [&](const std::string& output) -> Status {
-                                   const auto file = [&output](const char* name) {
-                                     return (fs::path(output) / name).string();
-                                   };
-                                   if (!report_progress(0.1)) return interrupted_error;
-                                   if (Status error = write_volume(file(k_volume_file), scan)) return error;
-                                   if (!report_progress(0.7)) return interrupted_error;
-                                   if (has_labels)
-                                     if (Status error = write_labels(file(k_labels_file), scan)) return error;
-                                   if (shape)
-                                     if (Status error = write_labels(file(k_shape_file), *shape))
-                                       return error;
-                                   if (!report_progress(0.9)) return interrupted_error;
-                                   return write_file_atomically(file(k_plan_file), text);
-                                 });
+  std::vector<std::string> files{k_volume_file, k_labels_file, k_shape_file, k_plan_file};
+  if (!procedure_file.empty()) files.push_back(procedure_file);
+  return write_folder_atomically(path, files, [&](const std::string& output) -> Status {
+    const auto file = [&output](const char* name) { return (fs::path(output) / name).string(); };
+    if (!report_progress(0.1)) return interrupted_error;
+    if (Status error = write_volume(file(k_volume_file), scan)) return error;
+    if (!report_progress(0.7)) return interrupted_error;
+    if (has_labels)
+      if (Status error = write_labels(file(k_labels_file), scan)) return error;
+    if (shape)
+      if (Status error = write_labels(file(k_shape_file), *shape)) return error;
+    if (!report_progress(0.9)) return interrupted_error;
+    if (!procedure_file.empty())
+      if (Status error =
+              write_file_atomically(file(procedure_file.c_str()), procedure_text(saved_plan.procedure)))
+        return error;
+    return write_file_atomically(file(k_plan_file), text);
+  });
 }
 
 }  // namespace trephine::data_tools

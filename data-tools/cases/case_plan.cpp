@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <tuple>
 
+#include "data-tools/cases/procedure_file.h"
 #include "data-tools/cases/toml_reader_impl.h"
 
 namespace trephine::data_tools {
@@ -182,6 +183,38 @@ volume::PlannedTarget read_target(TomlReader& reader, const toml::value& value,
   return target;
 }
 
+/// Reads the name of a shipped procedure, or that of a file of the case.
+void read_procedure_of(TomlReader& reader, const toml::value& value, CasePlan& plan) {
+  const toml::table& t = reader.table(value, {"name", "file"});
+  const auto name = reader.text(t, "name"), file = reader.text(t, "file");
+  if (name.has_value() == file.has_value())
+    return reader.fail(value, "a procedure has either a name or a file", name ? "both" : "",
+                       "name = \"craniotomy\", or file = the name of a file in the case's folder");
+  plan.procedure_file = file.value_or("");
+  if (file && (fs::path(*file).filename() != *file || !file->ends_with(".toml") || *file == "case.toml"))
+    return reader.fail(value, "invalid file name of a procedure", *file,
+                       "\"NAME.toml\", a file in the case's folder");
+  if (!name) return;
+  Result<ProcedureFile> shipped = shipped_procedure(*name);
+  if (shipped)
+    plan.procedure = std::move(shipped).value().procedure;
+  else
+    reader.fail(value, shipped.error().what, shipped.error().found, shipped.error().expected);
+}
+
+volume::ScoreLimit read_limit(TomlReader& reader, const toml::value& value) {
+  constexpr double k_largest = 1e6;
+  const toml::table& t = reader.table(value, {"finding", "full_at", "zero_at", "weight"});
+  const auto finding = reader.text(t, "finding");
+  const auto full_at = reader.number(t, "full_at", -k_largest, k_largest),
+             zero_at = reader.number(t, "zero_at", -k_largest, k_largest);
+  if (!finding || !full_at || !zero_at || *full_at == *zero_at)
+    reader.fail(value, "a limit of the score is not complete", finding.value_or(""),
+                "finding, and different numbers full_at and zero_at");
+  return {finding.value_or(""), full_at.value_or(0), zero_at.value_or(0),
+          reader.number(t, "weight", 0, k_largest).value_or(1)};
+}
+
 /// Calls use(key, value) for each optional value of a scan's quality.
 template <class Quality, class Use>
 void for_each_quality(Quality& q, const Use& use) {
@@ -206,15 +239,6 @@ ScanQuality read_quality(TomlReader& reader, const toml::value& value) {
   return quality;
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  }
-  return out + '"';
-}
-
 }  // namespace
 
 Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
@@ -222,9 +246,10 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   if (!parsed) return parsed.error();
   const toml::value& root = parsed.value();
   TomlReader reader(where);
-  const toml::table& top = reader.table(
-      root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "volumes", "models",
-             "trajectories", "landmarks", "outlines", "planes", "targets", "quality", "shape"});
+  const toml::table& top =
+      reader.table(root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "volumes",
+                          "models", "trajectories", "landmarks", "outlines", "planes", "targets", "quality",
+                          "shape", "procedure", "score"});
   if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
   CasePlan plan;
   const auto name = reader.text(top, "name");
@@ -282,6 +307,9 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   for (const toml::value* v : reader.tables(top, "planes")) plan.planes.push_back(read_plane(reader, *v));
   for (const toml::value* v : reader.tables(top, "targets"))
     plan.targets.push_back(read_target(reader, *v, plan.label_names));
+  if (const auto procedure = top.find("procedure"); procedure != top.end())
+    read_procedure_of(reader, procedure->second, plan);
+  for (const toml::value* v : reader.tables(top, "score")) plan.score.push_back(read_limit(reader, *v));
   if (const auto quality = top.find("quality"); quality != top.end())
     plan.quality = read_quality(reader, quality->second);
   if (plan.structures.empty())
@@ -314,13 +342,13 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
   };
   const auto point = [&](const char* key, const glm::dvec3& p) { line(key, point_text(p)); };
   line("schema", std::to_string(CasePlan::k_schema));
-  line("name", quoted(plan.name) + "  # chosen for the case, never a patient's");
-  if (!plan.modality.empty()) line("modality", quoted(plan.modality));
+  line("name", toml_text(plan.name) + "  # chosen for the case, never a patient's");
+  if (!plan.modality.empty()) line("modality", toml_text(plan.modality));
   line("hounsfield", plan.is_hounsfield ? "true" : "false");
   if (has_labels) {
     out += "\n[labels]  # of labels.mha, from 1 up\nnames = [";
     for (std::size_t i = 1; i < plan.label_names.size(); ++i)
-      out += (i > 1 ? ", " : "") + quoted(plan.label_names[i]);
+      out += (i > 1 ? ", " : "") + toml_text(plan.label_names[i]);
     out += "]\n";
     if (plan.label_colours.size() > 1) out += "colours = [";
     for (std::size_t i = 1; i < plan.label_colours.size(); ++i) {
@@ -348,14 +376,14 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
   }
   for (const CaseStructure& s : plan.structures) {
     out += "\n[[structures]]\n";
-    line("name", quoted(s.shape.name));
-    if (!s.volume.empty()) line("volume", quoted(s.volume));
+    line("name", toml_text(s.shape.name));
+    if (!s.volume.empty()) line("volume", toml_text(s.volume));
     if (s.shape.is_label()) line("label", std::to_string(s.shape.label));
     if (!s.shape.is_label() && std::isfinite(s.shape.low)) number("low", s.shape.low);
     if (!s.shape.is_label() && std::isfinite(s.shape.high)) number("high", s.shape.high);
     line("touchable", s.is_touchable ? "true" : "false");
     if (s.is_forbidden) line("forbidden", "true");
-    if (s.blocks_back) line("sides", quoted(s.blocks_front ? "both" : "back"));
+    if (s.blocks_back) line("sides", toml_text(s.blocks_front ? "both" : "back"));
     const auto material = [&](const CaseMaterial& m, const std::string& prefix) {
       for (const auto& [key, value, high] : k_material_keys)
         if (m.*value) number((prefix + std::string(key)).c_str(), *(m.*value));
@@ -365,49 +393,64 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
   }
   for (const CaseVolume& v : plan.volumes) {
     out += "\n[[volumes]]\n";
-    line("name", quoted(v.name));
-    line("file", quoted(v.file));
-    if (v.matter) line("matter", quoted(std::string(volume::k_matters[static_cast<std::size_t>(*v.matter)])));
+    line("name", toml_text(v.name));
+    line("file", toml_text(v.file));
+    if (v.matter)
+      line("matter", toml_text(std::string(volume::k_matters[static_cast<std::size_t>(*v.matter)])));
   }
   for (const CaseModel& m : plan.models) {
     out += "\n[[models]]\n";
-    line("name", quoted(m.name));
-    line("file", quoted(m.file));
-    line("matter", quoted(std::string(volume::k_matters[static_cast<std::size_t>(m.matter)])));
+    line("name", toml_text(m.name));
+    line("file", toml_text(m.file));
+    line("matter", toml_text(std::string(volume::k_matters[static_cast<std::size_t>(m.matter)])));
     if (m.is_forbidden) line("forbidden", "true");
   }
   for (const volume::PlannedTrajectory& t : plan.trajectories) {
     out += "\n[[trajectories]]\n";
-    line("name", quoted(t.name));
+    line("name", toml_text(t.name));
     point("entry", t.entry_world);
     point("target", t.target_world);
     if (t.diameter > 0) number("diameter", t.diameter);
-    if (!t.group.empty()) line("group", quoted(t.group));
-    if (!t.side.empty()) line("side", quoted(t.side));
-    if (!t.vertebra.empty()) line("vertebra", quoted(t.vertebra));
+    if (!t.group.empty()) line("group", toml_text(t.group));
+    if (!t.side.empty()) line("side", toml_text(t.side));
+    if (!t.vertebra.empty()) line("vertebra", toml_text(t.vertebra));
   }
   for (const volume::PlannedLandmark& l : plan.landmarks) {
     out += "\n[[landmarks]]\n";
-    line("name", quoted(l.name));
+    line("name", toml_text(l.name));
     point("at", l.position_world);
   }
   for (const volume::PlannedOutline& o : plan.outlines) {
     out += "\n[[outlines]]\n";
-    line("name", quoted(o.name));
+    line("name", toml_text(o.name));
     std::string points;
     for (const glm::dvec3& p : o.points_world) points += (points.empty() ? "" : ", ") + point_text(p);
     line("points", "[" + points + "]");
   }
   for (const volume::PlannedPlane& p : plan.planes) {
     out += "\n[[planes]]\n";
-    line("name", quoted(p.name));
+    line("name", toml_text(p.name));
     point("at", p.point_world);
     line("normal", vector_text(p.normal_world));
   }
   for (const volume::PlannedTarget& t : plan.targets) {
     out += "\n[[targets]]\n";
-    line("name", quoted(t.name));
-    line("label", quoted(t.label));
+    line("name", toml_text(t.name));
+    line("label", toml_text(t.label));
+  }
+  if (!plan.procedure_file.empty() || !plan.procedure.is_empty()) {
+    out += "\n[procedure]  # steps of the operation\n";
+    if (plan.procedure_file.empty())
+      line("name", toml_text(plan.procedure.name));
+    else
+      line("file", toml_text(plan.procedure_file));
+  }
+  for (const volume::ScoreLimit& limit : plan.score) {
+    out += "\n[[score]]\n";
+    line("finding", toml_text(limit.finding));
+    number("full_at", limit.full_at);
+    number("zero_at", limit.zero_at);
+    number("weight", limit.weight);
   }
   return out;
 }

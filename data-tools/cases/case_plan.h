@@ -63,6 +63,9 @@ struct CasePlan : volume::SurgicalPlan {
   std::vector<CaseStructure> structures;
   std::vector<CaseVolume> volumes;
   std::vector<CaseModel> models;
+  /// Name of the file of the procedure in the folder; open_case() reads it. Empty: the procedure is a shipped
+  /// one.
+  std::string procedure_file;
   /// Intensities at which windows are evaluated: where shape.mha has the value k > 0, shape_values[k - 1];
   /// where it has 0, that of the scan. Empty: no shape.mha. write_case() derives it from
   /// Volume::shape_voxels.

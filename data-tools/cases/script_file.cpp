@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <glm/geometric.hpp>
 
 #include "data-tools/cases/toml_reader_impl.h"
@@ -14,18 +13,6 @@ namespace {
 
 constexpr double k_longest_seconds = 7200;
 constexpr std::size_t k_longest_words = 20000;  // characters
-
-std::vector<std::string> read_texts(TomlReader& reader, const toml::table& t, const std::string& key) {
-  std::vector<std::string> result;
-  const auto it = t.find(key);
-  if (it == t.end()) return result;
-  if (!it->second.is_array()) return reader.fail(it->second, key + " is not a list", "", "[\"...\"]"), result;
-  for (const toml::value& v : it->second.as_array()) {
-    if (!v.is_string()) reader.fail(v, "the value is not text", "", "\"text\"");
-    result.push_back(v.is_string() ? v.as_string().str : "");
-  }
-  return result;
-}
 
 /// Reads [[t, x, y, z, button, share], ...]: the last two are optional, and `share` requires a place.
 std::vector<std::array<double, 6>> read_points(TomlReader& reader, const toml::table& t, bool has_place) {
@@ -72,7 +59,7 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
   hand.parameters = reader.text(t, "parameters").value_or("");
   hand.method = reader.text(t, "method").value_or("");
   hand.radius = reader.number(t, "radius", 0, 6).value_or(0);
-  hand.effects = read_texts(reader, t, "effects");
+  hand.effects = reader.texts(t, "effects");
   hand.path = reader.text(t, "path").value_or("");
   hand.place = reader.text(t, "place").value_or("");
   hand.points = read_points(reader, t, !hand.place.empty());
@@ -260,6 +247,7 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
                                                "auto",
                                                "largest",
                                                "plan",
+                                               "procedure",
                                                "rate",
                                                "static_friction",
                                                "dynamic_friction",
@@ -284,6 +272,7 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.is_auto = reader.boolean(top, "auto").value_or(false);
   script.is_largest = reader.boolean(top, "largest").value_or(false);
   script.takes_plan = reader.boolean(top, "plan").value_or(false);
+  script.procedure = reader.text(top, "procedure").value_or("");
   script.rate_hz = reader.number(top, "rate", 10, 100000).value_or(1000);
   script.static_friction = reader.number(top, "static_friction", 0, 10);
   script.dynamic_friction = reader.number(top, "dynamic_friction", 0, 10);
@@ -312,16 +301,8 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
 
 Result<Script> read_script(const std::string& path) {
   const std::string where = file_name(path);
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    return Error{.what = "the script does not exist",
-                 .where = where,
-                 .expected = "a TOML file",
-                 .remedy = "check the spelling"};
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) return Error{.what = "the script cannot be read", .where = where, .expected = "a TOML file"};
-  return parse_script(text.str(), where);
+  const Result<std::string> text = read_toml_text(path, where, "script");
+  return text ? parse_script(text.value(), where) : text.error();
 }
 
 }  // namespace trephine::data_tools

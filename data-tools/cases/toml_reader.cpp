@@ -1,3 +1,5 @@
+#include <fstream>
+
 #include "data-tools/cases/toml_reader_impl.h"
 #include "data-tools/files/words.h"
 
@@ -64,6 +66,31 @@ Result<toml::value> parse_toml(const std::string& text, const std::string& where
   } catch (const std::exception&) {
     return syntax_error("");
   }
+}
+
+Result<std::string> read_toml_text(const std::string& path, const std::string& where,
+                                   const std::string& what) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    return Error{.what = "the " + what + " does not exist",
+                 .where = where,
+                 .expected = "a TOML file",
+                 .remedy = "check the spelling"};
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file)
+    return Error{.what = "the " + what + " cannot be read", .where = where, .expected = "a TOML file"};
+  return text.str();
+}
+
+std::string toml_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    const auto byte = static_cast<unsigned char>(c);
+    out += byte < 0x20 || byte == 0x7f ? ' ' : c;
+  }
+  return out + '"';
 }
 
 }  // namespace trephine::data_tools

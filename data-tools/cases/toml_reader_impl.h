@@ -20,6 +20,11 @@ namespace trephine::data_tools {
 
 /// Parses a text; `what` ("case") and `where` are its names in errors.
 Result<toml::value> parse_toml(const std::string& text, const std::string& where, const std::string& what);
+/// Returns the contents of a TOML file; `what` and `where` are its names in errors.
+Result<std::string> read_toml_text(const std::string& path, const std::string& where,
+                                   const std::string& what);
+/// Returns a text as a TOML string in one line.
+std::string toml_text(const std::string& text);
 
 /// Reads tables with known keys; keeps the first error.
 class TomlReader {
@@ -60,6 +65,18 @@ class TomlReader {
     fail(it->second, "the value of " + key + " is not text", value_text(it->second),
          "\"text\" of 1 to " + std::to_string(max_length) + " characters");
     return std::nullopt;
+  }
+  /// Returns the texts of a list; empty if the key is absent.
+  std::vector<std::string> texts(const toml::table& t, const std::string& key) {
+    std::vector<std::string> result;
+    const auto it = t.find(key);
+    if (it == t.end()) return result;
+    if (!it->second.is_array()) return fail(it->second, key + " is not a list", "", "[\"...\"]"), result;
+    for (const toml::value& v : it->second.as_array()) {
+      if (!v.is_string()) fail(v, "the value is not text", "", "\"text\"");
+      result.push_back(v.is_string() ? v.as_string().str : "");
+    }
+    return result;
   }
   std::optional<bool> boolean(const toml::table& t, const std::string& key) {
     const auto it = t.find(key);

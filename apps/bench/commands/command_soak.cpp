@@ -100,6 +100,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   drilling::Burr burr;
   constexpr double k_smallest = 2;  // mm, of the burrs below
   workbench::OperationChoice choice;
+  choice.procedure_use = workbench::ProcedureUse::ignored;
   choice.shape = arguments.shape;
   choice.hands[0] = sim::HandSpec(drilling::burr(burr));
   choice.rate_hz = arguments.rate;

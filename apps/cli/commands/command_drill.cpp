@@ -114,6 +114,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   auto path = workbench::open_path(arguments.path);
   if (!path) return path.error();
   workbench::OperationChoice choice;
+  choice.procedure_use = workbench::ProcedureUse::ignored;
   choice.shape = arguments.shape;
   choice.hands[0] = sim::HandSpec(drilling::burr(burr));
   choice.hands[0].method = arguments.method;

@@ -268,6 +268,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   }
   if (Status error = sim::Value(request).check()) return *error;
   workbench::OperationChoice choice;
+  choice.procedure_use = workbench::ProcedureUse::ignored;
   choice.shape = arguments.shape;
   choice.cuts_by_command = true;
   choice.smallest_burr = arguments.smallest_burr.value_or(burr_for(request));

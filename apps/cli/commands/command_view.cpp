@@ -7,6 +7,7 @@
 #include "apps/workbench/continued_session.h"
 #include "apps/workbench/devices.h"
 #include "apps/workbench/preset.h"
+#include "data-tools/cases/procedure_file.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
 #include "modules/catalogue.h"
@@ -18,7 +19,7 @@ namespace {
 
 struct ViewArguments {
   workbench::SourceChoice source = "head";
-  std::string screenshot, side;
+  std::string screenshot, side, procedure;
   workbench::ShapeChoice shape;
   drilling::Burr burr;
   ModelArguments models;
@@ -122,7 +123,7 @@ class Host {
     view::OpenedScene opened{
         {operation.value().engine()}, source.written_name(), std::move(recorder).value(), "", {path}, {}, {}};
     if (opened.recorder) opened.session_file = record.file;
-    opened.plan = std::make_shared<const volume::SurgicalPlan>(workbench::plan_of(source));
+    opened.plan = std::make_shared<const volume::SurgicalPlan>(operation.value().spec.plan);
     return opened;
   }
 
@@ -143,6 +144,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
   data_tools::OutputSet outputs;
   outputs.add_input(arguments.source.path);
+  if (data_tools::is_procedure_path(arguments.procedure)) outputs.add_input(arguments.procedure);
   for (const std::string& file : arguments.models.files()) outputs.add_input(file);
   outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
@@ -152,6 +154,8 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (!device) return device.error();
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
+  choice.procedure = arguments.procedure;
+  choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
   choice.shape.omits_holder = true;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
   auto volumes = volumes_of(arguments.models);
@@ -196,7 +200,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.screenshot = arguments.screenshot;
   options.side = side_of(arguments.side);
   options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
-  options.plan = std::make_shared<const volume::SurgicalPlan>(workbench::plan_of(source));
+  options.plan = std::make_shared<const volume::SurgicalPlan>(operation.spec.plan);
   options.title = source.written_name();
   // A screenshot alone needs no window; --seconds requests one.
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
@@ -302,6 +306,11 @@ Run build(Options& options) {
       .add("--background", a->models.backgrounds,
            "A model, closed or open, that is touched by its depth on the screen; may be repeated")
       .type("MODEL");
+  options
+      .add("--procedure", a->procedure,
+           "Steps of the operation, instead of those of a case: " + data_tools::shipped_names() +
+               ", or a file NAME.toml")
+      .type("NAME");
   add_side(options, a->side);
   options.add("--screenshot", a->screenshot, "Write a picture; without --seconds no window is opened")
       .type("OUT.png");

@@ -1,0 +1,14 @@
+// Picture of the steps of a procedure.
+#pragma once
+
+#include <string>
+
+#include "apps/imaging/step_diagram.h"
+#include "volume/base/error.h"
+
+namespace trephine::view {
+
+/// Draws a diagram into memory and writes a PNG. Error (missing here): no OpenGL.
+Status write_steps(const imaging::StepDiagram& diagram, const std::string& path);
+
+}  // namespace trephine::view

@@ -1,0 +1,23 @@
+// Names in a procedure: commands, instruments, events and measurements, compared with the catalogue.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data-tools/cases/procedure_file.h"
+#include "volume/base/error.h"
+#include "volume/scan/procedure.h"
+
+namespace trephine::workbench {
+
+/// Returns an error if a step names an unknown command, instrument, event or step, or parameters that an
+/// instrument or a command does not have. `where` is "procedure" or "step NAME", and `found` the name.
+/// Measures of modules are not checked: some of them exist only after a command.
+Status check_names(const volume::SurgicalProcedure& procedure);
+/// Opens a shipped procedure by its name, or a file by its path, and checks its names. Errors state the line.
+Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_or_path);
+/// Returns the names of the measurements of conditions that a new operation does not have: measures that a
+/// module returns later, or misspelt names. Builds a small operation.
+std::vector<std::string> late_measures_of(const volume::SurgicalProcedure& procedure);
+
+}  // namespace trephine::workbench
