@@ -315,11 +315,11 @@ std::vector<std::string> words_of(const StepTransition& transition) {
   for (const volume::StepCondition& condition : transition.conditions) {
     std::string text = condition.measurement;
     if (condition.minimum && condition.maximum)
-      text += " " + text_of(*condition.minimum) + " to " + text_of(*condition.maximum);
+      text.append(" ").append(text_of(*condition.minimum)).append(" to ").append(text_of(*condition.maximum));
     else if (condition.minimum)
-      text += " ≥ " + text_of(*condition.minimum);
+      text.append(" ≥ ").append(text_of(*condition.minimum));
     else if (condition.maximum)
-      text += " ≤ " + text_of(*condition.maximum);
+      text.append(" ≤ ").append(text_of(*condition.maximum));
     lines.push_back(std::move(text));
   }
   return lines;
