@@ -28,7 +28,7 @@ using imaging::StepDiagram;
 class DiagramItem : public vtkContextItem {
  public:
   static DiagramItem* New();
-  vtkTypeMacro(DiagramItem, vtkContextItem);
+  vtkTypeMacro(DiagramItem, vtkContextItem)
   void set(const StepDiagram& diagram) { diagram_ = &diagram; }
 
   bool Paint(vtkContext2D* painter) override {
