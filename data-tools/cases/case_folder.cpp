@@ -9,6 +9,7 @@
 
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/formats/reader_support.h"
+#include "data-tools/meshes/mesh_files.h"
 #include "volume/base/text.h"
 
 namespace trephine::data_tools {
@@ -109,6 +110,26 @@ Status check_inside(const fs::path& folder, const char* file) {
                .remedy = "copy the file into the case"};
 }
 
+/// Writes the models of a case, and copies those that are files, and its further volumes.
+Status write_further_files(const std::string& folder, const CasePlan& plan) {
+  const auto copy = [&](const std::string& from, const std::string& file) -> Status {
+    std::error_code error;
+    if (from.empty() ||
+        fs::copy_file(from, fs::path(folder) / file, fs::copy_options::overwrite_existing, error))
+      return std::nullopt;
+    return cannot_write(file, error.value());
+  };
+  for (const CaseModel& model : plan.models) {
+    const std::string target = (fs::path(folder) / model.file).string();
+    if (Status error = model.surface ? write_mesh(target, model.surface->mesh, model.surface->frame)
+                                     : copy(model.path, model.file))
+      return error;
+  }
+  for (const CaseVolume& volume : plan.volumes)
+    if (Status error = copy(volume.path, volume.file)) return error;
+  return std::nullopt;
+}
+
 }  // namespace
 
 bool is_case_folder(const std::string& path) {
@@ -192,22 +213,22 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
   const auto report_progress = [&progress](double share) { return !progress || progress(share); };
   const Error interrupted_error{
       "the import was interrupted; nothing was written", where, "", "", "", ErrorKind::interrupted};
-  return write_folder_atomically(path, {k_volume_file, k_labels_file, k_shape_file, k_plan_file},
-                                 [&](const std::string& output) -> Status {
-                                   const auto file = [&output](const char* name) {
-                                     return (fs::path(output) / name).string();
-                                   };
-                                   if (!report_progress(0.1)) return interrupted_error;
-                                   if (Status error = write_volume(file(k_volume_file), scan)) return error;
-                                   if (!report_progress(0.7)) return interrupted_error;
-                                   if (has_labels)
-                                     if (Status error = write_labels(file(k_labels_file), scan)) return error;
-                                   if (shape)
-                                     if (Status error = write_labels(file(k_shape_file), *shape))
-                                       return error;
-                                   if (!report_progress(0.9)) return interrupted_error;
-                                   return write_file_atomically(file(k_plan_file), text);
-                                 });
+  std::vector<std::string> files{k_volume_file, k_labels_file, k_shape_file, k_plan_file};
+  for (const CaseModel& model : plan.models) files.push_back(model.file);
+  for (const CaseVolume& volume : plan.volumes) files.push_back(volume.file);
+  return write_folder_atomically(path, files, [&](const std::string& output) -> Status {
+    const auto file = [&output](const char* name) { return (fs::path(output) / name).string(); };
+    if (!report_progress(0.1)) return interrupted_error;
+    if (Status error = write_volume(file(k_volume_file), scan)) return error;
+    if (!report_progress(0.7)) return interrupted_error;
+    if (has_labels)
+      if (Status error = write_labels(file(k_labels_file), scan)) return error;
+    if (shape)
+      if (Status error = write_labels(file(k_shape_file), *shape)) return error;
+    if (Status error = write_further_files(output, plan)) return error;
+    if (!report_progress(0.9)) return interrupted_error;
+    return write_file_atomically(file(k_plan_file), text);
+  });
 }
 
 }  // namespace trephine::data_tools

@@ -66,7 +66,8 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   if (Status error = outputs.check()) return *error;
   if (arguments.output.empty() && arguments.case_output.empty())
     return Error{.what = "no output given", .expected = "-o FILE or --case FOLDER"};
-  const auto plan = data_tools::phantom_plan(arguments.name, arguments.seed);
+  std::optional<data_tools::CasePlan> plan;
+  if (!arguments.case_output.empty()) plan = data_tools::phantom_case(arguments.name, arguments.seed);
   if (!arguments.case_output.empty() && !plan)
     return Error{.what = "this phantom has no case",
                  .where = "case",
