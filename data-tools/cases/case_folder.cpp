@@ -111,7 +111,8 @@ Status check_inside(const fs::path& folder, const char* file) {
 }
 
 /// Writes the models of a case, and copies those that are files, and its further volumes.
-Status write_further_files(const std::string& folder, const CasePlan& plan) {
+Status write_further_files(const std::string& folder, const CasePlan& plan,
+                           std::span<const CaseSurface> surfaces) {
   const auto copy = [&](const std::string& from, const std::string& file) -> Status {
     std::error_code error;
     if (from.empty() ||
@@ -119,12 +120,11 @@ Status write_further_files(const std::string& folder, const CasePlan& plan) {
       return std::nullopt;
     return cannot_write(file, error.value());
   };
-  for (const CaseModel& model : plan.models) {
-    const std::string target = (fs::path(folder) / model.file).string();
-    if (Status error = model.surface ? write_mesh(target, model.surface->mesh, model.surface->frame)
-                                     : copy(model.path, model.file))
+  for (const CaseModel& model : plan.models)
+    if (Status error = copy(model.path, model.file)) return error;
+  for (const CaseSurface& surface : surfaces)
+    if (Status error = write_mesh((fs::path(folder) / surface.file).string(), surface.mesh, surface.frame))
       return error;
-  }
   for (const CaseVolume& volume : plan.volumes)
     if (Status error = copy(volume.path, volume.file)) return error;
   return std::nullopt;
@@ -195,7 +195,7 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
 }
 
 Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
-                  const Progress& progress) {
+                  const Progress& progress, std::span<const CaseSurface> surfaces) {
   const std::string where = file_name(path);
   const bool has_labels = !scan.labels.is_empty();
   CasePlan saved_plan = plan;
@@ -225,7 +225,7 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
       if (Status error = write_labels(file(k_labels_file), scan)) return error;
     if (shape)
       if (Status error = write_labels(file(k_shape_file), *shape)) return error;
-    if (Status error = write_further_files(output, plan)) return error;
+    if (Status error = write_further_files(output, plan, surfaces)) return error;
     if (!report_progress(0.9)) return interrupted_error;
     return write_file_atomically(file(k_plan_file), text);
   });

@@ -1,7 +1,6 @@
 // CasePlan: contents of case.toml: structures, materials and plan of a scan.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "volume/scan/matter.h"
 #include "volume/scan/shape.h"
 #include "volume/scan/surgical_plan.h"
-#include "volume/surface/surface_nets.h"
 
 namespace trephine::data_tools {
 
@@ -45,21 +43,14 @@ struct CaseStructure {
   std::string volume = {};                         ///< name of a further volume; empty: the scan of the case
 };
 
-/// Surface of a model that is not a file yet.
-struct CaseSurface {
-  volume::Mesh mesh;  ///< in the volume frame of `frame`
-  volume::Frame frame;
-};
-
 /// A closed surface in a file of the case, such as a nerve or an implant.
 struct CaseModel {
   std::string name;  ///< chosen for the case
   std::string file;  ///< name of the file in the folder; mm, in the frame that the file states
   std::string path;  ///< of the file; set by open_case()
   volume::Matter matter = volume::Matter::titanium;
-  bool is_forbidden = false;                        ///< a tool must not enter it
-  bool is_touchable = true;                         ///< stops the proxy
-  std::shared_ptr<const CaseSurface> surface = {};  ///< write_case() writes it; empty: the file at `path`
+  bool is_forbidden = false;  ///< a tool must not enter it
+  bool is_touchable = true;   ///< stops the proxy
 };
 
 /// Contents of case.toml; docs/file-formats.md describes every key.

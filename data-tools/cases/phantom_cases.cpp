@@ -106,7 +106,7 @@ CasePlan spine_plan(std::uint64_t seed) {
 }
 
 /// Returns the surface of a part of the spine.
-std::shared_ptr<const CaseSurface> surface_of(const SpinePhantom& spine, const SpinePart& part) {
+CaseSurface surface_of(const SpinePhantom& spine, const SpinePart& part, const std::string& file) {
   constexpr double k_step = 0.5, k_unit = 1e-3;  // mm, of the grid and of its values
   constexpr double k_most = 30;                  // mm
   const volume::Frame frame = volume::Frame::from_spacing(part.low_world, dvec3(k_step)).value();
@@ -124,11 +124,12 @@ std::shared_ptr<const CaseSurface> surface_of(const SpinePhantom& spine, const S
   volume::Shape inside;
   inside.low = 0;
   const volume::Field field(grid, inside);
-  return std::make_shared<const CaseSurface>(CaseSurface{volume::surface_net({&field}), frame});
+  return {file, volume::surface_net({&field}), frame};
 }
 
 /// Replaces the label structures of the spine's soft parts by models.
-void add_spine_models(CasePlan& plan, std::uint64_t seed) {
+void add_spine_models(PhantomCase& spine_case, std::uint64_t seed) {
+  CasePlan& plan = spine_case.plan;
   std::erase_if(plan.structures, [](const CaseStructure& s) {
     const auto tissue = static_cast<SpineTissue>(s.shape.label);
     return tissue == SpineTissue::disc || tissue == SpineTissue::cord || tissue == SpineTissue::nerve_root;
@@ -141,7 +142,7 @@ void add_spine_models(CasePlan& plan, std::uint64_t seed) {
     model.matter = volume::Matter::soft_tissue;
     model.is_touchable = false;
     model.is_forbidden = part.tissue != SpineTissue::disc;
-    model.surface = surface_of(spine, part);
+    spine_case.surfaces.push_back(surface_of(spine, part, model.file));
   }
 }
 
@@ -154,10 +155,12 @@ std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed
   return plan;
 }
 
-std::optional<CasePlan> phantom_case(const std::string& name, std::uint64_t seed) {
+std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed) {
   std::optional<CasePlan> plan = phantom_plan(name, seed);
-  if (plan && name == "spine") add_spine_models(*plan, seed);
-  return plan;
+  if (!plan) return std::nullopt;
+  PhantomCase result{std::move(*plan), {}};
+  if (name == "spine") add_spine_models(result, seed);
+  return result;
 }
 
 }  // namespace trephine::data_tools

@@ -25,10 +25,10 @@ struct Surface {
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
 
-  explicit Surface(const CaseModel& model) {
-    for (const glm::vec3& p : model.surface->mesh.vertices.span())
-      vertices.push_back(model.surface->frame.world_from_volume(dvec3(p)));
-    const auto corners = model.surface->mesh.triangles.span();
+  explicit Surface(const CaseSurface& surface) {
+    for (const glm::vec3& p : surface.mesh.vertices.span())
+      vertices.push_back(surface.frame.world_from_volume(dvec3(p)));
+    const auto corners = surface.mesh.triangles.span();
     triangles.assign(corners.begin(), corners.end());
   }
   /// Returns the enclosed volume, mm3; positive if the triangles face outward.
@@ -70,14 +70,14 @@ struct Surface {
 TEST(SpineModels, AreClosedAndLieWhereTheClosedFormPutsThem) {
   for (const std::uint64_t seed : {1u, 7u}) {
     SCOPED_TRACE(seed);
-    const CasePlan plan = phantom_case("spine", seed).value();
+    const auto [plan, surfaces] = phantom_case("spine", seed).value();
     const SpinePhantom spine(seed);
     const std::vector<SpinePart> parts = spine.parts();
     ASSERT_EQ(plan.models.size(), 9u);
     ASSERT_EQ(parts.size(), 9u);
     for (std::size_t i = 0; i < parts.size(); ++i) {
       SCOPED_TRACE(parts[i].name);
-      const Surface surface(plan.models[i]);
+      const Surface surface(surfaces[i]);
       EXPECT_EQ(plan.models[i].name, parts[i].name);
       EXPECT_EQ(surface.open_edges(), 0);
       // Vertices lie on the zero of the closed form; a grid of 0.5 mm rounds creases between two parts.
@@ -90,10 +90,10 @@ TEST(SpineModels, AreClosedAndLieWhereTheClosedFormPutsThem) {
       EXPECT_LT(worst, 0.35);
     }
     // The planted faults of these checks.
-    Surface open(plan.models[3]);
+    Surface open(surfaces[3]);
     open.triangles.resize(open.triangles.size() - 3);
     EXPECT_EQ(open.open_edges(), 3);
-    Surface shifted(plan.models[3]);
+    Surface shifted(surfaces[3]);
     double worst = 0;
     for (const dvec3& p : shifted.vertices)
       worst = std::max(worst, std::abs(spine.part_distance(parts[3], p + dvec3(0, 0.5, 0))));
@@ -102,7 +102,7 @@ TEST(SpineModels, AreClosedAndLieWhereTheClosedFormPutsThem) {
 }
 
 TEST(SpineModels, EncloseTheVolumeOfTheLabelsAndTheirPoints) {
-  const CasePlan plan = phantom_case("spine").value();
+  const auto [plan, surfaces] = phantom_case("spine").value();
   const SpinePhantom spine(1);
   const std::vector<SpinePart> parts = spine.parts();
   std::mt19937 random(5);
@@ -115,7 +115,7 @@ TEST(SpineModels, EncloseTheVolumeOfTheLabelsAndTheirPoints) {
       return spine.sample(p, 0.1).tissue == part.tissue && part.side * p.x >= 0;
     };
     // Volume by points of the labels, in steps of 0.5 mm.
-    const Surface surface(plan.models[i]);
+    const Surface surface(surfaces[i]);
     constexpr double k_step = 0.5;
     const dvec3 low = glm::max(part.low_world, k_spine_low), high = glm::min(part.high_world, k_spine_high);
     double labelled = 0;
@@ -145,8 +145,8 @@ TEST(SpineModels, ReplaceTheirLabelsInTheWrittenCase) {
   PhantomOptions options;
   options.spacing_mm = dvec3(4);
   const volume::Volume scan = make_phantom("spine", options).value();
-  const CasePlan plan = phantom_case("spine").value();
-  ASSERT_FALSE(write_case(scratch / "case", plan, scan));
+  const auto [plan, surfaces] = phantom_case("spine").value();
+  ASSERT_FALSE(write_case(scratch / "case", plan, scan, {}, surfaces));
   const Result<OpenedCase> opened = open_case(scratch / "case");
   ASSERT_TRUE(opened) << opened.error().message();
   for (const CaseStructure& s : opened.value().plan.structures)
@@ -163,7 +163,7 @@ TEST(SpineModels, ReplaceTheirLabelsInTheWrittenCase) {
     const auto read = read_polygon_model(model.path);
     ASSERT_TRUE(read) << read.error().message();
     EXPECT_TRUE(read.value().notices.empty()) << read.value().notices[0];
-    const Surface surface(plan.models[i]);
+    const Surface surface(surfaces[i]);
     ASSERT_EQ(read.value().vertices.size(), surface.vertices.size());
     for (std::size_t v = 0; v < surface.vertices.size(); v += 97)
       EXPECT_LT(glm::distance(read.value().vertices[v], surface.vertices[v]), 1e-4);
