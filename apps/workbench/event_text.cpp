@@ -204,7 +204,7 @@ EventText text_of(const ventriculostomy::CatheterPopped& e) {
           Level::outcome};
 }
 EventText text_of(const ventriculostomy::CatheterLeft& e) {
-  return {format_text("The catheter was drawn out. It was %.0f mm deep.", e.depth), Level::record};
+  return {format_text("Drawn out of the head, from a depth of %.0f mm.", e.depth), Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterRefused& e) {
   return {"The catheter did not enter: " + e.reason, Level::refusal};
