@@ -244,6 +244,10 @@ EventText text_of(const skull_clamp::ClampFitted& e) {
   if (!e.trouble.empty()) text += "; " + e.trouble;
   return {text + ".", e.trouble.empty() ? Level::outcome : Level::danger};
 }
+EventText text_of(const skull_clamp::ClampTouchesHead& e) {
+  return {format_text("The clamp touches the head: %.0f mm of it are up to %.0f mm deep.", e.length, e.depth),
+          Level::danger};
+}
 EventText text_of(const skull_clamp::ClampFailed& e) {
   return {"The clamp was not fitted: " + e.reason + ".", Level::refusal};
 }
@@ -303,6 +307,7 @@ const auto& rows() {
                                  row<ventriculostomy::CatheterLeftInPlace>(),
                                  row<ventriculostomy::CatheterNotLeft>(),
                                  row<skull_clamp::ClampFitted>(),
+                                 row<skull_clamp::ClampTouchesHead>(),
                                  row<skull_clamp::ClampFailed>()};
   return k_rows;
 }
