@@ -212,7 +212,7 @@ EventText text_of(const ventriculostomy::CatheterPopped& e) {
           Level::outcome};
 }
 EventText text_of(const ventriculostomy::CatheterLeft& e) {
-  return {format_text("The catheter was drawn out. It was %.0f mm deep.", e.depth), Level::record};
+  return {format_text("Drawn out of the head, from a depth of %.0f mm.", e.depth), Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterRefused& e) {
   return {"The catheter did not enter: " + e.reason, Level::refusal};
@@ -226,6 +226,22 @@ EventText text_of(const ventriculostomy::CatheterJudged& e) {
   if (e.has_table) text += format_text("; %.0f mm deep", e.depth_from_table);
   return {text + ".", e.clearance < 0 ? Level::danger : Level::outcome};
 }
+EventText text_of(const ventriculostomy::CatheterCleared& e) {
+  const std::string name = words_of(e.structure);
+  if (e.distance < 0)
+    return {format_text("%.1f mm of the catheter are in %s, up to %.1f mm deep.", e.length, name.c_str(),
+                        -e.distance),
+            Level::danger};
+  if (e.distance >= sim::Forbidden::k_reach)
+    return {format_text("The catheter is more than 20 mm away from %s.", name.c_str()), Level::record};
+  return {format_text("The catheter is %.1f mm away from %s.", e.distance, name.c_str()), Level::record};
+}
+EventText text_of(const ventriculostomy::CatheterLeftInPlace& e) {
+  return {format_text("The catheter was left in place, %.0f mm deep.", e.depth), Level::record};
+}
+EventText text_of(const ventriculostomy::CatheterNotLeft& e) {
+  return {"The catheter was not left in place: " + e.reason + ".", Level::refusal};
+}
 EventText text_of(const ventriculostomy::CatheterCrossed& e) {
   return {format_text("The catheter passed %.1f mm of %s.", e.length, words_of(e.structure).c_str()),
           e.is_forbidden ? Level::danger : Level::record};
@@ -235,6 +251,10 @@ EventText text_of(const skull_clamp::ClampFitted& e) {
                                  e.opening, e.axis_miss);
   if (!e.trouble.empty()) text += "; " + e.trouble;
   return {text + ".", e.trouble.empty() ? Level::outcome : Level::danger};
+}
+EventText text_of(const skull_clamp::ClampTouchesHead& e) {
+  return {format_text("The clamp touches the head: %.0f mm of it are up to %.0f mm deep.", e.length, e.depth),
+          Level::danger};
 }
 EventText text_of(const skull_clamp::ClampFailed& e) {
   return {"The clamp was not fitted: " + e.reason + ".", Level::refusal};
@@ -293,7 +313,11 @@ const auto& rows() {
                                  row<ventriculostomy::CatheterRefused>(),
                                  row<ventriculostomy::CatheterJudged>(),
                                  row<ventriculostomy::CatheterCrossed>(),
+                                 row<ventriculostomy::CatheterCleared>(),
+                                 row<ventriculostomy::CatheterLeftInPlace>(),
+                                 row<ventriculostomy::CatheterNotLeft>(),
                                  row<skull_clamp::ClampFitted>(),
+                                 row<skull_clamp::ClampTouchesHead>(),
                                  row<skull_clamp::ClampFailed>()};
   return k_rows;
 }

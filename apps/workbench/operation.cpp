@@ -255,6 +255,7 @@ Status add_models(const Source& source, const OperationChoice& choice, SceneDesc
     structure.material = material_of(choice.material, {});
     structure.placement.position_world = model.at_world;
     structure.matter = model.matter, structure.is_forbidden = model.is_forbidden;
+    if (!model.is_touchable) structure.sides = haptics::Side::none;
     spec.structures.push_back(std::move(structure));
     for (auto& tree : trees) {
       spec.models.push_back({tree->triangle_count(), sim::content_hash(*tree)});
@@ -403,6 +404,7 @@ std::vector<ModelChoice> models_of(const Source& source) {
     ModelChoice& one = models.emplace_back();
     one.file = model.path, one.name = model.name;
     one.matter = model.matter, one.is_forbidden = model.is_forbidden;
+    one.is_touchable = model.is_touchable;
   }
   return models;
 }

@@ -16,6 +16,7 @@ struct ModelChoice {
   glm::dvec3 at_world{0.0};  ///< mm, position of its origin
   volume::Matter matter = volume::Matter::titanium;
   bool is_forbidden = false;  ///< a tool must not enter it
+  bool is_touchable = true;   ///< stops the proxy
   std::string name = {};      ///< empty: "model N"; never the name of a file
   std::optional<data_tools::ScrewPosition> screw = std::nullopt;  ///< instead of a file
   /// Touched by depth images. `file` may then be a folder of models with the same triangles, sorted by name:

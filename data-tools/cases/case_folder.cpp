@@ -10,6 +10,7 @@
 #include "data-tools/cases/procedure_file.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/formats/reader_support.h"
+#include "data-tools/meshes/mesh_files.h"
 #include "volume/base/text.h"
 
 namespace trephine::data_tools {
@@ -130,6 +131,26 @@ bool is_shipped(const volume::SurgicalProcedure& procedure) {
   return shipped && shipped.value().procedure == procedure;
 }
 
+/// Writes the models of a case, and copies those that are files, and its further volumes.
+Status write_further_files(const std::string& folder, const CasePlan& plan,
+                           std::span<const CaseSurface> surfaces) {
+  const auto copy = [&](const std::string& from, const std::string& file) -> Status {
+    std::error_code error;
+    if (from.empty() ||
+        fs::copy_file(from, fs::path(folder) / file, fs::copy_options::overwrite_existing, error))
+      return std::nullopt;
+    return cannot_write(file, error.value());
+  };
+  for (const CaseModel& model : plan.models)
+    if (Status error = copy(model.path, model.file)) return error;
+  for (const CaseSurface& surface : surfaces)
+    if (Status error = write_mesh((fs::path(folder) / surface.file).string(), surface.mesh, surface.frame))
+      return error;
+  for (const CaseVolume& volume : plan.volumes)
+    if (Status error = copy(volume.path, volume.file)) return error;
+  return std::nullopt;
+}
+
 }  // namespace
 
 bool is_case_folder(const std::string& path) {
@@ -197,7 +218,7 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
 }
 
 Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
-                  const Progress& progress) {
+                  const Progress& progress, std::span<const CaseSurface> surfaces) {
   const std::string where = file_name(path);
   const bool has_labels = !scan.labels.is_empty();
   CasePlan saved_plan = plan;
@@ -222,6 +243,8 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
       "the import was interrupted; nothing was written", where, "", "", "", ErrorKind::interrupted};
   std::vector<std::string> files{k_volume_file, k_labels_file, k_shape_file, k_plan_file};
   if (!procedure_file.empty()) files.push_back(procedure_file);
+  for (const CaseModel& model : plan.models) files.push_back(model.file);
+  for (const CaseVolume& volume : plan.volumes) files.push_back(volume.file);
   return write_folder_atomically(path, files, [&](const std::string& output) -> Status {
     const auto file = [&output](const char* name) { return (fs::path(output) / name).string(); };
     if (!report_progress(0.1)) return interrupted_error;
@@ -231,6 +254,7 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
       if (Status error = write_labels(file(k_labels_file), scan)) return error;
     if (shape)
       if (Status error = write_labels(file(k_shape_file), *shape)) return error;
+    if (Status error = write_further_files(output, plan, surfaces)) return error;
     if (!report_progress(0.9)) return interrupted_error;
     if (!procedure_file.empty())
       if (Status error =

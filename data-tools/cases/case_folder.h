@@ -1,10 +1,13 @@
 // OpenedCase: a case: a scan with its structures, materials and plan, in a folder of open formats.
 #pragma once
 
+#include <span>
 #include <string>
+#include <vector>
 
 #include "data-tools/cases/case_plan.h"
 #include "data-tools/formats/open_volume.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::data_tools {
 
@@ -17,13 +20,21 @@ struct OpenedCase {
 /// Two volumes are in the same position if no corner differs by more than this.
 inline constexpr double k_same_place_mm = 0.01;
 
+/// Surface of a model that is not a file yet.
+struct CaseSurface {
+  std::string file;   ///< of the model
+  volume::Mesh mesh;  ///< in the volume frame of `frame`
+  volume::Frame frame;
+};
+
 /// Returns true if the folder contains case.toml.
 bool is_case_folder(const std::string& path);
 /// Reads plan and volumes. Errors for unknown keys, wrong types and impossible values state the line.
 Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options = {});
 /// Writes volume.mha, labels.mha (if there are labels), shape.mha (if the shape was cleaned) and case.toml
-/// into a new folder, atomically. Error if the folder exists. `progress` may cancel.
+/// into a new folder, atomically. Writes the models that have a surface here, and copies the files of the
+/// others and of further volumes. Error if the folder exists. `progress` may cancel.
 Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
-                  const Progress& progress = {});
+                  const Progress& progress = {}, std::span<const CaseSurface> surfaces = {});
 
 }  // namespace trephine::data_tools

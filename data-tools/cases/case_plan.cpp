@@ -112,7 +112,7 @@ CaseVolume read_volume(TomlReader& reader, const toml::value& value) {
 }
 
 CaseModel read_model(TomlReader& reader, const toml::value& value) {
-  const toml::table& t = reader.table(value, {"name", "file", "matter", "forbidden"});
+  const toml::table& t = reader.table(value, {"name", "file", "matter", "forbidden", "touchable"});
   CaseModel model;
   model.name = reader.text(t, "name").value_or("");
   model.file = reader.text(t, "file").value_or("");
@@ -121,6 +121,7 @@ CaseModel read_model(TomlReader& reader, const toml::value& value) {
                 "name, and file = the name of a file in the case's folder");
   model.matter = read_matter(reader, value, t);
   model.is_forbidden = reader.boolean(t, "forbidden").value_or(false);
+  model.is_touchable = reader.boolean(t, "touchable").value_or(true);
   return model;
 }
 
@@ -404,6 +405,7 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     line("file", toml_text(m.file));
     line("matter", toml_text(std::string(volume::k_matters[static_cast<std::size_t>(m.matter)])));
     if (m.is_forbidden) line("forbidden", "true");
+    if (!m.is_touchable) line("touchable", "false");
   }
   for (const volume::PlannedTrajectory& t : plan.trajectories) {
     out += "\n[[trajectories]]\n";

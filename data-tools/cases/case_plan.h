@@ -50,6 +50,7 @@ struct CaseModel {
   std::string path;  ///< of the file; set by open_case()
   volume::Matter matter = volume::Matter::titanium;
   bool is_forbidden = false;  ///< a tool must not enter it
+  bool is_touchable = true;   ///< stops the proxy
 };
 
 /// Contents of case.toml; docs/file-formats.md describes every key.

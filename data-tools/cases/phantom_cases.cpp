@@ -1,5 +1,7 @@
 #include "data-tools/cases/phantom_cases.h"
 
+#include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <sstream>
 
@@ -103,6 +105,47 @@ CasePlan spine_plan(std::uint64_t seed) {
   return plan;
 }
 
+/// Returns the surface of a part of the spine.
+CaseSurface surface_of(const SpinePhantom& spine, const SpinePart& part, const std::string& file) {
+  constexpr double k_step = 0.5, k_unit = 1e-3;  // mm, of the grid and of its values
+  constexpr double k_most = 30;                  // mm
+  const volume::Frame frame = volume::Frame::from_spacing(part.low_world, dvec3(k_step)).value();
+  volume::Volume grid =
+      volume::make_volume(glm::ivec3(glm::ceil((part.high_world - part.low_world) / k_step)) + 1, frame)
+          .value();
+  std::size_t i = 0;
+  for (int z = 0; z < grid.size.z; ++z)
+    for (int y = 0; y < grid.size.y; ++y)
+      for (int x = 0; x < grid.size.x; ++x, ++i) {
+        const double inward = -spine.part_distance(part, frame.world_from_volume(dvec3(x, y, z)));
+        grid.voxels[i] =
+            static_cast<std::int16_t>(std::floor(std::clamp(inward, -k_most, k_most) / k_unit + 0.5));
+      }
+  volume::Shape inside;
+  inside.low = 0;
+  const volume::Field field(grid, inside);
+  return {file, volume::surface_net({&field}), frame};
+}
+
+/// Replaces the label structures of the spine's soft parts by models.
+void add_spine_models(PhantomCase& spine_case, std::uint64_t seed) {
+  CasePlan& plan = spine_case.plan;
+  std::erase_if(plan.structures, [](const CaseStructure& s) {
+    const auto tissue = static_cast<SpineTissue>(s.shape.label);
+    return tissue == SpineTissue::disc || tissue == SpineTissue::cord || tissue == SpineTissue::nerve_root;
+  });
+  const SpinePhantom spine(seed);
+  for (const SpinePart& part : spine.parts()) {
+    CaseModel& model = plan.models.emplace_back();
+    model.name = part.name, model.file = part.name + ".ply";
+    std::replace(model.file.begin(), model.file.end(), ' ', '-');
+    model.matter = volume::Matter::soft_tissue;
+    model.is_touchable = false;
+    model.is_forbidden = part.tissue != SpineTissue::disc;
+    spine_case.surfaces.push_back(surface_of(spine, part, model.file));
+  }
+}
+
 }  // namespace
 
 std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed) {
@@ -110,6 +153,14 @@ std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed
   CasePlan plan = name == "head" ? head_plan(seed) : spine_plan(seed);
   if (seed != 1) plan.name.append("-").append(std::to_string(seed));  // other anatomies have other names
   return plan;
+}
+
+std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed) {
+  std::optional<CasePlan> plan = phantom_plan(name, seed);
+  if (!plan) return std::nullopt;
+  PhantomCase result{std::move(*plan), {}};
+  if (name == "spine") add_spine_models(result, seed);
+  return result;
 }
 
 }  // namespace trephine::data_tools

@@ -12,4 +12,13 @@ namespace trephine::data_tools {
 /// Returns the plan of phantom "head" or "spine" with a seed; empty for other names.
 std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed = 1);
 
+/// Plan of a case, and the surfaces of its models.
+struct PhantomCase {
+  CasePlan plan;
+  std::vector<CaseSurface> surfaces;
+};
+/// Returns the case that is written for a phantom. That of the spine has discs, cord and nerve roots as
+/// models; their labels remain in the scan and are no structures, so that none is counted twice.
+std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed = 1);
+
 }  // namespace trephine::data_tools

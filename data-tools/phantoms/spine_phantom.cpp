@@ -23,6 +23,18 @@ constexpr double k_reach_z = 46;           ///< upper limit of a vertebra's heig
 /// Returns the distance to the spinal canal, mm, in the local frame.
 double canal(const dvec3& p) { return elliptic_cylinder(p.x, p.y - k_canal_y, k_canal_rx, k_canal_ry); }
 
+/// Returns the distance to the rim of a disc, mm. The point is in the frames of the vertebrae at both sides.
+double disc_rim(const dvec3& above, const dvec3& below) {
+  return std::max(elliptic_cylinder(above.x, above.y, k_body_x, k_body_y),
+                  elliptic_cylinder(below.x, below.y, k_body_x, k_body_y)) -
+         0.5;
+}
+/// Returns the distance to the nerve root below a pedicle, mm; p.x >= 0.
+double nerve_root(const dvec3& p) {
+  return std::min(capsule(p, {5.5, 23.5, -2}, {17, 20.5, -13}, 1.6, 2.6),
+                  capsule(p, {17, 20.5, -13}, {30, 9, -27}, 2.6, 2.2));
+}
+
 /// Returns a value of -1 to 1 that depends on seed and stream; 0 for the reference anatomy.
 double vary(std::uint64_t seed, std::uint64_t stream) {
   if (seed == 1) return 0;
@@ -114,11 +126,7 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   brush.paint(std::max(skin + 2, -(skin + 13)), -105);                             // fat below the skin
   paint_waves(world.y - 64 + world.x * world.x / 300, 58, 7, 31);                  // muscle
   if (world.y < -18 + edge) brush.paint(world.y + 22 + 4 * wave(world, 43), -95);  // prevertebral fat
-  std::array<dvec3, 3> p;
-  for (std::size_t i = 0; i < 3; ++i) {
-    p[i] = vertebrae_[i].local(world);
-    p[i].x = std::abs(p[i].x);
-  }
+  const std::array<dvec3, 3> p = folded(world);
 
   // Vessels in front of the spine.
   if (world.y < -18 + edge) {
@@ -132,9 +140,7 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   for (std::size_t i = 0; i < 2; ++i) {
     const double above = p[i].z + k_body_z - 1, below = k_body_z - 1 - p[i + 1].z;
     if (above > edge || below > edge) continue;
-    const double rim = std::max(elliptic_cylinder(p[i].x, p[i].y, k_body_x, k_body_y),
-                                elliptic_cylinder(p[i + 1].x, p[i + 1].y, k_body_x, k_body_y)) -
-                       0.5;
+    const double rim = disc_rim(p[i], p[i + 1]);
     const double disc = std::max({above, below, rim});
     paint(disc, 105, SpineTissue::disc);
     paint(std::max(disc + 1.5, rim + 8), 75, SpineTissue::disc);  // nucleus
@@ -146,18 +152,14 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
     if (std::abs(q.z) < 24) hollow = std::min(hollow, canal(q));
   brush.paint(hollow, -85);
   if (std::abs(world.x) < k_sac + edge) {
-    double sac = 1e3;
-    for (std::size_t i = 0; i + 1 < sac_.size(); ++i)
-      sac = std::min(sac,
-                     capsule(world, sac_[i], sac_[i + 1], k_sac, i + 2 < sac_.size() ? k_sac : k_sac - 1.5));
-    paint(sac, 18, SpineTissue::cord);
-    if (paint_waves(sac + 2.2, 40, 8, 5)) tissue = SpineTissue::cord;
+    const double distance = sac(world);
+    paint(distance, 18, SpineTissue::cord);
+    if (paint_waves(distance + 2.2, 40, 8, 5)) tissue = SpineTissue::cord;
   }
   double root = 1e3;
   for (std::size_t i = 0; i < 3; ++i) {
     if (std::max(std::abs(p[i].y - 16) - 11, std::abs(p[i].z + 15) - 16) > edge) continue;
-    root = std::min(root, capsule(p[i], {5.5, 23.5, -2}, {17, 20.5, -13}, 1.6, 2.6));
-    root = std::min(root, capsule(p[i], {17, 20.5, -13}, {30, 9, -27}, 2.6, 2.2));
+    root = std::min(root, nerve_root(p[i]));
   }
   paint(root, 42, SpineTissue::nerve_root);
 
@@ -171,6 +173,74 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
     brush.paint(bone + shell, 235 + 55 * wave(world, 3.3) + 20 * wave(world, 7.9));
   }
   return {brush.hounsfield(), tissue};
+}
+
+double SpinePhantom::sac(const dvec3& world) const noexcept {
+  double sac = 1e3;
+  for (std::size_t i = 0; i + 1 < sac_.size(); ++i)
+    sac =
+        std::min(sac, capsule(world, sac_[i], sac_[i + 1], k_sac, i + 2 < sac_.size() ? k_sac : k_sac - 1.5));
+  return sac;
+}
+
+std::array<dvec3, 3> SpinePhantom::folded(const dvec3& world) const noexcept {
+  std::array<dvec3, 3> p;
+  for (std::size_t i = 0; i < 3; ++i) {
+    p[i] = vertebrae_[i].local(world);
+    p[i].x = std::abs(p[i].x);
+  }
+  return p;
+}
+
+std::vector<SpinePart> SpinePhantom::parts() const {
+  constexpr double k_margin = 3;  // mm
+  std::vector<SpinePart> parts;
+  const auto add = [&](std::string name, SpineTissue tissue, int vertebra, double side,
+                       std::initializer_list<dvec3> around, double radius) {
+    SpinePart part{std::move(name), tissue, vertebra, side, dvec3(1e3), dvec3(-1e3)};
+    for (const dvec3& p : around) {
+      part.low_world = glm::min(part.low_world, p - radius - k_margin);
+      part.high_world = glm::max(part.high_world, p + radius + k_margin);
+    }
+    part.low_world = glm::max(part.low_world, k_spine_low - k_margin);
+    part.high_world = glm::min(part.high_world, k_spine_high + k_margin);
+    parts.push_back(std::move(part));
+  };
+  const auto name_of = [](int vertebra) { return std::string(k_spine_tissue_names[vertebra + 1]); };
+  for (int i = 0; i < 2; ++i) {
+    const dvec3 upper = world_point(i, {0, 0, -k_body_z}), lower = world_point(i + 1, {0, 0, k_body_z});
+    add("disc " + name_of(i) + "-" + name_of(i + 1), SpineTissue::disc, i, 0, {upper, lower}, 1.1 * k_body_x);
+  }
+  add("cord", SpineTissue::cord, 0, 0,
+      {sac_[0], sac_[1], sac_[2], sac_[3], sac_[4], sac_[5], sac_[6], sac_[7]}, k_sac);
+  for (int i = 0; i < 3; ++i)
+    for (const double side : {1.0, -1.0})
+      add(name_of(i) + (side > 0 ? " left" : " right") + " nerve root", SpineTissue::nerve_root, i, side,
+          {world_point(i, {side * 5.5, 23.5, -2}), world_point(i, {side * 30, 9, -27})}, 4);
+  return parts;
+}
+
+double SpinePhantom::part_distance(const SpinePart& part, const dvec3& world) const noexcept {
+  const std::array<dvec3, 3> p = folded(world);
+  const auto vertebra = static_cast<std::size_t>(part.vertebra);
+  double distance =
+      std::max(std::max({k_spine_low.x - world.x, k_spine_low.y - world.y, k_spine_low.z - world.z}),
+               std::max({world.x - k_spine_high.x, world.y - k_spine_high.y, world.z - k_spine_high.z}));
+  if (part.tissue == SpineTissue::disc) {
+    const dvec3 &above = p[vertebra], &below = p[vertebra + 1];
+    distance = std::max({distance, above.z + k_body_z - 1, k_body_z - 1 - below.z, disc_rim(above, below)});
+  } else if (part.tissue == SpineTissue::cord) {
+    distance = std::max(distance, sac(world));
+  } else {
+    distance = std::max({distance, nerve_root(p[vertebra]), -part.side * world.x});
+  }
+  constexpr double k_far = 2;  // mm: other parts do not change the side of a point
+  if (distance > k_far) return distance;
+  // As in sample(): bone covers nerve roots, which cover the cord, which covers discs.
+  for (const double bone : bone_distances(world)) distance = std::max(distance, -bone);
+  if (part.tissue == SpineTissue::nerve_root) return distance;
+  for (const dvec3& q : p) distance = std::max(distance, -nerve_root(q));
+  return part.tissue == SpineTissue::disc ? std::max(distance, -sac(world)) : distance;
 }
 
 double SpinePhantom::room(int vertebra, const dvec3& entry, const dvec3& target) const noexcept {

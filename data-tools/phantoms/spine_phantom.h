@@ -24,6 +24,15 @@ struct SpineScrew {
   double diameter;                       ///< mm
 };
 
+/// Soft structure of the spine with a closed surface of its own: a disc, the cord, or one nerve root.
+struct SpinePart {
+  std::string name;  ///< "disc L3-L4", "cord", "L3 left nerve root"
+  SpineTissue tissue = SpineTissue::disc;
+  int vertebra = 0;                       ///< 0: L3; of a disc the upper one
+  double side = 0;                        ///< 1: left, -1: right, 0: in the middle
+  glm::dvec3 low_world{0.0}, high_world;  ///< mm, box around it
+};
+
 /// Spine of a seed: 1 is the reference anatomy; others differ in size, pedicles and lordosis.
 class SpinePhantom {
  public:
@@ -37,6 +46,11 @@ class SpinePhantom {
   Sample sample(const glm::dvec3& p_world, double voxel_mm) const noexcept;
   /// Returns the distances to the bone of L3, L4 and L5, mm, negative inside.
   std::array<double, 3> bone_distances(const glm::dvec3& p_world) const noexcept;
+  /// Returns discs, cord and nerve roots.
+  std::vector<SpinePart> parts() const;
+  /// Returns the distance to a part, mm, negative inside: the points that sample() assigns to it, within the
+  /// box of the spine. To first order near its surface.
+  double part_distance(const SpinePart& part, const glm::dvec3& p_world) const noexcept;
   /// Converts a point of a vertebra (0: L3) to the world, mm. `p` is relative to the centre of its body: x to
   /// the left, y to the back, z up, in mm of the reference L3.
   glm::dvec3 world_point(int vertebra, const glm::dvec3& p) const noexcept {
@@ -59,6 +73,9 @@ class SpinePhantom {
   /// Distances, mm of the reference, to the whole vertebra and to its body.
   double bone(const glm::dvec3& local) const noexcept;
   double body(const glm::dvec3& local) const noexcept;
+  double sac(const glm::dvec3& world) const noexcept;
+  /// Returns a point in the frames of the vertebrae, with x >= 0.
+  std::array<glm::dvec3, 3> folded(const glm::dvec3& world) const noexcept;
   std::array<Vertebra, 3> vertebrae_;
   std::array<glm::dvec3, 8> sac_;  ///< centre line of the dural sac, from cranial, world mm
   double pedicle_ = 4.4;           ///< half width of the pedicles, mm

@@ -167,6 +167,11 @@ class Fit {
 
 }  // namespace
 
+ClampSize size_of(ClampModel model) noexcept {
+  constexpr ClampLimits k_small{.least_opening = 70, .most_opening = 180, .rocker_width = 60, .swing = 25};
+  return model == ClampModel::small ? ClampSize{k_small, 95} : ClampSize{};
+}
+
 double angle_between(const dvec3& a, const dvec3& b) noexcept {
   return k_radian * deterministic_acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
 }

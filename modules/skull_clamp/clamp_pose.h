@@ -3,8 +3,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
+#include <string_view>
 
 #include "volume/base/error.h"
 #include "volume/base/located_error.h"
@@ -20,6 +22,16 @@ struct ClampLimits {
   double rocker_width = 90;                        ///< mm, between the tips of the pair
   double swing = 25;                               ///< degrees, to either side
 };
+
+/// Kinds of clamps; all have three pins. docs/skull-clamp.md gives the sources of their sizes.
+enum class ClampModel : std::uint8_t { standard, small };
+inline constexpr std::string_view k_clamp_models[] = {"standard", "small"};
+struct ClampSize {
+  ClampLimits limits;
+  double arm_depth = 130;  ///< mm, of the arms' half ellipse around the head
+};
+/// Returns the sizes of a model.
+ClampSize size_of(ClampModel model) noexcept;
 
 /// Pose of a clamp. The axis leads from the single tip to the rocker's middle, between the tips of the pair.
 struct ClampPose {

@@ -13,9 +13,9 @@ using glm::dvec3;
 
 namespace {
 
-// Sizes in mm, assumed: they serve the display.
+// Sizes in mm, assumed.
 constexpr double k_pin_cone = 6, k_pin_radius = 3, k_pin_length = 40;
-constexpr double k_arm_radius = 8, k_rocker_radius = 6, k_arm_depth = 130;
+constexpr double k_arm_radius = 8, k_rocker_radius = 6;
 constexpr int k_facets = 10;
 
 /// Collects turned solids: closed surfaces about straight axes.
@@ -38,8 +38,7 @@ class Parts {
  private:
   /// Adds a solid whose axis is turned from z to a unit direction.
   void add(const dvec3& from, const dvec3& along, const volume::TurnedSolid& solid) {
-    const dvec3 aside = std::abs(along.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
-    const dvec3 u = glm::normalize(glm::cross(along, aside)), v = glm::cross(along, u);
+    const auto [u, v] = across(along);
     const auto first = static_cast<std::uint32_t>(vertices_.size());
     for (const dvec3& p : solid.vertices) vertices_.push_back(from + p.x * u + p.y * v + p.z * along);
     for (const std::uint32_t corner : solid.triangles) triangles_.push_back(first + corner);
@@ -51,30 +50,42 @@ class Parts {
 
 }  // namespace
 
-std::shared_ptr<const haptics::MeshTree> clamp_surface(const ClampPose& pose, const Pins& tips_world,
-                                                       const dvec3& up_world) {
-  Parts parts;
+std::vector<ClampRod> clamp_rods(const ClampPose& pose, const Pins& tips_world, const dvec3& up_world,
+                                 double arm_depth) {
   const Pins directions = pose.directions_world();
   Pins holders;
-  for (std::size_t i = 0; i < k_pins; ++i) {
-    parts.pin(tips_world[i], -directions[i]);
-    holders[i] = tips_world[i] - k_pin_length * directions[i];
-  }
-  parts.rod(holders[1], holders[2], k_rocker_radius);
-  // The arms: half an ellipse below the head, from the single pin's holder to the rocker's.
+  for (std::size_t i = 0; i < k_pins; ++i) holders[i] = tips_world[i] - k_pin_length * directions[i];
+  std::vector<ClampRod> rods{{holders[1], holders[2], k_rocker_radius}};
   dvec3 down = glm::cross(pose.axis_world, pose.across_world);
   if (glm::dot(down, up_world) > 0) down = -down;
+  // From the single pin's holder to the rocker's.
   const dvec3 begin = holders[0], end = 0.5 * (holders[1] + holders[2]), middle = 0.5 * (begin + end);
   constexpr int k_parts = 12;
   dvec3 previous = begin;
   for (int i = 1; i <= k_parts; ++i) {
     const double angle = 3.141592653589793 * i / k_parts;
     const dvec3 next =
-        middle + deterministic_cos(angle) * (begin - middle) + k_arm_depth * deterministic_sin(angle) * down;
-    parts.rod(previous, next, k_arm_radius);
+        middle + deterministic_cos(angle) * (begin - middle) + arm_depth * deterministic_sin(angle) * down;
+    rods.push_back({previous, next, k_arm_radius});
     previous = next;
   }
+  return rods;
+}
+
+std::shared_ptr<const haptics::MeshTree> clamp_surface(const ClampPose& pose, const Pins& tips_world,
+                                                       const dvec3& up_world, double arm_depth) {
+  Parts parts;
+  const Pins directions = pose.directions_world();
+  for (std::size_t i = 0; i < k_pins; ++i) parts.pin(tips_world[i], -directions[i]);
+  for (const ClampRod& rod : clamp_rods(pose, tips_world, up_world, arm_depth))
+    parts.rod(rod.from, rod.to, rod.radius);
   return parts.finish();
+}
+
+std::array<dvec3, 2> across(const dvec3& along) noexcept {
+  const dvec3 aside = std::abs(along.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 first = glm::normalize(glm::cross(along, aside));
+  return {first, glm::cross(along, first)};
 }
 
 }  // namespace trephine::skull_clamp

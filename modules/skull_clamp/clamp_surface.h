@@ -1,17 +1,30 @@
 // Surface of a skull clamp for display: arms, rocker and pins.
 #pragma once
 
+#include <array>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <vector>
 
 #include "haptics/mesh/mesh_tree.h"
 #include "modules/skull_clamp/clamp_pose.h"
 
 namespace trephine::skull_clamp {
 
-/// Returns the clamp's surface, world frame. `tips_world`: of its pins. The arms lead around the head on the
-/// side away from `up_world`.
+/// Straight part of the arms or of the rocker: a cylinder, world frame, mm.
+struct ClampRod {
+  glm::dvec3 from{0.0}, to{0.0};
+  double radius = 0;
+};
+/// Returns rocker and arms of a clamp. `tips_world`: of its pins. The arms are half an ellipse of `arm_depth`
+/// (mm) around the head, on the side away from `up_world`.
+std::vector<ClampRod> clamp_rods(const ClampPose& pose, const Pins& tips_world, const glm::dvec3& up_world,
+                                 double arm_depth);
+/// Returns the clamp's surface, world frame: rods and pins.
 std::shared_ptr<const haptics::MeshTree> clamp_surface(const ClampPose& pose, const Pins& tips_world,
-                                                       const glm::dvec3& up_world);
+                                                       const glm::dvec3& up_world,
+                                                       double arm_depth = ClampSize().arm_depth);
+/// Returns two unit vectors at right angles to a unit vector, and to each other.
+std::array<glm::dvec3, 2> across(const glm::dvec3& along) noexcept;
 
 }  // namespace trephine::skull_clamp

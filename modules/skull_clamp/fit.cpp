@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "modules/skull_clamp/head_contact.h"
 #include "sim/api/work.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/scan/solid_runs.h"
@@ -165,6 +166,19 @@ std::string trouble_of(const ClampPose& pose, const ClampLimits& limits, const C
   return text;
 }
 
+/// Measures the scalp under the pins, and arms and rocker against the head.
+void measure_head(const volume::Field& bone, const ClampPose& pose, const dvec3& up, ClampFitted& output) {
+  const HeadSolid head(bone);
+  const Pins directions = pose.directions_world();
+  if (head.has_skin())
+    for (std::size_t i = 0; i < k_pins; ++i)
+      output.scalps.push_back(head.thickness(output.tips[i], -directions[i], k_pin_reach));
+  const HeadContact contact = head_contact(
+      head, clamp_rods(pose, {output.tips[0], output.tips[1], output.tips[2]}, up, output.arm_depth));
+  output.touch_depth = contact.depth, output.touch_length = contact.length;
+  output.touch_at = contact.at_world;
+}
+
 void measure_pins(const sim::JobInput& input, const volume::Field& bone, ClampFitted& output) {
   const volume::SurgicalPlan* plan = input.state.plan.get();
   const auto band = sweatband(plan);
@@ -220,7 +234,8 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
 /// A fit describes the pins and the posture that it was made of.
 bool is_current(const void*, const sim::OperationState& input, const sim::OperationState& current) {
   const ClampPlan &fitted = *input.persistent_of<ClampPlan>(), &now = *current.persistent_of<ClampPlan>();
-  return fitted.pins == now.pins && fitted.up == now.up && fitted.turn == now.turn;
+  return fitted.pins == now.pins && fitted.model == now.model && fitted.up == now.up &&
+         fitted.turn == now.turn;
 }
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
@@ -230,6 +245,9 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
     work.raise_event(ClampFailed{output.error->reason}, output.error->position_world);
   else
     work.raise_event(output.fitted, output.fitted.origin + 0.5 * output.fitted.opening * output.fitted.axis);
+  if (output.fitted.touch_depth > 0)
+    work.raise_event(ClampTouchesHead{output.fitted.touch_depth, output.fitted.touch_length},
+                     output.fitted.touch_at);
 }
 
 Status check(const void* parameters, const haptics::TouchScene& anatomy) {
@@ -240,11 +258,6 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
                  .where = "fit-clamp item",
                  .found = std::to_string(request.item),
                  .expected = "a shape of the anatomy"};
-  if (request.least_opening >= request.most_opening)
-    return Error{.what = "the limits of the opening are reversed",
-                 .where = "fit-clamp least_opening",
-                 .found = number_text(request.least_opening) + " mm",
-                 .expected = "less than most_opening"};
   return std::nullopt;
 }
 
@@ -261,24 +274,27 @@ Result<ClampFitted, LocatedError> fit(const FitClamp& request, const sim::JobInp
   const ClampPlan& plan = *input.state.persistent_of<ClampPlan>();
   ClampFitted fitted;
   fitted.planned = plan.pins;
+  const ClampLimits limits = request.limits(plan);
   Pins pins{plan.pins[0], plan.pins[1], plan.pins[2]};
   // First onto the planned positions, which may be on the skin, then onto the bone below them.
   ClampPose pose;
   constexpr int k_passes = 4;
   for (int pass = 0; pass < k_passes; ++pass) {
-    auto found = fit_pose(pins, request);
+    auto found = fit_pose(pins, limits);
     if (!found) return found.error();
     pose = found.value();
-    if (auto error = find_tips(bone, pose, request.rocker_width, fitted)) return *std::move(error);
+    if (auto error = find_tips(bone, pose, limits.rocker_width, fitted)) return *std::move(error);
     for (std::size_t i = 0; i < k_pins; ++i) pins[i] = fitted.tips[i];
   }
   fitted.is_fitted = true;
   fitted.origin = pose.origin_world, fitted.axis = pose.axis_world, fitted.across = pose.across_world;
   fitted.opening = pose.opening, fitted.swing = k_radian * pose.swing;
-  const Pins places = pose.tips_world(request.rocker_width), directions = pose.directions_world();
+  const Pins places = pose.tips_world(limits.rocker_width), directions = pose.directions_world();
   for (std::size_t i = 0; i < k_pins; ++i)
     fitted.residuals.push_back(glm::length(glm::cross(fitted.planned[i] - places[i], directions[i])));
-  fitted.trouble = trouble_of(pose, request, fitted);
+  fitted.trouble = trouble_of(pose, limits, fitted);
+  fitted.arm_depth = size_of(plan.model).arm_depth;
+  measure_head(bone, pose, plan.up, fitted);
   measure_pins(input, bone, fitted);
   measure_posture(request, input, plan, fitted);
   return fitted;
@@ -318,11 +334,25 @@ Status check_fitting(const FitClamp& request, const sim::OperationState& operati
                  .found = std::to_string(plan ? plan->pins.size() : 0),
                  .expected = "three pins",
                  .remedy = "place pins first (place-pin)"};
+  if (const ClampLimits limits = request.limits(*plan); limits.least_opening >= limits.most_opening)
+    return Error{.what = "the limits of the opening are reversed",
+                 .where = "fit-clamp least_opening",
+                 .found = number_text(limits.least_opening) + " mm",
+                 .expected = "less than " + number_text(limits.most_opening) + " mm"};
   if (request.site.empty() || find_site(operation.plan.get(), request.site)) return std::nullopt;
   return Error{.what = "unknown approach",
                .where = "fit-clamp site",
                .found = request.site,
                .expected = "an outline or a trajectory of the plan"};
+}
+
+ClampLimits FitClamp::limits(const ClampPlan& plan) const noexcept {
+  ClampLimits limits = size_of(plan.model).limits;
+  if (least_opening > 0) limits.least_opening = least_opening;
+  if (most_opening > 0) limits.most_opening = most_opening;
+  if (rocker_width > 0) limits.rocker_width = rocker_width;
+  if (swing >= 0) limits.swing = swing;
+  return limits;
 }
 
 const sim::JobType& fit_job() {
@@ -333,7 +363,8 @@ const sim::JobType& fit_job() {
 const sim::Schema& ClampPlan::schema() {
   static constexpr sim::Field fields[] = {field<&ClampPlan::pins>("pins", {.unit = "mm"}),
                                           field<&ClampPlan::up>("up"),
-                                          field<&ClampPlan::turn>("turn", {.unit = "degrees"})};
+                                          field<&ClampPlan::turn>("turn", {.unit = "degrees"}),
+                                          field<&ClampPlan::model>("model", {.choices = k_clamp_models})};
   static constexpr sim::Schema table{"clamp-plan", 1, fields};
   return table;
 }
@@ -341,23 +372,27 @@ const sim::Schema& ClampPlan::schema() {
 const sim::Schema& FitClamp::schema() {
   static constexpr sim::Field fields[] = {
       field<&FitClamp::site>("site", {.help = "outline or trajectory of the approach; without it the first"}),
-      field<&FitClamp::least_opening>("least_opening", {.unit = "mm",
-                                                        .low = 20,
-                                                        .high = 400,
-                                                        .help = "opening to which the clamp closes",
-                                                        .is_expert = true}),
-      field<&FitClamp::most_opening>(
-          "most_opening",
-          {.unit = "mm", .low = 20, .high = 400, .help = "opening to which it opens", .is_expert = true}),
-      field<&FitClamp::rocker_width>("rocker_width", {.unit = "mm",
-                                                      .low = 20,
-                                                      .high = 200,
-                                                      .help = "distance between the tips of the pair",
+      field<&FitClamp::least_opening>("least_opening",
+                                      {.unit = "mm",
+                                       .low = 0,
+                                       .high = 400,
+                                       .help = "opening to which the clamp closes; 0: of the model",
+                                       .is_expert = true}),
+      field<&FitClamp::most_opening>("most_opening", {.unit = "mm",
+                                                      .low = 0,
+                                                      .high = 400,
+                                                      .help = "opening to which it opens; 0: of the model",
                                                       .is_expert = true}),
+      field<&FitClamp::rocker_width>("rocker_width",
+                                     {.unit = "mm",
+                                      .low = 0,
+                                      .high = 200,
+                                      .help = "distance between the tips of the pair; 0: of the model",
+                                      .is_expert = true}),
       field<&FitClamp::swing>("swing", {.unit = "degrees",
-                                        .low = 0,
+                                        .low = -1,
                                         .high = 60,
-                                        .help = "largest swing of the rocker",
+                                        .help = "largest swing of the rocker; below 0: of the model",
                                         .is_expert = true}),
       field<&FitClamp::item>("item", {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};
   static constexpr sim::Schema table{"fit-clamp", 1, fields};
@@ -377,6 +412,12 @@ const sim::Schema& ClampFitted::schema() {
       field<&ClampFitted::residuals>("residuals", {.unit = "mm", .help = "planned pin to the pin's axis"}),
       field<&ClampFitted::gaps>("gaps", {.unit = "mm", .help = "pin to the outer table"}),
       field<&ClampFitted::thicknesses>("bone", {.unit = "mm", .help = "bone along each pin"}),
+      field<&ClampFitted::scalps>("scalp", {.unit = "mm", .help = "tissue over the bone along each pin"}),
+      field<&ClampFitted::arm_depth>("arm_depth", {.unit = "mm"}),
+      field<&ClampFitted::touch_depth>("touch_depth",
+                                       {.unit = "mm", .help = "depth of arms and rocker in the head"}),
+      field<&ClampFitted::touch_length>("touch_length", {.unit = "mm"}),
+      field<&ClampFitted::touch_at>("touch_at", {.unit = "mm"}),
       field<&ClampFitted::angles>("angles", {.unit = "degrees", .help = "pin to the outer table"}),
       field<&ClampFitted::has_band>("has_band", {.help = "the plan defines the sweatband"}),
       field<&ClampFitted::band_normal>("band_normal"),
@@ -394,6 +435,15 @@ const sim::Schema& ClampFitted::schema() {
       field<&ClampFitted::bend>("bend", {.unit = "degrees", .help = "of the neck, to the left"}),
       field<&ClampFitted::trouble>("trouble")};
   static constexpr sim::Schema table{"clamp-fitted", 1, fields};
+  return table;
+}
+
+const sim::Schema& ClampTouchesHead::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&ClampTouchesHead::depth>("depth", {.unit = "mm"}),
+      field<&ClampTouchesHead::length>("length",
+                                       {.unit = "mm", .help = "length of arms and rocker in the head"})};
+  static constexpr sim::Schema table{"clamp-touches-head", 1, fields};
   return table;
 }
 

@@ -15,15 +15,23 @@ namespace trephine::skull_clamp {
 struct ClampPlan {
   std::vector<glm::dvec3> pins;  ///< mm, world; at most three, the first is the single pin
   glm::dvec3 up{0, -1, 0};       ///< unit, away from the floor, in the frame of the head
+  ClampModel model = ClampModel::standard;
   double turn = 0;  ///< degrees of the trunk about its long axis, to the left: 0 supine, 180 prone
   static const sim::Schema& schema();
 };
 
+/// Limits that a request sets instead of those of the chosen model. 0 (swing: below 0): those of the model.
+struct RequestedLimits {
+  double least_opening = 0, most_opening = 0, rocker_width = 0;  ///< mm
+  double swing = -1;                                             ///< degrees
+};
+
 /// Job that fits the clamp onto the planned pins. It changes no anatomy.
-struct FitClamp : ClampLimits {
+struct FitClamp : RequestedLimits {
   std::string site;       ///< planned outline or trajectory of the approach; empty: the first of the plan
   std::int64_t item = 0;  ///< index of the bone's shape in the anatomy
   static const sim::Schema& schema();
+  ClampLimits limits(const ClampPlan& plan) const noexcept;
 };
 
 /// A fitted clamp, the result of this module. Emitted at the middle between pin 1 and the rocker. Lists have
@@ -38,6 +46,11 @@ struct ClampFitted {
   std::vector<double> residuals;    ///< mm from each planned position to the axis of its pin
   std::vector<double> gaps;         ///< mm along each pin from its place in the clamp to the outer table
   std::vector<double> thicknesses;  ///< mm of bone along each pin
+  std::vector<double> scalps;       ///< mm of tissue over the bone, along each pin; empty without a skin
+  double arm_depth = 0;             ///< mm, of the model, see ClampSize
+  double touch_depth = 0;           ///< mm that arms or rocker are in the head; 0: they do not touch it
+  double touch_length = 0;          ///< mm of arms and rocker in the head
+  glm::dvec3 touch_at{0.0};         ///< mm, world: deepest point; valid if touch_depth > 0
   std::vector<double> angles;       ///< degrees between each pin and the outer table; 90: perpendicular
   bool has_band = false;            ///< the plan defines the sweatband
   glm::dvec3 band_normal{0, 0, 1};  ///< unit, upward; valid if has_band
@@ -53,6 +66,13 @@ struct ClampFitted {
   double site_angle = 0;            ///< degrees between its normal and up
   double rotation = 0, flexion = 0, bend = 0;  ///< degrees of the neck: to the left, forward, to the left
   std::string trouble;                         ///< limit that kept the clamp off its pins; empty: no trouble
+  static const sim::Schema& schema();
+};
+
+/// Arms or rocker of the fitted clamp pass through the head. Emitted with the fit, at the deepest point.
+struct ClampTouchesHead {
+  double depth = 0;   ///< mm
+  double length = 0;  ///< mm of arms and rocker in the head
   static const sim::Schema& schema();
 };
 

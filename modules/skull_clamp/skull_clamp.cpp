@@ -49,7 +49,8 @@ sim::Overlay clamp_overlay(const ClampFitted& fitted, const dvec3& up) {
   overlay.kind = sim::Overlay::Kind::object;
   overlay.name = "skull clamp";
   overlay.matter = volume::Matter::steel;
-  overlay.surface = clamp_surface(pose_of(fitted), {fitted.tips[0], fitted.tips[1], fitted.tips[2]}, up);
+  overlay.surface =
+      clamp_surface(pose_of(fitted), {fitted.tips[0], fitted.tips[1], fitted.tips[2]}, up, fitted.arm_depth);
   return overlay;
 }
 
@@ -63,7 +64,8 @@ Status check_point(const dvec3& p, const char* where) {
 
 std::span<const sim::ValueType* const> SkullClamp::commands() const {
   static const std::array all{&sim::value_type<PlacePin>(), &sim::value_type<MovePin>(),
-                              &sim::value_type<ClearPins>(), &sim::value_type<SetPosture>()};
+                              &sim::value_type<ClearPins>(), &sim::value_type<SetPosture>(),
+                              &sim::value_type<SetClamp>()};
   return all;
 }
 std::span<const sim::JobType* const> SkullClamp::jobs() const {
@@ -71,7 +73,8 @@ std::span<const sim::JobType* const> SkullClamp::jobs() const {
   return all;
 }
 std::span<const sim::ValueType* const> SkullClamp::events() const {
-  static const std::array all{&sim::value_type<ClampFitted>(), &sim::value_type<ClampFailed>()};
+  static const std::array all{&sim::value_type<ClampFitted>(), &sim::value_type<ClampFailed>(),
+                              &sim::value_type<ClampTouchesHead>()};
   return all;
 }
 
@@ -116,6 +119,9 @@ void SkullClamp::apply(const sim::Command& command, sim::ModuleWork& work) const
   } else if (const auto* posture = command.request.as<SetPosture>()) {
     auto& plan = work.change_settings<ClampPlan>();
     plan.up = glm::normalize(posture->up), plan.turn = posture->turn;
+  } else if (const auto* clamp = command.request.as<SetClamp>()) {
+    work.change_settings<ClampPlan>().model = clamp->model;
+    work.change_result<ClampFitted>() = {};
   }
 }
 
@@ -139,10 +145,12 @@ std::vector<sim::Measure> SkullClamp::measures(const sim::OperationState& operat
     all.push_back({pin + " residual", value(fitted->residuals, i), "mm", is_stale});
     all.push_back({pin + " gap", value(fitted->gaps, i), "mm", is_stale});
     all.push_back({pin + " bone", value(fitted->thicknesses, i), "mm", is_stale});
+    all.push_back({pin + " scalp", value(fitted->scalps, i), "mm", is_stale});
     all.push_back({pin + " angle", value(fitted->angles, i), "degrees", is_stale});
     all.push_back({pin + " height", value(fitted->heights, i), "mm", is_stale});
   }
   all.push_back({"clamp clearance", fitted->clearance, "mm", is_stale});
+  all.push_back({"clamp in head", fitted->touch_depth, "mm", is_stale});
   all.push_back({"clamp access", fitted->access, "mm", is_stale});
   all.push_back({"approach to up", fitted->site_angle, "degrees", is_stale});
   all.push_back({"neck rotation", fitted->rotation, "degrees", is_stale});
@@ -168,12 +176,15 @@ sim::Overlays SkullClamp::overlays(const sim::OperationState& operation) const {
   if (!has_fit) return all;
   all.push_back(clamp_overlay(*fitted, plan->up));
   if (fitted->has_band) all.push_back(band_of(*fitted));
-  if (!fitted->trouble.empty()) {
+  const auto warn = [&all](const dvec3& at, std::string text) {
     sim::Overlay warning;
     warning.kind = sim::Overlay::Kind::warning;
-    warning.labels.push_back({fitted->tips[0], fitted->trouble});
+    warning.labels.push_back({at, std::move(text)});
     all.push_back(std::move(warning));
-  }
+  };
+  if (!fitted->trouble.empty()) warn(fitted->tips[0], fitted->trouble);
+  if (fitted->touch_depth > 0)
+    warn(fitted->touch_at, "the clamp touches the head: " + millimetres(fitted->touch_depth));
   return all;
 }
 
@@ -193,6 +204,12 @@ const sim::Schema& MovePin::schema() {
 }
 const sim::Schema& ClearPins::schema() {
   static constexpr sim::Schema table{"clear-pins", 1, {}};
+  return table;
+}
+const sim::Schema& SetClamp::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&SetClamp::model>("model", {.choices = k_clamp_models, .help = "size of the clamp"})};
+  static constexpr sim::Schema table{"set-clamp", 1, fields};
   return table;
 }
 const sim::Schema& SetPosture::schema() {

@@ -26,9 +26,16 @@ struct SetPosture {
   static const sim::Schema& schema();
 };
 
+/// Command: chooses the clamp.
+struct SetClamp {
+  ClampModel model = ClampModel::standard;
+  static const sim::Schema& schema();
+};
+
 class SkullClamp final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "skull_clamp"; }
+  std::uint32_t version() const noexcept override { return 2; }  // 2: models, and the clamp against the head
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;

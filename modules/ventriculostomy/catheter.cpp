@@ -1,7 +1,6 @@
 #include "modules/ventriculostomy/catheter.h"
 
 #include <algorithm>
-#include <array>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
@@ -60,10 +59,9 @@ std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, c
                                 const dvec3& ahead, const dvec3& layer, const sim::Work& work) {
   if (!c.has_stylet && remaining_label(work, layer) == state.dura)
     return "a catheter without its stylet does not pass the dura. Take it with its stylet.";
-  const dvec3 aside = std::abs(ahead.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
-  const dvec3 a = glm::normalize(glm::cross(ahead, aside)), b = glm::cross(ahead, a);
+  const auto [a, b] = across(ahead);
   constexpr double k_half = 0.70710678118654752;
-  const std::array<dvec3, 8> across{a,  b,  k_half * (a + b),  k_half * (a - b),
+  const std::array<dvec3, 8> around{a,  b,  k_half * (a + b),  k_half * (a - b),
                                     -a, -b, -k_half * (a + b), k_half * (b - a)};
   const double rim = 0.5 * c.diameter - k_slack;
   bool is_leaning = false;
@@ -71,7 +69,7 @@ std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, c
     const dvec3 middle = tip + along * ahead;
     if (along >= 0 && is_bone(work, middle))
       return "there is bone within 10 mm ahead of the tip. Aim through the hole.";
-    for (const dvec3& direction : across) is_leaning = is_leaning || is_bone(work, middle + rim * direction);
+    for (const dvec3& direction : around) is_leaning = is_leaning || is_bone(work, middle + rim * direction);
   }
   if (is_leaning)
     return "the catheter meets the edge of the hole. Turn it along the hole, or widen the hole.";
@@ -206,6 +204,12 @@ int label_at(const volume::Volume& scan, const dvec3& p_world) noexcept {
 std::string name_of_label(const volume::Volume& scan, int label) {
   const auto index = static_cast<std::size_t>(label);
   return index < scan.label_names.size() ? scan.label_names[index] : "label " + std::to_string(label);
+}
+
+std::array<dvec3, 2> across(const dvec3& along) noexcept {
+  const dvec3 aside = std::abs(along.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 first = glm::normalize(glm::cross(along, aside));
+  return {first, glm::cross(along, first)};
 }
 
 const sim::Schema& Catheter::schema() {

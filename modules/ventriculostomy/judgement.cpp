@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
+#include "modules/ventriculostomy/left_catheter.h"
 #include "sim/api/work.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/scan/solid_runs.h"
@@ -54,9 +55,20 @@ struct JudgeResult final : sim::JobResult {
       mix.add(one.length), mix.add(one.is_forbidden ? 1.0 : 0.0);
       mix.add(one.at_world.x), mix.add(one.at_world.y), mix.add(one.at_world.z);
     }
+    for (const Clearance& one : judgement.clearances) {
+      sim::add_bytes(mix, one.structure);
+      mix.add(one.distance), mix.add(one.length);
+    }
     return mix.value();
   }
 };
+
+/// Returns the diameter of the catheter in a hand, mm; without one the usual diameter.
+double held_diameter(const sim::OperationState& operation) {
+  for (const sim::Instrument& hand : operation.settings.hands)
+    if (const auto* held = hand.parameters.as<Catheter>()) return held->diameter;
+  return Catheter().diameter;
+}
 
 /// Sums the lengths of the path in each label, and finds what the path meets first.
 void follow_labels(const volume::Volume& scan, const Layers& layers, const dvec3& from, const dvec3& ahead,
@@ -79,8 +91,22 @@ void follow_labels(const volume::Volume& scan, const Layers& layers, const dvec3
   }
 }
 
-/// Finds the forbidden structure that is nearest to the path, apart from the layers that a catheter has to
-/// pass, and marks those that the path crosses.
+/// Returns the length of the part of a catheter whose wall is in a structure, mm.
+double length_in(const sim::Forbidden& forbidden, const CatheterJudged& judged, double radius) {
+  constexpr double k_between = 0.25;  // mm
+  const double length = glm::distance(judged.entry, judged.tip);
+  const int count = std::max(1, static_cast<int>(length / k_between));
+  double inside = 0, clearance = sim::Forbidden::k_reach;
+  for (int i = 0; i < count; ++i) {
+    const dvec3 at = glm::mix(judged.entry, judged.tip, (i + 0.5) / count);
+    clearance = forbidden.clearance(sim::ToolBall{at, radius, false}, clearance);
+    if (clearance < 0) inside += length / count;
+  }
+  return inside;
+}
+
+/// Measures the distance of the catheter's wall to each forbidden structure, apart from the layers that a
+/// catheter has to pass, and marks those that its axis crosses.
 void find_clearance(const sim::JobInput& input, const Layers& layers, double radius,
                     CatheterJudgement& output) {
   CatheterJudged& judged = output.judged;
@@ -89,6 +115,8 @@ void find_clearance(const sim::JobInput& input, const Layers& layers, double rad
     const volume::Shape* shape = forbidden->shape();
     if (shape != nullptr && layers.is_layer(shape->label)) continue;
     const double clearance = forbidden->clearance(judged.entry, sim::ToolBall{judged.tip, radius, false});
+    const double inside = clearance < 0 ? length_in(*forbidden, judged, radius) : 0;
+    output.clearances.push_back({forbidden->name(), clearance, inside});
     if (clearance < judged.clearance) judged.clearance = clearance, judged.nearest = forbidden->name();
     if (shape == nullptr || shape->label < 0) continue;
     const std::string name = name_of_label(*input.anatomy.base, shape->label);
@@ -108,6 +136,8 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   work.raise_event(output.judged, output.judged.tip);
   for (const Crossing& one : output.crossings)
     work.raise_event(CatheterCrossed{one.structure, one.length, one.is_forbidden}, one.at_world);
+  for (const Clearance& one : output.clearances)
+    work.raise_event(CatheterCleared{one.structure, one.distance, one.length}, output.judged.tip);
 }
 
 Status check(const void* parameters, const haptics::TouchScene& anatomy) {
@@ -132,8 +162,9 @@ CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input
   const volume::Volume& scan = *input.anatomy.base;
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const Layers layers = layers_of(scan);
-  const CatheterPath path =
-      request.at.empty() ? newest_path(input.state).value() : CatheterPath{request.at[0], request.at[1]};
+  const CatheterPath path = request.at.empty()
+                                ? newest_path(input.state).value()
+                                : CatheterPath{request.at[0], request.at[1], held_diameter(input.state)};
   CatheterJudgement output;
   CatheterJudged& judged = output.judged;
   judged.is_any = true;
@@ -161,21 +192,22 @@ CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input
     judged.direction_error =
         angle_between(glm::normalize(planned->target_world - planned->entry_world), ahead);
   }
-  double radius = 0.5 * Catheter().diameter;
-  for (const sim::Instrument& hand : input.state.settings.hands)
-    if (const auto* held = hand.parameters.as<Catheter>()) radius = 0.5 * held->diameter;
-  find_clearance(input, layers, radius, output);
+  find_clearance(input, layers, 0.5 * path.diameter, output);
   return output;
 }
 
 std::optional<CatheterPath> newest_path(const sim::OperationState& operation) {
-  for (const sim::Instrument& hand : operation.settings.hands)
-    if (const auto* state = hand.state.as<CatheterState>(); state && state->has_entered && state->depth > 0)
-      return CatheterPath{state->start, state->tip()};
+  for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand)
+    if (const CatheterState* state = inserted(operation, hand); state && state->depth > 0)
+      return CatheterPath{state->start, state->tip(),
+                          operation.settings.hands[hand].parameters.as<Catheter>()->diameter};
   const auto* passages = operation.persistent_of<CatheterPassages>();
   if (passages == nullptr || passages->starts.empty()) return std::nullopt;
+  if (const auto* left = operation.undoable_of<LeftCatheters>())
+    if (const auto i = left->find_start(passages->starts.back()))
+      return CatheterPath{left->starts[*i], left->tips[*i], left->diameters[*i]};
   if (glm::distance(passages->starts.back(), passages->tips.back()) < k_step) return std::nullopt;
-  return CatheterPath{passages->starts.back(), passages->tips.back()};
+  return CatheterPath{passages->starts.back(), passages->tips.back(), held_diameter(operation)};
 }
 
 Status check_judging(const JudgeCatheter& request, const sim::OperationState& operation) {
@@ -252,6 +284,16 @@ const sim::Schema& CatheterCrossed::schema() {
       field<&CatheterCrossed::length>("length", {.unit = "mm", .help = "length of the path in it"}),
       field<&CatheterCrossed::is_forbidden>("forbidden", {.help = "it must not be crossed"})};
   static constexpr sim::Schema table{"catheter-crossed", 1, fields};
+  return table;
+}
+
+const sim::Schema& CatheterCleared::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&CatheterCleared::structure>("structure"),
+      field<&CatheterCleared::distance>(
+          "distance", {.unit = "mm", .help = "distance from the catheter's wall; negative: depth"}),
+      field<&CatheterCleared::length>("length", {.unit = "mm", .help = "length of the catheter in it"})};
+  static constexpr sim::Schema table{"catheter-cleared", 1, fields};
   return table;
 }
 

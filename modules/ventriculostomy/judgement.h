@@ -44,10 +44,20 @@ struct CatheterCrossed {
   static const sim::Schema& schema();
 };
 
-/// The newest catheter of an operation: in a hand, or drawn out.
+/// Distance of a judged catheter to a forbidden structure other than dura, brain and ventricles. Emitted with
+/// the judgement, at its tip.
+struct CatheterCleared {
+  std::string structure;
+  double distance = 0;  ///< mm from the catheter's wall, at most 20; negative: depth
+  double length = 0;    ///< mm of the catheter that are in it
+  static const sim::Schema& schema();
+};
+
+/// The newest catheter of an operation: in a hand, left in place, or drawn out.
 struct CatheterPath {
-  glm::dvec3 start{0.0};  ///< mm, world: where it met the outermost layer
-  glm::dvec3 tip{0.0};    ///< mm, world
+  glm::dvec3 start{0.0};                  ///< mm, world: where it met the outermost layer
+  glm::dvec3 tip{0.0};                    ///< mm, world
+  double diameter = Catheter().diameter;  ///< mm
 };
 std::optional<CatheterPath> newest_path(const sim::OperationState& operation);
 
@@ -67,9 +77,15 @@ struct Crossing {
   bool is_forbidden = false;
   glm::dvec3 at_world{0.0};  ///< mm, first position in it
 };
+/// Position of the catheter relative to a forbidden structure.
+struct Clearance {
+  std::string structure;
+  double distance = 0, length = 0;  ///< mm: as CatheterCleared
+};
 struct CatheterJudgement {
   CatheterJudged judged;
-  std::vector<Crossing> crossings;  ///< in the order of the path
+  std::vector<Crossing> crossings;    ///< in the order of the path
+  std::vector<Clearance> clearances;  ///< of all forbidden structures
 };
 /// Judges a path. The request is one that check_judging() accepts, and the scan has labels.
 CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input);

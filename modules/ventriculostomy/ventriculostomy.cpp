@@ -11,13 +11,6 @@ using glm::dvec3;
 
 namespace {
 
-/// Returns the state of a hand's catheter if it is in the head, else null.
-const CatheterState* inserted(const sim::OperationState& operation, std::size_t hand) {
-  const auto& hands = operation.settings.hands;
-  const auto* state = hand < hands.size() ? hands[hand].state.as<CatheterState>() : nullptr;
-  return state && state->has_entered ? state : nullptr;
-}
-
 /// Returns the index of a hand's newest passage; one past the end if there is no such passage.
 std::size_t newest_of(const CatheterPassages& passages, std::uint8_t hand) {
   for (std::size_t i = passages.hands.size(); i-- > 0;)
@@ -43,8 +36,7 @@ sim::Overlay marks_of(const Catheter& catheter, const CatheterState& state) {
   constexpr int k_numbered = 5;
   sim::Overlay overlay;
   const dvec3 back = -state.ahead, tip = state.tip();
-  const dvec3 aside = std::abs(back.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
-  const dvec3 right = glm::normalize(glm::cross(back, aside)), up = glm::cross(right, back);
+  const auto [right, up] = across(back);
   const double radius = 0.5 * catheter.diameter;
   for (int i = 1; i * k_between <= catheter.length; ++i) {
     if (i * k_between > state.depth + k_visible) break;
@@ -65,25 +57,28 @@ std::span<const sim::InstrumentType* const> Ventriculostomy::instruments() const
   return all;
 }
 std::span<const sim::JobType* const> Ventriculostomy::jobs() const {
-  static const std::array all{&judge_job()};
+  static const std::array<const sim::JobType*, 2> all{&judge_job(), &leave_job()};
   return all;
 }
 std::span<const sim::ValueType* const> Ventriculostomy::events() const {
   static const std::array all{&sim::value_type<CatheterEntered>(), &sim::value_type<CatheterPopped>(),
                               &sim::value_type<CatheterLeft>(),    &sim::value_type<CatheterRefused>(),
-                              &sim::value_type<CatheterJudged>(),  &sim::value_type<CatheterCrossed>()};
+                              &sim::value_type<CatheterJudged>(),  &sim::value_type<CatheterCrossed>(),
+                              &sim::value_type<CatheterCleared>(), &sim::value_type<CatheterLeftInPlace>(),
+                              &sim::value_type<CatheterNotLeft>()};
   return all;
 }
 
 Status Ventriculostomy::allows(const sim::Command& command, const sim::OperationState& operation) const {
   if (const auto* request = command.request.as<JudgeCatheter>()) return check_judging(*request, operation);
+  if (command.request.as<LeaveCatheter>()) return check_leaving(operation);
   const bool replaces = command.request.as<sim::TakeInstrument>() || command.request.as<Catheter>() ||
                         command.request.as<sim::RemoveInstrument>();
   if (!replaces || !inserted(operation, command.hand)) return std::nullopt;
   return Error{.what = "the catheter is in the head",
                .where = std::string(command.request.name()),
                .expected = "a catheter outside the head",
-               .remedy = "draw it out first"};
+               .remedy = "draw it out first, or leave it in place"};
 }
 
 void Ventriculostomy::react(const sim::Event& event, const sim::OperationState&,
@@ -93,19 +88,40 @@ void Ventriculostomy::react(const sim::Event& event, const sim::OperationState&,
                   event.hand);
     return;
   }
+  if (const auto* added = event.value.as<sim::BodyAdded>()) {
+    if (const auto& bodies = reaction.world<LeftCatheters>().bodies;
+        bodies.empty() || bodies.back().value != 0)
+      return;
+    LeftCatheters& left = reaction.change_world<LeftCatheters>();
+    left.bodies.back() = added->body;
+    const dvec3 tip = left.tips.back();
+    reaction.raise_event(CatheterLeftInPlace{added->body, glm::distance(left.starts.back(), tip)}, tip);
+    return;
+  }
   if (!event.value.as<CatheterPopped>() && !event.value.as<CatheterLeft>()) return;
   auto& passages = reaction.change_settings<CatheterPassages>();
   if (const std::size_t i = newest_of(passages, event.hand); i < passages.tips.size())
     passages.tips[i] = event.position_world;
 }
 
+void Ventriculostomy::hear(const sim::Command& command, const sim::OperationState&,
+                           sim::ModuleReaction& reaction) const {
+  const auto* discard = command.request.as<sim::DiscardBody>();
+  if (discard == nullptr || discard->body.value == 0) return;
+  const std::vector<sim::Id>& left = reaction.world<LeftCatheters>().bodies;
+  if (std::find(left.begin(), left.end(), discard->body) != left.end())
+    reaction.change_world<LeftCatheters>().remove(discard->body);
+}
+
 std::vector<sim::Measure> Ventriculostomy::measures(const sim::OperationState& operation) const {
   const auto* passages = operation.persistent_of<CatheterPassages>();
+  const auto* left = operation.undoable_of<LeftCatheters>();
   const auto* j = operation.result_of<CatheterJudged>();
-  if (passages == nullptr || j == nullptr) return {};
+  if (passages == nullptr || left == nullptr || j == nullptr) return {};
   const bool is_stale = operation.is_result_stale<CatheterJudged>();
   const auto flag = [](bool is_true) { return is_true ? 1.0 : 0.0; };
   return {{"catheter passages", static_cast<double>(passages->count), "", false},
+          {"catheters left in place", static_cast<double>(left->bodies.size()), "", false},
           {"catheter judged", flag(j->is_any), "", is_stale},
           {"catheter compared with plan", flag(j->has_plan), "", is_stale},
           {"catheter entry error", j->entry_error, "mm", is_stale},

@@ -1,4 +1,5 @@
 // Models of titanium, steel and soft tissue in images, forbidden models, and the models and plan of a case.
+#include <cstdio>
 #include <cstring>
 
 #include "tests/apps/command_fixture.h"
@@ -116,6 +117,43 @@ least = 1
   const Ended r = run("run r.toml");
   EXPECT_NE(r.exit_code, 0);
   EXPECT_NE(r.err.find("not the surface of a solid"), std::string::npos) << r.err;
+}
+
+/// The case of the spine: a burr between two laminae enters the cord, and a probe from the side a root. Both
+/// are models, which appear as soft tissue.
+TEST_F(Command, TheSpinesCaseHasNervesAsModels) {
+  ASSERT_EQ(run("phantom spine --spacing 0.8 --case spine").exit_code, 0);
+  write("r.toml", R"(schema = 1
+scan = "./spine"
+rate = 500
+[[hands]]
+instrument = "burr"
+parameters = "diameter=4 removal_rate=200"
+points = [[0, 0, 90, -22, 0], [0.5, 0, 40, -22, 1], [1.5, 0, 27, -22, 1], [2, 0, 27, -22, 1], [2.4, 0, 90, -22, 0]]
+[[hands]]
+instrument = "probe"
+points = [[0, 70, 15, -21.3, 0], [1, 40, 15, -21.3, 0], [2, 25.5, 15, -21.3, 0], [2.4, 70, 15, -21.3, 0]]
+)");
+  ASSERT_EQ(run("run r.toml --record r.session").exit_code, 0);
+  const std::string timeline = run("timeline r.session").out;
+  for (const char* name : {"cord", "L4 left nerve root"})
+    EXPECT_NE(timeline.find(name), std::string::npos) << name << "\n" << timeline;
+  EXPECT_EQ(timeline.find("L4 right nerve root"), std::string::npos) << "nothing was near it";
+  // "The tool left cord after 0.8 s, at most 3.98 mm deep."
+  double depth = 0, seconds = 0;
+  for (const Json& row : json("timeline r.session")["rows"])
+    std::sscanf(row["text"].get<std::string>().c_str(), "The tool left cord after %lf s, at most %lf mm deep",
+                &seconds, &depth);
+  // The burr of 2 mm stands 27 mm behind the middle of L4; the sac ends near 30 mm there.
+  EXPECT_NEAR(depth, 4, 0.8);
+  EXPECT_NEAR(seconds, 0.8, 0.2);
+  // Soft tissue is not outside bone, and the X-ray is that of the scan.
+  const Json section = json("section ./spine --plane axial --at 0,22,-13 -o s.png --svg s.svg");
+  EXPECT_EQ(section.value("models_outside_bone_mm2", 0.0), 0);
+  const std::string svg = read(file("s.svg"));
+  for (const char* name : {"<title>cord", "<title>L4 left nerve root", "<title>L4 right nerve root"})
+    EXPECT_NE(svg.find(name), std::string::npos) << name;
+  EXPECT_EQ(svg.find("nerve_root"), std::string::npos) << "no structure is counted twice";
 }
 
 }  // namespace

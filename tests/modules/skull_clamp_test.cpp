@@ -431,6 +431,85 @@ TEST(Clamp, ShowsHandlesFrameAndSweatbandOfTheCurrentPins) {
   for (const auto& [edge, count] : edges) ASSERT_EQ(count, 0);
 }
 
+/// A head with a labelled scalp of 5 mm, and a ball of tissue around a point, below the head.
+volume::Volume head_with_ball(const dvec3& middle, double radius) {
+  const volume::Volume scan =
+      scenes::sampled({-87, -103, -160}, {87, 103, 83}, dvec3(1.5), [](const dvec3& p) {
+        const double d = shell_distance(p);
+        return std::clamp(300 + 400 * std::min(-d, d + k_thickness), -1000.0, 1600.0);
+      });
+  volume::Volume labelled = volume::make_volume(scan.size, scan.frame, true).value();
+  labelled.label_names = {"", "scalp", "head"};
+  std::copy(scan.voxels.span().begin(), scan.voxels.span().end(), labelled.voxels.data());
+  for (int z = 0; z < scan.size.z; ++z)
+    for (int y = 0; y < scan.size.y; ++y)
+      for (int x = 0; x < scan.size.x; ++x) {
+        const dvec3 p = scan.frame.world_from_volume(dvec3(x, y, z));
+        const double d = shell_distance(p);
+        const bool is_scalp = (d > 0 && d < 5) || glm::distance(p, middle) < radius;
+        labelled.labels[scan.index(x, y, z)] = static_cast<std::uint8_t>(d <= 0 ? 2 : is_scalp ? 1 : 0);
+      }
+  return labelled;
+}
+
+TEST(Clamp, ReportsScalpAndPartsInTheHeadByClosedForms) {
+  // The lowest point of the arms, whose centre line passes through the ball's middle.
+  const Pins pins = level_pins();
+  const ClampPose pose = fit_pose(pins, ClampLimits()).value();
+  const dvec3 up(0, 0, 1), lowest = clamp_rods(pose, pins, up, ClampSize().arm_depth)[6].to;
+  EXPECT_NEAR(lowest.z, -130, 0.1);
+  constexpr double k_ball = 20, k_arm = 8;  // mm
+  const auto measured = [&](const dvec3& middle) {
+    Head head(head_with_ball(middle, k_ball));
+    sim::Lockstep run = head.run();
+    EXPECT_EQ(refusal(run, {SetPosture{up}, 0}), "");
+    const ClampFitted f = fit(run, pins);
+    EXPECT_TRUE(f.is_fitted) << failure(run);
+    int touches = 0, warnings = 0;
+    for (std::size_t i = 0; i < run.engine().now().chronicle.size(); ++i)
+      touches += run.engine().now().chronicle[i].value.as<ClampTouchesHead>() != nullptr;
+    for (const sim::Overlay& overlay : run.engine().overlays())
+      for (const auto& label : overlay.labels)
+        warnings += label.text.find("touches the head") != std::string::npos;
+    EXPECT_EQ(touches, f.touch_depth > 0);
+    EXPECT_EQ(warnings, touches);
+    return f;
+  };
+  const ClampFitted touching = measured(lowest);
+  // The nearest points of the arm's surface are its radius away from the ball's middle.
+  EXPECT_NEAR(touching.touch_depth, k_ball - k_arm, 1.5);
+  EXPECT_NEAR(glm::distance(touching.touch_at, lowest), k_arm, 1);
+  EXPECT_NEAR(touching.touch_length, 2 * std::sqrt(k_ball * k_ball - k_arm * k_arm), 3);
+  // Next to the arm nothing is touched.
+  const ClampFitted free = measured(lowest + dvec3(0, k_ball + k_arm + 3, 0));
+  EXPECT_EQ(free.touch_depth, 0);
+  EXPECT_EQ(free.touch_length, 0);
+  ASSERT_EQ(free.scalps.size(), 3u);
+  EXPECT_NEAR(free.scalps[0], 5, 0.8);
+  for (std::size_t i = 1; i < k_pins; ++i) {
+    const dvec3 normal = glm::normalize(pins[i] / (k_radii * k_radii));
+    EXPECT_NEAR(free.scalps[i], 5 / normal.x, 1.0) << "along the pin, which leans";
+  }
+}
+
+TEST(Clamp, HasTwoModels) {
+  const Head head;
+  sim::Lockstep run = head.run();
+  const ClampFitted standard = fit(run, level_pins());
+  EXPECT_EQ(standard.trouble, "");
+  ASSERT_EQ(refusal(run, {SetClamp{ClampModel::small}, 0}), "");
+  EXPECT_FALSE(fitted(run).is_fitted) << "that fit was of the other clamp";
+  ASSERT_EQ(refusal(run, {FitClamp{}, 0}), "");
+  EXPECT_NE(fitted(run).trouble.find("those of the rocker 60 mm"), std::string::npos) << fitted(run).trouble;
+  EXPECT_LT(fitted(run).arm_depth, standard.arm_depth);
+  // A pair as far apart as its rocker fits; limits of the request replace those of the model.
+  const Pins near = pins_on_shell({-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, 22, 60);
+  EXPECT_EQ(fit(run, near).trouble, "");
+  FitClamp wide;
+  wide.rocker_width = k_width;
+  EXPECT_EQ(fit(run, level_pins(), wide).trouble, "");
+}
+
 TEST(Clamp, HoldsTheBuiltInHeads) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     SCOPED_TRACE(seed);
@@ -464,6 +543,8 @@ TEST(Clamp, HoldsTheBuiltInHeads) {
     const ClampFitted f = fit(run, pins);
     ASSERT_TRUE(f.is_fitted) << failure(run);
     EXPECT_EQ(f.trouble, "");
+    ASSERT_EQ(f.scalps.size(), 3u);
+    for (const double scalp : f.scalps) EXPECT_TRUE(scalp > 1 && scalp < 20) << scalp;
     EXPECT_GT(f.opening, 115);
     EXPECT_LT(f.opening, 150);
     for (std::size_t i = 0; i < k_pins; ++i) {

@@ -434,6 +434,93 @@ TEST(Ventriculostomy, JudgesTheCatheterInTheHandAndTheOneDrawnOut) {
   EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -36, 0.2) << "the deepest position";
 }
 
+TEST(Ventriculostomy, LeavesACatheterInPlace) {
+  const sim::Folder folder;
+  const std::string path = folder.file("left.session");
+  const Slab bench;
+  const auto start = bench.hands();
+  sim::SceneDescription spec = sim::describe_scene(std::span(start), haptics::ServoOptions());
+  spec.plan = *bench.plan;
+  auto writer = sim::SessionWriter::create(path, spec, bench.base(), catalogue());
+  ASSERT_TRUE(writer.is_ok()) << writer.error().message();
+  sim::Lockstep run(sim::Engine(bench.hands(), 1e-3, catalogue(), {}, bench.plan), {}, 1000,
+                    writer.value().get());
+  const auto is_refused = [&](const sim::Command& command) {
+    return run.apply_whole(command).refused.has_value();
+  };
+  EXPECT_TRUE(is_refused({LeaveCatheter{}, 1})) << "nothing is inserted";
+  drill_hole(run);
+  move(run, 1000, 4, -36, 40, k_ignore);
+  const dvec3 tip = state_of(run).tip(), entry = state_of(run).start;
+  ASSERT_FALSE(is_refused({LeaveCatheter{20}, 1}));
+  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+  const sim::Body body = run.engine().now().world.bodies[0];
+  EXPECT_TRUE(body.is_fixed && body.is_implant);
+  EXPECT_EQ(body.matter, volume::Matter::soft_tissue);
+  // A tube of 3 mm from the tip to 20 mm above the dura, with a round tip.
+  const double length = glm::distance(tip, entry) + 20;
+  EXPECT_NEAR(body.piece->mm3, 3.14159265 * 1.5 * 1.5 * (length - 0.5), 0.02 * body.piece->mm3);
+  double lowest = 1e9, highest = -1e9;
+  for (const dvec3& p : body.piece->tree->vertices())
+    lowest = std::min(lowest, body.place.world_from_local(p).z),
+    highest = std::max(highest, body.place.world_from_local(p).z);
+  EXPECT_NEAR(lowest, tip.z, 1e-4);
+  EXPECT_NEAR(highest, entry.z + 20, 1e-4);
+  const auto placed = events_of<CatheterLeftInPlace>(run.engine());
+  ASSERT_EQ(placed.size(), 1u);
+  EXPECT_EQ(placed[0].first.body, body.id);
+  EXPECT_NEAR(placed[0].first.depth, glm::distance(tip, entry), 1e-9);
+  EXPECT_EQ(measure(run.engine(), "catheters left in place"), 1);
+  // Only once; the hand may lay down the stylet at once or draw it out, and the catheter stays.
+  EXPECT_TRUE(is_refused({LeaveCatheter{}, 1}));
+  run.undo();
+  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_EQ(measure(run.engine(), "catheters left in place"), 0);
+  EXPECT_TRUE(is_refused({sim::RemoveInstrument{}, 1})) << "it is in the hand again";
+  run.redo();
+  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+  move(run, 1000, -36, 4, 100, [&](const ServoRecord& r, double) { ASSERT_LT(r.force_world.z, 0.3); });
+  EXPECT_FALSE(state_of(run).has_entered);
+  EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
+  // It is judged where it was left, and touched from outside.
+  ASSERT_FALSE(is_refused({JudgeCatheter{}, 1}));
+  EXPECT_NEAR(glm::distance(run.engine().now().result_of<CatheterJudged>()->tip, tip), 0, 1e-9);
+  ServoRecord touched;
+  for (double z = 24; z > 8; z -= 0.05) touched = tick(run, {0.2, 0.1, z});
+  EXPECT_TRUE(touched.has_contact);
+  EXPECT_NEAR(touched.proxy_world.z, entry.z + 20, 0.2);
+  const std::uint64_t state = run.engine().now().hash();
+  ASSERT_FALSE(writer.value()->finish(run.engine()));
+  const sim::Verdict verdict = sim::replay(path, bench.base(), catalogue());
+  sim::expect_same(verdict);
+  EXPECT_EQ(verdict.state, state);
+  ASSERT_FALSE(is_refused({sim::DiscardBody{body.id}, 1}));
+  EXPECT_EQ(measure(run.engine(), "catheters left in place"), 0);
+}
+
+TEST(Ventriculostomy, ReportsTheDistanceToEachForbiddenStructure) {
+  const Slab bench;
+  sim::Lockstep run = bench.run();
+  const auto cleared = [&](const dvec3& from, const dvec3& tip) {
+    const std::size_t count = events_of<CatheterCleared>(run.engine()).size();
+    EXPECT_FALSE(run.apply_whole({JudgeCatheter{"", {from, tip}}, 1}).refused.has_value());
+    const auto all = events_of<CatheterCleared>(run.engine());
+    EXPECT_EQ(all.size(), count + 1) << "the sinus, and not the dura that it has to pass";
+    return all.back().first;
+  };
+  // The sinus is 6 < x < 10, -10 < z < -6; the radius is 1.5 mm.
+  const CatheterCleared far = cleared({0, 0, 3}, {0, 0, -35});
+  EXPECT_EQ(far.structure, "venous_sinus");
+  EXPECT_NEAR(far.distance, 6 - 1.5, 0.3);
+  EXPECT_EQ(far.length, 0);
+  // Its axis is 1 mm away from the sinus, so that its wall is 0.5 mm in it along 4 mm and both rounded ends.
+  const CatheterCleared near = cleared({5, 0, 3}, {5, 0, -35});
+  EXPECT_NEAR(near.distance, -0.5, 0.3);
+  EXPECT_NEAR(near.length, 4 + 2 * std::sqrt(1.5 * 1.5 - 1), 0.8);
+  for (const auto& [one, at] : events_of<CatheterCrossed>(run.engine()))
+    EXPECT_NE(one.structure, "venous_sinus") << "its axis does not cross it";
+}
+
 TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     SCOPED_TRACE(seed);

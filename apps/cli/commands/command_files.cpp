@@ -69,8 +69,9 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   if (Status error = outputs.check()) return *error;
   if (arguments.output.empty() && arguments.case_output.empty())
     return Error{.what = "no output given", .expected = "-o FILE or --case FOLDER"};
-  const auto plan = data_tools::phantom_plan(arguments.name, arguments.seed);
-  if (!arguments.case_output.empty() && !plan)
+  std::optional<data_tools::PhantomCase> written_case;
+  if (!arguments.case_output.empty()) written_case = data_tools::phantom_case(arguments.name, arguments.seed);
+  if (!arguments.case_output.empty() && !written_case)
     return Error{.what = "this phantom has no case",
                  .where = "case",
                  .found = arguments.name,
@@ -112,8 +113,9 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   if (is_interrupted()) return interrupted("making the phantom");
   const volume::Volume& v = phantom.value();
   notify_resampled(v, arguments.case_output.empty() ? arguments.output : arguments.case_output);
-  outputs.write(arguments.case_output,
-                [&] { return data_tools::write_case(arguments.case_output, *plan, v); });
+  outputs.write(arguments.case_output, [&] {
+    return data_tools::write_case(arguments.case_output, written_case->plan, v, {}, written_case->surfaces);
+  });
   outputs.write(arguments.output, [&] { return data_tools::write_volume(arguments.output, v); });
   outputs.write(arguments.labels_output,
                 [&] { return data_tools::write_labels(arguments.labels_output, v); });

@@ -1,0 +1,37 @@
+// Head around a skull clamp: its outer surface with the scalp, and parts of the clamp that are in it.
+#pragma once
+
+#include <array>
+
+#include "modules/skull_clamp/clamp_surface.h"
+#include "volume/scan/field.h"
+
+namespace trephine::skull_clamp {
+
+/// The head as a solid: the labelled tissue if a label is named scalp, skin or soft_tissue; else tissue of a
+/// CT in Hounsfield units; else the bone alone. Borrows the field.
+class HeadSolid {
+ public:
+  explicit HeadSolid(const volume::Field& bone);
+  /// Returns true if the head has a surface of its own, outside the bone.
+  bool has_skin() const noexcept { return kind_ != Kind::bone; }
+  bool contains(const glm::dvec3& p_world) const noexcept;
+  /// Returns the thickness of tissue from a point of the outer table outward, mm, at most `reach`. Gaps of up
+  /// to 1 mm count as tissue.
+  double thickness(const glm::dvec3& table_world, const glm::dvec3& outward, double reach) const noexcept;
+
+ private:
+  enum class Kind { labels, intensities, bone };
+  const volume::Field& bone_;
+  Kind kind_ = Kind::bone;
+};
+
+/// Overlap of arms and rocker with the head.
+struct HeadContact {
+  double depth = 0;   ///< mm, greatest distance of a point of their surface to the head's; 0: no contact
+  double length = 0;  ///< mm of arms and rocker whose surface is in the head
+  glm::dvec3 at_world{0.0};  ///< mm, the deepest point; valid if depth > 0
+};
+HeadContact head_contact(const HeadSolid& head, std::span<const ClampRod> rods);
+
+}  // namespace trephine::skull_clamp
