@@ -152,7 +152,9 @@ class OperationController {
   bool is_release_processed() const;
   void send_history_steps();
   void follow_cursor();
+  double clearance_at(const glm::dvec3& tip, double expected) const;
   double distance_above_soft(const Ray& ray, double along) const;
+  std::optional<double> distance_to_forbidden(const Ray& ray, double hit) const;
   void drag_point();
   void touch_scenery();
   void follow_taking();

@@ -2,7 +2,10 @@
 
 #include <QFontMetrics>
 #include <QHelpEvent>
+#include <QMouseEvent>
 #include <QPainter>
+#include <QStyle>
+#include <QStyleOptionSlider>
 #include <QToolTip>
 #include <algorithm>
 #include <array>
@@ -10,6 +13,12 @@
 #include <utility>
 
 namespace trephine::view {
+
+namespace {
+
+constexpr double k_handle = 6;  // half the width of a slider's handle, pixels
+
+}  // namespace
 
 ForceBar::ForceBar(QWidget* parent) : QWidget(parent) {
   setObjectName("force_bar");
@@ -56,10 +65,27 @@ void ForceBar::paintEvent(QPaintEvent*) {
 }
 
 double MarkedSlider::x_of(int value) const {
-  constexpr double k_handle = 6;  // half the width of the handle, pixels
   const double share =
       maximum() > minimum() ? static_cast<double>(value - minimum()) / (maximum() - minimum()) : 0.0;
   return k_handle + share * (width() - 2 * k_handle);
+}
+
+int MarkedSlider::value_at(double x) const {
+  for (const Mark& mark : marks_)
+    if (std::abs(x_of(mark.value) - x) < k_near) return mark.value;
+  const double share = std::clamp((x - k_handle) / std::max(1.0, width() - 2 * k_handle), 0.0, 1.0);
+  return minimum() + static_cast<int>(std::lround(share * (maximum() - minimum())));
+}
+
+void MarkedSlider::mousePressEvent(QMouseEvent* event) {
+  QStyleOptionSlider option;
+  initStyleOption(&option);
+  const QRect handle = style()->subControlRect(QStyle::CC_Slider, &option, QStyle::SC_SliderHandle, this);
+  if (event->button() == Qt::LeftButton && !handle.contains(event->pos())) {
+    setSliderPosition(value_at(event->pos().x()));
+    triggerAction(SliderMove);
+  }
+  QSlider::mousePressEvent(event);  // the handle under the cursor can be dragged
 }
 
 void MarkedSlider::paintEvent(QPaintEvent* event) {
@@ -75,7 +101,6 @@ void MarkedSlider::paintEvent(QPaintEvent* event) {
 bool MarkedSlider::event(QEvent* event) {
   if (event->type() != QEvent::ToolTip) return QSlider::event(event);
   auto* help = static_cast<QHelpEvent*>(event);
-  constexpr double k_near = 5;  // pixels
   QStringList texts;
   for (const Mark& mark : marks_)
     if (std::abs(x_of(mark.value) - help->pos().x()) < k_near && texts.size() < 6)

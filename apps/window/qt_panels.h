@@ -26,7 +26,8 @@ class ForceBar : public QWidget {
   double force_ = 0, limit_ = 8, peak_ = 0;
 };
 
-/// A horizontal slider with marks of events: amber, or red for dangers. Tool tips show the texts of marks.
+/// A horizontal slider with marks of events: amber, or red for dangers. Tool tips show the texts of marks. A
+/// click moves the handle to its position, or to a mark next to it.
 class MarkedSlider : public QSlider {
   Q_OBJECT
 
@@ -39,14 +40,17 @@ class MarkedSlider : public QSlider {
  protected:
   void paintEvent(QPaintEvent* event) override;
   bool event(QEvent* event) override;
+  void mousePressEvent(QMouseEvent* event) override;
 
  private:
+  static constexpr double k_near = 5;  // pixels around a mark
   struct Mark {
     int value;
     bool is_danger;
     QString text;
   };
   double x_of(int value) const;
+  int value_at(double x) const;
   std::vector<Mark> marks_;
 };
 

@@ -420,7 +420,10 @@ void MainWindow::show_state() {
     session_time_->setText(
         QString("%1 / %2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
     servo_->setText(QString("replay at %1 Hz").arg(options_.rate_hz, 0, 'f', 0));
-    fault_->setText(record.faults & haptics::k_latched_faults ? "\u26a0 the force was off at this time" : "");
+    const double share = viewport()->drawn_share();
+    fault_->setText(record.faults & haptics::k_latched_faults ? tr("\u26a0 the force was off at this time")
+                    : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
+                                : "");
   }
 }
 

@@ -88,6 +88,46 @@ TEST_F(GuidedWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
 }
 
+/// Between two laminae an idle tool rests on the cord. It does not go through it to the vertebral body.
+TEST_F(GuidedWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
+  for (const bool is_kerrison : {true, false}) {
+    SCOPED_TRACE(is_kerrison);
+    open("spine", is_kerrison ? rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 4, .opening = 12})
+                              : drilling::burr({.diameter = 4}));
+    QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+    QTest::qWait(200);
+    const auto entries = [&] {
+      std::int64_t sum = 0;
+      for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
+      return sum;
+    };
+    const sim::Engine start = held_->engine();
+    int crossings = 0;  // rays that meet bone only behind a structure
+    for (const double z : {14.5, 17.5})
+      for (const double x : {-5.0, -2.0, 3.0, 6.0}) {
+        const dvec3 gap(x, 43, z);
+        point_at(gap);
+        const std::uint64_t tick = hand().state().newest.tick;
+        ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 300; }));
+        const glm::dvec2 pixel = hand().viewport().project(gap);
+        const Ray ray = hand().viewport().ray_at(pixel.x, pixel.y);
+        const double bone = hand().viewport().distance_to_solid(*hand().version(), ray);
+        bool is_crossed = false;
+        for (double along = 0; along < bone; along += 1)
+          for (const auto& structure : start.forbidden())
+            is_crossed = is_crossed || structure->clearance({ray.origin + along * ray.direction, 0}) < 0;
+        crossings += is_crossed;
+        EXPECT_EQ(entries(), 0) << x << " " << z;
+      }
+    EXPECT_GE(crossings, 3);
+    keep(*window_, is_kerrison ? "kerrison-over-cord" : "burr-over-cord");
+    // The bone is touched as before.
+    point_at({0, 43, 30});
+    EXPECT_TRUE(reaches([&] { return hand().state().newest.has_contact; }));
+    window_.reset();
+  }
+}
+
 TEST_F(GuidedWindow, APerforatorTouchesAndDrillsOnSlopes) {
   open("head", drilling::burr({.diameter = 6}));
   hand().take_instrument(drilling::perforator({}).parameters);

@@ -52,6 +52,16 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_GT(late, 1);
   EXPECT_GT(glm::length(window.replay()->record().force_world), 0);
   keep(window, "replay");
+  // A click seeks to its position, or to a mark next to it.
+  auto* slider = child<QSlider>(window, "session_time");
+  const auto click_at = [&](double share, int pixels) {
+    QTest::mouseClick(slider, Qt::LeftButton, {},
+                      {static_cast<int>(share * slider->width()) + pixels, slider->height() / 2});
+    return window.replay()->seconds();
+  };
+  EXPECT_NEAR(click_at(0.75, 0), 1.5, 0.05);
+  EXPECT_NEAR(click_at(0.25, 0), 0.5, 0.05);
+  EXPECT_NEAR(click_at(0.5, 4), 1.0, 0.0015) << "the mark";
   EXPECT_FALSE(window.replay()->seek(0.3).has_value());
   EXPECT_LT(window.replay()->engine().removed_mm3(), late);
   EXPECT_TRUE(QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->isHidden(); }, 5000));

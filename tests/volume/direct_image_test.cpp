@@ -1,6 +1,7 @@
 // Direct volume rendering: against every sample of every ray in double precision, and against closed forms.
 #include "volume/imaging/direct_image.h"
 
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -305,6 +306,87 @@ TEST(DirectImage, ThinLayersShowNoRings) {
   std::printf("opacity within %.3f of fine steps; by samples alone %.3f\n", worst, planted);
   EXPECT_LT(worst, 0.05);
   EXPECT_GT(planted, 0.2);
+}
+
+/// Red of one ray whose layers are shaded by the gradient at their middle, with the lamp behind the camera.
+/// `start`: mm along the ray, in air.
+double shaded_at_middles(const BruteForceRay& twin, const Camera::Ray& ray, double start, double colour) {
+  const Volume& scan = twin.scan;
+  const auto value = [&](const dvec3& world) { return twin.value(scan.frame.volume_from_world(world)); };
+  double red = 0, passed = 1;
+  for (double t = start; t < start + 40 && passed > 0.005; t += twin.step) {
+    const double first = value(ray.from + t * ray.along),
+                 second = value(ray.from + (t + twin.step) * ray.along);
+    double depth = 0;
+    for (int part = 0; part < 16; ++part)
+      depth -= twin.step / 16 * std::log(twin.passes(first + (second - first) * (part + 0.5) / 16));
+    const dvec3 middle = ray.from + (t + 0.5 * twin.step) * ray.along;
+    dvec3 g(0);
+    for (int a = 0; a < 3; ++a) {
+      dvec3 h(0);
+      h[a] = 0.3;
+      g[a] = value(middle + h) - value(middle - h);
+    }
+    const double size = glm::length(g);
+    // The same lamp for all rays: it changes the brightness, not its rings.
+    const double brightness = size > 0.6 ? 0.22 + 0.78 * std::abs(glm::dot(g / size, ray.along)) : 0.7;
+    const double share = passed * (1 - std::exp(-depth));
+    red += share * colour * brightness;
+    passed -= share;
+  }
+  return red;
+}
+
+/// Inside uniform bone the gradient vanishes: the depth at which it does must not show as rings. Rings move
+/// with the first sample of the rays; their amplitude is the deviation from the mean over its positions.
+TEST(DirectImage, ShadingOfUniformBoneShowsNoRings) {
+  const auto scan = scan_of({80, 80, 80}, dmat3(0.5), [](const dvec3& p) {
+    return -1000 + 2200 * std::clamp((14 - glm::length(p)) / 1.0 + 0.5, 0.0, 1.0);
+  });
+  const dvec3 colour(0.8);
+  const TransferFunction bone{{150, colour, 0}, {300, colour, 0.3}, {1200, colour, 0.9}};
+  DirectImage image(scan, 2);
+  image.set_transfer_function(bone);
+  const Version untouched(scan);
+  RaycastRequest request;
+  request.camera = camera_at({10, -300, 20}, 60, 20);
+  const double step = image.default_step_mm();
+  const BruteForceRay twin{*scan, untouched, bone, request, step};
+  constexpr int k_shifts = 6, k_every = 6, k_pixels = 60;
+  constexpr double k_start = 18;  // mm from the centre, in air
+  std::vector<std::array<double, k_shifts>> drawn, middles;
+  for (int shift = 0; shift < k_shifts; ++shift) {
+    const double height = k_start - shift * step / k_shifts;
+    request.openings.plane = Openings::Plane{-height * request.camera.forward, -request.camera.forward};
+    std::vector<DirectPixel> pixels(k_pixels * k_pixels);
+    image.draw(request, untouched, {}, 2, pixels);
+    drawn.resize(pixels.size());
+    for (std::size_t n = 0; n < pixels.size(); ++n)
+      drawn[n][static_cast<std::size_t>(shift)] = static_cast<double>(pixels[n].red);
+    std::size_t at = 0;
+    for (int j = 0; j < k_pixels; j += k_every)
+      for (int i = 0; i < k_pixels; i += k_every, ++at) {
+        const Camera::Ray ray = request.camera.ray(i, j);
+        const double cosine = glm::dot(ray.along, request.camera.forward),
+                     start = (request.camera.distance - height) / cosine;
+        middles.resize(std::max(middles.size(), at + 1));
+        middles[at][static_cast<std::size_t>(shift)] = shaded_at_middles(twin, ray, start, colour.x);
+      }
+  }
+  const auto amplitude = [](const std::vector<std::array<double, k_shifts>>& all) {
+    double square = 0;
+    for (const auto& pixel : all) {
+      double mean = 0;
+      for (const double red : pixel) mean += red / k_shifts;
+      for (const double red : pixel)
+        square += (red - mean) * (red - mean) / k_shifts / static_cast<double>(all.size());
+    }
+    return std::sqrt(square);
+  };
+  std::printf("rings of %.4f (rms); by the gradient at the middle %.4f\n", amplitude(drawn),
+              amplitude(middles));
+  EXPECT_LT(amplitude(drawn), 0.004);
+  EXPECT_GT(amplitude(middles), 0.01);  // planted
 }
 
 TEST(DirectImage, ChecksTransferFunctionsAndFindsTheirWindows) {

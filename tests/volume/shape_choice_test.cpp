@@ -300,6 +300,25 @@ TEST(PartsOutsideTheBody, StayIfTheyTouchItOrIfThereIsNoTissue) {
   EXPECT_EQ(omit_parts_outside_body(uncalibrated, Shape{}, removed).value(), uncalibrated);
 }
 
+/// The edge of a table has few voxels and is long; a short splinter stays.
+TEST(PartsOutsideTheBody, AreOmittedIfTheyAreLong) {
+  for (const int slices : {24, 16}) {  // 60 and 40 mm
+    const auto scan = head_in_holder(-950);
+    for (int z = 0; z < 25; ++z)
+      for (int y = 0; y < 71; ++y)
+        for (int x = 0; x < 61; ++x) {
+          std::int16_t& value = scan->voxels[scan->index(x, y, z)];
+          if (y >= 60) value = y == 70 && x == 30 && z < slices ? 600 : -1000;
+          if (glm::length(glm::dvec3(x - 30, y - 30, 2.5 * (z - 12))) <= 12) value = 900;  // no cavity
+        }
+    ShapeParts removed;
+    const auto kept = omit_parts_outside_body(scan, Shape{}, removed).value();
+    EXPECT_LT(200 * slices, parts_of(scan, Shape{}).largest) << "few voxels";
+    EXPECT_EQ(removed.count, slices == 24);
+    EXPECT_EQ(kept->window_voxels()[kept->index(30, 70, 5)], slices == 24 ? -1000 : 600);
+  }
+}
+
 TEST(PartsOutsideTheBody, OfAnySizeAreOmittedOnRequest) {
   const auto scan = head_in_holder(-950);
   for (int y = 60; y < 71; ++y)

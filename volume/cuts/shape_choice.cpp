@@ -293,10 +293,16 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
   const SolidParts parts = find_parts(volume, shape);
   int largest = 0;
   const ShapeParts all = summary_of(parts, largest);
-  const auto is_enough = [&](const ShapeParts& p) {
-    return size == PartSize::any ? p.second > 0 : p.is_other_large();
+  // A long part, such as the thin edge of a table, is visible even if it has few voxels.
+  constexpr double k_long = 50;  // mm
+  const auto is_large = [&](const SolidParts::Part& part) {
+    const glm::dvec3 sides = glm::dvec3(part.box.high - part.box.low + 1) * volume->frame.spacing();
+    return size == PartSize::any || 200 * part.samples >= all.largest ||
+           std::max({sides.x, sides.y, sides.z}) >= k_long;
   };
-  if (!is_enough(all)) return volume;
+  int large_parts = 0;
+  for (const SolidParts::Part& part : parts.parts()) large_parts += is_large(part);
+  if (all.count < 2 || large_parts < 2) return volume;  // the largest is one of them
   // Every part of the shape is in one part of the tissue.
   Shape tissue = shape;
   tissue.low = k_tissue, tissue.high = std::numeric_limits<double>::infinity();
@@ -317,13 +323,15 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
   std::vector<bool> is_kept(parts.parts().size(), true);
   ShapeParts outside;
   outside.largest = all.largest;
+  bool has_large = false;
   for (std::size_t p = 0; p < is_kept.size(); ++p) {
     is_kept[p] = body_of(static_cast<int>(p)) == body;
     if (is_kept[p]) continue;
+    has_large = has_large || is_large(parts.parts()[p]);
     outside.others += parts.parts()[p].samples, ++outside.count;
     outside.second = std::max(outside.second, parts.parts()[p].samples);
   }
-  if (!is_enough(outside)) return volume;
+  if (!has_large) return volume;
   Result<Volume> copy = with_parts(*volume, shape, parts, is_kept);
   if (!copy) return copy.error();
   removed = outside;

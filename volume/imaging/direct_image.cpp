@@ -86,7 +86,7 @@ bool DirectImage::is_visible(int low, int high) const noexcept {
 
 void DirectImage::set_transfer_function(const TransferFunction& function, int threads) {
   table_.resize(k_values), sums_.resize(k_values), visible_below_.assign(k_values + 1, 0);
-  std::array<double, 4> sum{};
+  std::array<double, 5> sum{};
   for (int i = 0; i < k_values; ++i) {
     const auto [colour, opacity] = evaluate(function, k_lowest + i);
     const double attenuation = -deterministic_log(std::max(1e-6, 1 - opacity));
@@ -96,6 +96,7 @@ void DirectImage::set_transfer_function(const TransferFunction& function, int th
     sums_[n] = sum;
     for (std::size_t c = 0; c < 4; ++c)
       sum[c] += static_cast<double>(table_[n][3]) * (c < 3 ? static_cast<double>(table_[n][c]) : 1.0);
+    sum[4] += static_cast<double>(table_[n][3]) * (i + 0.5);
     visible_below_[n + 1] = visible_below_[n] + (opacity > 0);
   }
   cells_.assign(low_.size(), 0);

@@ -131,8 +131,12 @@ class DirectImage {
   void measure_leaps();
   bool is_visible(int low, int high) const noexcept;  ///< true if any value low .. high is
   static std::size_t entry_of(float value) noexcept;  ///< of table_
-  /// Mean colour and attenuation per mm of a layer in which the values change linearly.
-  std::array<float, 4> mean_of(float first, float second) const noexcept;
+  /// Layer in which the values change linearly.
+  struct Layer {
+    std::array<float, 4> mean{};  ///< colour, and attenuation per mm
+    float position = 0.5F;        ///< of the centre of its attenuation, as a share of the layer
+  };
+  Layer layer_of(float first, float second) const noexcept;
   /// 1 - e^-depth: opacity of a layer by its optical depth.
   float opacity_of(float depth) const noexcept;
 
@@ -144,8 +148,9 @@ class DirectImage {
   std::vector<std::uint8_t> leaps_;           ///< per block: chessboard distance to the nearest visible block
   std::vector<std::uint32_t> visible_below_;  ///< per value: number of lower visible values
   std::vector<std::array<float, 4>> table_;   ///< per value: colour, and attenuation per mm
-  std::vector<std::array<double, 4>> sums_;   ///< per value: sums of table_ below it, colours weighted
-  std::vector<float> transmissions_;          ///< table of e^-x
+  /// Per value: sums of table_ below it, colours weighted, and of attenuation times value.
+  std::vector<std::array<double, 5>> sums_;
+  std::vector<float> transmissions_;  ///< table of e^-x
   std::vector<LabelAppearance> labels_;
   std::vector<std::uint8_t> near_labels_;  ///< per voxel: label within k_blur voxels; empty without labels_
   std::int16_t air_ = 0;

@@ -28,28 +28,32 @@ std::size_t DirectImage::entry_of(float value) noexcept {
   return static_cast<std::size_t>(static_cast<int>(value + (0.5F - k_lowest)));
 }
 
-std::array<float, 4> DirectImage::mean_of(float first, float second) const noexcept {
+DirectImage::Layer DirectImage::layer_of(float first, float second) const noexcept {
   const std::size_t i = entry_of(first), k = entry_of(second);
   // Values so near to each other need no integral.
   constexpr std::size_t k_near = 3;
-  if (i - k + k_near <= 2 * k_near) return table_[(i + k) / 2];
+  if (i - k + k_near <= 2 * k_near) return {table_[(i + k) / 2], 0.5F};
   if (!is_visible(static_cast<int>(std::min(i, k)) + k_lowest, static_cast<int>(std::max(i, k)) + k_lowest))
     return {};
-  // Integrals of attenuation and of attenuation times colour from the lowest value.
-  const auto integral = [this](std::size_t n, float value) {
-    const double share = static_cast<double>(value) + 0.5 - k_lowest - static_cast<double>(n);
-    std::array<double, 4> result = sums_[n];
+  // Integrals from the lowest value: attenuation times colour, attenuation, and attenuation times value.
+  const double low = static_cast<double>(first) + 0.5 - k_lowest,
+               high = static_cast<double>(second) + 0.5 - k_lowest;
+  const auto integral = [this](std::size_t n, double value) {
+    const double share = value - static_cast<double>(n);
+    std::array<double, 5> result = sums_[n];
     const double attenuation = share * static_cast<double>(table_[n][3]);
     for (std::size_t c = 0; c < 4; ++c)
       result[c] += attenuation * (c < 3 ? static_cast<double>(table_[n][c]) : 1.0);
+    result[4] += attenuation * (static_cast<double>(n) + 0.5 * share);
     return result;
   };
-  const std::array<double, 4> from = integral(i, first), to = integral(k, second);
+  const std::array<double, 5> from = integral(i, low), to = integral(k, high);
   const double matter = to[3] - from[3];
   if (matter == 0) return {};
-  return {static_cast<float>((to[0] - from[0]) / matter), static_cast<float>((to[1] - from[1]) / matter),
-          static_cast<float>((to[2] - from[2]) / matter),
-          static_cast<float>(matter / (static_cast<double>(second) - static_cast<double>(first)))};
+  const double change = high - low, middle = (to[4] - from[4]) / matter;
+  return {{static_cast<float>((to[0] - from[0]) / matter), static_cast<float>((to[1] - from[1]) / matter),
+           static_cast<float>((to[2] - from[2]) / matter), static_cast<float>(matter / change)},
+          static_cast<float>(std::clamp((middle - low) / change, 0.0, 1.0))};
 }
 
 float DirectImage::opacity_of(float depth) const noexcept {
@@ -71,6 +75,7 @@ struct DirectImage::Cast {
   glm::dmat3 gradient_world;  // converts a gradient from per voxel to per mm
   bool has_labels;
   double face_depth;  // mm along the ray; matter to this depth behind an opening is shaded as its face
+  double fade_mm;     // length of the mean gradient along a ray
   const std::int16_t* voxels;
   ivec3 last_cell;                        // highest first voxel of a cell
   std::ptrdiff_t row, slice;              // strides along y and z
@@ -101,18 +106,13 @@ struct DirectImage::Cast {
         static_cast<float>(std::clamp(0.5 + 0.5 * version.distance(dvec3(p)) / edge_mm, 0.0, 1.0));
     return image.air_ + kept * (uncut - image.air_);
   }
-  /// Brightness of a point, 0.22 to 1.2, by the gradient of the values.
-  float brightness(const vec3& p, bool is_cut, const vec3& toward_camera,
-                   const vec3& toward_lamp) const noexcept {
+  /// Gradient of the values, per mm, world.
+  vec3 gradient(const vec3& p, bool is_cut) const noexcept {
     constexpr float h = 0.6F;  // voxels
     const vec3 by_voxels(value(p + vec3(h, 0, 0), is_cut) - value(p - vec3(h, 0, 0), is_cut),
                          value(p + vec3(0, h, 0), is_cut) - value(p - vec3(0, h, 0), is_cut),
                          value(p + vec3(0, 0, h), is_cut) - value(p - vec3(0, 0, h), is_cut));
-    const vec3 g = vec3(gradient_world * dvec3(by_voxels));
-    const float size = std::sqrt(glm::dot(g, g));
-    if (!(size > 1)) return 0.7F;
-    const vec3 n = g / -size;  // points out of the denser matter
-    return shade(glm::dot(n, toward_camera) < 0 ? -n : n, toward_camera, toward_lamp);
+    return vec3(gradient_world * dvec3(by_voxels));
   }
   /// Brightness of a surface with normal n: constant, diffuse, viewer-facing and specular terms.
   static float shade(const vec3& n, const vec3& toward_camera, const vec3& toward_lamp) noexcept {
@@ -139,6 +139,8 @@ struct DirectImage::Cast {
     vec3 toward_camera, toward_lamp;
     DirectPixel pixel;
     Counters* count;
+    vec3 gradient{0};        // mean over the last fade_mm
+    double measured_at = 0;  // mm along the ray
     bool is_opaque() const noexcept { return pixel.opacity > k_full; }
   };
 
@@ -202,6 +204,9 @@ struct DirectImage::Cast {
     return value(clamped(p), image.is_cut_[block_of(voxel_of(p))] != 0);
   }
 
+  /// Brightness of the layer at p, `at` mm along the ray, 0.22 to 1.2, by the mean gradient. The gradient at
+  /// p alone vanishes inside uniform bone, at a depth that would show as rings.
+  float brightness(const dvec3& p, double at, Progress& progress) const noexcept;
   DirectPixel cast(int i, int j, double wall, Counters& count) const noexcept;
   /// Adds the matter of a visible range. `face`: where the range begins, if matter is cut open there.
   void march(const Range& range, Face face, Progress& progress) const noexcept;
@@ -209,6 +214,19 @@ struct DirectImage::Cast {
   void add_layer(const Range& range, float first, float second, const Face& face,
                  Progress& progress) const noexcept;
 };
+
+float DirectImage::Cast::brightness(const dvec3& p, double at, Progress& progress) const noexcept {
+  vec3 g = gradient(clamped(p), image.is_cut_[block_of(voxel_of(p))] != 0);
+  if (glm::dot(g, progress.gradient) < 0) g = -g;  // both sides of a wall have one direction
+  const auto passed = static_cast<float>((at - progress.measured_at) / fade_mm);
+  progress.measured_at = at;
+  progress.gradient = g + progress.gradient / (1 + passed + 0.5F * passed * passed);  // about e^-passed
+  const float size = std::sqrt(glm::dot(progress.gradient, progress.gradient));
+  if (!(size > 1)) return 0.7F;
+  const vec3 n = progress.gradient / -size;  // points out of the denser matter
+  return shade(glm::dot(n, progress.toward_camera) < 0 ? -n : n, progress.toward_camera,
+               progress.toward_lamp);
+}
 
 DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) const noexcept {
   Progress progress{.ray = request.camera.ray(i, j),
@@ -323,11 +341,11 @@ void DirectImage::Cast::march(const Range& range, Face face, Progress& progress)
 
 void DirectImage::Cast::add_layer(const Range& range, float first, float second, const Face& face,
                                   Progress& progress) const noexcept {
-  const std::array<float, 4> matter = image.mean_of(first, second);
+  const auto [matter, position] = image.layer_of(first, second);
   float attenuation = matter[3];
   if (!(attenuation > 0)) return;
-  const double middle = 0.5 * (range.from + range.to);
-  const dvec3 p = progress.from + middle * progress.along;
+  const double at = range.from + static_cast<double>(position) * (range.to - range.from);
+  const dvec3 p = progress.from + at * progress.along;
   vec3 colour(matter[0], matter[1], matter[2]);
   if (has_labels) {
     const ivec3 v = glm::clamp(ivec3(glm::floor(p + 0.5)), ivec3(0), scan.size - 1);
@@ -346,15 +364,14 @@ void DirectImage::Cast::add_layer(const Range& range, float first, float second,
     colour *= request.is_shaded ? 0.7F : 1.0F;
   } else {
     ++progress.count->shaded;
-    colour *= middle < face.end ? shade(face.normal, progress.toward_camera, progress.toward_lamp)
-                                : brightness(clamped(p), image.is_cut_[block_of(voxel_of(p))] != 0,
-                                             progress.toward_camera, progress.toward_lamp);
+    colour *= at < face.end ? shade(face.normal, progress.toward_camera, progress.toward_lamp)
+                            : brightness(p, at, progress);
   }
   pixel.red += share * std::min(1.0F, colour.x);
   pixel.green += share * std::min(1.0F, colour.y);
   pixel.blue += share * std::min(1.0F, colour.z);
   pixel.opacity += share;
-  if (pixel.depth == 0 && pixel.opacity >= 0.5F) pixel.depth = static_cast<float>(middle);
+  if (pixel.depth == 0 && pixel.opacity >= 0.5F) pixel.depth = static_cast<float>(at);
 }
 
 void DirectImage::draw(const RaycastRequest& request, const Version& version,
@@ -382,6 +399,7 @@ void DirectImage::draw(const RaycastRequest& request, const Version& version,
                   gradient_world,
                   !near_labels_.empty(),
                   1.5 * std::min({mm.x, mm.y, mm.z}),
+                  std::min({mm.x, mm.y, mm.z}),
                   scan_->window_voxels().data(),
                   glm::max(scan_->size - 2, ivec3(0)),
                   row,
