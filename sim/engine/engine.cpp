@@ -107,7 +107,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
 Outcome Engine::apply(const Command& command) {
   Outcome outcome;
   const CoreCommand* core = command.request.is_empty() ? nullptr : find_core_command(command.request.type());
-  are_initial_commands_due_ = false;
+  if (!command.request.as<Resume>()) are_initial_commands_due_ = false;
   outcome.refused = check(command, core);
   if (!outcome.refused && (outcome.refused = check_step(command, core))) record_refusal(command, outcome);
   if (outcome.refused) {

@@ -64,7 +64,7 @@ class Engine {
   /// Returns the reason why apply() would refuse a command in the current state; empty if it would not.
   Status reason_to_refuse(const Command& command) const;
   /// Returns the commands that the first step of the procedure issues, for the driver to apply. Empty after
-  /// the first call, tick or command, and in an operation that is restored.
+  /// the first call, tick or command other than Resume, and in an operation that is restored.
   std::vector<Command> take_initial_commands();
 
   // ---- data for servos ----

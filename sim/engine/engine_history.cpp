@@ -24,7 +24,7 @@ struct HistoryCommands {
     return state.value().world.bodies.empty() ? Status() : engine.check_room_for_bodies();
   }
 
-  /// Returns the entry to which undo goes; null if there is none.
+  /// Returns the entry to which undo goes; null if nothing can be undone.
   static const HistoryEntry* undo_target(const Engine& engine) {
     if (!engine.can_undo()) return nullptr;
     // A stroke that changed something will end first.
@@ -137,7 +137,8 @@ std::span<const CoreCommand> history_commands() noexcept {
       core_command<BeginBranch, &Group::begin_branch, &Group::check_begin_branch>(k_history),
       core_command<SwitchBranch, &Group::switch_branch, &Group::check_switch_branch>(k_history),
       core_command<Note, nullptr>({.step_rule = StepRule::every_step}),
-      core_command<Resume, &Group::resume>({.is_for_users = false, .is_guarded = false})};
+      core_command<Resume, &Group::resume>(
+          {.is_for_users = false, .is_guarded = false, .causes_transitions = false})};
   return all;
 }
 

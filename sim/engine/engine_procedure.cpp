@@ -150,11 +150,8 @@ Status Engine::check_request(const GoToStep& request) const {
 
 /// Emits the event of a refusal, which the session records with its command.
 void Engine::record_refusal(const Command& command, Outcome& outcome) {
-  std::string request(command.request.name());
-  if (const auto* step = command.request.as<GoToStep>()) request = step->step;
-  if (const auto* take = command.request.as<TakeInstrument>()) request = take->instrument;
   pending_events_.push_back({now_.next_tick, command.hand, glm::dvec3(0),
-                             StepRefused{step().name, std::move(request), reason_of(*outcome.refused)}});
+                             StepRefused{step().name, request_name(command), reason_of(*outcome.refused)}});
   outcome.is_refusal_recorded = true;
   handle_events(outcome, {now_.next_tick, command.hand, {}, StepCause::When::never});
 }

@@ -21,7 +21,7 @@ Error at(const std::string& where, Error error) {
 
 std::string place_of(const ProcedureStep& step) { return "step " + step.name; }
 
-/// Returns false for undo, branches and requests of a step, which cause no transitions.
+/// Returns false for undo, branches, resume and requests of a step, which cause no transitions.
 bool causes_transitions(const ValueType& type) {
   const CoreCommand* core = find_core_command(type);
   return core == nullptr || core->causes_transitions;

@@ -107,16 +107,18 @@ Status check_has_request(const ProcedureStep& step, const std::string& name) {
                      joined_names(known, "a step that begins without a request"));
 }
 
-std::string limits_of(const StepCondition& condition) {
-  std::string text;
-  if (condition.minimum) text = "at least " + text_of(*condition.minimum);
-  if (condition.maximum)
-    text.append(text.empty() ? "at most " : " and at most ").append(text_of(*condition.maximum));
-  return text;
+std::string request_name(const Command& command) {
+  if (const auto* step = command.request.as<GoToStep>()) return step->step;
+  if (const auto* take = command.request.as<TakeInstrument>()) return take->instrument;
+  return std::string(command.request.name());
 }
 
 std::string words_of(const StepCondition& condition) {
-  return condition.measurement + " " + limits_of(condition);
+  std::string text = condition.measurement;
+  if (condition.minimum) text += " at least " + text_of(*condition.minimum);
+  if (condition.maximum)
+    text.append(condition.minimum ? " and" : "").append(" at most ").append(text_of(*condition.maximum));
+  return text;
 }
 
 std::string joined_names(const std::vector<std::string>& names, const char* none) {

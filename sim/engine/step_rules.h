@@ -28,10 +28,11 @@ Status check_command(const volume::SurgicalProcedure& procedure, const volume::P
 /// Returns an error unless a transition on request leads from the step to one of this name.
 Status check_has_request(const volume::ProcedureStep& step, const std::string& name);
 
+/// Returns the name by which StepRefused refers to a command: of an instrument, the next step or the command.
+std::string request_name(const Command& command);
+
 /// Returns "removed_mm3 at least 100 and at most 200".
 std::string words_of(const volume::StepCondition& condition);
-/// Returns the limits alone: "at least 100 and at most 200".
-std::string limits_of(const volume::StepCondition& condition);
 /// Returns "burr, perforator"; `none` if the list is empty.
 std::string joined_names(const std::vector<std::string>& names, const char* none);
 

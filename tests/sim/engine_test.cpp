@@ -315,7 +315,7 @@ TEST(Engine, AGuardRefusesRequestsButNotDerivedData) {
 }
 
 TEST(Engine, CommandsOfEveryEngineAreRowsOfOneTable) {
-  std::string all, of_drivers, unguarded, unheard, settings;
+  std::string all, of_drivers, unguarded, unheard, settings, in_every_step, named, without_transition;
   for (const CoreCommand& row : core_commands()) {
     const std::string name = std::string(row.type->schema->name) + ' ';
     EXPECT_EQ(find_core_command(*row.type), &row) << name;
@@ -324,6 +324,9 @@ TEST(Engine, CommandsOfEveryEngineAreRowsOfOneTable) {
     if (!row.is_guarded) unguarded += name;
     if (!row.is_heard) unheard += name;
     if (row.restore) settings += name;
+    if (row.step_rule == StepRule::every_step) in_every_step += name;
+    if (row.step_rule == StepRule::named) named += name;
+    if (!row.causes_transitions) without_transition += name;
   }
   EXPECT_EQ(all,
             "undo redo begin-branch switch-branch note resume remove-instrument switch-item place-model "
@@ -333,6 +336,11 @@ TEST(Engine, CommandsOfEveryEngineAreRowsOfOneTable) {
   EXPECT_EQ(unguarded, "resume adopt adopt-job ");
   EXPECT_EQ(unheard, "adopt adopt-job ");
   EXPECT_EQ(settings, "switch-item place-model set-effect adopt ");
+  EXPECT_EQ(in_every_step,
+            "undo redo begin-branch switch-branch note remove-instrument free-pieces release-body cancel-job "
+            "go-to-step ");
+  EXPECT_EQ(named, "switch-item place-model set-effect tool-geometry place-body discard-body ");
+  EXPECT_EQ(without_transition, "undo redo begin-branch switch-branch resume go-to-step ");
   EXPECT_EQ(find_core_command(value_type<drilling::Burr>()), nullptr);
 }
 

@@ -2,11 +2,9 @@
 #include "sim/drivers/replay.h"
 
 #include <deque>
-#include <fstream>
 #include <random>
 #include <utility>
 
-#include "sim/session/packed.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
@@ -79,19 +77,7 @@ void write_session_with(PlantedFault planted, const std::string& path) {
   items.add(HashItem{edits.serial(),
                      edits.current()->content_hash() ^ (planted == PlantedFault::voxels ? 1u : 0u)});
   const std::string log = forged_bytes + items.take().substr(true_bytes.size());
-  std::string bytes(k_session_magic);
-  const std::uint32_t layout[2] = {k_session_layout, 0};
-  bytes.append(reinterpret_cast<const char*>(layout), sizeof layout);
-  std::uint64_t number = 0;
-  for (const auto& [kind, payload] :
-       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, packed(log))}) {
-    const BlockHead head{k_block_magic, static_cast<std::uint32_t>(kind), number++, 0, payload.size()};
-    const std::uint64_t check = block_checksum(head, payload);
-    bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
-    bytes += payload;
-    bytes.append(reinterpret_cast<const char*>(&check), sizeof check);
-  }
-  std::ofstream(path, std::ios::binary) << bytes;
+  write_session(path, header, log);
 }
 
 TEST(Replay, EveryPlantedFaultIsDetected) {

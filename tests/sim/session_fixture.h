@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <memory>
@@ -16,6 +17,7 @@
 #include "modules/drilling/burr.h"
 #include "sim/drivers/lockstep.h"
 #include "sim/drivers/replay.h"
+#include "sim/session/packed.h"
 #include "sim/session/session_writer.h"
 
 namespace trephine::sim {
@@ -68,6 +70,23 @@ struct Bench {
     return std::move(result).value();
   }
 };
+
+/// Writes a session without an end: its header, and one block of the log.
+inline void write_session(const std::string& path, const SessionHeader& header, const std::string& log) {
+  std::string bytes(k_session_magic);
+  const std::uint32_t layout[2] = {k_session_layout, 0};
+  bytes.append(reinterpret_cast<const char*>(layout), sizeof layout);
+  std::uint64_t number = 0;
+  for (const auto& [kind, payload] :
+       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, packed(log))}) {
+    const BlockHead head{k_block_magic, static_cast<std::uint32_t>(kind), number++, 0, payload.size()};
+    const std::uint64_t check = block_checksum(head, payload);
+    bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
+    bytes += payload;
+    bytes.append(reinterpret_cast<const char*>(&check), sizeof check);
+  }
+  std::ofstream(path, std::ios::binary) << bytes;
+}
 
 struct Verdict {
   std::optional<Mismatch> mismatch;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <sstream>
+#include <utility>
 
 #include "apps/cli/commands.h"
 #include "apps/cli/commands/frame_json.h"
@@ -44,6 +45,7 @@ Result<Outcome> describe_session(const std::string& path) {
   double strongest = 0;
   std::int64_t units = 0;
   bool has_last = false;
+  std::uint64_t* counted = nullptr;  // the count to which the last command belongs
   const auto print_line = [&](std::uint64_t tick, int hand, const std::string& text) {
     events.push_back(
         {{"after_seconds", static_cast<double>(tick) / h.rate_hz}, {"hand", hand}, {"text", text}});
@@ -54,6 +56,7 @@ Result<Outcome> describe_session(const std::string& path) {
     if (!read.value()) break;
     if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
       const haptics::ServoRecord& r = tick->record;
+      counted = nullptr;
       if (r.hand == 0) {
         if (has_last && r.tick > last) dropped += r.tick - last - 1;
         last = std::max(last, r.tick);
@@ -65,11 +68,13 @@ Result<Outcome> describe_session(const std::string& path) {
       strongest = std::max(strongest, glm::length(r.force_world));
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
       const sim::Value& request = command->command.request;
-      undos += request.as<sim::Undo>() != nullptr;
-      redos += request.as<sim::Redo>() != nullptr;
+      counted = request.as<sim::Undo>() ? &undos : request.as<sim::Redo>() ? &redos : nullptr;
+      if (counted) ++*counted;
       if (const auto* remark = request.as<sim::Note>()) print_line(last, command->command.hand, remark->text);
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
       print_line(event->event.tick, event->event.hand, workbench::describe_event(event->event).text);
+      // An undo causes no other refusal than its own.
+      if (counted && event->event.value.as<sim::StepRefused>()) --*std::exchange(counted, nullptr);
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       ++versions;
       units = version->removed_units;

@@ -6,6 +6,7 @@
 #include "apps/workbench/event_text.h"
 #include "data-tools/files/atomic_file.h"
 #include "modules/catalogue.h"
+#include "sim/engine/step_rules.h"
 
 namespace trephine::cli {
 
@@ -57,6 +58,7 @@ class Timeline {
                        std::string(request.name()).append(words.empty() ? "" : " ").append(words)});
       rows_.back().branch = branches_.back();
       open_command_ = rows_.size();
+      open_request_ = sim::request_name(command->command), branches_before_ = branches_;
       if (const auto* begin = request.as<sim::BeginBranch>()) branches_.push_back(begin->name);
       if (const auto* other = request.as<sim::SwitchBranch>()) {
         std::erase(branches_, other->name);
@@ -67,6 +69,8 @@ class Timeline {
       rows_.push_back({last_, unknown->is_command ? "command" : "event", 0,
                        types_[unknown->type].name + " (unknown to this program)"});
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
+      const auto* refusal = event->event.value.as<sim::StepRefused>();
+      if (refusal && open_command_ > 0 && refusal->request == open_request_) branches_ = branches_before_;
       rows_.push_back(
           {event->event.tick, "event", event->event.hand, workbench::describe_event(event->event).text});
       rows_.back().branch = branches_.back();
@@ -114,6 +118,8 @@ class Timeline {
   std::vector<Row> rows_;
   std::vector<bool> pressed_;
   std::vector<std::string> branches_{sim::Engine::k_first_branch};
+  std::string open_request_;                  ///< of the open command
+  std::vector<std::string> branches_before_;  ///< branches before it
   std::optional<Row> stroke_;
   std::size_t open_command_ = 0;  ///< index of the command's row plus one; 0: no open command
   std::uint64_t last_ = 0;
