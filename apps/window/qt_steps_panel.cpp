@@ -179,7 +179,10 @@ void StepsPanel::show_step(const StepGuide& guide) {
 }
 
 void StepsPanel::build_buttons(const StepGuide& guide) {
-  for (const Button& old : buttons_) old.button->deleteLater(), old.reason->deleteLater();
+  for (const Button& old : buttons_) {
+    delete old.button;
+    delete old.reason;
+  }
   buttons_.clear();
   for (const StepGuide::Next& next : guide.next()) {
     Button made{new WrappingButton(tr("Next: %1").arg(text_of(next.title))), make_text("")};
@@ -199,7 +202,7 @@ void StepsPanel::lay_out() {
   const int width = k_columns * fontMetrics().averageCharWidth();
   widget()->setMinimumWidth(width);
   const QLayout* rows = list_->widget()->layout();
-  list_->setMaximumHeight(rows->heightForWidth(std::max(width, list_->viewport()->width())));
+  list_->setMaximumHeight(std::max(1, rows->heightForWidth(std::max(width, list_->viewport()->width()))));
   list_->setMinimumHeight(std::min(list_->maximumHeight(), 4 * fontMetrics().height()));
   if (shown_step_ < 0) return;
   // Deferred until the rows have their heights.
@@ -210,7 +213,7 @@ void StepsPanel::lay_out() {
 
 void StepsPanel::resizeEvent(QResizeEvent* event) {
   QDockWidget::resizeEvent(event);
-  lay_out();
+  if (widget()) lay_out();
 }
 
 void StepsPanel::changeEvent(QEvent* event) {
