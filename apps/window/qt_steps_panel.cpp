@@ -28,6 +28,13 @@ QLabel* make_text(const char* name) {
   return label;
 }
 
+/// Sets the weight; the size remains that of the application.
+void set_bold(QLabel* label, bool is_bold) {
+  QFont font;
+  font.setBold(is_bold);
+  label->setFont(font);
+}
+
 /// Creates a scrolled column, which never scrolls sideways.
 QScrollArea* make_scrolled(const char* name, QWidget* contents) {
   auto* area = new QScrollArea;
@@ -83,7 +90,7 @@ StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* pare
   setObjectName("steps");
   setWindowTitle(procedure.title.empty() ? tr("Steps") : tr("Steps: %1").arg(text_of(procedure.title)));
   setFeatures(DockWidgetMovable);
-  title_->setStyleSheet("font-weight: bold");
+  set_bold(title_, true);
 
   auto* list = new QWidget;
   list->setObjectName("step_list");

@@ -9,7 +9,6 @@
 
 #include "apps/view/step_guide.h"
 
-class QGridLayout;
 class QLabel;
 class QScrollArea;
 class QVBoxLayout;
