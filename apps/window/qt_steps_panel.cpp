@@ -107,7 +107,7 @@ StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* pare
 
   auto* details = new QWidget;
   auto* column = new QVBoxLayout(details);
-  column->setContentsMargins(0, 0, 0, 0);
+  column->setContentsMargins(0, 0, 4, 0);
   column->addWidget(hint_);
   note_box_ = new QWidget;
   auto* note_column = new QVBoxLayout(note_box_);
@@ -126,6 +126,7 @@ StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* pare
 
   auto* panel = new QWidget;
   auto* whole = new QVBoxLayout(panel);
+  whole->setSpacing(10);
   whole->addWidget(title_);
   whole->addWidget(list_, 2);
   whole->addWidget(details_, 3);
@@ -163,7 +164,7 @@ void StepsPanel::show_rows(const StepGuide& guide) {
     const bool is_current = i == guide.index(), is_done = !is_current && guide.is_visited(i);
     const Row& row = rows_[i];
     row.mark->setText(is_current ? QString(QChar(0x25b6)) : is_done ? QString(QChar(0x2713)) : QString());
-    for (QLabel* label : {row.mark, row.title}) label->setStyleSheet(is_current ? "font-weight: bold" : "");
+    for (QLabel* label : {row.mark, row.title}) set_bold(label, is_current);
     row.title->setAccessibleName(is_current ? tr("Current step: %1").arg(row.title->text())
                                  : is_done  ? tr("Done: %1").arg(row.title->text())
                                             : tr("Later: %1").arg(row.title->text()));
