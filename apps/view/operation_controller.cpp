@@ -30,6 +30,14 @@ haptics::ServoOptions servo_options(const WindowOptions& options) {
   return servo;
 }
 
+/// True if events report the refusal, which then needs no further message.
+bool is_refusal_in(const std::vector<sim::Event>& events, const Error& refusal) {
+  return std::any_of(events.begin(), events.end(), [&](const sim::Event& event) {
+    const auto* refused = event.value.as<sim::StepRefused>();
+    return refused != nullptr && refused->reason.starts_with(refusal.what);
+  });
+}
+
 }  // namespace
 
 OperationController::OperationController(const haptics::TouchScene& scene, const WindowOptions& options,
@@ -48,6 +56,7 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
   untouched_ = haptics::untouched(scene);
   solids_ = haptics::solids_of(scene);
   guided_at_ = started_;
+  if (const auto& plan = live_.engine().now().plan; plan && !plan->procedure.is_empty()) steps_.emplace(plan);
   for (int i = 0; i < haptics::item_count(scene); ++i)
     if (const auto& depth = haptics::item_of(scene, i).depth; depth && depth->is_streamed()) scenery_ = i;
 }
@@ -145,7 +154,7 @@ void OperationController::collect_notices() {
     notices_.add({now, session_time(event.tick), text.level, std::move(text.text)});
     if (const auto* fault = event.value.as<sim::FaultEvent>()) report_.force_faults += !fault->is_cleared;
   }
-  if (state_.refused)
+  if (state_.refused && !is_refusal_in(state_.events, *state_.refused))
     notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,
                   "The command was refused: " + state_.refused->message()});
 }
@@ -194,6 +203,7 @@ void OperationController::frame() {
   if (state_.refused) refused_ = state_.refused->message();
   if (state_.refused) drop_point();
   collect_notices();
+  if (steps_) steps_->follow(live_, state_, seconds());
   restore_force();
   follow_taking();
   if (state_.job != job_) job_ = state_.job, job_started_ = seconds();

@@ -9,6 +9,7 @@
 
 #include "apps/view/mouse_device.h"
 #include "apps/view/notices.h"
+#include "apps/view/step_guide.h"
 #include "apps/view/tool_guide.h"
 #include "apps/view/view_window.h"
 #include "apps/view/viewport.h"
@@ -77,6 +78,12 @@ class OperationController {
   void take_instrument(sim::Value instrument);
   /// True while an instrument waits for its offset fields.
   bool is_changing_instrument() const noexcept { return !requested_tool_.is_empty(); }
+  /// Removes the instrument of the hand, which then only touches.
+  void remove_instrument() { apply(sim::RemoveInstrument()); }
+  /// Guide through the procedure of the plan; null without a procedure.
+  const StepGuide* steps() const noexcept { return steps_ ? &*steps_ : nullptr; }
+  /// Requests the next step of the procedure.
+  void go_to_step(const std::string& name) { apply(sim::GoToStep{name}); }
   /// Sends a command to a module.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
   /// Detaches pieces that were cut off the bone.
@@ -183,6 +190,7 @@ class OperationController {
   std::vector<volume::Field> solids_;  ///< shapes that count as bone
   Hold hold_ = Hold::surface;
   ToolGuide guide_;
+  std::optional<StepGuide> steps_;
   std::chrono::steady_clock::time_point guided_at_;
   bool is_over_bone_ = false;  ///< the cursor is over bone
   bool has_click_ = false;     ///< a press since the last frame, however short

@@ -109,6 +109,20 @@ bool MarkedSlider::event(QEvent* event) {
   return true;
 }
 
+FoldButton::FoldButton(const char* name, const QString& text, QWidget* parent) : QToolButton(parent) {
+  setObjectName(name);
+  setText(text);
+  setCheckable(true);
+  setArrowType(Qt::RightArrow);
+  setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  setAutoRaise(true);
+  setFocusPolicy(Qt::NoFocus);
+  connect(this, &QToolButton::toggled, this, [this](bool is_open) {
+    setArrowType(is_open ? Qt::DownArrow : Qt::RightArrow);
+    on_fold(is_open);
+  });
+}
+
 HelpOverlay::HelpOverlay(QWidget* parent) : QWidget(parent) {
   setObjectName("help_overlay");
   hide();
@@ -133,6 +147,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {QT_TR_NOOP("Ctrl+1"), QT_TR_NOOP("add an anchor of a bone flap at the touched position")},
       {QT_TR_NOOP("Shift + left,  G"), QT_TR_NOOP("drag an anchor; grasp or release the touched anchor")},
       {QT_TR_NOOP("Ctrl+F,  T"), QT_TR_NOOP("detach cut pieces; grasp or release the touched piece")},
+      {QT_TR_NOOP("Ctrl + Enter"), QT_TR_NOOP("go to the next step of the procedure")},
       {QT_TR_NOOP("Shift + A P L R S I,  0"),
        QT_TR_NOOP("view from the front, back, left, right, above, below; whole scan")},
       {QT_TR_NOOP("C"), QT_TR_NOOP("clip the picture")},

@@ -1,8 +1,10 @@
-// Small widgets of the window: force bar, slider with marks, help overlay.
+// Small widgets of the window: force bar, slider with marks, fold button, help overlay.
 #pragma once
 
 #include <QSlider>
+#include <QToolButton>
 #include <QWidget>
+#include <functional>
 #include <vector>
 
 namespace trephine::view {
@@ -52,6 +54,15 @@ class MarkedSlider : public QSlider {
   double x_of(int value) const;
   int value_at(double x) const;
   std::vector<Mark> marks_;
+};
+
+/// A button with an arrow that shows and hides what is below it.
+class FoldButton : public QToolButton {
+  Q_OBJECT
+
+ public:
+  FoldButton(const char* name, const QString& text, QWidget* parent = nullptr);
+  std::function<void(bool is_open)> on_fold = [](bool) {};
 };
 
 /// Help on keys and mouse in two columns, over the window; a click or a key closes it.

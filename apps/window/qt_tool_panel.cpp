@@ -8,9 +8,11 @@
 #include <QLinearGradient>
 #include <QPainter>
 #include <QPolygonF>
-#include <QToolButton>
+#include <QStandardItemModel>
 #include <QVBoxLayout>
 #include <algorithm>
+
+#include "apps/window/qt_panels.h"
 
 namespace trephine::view {
 
@@ -138,19 +140,11 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
   }
   show(sim::Value(value_));  // with the names that boxes selected
   if (expert_ == nullptr) return;
-  auto* more = new QToolButton;
-  more->setObjectName("more_settings");
-  more->setText(tr("More settings"));
-  more->setCheckable(true);
-  more->setArrowType(Qt::RightArrow);
-  more->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
-  more->setAutoRaise(true);
-  more->setFocusPolicy(Qt::NoFocus);
-  connect(more, &QToolButton::toggled, this, [this, more](bool is_open) {
-    more->setArrowType(is_open ? Qt::DownArrow : Qt::RightArrow);
+  auto* more = new FoldButton("more_settings", tr("More settings"));
+  more->on_fold = [this](bool is_open) {
     expert_->setVisible(is_open);
     on_resize();
-  });
+  };
   form->addRow(more);
   form->addRow(expert_);
 }
@@ -258,16 +252,36 @@ ToolPanel::ToolPanel(const sim::Catalogue* catalogue, QWidget* parent)
   instrument_box_->setObjectName("instrument");
   instrument_box_->setFocusPolicy(Qt::NoFocus);
   for (const sim::Module* module : catalogue_->modules())
-    for (const sim::InstrumentType* type : module->instruments())
+    for (const sim::InstrumentType* type : module->instruments()) {
       instrument_box_->addItem(words_of(type->name()), text_of(type->name()));
+      instruments_.push_back(sim::Value::of(*type->parameters));
+    }
   column_->addWidget(instrument_box_);
   column_->addWidget(picture_);
   instrument_box_->setVisible(instrument_box_->count() > 1);
-  connect(instrument_box_, QOverload<int>::of(&QComboBox::activated), this, [this] {
-    if (const sim::InstrumentType* type =
-            catalogue_->find_instrument(instrument_box_->currentData().toString().toStdString()))
-      on_change(sim::Value::of(*type->parameters));
+  connect(instrument_box_, QOverload<int>::of(&QComboBox::activated), this, [this](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    on_change(i < instruments_.size() ? instruments_[i] : sim::Value());
   });
+}
+
+void ToolPanel::permit(const Permission& permission) {
+  if (instrument_box_ == nullptr) return;
+  auto* items = qobject_cast<QStandardItemModel*>(instrument_box_->model());
+  for (std::size_t i = 0; i < instruments_.size(); ++i) {
+    const sim::InstrumentType* type = catalogue_->find_instrument(instruments_[i].name());
+    Result<sim::Value, std::string> parameters =
+        permission ? permission(*type) : sim::Value::of(*type->parameters);
+    QStandardItem* item = items->item(static_cast<int>(i));
+    item->setEnabled(parameters.is_ok());
+    item->setToolTip(parameters ? QString() : QString::fromStdString(parameters.error()));
+    if (parameters) instruments_[i] = std::move(parameters).value();
+  }
+  // A step may begin only without an instrument.
+  const int count = static_cast<int>(instruments_.size());
+  if (permission && instrument_box_->count() == count) instrument_box_->addItem(tr("No tool"), "");
+  if (!permission && instrument_box_->count() > count) instrument_box_->removeItem(count);
+  instrument_box_->setVisible(instrument_box_->count() > 1);
 }
 
 void ToolPanel::rebuild(const sim::Value& tool) {
@@ -282,8 +296,9 @@ void ToolPanel::rebuild(const sim::Value& tool) {
 
 void ToolPanel::show(const sim::Value& tool) {
   picture_->show_tool(tool);
-  if (instrument_box_ && !tool.is_empty())
-    instrument_box_->setCurrentIndex(instrument_box_->findData(text_of(tool.name())));
+  if (instrument_box_)
+    instrument_box_->setCurrentIndex(
+        instrument_box_->findData(tool.is_empty() ? QString("") : text_of(tool.name())));
   const bool is_same_type = form_ && !tool.is_empty() && form_->value().is_of(tool.type());
   if (!is_same_type) return rebuild(tool);
   if (!(form_->value() == tool)) form_->show(tool);

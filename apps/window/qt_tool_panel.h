@@ -74,6 +74,12 @@ class ToolPanel : public QWidget {
   /// Shows the instrument in the hand; empty: no instrument.
   void show(const sim::Value& tool);
   void step(int steps);
+  /// Parameters with which an instrument may be taken, or the reason why it may not.
+  using Permission = std::function<Result<sim::Value, std::string>(const sim::InstrumentType&)>;
+  /// Disables instruments that are not permitted, with the reason as tool tip, and offers "No tool". Null:
+  /// all instruments are permitted.
+  void permit(const Permission& permission);
+  /// An empty value removes the instrument.
   std::function<void(sim::Value)> on_change = [](const sim::Value&) {};
   std::function<void()> on_resize = [] {};
 
@@ -83,6 +89,7 @@ class ToolPanel : public QWidget {
   const sim::Catalogue* catalogue_;
   QVBoxLayout* column_;
   QComboBox* instrument_box_ = nullptr;
+  std::vector<sim::Value> instruments_;  ///< taken by the items of the box, in their order
   FieldForm* form_ = nullptr;
   ToolPicture* picture_ = nullptr;
 };

@@ -144,6 +144,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   } else {
     operation_ = std::make_unique<OperationController>(*scene_, options_, window);
     shown_tool_ = operation_->tool();
+    begin_steps();
     tool_->show(shown_tool_);
     fit_panel();
     if (const Status error = operation_->start()) show_error(*error);
@@ -389,6 +390,7 @@ void MainWindow::show_state() {
       show_message("The command was refused: " +
                    QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
     }
+    show_steps();
     show_notices();
     constexpr double k_servo_seconds = 1;  // between two updates of the servo's times
     if (seconds_since(servo_shown_at_) > k_servo_seconds || servo_->text().isEmpty()) {

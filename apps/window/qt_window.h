@@ -24,6 +24,7 @@ class QCheckBox;
 class QComboBox;
 class QDoubleSpinBox;
 class QLabel;
+class QMenu;
 class QProgressBar;
 class QPushButton;
 class QScrollArea;
@@ -31,6 +32,8 @@ class QSlider;
 class QVTKOpenGLNativeWidget;
 
 namespace trephine::view {
+
+class StepsPanel;
 
 /// Shows one operation or one replay at a time. Widget thread only; scans are opened on another thread.
 /// Stores only the layout of the panes (WindowOptions::layout_file): no recent files, no folders.
@@ -102,6 +105,10 @@ class MainWindow : public QMainWindow {
   void build_history_panel();
   void show_history();
   void ask_and_compare();
+  void begin_steps();
+  void show_steps();
+  void allow_everything();
+  void go_to_next_step();
   void fit_panel();
   void begin(std::shared_ptr<const haptics::TouchScene> scene);
   void tick();
@@ -188,6 +195,16 @@ class MainWindow : public QMainWindow {
   QProgressBar* opening_bar_ = nullptr;
   QPushButton* cancel_ = nullptr;
   QAction *from_back_ = nullptr, *undo_action_ = nullptr, *redo_action_ = nullptr;
+  /// Action that sends a command of a module, which a step of a procedure may not allow.
+  struct CommandAction {
+    QAction* action;
+    QMenu* menu;
+    const sim::ValueType* type;
+  };
+  std::vector<CommandAction> command_actions_;
+  QAction* next_step_action_ = nullptr;  ///< null in a replay
+  StepsPanel* steps_ = nullptr;          ///< null: no procedure
+  int shown_step_ = -1;
   HelpOverlay* help_ = nullptr;
   NoticeLabel* at_tool_ = nullptr;
   EventLog* log_ = nullptr;

@@ -95,6 +95,9 @@ void MainWindow::build_menu() {
         [this] { ask_and_apply(sim::value_type<sim::BeginBranch>()); });
     add(edit, "switch_branch", tr("&Go to another branch ..."), QKeySequence("Ctrl+G"),
         [this] { ask_and_apply(sim::value_type<sim::SwitchBranch>()); });
+    next_step_action_ = add(edit, "next_step", tr("Go to the &next step"), QKeySequence("Ctrl+Return"),
+                            [this] { go_to_next_step(); });
+    next_step_action_->setShortcuts({QKeySequence("Ctrl+Return"), QKeySequence("Ctrl+Enter")});
     add(edit, "compare_action", tr("&Compare with another state ..."), QKeySequence("Ctrl+D"),
         [this] { ask_and_compare(); });
   }
@@ -172,6 +175,7 @@ void MainWindow::build_command_menu() {
         "command_" + QString::fromUtf8(type.schema->name.data(), static_cast<int>(type.schema->name.size())));
     if (needs_point && ++point_command_count < 10)
       action->setShortcut(QKeySequence(QString("Ctrl+%1").arg(point_command_count)));
+    command_actions_.push_back({action, menu, &type});
     connect(action, &QAction::triggered, this,
             [this, &type, needs_point] { needs_point ? apply_at_touched(type) : ask_and_apply(type); });
   };

@@ -67,6 +67,7 @@ void MainWindow::build_panel() {
   tool_->on_resize = [this] { fit_panel(); };
   tool_->on_change = [this](sim::Value instrument) {
     if (!operation_) return;
+    if (instrument.is_empty()) return operation_->remove_instrument();
     operation_->take_instrument(std::move(instrument));
     if (operation_->is_changing_instrument()) show_message(tr("Preparing the tool ..."));
   };

@@ -416,6 +416,7 @@ void LiveSession::update_state(const Outcome& outcome) {
   state_.can_redo = engine_.can_redo();
   state_.step = engine_.now().world.procedure.step;
   state_.step_tick = engine_.now().world.procedure.entered_tick;
+  state_.step_visits = engine_.now().world.procedure.visits;
 }
 
 void LiveSession::teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand) {

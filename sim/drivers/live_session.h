@@ -40,6 +40,7 @@ struct LiveState {
   bool can_undo = false, can_redo = false;
   std::int32_t step = -1;       ///< index of the current step of the procedure; -1: no procedure
   std::uint64_t step_tick = 0;  ///< when it began
+  std::vector<std::uint32_t> step_visits;  ///< per step, number of times that it began
   /// Overlays of the anatomy, at least as recent as the previous fetch; null before that.
   std::shared_ptr<const Overlays> overlays;
   std::vector<Id> bodies;  ///< bodies of the first overlays, in their order

@@ -1,0 +1,86 @@
+// StepGuide: follows the procedure of an operation for a display: its current step, the next ones, and the
+// reasons why they cannot begin yet.
+#pragma once
+
+#include <future>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/drivers/live_session.h"
+#include "volume/scan/surgical_plan.h"
+
+namespace trephine::view {
+
+/// Independent of the windowing toolkit. Drawing thread only; never waits for the edits.
+class StepGuide {
+ public:
+  /// A step that can be requested from the current one.
+  struct Next {
+    std::string step;   ///< name
+    std::string title;  ///< in the user's words
+    bool is_allowed = false;
+    std::string reason;  ///< sentences; empty if the step is allowed, or not known yet
+    friend bool operator==(const Next&, const Next&) = default;
+  };
+
+  /// `plan`: with a procedure.
+  explicit StepGuide(std::shared_ptr<const volume::SurgicalPlan> plan) : plan_(std::move(plan)) {}
+
+  /// Follows a fetched state, once per frame. Requests the reasons of refusals from the edit thread after the
+  /// state changed, at most every k_interval. `seconds`: time of the frame.
+  void follow(sim::LiveSession& session, const sim::LiveState& state, double seconds);
+  static constexpr double k_interval = 0.2;  ///< s
+
+  const volume::SurgicalProcedure& procedure() const noexcept { return plan_->procedure; }
+  /// Index of the current step.
+  std::size_t index() const noexcept { return index_; }
+  const volume::ProcedureStep& step() const { return procedure().steps[index_]; }
+  /// True if a step began at least once, in a state that was not undone.
+  bool is_visited(std::size_t step) const { return step < visits_.size() && visits_[step] > 0; }
+  /// Steps that can be requested, in the order of the transitions.
+  const std::vector<Next>& next() const noexcept { return next_; }
+  /// Title of a step, or its name.
+  static const std::string& title_of(const volume::ProcedureStep& step) {
+    return step.title.empty() ? step.name : step.title;
+  }
+
+  /// Returns the parameters with which the current step allows an instrument: its usual ones if possible. The
+  /// error is a sentence with the reason.
+  Result<sim::Value, std::string> allowed_parameters(const sim::InstrumentType& instrument) const;
+  /// Returns the reason why the current step does not allow a command, in a sentence; empty if it does.
+  std::string reason_against(const sim::ValueType& command) const;
+
+  /// Changes with the current step, the visited steps and the next steps.
+  std::uint64_t revision() const noexcept { return revision_; }
+  /// Number of requests to the edit thread so far.
+  std::uint64_t request_count() const noexcept { return request_count_; }
+
+ private:
+  /// Part of a state on which refusals depend.
+  struct Signature {
+    std::uint64_t step_tick = 0;
+    std::int32_t step = -1;
+    std::size_t strokes = 0, pending_jobs = 0;
+    std::string branch;
+    std::shared_ptr<const sim::Overlays> overlays;  ///< new after commands, events and changes
+    sim::Value tool;
+    friend bool operator==(const Signature&, const Signature&) = default;
+  };
+  void enter(const sim::LiveState& state);
+  void take_reasons();
+  void request_reasons(sim::LiveSession& session);
+  bool depends_on_time() const;
+
+  std::shared_ptr<const volume::SurgicalPlan> plan_;
+  std::size_t index_ = 0;
+  std::vector<std::uint32_t> visits_;
+  std::vector<Next> next_;
+  Signature known_;           ///< of the last request
+  bool is_outdated_ = false;  ///< the state changed since that request
+  double requested_at_ = -1;  ///< s
+  std::future<std::vector<Status>> reasons_;
+  std::uint64_t revision_ = 0, request_count_ = 0;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,232 @@
+#include "apps/window/qt_steps_panel.h"
+
+#include <QEvent>
+#include <QFontMetrics>
+#include <QGridLayout>
+#include <QLabel>
+#include <QScrollArea>
+#include <QScrollBar>
+#include <QTimer>
+#include <QVBoxLayout>
+#include <algorithm>
+
+#include "apps/window/qt_panels.h"
+
+namespace trephine::view {
+
+namespace {
+
+/// Creates a text that wraps at the width of the panel.
+QLabel* make_text(const char* name) {
+  auto* label = new QLabel;
+  label->setObjectName(name);
+  label->setWordWrap(true);
+  label->setTextFormat(Qt::PlainText);
+  QSizePolicy policy(QSizePolicy::Ignored, QSizePolicy::Minimum);
+  policy.setHeightForWidth(true);
+  label->setSizePolicy(policy);
+  return label;
+}
+
+/// Sets the weight; the size remains that of the application.
+void set_bold(QLabel* label, bool is_bold) {
+  QFont font;
+  font.setBold(is_bold);
+  label->setFont(font);
+}
+
+/// Creates a scrolled column, which never scrolls sideways.
+QScrollArea* make_scrolled(const char* name, QWidget* contents) {
+  auto* area = new QScrollArea;
+  area->setObjectName(name);
+  area->setWidget(contents);
+  area->setWidgetResizable(true);
+  area->setFrameShape(QFrame::NoFrame);
+  area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  area->setFocusPolicy(Qt::NoFocus);
+  return area;
+}
+
+QString text_of(const std::string& text) { return QString::fromStdString(text); }
+
+}  // namespace
+
+WrappingButton::WrappingButton(const QString& words, QWidget* parent) : QPushButton(parent), words_(words) {
+  setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);
+  setFocusPolicy(Qt::NoFocus);
+  setAccessibleName(words);
+  wrap();
+}
+
+/// Breaks the text before each word that would exceed the width.
+void WrappingButton::wrap() {
+  constexpr int k_margin = 24;  // pixels, on both sides together
+  QString text, line;
+  for (const QString& word : words_.split(' ')) {
+    const QString longer = line.isEmpty() ? word : line + ' ' + word;
+    if (!line.isEmpty() && fontMetrics().horizontalAdvance(longer) > width() - k_margin) {
+      text += line + '\n';
+      line = word;
+    } else {
+      line = longer;
+    }
+  }
+  text += line;
+  setText(text.replace('&', "&&"));
+}
+
+void WrappingButton::resizeEvent(QResizeEvent* event) {
+  QPushButton::resizeEvent(event);
+  wrap();
+}
+
+void WrappingButton::changeEvent(QEvent* event) {
+  QPushButton::changeEvent(event);
+  if (event->type() == QEvent::FontChange) wrap();
+}
+
+StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* parent)
+    : QDockWidget(parent), title_(make_text("step_title")), hint_(make_text("step_hint")) {
+  setObjectName("steps");
+  setWindowTitle(procedure.title.empty() ? tr("Steps") : tr("Steps: %1").arg(text_of(procedure.title)));
+  setFeatures(DockWidgetMovable);
+  set_bold(title_, true);
+
+  auto* list = new QWidget;
+  list->setObjectName("step_list");
+  list->setAccessibleName(tr("Steps"));
+  auto* grid = new QGridLayout(list);
+  grid->setContentsMargins(0, 0, 0, 0);
+  grid->setColumnStretch(1, 1);
+  build_rows(procedure);
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    grid->addWidget(rows_[i].mark, static_cast<int>(i), 0, Qt::AlignTop);
+    grid->addWidget(rows_[i].title, static_cast<int>(i), 1);
+  }
+  list_ = make_scrolled("step_list_area", list);
+
+  auto* details = new QWidget;
+  auto* column = new QVBoxLayout(details);
+  column->setContentsMargins(0, 0, 4, 0);
+  column->addWidget(hint_);
+  note_box_ = new QWidget;
+  auto* note_column = new QVBoxLayout(note_box_);
+  note_column->setContentsMargins(0, 0, 0, 0);
+  note_ = make_text("step_note");
+  auto* fold = new FoldButton("step_note_button", tr("Teaching note"));
+  fold->on_fold = [this](bool is_open) { note_->setVisible(is_open); };
+  note_->hide();
+  note_column->addWidget(fold);
+  note_column->addWidget(note_);
+  column->addWidget(note_box_);
+  button_column_ = new QVBoxLayout;
+  column->addLayout(button_column_);
+  column->addStretch(1);
+  details_ = make_scrolled("step_details", details);
+
+  auto* panel = new QWidget;
+  auto* whole = new QVBoxLayout(panel);
+  whole->setSpacing(10);
+  whole->addWidget(title_);
+  whole->addWidget(list_, 2);
+  whole->addWidget(details_, 3);
+  setWidget(panel);
+}
+
+void StepsPanel::build_rows(const volume::SurgicalProcedure& procedure) {
+  for (const volume::ProcedureStep& step : procedure.steps) {
+    Row row{new QLabel, make_text("step_row")};
+    row.title->setText(text_of(StepGuide::title_of(step)));
+    rows_.push_back(row);
+  }
+}
+
+void StepsPanel::update_from(const StepGuide& guide) {
+  if (guide.revision() == shown_revision_) return;
+  shown_revision_ = guide.revision();
+  show_rows(guide);
+  const int step = static_cast<int>(guide.index());
+  const bool has_same_buttons =
+      step == shown_step_ && buttons_.size() == guide.next().size();  // of one step, always in one order
+  if (!has_same_buttons) show_step(guide);
+  shown_step_ = step;
+  for (std::size_t i = 0; i < buttons_.size(); ++i) {
+    const StepGuide::Next& next = guide.next()[i];
+    buttons_[i].button->setEnabled(next.is_allowed);
+    buttons_[i].reason->setText(text_of(next.reason));
+    buttons_[i].reason->setVisible(!next.reason.empty());
+  }
+  lay_out();
+}
+
+void StepsPanel::show_rows(const StepGuide& guide) {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const bool is_current = i == guide.index(), is_done = !is_current && guide.is_visited(i);
+    const Row& row = rows_[i];
+    row.mark->setText(is_current ? QString(QChar(0x25b6)) : is_done ? QString(QChar(0x2713)) : QString());
+    for (QLabel* label : {row.mark, row.title}) set_bold(label, is_current);
+    row.title->setAccessibleName(is_current ? tr("Current step: %1").arg(row.title->text())
+                                 : is_done  ? tr("Done: %1").arg(row.title->text())
+                                            : tr("Later: %1").arg(row.title->text()));
+  }
+}
+
+/// Shows the texts of the current step, and a button per next step.
+void StepsPanel::show_step(const StepGuide& guide) {
+  const volume::ProcedureStep& step = guide.step();
+  title_->setText(tr("Step %1 of %2: %3")
+                      .arg(guide.index() + 1)
+                      .arg(rows_.size())
+                      .arg(text_of(StepGuide::title_of(step))));
+  hint_->setText(text_of(step.hint));
+  hint_->setVisible(!step.hint.empty());
+  note_->setText(text_of(step.note));
+  note_box_->setVisible(!step.note.empty());
+  build_buttons(guide);
+  details_->verticalScrollBar()->setValue(0);
+}
+
+void StepsPanel::build_buttons(const StepGuide& guide) {
+  for (const Button& old : buttons_) {
+    delete old.button;
+    delete old.reason;
+  }
+  buttons_.clear();
+  for (const StepGuide::Next& next : guide.next()) {
+    Button made{new WrappingButton(tr("Next: %1").arg(text_of(next.title))), make_text("")};
+    made.button->setObjectName("next_" + text_of(next.step));
+    made.reason->setObjectName("reason_" + text_of(next.step));
+    if (buttons_.empty()) made.button->setToolTip(tr("Ctrl+Enter: the first step that is possible"));
+    connect(made.button, &QPushButton::clicked, this, [this, step = next.step] { on_request(step); });
+    button_column_->addWidget(made.button);
+    button_column_->addWidget(made.reason);
+    buttons_.push_back(made);
+  }
+}
+
+/// Fits the width to the text size, and the height of the list to its rows; the current row is visible.
+void StepsPanel::lay_out() {
+  constexpr int k_columns = 26;  // average characters
+  const int width = k_columns * fontMetrics().averageCharWidth();
+  widget()->setMinimumWidth(width);
+  const QLayout* rows = list_->widget()->layout();
+  list_->setMaximumHeight(std::max(1, rows->heightForWidth(std::max(width, list_->viewport()->width()))));
+  list_->setMinimumHeight(std::min(list_->maximumHeight(), 4 * fontMetrics().height()));
+  if (shown_step_ < 0) return;
+  // Deferred until the rows have their heights.
+  QTimer::singleShot(0, list_, [list = list_, row = rows_[static_cast<std::size_t>(shown_step_)].title] {
+    list->ensureWidgetVisible(row, 0, row->height());
+  });
+}
+
+void StepsPanel::resizeEvent(QResizeEvent* event) {
+  QDockWidget::resizeEvent(event);
+  if (widget()) lay_out();
+}
+
+void StepsPanel::changeEvent(QEvent* event) {
+  QDockWidget::changeEvent(event);
+  if (event->type() == QEvent::FontChange && widget()) lay_out();
+}
+
+}  // namespace trephine::view

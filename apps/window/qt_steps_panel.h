@@ -1,0 +1,73 @@
+// StepsPanel: the steps of a procedure, the hint of the current one, and buttons of the next ones.
+#pragma once
+
+#include <QDockWidget>
+#include <QPushButton>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/view/step_guide.h"
+
+class QLabel;
+class QScrollArea;
+class QVBoxLayout;
+
+namespace trephine::view {
+
+/// A button whose text wraps at its width.
+class WrappingButton : public QPushButton {
+  Q_OBJECT
+
+ public:
+  explicit WrappingButton(const QString& words, QWidget* parent = nullptr);
+  const QString& words() const noexcept { return words_; }
+
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+  void changeEvent(QEvent* event) override;
+
+ private:
+  void wrap();
+  QString words_;
+};
+
+/// Done steps have a check mark, the current one an arrow and bold text, later ones plain text.
+class StepsPanel : public QDockWidget {
+  Q_OBJECT
+
+ public:
+  StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* parent);
+  /// Shows the state of a guide to the same procedure. Costs nothing if it did not change.
+  void update_from(const StepGuide& guide);
+  std::function<void(const std::string& step)> on_request = [](const std::string&) {};
+
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+  void changeEvent(QEvent* event) override;
+
+ private:
+  void build_rows(const volume::SurgicalProcedure& procedure);
+  void show_rows(const StepGuide& guide);
+  void show_step(const StepGuide& guide);
+  void build_buttons(const StepGuide& guide);
+  void lay_out();
+
+  struct Row {
+    QLabel *mark, *title;
+  };
+  struct Button {
+    WrappingButton* button;
+    QLabel* reason;
+  };
+  std::vector<Row> rows_;
+  std::vector<Button> buttons_;
+  std::uint64_t shown_revision_ = 0;  ///< 0: nothing is shown
+  int shown_step_ = -1;
+  QLabel *title_ = nullptr, *hint_ = nullptr, *note_ = nullptr;
+  QWidget* note_box_ = nullptr;
+  QScrollArea *list_ = nullptr, *details_ = nullptr;
+  QVBoxLayout* button_column_ = nullptr;
+};
+
+}  // namespace trephine::view

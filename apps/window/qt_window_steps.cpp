@@ -1,0 +1,67 @@
+// Procedure of MainWindow: panel of the steps, and instruments and commands that the current step allows.
+#include <QAction>
+#include <QMenu>
+#include <utility>
+
+#include "apps/window/qt_steps_panel.h"
+#include "apps/window/qt_window.h"
+
+namespace trephine::view {
+
+/// Shows a panel if the operation has a procedure; otherwise all instruments and commands are enabled.
+void MainWindow::begin_steps() {
+  delete steps_;
+  steps_ = nullptr;
+  shown_step_ = -1;
+  const StepGuide* guide = operation_ ? operation_->steps() : nullptr;
+  if (next_step_action_) next_step_action_->setVisible(guide != nullptr);
+  if (guide == nullptr) return allow_everything();
+  steps_ = new StepsPanel(guide->procedure(), this);
+  steps_->on_request = [this](const std::string& step) {
+    if (operation_) operation_->go_to_step(step);
+  };
+  addDockWidget(Qt::LeftDockWidgetArea, steps_);
+  show_steps();
+}
+
+/// Updates the panel, and after a change of the step also instruments and commands.
+void MainWindow::show_steps() {
+  if (steps_ == nullptr) return;
+  const StepGuide& guide = *operation_->steps();
+  if (guide.revision() == 0) return;  // no state yet
+  steps_->update_from(guide);
+  const int step = static_cast<int>(guide.index());
+  if (std::exchange(shown_step_, step) == step) return;
+  tool_->permit(
+      [&guide](const sim::InstrumentType& instrument) { return guide.allowed_parameters(instrument); });
+  tool_->show(operation_->tool());
+  for (const CommandAction& one : command_actions_) {
+    const QString reason = QString::fromStdString(guide.reason_against(*one.type));
+    one.action->setEnabled(reason.isEmpty());
+    one.action->setToolTip(reason);  // if empty: the text of the action
+    one.menu->setToolTipsVisible(true);
+  }
+}
+
+void MainWindow::allow_everything() {
+  tool_->permit(nullptr);
+  for (const CommandAction& one : command_actions_) {
+    one.action->setEnabled(true);
+    one.action->setToolTip({});
+    one.menu->setToolTipsVisible(false);
+  }
+}
+
+/// Requests the first next step that is allowed, or shows why no step is.
+void MainWindow::go_to_next_step() {
+  if (!operation_ || operation_->steps() == nullptr) return;
+  const std::vector<StepGuide::Next>& all = operation_->steps()->next();
+  for (const StepGuide::Next& next : all)
+    if (next.is_allowed) return operation_->go_to_step(next.step);
+  if (all.empty()) return show_refusal(tr("The next step begins by itself, or this step is the last one."));
+  const QString reason = QString::fromStdString(all.front().reason);
+  show_refusal(reason.isEmpty() ? tr("The conditions of the next step are being checked. Try again.")
+                                : reason);
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,307 @@
+// The window with a procedure: its panel, the tools and commands of a step, and what happens without one.
+#include <QStandardItemModel>
+#include <algorithm>
+#include <utility>
+
+#include "apps/window/qt_steps_panel.h"
+#include "modules/bone_flap/bone_flap.h"
+#include "sim/session/session_reader.h"
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+const sim::Catalogue& flap_catalogue() {
+  static const drilling::Drilling drilling;
+  static const bone_flap::BoneFlap flaps;
+  static const sim::Catalogue all({&drilling, &flaps});
+  return all;
+}
+
+/// Returns a step with a name, a title and instruments that it allows.
+volume::ProcedureStep make_step(const char* name, const char* title, std::vector<std::string> instruments) {
+  volume::ProcedureStep step;
+  step.name = name, step.title = title, step.instruments = std::move(instruments);
+  return step;
+}
+
+/// Three steps: the second one requires a stroke before the third, which allows no instrument.
+volume::SurgicalProcedure burr_hole() {
+  volume::ProcedureStep look = make_step("look", "Examine the bone", {"burr"});
+  look.hint =
+      "Touch the bone from all sides with the resting burr, and choose a position where its surface is even.";
+  look.note = "A burr slips on a slope: begin where the bone is perpendicular to the shaft.";
+  look.transitions.push_back({"drill", "request", {}});
+  volume::ProcedureStep drill = make_step("drill", "Drill the burr hole & widen its inner end with the burr",
+                                          {"burr", "perforator diameter=12"});
+  drill.hint = "Hold the button to drill.";
+  drill.commands = {"add-anchor"};
+  drill.transitions.push_back({"judge", "request", {{"strokes", 1, {}}}});
+  drill.transitions.push_back({"look", "request", {}});
+  volume::ProcedureStep judge = make_step("judge", "Judge the hole", {});
+  judge.commands = {"*"};
+  judge.is_end = true;
+  volume::SurgicalProcedure procedure;
+  procedure.name = "burr-hole", procedure.title = "Burr hole";
+  procedure.steps = {look, drill, judge};
+  return procedure;
+}
+
+class WindowSteps : public Window {
+ protected:
+  /// Starts an operation with a procedure, recorded in steps.session.
+  void use(volume::SurgicalProcedure procedure) {
+    volume::SurgicalPlan plan;
+    plan.procedure = std::move(procedure);
+    options_.plan = std::make_shared<const volume::SurgicalPlan>(plan);
+    auto method = std::make_shared<haptics::SubvoxelProxy>();
+    ASSERT_FALSE(method->prepare(*scene_));
+    sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)), drilling::burr({})};
+    options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, flap_catalogue(), {}, options_.plan)};
+    options_.catalogue = &flap_catalogue();
+    sim::SceneDescription spec =
+        sim::describe_scene(*scene_, haptics::SubvoxelProxy(), {}, {sim::HandSpec(drilling::burr({}))});
+    spec.plan = plan;
+    options_.session_file = (folder_ / "steps.session").string();
+    auto recorder =
+        sim::SessionWriter::create(options_.session_file, std::move(spec), scene_->base, flap_catalogue());
+    ASSERT_TRUE(recorder.is_ok()) << recorder.error().message();
+    recorder_ = std::move(recorder).value();
+    options_.recorder = recorder_.get();
+  }
+
+  static bool open(MainWindow& window) {
+    window.show();
+    return QTest::qWaitForWindowExposed(&window) &&
+           QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 20000);
+  }
+  static bool is_in_step(MainWindow& window, int step) {
+    return QTest::qWaitFor([&] { return window.operation()->state().step == step; }, 10000);
+  }
+  /// Waits for the text below a button; an empty one is hidden.
+  static bool has_reason(MainWindow& window, const char* name, const QString& reason) {
+    return QTest::qWaitFor(
+        [&] {
+          const auto* label = window.findChild<QLabel*>(name);
+          return label && label->text() == reason && label->isHidden() == reason.isEmpty();
+        },
+        10000);
+  }
+  /// Returns a letter per step: d for done, > for the current one, - for later ones.
+  static QString marks(MainWindow& window) {
+    QString all;
+    for (const QLabel* row : window.findChildren<QLabel*>("step_row")) {
+      const QString name = row->accessibleName();
+      const bool is_bold = row->font().bold();
+      EXPECT_EQ(is_bold, name.startsWith("Current step: ")) << name.toStdString();
+      all += name.startsWith("Current") ? '>' : name.startsWith("Done") ? 'd' : '-';
+    }
+    return all;
+  }
+  static const QStandardItem* tool_item(MainWindow& window, const char* name) {
+    auto* box = window.findChild<QComboBox*>("instrument");
+    const int index = box->findText(name);
+    return index < 0 ? nullptr : qobject_cast<QStandardItemModel*>(box->model())->item(index);
+  }
+  static void choose_tool(MainWindow& window, const char* name) {
+    auto* box = window.findChild<QComboBox*>("instrument");
+    box->setCurrentIndex(box->findText(name));
+    emit box->activated(box->currentIndex());
+  }
+  static void drill(MainWindow& window) {
+    const QPoint middle = window.canvas()->rect().center();
+    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
+    QTest::mouseMove(window.canvas(), middle);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+    window.operation()->press(true);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 1; }, 20000));
+    window.operation()->press(false);
+    ASSERT_TRUE(
+        QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, 20000));
+  }
+};
+
+TEST_F(WindowSteps, WithoutAProcedureThereIsNoPanelAndNoRequest) {
+  MainWindow window(scene_, options_);
+  ASSERT_TRUE(open(window));
+  EXPECT_EQ(window.findChild<QDockWidget*>("steps"), nullptr);
+  EXPECT_EQ(window.operation()->steps(), nullptr);
+  EXPECT_FALSE(child<QAction>(window, "next_step")->isVisible());
+  EXPECT_EQ(tool_item(window, "No tool"), nullptr);
+  EXPECT_TRUE(tool_item(window, "Perforator")->isEnabled());
+  window.close();
+}
+
+/// Through all steps by buttons and by key, with each reason in between, and back by undo.
+TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
+  use(burr_hole());
+  MainWindow window(scene_, options_);
+  ASSERT_TRUE(open(window));
+  ASSERT_NE(child<QDockWidget>(window, "steps"), nullptr);
+  EXPECT_TRUE(child<QAction>(window, "next_step")->isVisible());
+  auto* title = child<QLabel>(window, "step_title");
+  EXPECT_EQ(title->text(), "Step 1 of 3: Examine the bone");
+  EXPECT_EQ(marks(window), ">--");
+  EXPECT_TRUE(child<QLabel>(window, "step_hint")->text().startsWith("Touch the bone"));
+  EXPECT_TRUE(child<QLabel>(window, "step_note")->isHidden());
+  child<QToolButton>(window, "step_note_button")->click();
+  EXPECT_FALSE(child<QLabel>(window, "step_note")->isHidden());
+
+  // At rest no reasons are requested; a change of the state requests them.
+  auto* drill_button = child<WrappingButton>(window, "next_drill");
+  EXPECT_EQ(drill_button->words(), "Next: Drill the burr hole & widen its inner end with the burr");
+  ASSERT_TRUE(QTest::qWaitFor([&] { return drill_button->isEnabled(); }, 10000));
+  QTest::mouseMove(window.canvas(), QPoint(5, 5));
+  QTest::qWait(500);
+  const std::uint64_t requests = window.operation()->steps()->request_count();
+  QTest::qWait(700);
+  EXPECT_EQ(window.operation()->steps()->request_count(), requests);
+  window.operation()->apply(sim::Note{"a remark"});
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->steps()->request_count() > requests; }, 5000));
+
+  QTest::mouseClick(drill_button, Qt::LeftButton);
+  ASSERT_TRUE(is_in_step(window, 1));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return title->text().startsWith("Step 2 of 3: Drill"); }, 5000));
+  EXPECT_EQ(marks(window), "d>-");
+  EXPECT_FALSE(child<QLabel>(window, "step_note")->isVisible());
+  ASSERT_TRUE(
+      has_reason(window, "reason_judge",
+                 "At least 1 stroke is needed; there are 0. Hand 1 holds the burr, which the next step "
+                 "does not allow. Choose another tool, or no tool."));
+  EXPECT_FALSE(child<QPushButton>(window, "next_judge")->isEnabled());
+  EXPECT_TRUE(child<QPushButton>(window, "next_look")->isEnabled());
+  keep(window, "steps-refused");
+
+  // A refusal is one message.
+  window.operation()->go_to_step("judge");
+  const auto refusals = [&] {
+    const auto& log = window.operation()->notices().log();
+    return std::count_if(log.begin(), log.end(), [](const Notices::Entry& entry) {
+      return entry.text.find("refused") != std::string::npos;
+    });
+  };
+  ASSERT_TRUE(QTest::qWaitFor([&] { return refusals() > 0; }, 5000));
+  EXPECT_EQ(refusals(), 1);
+  EXPECT_EQ(window.operation()->state().step, 1);
+
+  drill(window);
+  ASSERT_TRUE(
+      has_reason(window, "reason_judge",
+                 "Hand 1 holds the burr, which the next step does not allow. Choose another tool, or no "
+                 "tool."));
+  choose_tool(window, "No tool");
+  ASSERT_TRUE(has_reason(window, "reason_judge", ""));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "next_judge")->isEnabled(); }, 5000));
+  EXPECT_EQ(child<QComboBox>(window, "instrument")->currentText(), "No tool");
+  child<QAction>(window, "next_step")->trigger();
+  ASSERT_TRUE(is_in_step(window, 2));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return marks(window) == "dd>"; }, 5000));
+  EXPECT_EQ(window.findChild<QPushButton*>("next_judge"), nullptr);
+  child<QAction>(window, "next_step")->trigger();
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("this step is the last one"));
+
+  window.operation()->undo();
+  ASSERT_TRUE(is_in_step(window, 1));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return marks(window) == "d>-"; }, 5000));
+  EXPECT_TRUE(title->text().startsWith("Step 2 of 3"));
+  window.close();
+  window.finish();
+
+  // The session contains the requests, also the refused one.
+  auto opened = sim::SessionReader::open(options_.session_file, flap_catalogue());
+  ASSERT_TRUE(opened.is_ok());
+  std::vector<std::string> requested;
+  sim::LogItem item;
+  for (auto read = opened.value().next(item); read && read.value(); read = opened.value().next(item))
+    if (const auto* command = std::get_if<sim::CommandItem>(&item))
+      if (const auto* go = command->command.request.as<sim::GoToStep>()) requested.push_back(go->step);
+  EXPECT_EQ(requested, (std::vector<std::string>{"drill", "judge", "judge"}));
+}
+
+/// Tools and commands that a step does not allow are disabled with the reason. A tool is taken with the
+/// parameters that the step requires.
+TEST_F(WindowSteps, AStepEnablesItsToolsAndCommands) {
+  use(burr_hole());
+  MainWindow window(scene_, options_);
+  ASSERT_TRUE(open(window));
+  auto* anchor = child<QAction>(window, "command_add-anchor");
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !anchor->isEnabled(); }, 10000));
+  EXPECT_TRUE(anchor->toolTip().startsWith("The step \"Examine the bone\" does not allow this command."))
+      << anchor->toolTip().toStdString();
+  EXPECT_TRUE(tool_item(window, "Burr")->isEnabled());
+  EXPECT_FALSE(tool_item(window, "Perforator")->isEnabled());
+  EXPECT_EQ(tool_item(window, "Perforator")->toolTip(),
+            "The step \"Examine the bone\" does not allow this instrument. It allows: burr.");
+  ASSERT_NE(tool_item(window, "No tool"), nullptr);
+
+  window.operation()->go_to_step("drill");
+  ASSERT_TRUE(is_in_step(window, 1));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return anchor->isEnabled(); }, 5000));
+  EXPECT_FALSE(child<QAction>(window, "command_cut-flap")->isEnabled());
+  EXPECT_TRUE(tool_item(window, "Perforator")->isEnabled());
+  EXPECT_FALSE(tool_item(window, "Craniotome")->isEnabled());
+  const auto perforator =
+      window.operation()->steps()->allowed_parameters(*flap_catalogue().find_instrument("perforator"));
+  ASSERT_TRUE(perforator.is_ok());
+  EXPECT_NE(perforator.value().words().find("diameter=12"), std::string::npos);
+
+  // Another scene without a procedure allows everything.
+  window.open_source("another");
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 20000));
+  EXPECT_EQ(window.findChild<QDockWidget*>("steps"), nullptr);
+  EXPECT_TRUE(tool_item(window, "Perforator")->isEnabled());
+  EXPECT_EQ(tool_item(window, "Perforator")->toolTip(), "");
+  EXPECT_EQ(tool_item(window, "No tool"), nullptr);
+  EXPECT_TRUE(child<QAction>(window, "command_cut-flap")->isEnabled());
+  window.close();
+}
+
+/// No text is clipped in a large, a small and a window with large text; the height is scrolled.
+TEST_F(WindowSteps, ThePanelFitsIntoSmallWindowsAndLargeText) {
+  use(burr_hole());
+  MainWindow window(scene_, options_);
+  ASSERT_TRUE(open(window));
+  window.operation()->go_to_step("drill");
+  ASSERT_TRUE(is_in_step(window, 1));
+  ASSERT_TRUE(QTest::qWaitFor(
+      [&] {
+        return window.findChild<QLabel*>("reason_judge") &&
+               child<QLabel>(window, "reason_judge")->isVisible();
+      },
+      10000));
+  const auto check = [&](const char* name) {
+    QTest::qWait(600);
+    keep(window, name);
+    const auto* panel = child<QDockWidget>(window, "steps");
+    EXPECT_LE(panel->mapTo(&window, panel->rect().bottomRight()).y(), window.height()) << name;
+    EXPECT_GE(window.canvas()->width(), 320) << name;
+    int texts = 0;
+    for (const QLabel* label : panel->findChildren<QLabel*>()) {
+      if (!label->isVisible() || label->text().isEmpty()) continue;
+      ++texts;
+      EXPECT_GE(label->height(), label->heightForWidth(label->width()))
+          << name << label->text().toStdString();
+      for (const QString& word : label->text().split(' '))
+        EXPECT_LE(label->fontMetrics().horizontalAdvance(word), label->width()) << word.toStdString();
+      EXPECT_LE(label->mapTo(panel, label->rect().topRight()).x(), panel->width()) << name;
+    }
+    EXPECT_GE(texts, 7);
+    for (const WrappingButton* button : panel->findChildren<WrappingButton*>()) {
+      const QSize text = button->fontMetrics().size(0, button->text());
+      EXPECT_LE(text.width(), button->width()) << name;
+      EXPECT_LE(text.height(), button->height()) << name;
+      EXPECT_LE(button->mapTo(panel, button->rect().topRight()).x(), panel->width()) << name;
+    }
+  };
+  window.resize(1280, 800);
+  check("steps-1280");
+  window.resize(1024, 700);
+  check("steps-1024");
+  window.scale_text(1.5);
+  check("steps-large-text");
+  window.scale_text(1 / 1.5);
+  window.close();
+}
+
+}  // namespace
+}  // namespace trephine::view
