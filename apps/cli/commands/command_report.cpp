@@ -35,8 +35,7 @@ std::string date_of(const std::string& path) {
   std::error_code error;
   const auto changed = std::filesystem::last_write_time(path, error);
   if (error) return "";
-  const std::time_t seconds =
-      std::chrono::system_clock::to_time_t(std::chrono::file_clock::to_sys(changed));
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(std::chrono::file_clock::to_sys(changed));
   std::tm day{};
   gmtime_r(&seconds, &day);
   char text[16];
@@ -56,9 +55,8 @@ Result<Outcome> run_report(const ReportArguments& a) {
   outputs.add_output("output", a.output);
   if (Status error = outputs.check()) return *error;
   if (!data_tools::has_extension(a.output, ".html"))
-    return Error{.what = "a report is an HTML file",
-                 .where = "--output",
-                 .expected = "a name that ends with .html"};
+    return Error{
+        .what = "a report is an HTML file", .where = "--output", .expected = "a name that ends with .html"};
   const auto clock = Clock::now();
   const auto trainee = data_of(a, a.session);
   if (!trainee) return trainee.error();
