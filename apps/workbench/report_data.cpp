@@ -158,7 +158,7 @@ Status play(ReportData& data, MomentCollector& moments, MotionStats& motion, con
   const auto tick_count = static_cast<double>(std::max<std::uint64_t>(data.session->reader->tick_count(), 1));
   for (std::uint64_t n = 0;; ++n) {
     if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) / tick_count))
-      return Error{.what = "the replay was interrupted"};
+      return Error{.what = "the replay was interrupted", .kind = ErrorKind::interrupted};
     const Result<bool> stepped = replay.step();
     if (!stepped) return stepped.error();
     moments.observe(replay.engine());  // commands may follow the last tick

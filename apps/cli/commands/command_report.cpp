@@ -5,6 +5,7 @@
 
 #include "apps/cli/commands.h"
 #include "apps/cli/report/report_page.h"
+#include "apps/imaging/subject.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
 
@@ -68,7 +69,10 @@ Result<Outcome> run_report(const ReportArguments& a) {
   }
   const workbench::ReportData& data = trainee.value();
   const double replay_seconds = seconds_since(clock);
-  ReportPage page{.title = title_of(data), .date = date_of(a.session), .program = program_name()};
+  ReportPage page;
+  page.title = title_of(data);
+  page.date = date_of(a.session);
+  page.program = program_name();
   page.trainee = &data;
   page.expert = expert ? &*expert : nullptr;
   page.pictures = pictures_of(data);
