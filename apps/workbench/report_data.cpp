@@ -111,7 +111,9 @@ class MomentCollector {
   void observe(const sim::Event& event, sim::Engine& engine) {
     const EventText text = describe_event(event);
     const auto* xray = event.value.as<fluoroscopy::XrayTaken>();
-    const bool is_slice = text.level == EventLevel::danger || text.level == EventLevel::outcome;
+    // An implant is added at its start, before it is turned in.
+    const bool is_slice = (text.level == EventLevel::danger || text.level == EventLevel::outcome) &&
+                          !event.value.as<sim::BodyAdded>();
     if (!xray && (!is_slice || event.position_world == dvec3(0) ||
                   by_type_[std::string(event.value.name())]++ >= k_max_of_type))
       return;
@@ -151,24 +153,53 @@ std::vector<volume::Field> solids_of(const sim::Engine& engine) {
   return solids;
 }
 
+/// Adds the values of all hands in a tick as one.
+class HandValues {
+ public:
+  HandValues(Envelope& envelope, const double& (*choose)(const double&, const double&))
+      : envelope_(&envelope), choose_(choose) {}
+  void add(std::uint64_t tick, double value) {
+    if (tick != tick_) flush();
+    value_ = value_ ? choose_(*value_, value) : value;
+    tick_ = tick;
+  }
+  void flush() {
+    if (value_) envelope_->add(tick_, *value_);
+    value_.reset();
+  }
+
+ private:
+  Envelope* envelope_;
+  const double& (*choose_)(const double&, const double&);
+  std::uint64_t tick_ = 0;
+  std::optional<double> value_;
+};
+
 /// Replays the session to its end.
 Status play(ReportData& data, MomentCollector& moments, MotionStats& motion, const Listener& listener) {
   sim::Replay& replay = *data.session->replay;
   const auto progress = listener.progress("replaying the session");
   const auto tick_count = static_cast<double>(std::max<std::uint64_t>(data.session->reader->tick_count(), 1));
-  for (std::uint64_t n = 0;; ++n) {
+  HandValues force(data.force, std::max<double>), clearances(data.clearance, std::min<double>);
+  std::uint64_t n = 0;
+  for (;; ++n) {
     if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) / tick_count))
       return Error{.what = "the replay was interrupted", .kind = ErrorKind::interrupted};
     const Result<bool> stepped = replay.step();
     if (!stepped) return stepped.error();
     moments.observe(replay.engine());  // commands may follow the last tick
-    if (!stepped.value()) return std::nullopt;
+    if (!stepped.value()) break;
     const haptics::ServoRecord& record = replay.record();
     const std::optional<double> clearance = clearance_of(replay.engine(), record.hand);
     motion.add(record, clearance.value_or(sim::Forbidden::k_reach));
-    data.force.add(record.tick, glm::length(record.force_world));
-    if (clearance) data.clearance.add(record.tick, *clearance);
+    force.add(record.tick, glm::length(record.force_world));
+    if (clearance) clearances.add(record.tick, *clearance);
+    data.hands_at += record.pose.position_world;
   }
+  force.flush();
+  clearances.flush();
+  data.hands_at /= static_cast<double>(std::max<std::uint64_t>(n, 1));
+  return std::nullopt;
 }
 
 }  // namespace

@@ -72,8 +72,9 @@ struct ReportData {
   double seconds = 0;
   sim::Score score;
   Timeline timeline;
-  Envelope force;      ///< N, of all hands
-  Envelope clearance;  ///< mm from the tools to the nearest forbidden structure; without structures no values
+  Envelope force;      ///< N, the strongest of all hands in each tick
+  Envelope clearance;  ///< mm from the nearest tool to a forbidden structure; without structures no values
+  glm::dvec3 hands_at{0.0};               ///< mm, mean position of the hands: the side from where they work
   std::vector<RemovalDistances> removal;  ///< one per forbidden structure
   std::vector<ReportMoment> moments;      ///< by time
   sim::Overlays overlays;                 ///< at the end

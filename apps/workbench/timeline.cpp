@@ -9,6 +9,13 @@ namespace trephine::workbench {
 
 namespace {
 
+/// Returns the name of the step that an event reports as begun; empty for other events.
+std::string step_of(const sim::Value& event) {
+  if (event.name() != "step-entered") return "";
+  const std::string words = event.words();  // "step=remove-bone"
+  return words.substr(words.find('=') + 1);
+}
+
 /// Collects rows from the items of a session's log.
 class Rows {
  public:
@@ -43,7 +50,7 @@ class Rows {
       add({event->event.tick, Kind::event, event->event.hand, std::move(text.text)});
       rows_.back().level = text.level;
       rows_.back().position_world = event->event.position_world;
-      if (const auto* entered = event->event.value.as<sim::StepEntered>()) rows_.back().step = entered->step;
+      rows_.back().step = step_of(event->event.value);
     }
   }
   /// Branches of the history; the current branch is last.

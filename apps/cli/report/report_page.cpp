@@ -63,37 +63,51 @@ std::string score_html(const ReportData& data) {
     html += "<p>" +
             escaped(format_text("Findings with %g further points could not be judged.", score.not_judged)) +
             "</p>\n";
-  HtmlTable table({{"verdict"},
-                   {"finding"},
-                   {"value", true},
-                   {"limits", true},
-                   {"points", true},
-                   {"time", true},
-                   {"reason"}},
-                  "findings");
+  HtmlTable judged({{"verdict"},
+                    {"finding"},
+                    {"value", true},
+                    {"limits", true},
+                    {"points", true},
+                    {"time", true},
+                    {"reason"}},
+                   "findings");
+  HtmlTable reported({{"reported"}, {"value", true}});
   for (const Finding& finding : score.findings) {
-    table.begin_row();
-    table.cell_of_html(verdict_html(finding));
-    table.cell(finding.name);
-    table.cell(value_text(finding));
-    table.cell(limits_text(finding));
-    table.cell(points_text(finding));
-    table.cell(finding.tick ? time_text(static_cast<double>(*finding.tick) / data.header().rate_hz) : "");
-    table.cell(finding.reason);
+    if (finding.value && finding.full_at == finding.zero_at) {
+      reported.begin_row();
+      reported.cell(workbench::words_of(finding.name));
+      reported.cell(value_text(finding));
+      continue;
+    }
+    judged.begin_row();
+    judged.cell_of_html(verdict_html(finding));
+    judged.cell(workbench::words_of(finding.name));
+    judged.cell(value_text(finding));
+    judged.cell(limits_text(finding));
+    judged.cell(points_text(finding));
+    judged.cell(finding.tick ? time_text(static_cast<double>(*finding.tick) / data.header().rate_hz) : "");
+    judged.cell(finding.reason);
   }
-  return html + "<div class=\"wide\">" + table.finish() + "</div>";
+  return html + "<div class=\"wide\">" + judged.finish() + "</div>\n<div class=\"reported\">" +
+         reported.finish() + "</div>";
+}
+
+/// Returns the position of the hands in the axes and units of glTF.
+std::string direction_text(const ReportData& data) {
+  const glm::dvec3& p = data.hands_at;
+  return format_text("%.4f,%.4f,%.4f", 1e-3 * p.x, 1e-3 * p.z, -1e-3 * p.y);
 }
 
 std::string models_html(const ReportPage& page, bool has_models) {
   std::string html;
   if (has_models && !report_viewer().empty() && !page.models.before.empty())
-    html +=
-        "<div id=\"viewer\" hidden><canvas aria-label=\"Anatomy before and after the operation; drag to "
-        "turn it\"></canvas><p class=\"pair\"><span>before</span><span>after</span></p></div>\n"
-        "<script type=\"application/octet-stream\" id=\"glb-before\">" +
-        base64(page.models.before) +
-        "</script>\n<script type=\"application/octet-stream\" id=\"glb-after\">" + base64(page.models.after) +
-        "</script>\n";
+    html += "<div id=\"viewer\" data-from=\"" + direction_text(*page.trainee) +
+            "\" hidden><canvas aria-label=\"Anatomy before and after the operation; drag to "
+            "turn it\"></canvas><p class=\"pair\"><span>before</span><span>after</span></p></div>\n"
+            "<script type=\"application/octet-stream\" id=\"glb-before\">" +
+            base64(page.models.before) +
+            "</script>\n<script type=\"application/octet-stream\" id=\"glb-after\">" +
+            base64(page.models.after) + "</script>\n";
   else
     html += has_models ? "<p class=\"note\">This program was built without the 3-D viewer.</p>\n"
                        : "<p class=\"note\">The 3-D models are too large for this page.</p>\n";
@@ -101,7 +115,8 @@ std::string models_html(const ReportPage& page, bool has_models) {
     html +=
         "<figure class=\"states\">" +
         image_tag(page.pictures.states, "The anatomy before and after the operation") +
-        "</figure>\n<figure>" + image_tag(page.pictures.sections, "Sections through the removed matter") +
+        "</figure>\n<figure class=\"sections\">" +
+        image_tag(page.pictures.sections, "Sections through the removed matter") +
         "<figcaption>Sections through the removed matter. Letters: directions of the patient.</figcaption>"
         "</figure>\n";
   if (!page.pictures.problem.empty())
@@ -111,7 +126,7 @@ std::string models_html(const ReportPage& page, bool has_models) {
 
 std::string moments_html(const ReportPictures& pictures) {
   if (pictures.moments.empty()) return "<p>No event of this session has a picture.</p>\n";
-  std::string html = "<div class=\"multiples\">\n";
+  std::string html = "<div class=\"multiples pictures\">\n";
   for (const ReportPicture& picture : pictures.moments)
     html += "<figure>" + image_tag(picture.png, picture.text) + "<figcaption>" +
             (picture.is_danger ? "<strong class=\"injury\">\u25b2 injury</strong> " : "") + "<b>" +
@@ -228,7 +243,7 @@ std::string comparison_html(const ReportData& trainee, const ReportData& expert)
   };
   const auto add = [&](const std::string& name) {
     table.begin_row();
-    table.cell(name);
+    table.cell(workbench::words_of(name));
     for (const Finding* finding : {find(trainee, name), find(expert, name)}) {
       table.cell(finding ? value_text(*finding) : "");
       table.cell_of_html(finding ? verdict_html(*finding) : "");

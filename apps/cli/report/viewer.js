@@ -36,18 +36,16 @@ async function start() {
   for (const scene of scenes) room.expandByObject(scene);
   const middle = room.getCenter(new THREE.Vector3());
   const radius = room.getSize(new THREE.Vector3()).length() / 2;
-  // The cut surface, if there is one, is in front.
-  const cut = new THREE.Box3();
-  scenes[1].traverse((node) => {
-    if (node.isMesh && node.name.endsWith('cut')) cut.expandByObject(node);
-  });
-  const out = cut.isEmpty() ? new THREE.Vector3(0, 0, 1) : cut.getCenter(new THREE.Vector3()).sub(middle);
-  if (out.length() < 1e-4) out.set(0, 0, 1);
-  out.normalize().add(new THREE.Vector3(0.3, 0.25, 0)).normalize();
+  // Seen from the hands, a little from the side and from above.
+  const out = new THREE.Vector3(...box.dataset.from.split(',').map(Number)).sub(middle);
+  if (!(out.length() > radius / 20)) out.set(0, 0, 1);
+  out.normalize();
+  const side = new THREE.Vector3(0, 1, 0).cross(out);
+  out.addScaledVector(side, 0.35).add(new THREE.Vector3(0, 0.25, 0)).normalize();
 
   const camera = new THREE.PerspectiveCamera(30, 1, radius / 100, radius * 20);
   const light = new THREE.DirectionalLight(0xffffff, 1.7);
-  camera.position.copy(middle).addScaledVector(out, radius / Math.sin((15 * Math.PI) / 180));
+  camera.position.copy(middle).addScaledVector(out, 0.8 * radius / Math.sin((15 * Math.PI) / 180));
   const controls = new OrbitControls(camera, canvas);
   controls.target.copy(middle);
   controls.update();
