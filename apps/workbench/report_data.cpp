@@ -111,9 +111,9 @@ class MomentCollector {
   void observe(const sim::Event& event, sim::Engine& engine) {
     const EventText text = describe_event(event);
     const auto* xray = event.value.as<fluoroscopy::XrayTaken>();
-    // An implant is added at its start, before it is turned in.
+    // An implant is added, and a screw placed, before it is turned in.
     const bool is_slice = (text.level == EventLevel::danger || text.level == EventLevel::outcome) &&
-                          !event.value.as<sim::BodyAdded>();
+                          event.value.name() != "body-added" && event.value.name() != "screw-placed";
     if (!xray && (!is_slice || event.position_world == dvec3(0) ||
                   by_type_[std::string(event.value.name())]++ >= k_max_of_type))
       return;

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
+#include <future>
 
 #include "apps/cli/commands.h"
 #include "apps/cli/report/report_page.h"
@@ -75,10 +76,9 @@ Result<Outcome> run_report(const ReportArguments& a) {
   page.program = program_name();
   page.trainee = &data;
   page.expert = expert ? &*expert : nullptr;
+  auto models = std::async(std::launch::async, [&data] { return models_of(data); });
   page.pictures = pictures_of(data);
-  const double pictures_end = seconds_since(clock);
-  page.models = models_of(data);
-  const double models_end = seconds_since(clock);
+  page.models = models.get();
   if (is_interrupted()) return interrupted("the report");
   const std::string html = html_of(page);
   outputs.write(a.output, [&] { return data_tools::write_file_atomically(a.output, html); });
@@ -94,8 +94,6 @@ Result<Outcome> run_report(const ReportArguments& a) {
   json["has_viewer"] = !report_viewer().empty();
   json["bytes"] = html.size();
   json["replay_seconds"] = replay_seconds;
-  json["pictures_seconds"] = pictures_end - replay_seconds;
-  json["models_seconds"] = models_end - pictures_end;
   json["report_seconds"] = seconds_since(clock);
   outcome.print(
       "{title}: {points:.0f} of {possible_points:.0f} points; findings: {findings}, pictures: {pictures}; "

@@ -258,8 +258,8 @@ std::string comparison_html(const ReportData& trainee, const ReportData& expert)
   for (const Finding& finding : trainee.score.findings) add(finding.name);
   for (const Finding& finding : expert.score.findings)
     if (!find(trainee, finding.name)) add(finding.name);
-  return "<div class=\"wide\">" + table.finish() + "</div>\n" + charts_html(trainee, &expert, "Trainee: ") +
-         charts_html(expert, &trainee, "Expert: ");
+  return "<div class=\"wide\">" + table.finish() + "</div>\n<div class=\"pairs\">" +
+         charts_html(trainee, &expert, "Trainee: ") + charts_html(expert, &trainee, "Expert: ") + "</div>";
 }
 
 /// Lists the origin of the numbers.
