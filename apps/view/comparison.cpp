@@ -144,8 +144,9 @@ AxialDirections axial_directions(const dvec3& from) {
   return {{right.x < -0.1 ? -1.0 : 1.0, 0, 0}, {0, from.y > 0.3 && upward.z > 0 ? 1.0 : -1.0, 0}};
 }
 
-Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
-                            const ComparedState& second) {
+Result<std::vector<imaging::Panel>> comparison_panels(const haptics::TouchScene& scene,
+                                                      const ComparedState& first,
+                                                      const ComparedState& second) {
   const Difference difference = difference_between(scene, *first.version, *second.version);
   const volume::Volume& scan = *scene.base;
   const dvec3 middle = scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
@@ -174,7 +175,14 @@ Result<std::string> compare(const haptics::TouchScene& scene, const ComparedStat
       "slice " + std::to_string(1 + static_cast<int>(std::lround(scan.frame.volume_from_world(at).z)));
   panels.push_back(std::move(axial));
   panels.push_back(std::move(sagittal));
-  return slices_png(panels);
+  return panels;
+}
+
+Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
+                            const ComparedState& second) {
+  const auto panels = comparison_panels(scene, first, second);
+  if (!panels) return panels.error();
+  return slices_png(panels.value());
 }
 
 }  // namespace trephine::view

@@ -3,7 +3,9 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "apps/imaging/panel.h"
 #include "haptics/scene/touch_scene.h"
 #include "sim/api/overlay.h"
 #include "volume/cuts/version.h"
@@ -32,9 +34,13 @@ struct AxialDirections {
 };
 AxialDirections axial_directions(const glm::dvec3& from);
 
-/// Returns a picture as PNG: both states from a camera that shows the difference, and two sections of the
-/// scan through its middle, in which matter only in the first is blue, only in the second orange, and removed
-/// in both red.
+/// Returns four panels: both states from a camera that shows the difference, and two sections of the scan
+/// through its middle, in which matter only in the first is blue, only in the second orange, and removed in
+/// both red.
+Result<std::vector<imaging::Panel>> comparison_panels(const haptics::TouchScene& scene,
+                                                      const ComparedState& first,
+                                                      const ComparedState& second);
+/// Returns these panels in one picture, as PNG.
 Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
                             const ComparedState& second);
 

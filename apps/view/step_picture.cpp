@@ -28,9 +28,6 @@ using imaging::StepDiagram;
 class DiagramItem : public vtkContextItem {
  public:
   static DiagramItem* New();
-  // clang-format off: the macro ends without a semicolon
-  vtkTypeMacro(DiagramItem, vtkContextItem)
-  // clang-format on
   void set(const StepDiagram& diagram) { diagram_ = &diagram; }
 
   bool Paint(vtkContext2D* painter) override {

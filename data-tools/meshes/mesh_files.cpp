@@ -12,6 +12,7 @@
 
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
+#include "data-tools/meshes/glb_file.h"
 
 namespace trephine::data_tools {
 
@@ -116,51 +117,11 @@ std::string vtp(const WorldMesh& mesh) {
   return out + "\n</AppendedData>\n</VTKFile>\n";
 }
 
-/// Returns a glTF 2.0 binary file: a header, the JSON chunk, and the binary chunk.
-std::string glb(const WorldMesh& mesh) {
-  glm::vec3 low(mesh.vertices.empty() ? 0.0F : 1e30F), high(-low);
-  std::string numbers;
-  numbers.reserve(12 * mesh.vertices.size() + 12 * mesh.triangles.size());
-  for (const glm::vec3& p : mesh.vertices) {
-    const glm::vec3 q = 1e-3F * glm::vec3(p.x, p.z, -p.y);
-    low = glm::min(low, q);
-    high = glm::max(high, q);
-    put(numbers, q);
-  }
-  const std::size_t at = numbers.size();
-  for (const auto& t : mesh.triangles) put(numbers, t);
-  const auto vector = [](const glm::vec3& v) {
-    std::string text = "[";
-    for (int a = 0; a < 3; ++a) {
-      char digits[40];
-      if (a > 0) text += ',';
-      text.append(digits, std::to_chars(digits, digits + sizeof digits, v[a]).ptr);
-    }
-    return text + "]";
-  };
-  std::string json =
-      "{\"asset\":{\"version\":\"2.0\",\"generator\":\"trephine\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
-      "\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,"
-      "\"material\":0}]}],\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.89,0.85,0.76,1],"
-      "\"metallicFactor\":0,\"roughnessFactor\":0.7},\"doubleSided\":true}],\"buffers\":[{\"byteLength\":" +
-      std::to_string(numbers.size()) +
-      "}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":" + std::to_string(at) +
-      ",\"target\":34962},{\"buffer\":0,\"byteOffset\":" + std::to_string(at) +
-      ",\"byteLength\":" + std::to_string(numbers.size() - at) +
-      ",\"target\":34963}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":" +
-      std::to_string(mesh.vertices.size()) + ",\"type\":\"VEC3\",\"min\":" + vector(low) +
-      ",\"max\":" + vector(high) +
-      "},{\"bufferView\":1,\"componentType\":5125,\"count\":" + std::to_string(3 * mesh.triangles.size()) +
-      ",\"type\":\"SCALAR\"}]}";
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  std::string out = "glTF";
-  put(out, std::uint32_t{2});
-  put(out, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + numbers.size()));
-  put(out, static_cast<std::uint32_t>(json.size()));
-  out += "JSON" + json;
-  put(out, static_cast<std::uint32_t>(numbers.size()));
-  out.append("BIN\0", 4);
-  return out + numbers;
+std::string glb(WorldMesh mesh) {
+  ScenePart part{.name = "surface", .vertices = std::move(mesh.vertices)};
+  part.indices.reserve(3 * mesh.triangles.size());
+  for (const auto& t : mesh.triangles) part.indices.insert(part.indices.end(), t.begin(), t.end());
+  return glb_of({&part, 1});
 }
 
 std::string extension_of(const std::string& path) {

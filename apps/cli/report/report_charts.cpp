@@ -1,0 +1,132 @@
+#include "apps/cli/report/report_charts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/cli/report/report_html.h"
+#include "apps/workbench/text.h"
+
+namespace trephine::cli {
+
+using workbench::format_text;
+
+namespace {
+
+/// Returns the largest step of 1, 2 or 5 times a power of ten that divides a length into at least `parts`.
+double round_step(double length, double parts) {
+  const double raw = length / parts, power = std::pow(10, std::floor(std::log10(raw)));
+  for (const double factor : {5.0, 2.0})
+    if (factor * power <= raw) return factor * power;
+  return power;
+}
+
+/// Plotting area, in the units of the SVG, and its scales.
+struct Plot {
+  double left, top, width, height;
+  double x_end, y_end;  ///< values at the right and at the upper edge
+
+  double x(double value) const { return left + width * value / x_end; }
+  double y(double value) const { return top + height * (1 - std::clamp(value, 0.0, y_end) / y_end); }
+
+  /// Draws the axes with their numbers.
+  std::string axes(double x_parts, double y_parts, const char* x_title) const {
+    std::string svg;
+    const double y_step = round_step(y_end, y_parts), x_step = round_step(x_end, x_parts);
+    for (double value = 0; value <= y_end * 1.0001; value += y_step)
+      svg += format_text(
+          "<path class=\"grid\" d=\"M%.1f %.1fh%.1f\"/><text class=\"end\" x=\"%.1f\" y=\"%.1f\">%g"
+          "</text>",
+          left, y(value), width, left - 6, y(value) + 4, value);
+    for (double value = 0; value <= x_end * 1.0001; value += x_step)
+      svg += format_text(
+          "<path class=\"grid\" d=\"M%.1f %.1fv4\"/><text class=\"mid\" x=\"%.1f\" y=\"%.1f\">%g"
+          "</text>",
+          x(value), top + height, x(value), top + height + 17, value);
+    return svg + format_text("<text class=\"end\" x=\"%.1f\" y=\"%.1f\">%s</text>", left + width,
+                             top + height + 31, x_title);
+  }
+};
+
+std::string svg_begin(double width, double height, const std::string& label) {
+  return format_text("<svg viewBox=\"0 0 %g %g\" role=\"img\" aria-label=\"", width, height) +
+         escaped(label) + "\">\n";
+}
+
+/// Outlines of the band: each run of columns with values is a polygon.
+std::string band(const workbench::Envelope& values, const Plot& plot, double seconds) {
+  const auto columns = values.columns();
+  const auto x_of = [&](std::size_t i) {
+    return plot.x(seconds * (static_cast<double>(i) + 0.5) / static_cast<double>(columns.size()));
+  };
+  constexpr double k_half_line = 0.6;  // a band of equal values remains visible
+  std::string path;
+  for (std::size_t i = 0; i < columns.size();) {
+    if (!columns[i].has_value) {
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < columns.size() && columns[end].has_value) ++end;
+    for (std::size_t k = i; k < end; ++k)
+      path += format_text("%c%.1f %.1f", k == i ? 'M' : 'L', x_of(k), plot.y(columns[k].high) - k_half_line);
+    for (std::size_t k = end; k-- > i;)
+      path += format_text("L%.1f %.1f", x_of(k), plot.y(columns[k].low) + k_half_line);
+    path += 'Z';
+    i = end;
+  }
+  return "<path class=\"band\" d=\"" + path + "\"/>";
+}
+
+std::string mark_of(const ChartMark& mark, const Plot& plot) {
+  const double x = plot.x(mark.seconds), y = plot.top - 7;
+  const std::string title =
+      "<title>" + format_text("%.1f s: ", mark.seconds) + escaped(mark.text) + "</title>";
+  if (mark.is_step)
+    return format_text("<g class=\"step\"><path d=\"M%.1f %.1fV%.1f\"/><text x=\"%.1f\" y=\"%.1f\">", x,
+                       plot.top - 30, plot.top + plot.height, x + 3, plot.top - 20) +
+           escaped(mark.text) + "</text>" + title + "</g>\n";
+  if (mark.is_danger)
+    return format_text(
+               "<g class=\"danger\"><path class=\"stem\" d=\"M%.1f %.1fV%.1f\"/><path d=\"M%.1f %.1fl5 "
+               "-9h-10z\"/>",
+               x, y + 2, plot.top + plot.height, x, y + 3) +
+           title + "</g>\n";
+  return format_text("<g class=\"event\"><circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.2\"/>", x, y - 2) + title +
+         "</g>\n";
+}
+
+}  // namespace
+
+std::string svg_of(const TimeChart& chart) {
+  const double top = chart.axis_top > 0 ? chart.axis_top : chart.values->greatest();
+  const double highest = top > 0 ? top : 1, step = round_step(highest, 3);
+  const Plot plot{44, 42, 864, 130, std::max(chart.axis_seconds, 1e-3), std::ceil(highest / step) * step};
+  std::string svg = svg_begin(920, 212, chart.label);
+  svg += "<text class=\"title\" x=\"0\" y=\"12\">" + escaped(chart.title) + "</text>\n";
+  svg += plot.axes(8, 3, "time, s") + "\n" + band(*chart.values, plot, chart.seconds) + "\n";
+  for (const ChartMark& mark : chart.marks) svg += mark_of(mark, plot);
+  return svg + "</svg>\n";
+}
+
+std::string svg_of(const workbench::RemovalDistances& distances) {
+  const double most =
+      std::max(distances.inside_mm3, *std::max_element(distances.mm3.begin(), distances.mm3.end()));
+  const double highest = most > 0 ? most : 1, step = round_step(highest, 3);
+  const std::string name = workbench::words_of(distances.structure);
+  const Plot plot{
+      52, 30, 320, 110, static_cast<double>(distances.mm3.size()), std::ceil(highest / step) * step};
+  std::string svg = svg_begin(390, 180, "Removed matter by distance to " + name + ", mm3 by mm");
+  svg += "<text class=\"title\" x=\"0\" y=\"12\">" + escaped(name) + ", mm\u00b3</text>\n";
+  svg += plot.axes(4, 3, "distance, mm") + "\n";
+  for (std::size_t i = 0; i < distances.mm3.size(); ++i) {
+    if (!(distances.mm3[i] > 0)) continue;
+    const double x = plot.x(static_cast<double>(i)), y = plot.y(distances.mm3[i]);
+    svg += format_text(
+        "<rect class=\"bar\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"><title>%zu to %zu mm: "
+        "%.1f mm\u00b3</title></rect>",
+        x + 1, y, plot.width / plot.x_end - 2, plot.top + plot.height - y, i, i + 1, distances.mm3[i]);
+  }
+  return svg + "</svg>\n";
+}
+
+}  // namespace trephine::cli

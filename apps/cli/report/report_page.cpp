@@ -1,0 +1,334 @@
+#include "apps/cli/report/report_page.h"
+
+#include <algorithm>
+
+#include "apps/cli/report/report_charts.h"
+#include "apps/cli/report/report_html.h"
+#include "apps/cli/report/report_texts.h"
+#include "apps/workbench/session_score.h"
+#include "apps/workbench/text.h"
+
+namespace trephine::cli {
+
+using sim::Finding;
+using workbench::format_text;
+using workbench::hash_text;
+using workbench::ReportData;
+using workbench::TimelineRow;
+
+namespace {
+
+/// Returns the shape and the word of a verdict: neither depends on colour.
+std::string verdict_html(const Finding& finding) {
+  static constexpr const char* k_shapes[] = {
+      "<circle cx=\"7\" cy=\"7\" r=\"5\" fill=\"none\" stroke=\"currentColor\" stroke-width=\"1.5\"/>",
+      "<circle cx=\"7\" cy=\"7\" r=\"6\"/>", "<path d=\"M7 1l6.5 12h-13z\"/>",
+      "<path d=\"M1.5 1.5h11v11h-11z\"/>"};
+  static constexpr const char* k_classes[] = {"open", "good", "fair", "bad"};
+  const auto verdict = static_cast<std::size_t>(finding.verdict);
+  return format_text("<span class=\"verdict %s\"><svg viewBox=\"0 0 14 14\" aria-hidden=\"true\">%s</svg>",
+                     k_classes[verdict], k_shapes[verdict]) +
+         escaped(workbench::verdict_name(finding)) + "</span>";
+}
+
+std::string value_text(const Finding& finding) {
+  if (!finding.value) return "\u2013";
+  return format_text("%.4g", *finding.value) + (finding.unit.empty() ? "" : "\u00a0" + finding.unit);
+}
+std::string limits_text(const Finding& finding) {
+  if (finding.full_at == finding.zero_at) return "";
+  return format_text("full at %g, 0 at %g", finding.full_at, finding.zero_at);
+}
+std::string points_text(const Finding& finding) {
+  if (!(finding.weight > 0)) return "";
+  return finding.value ? format_text("%.1f of %g", finding.points, finding.weight)
+                       : format_text("\u2013 of %g", finding.weight);
+}
+std::string time_text(double seconds) { return format_text("%.1f s", seconds); }
+
+std::string section(std::string_view css_class, std::string_view heading, const std::string& contents) {
+  return "<section class=\"" + std::string(css_class) + "\"><h2>" + escaped(heading) + "</h2>\n" + contents +
+         "</section>\n";
+}
+
+std::string points_of(const sim::Score& score) {
+  return score.possible > 0 ? format_text("%.0f of %.0f points", score.points, score.possible)
+                            : "no points: nothing was judged";
+}
+
+std::string score_html(const ReportData& data) {
+  const sim::Score& score = data.score;
+  std::string html = "<p class=\"points\">" + escaped(points_of(score)) + "</p>\n";
+  if (score.not_judged > 0)
+    html += "<p>" +
+            escaped(format_text("Findings with %g further points could not be judged.", score.not_judged)) +
+            "</p>\n";
+  HtmlTable judged({{"verdict"},
+                    {"finding"},
+                    {"value", true},
+                    {"limits", true},
+                    {"points", true},
+                    {"time", true},
+                    {"reason"}},
+                   "findings");
+  HtmlTable reported({{"reported"}, {"value", true}});
+  for (const Finding& finding : score.findings) {
+    if (finding.value && finding.full_at == finding.zero_at) {
+      reported.begin_row();
+      reported.cell(workbench::words_of(finding.name));
+      reported.cell(value_text(finding));
+      continue;
+    }
+    judged.begin_row();
+    judged.cell_of_html(verdict_html(finding));
+    judged.cell(workbench::words_of(finding.name));
+    judged.cell(value_text(finding));
+    judged.cell(limits_text(finding));
+    judged.cell(points_text(finding));
+    judged.cell(finding.tick ? time_text(static_cast<double>(*finding.tick) / data.header().rate_hz) : "");
+    judged.cell(finding.reason);
+  }
+  return html + "<div class=\"wide\">" + judged.finish() + "</div>\n<div class=\"reported\">" +
+         reported.finish() + "</div>";
+}
+
+/// Returns the position of the hands in the axes and units of glTF.
+std::string direction_text(const ReportData& data) {
+  const glm::dvec3& p = data.hands_at;
+  return format_text("%.4f,%.4f,%.4f", 1e-3 * p.x, 1e-3 * p.z, -1e-3 * p.y);
+}
+
+std::string models_html(const ReportPage& page, bool has_models) {
+  std::string html;
+  if (has_models && !report_viewer().empty() && !page.models.before.empty())
+    html += "<div id=\"viewer\" data-from=\"" + direction_text(*page.trainee) +
+            "\" hidden><canvas aria-label=\"Anatomy before and after the operation; drag to "
+            "turn it\"></canvas><p class=\"pair\"><span>before</span><span>after</span></p></div>\n"
+            "<script type=\"application/octet-stream\" id=\"glb-before\">" +
+            base64(page.models.before) +
+            "</script>\n<script type=\"application/octet-stream\" id=\"glb-after\">" +
+            base64(page.models.after) + "</script>\n";
+  else
+    html += has_models ? "<p class=\"note\">This program was built without the 3-D viewer.</p>\n"
+                       : "<p class=\"note\">The 3-D models are too large for this page.</p>\n";
+  if (!page.pictures.states.empty())
+    html +=
+        "<figure class=\"states\">" +
+        image_tag(page.pictures.states, "The anatomy before and after the operation") +
+        "</figure>\n<figure class=\"sections\">" +
+        image_tag(page.pictures.sections, "Sections through the removed matter") +
+        "<figcaption>Sections through the removed matter. Letters: directions of the patient.</figcaption>"
+        "</figure>\n";
+  if (!page.pictures.problem.empty())
+    html += "<p class=\"note\">" + escaped("Pictures are missing: " + page.pictures.problem + ".") + "</p>\n";
+  return "<div class=\"models\">" + html + "</div>";
+}
+
+std::string moments_html(const ReportPictures& pictures) {
+  if (pictures.moments.empty()) return "<p>No event of this session has a picture.</p>\n";
+  std::string html = "<div class=\"multiples pictures\">\n";
+  for (const ReportPicture& picture : pictures.moments)
+    html += "<figure>" + image_tag(picture.png, picture.text) + "<figcaption>" +
+            (picture.is_danger ? "<strong class=\"injury\">\u25b2 injury</strong> " : "") + "<b>" +
+            escaped(picture.title) + "</b> " + escaped(picture.text) + "</figcaption></figure>\n";
+  return html + "</div>\n";
+}
+
+/// Returns marks of a chart: steps and the events that a window shows at the tool.
+std::vector<ChartMark> marks_of(const ReportData& data) {
+  std::vector<ChartMark> marks;
+  const volume::SurgicalProcedure& procedure = data.header().plan.procedure;
+  for (const TimelineRow& row : data.timeline.rows) {
+    const double seconds = static_cast<double>(row.tick) / data.header().rate_hz;
+    if (!row.step.empty()) {
+      const int step = procedure.find(row.step);
+      marks.push_back({.seconds = seconds,
+                       .text = step < 0 ? row.step : procedure.steps[static_cast<std::size_t>(step)].title,
+                       .is_step = true});
+    } else if (row.level == workbench::EventLevel::danger || row.level == workbench::EventLevel::outcome) {
+      marks.push_back(
+          {.seconds = seconds, .text = row.text, .is_danger = row.level == workbench::EventLevel::danger});
+    }
+  }
+  return marks;
+}
+
+/// Draws the charts of a session, on the axes that it shares with the other one.
+std::string charts_html(const ReportData& data, const ReportData* other, const std::string& who) {
+  const double seconds = std::max(data.seconds, other ? other->seconds : 0),
+               newtons = std::max(data.force.greatest(), other ? other->force.greatest() : 0);
+  TimeChart force{.title = who + "force on the hand, N",
+                  .label = who + "force over time, with events",
+                  .values = &data.force,
+                  .seconds = data.seconds,
+                  .axis_seconds = seconds,
+                  .axis_top = newtons,
+                  .marks = marks_of(data)};
+  std::string html = svg_of(force);
+  if (data.engine().forbidden().empty())
+    return html + "<p class=\"note\">" + escaped(who) +
+           "no structure is forbidden in this session, so there is no chart of depth.</p>\n";
+  TimeChart depth = force;
+  depth.title = who + "distance to the nearest forbidden structure, mm";
+  depth.label = who + "distance to the nearest forbidden structure over time";
+  depth.values = &data.clearance;
+  depth.axis_top = sim::Forbidden::k_reach;
+  return html + svg_of(depth);
+}
+
+std::string injuries_html(const ReportData& data) {
+  HtmlTable table({{"time", true}, {"hand", true}, {"injury or fault"}, {"position, mm (LPS)", true}});
+  bool is_any = false;
+  for (const TimelineRow& row : data.timeline.rows) {
+    if (row.level != workbench::EventLevel::danger) continue;
+    is_any = true;
+    table.begin_row();
+    table.cell(time_text(static_cast<double>(row.tick) / data.header().rate_hz));
+    table.cell(std::to_string(row.hand + 1));
+    table.cell(row.text);
+    const glm::dvec3& p = row.position_world;
+    table.cell(format_text("%.1f, %.1f, %.1f", p.x, p.y, p.z));
+  }
+  return is_any ? "<div class=\"wide\">" + table.finish() + "</div>" : "<p>No injury was recorded.</p>\n";
+}
+
+std::string removal_html(const ReportData& data) {
+  std::string html =
+      "<p>" +
+      escaped(format_text("Removed: %.1f mm\u00b3. The bars also count detached pieces.", data.removed_mm3)) +
+      "</p>\n";
+  if (data.removal.empty()) return html + "<p>No structure is forbidden in this session.</p>\n";
+  HtmlTable table({{"structure"},
+                   {"inside, mm\u00b3", true},
+                   {"below 1 mm", true},
+                   {"below 3 mm", true},
+                   {"below 5 mm", true},
+                   {"20 mm or more", true}});
+  html += "<div class=\"multiples\">\n";
+  for (const workbench::RemovalDistances& one : data.removal) {
+    html += "<figure>" + svg_of(one) + "</figure>\n";
+    table.begin_row();
+    table.cell(workbench::words_of(one.structure));
+    for (const double mm3 : {one.inside_mm3, one.within(1), one.within(3), one.within(5), one.beyond_mm3})
+      table.cell(format_text("%.1f", mm3));
+  }
+  return html + "</div>\n<div class=\"wide\">" + table.finish() + "</div>";
+}
+
+std::string timeline_html(const ReportData& data) {
+  const workbench::Timeline& timeline = data.timeline;
+  const bool has_branches = timeline.branches.size() > 1;
+  HtmlTable table({{"time", true}, {"hand", true}, {"kind"}, {"entry"}, {"removed, mm\u00b3", true}},
+                  "timeline");
+  for (const TimelineRow& row : timeline.rows) {
+    table.begin_row(row.step.empty() ? "" : "step");
+    table.cell(time_text(static_cast<double>(row.tick) / data.header().rate_hz));
+    table.cell(std::to_string(row.hand + 1));
+    table.cell(row.step.empty() ? workbench::kind_name(row.kind) : "step");
+    table.cell((has_branches && !row.branch.empty() ? "[" + row.branch + "] " : "") + row.text);
+    table.cell(row.units != 0 && timeline.unit_mm3
+                   ? format_text("%.2f", *timeline.unit_mm3 * static_cast<double>(row.units))
+                   : "");
+  }
+  return "<div class=\"wide\">" + table.finish() +
+         "</div><p class=\"print-only\">Only the first entries are printed; the page on the screen has all.</p>";
+}
+
+std::string comparison_html(const ReportData& trainee, const ReportData& expert) {
+  HtmlTable table({{"finding"}, {"trainee", true}, {"verdict"}, {"expert", true}, {"verdict"}}, "findings");
+  const auto find = [](const ReportData& data, const std::string& name) -> const Finding* {
+    for (const Finding& finding : data.score.findings)
+      if (finding.name == name) return &finding;
+    return nullptr;
+  };
+  const auto add = [&](const std::string& name) {
+    table.begin_row();
+    table.cell(workbench::words_of(name));
+    for (const Finding* finding : {find(trainee, name), find(expert, name)}) {
+      table.cell(finding ? value_text(*finding) : "");
+      table.cell_of_html(finding ? verdict_html(*finding) : "");
+    }
+  };
+  table.begin_row("step");
+  table.cell("points");
+  for (const ReportData* data : {&trainee, &expert}) {
+    table.cell(points_of(data->score));
+    table.cell("");
+  }
+  for (const Finding& finding : trainee.score.findings) add(finding.name);
+  for (const Finding& finding : expert.score.findings)
+    if (!find(trainee, finding.name)) add(finding.name);
+  return "<div class=\"wide\">" + table.finish() + "</div>\n<div class=\"pairs\">" +
+         charts_html(trainee, &expert, "Trainee: ") + charts_html(expert, &trainee, "Expert: ") + "</div>";
+}
+
+/// Lists the origin of the numbers.
+std::string origin_html(const ReportPage& page) {
+  const ReportData& data = *page.trainee;
+  const sim::SessionHeader& header = data.header();
+  HtmlTable table({{"computed from"}, {""}}, "origin");
+  const auto row = [&](std::string_view name, const std::string& value) {
+    table.begin_row();
+    table.cell(name);
+    table.cell(value);
+  };
+  row("this report", page.program);
+  row("recorded by", header.program);
+  row("arithmetic revision",
+      format_text("%u of the session, %u of this program", header.revision, sim::k_replay_revision));
+  if (!header.case_name.empty()) row("case", header.case_name);
+  row("hash of the final state", hash_text(data.engine().now().hash()));
+  row("hash of the removed matter", hash_text(data.engine().current()->content_hash()));
+  row("duration",
+      format_text("%.1f s at %g Hz, hands: %zu", data.seconds, header.rate_hz, header.hands.size()));
+  if (const auto& mismatch = data.session->replay->mismatch())
+    row("replay", format_text("differs from the recording from tick %llu on: ",
+                              static_cast<unsigned long long>(mismatch->tick)) +
+                      mismatch->what);
+  else
+    row("replay", "no difference from the recording was found");
+  if (page.expert) row("expert's final state", hash_text(page.expert->engine().now().hash()));
+  return "<p>The session was replayed from its inputs; all values, charts and pictures are of this replay.</p>\n" +
+         table.finish();
+}
+
+std::string page_html(const ReportPage& page, bool has_models) {
+  const ReportData& data = *page.trainee;
+  std::string html =
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
+      "'unsafe-inline'; script-src 'unsafe-inline'; form-action 'none'; base-uri 'none'\">\n<title>" +
+      escaped(page.title) + "</title>\n<style>\n" + std::string(k_report_css) +
+      "</style></head>\n<body><main>\n";
+  html += "<header><h1>" + escaped(page.title) + "</h1><p>" +
+          escaped(page.date + format_text(" \u00b7 %.0f s \u00b7 removed %.0f mm\u00b3", data.seconds,
+                                          data.removed_mm3)) +
+          "</p></header>\n";
+  html += section("score", "Score", score_html(data));
+  html += section("anatomy", "Before and after", models_html(page, has_models));
+  html += section("moments", "Decisive moments", moments_html(page.pictures));
+  html += section("charts", "Force and depth", charts_html(data, nullptr, ""));
+  html += section("injuries", "Injuries", injuries_html(data));
+  html += section("removal", "Removed matter by distance", removal_html(data));
+  html += section("course", "Timeline", timeline_html(data));
+  if (page.expert)
+    html += section("comparison", "Comparison with an expert", comparison_html(data, *page.expert));
+  html += section("origin", "Origin of the numbers", origin_html(page));
+  html += "</main>\n";
+  if (has_models && !report_viewer().empty())
+    html += "<script>\n" + std::string(report_viewer()) + "</script>\n";
+  return html + "</body></html>\n";
+}
+
+}  // namespace
+
+std::string_view report_viewer() { return k_report_viewer; }
+
+std::string html_of(const ReportPage& page, std::size_t max_bytes) {
+  std::string html = page_html(page, true);
+  if (html.size() > max_bytes) html = page_html(page, false);
+  return html;
+}
+
+}  // namespace trephine::cli

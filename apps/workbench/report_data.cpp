@@ -1,0 +1,240 @@
+#include "apps/workbench/report_data.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <map>
+
+#include "apps/workbench/findings.h"
+#include "modules/catalogue.h"
+
+namespace trephine::workbench {
+
+using glm::dvec3;
+
+Envelope::Envelope(std::uint64_t tick_count, std::size_t column_count)
+    : tick_count_(std::max<std::uint64_t>(tick_count, 1)),
+      columns_(static_cast<std::size_t>(std::clamp<std::uint64_t>(column_count, 1, tick_count_))) {}
+
+void Envelope::add(std::uint64_t tick, double value) noexcept {
+  if (tick >= tick_count_ || columns_.empty()) return;
+  Column& column = columns_[static_cast<std::size_t>(tick * columns_.size() / tick_count_)];
+  column.low = column.has_value ? std::min(column.low, value) : value;
+  column.high = column.has_value ? std::max(column.high, value) : value;
+  column.has_value = true;
+}
+
+double Envelope::greatest() const noexcept {
+  double greatest = 0;
+  for (const Column& column : columns_)
+    if (column.has_value) greatest = std::max(greatest, column.high);
+  return greatest;
+}
+
+double RemovalDistances::within(std::size_t mm) const noexcept {
+  double sum = inside_mm3;
+  for (std::size_t i = 0; i < std::min(mm, k_bins); ++i) sum += mm3[i];
+  return sum;
+}
+
+RemovalDistances removal_distances(const volume::Version& version, std::span<const volume::Field> solids,
+                                   const sim::Forbidden& structure) {
+  RemovalDistances result{.structure = structure.name()};
+  const volume::CutLattice& lattice = version.lattice();
+  const double cell = lattice.frame().voxel_mm3();
+  double expected = sim::Forbidden::k_reach;  // of the previous cell, which is near
+  const auto add = [&](const glm::ivec3& sample) {
+    const dvec3 p = lattice.volume_from_lattice(dvec3(sample));
+    if (std::none_of(solids.begin(), solids.end(),
+                     [&](const volume::Field& solid) { return solid.value(p) >= 0; }))
+      return;
+    const double distance =
+        structure.clearance({.centre = version.base().frame.world_from_volume(p)}, expected);
+    expected = distance;
+    if (distance < 0)
+      result.inside_mm3 += cell;
+    else if (distance >= static_cast<double>(RemovalDistances::k_bins))
+      result.beyond_mm3 += cell;
+    else
+      result.mm3[static_cast<std::size_t>(distance)] += cell;
+  };
+  version.for_bricks_in(glm::ivec3(0), lattice.size() - 1,
+                        [&](const glm::ivec3& low, const volume::Brick& brick) {
+                          for (int z = 0; z < volume::k_brick; ++z)
+                            for (int y = 0; y < volume::k_brick; ++y)
+                              for (int x = 0; x < volume::k_brick; ++x)
+                                if (brick.is_hollow || !brick.is_kept(x, y, z))
+                                  add(low + glm::ivec3(x, y, z));
+                        });
+  return result;
+}
+
+namespace {
+
+/// Chooses the moments of pictures while a session is replayed.
+class MomentCollector {
+ public:
+  MomentCollector(const ReportChoice& choice, double rate_hz) : choice_(choice), rate_hz_(rate_hz) {}
+
+  /// Reads the events since the last call.
+  void observe(sim::Engine& engine) {
+    const sim::Chronicle& chronicle = engine.now().chronicle;
+    for (; next_ < chronicle.size(); ++next_) observe(chronicle[next_], engine);
+  }
+  /// Adds a position of the final state.
+  void add_final(const sim::Finding& finding, sim::Engine& engine) {
+    const bool is_bad = finding.verdict == sim::Finding::Verdict::bad;
+    if (!finding.position_world || !(is_bad || finding.verdict == sim::Finding::Verdict::fair)) return;
+    add({.tick = finding.tick.value_or(engine.now().next_tick),
+         .text = finding.name + (finding.reason.empty() ? "" : ". " + finding.reason),
+         .level = is_bad ? EventLevel::danger : EventLevel::outcome,
+         .position_world = *finding.position_world},
+        engine);
+  }
+  /// Returns the chosen moments by time: X-rays in their order, of other moments injuries first.
+  std::vector<ReportMoment> finish() {
+    std::stable_sort(found_.begin(), found_.end(), [](const ReportMoment& a, const ReportMoment& b) {
+      return (a.level == EventLevel::danger) > (b.level == EventLevel::danger);
+    });
+    std::vector<ReportMoment> chosen;
+    std::size_t slices = 0, xrays = 0;
+    for (ReportMoment& moment : found_)
+      if (moment.xray ? xrays++ < choice_.xray_count : slices++ < choice_.slice_count)
+        chosen.push_back(std::move(moment));
+    std::stable_sort(chosen.begin(), chosen.end(),
+                     [](const ReportMoment& a, const ReportMoment& b) { return a.tick < b.tick; });
+    return chosen;
+  }
+
+ private:
+  static constexpr std::size_t k_max_of_type = 2;  // events of one type, so that others are shown too
+
+  void observe(const sim::Event& event, sim::Engine& engine) {
+    const EventText text = describe_event(event);
+    const auto* xray = event.value.as<fluoroscopy::XrayTaken>();
+    // An implant is added, and a screw placed, before it is turned in.
+    const bool is_slice = (text.level == EventLevel::danger || text.level == EventLevel::outcome) &&
+                          event.value.name() != "body-added" && event.value.name() != "screw-placed";
+    if (!xray && (!is_slice || event.position_world == dvec3(0) ||
+                  by_type_[std::string(event.value.name())]++ >= k_max_of_type))
+      return;
+    ReportMoment moment{
+        .tick = event.tick, .text = text.text, .level = text.level, .position_world = event.position_world};
+    if (xray) moment.xray = *xray;
+    add(std::move(moment), engine);
+  }
+  void add(ReportMoment moment, sim::Engine& engine) {
+    engine.freeze();
+    moment.seconds = static_cast<double>(moment.tick) / rate_hz_;
+    moment.version = engine.current();
+    moment.objects = objects_of(engine);
+    found_.push_back(std::move(moment));
+  }
+
+  const ReportChoice& choice_;
+  double rate_hz_;
+  std::size_t next_ = 0;
+  std::map<std::string, std::size_t> by_type_;
+  std::vector<ReportMoment> found_;
+};
+
+/// Returns the distance of a hand's tool to the nearest forbidden structure, mm; empty without structures.
+std::optional<double> clearance_of(const sim::Engine& engine, std::size_t hand) {
+  std::optional<double> nearest;
+  for (std::size_t i = 0; i < engine.forbidden().size(); ++i)
+    nearest = std::min(nearest.value_or(sim::Forbidden::k_reach), engine.watch(hand, i).clearance);
+  return nearest;
+}
+
+/// Returns the touchable shapes of the scan.
+std::vector<volume::Field> solids_of(const sim::Engine& engine) {
+  std::vector<volume::Field> solids;
+  for (const haptics::TouchItem& item : engine.scene().items)
+    if (!item.is_mesh() && &item.field.volume() == engine.scene().base.get()) solids.push_back(item.field);
+  return solids;
+}
+
+/// Adds the values of all hands in a tick as one.
+class HandValues {
+ public:
+  HandValues(Envelope& envelope, const double& (*choose)(const double&, const double&))
+      : envelope_(&envelope), choose_(choose) {}
+  void add(std::uint64_t tick, double value) {
+    if (tick != tick_) flush();
+    value_ = value_ ? choose_(*value_, value) : value;
+    tick_ = tick;
+  }
+  void flush() {
+    if (value_) envelope_->add(tick_, *value_);
+    value_.reset();
+  }
+
+ private:
+  Envelope* envelope_;
+  const double& (*choose_)(const double&, const double&);
+  std::uint64_t tick_ = 0;
+  std::optional<double> value_;
+};
+
+/// Replays the session to its end.
+Status play(ReportData& data, MomentCollector& moments, MotionStats& motion, const Listener& listener) {
+  sim::Replay& replay = *data.session->replay;
+  const auto progress = listener.progress("replaying the session");
+  const auto tick_count = static_cast<double>(std::max<std::uint64_t>(data.session->reader->tick_count(), 1));
+  HandValues force(data.force, std::max<double>), clearances(data.clearance, std::min<double>);
+  std::uint64_t n = 0;
+  for (;; ++n) {
+    if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) / tick_count))
+      return Error{.what = "the replay was interrupted", .kind = ErrorKind::interrupted};
+    const Result<bool> stepped = replay.step();
+    if (!stepped) return stepped.error();
+    moments.observe(replay.engine());  // commands may follow the last tick
+    if (!stepped.value()) break;
+    const haptics::ServoRecord& record = replay.record();
+    const std::optional<double> clearance = clearance_of(replay.engine(), record.hand);
+    motion.add(record, clearance.value_or(sim::Forbidden::k_reach));
+    force.add(record.tick, glm::length(record.force_world));
+    if (clearance) clearances.add(record.tick, *clearance);
+    data.hands_at += record.pose.position_world;
+  }
+  force.flush();
+  clearances.flush();
+  data.hands_at /= static_cast<double>(std::max<std::uint64_t>(n, 1));
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<ReportData> collect_report(const ReportChoice& choice, const Listener& listener) {
+  ReportData data;
+  {
+    auto log = sim::SessionReader::open(choice.session, modules::catalogue());
+    if (!log) return log.error();
+    auto timeline = read_timeline(log.value());
+    if (!timeline) return timeline.error();
+    data.timeline = std::move(timeline).value();
+  }
+  auto opened = open_session(choice.session, choice.case_source, listener);
+  if (!opened) return opened.error();
+  data.session = std::move(opened).value();
+  const sim::SessionHeader& header = data.header();
+  const std::uint64_t tick_count = data.session->reader->tick_count();
+  data.seconds = static_cast<double>(tick_count) / header.rate_hz;
+  data.force = data.clearance = Envelope(tick_count, choice.column_count);
+  MomentCollector moments(choice, header.rate_hz);
+  MotionStats motion(data.engine().hand_count(), 1 / header.rate_hz);
+  if (Status error = play(data, moments, motion, listener)) return *error;
+
+  sim::Engine& end = data.session->replay->engine();
+  end.freeze();
+  data.score = sim::score(findings_of(end, &motion), header.plan.score);
+  for (const sim::Finding& finding : data.score.findings) moments.add_final(finding, end);
+  data.moments = moments.finish();
+  data.overlays = end.overlays();
+  data.removed_mm3 = end.removed_mm3();
+  const std::vector<volume::Field> solids = solids_of(end);
+  for (const auto& structure : end.forbidden())
+    data.removal.push_back(removal_distances(*end.current(), solids, *structure));
+  return data;
+}
+
+}  // namespace trephine::workbench

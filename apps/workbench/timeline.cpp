@@ -1,0 +1,154 @@
+#include "apps/workbench/timeline.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "apps/workbench/text.h"
+#include "sim/engine/step_rules.h"
+
+namespace trephine::workbench {
+
+namespace {
+
+/// Returns the name of the step that an event reports as begun; empty for other events.
+std::string step_of(const sim::Value& event) {
+  const auto* entered = event.as<sim::StepEntered>();
+  return entered ? entered->step : "";
+}
+
+/// Collects rows from the items of a session's log.
+class Rows {
+ public:
+  explicit Rows(const sim::SessionHeader& header)
+      : types_(header.types), rate_hz_(header.rate_hz), pressed_(header.hands.size(), false) {}
+
+  void observe(const sim::LogItem& item) {
+    if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
+      observe(tick->record);
+    } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
+      units_ = version->removed_units;
+    } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
+      // Commands of derived data are not listed.
+      const sim::Value& request = command->command.request;
+      if (request.is_empty() || request.as<sim::Adopt>()) return;
+      end_stroke();
+      const std::string words = request.words();
+      add({last_, Kind::command, command->command.hand,
+           std::string(request.name()).append(words.empty() ? "" : " ").append(words)});
+      open_command_ = rows_.size();
+      open_request_ = sim::request_name(command->command), branches_before_ = branches_;
+      if (const auto* begin = request.as<sim::BeginBranch>()) branches_.push_back(begin->name);
+      if (const auto* other = request.as<sim::SwitchBranch>()) {
+        std::erase(branches_, other->name);
+        branches_.push_back(other->name);
+      }
+      units_before_ = units_;
+    } else if (const auto* unknown = std::get_if<sim::UnknownItem>(&item)) {
+      rows_.push_back({last_, unknown->is_command ? Kind::command : Kind::event, 0,
+                       types_[unknown->type].name + " (unknown to this program)"});
+    } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
+      const auto* refusal = event->event.value.as<sim::StepRefused>();
+      if (refusal && open_command_ > 0 && refusal->request == open_request_) branches_ = branches_before_;
+      EventText text = describe_event(event->event);
+      add({event->event.tick, Kind::event, event->event.hand, std::move(text.text)});
+      rows_.back().level = text.level;
+      rows_.back().position_world = event->event.position_world;
+      rows_.back().step = step_of(event->event.value);
+    }
+  }
+  /// Branches of the history; the current branch is last.
+  const std::vector<std::string>& branches() const { return branches_; }
+  std::vector<TimelineRow> finish() {
+    end_stroke();
+    std::stable_sort(rows_.begin(), rows_.end(),
+                     [](const TimelineRow& a, const TimelineRow& b) { return a.tick < b.tick; });
+    return std::move(rows_);
+  }
+
+ private:
+  using Kind = TimelineRow::Kind;
+
+  void add(TimelineRow row) {
+    row.branch = branches_.back();
+    rows_.push_back(std::move(row));
+  }
+  void observe(const haptics::ServoRecord& r) {
+    close_command();
+    last_ = std::max(last_, r.tick);
+    pressed_[r.hand] = r.pose.is_pressed();
+    const bool is_on = std::find(pressed_.begin(), pressed_.end(), true) != pressed_.end();
+    if (is_on && !stroke_) {
+      stroke_ = TimelineRow{r.tick, Kind::stroke, r.hand, ""};
+      stroke_->branch = branches_.back();
+      units_before_ = units_;
+    }
+    if (stroke_) {
+      stroke_->seconds = static_cast<double>(r.tick - stroke_->tick + 1) / rate_hz_;
+      stroke_->strongest = std::max(stroke_->strongest, glm::length(r.force_world));
+    }
+    if (!is_on) end_stroke();
+  }
+  /// Assigns the removed units to the last command: its version precedes the next tick in the log.
+  void close_command() {
+    if (open_command_ > 0) rows_[open_command_ - 1].units = units_ - units_before_;
+    open_command_ = 0;
+  }
+  void end_stroke() {
+    close_command();
+    if (!stroke_) return;
+    stroke_->units = units_ - units_before_;
+    rows_.push_back(*stroke_);
+    stroke_.reset();
+  }
+
+  std::vector<sim::NamedVersion> types_;
+  double rate_hz_;
+  std::vector<TimelineRow> rows_;
+  std::vector<bool> pressed_;
+  std::vector<std::string> branches_{sim::Engine::k_first_branch};
+  std::string open_request_;                  ///< of the open command
+  std::vector<std::string> branches_before_;  ///< branches before it
+  std::optional<TimelineRow> stroke_;
+  std::size_t open_command_ = 0;  ///< index of the command's row plus one; 0: no open command
+  std::uint64_t last_ = 0;
+  std::int64_t units_ = 0, units_before_ = 0;
+};
+
+/// Names strokes by their number; a press that changed nothing has none.
+void set_text(TimelineRow& row, std::size_t& strokes) {
+  if (row.units == 0) {
+    row.kind = TimelineRow::Kind::press;
+    row.text = format_text("press, %.2f s, %.2f N at most, changed nothing", row.seconds, row.strongest);
+  } else {
+    row.text = format_text("stroke %zu, %.2f s, %.2f N at most", ++strokes, row.seconds, row.strongest);
+  }
+}
+
+}  // namespace
+
+const char* kind_name(TimelineRow::Kind kind) noexcept {
+  static constexpr const char* k_names[] = {"stroke", "press", "command", "event"};
+  return k_names[static_cast<std::size_t>(kind)];
+}
+
+Result<Timeline> read_timeline(sim::SessionReader& session) {
+  Rows rows(session.header());
+  std::int64_t units = 0;
+  for (sim::LogItem item;;) {
+    const Result<bool> read = session.next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+    if (const auto* version = std::get_if<sim::VersionItem>(&item)) units = version->removed_units;
+    rows.observe(item);
+  }
+  Timeline timeline;
+  // Only the session's end has the size of a unit in mm3; a truncated session has no volumes.
+  if (session.end() && units > 0) timeline.unit_mm3 = session.end()->removed_mm3 / static_cast<double>(units);
+  timeline.rows = rows.finish();
+  timeline.branches = rows.branches();
+  for (TimelineRow& row : timeline.rows)
+    if (row.is_stroke()) set_text(row, timeline.strokes);
+  return timeline;
+}
+
+}  // namespace trephine::workbench

@@ -1,0 +1,47 @@
+// Timeline: strokes, commands and events of a recorded session by time, read without a replay.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/workbench/event_text.h"
+#include "sim/session/session_reader.h"
+
+namespace trephine::workbench {
+
+/// An entry of the timeline. A press is a stroke that changed nothing.
+struct TimelineRow {
+  enum class Kind : std::uint8_t { stroke, press, command, event };
+  std::uint64_t tick = 0;
+  Kind kind = Kind::event;
+  int hand = 0;
+  std::string text;
+  std::string branch = {};  ///< branch of the history; may be empty
+  // Of strokes and presses.
+  double seconds = 0;    ///< duration
+  double strongest = 0;  ///< strongest force, N
+  /// Removed matter, in the session's units; negative: restored.
+  std::int64_t units = 0;
+  // Of events.
+  EventLevel level = EventLevel::record;
+  glm::dvec3 position_world{0.0};  ///< mm
+  std::string step = {};           ///< the step of the procedure that began; empty for other events
+
+  bool is_stroke() const noexcept { return kind == Kind::stroke || kind == Kind::press; }
+};
+/// Returns the name for reports: "stroke", "press", "command" or "event".
+const char* kind_name(TimelineRow::Kind kind) noexcept;
+
+struct Timeline {
+  std::vector<TimelineRow> rows;      ///< by time
+  std::vector<std::string> branches;  ///< of the history; the current branch is last
+  std::size_t strokes = 0;
+  /// Volume of a unit, mm3; empty if the session was cut short or removed nothing.
+  std::optional<double> unit_mm3;
+};
+
+/// Reads a session to its end. Commands of derived data are not listed.
+Result<Timeline> read_timeline(sim::SessionReader& session);
+
+}  // namespace trephine::workbench

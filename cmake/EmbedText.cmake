@@ -1,0 +1,27 @@
+# Writes a C++ file that defines std::string_views with the contents of text files.
+#   cmake -DOUTPUT=FILE.cpp -DHEADER=PATH/IN/TREE.h -DNAMESPACE=NAME "-DTEXTS=k_name=FILE;k_other=" -P EmbedText.cmake
+# An empty file name gives an empty text.
+set(code "// Written by cmake/EmbedText.cmake.\n#include \"${HEADER}\"\n\nnamespace ${NAMESPACE} {\n")
+foreach(text ${TEXTS})
+  string(REGEX MATCH "^([^=]+)=(.*)$" matched "${text}")
+  set(name ${CMAKE_MATCH_1})
+  set(file "${CMAKE_MATCH_2}")
+  set(literals "")
+  if(file)
+    file(READ "${file}" hex HEX)
+    # Compilers limit the length of one literal: bytes as escapes, in parts.
+    string(LENGTH "${hex}" length)
+    set(at 0)
+    while(at LESS length)
+      string(SUBSTRING "${hex}" ${at} 4096 part)
+      string(REGEX REPLACE "([0-9a-f][0-9a-f])" "\\\\x\\1" part "${part}")
+      string(APPEND literals "\n    \"${part}\"")
+      math(EXPR at "${at} + 4096")
+    endwhile()
+    math(EXPR bytes "${length} / 2")
+    string(APPEND code "\nextern const std::string_view ${name};\nconst std::string_view ${name}(${literals},\n    ${bytes});\n")
+  else()
+    string(APPEND code "\nextern const std::string_view ${name};\nconst std::string_view ${name};\n")
+  endif()
+endforeach()
+file(WRITE "${OUTPUT}" "${code}\n}  // namespace ${NAMESPACE}\n")

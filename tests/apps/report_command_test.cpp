@@ -1,0 +1,277 @@
+// Report pages: data, charts and pages of recorded sessions.
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <regex>
+
+#include "apps/cli/report/report_charts.h"
+#include "apps/cli/report/report_html.h"
+#include "apps/workbench/report_data.h"
+#include "apps/workbench/text.h"
+#include "data-tools/meshes/glb_file.h"
+#include "tests/apps/command_fixture.h"
+#include "volume/cuts/removal.h"
+
+namespace trephine::command_tests {
+namespace {
+
+using glm::dvec3;
+using workbench::Envelope;
+using workbench::RemovalDistances;
+
+/// Each column has the extremes of its ticks, for lengths that the number of columns does not divide.
+TEST(Report, EnvelopesKeepEveryPeak) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> values(-5, 5);
+  for (const auto& [ticks, columns] : {std::pair(1000u, 7u), std::pair(64u, 64u), std::pair(5u, 900u),
+                                       std::pair(1u, 3u), std::pair(901u, 900u)}) {
+    Envelope envelope(ticks, columns);
+    std::vector<std::optional<double>> all(ticks);
+    for (unsigned t = 0; t < ticks; ++t)
+      if (t % 11 != 4) envelope.add(t, *(all[t] = values(random)));
+    envelope.add(ticks, 1e9);  // beyond the end
+    const auto found = envelope.columns();
+    ASSERT_EQ(found.size(), std::min(ticks, columns));
+    for (std::size_t c = 0; c < found.size(); ++c) {
+      std::optional<double> low, high;
+      for (unsigned t = 0; t < ticks; ++t)
+        if (all[t] && t * found.size() / ticks == c)
+          low = std::min(low.value_or(*all[t]), *all[t]), high = std::max(high.value_or(*all[t]), *all[t]);
+      ASSERT_EQ(found[c].has_value, low.has_value());
+      if (!low) continue;
+      EXPECT_EQ(found[c].low, *low);
+      EXPECT_EQ(found[c].high, *high);
+    }
+  }
+}
+
+/// A ball cut into a block above a slab that is forbidden: against all samples of the lattice with the exact
+/// distance, and the volumes of the ball's slices in closed form.
+TEST(Report, RemovedMatterByDistanceIsThatOfABall) {
+  constexpr double k_spacing = 0.5, k_radius = 4, k_top = 3;  // the slab is below z = k_top
+  const dvec3 middle(8.25, 8, 10);
+  const auto frame = volume::Frame::from_axes(dvec3(0), glm::dmat3(k_spacing)).value();
+  auto scan = std::make_shared<volume::Volume>(volume::make_volume(glm::ivec3(32), frame, true).value());
+  scan->label_names = {"bone", "cord"};
+  for (int z = 0; z < 32; ++z)
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x) {
+        const dvec3 p = frame.world_from_volume({x, y, z});
+        scan->voxels[scan->index(x, y, z)] = p.x < middle.x ? 1000 : 0;  // half of it is air
+        scan->labels[scan->index(x, y, z)] = p.z < k_top;
+      }
+  const volume::Shape bone{.name = "bone", .low = 500};
+  const volume::Shape cord{.name = "cord", .label = 1};
+  const volume::Field field(*scan, bone);
+  auto start = std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 4).value());
+  volume::RemovalEditor editor(start, {field});
+  editor.remove(volume::Sweep{middle, middle, k_radius});
+  const auto version = editor.freeze();
+  const auto structure = sim::Forbidden::build(scan, cord).value();
+  const volume::Field solids[] = {field};
+  const RemovalDistances found = workbench::removal_distances(*version, solids, *structure);
+  EXPECT_EQ(found.structure, "cord");
+
+  std::array<double, RemovalDistances::k_bins> brute{};
+  double inside = 0, beyond = 0, total = 0;
+  const volume::CutLattice& lattice = version->lattice();
+  for (int z = 0; z < lattice.size().z; ++z)
+    for (int y = 0; y < lattice.size().y; ++y)
+      for (int x = 0; x < lattice.size().x; ++x) {
+        const dvec3 p = lattice.volume_from_lattice(dvec3(x, y, z));
+        if (version->sample_distance({x, y, z}) > 0 || field.value(p) < 0) continue;
+        const double distance = structure->clearance({.centre = frame.world_from_volume(p)}, 5);
+        const double cell = lattice.frame().voxel_mm3();
+        (distance < 0 ? inside : distance >= 20 ? beyond : brute[static_cast<std::size_t>(distance)]) += cell;
+        total += cell;
+      }
+  EXPECT_GT(total, 50);
+  EXPECT_NEAR(found.inside_mm3, inside, 1e-9);
+  EXPECT_NEAR(found.beyond_mm3, beyond, 1e-9);
+  for (std::size_t i = 0; i < brute.size(); ++i) EXPECT_NEAR(found.mm3[i], brute[i], 1e-9) << i;
+  // Half of the slice of a ball between two heights.
+  constexpr double k_pi = 3.14159265358979323846;
+  const auto below = [&](double height) {
+    const double h = std::clamp(height - (middle.z - k_radius), 0.0, 2 * k_radius);
+    return 0.5 * k_pi * h * h * (k_radius - h / 3);
+  };
+  const double surface = k_top - k_spacing / 2;  // between two voxels
+  for (std::size_t i = 0; i < brute.size(); ++i) {
+    const double z = surface + static_cast<double>(i);
+    EXPECT_NEAR(found.mm3[i], below(z + 1) - below(z), 0.12 * 134) << i;
+  }
+  EXPECT_NEAR(found.within(20), 0.5 * 4 / 3.0 * k_pi * 64, 0.05 * 134);
+  EXPECT_EQ(found.within(3), 0);
+  // Without a solid, or without a cut, nothing is counted.
+  EXPECT_EQ(workbench::removal_distances(*version, {}, *structure).within(20), 0);
+  EXPECT_EQ(workbench::removal_distances(*start, solids, *structure).within(20), 0);
+}
+
+TEST(Report, TextsStayTexts) {
+  EXPECT_EQ(cli::escaped("<script>alert(\"a\" & 'b')</script>"),
+            "&lt;script&gt;alert(&quot;a&quot; &amp; &#39;b&#39;)&lt;/script&gt;");
+  EXPECT_EQ(cli::escaped("caf\u00e9 \u2026 \U0001f9b4"), "caf\u00e9 \u2026 \U0001f9b4");
+  EXPECT_EQ(cli::escaped(std::string("a\0b\x1b\x7f", 5)), "a b  ");
+  // Invalid bytes: a stray continuation, overlong, a surrogate, truncated.
+  for (const char* wrong : {"\x80", "\xc0\xaf", "\xed\xa0\x80", "\xf0\x9f\xa6"}) {
+    const std::string text = cli::escaped(wrong);
+    EXPECT_NE(text.find("\ufffd"), std::string::npos);
+    EXPECT_EQ(text.find(wrong), std::string::npos);
+  }
+  EXPECT_EQ(cli::base64(""), "");
+  EXPECT_EQ(cli::base64("f"), "Zg==");
+  EXPECT_EQ(cli::base64("fo"), "Zm8=");
+  EXPECT_EQ(cli::base64("foo"), "Zm9v");
+  EXPECT_EQ(cli::base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(cli::base64("\xff\xfe\xfd"), "//79");
+  cli::HtmlTable table({{"a<b"}, {"n", true}});
+  table.begin_row();
+  table.cell("<i>");
+  table.cell("1");
+  EXPECT_EQ(table.finish(),
+            "<table><thead><tr><th>a&lt;b</th><th class=\"number\">n</th></tr></thead><tbody>\n"
+            "<tr><td>&lt;i&gt;</td><td class=\"number\">1</td></tr>\n</tbody></table>\n");
+}
+
+/// A peak of one tick reaches the height of its value; marks have their shapes and escaped texts.
+TEST(Report, ChartsShowPeaksAndMarks) {
+  Envelope values(100'000, 900);
+  for (std::uint64_t t = 0; t < 100'000; ++t) values.add(t, t == 50'000 ? 6 : 1);
+  const std::string svg = cli::svg_of({.title = "force, N",
+                                       .label = "force",
+                                       .values = &values,
+                                       .seconds = 100,
+                                       .axis_seconds = 100,
+                                       .marks = {{.seconds = 50, .text = "<torn>", .is_danger = true},
+                                                 {.seconds = 20, .text = "drill", .is_step = true},
+                                                 {.seconds = 30, .text = "bite"}}});
+  // The band is 130 units high for 6 N, from y = 172 up.
+  EXPECT_NE(svg.find(" 41.4L"), std::string::npos) << svg.substr(0, 2000);
+  EXPECT_EQ(std::count(svg.begin(), svg.end(), 'Z'), 1);
+  EXPECT_NE(svg.find("<title>50.0 s: &lt;torn&gt;</title>"), std::string::npos);
+  EXPECT_EQ(svg.find("<torn>"), std::string::npos);
+  for (const char* part : {"class=\"danger\"", "class=\"step\"", "<circle", ">drill</text>"})
+    EXPECT_NE(svg.find(part), std::string::npos) << part;
+  // Gaps interrupt the band; a chart without values has no band.
+  Envelope gaps(90, 90);
+  for (const std::uint64_t t : {3u, 4u, 50u, 51u}) gaps.add(t, 1);
+  const std::string two =
+      cli::svg_of({.title = "", .label = "", .values = &gaps, .seconds = 9, .axis_seconds = 9});
+  EXPECT_EQ(std::count(two.begin(), two.end(), 'Z'), 2);
+}
+
+TEST(Report, ScenesHaveNamedParts) {
+  const data_tools::ScenePart parts[] = {
+      {.name = "bone\"},", .vertices = {{0, 0, 0}, {10, 0, 0}, {0, 20, 0}}, .indices = {0, 1, 2}},
+      {.name = "empty"},
+      {.name = "track", .are_lines = true, .vertices = {{0, 0, 0}, {0, 0, 30}}, .indices = {0, 1}}};
+  const std::string glb = data_tools::glb_of(parts);
+  ASSERT_EQ(glb.substr(0, 4), "glTF");
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 12, 4);
+  const Json gltf = Json::parse(glb.substr(20, length));
+  ASSERT_EQ(gltf["nodes"].size(), 2u);
+  EXPECT_EQ(gltf["nodes"][0]["name"], "bone");
+  EXPECT_EQ(gltf["meshes"][1]["primitives"][0]["mode"], 1);
+  EXPECT_NEAR(gltf["accessors"][2]["max"][1].get<double>(), 0.03, 1e-8);  // metres, y up
+  EXPECT_EQ(gltf["buffers"][0]["byteLength"], glb.size() - 28 - length);
+  EXPECT_EQ(gltf["accessors"][1]["count"], 3);
+}
+
+/// Records a hole in a case whose name and structure are hostile. The case is in a folder of a patient's
+/// name.
+class ReportPage : public Command {
+ protected:
+  void record() {
+    ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
+    ASSERT_EQ(run("import s.mha -o Erika-Mustermann --name '<script>alert(1)</script>'").exit_code, 0);
+    write(
+        "a.toml",
+        "schema = 1\nscan = \"Erika-Mustermann\"\n[[hands]]\ninstrument = \"burr\"\nparameters = \"diameter=6 "
+        "removal_rate=60\"\n"
+        "points = [[0, 0, 0, 60, 0], [0.3, 0, 0, 46, 1], [0.8, 0, 0, 41, 1], [0.9, 0, 0, 50, 0], [1.4, 0, "
+        "0, 60, 0]]\n[[do]]\nat = 1.2\ncommand = \"note\"\nwith = 'text=\"<img src=x>\"'\n");
+    const Ended played = run("run a.toml --record Erika.session");
+    ASSERT_EQ(played.exit_code, 0) << played.err;
+  }
+};
+
+TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
+  record();
+  const Json report = json("report Erika.session --scan Erika-Mustermann -o page.html");
+  const std::string page = read(file("page.html"));
+  EXPECT_EQ(report["bytes"], page.size());
+  EXPECT_LT(page.size(), 15'000'000u);
+  // Every finding of the score is in it, with its value.
+  const Json score = json("score Erika.session --scan Erika-Mustermann");
+  std::size_t count = 0;
+  for (const Json& finding : score["findings"]) {
+    std::string name = finding["name"];
+    std::replace(name.begin(), name.end(), '_', ' ');
+    EXPECT_NE(page.find(">" + cli::escaped(name) + "<"), std::string::npos) << name;
+    ++count;
+  }
+  EXPECT_GT(count, 3u);
+  EXPECT_EQ(report["findings"], count);
+  // Texts of the session stay texts.
+  EXPECT_EQ(page.find("<script>alert(1)"), std::string::npos);
+  EXPECT_NE(page.find("&lt;script&gt;alert(1)"), std::string::npos);
+  EXPECT_EQ(page.find("<img src=x"), std::string::npos);
+  // Names of folders and files, and requests.
+  for (const char* name : {"Mustermann", "Erika", "page.html", "s.mha", "a.toml", "/tmp"})
+    EXPECT_EQ(page.find(name), std::string::npos) << name;
+  const std::regex request(R"re((src|href|action|data)="(?!data:image/png;base64,)[^"]*"|url\(|@import)re");
+  std::string outside = page;  // scripts are checked by the policy, and are too long for a regex
+  for (std::size_t at; (at = outside.find("<script")) != std::string::npos;)
+    outside.erase(at, outside.find("</script>", at) + 9 - at);
+  for (std::size_t at = 0; (at = outside.find("base64,", at)) != std::string::npos; at += 7)
+    outside.erase(at + 7, outside.find('"', at) - at - 7);
+  EXPECT_FALSE(std::regex_search(outside, request));
+  EXPECT_TRUE(std::regex_search(std::string("<img src=\"http://a\">"), request)) << "the check can fail";
+  EXPECT_EQ(outside.find("http"),
+            outside.find("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'"));
+  EXPECT_NE(page.find("data:image/png;base64,iVBOR"), std::string::npos);
+  // The removed volume of the timeline.
+  const Json timeline = json("timeline Erika.session");
+  EXPECT_NE(
+      page.find(">" + workbench::format_text("%.2f", timeline["rows"][0]["removed_mm3"].get<double>()) + "<"),
+      std::string::npos);
+
+  // Inputs and files of other kinds are not replaced; a failure leaves no file.
+  const std::string session = read(file("Erika.session"));
+  EXPECT_EQ(run("report Erika.session --scan Erika-Mustermann -o Erika.session").exit_code, 2);
+  EXPECT_EQ(run("report Erika.session --scan Erika-Mustermann -o page.pdf").exit_code, 2);
+  EXPECT_EQ(run("report s.mha -o other.html").exit_code, 2);
+  EXPECT_EQ(run("report Erika.session -o other.html").exit_code, 2) << "its scan is missing";
+  EXPECT_FALSE(fs::exists(folder_ / "other.html"));
+  EXPECT_EQ(read(file("Erika.session")), session);
+}
+
+/// With a browser, if there is one: a comparison prints on two pages, and no script fails.
+TEST_F(ReportPage, OpensAndPrintsInABrowser) {
+  if (std::system("command -v chromium pdfinfo >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "no chromium, or no pdfinfo";
+  record();
+  ASSERT_EQ(run("report Erika.session --scan Erika-Mustermann --beside Erika.session -o page.html").exit_code,
+            0);
+  EXPECT_NE(read(file("page.html")).find("Comparison with an expert"), std::string::npos);
+  const std::string chromium = "cd '" + folder_.string() +
+                               "' && HOME=\"$PWD\" chromium --headless --no-sandbox --disable-gpu "
+                               "--virtual-time-budget=5000 ";
+  ASSERT_EQ(
+      std::system((chromium + "--no-pdf-header-footer --print-to-pdf=page.pdf page.html >log 2>&1 && pdfinfo "
+                              "page.pdf >info")
+                      .c_str()),
+      0)
+      << read(file("log"));
+  const std::string info = read(file("info"));
+  EXPECT_TRUE(std::regex_search(info, std::regex("Pages: +[12]\n"))) << info;
+  EXPECT_NE(info.find("A4"), std::string::npos) << info;
+  ASSERT_EQ(std::system((chromium + "--dump-dom page.html >dom 2>>log").c_str()), 0);
+  const std::string dom = read(file("dom"));
+  EXPECT_NE(dom.find("&lt;script&gt;alert(1)"), std::string::npos);
+  EXPECT_EQ(read(file("log")).find("Uncaught"), std::string::npos) << read(file("log"));
+}
+
+}  // namespace
+}  // namespace trephine::command_tests
