@@ -9,9 +9,9 @@ namespace {
 
 using sim::Finding;
 
-/// Least bone removed from an arch that makes a laminectomy, mm3: more than a probe removes at its entry
+/// Least bone removed from an arch that makes a laminectomy, mm3: more than the tracks of two screws
 /// (assumed).
-constexpr double k_operated = 100;
+constexpr double k_operated = 500;
 
 /// A vertebra to judge, by its label or by a position in its canal.
 struct Subject {
@@ -46,8 +46,9 @@ std::vector<Subject> subjects_of(const sim::JobInput& input, const volume::Volum
   return subjects;
 }
 
-/// True if an arch lost bone: a track of a probe or a hole in the body is no laminectomy.
+/// True if an arch was opened or lost much bone: a track of a probe or a hole in the body is no laminectomy.
 bool is_operated(const Outcome& outcome) {
+  if (outcome.opened_length > 0) return true;
   double removed = outcome.lamina.removed + outcome.spinous_process.removed;
   for (const auto* facets : {&outcome.upper_facet, &outcome.lower_facet})
     for (const Part& facet : *facets) removed += facet.removed;

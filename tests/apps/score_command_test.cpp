@@ -55,7 +55,10 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   EXPECT_DOUBLE_EQ(points, score["points"]);
   EXPECT_DOUBLE_EQ(possible, score["possible"]);
   EXPECT_GT(value(score, "motion: path"), 50);
-  EXPECT_EQ(score["motion"].size(), 1u);
+  EXPECT_EQ(score["motion"].size(), 2u);
+  for (const Json& finding : score["findings"])
+    EXPECT_EQ(finding["name"].get<std::string>().find("pars"), std::string::npos)
+        << "tracks are no laminectomy";
   EXPECT_GT(read(file("a.csv")).size(), 500u);
 
   // Twice the same bytes; neither names the file. Before the second screw there was one.

@@ -159,14 +159,15 @@ struct Spine {
   }
   const volume::Field& bone() const { return judged.scene.items[0].field; }
   int l4() const { return judged.scene.base->label_value("L4"); }
-  /// Removes balls of 4 mm along the roof of the canal of L4.
+  /// Sweeps balls of 4 mm radius along the roof of the canal of L4.
   void open_roof() {
     const auto base = judged.scene.base;
-    const auto lattice = volume::CutLattice::for_burr(*base, volume::CutLattice::smallest_burr_mm(*base));
+    const auto lattice =
+        volume::CutLattice::for_burr(*base, std::max(4.5, volume::CutLattice::smallest_burr_mm(*base)));
     volume::RemovalEditor editor(std::make_shared<const volume::Version>(base, lattice.value()), {bone()});
     const data_tools::SpinePhantom spine(1);
-    for (double x = -8; x <= 8; x += 2)
-      for (double y = 34; y <= 46; y += 2)
+    for (double x = -6; x <= 6; x += 4)
+      for (double y = 36; y <= 44; y += 4)
         editor.remove(volume::Sweep{spine.world_point(1, {x, y, -14}), spine.world_point(1, {x, y, 14}), 4});
     judged.state.world.version = editor.freeze();
   }
@@ -174,7 +175,7 @@ struct Spine {
 
 TEST(Findings, ALaminectomyIsJudgedAgainAfterItsJudgement) {
   using namespace laminectomy;
-  Spine spine;
+  Spine spine(1.6);
   const auto before = judge(spine.bone(), spine.l4(), nullptr, *spine.judged.state.world.version);
   ASSERT_TRUE(before) << before.error().reason;
   // The operation judged the intact vertebra, and stored that.
@@ -208,12 +209,12 @@ TEST(Findings, ALaminectomyIsJudgedAgainAfterItsJudgement) {
 
 TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
   using namespace pedicle;
-  Spine spine(1.0);
+  Spine spine;
   const data_tools::SpinePhantom phantom(1);
   const auto bone = find_bone(spine.judged.scene.base, spine.bone(), spine.l4(), nullptr);
   ASSERT_TRUE(bone) << bone.error().reason;
   const volume::VertebraFrame& frame = bone.value().zones.frame;
-  // Screws beside the canal, from the back to the front, in the vertebra's own frame.
+  // Screws next to the canal, from the back to the front, in the vertebra's own frame.
   const auto screw = [&](double x) { return Screw{frame.world({x, 18, 8}), frame.world({x, -22, 8}), 6}; };
   PedicleWorld world;
   const auto place = [&](const Screw& one, double track, double depth) {
@@ -325,7 +326,7 @@ TEST(Findings, ACatheterIsJudgedInClosedForm) {
   all = judged.of(module);
   EXPECT_EQ(value(all, "catheter: forbidden structures crossed"), 1);
   EXPECT_NE(find(all, "catheter: forbidden structures crossed").reason.find("sinus"), std::string::npos);
-  // What is missing is named.
+  // Reasons name missing data.
   judged.plan->trajectories.clear();
   judged.forbidden.clear();
   all = judged.of(module);
@@ -351,12 +352,14 @@ TEST(Findings, AClampIsFittedAgainToItsCurrentPins) {
     return std::clamp(300 + 400 * std::min(-d, d + 6), -1000.0, 1600.0);
   }));
   skull_clamp::ClampPlan pins;
-  pins.pins = {on_shell({-1, 0, 0}), on_shell({1, 0.55, 0})};
+  // The pair is as far apart as the rocker is wide: 90 mm.
+  const double x = k_radii.x * std::sqrt(1 - 45 * 45 / (k_radii.y * k_radii.y));
+  pins.pins = {dvec3(-k_radii.x, 0, 0), dvec3(x, 45, 0)};
   judged.set_settings(pins);
   auto all = judged.of(module);
   ASSERT_EQ(all.size(), 1u);
   expect_reason(all, "clamp: fitted", "place the others");
-  pins.pins.push_back(on_shell({1, -0.55, 0}));
+  pins.pins.push_back({x, -45, 0});
   judged.set_settings(pins);
   skull_clamp::ClampFitted stale;  // of other pins
   stale.is_fitted = true, stale.axis_miss = 99, stale.trouble = "old";
