@@ -81,7 +81,8 @@ class ProbeTick {
   /// Returns the depth to which the hand presses a track whose end is a wall: the spring of the contact then
   /// keeps the resistance. The end is reached before it moves on, since fields follow cuts later.
   double depth_between_walls() const {
-    constexpr double k_slack = 0.25;  // mm: resolution of the contact field
+    // Resolution of the contact field, 0.25 mm, and motion of the hand until the field follows a cut.
+    constexpr double k_slack = 0.35;  // mm
     const double pressed = glm::dot(tick_.pose.position_world - tick_.proxy_world, state_.ahead);
     if (!(press_ > p_.resistance) || pressed <= 0 || state_.depth < state_.end - k_slack) return state_.end;
     return state_.end + std::min(pressed * (1 - p_.resistance / press_), k_fastest * input_.dt);
