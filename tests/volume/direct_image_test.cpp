@@ -328,7 +328,7 @@ double shaded_at_middles(const BruteForceRay& twin, const Camera::Ray& ray, doub
       g[a] = value(middle + h) - value(middle - h);
     }
     const double size = glm::length(g);
-    // The same lamp for all rays: it changes the brightness, not its rings.
+    // All rays have one lamp, which changes the brightness and not its rings.
     const double brightness = size > 0.6 ? 0.22 + 0.78 * std::abs(glm::dot(g / size, ray.along)) : 0.7;
     const double share = passed * (1 - std::exp(-depth));
     red += share * colour * brightness;
