@@ -2,6 +2,7 @@
 #include <thread>
 
 #include "sim/drivers/live_session.h"
+#include "sim/engine/measurement.h"
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/procedure_bench.h"
 
@@ -223,6 +224,69 @@ TEST(Procedure, StatesReasonsAndRemedies) {
   EXPECT_NE(reason(GoToStep{"mark"}).find("inspect"), std::string::npos);
   EXPECT_NE(reason(GoToStep{"nowhere"}).find("mark, drill, inspect, close"), std::string::npos);
   EXPECT_NE(reason(drilling::Burr{3, 60, 40, true}).find("kinematic=yes"), std::string::npos);
+}
+
+TEST(Procedure, ACycleOfIssuedCommandsEnds) {
+  volume::SurgicalProcedure procedure = sample_procedure();
+  procedure.steps.resize(2);
+  for (std::size_t s = 0; s < 2; ++s) {
+    procedure.steps[s].on_entry = {"note text=again"};
+    procedure.steps[s].transitions = {{procedure.steps[1 - s].name, "note", {}}};
+  }
+  const ProcedureBench bench(procedure);
+  Lockstep run(bench.planned_engine(), {}, 1000);
+  EXPECT_EQ(steps_in(run.engine().now().chronicle).size(), 256u);
+  run.step(in_air());
+  EXPECT_EQ(steps_in(run.engine().now().chronicle).size(), 256u);
+}
+
+TEST(Measurements, AreOfAHandOrOfAll) {
+  const ProcedureBench bench;
+  const auto bone = Forbidden::build(bench.scene.base, bench.scene.items[0].field.shape()).value();
+  std::vector<HandStart> hands = bench.hands(2);
+  for (HandStart& hand : hands) hand.instrument = drilling::burr(k_burr);
+  Engine engine(hands, 1e-3, toys(), {bone}, bench.plan);
+  std::vector<haptics::ServoCore> cores;
+  for (std::size_t h = 0; h < 2; ++h) cores.emplace_back(haptics::ForceOptions(), 1e-3, h);
+  for (int i = 0; i < 10; ++i)
+    for (std::size_t h = 0; h < 2; ++h) {
+      haptics::ServoInput input;
+      input.pose = haptics::on_grid({{0, 0, 9 - 2 * static_cast<double>(h)}, {1, 0, 0, 0}, false});
+      engine.apply(cores[h].step(*engine.servo_scene(), input));
+    }
+  const auto value = [&](const std::string& name, const MeasurementScope& scope) {
+    return Measurements(engine, scope).value_of(name);
+  };
+  const std::string nearest = "nearest_mm " + bone->name();
+  const double high = value(nearest, {.hand = 0}).value(), low = value(nearest, {.hand = 1}).value();
+  EXPECT_NEAR(high - low, 2, 0.5);
+  EXPECT_EQ(value(nearest, {}), low);
+  EXPECT_FALSE(value("nearest_mm nothing", {}));
+  engine.apply(Command(ToyMark{dvec3(1)}, 1));
+  EXPECT_EQ(value("events toy-marked", {.hand = 0}), 0);
+  EXPECT_EQ(value("events toy-marked", {.hand = 1}), 1);
+  EXPECT_EQ(value("events toy-marked", {}), 1);
+  EXPECT_EQ(value("events toy-marked", {.first_event = engine.now().chronicle.size()}), 0);
+  EXPECT_EQ(value("visits mark", {}), 1);
+  EXPECT_EQ(value("visits drill", {}), 0);
+  EXPECT_NEAR(value("step_seconds", {}).value(), 0.01, 1e-9);
+  EXPECT_EQ(value("strokes", {}), 1);  // the mark
+  EXPECT_EQ(value("found", {.accepts_stale = false}), 0);
+  // A later cut makes the result stale: unknown in conditions, and still known in scripts.
+  std::vector<HandStart> cutting = bench.hands(1);
+  Engine other(cutting, 1e-3, toys());
+  other.apply(ToyFlood{dvec3(0, 0, 90)});
+  other.apply(other.finish_job(other.jobs()[0].id));
+  EXPECT_TRUE(Measurements(other, {.accepts_stale = false}).value_of("found"));
+  other.apply(ToyCarve{dvec3(0)});
+  EXPECT_GT(other.removed_mm3(), 0);
+  EXPECT_FALSE(Measurements(other, {.accepts_stale = false}).value_of("found"));
+  EXPECT_TRUE(Measurements(other, {}).value_of("found"));
+  EXPECT_FALSE(Measurements(other, {}).value_of("step_seconds"));
+  // Conditions with unknown values are not met.
+  EXPECT_FALSE(Measurements(other, {.accepts_stale = false}).meets({"found", -1e300, {}}));
+  EXPECT_FALSE(Measurements(other, {}).meets({"nothing", {}, 1.0}));
+  EXPECT_TRUE(Measurements(other, {}).meets({"strokes", 2.0, 2.0}));
 }
 
 /// A log of two refused commands, a mark that begins a step, and ticks.
