@@ -147,8 +147,8 @@ Run build(Options& options) {
   options
       .add("ACTION", a->action,
            "show: print or draw the steps; check: look for errors; new: write a template")
-      .one_of({std::begin(k_actions), std::end(k_actions)})
-      .required();
+      .required()
+      .one_of({std::begin(k_actions), std::end(k_actions)});
   options
       .add("PROCEDURE", a->name,
            "A file, or the name of a shipped procedure: " + data_tools::shipped_names() +
