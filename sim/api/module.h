@@ -159,7 +159,7 @@ class Module {
   /// only adopt derived data are left out.
   virtual void hear(const Command& command, const OperationState& state, ModuleReaction& reaction) const;
   virtual std::vector<Measure> measures(const OperationState& state) const;
-  /// Judges the operation anew for a score, from state, chronicle and plan alone; may take seconds. Order and
+  /// Judges the current operation for a score, from state, chronicle and plan alone; may take seconds. Order and
   /// names are constant for a plan. Called on a frozen state, on any thread.
   virtual std::vector<Finding> findings(const JobInput& input) const;
   /// Returns true if its overlays change with time; they are then fetched in every frame.
