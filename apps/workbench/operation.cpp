@@ -424,22 +424,6 @@ Result<Operation> open_operation(const SourceChoice& src, const OperationChoice&
   return make_operation(std::move(source).value(), choice, listener);
 }
 
-/// Chooses the procedure of the plan, compares its names with the catalogue, and prepares the hands.
-static Status choose_procedure(const OperationChoice& choice, SceneDescription& spec) {
-  volume::SurgicalProcedure& procedure = spec.plan.procedure;
-  if (choice.procedure_use == ProcedureUse::ignored) procedure = {};
-  if (choice.procedure.empty()) {
-    if (Status error = check_names(procedure)) return error;
-  } else {
-    Result<data_tools::ProcedureFile> file = open_known_procedure(choice.procedure);
-    if (!file) return file.error();
-    procedure = std::move(file).value().procedure;
-  }
-  if (choice.procedure_use == ProcedureUse::begins_without_tools && !procedure.is_empty())
-    for (HandSpec& hand : spec.hands) hand.instrument.clear(), hand.parameters.clear();
-  return std::nullopt;
-}
-
 Result<Operation> make_operation(Source source, const OperationChoice& choice, const Listener& listener) {
   if (Status error = check(choice)) return *error;
   if (Status error = blur(source, choice.blur_voxels)) return *error;

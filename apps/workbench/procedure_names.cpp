@@ -156,6 +156,21 @@ Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_o
   return file;
 }
 
+Status choose_procedure(const OperationChoice& choice, sim::SceneDescription& spec) {
+  volume::SurgicalProcedure& procedure = spec.plan.procedure;
+  if (choice.procedure_use == ProcedureUse::ignored) procedure = {};
+  if (choice.procedure.empty()) {
+    if (Status error = check_names(procedure)) return error;
+  } else {
+    Result<data_tools::ProcedureFile> file = open_known_procedure(choice.procedure);
+    if (!file) return file.error();
+    procedure = std::move(file).value().procedure;
+  }
+  if (choice.procedure_use == ProcedureUse::begins_without_tools && !procedure.is_empty())
+    for (sim::HandSpec& hand : spec.hands) hand.instrument.clear(), hand.parameters.clear();
+  return std::nullopt;
+}
+
 std::vector<std::string> late_measures_of(const SurgicalProcedure& procedure) {
   const std::vector<sim::Measure> known = new_measures();
   std::vector<std::string> names;

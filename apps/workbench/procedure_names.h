@@ -1,4 +1,4 @@
-// Names in a procedure: commands, instruments, events and measurements, compared with the catalogue.
+// Procedure of an operation: its choice, and its names, compared with the catalogue.
 #pragma once
 
 #include <string>
@@ -8,7 +8,13 @@
 #include "volume/base/error.h"
 #include "volume/scan/procedure.h"
 
+namespace trephine::sim {
+struct SceneDescription;
+}
+
 namespace trephine::workbench {
+
+struct OperationChoice;
 
 /// Returns an error if a step names an unknown command, instrument, event or step, or parameters that an
 /// instrument or a command does not have. `where` is "procedure" or "step NAME", and `found` the name.
@@ -16,6 +22,8 @@ namespace trephine::workbench {
 Status check_names(const volume::SurgicalProcedure& procedure);
 /// Opens a shipped procedure by its name, or a file by its path, and checks its names. Errors state the line.
 Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_or_path);
+/// Sets the chosen procedure in the plan of a scene, checks its names, and prepares the hands.
+Status choose_procedure(const OperationChoice& choice, sim::SceneDescription& spec);
 /// Returns the names of the measurements of conditions that a new operation does not have: measures that a
 /// module returns later, or misspelt names. Builds a small operation.
 std::vector<std::string> late_measures_of(const volume::SurgicalProcedure& procedure);
