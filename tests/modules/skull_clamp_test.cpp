@@ -1,5 +1,6 @@
 // Skull clamps: poses and measures against closed forms on an ellipsoid shell, limits, planted errors, and
 // the built-in heads.
+// One file: all of its tests use the head and the pins on the shell.
 #include "modules/skull_clamp/skull_clamp.h"
 
 #include <cmath>

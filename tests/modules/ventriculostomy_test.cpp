@@ -1,4 +1,5 @@
 // Catheters: pops, refusals and judgements on a layered slab in closed form, and on the built-in head.
+// One file: all of its tests use the slab and its drill.
 #include "modules/ventriculostomy/ventriculostomy.h"
 
 #include <cmath>
