@@ -63,7 +63,7 @@ TEST(Report, RemovedMatterByDistanceIsThatOfABall) {
   const volume::Shape bone{.name = "bone", .low = 500};
   const volume::Shape cord{.name = "cord", .label = 1};
   const volume::Field field(*scan, bone);
-  auto start = std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 4).value());
+  auto start = std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 8).value());
   volume::RemovalEditor editor(start, {field});
   editor.remove(volume::Sweep{middle, middle, k_radius});
   const auto version = editor.freeze();
