@@ -6,5 +6,6 @@ set -euo pipefail
 cd "$(dirname "$0")"
 . cmake/setup.sh
 install_packages $packages_core $packages_files $packages_app
+install_viewer_packages
 build_preset release "trephine trephine_window trephine_pictures" -DTREPHINE_WITH_TESTS=OFF
 exec build/release/bin/trephine demo "$@"

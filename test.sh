@@ -29,6 +29,7 @@ run_tests() { # PRESET [CTEST OPTIONS ...]
 
 if [ "${1:-}" = --all ]; then
   install_packages $packages_core $packages_files $packages_app $packages_test $packages_all
+  install_viewer_packages
   export TREPHINE_KILLS=${TREPHINE_KILLS:-200} TREPHINE_WHOLE=1
   for preset in ${2:-core debug asan tsan clang fuzz release package soak}; do
     case $preset in
@@ -58,5 +59,6 @@ if [ "${1:-}" = --all ]; then
   exit
 fi
 install_packages $packages_core $packages_files $packages_app $packages_test
+install_viewer_packages
 build_preset release all -DTREPHINE_WITH_TESTS=ON
 run_tests release ${1:+-R "$1"}

@@ -26,6 +26,22 @@ install_packages() {
     { echo "error: the packages could not be installed: ${missing[*]}" >&2; return 3; }
 }
 
+# install_viewer_packages: npm packages of the 3-D viewer of reports, into build/report-viewer, by the lock file. Without
+# npm or a network the reports have pictures only.
+install_viewer_packages() {
+  local folder="$PWD/build/report-viewer" source="$PWD/apps/cli/report"
+  cmp -s "$source/package-lock.json" "$folder/installed-lock.json" && return 0
+  command -v npm >/dev/null || { echo "note: no npm; report pages are built without the 3-D viewer"; return 0; }
+  mkdir -p "$folder"
+  cp "$source/package.json" "$source/package-lock.json" "$folder/"
+  if (cd "$folder" && timeout 300 npm ci --ignore-scripts --no-audit --no-fund --loglevel=error >/dev/null 2>&1); then
+    cp "$source/package-lock.json" "$folder/installed-lock.json"
+  else
+    rm -rf "$folder/node_modules"
+    echo "note: the npm packages could not be installed; report pages are built without the 3-D viewer"
+  fi
+}
+
 # build_preset PRESET ["TARGETS"] [CMAKE OPTIONS ...]: into build/PRESET; quiet unless something fails.
 build_preset() {
   local preset=$1 target=${2:-all}

@@ -36,35 +36,92 @@ double RemovalDistances::within(std::size_t mm) const noexcept {
   return sum;
 }
 
+namespace {
+
+/// Adds the counted cells of a brick to the bins of their distances.
+class BrickDistances {
+ public:
+  BrickDistances(const volume::Version& version, const sim::Forbidden& structure, RemovalDistances& result)
+      : version_(version), structure_(structure), result_(result) {}
+
+  using Counted = std::array<bool, volume::k_brick * volume::k_brick * volume::k_brick>;
+  void add(const glm::ivec3& first, const Counted& counted) {
+    first_ = first;
+    counted_ = &counted;
+    add_cube(glm::ivec3(0), volume::k_brick);
+  }
+
+ private:
+  /// Adds a cube of cells. Distances within it differ from that of its centre by at most `reach`: a cube
+  /// within one bin needs no further evaluation, others are divided.
+  void add_cube(const glm::ivec3& low, int edge) {
+    const std::size_t count = count_in(low, edge);
+    if (count == 0) return;
+    const volume::CutLattice& lattice = version_.lattice();
+    const double reach = 0.5 * (edge - 1) * lattice.frame().diagonal_mm();
+    const dvec3 centre = dvec3(first_ + low) + 0.5 * (edge - 1);
+    const dvec3 world = version_.base().frame.world_from_volume(lattice.volume_from_lattice(centre));
+    // A ball of this radius measures beyond the reach of a point.
+    const double least = structure_.clearance({.centre = world, .radius = reach}, expected_);
+    expected_ = least;
+    // Samples decide on the side of a point, and may differ from the surface by half a voxel.
+    const bool has_one_side = least > structure_.voxel_mm() || least + 2 * reach < -structure_.voxel_mm();
+    if (edge == 1 || (has_one_side && bin_of(least) == bin_of(least + 2 * reach))) {
+      value_of(bin_of(least)) += static_cast<double>(count) * lattice.frame().voxel_mm3();
+      return;
+    }
+    const int half = edge / 2;
+    for (int part = 0; part < 8; ++part)
+      add_cube(low + half * glm::ivec3(part & 1, part >> 1 & 1, part >> 2), half);
+  }
+  std::size_t count_in(const glm::ivec3& low, int edge) const {
+    std::size_t count = 0;
+    for (int z = low.z; z < low.z + edge; ++z)
+      for (int y = low.y; y < low.y + edge; ++y)
+        for (int x = low.x; x < low.x + edge; ++x) count += (*counted_)[volume::Brick::index(x, y, z)];
+    return count;
+  }
+  /// -1: inside the structure; k_bins: beyond all bins.
+  static int bin_of(double distance) {
+    constexpr auto k_bins = static_cast<double>(RemovalDistances::k_bins);
+    return distance < 0 ? -1 : static_cast<int>(std::min(distance, k_bins));
+  }
+  double& value_of(int bin) {
+    if (bin < 0) return result_.inside_mm3;
+    const auto i = static_cast<std::size_t>(bin);
+    return i < RemovalDistances::k_bins ? result_.mm3[i] : result_.beyond_mm3;
+  }
+
+  const volume::Version& version_;
+  const sim::Forbidden& structure_;
+  RemovalDistances& result_;
+  glm::ivec3 first_{0};
+  const Counted* counted_ = nullptr;
+  double expected_ = sim::Forbidden::k_reach;  ///< of the previous cube, which is near
+};
+
+}  // namespace
+
 RemovalDistances removal_distances(const volume::Version& version, std::span<const volume::Field> solids,
                                    const sim::Forbidden& structure) {
   RemovalDistances result{.structure = structure.name()};
+  BrickDistances distances(version, structure, result);
   const volume::CutLattice& lattice = version.lattice();
-  const double cell = lattice.frame().voxel_mm3();
-  double expected = sim::Forbidden::k_reach;  // of the previous cell, which is near
-  const auto add = [&](const glm::ivec3& sample) {
+  const auto is_solid = [&](const glm::ivec3& sample) {
     const dvec3 p = lattice.volume_from_lattice(dvec3(sample));
-    if (std::none_of(solids.begin(), solids.end(),
-                     [&](const volume::Field& solid) { return solid.value(p) >= 0; }))
-      return;
-    const double distance =
-        structure.clearance({.centre = version.base().frame.world_from_volume(p)}, expected);
-    expected = distance;
-    if (distance < 0)
-      result.inside_mm3 += cell;
-    else if (distance >= static_cast<double>(RemovalDistances::k_bins))
-      result.beyond_mm3 += cell;
-    else
-      result.mm3[static_cast<std::size_t>(distance)] += cell;
+    return std::any_of(solids.begin(), solids.end(),
+                       [&](const volume::Field& solid) { return solid.value(p) >= 0; });
   };
-  version.for_bricks_in(glm::ivec3(0), lattice.size() - 1,
-                        [&](const glm::ivec3& low, const volume::Brick& brick) {
-                          for (int z = 0; z < volume::k_brick; ++z)
-                            for (int y = 0; y < volume::k_brick; ++y)
-                              for (int x = 0; x < volume::k_brick; ++x)
-                                if (brick.is_hollow || !brick.is_kept(x, y, z))
-                                  add(low + glm::ivec3(x, y, z));
-                        });
+  version.for_bricks_in(
+      glm::ivec3(0), lattice.size() - 1, [&](const glm::ivec3& low, const volume::Brick& brick) {
+        BrickDistances::Counted counted{};
+        for (int z = 0; z < volume::k_brick; ++z)
+          for (int y = 0; y < volume::k_brick; ++y)
+            for (int x = 0; x < volume::k_brick; ++x)
+              counted[volume::Brick::index(x, y, z)] =
+                  (brick.is_hollow || !brick.is_kept(x, y, z)) && is_solid(low + glm::ivec3(x, y, z));
+        distances.add(low, counted);
+      });
   return result;
 }
 

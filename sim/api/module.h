@@ -159,8 +159,8 @@ class Module {
   /// only adopt derived data are left out.
   virtual void hear(const Command& command, const OperationState& state, ModuleReaction& reaction) const;
   virtual std::vector<Measure> measures(const OperationState& state) const;
-  /// Judges the current operation for a score, from state, chronicle and plan alone; may take seconds. Order and
-  /// names are constant for a plan. Called on a frozen state, on any thread.
+  /// Judges the current operation for a score, from state, chronicle and plan alone; may take seconds. Order
+  /// and names are constant for a plan. Called on a frozen state, on any thread.
   virtual std::vector<Finding> findings(const JobInput& input) const;
   /// Returns true if its overlays change with time; they are then fetched in every frame.
   virtual bool is_moving(const OperationState& state) const;

@@ -38,8 +38,8 @@ struct LiveState {
   std::vector<Event> events;            ///< new: the newest k_max_events
   static constexpr std::size_t k_max_events = 256;
   bool can_undo = false, can_redo = false;
-  std::int32_t step = -1;       ///< index of the current step of the procedure; -1: no procedure
-  std::uint64_t step_tick = 0;  ///< when it began
+  std::int32_t step = -1;                  ///< index of the current step of the procedure; -1: no procedure
+  std::uint64_t step_tick = 0;             ///< when it began
   std::vector<std::uint32_t> step_visits;  ///< per step, number of times that it began
   /// Overlays of the anatomy, at least as recent as the previous fetch; null before that.
   std::shared_ptr<const Overlays> overlays;

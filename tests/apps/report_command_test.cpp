@@ -63,7 +63,7 @@ TEST(Report, RemovedMatterByDistanceIsThatOfABall) {
   const volume::Shape bone{.name = "bone", .low = 500};
   const volume::Shape cord{.name = "cord", .label = 1};
   const volume::Field field(*scan, bone);
-  auto start = std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 4).value());
+  auto start = std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 8).value());
   volume::RemovalEditor editor(start, {field});
   editor.remove(volume::Sweep{middle, middle, k_radius});
   const auto version = editor.freeze();
@@ -252,7 +252,7 @@ TEST_F(ReportPage, OpensAndPrintsInABrowser) {
   if (std::system("command -v chromium pdfinfo >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "no chromium, or no pdfinfo";
   record();
-  ASSERT_EQ(run("report Erika.session --scan Erika-Mustermann --beside Erika.session -o page.html").exit_code,
+  ASSERT_EQ(run("report Erika.session --scan Erika-Mustermann --expert Erika.session -o page.html").exit_code,
             0);
   EXPECT_NE(read(file("page.html")).find("Comparison with an expert"), std::string::npos);
   const std::string chromium = "cd '" + folder_.string() +

@@ -106,16 +106,17 @@ Result<Outcome> run_report(const ReportArguments& a) {
 Run build(Options& options) {
   auto a = std::make_shared<ReportArguments>();
   add_session(options, a->session, a->case_source);
-  options.add("--beside", a->expert, "Compare with this session, such as that of an expert").type("SESSION");
+  options.add("--expert", a->expert, "Compare with this session of an expert").type("SESSION");
   options.add("-o,--output", a->output, "Write the page").type("HTML").required();
   return run_with(a, run_report);
 }
 
 }  // namespace
 
-const Command k_report{"report", "Write a page about a recorded session for trainee and teacher",
-                       "  trephine report spine.session -o report.html\n"
-                       "  trephine report trainee.session --scan SCANS/SPINE -o report.html",
-                       build};
+const Command k_report{
+    "report", "Write a page about a recorded session for trainee and teacher",
+    "  trephine report spine.session -o report.html\n"
+    "  trephine report trainee.session --scan SCANS/SPINE --expert expert.session -o report.html",
+    build};
 
 }  // namespace trephine::cli
