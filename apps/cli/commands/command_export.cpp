@@ -236,7 +236,6 @@ Run build(Options& options) {
   options.add("-o,--output", a->output, "HDF5 file for the tables (docs/file-formats.md)")
       .type("H5")
       .required();
-  options.add_modules();
   return run_with(a, run_export);
 }
 
