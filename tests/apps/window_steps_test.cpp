@@ -25,7 +25,7 @@ volume::ProcedureStep make_step(const char* name, const char* title, std::vector
   return step;
 }
 
-/// Three steps: the second one requires a stroke before the third, which allows no instrument.
+/// Three steps: the second one requires a cut before the third, which allows no instrument.
 volume::SurgicalProcedure burr_hole() {
   volume::ProcedureStep look = make_step("look", "Examine the bone", {"burr"});
   look.hint =
@@ -36,7 +36,7 @@ volume::SurgicalProcedure burr_hole() {
                                           {"burr", "perforator diameter=12"});
   drill.hint = "Hold the button to drill.";
   drill.commands = {"add-anchor"};
-  drill.transitions.push_back({"judge", "request", {{"strokes", 1, {}}}});
+  drill.transitions.push_back({"judge", "request", {{"removed_mm3", 1, {}}}});
   drill.transitions.push_back({"look", "request", {}});
   volume::ProcedureStep judge = make_step("judge", "Judge the hole", {});
   judge.commands = {"*"};
@@ -164,10 +164,10 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return title->text().startsWith("Step 2 of 3: Drill"); }, 5000));
   EXPECT_EQ(marks(window), "d>-");
   EXPECT_FALSE(child<QLabel>(window, "step_note")->isVisible());
-  ASSERT_TRUE(
-      has_reason(window, "reason_judge",
-                 "At least 1 stroke is needed; there are 0. Hand 1 holds the burr, which the next step "
-                 "does not allow. Choose another tool, or no tool."));
+  ASSERT_TRUE(has_reason(
+      window, "reason_judge",
+      "The removed volume must be at least 1 mm³; it is 0 mm³. Hand 1 holds the burr, which the next step "
+      "does not allow. Choose another tool, or no tool."));
   EXPECT_FALSE(child<QPushButton>(window, "next_judge")->isEnabled());
   EXPECT_TRUE(child<QPushButton>(window, "next_look")->isEnabled());
   keep(window, "steps-refused");
