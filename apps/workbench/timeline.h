@@ -18,12 +18,12 @@ struct TimelineRow {
   int hand = 0;
   std::string text;
   std::string branch = {};  ///< branch of the history; may be empty
-  // Of strokes and presses.
+  // Strokes and presses have:
   double seconds = 0;    ///< duration
   double strongest = 0;  ///< strongest force, N
   /// Removed matter, in the session's units; negative: restored.
   std::int64_t units = 0;
-  // Of events.
+  // Events have:
   EventLevel level = EventLevel::record;
   glm::dvec3 position_world{0.0};  ///< mm
   std::string step = {};           ///< the step of the procedure that began; empty for other events

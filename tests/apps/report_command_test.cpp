@@ -257,7 +257,7 @@ TEST_F(ReportPage, OpensAndPrintsInABrowser) {
   EXPECT_NE(read(file("page.html")).find("Comparison with an expert"), std::string::npos);
   const std::string chromium = "cd '" + folder_.string() +
                                "' && HOME=\"$PWD\" chromium --headless --no-sandbox --disable-gpu "
-                               "--virtual-time-budget=5000 ";
+                               "--virtual-time-budget=2000 ";
   ASSERT_EQ(
       std::system((chromium + "--no-pdf-header-footer --print-to-pdf=page.pdf page.html >log 2>&1 && pdfinfo "
                               "page.pdf >info")
