@@ -60,6 +60,8 @@ struct WindowHost {
                                     const Listener& listener)>
       add_scan;
   std::string session_folder;  ///< folder of autosaved sessions; empty: no folder
+  std::string
+      interrupted_session;  ///< session whose program ended without closing it; empty: no such session
   /// Reopens the last scan with another shape.
   std::function<Result<OpenedScene>(const ShapeRequest& shape, const Listener& listener)> reshape;
 };

@@ -149,6 +149,10 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     fit_panel();
     if (const Status error = operation_->start()) show_error(*error);
     show_assumptions();
+    if (!options_.host.interrupted_session.empty())
+      show_message(
+          tr("The last operation was interrupted. To go on with it: File > Continue the interrupted "
+             "session."));
     operation_->set_depth(0.5 * depth_->value());
     picture = &operation_->viewport();
   }

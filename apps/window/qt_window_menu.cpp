@@ -61,6 +61,9 @@ void MainWindow::build_menu() {
                                                         "Sessions (*.session);;All files (*)");
       if (!path.isEmpty()) resume_session(path);
     });
+    if (!options_.host.interrupted_session.empty())
+      add(file, "continue_interrupted", tr("Continue the &interrupted session"), {},
+          [this] { resume_session(QString::fromStdString(options_.host.interrupted_session)); });
     file->addSeparator();
   }
   add(file, "save_volume", tr("&Save the operated volume ..."), QKeySequence::Save, [this] {

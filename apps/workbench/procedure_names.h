@@ -16,10 +16,6 @@ namespace trephine::workbench {
 
 struct OperationChoice;
 
-/// Returns an error if a step names an unknown command, instrument, event or step, or parameters that an
-/// instrument or a command does not have. `where` is "procedure" or "step NAME", and `found` the name.
-/// Measures of modules are not checked: some of them exist only after a command.
-Status check_names(const volume::SurgicalProcedure& procedure);
 /// Opens a shipped procedure by its name, or a file by its path, and checks its names. Errors state the line.
 Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_or_path);
 /// Sets the chosen procedure in the plan of a scene, checks its names, and prepares the hands.

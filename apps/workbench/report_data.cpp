@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 
-#include "apps/workbench/findings.h"
+#include "apps/workbench/session_score.h"
 #include "modules/catalogue.h"
 
 namespace trephine::workbench {
@@ -194,14 +194,6 @@ class MomentCollector {
   std::vector<ReportMoment> found_;
 };
 
-/// Returns the distance of a hand's tool to the nearest forbidden structure, mm; empty without structures.
-std::optional<double> clearance_of(const sim::Engine& engine, std::size_t hand) {
-  std::optional<double> nearest;
-  for (std::size_t i = 0; i < engine.forbidden().size(); ++i)
-    nearest = std::min(nearest.value_or(sim::Forbidden::k_reach), engine.watch(hand, i).clearance);
-  return nearest;
-}
-
 /// Returns the touchable shapes of the scan.
 std::vector<volume::Field> solids_of(const sim::Engine& engine) {
   std::vector<volume::Field> solids;
@@ -232,30 +224,26 @@ class HandValues {
   std::optional<double> value_;
 };
 
-/// Replays the session to its end.
-Status play(ReportData& data, MomentCollector& moments, MotionStats& motion, const Listener& listener) {
-  sim::Replay& replay = *data.session->replay;
-  const auto progress = listener.progress("replaying the session");
-  const auto tick_count = static_cast<double>(std::max<std::uint64_t>(data.session->reader->tick_count(), 1));
+/// Replays and judges the session; collects envelopes and moments.
+Status judge(ReportData& data, MomentCollector& moments, const Listener& listener) {
   HandValues force(data.force, std::max<double>), clearances(data.clearance, std::min<double>);
-  std::uint64_t n = 0;
-  for (;; ++n) {
-    if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) / tick_count))
-      return Error{.what = "the replay was interrupted", .kind = ErrorKind::interrupted};
-    const Result<bool> stepped = replay.step();
-    if (!stepped) return stepped.error();
-    moments.observe(replay.engine());  // commands may follow the last tick
-    if (!stepped.value()) break;
+  std::uint64_t count = 0;
+  const auto observe = [&](sim::Replay& replay, bool is_tick) {
+    moments.observe(replay.engine());
+    if (!is_tick) return;
     const haptics::ServoRecord& record = replay.record();
-    const std::optional<double> clearance = clearance_of(replay.engine(), record.hand);
-    motion.add(record, clearance.value_or(sim::Forbidden::k_reach));
     force.add(record.tick, glm::length(record.force_world));
-    if (clearance) clearances.add(record.tick, *clearance);
+    if (!replay.engine().forbidden().empty())
+      clearances.add(record.tick, clearance_of(replay.engine(), record.hand));
     data.hands_at += record.pose.position_world;
-  }
+    ++count;
+  };
+  auto score = score_session(*data.session, {}, listener, observe);
+  if (!score) return score.error();
+  data.score = std::move(score).value().score;
   force.flush();
   clearances.flush();
-  data.hands_at /= static_cast<double>(std::max<std::uint64_t>(n, 1));
+  data.hands_at /= static_cast<double>(std::max<std::uint64_t>(count, 1));
   return std::nullopt;
 }
 
@@ -278,12 +266,10 @@ Result<ReportData> collect_report(const ReportChoice& choice, const Listener& li
   data.seconds = static_cast<double>(tick_count) / header.rate_hz;
   data.force = data.clearance = Envelope(tick_count, choice.column_count);
   MomentCollector moments(choice, header.rate_hz);
-  MotionStats motion(data.engine().hand_count(), 1 / header.rate_hz);
-  if (Status error = play(data, moments, motion, listener)) return *error;
+  if (Status error = judge(data, moments, listener)) return *error;
 
   sim::Engine& end = data.session->replay->engine();
   end.freeze();
-  data.score = sim::score(findings_of(end, &motion), header.plan.score);
   for (const sim::Finding& finding : data.score.findings) moments.add_final(finding, end);
   data.moments = moments.finish();
   data.overlays = end.overlays();

@@ -11,18 +11,17 @@ namespace {
 
 constexpr std::uint64_t k_between_reports = 1000;  // ticks
 
-/// Returns the distance of a hand's tool from the nearest forbidden structure, mm.
-double clearance_of(const sim::Engine& engine, std::size_t hand) {
+}  // namespace
+
+double clearance_of(const sim::Engine& engine, std::size_t hand) noexcept {
   double nearest = sim::Forbidden::k_reach;
   for (std::size_t i = 0; i < engine.forbidden().size(); ++i)
     nearest = std::min(nearest, engine.watch(hand, i).clearance);
   return nearest;
 }
 
-}  // namespace
-
 Result<SessionScore> score_session(OpenedSession& session, std::optional<double> until,
-                                   const Listener& listener) {
+                                   const Listener& listener, const ReplayObserver& observe) {
   sim::Replay& replay = *session.replay;
   const auto end = tick_at(*session.reader, until);
   if (!end) return end.error();
@@ -33,6 +32,7 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
   while (!until || replay.next_tick() < end.value()) {
     const auto stepped = replay.step();
     if (!stepped) return stepped.error();
+    if (observe) observe(replay, stepped.value());
     if (!stepped.value()) break;
     const haptics::ServoRecord& record = replay.record();
     motion.add(record, clearance_of(replay.engine(), record.hand));

@@ -1,6 +1,7 @@
 // SessionScore: score of a recorded session, and the motion of its hands, from a replay.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "apps/workbench/motion_stats.h"
@@ -16,10 +17,17 @@ struct SessionScore {
   double seconds = 0;              ///< time of the judged state in the session
 };
 
+/// Receives the replay after each tick, and after the commands that follow the last one (`is_tick` false).
+using ReplayObserver = std::function<void(sim::Replay& replay, bool is_tick)>;
+
+/// Returns the distance of a hand's tool from the nearest forbidden structure, mm, at most
+/// sim::Forbidden::k_reach.
+double clearance_of(const sim::Engine& engine, std::size_t hand) noexcept;
+
 /// Replays a session from its begin to `until` (s; empty: its end) and judges the final state. The session
 /// stays there. Error if the session does not contain this time, or work was stopped by the listener.
 Result<SessionScore> score_session(OpenedSession& session, std::optional<double> until = {},
-                                   const Listener& listener = {});
+                                   const Listener& listener = {}, const ReplayObserver& observe = {});
 
 /// Returns the name of a verdict: "good", "fair", "bad", "not judged", or "reported" for a finding without
 /// limits.

@@ -155,18 +155,38 @@ std::string autosave_path() {
       .string();
 }
 
-void prune_autosaves() {
-  constexpr std::size_t k_kept = 20;
-  const std::string folder = autosave_folder();
-  if (folder.empty()) return;
+namespace {
+/// Returns the autosaves, oldest first.
+std::vector<std::string> all_autosaves() {
   std::error_code error;
-  std::vector<std::pair<fs::file_time_type, fs::path>> old;
+  std::vector<std::pair<fs::file_time_type, std::string>> found;
+  const std::string folder = autosave_folder();
+  if (folder.empty()) return {};
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
     if (it->path().extension() == ".session")
-      old.emplace_back(fs::last_write_time(it->path(), error), it->path());
-  std::sort(old.begin(), old.end());
+      found.emplace_back(fs::last_write_time(it->path(), error), it->path().string());
+  std::sort(found.begin(), found.end());
+  std::vector<std::string> paths;
+  for (auto& [time, path] : found) paths.push_back(std::move(path));
+  return paths;
+}
+}  // namespace
+
+std::string interrupted_autosave() {
+  std::vector<std::string> paths = all_autosaves();
+  std::erase_if(paths, [](const std::string& path) { return sim::SessionWriter::is_being_written(path); });
+  if (paths.empty()) return "";
+  const auto session = sim::SessionReader::open(paths.back(), modules::catalogue());
+  const bool is_interrupted = session && !session.value().end() && session.value().tick_count() > 0;
+  return is_interrupted ? paths.back() : "";
+}
+
+void prune_autosaves() {
+  constexpr std::size_t k_kept = 20;
+  const std::vector<std::string> old = all_autosaves();
+  std::error_code error;
   for (std::size_t i = 0; i + k_kept < old.size(); ++i)
-    if (!sim::SessionWriter::is_being_written(old[i].second.string())) fs::remove(old[i].second, error);
+    if (!sim::SessionWriter::is_being_written(old[i])) fs::remove(old[i], error);
 }
 
 }  // namespace trephine::workbench

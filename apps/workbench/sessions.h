@@ -53,6 +53,8 @@ Result<std::uint64_t> tick_at(const sim::SessionReader& session, std::optional<d
 std::string autosave_folder();
 /// Returns a new file name in autosave_folder(); empty without such a folder.
 std::string autosave_path();
+/// Returns the newest autosave if its program ended without closing it; empty otherwise.
+std::string interrupted_autosave();
 /// Deletes all but the twenty newest autosaves, except those that are being written.
 void prune_autosaves();
 

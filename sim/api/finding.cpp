@@ -13,6 +13,7 @@ void judge(Finding& finding, Score& score) {
     return;
   }
   const double share =
+      0 +  // never -0
       std::clamp((*finding.value - finding.zero_at) / (finding.full_at - finding.zero_at), 0.0, 1.0);
   finding.verdict = share == 1  ? Finding::Verdict::good
                     : share > 0 ? Finding::Verdict::fair

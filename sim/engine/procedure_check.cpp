@@ -147,9 +147,11 @@ Status check_step_measurements(const SurgicalProcedure& procedure, const Engine&
                                const Catalogue& catalogue) {
   for (const ProcedureStep& step : procedure.steps)
     for (const StepTransition& transition : step.transitions)
-      for (const StepCondition& condition : transition.conditions)
+      for (const StepCondition& condition : transition.conditions) {
+        if (!condition.measurement.starts_with("nearest_mm ")) continue;
         if (Status error = check_measurement(condition.measurement, engine, catalogue))
           return at(place_of(step) + ", transition to " + transition.to, std::move(*error));
+      }
   return std::nullopt;
 }
 

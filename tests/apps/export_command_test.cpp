@@ -29,7 +29,7 @@ TEST_F(Command, ExportedTablesEqualTheReplay) {
   if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) GTEST_SKIP() << "no python3-h5py";
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
-  const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv --record d.session");
+  const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session");
   json("replay d.session --scan s.mha --table steps.csv");
   const Json tables = json("export d.session --scan s.mha -o d.h5");
   EXPECT_EQ(tables["ticks"], drill["steps"]);

@@ -141,7 +141,8 @@ points = [[0, 70, 15, -21.3, 0], [1, 40, 15, -21.3, 0], [2, 25.5, 15, -21.3, 0],
   EXPECT_EQ(timeline.find("L4 right nerve root"), std::string::npos) << "nothing was near it";
   // "The tool left cord after 0.8 s, at most 3.98 mm deep."
   double depth = 0, seconds = 0;
-  for (const Json& row : json("timeline r.session")["rows"])
+  const Json rows = json("timeline r.session")["rows"];
+  for (const Json& row : rows)
     std::sscanf(row["text"].get<std::string>().c_str(), "The tool left cord after %lf s, at most %lf mm deep",
                 &seconds, &depth);
   // The burr of 2 mm stands 27 mm behind the middle of L4; the sac ends near 30 mm there.

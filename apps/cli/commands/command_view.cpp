@@ -219,6 +219,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                  .expected = "a window",
                  .remedy = view::has_display() ? "pass --seconds too, so that a window opens"
                                                : "start trephine on a display"};
+  if (is_autosave) options.host.interrupted_session = workbench::interrupted_autosave();
   auto started = workbench::start_recording(record, operation);
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());
