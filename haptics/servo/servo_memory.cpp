@@ -153,6 +153,10 @@ std::string ServoMemory::save(const ServoCore& core, const ServoHand& hand) {
   ServoCore copy = core;
   // Adopts the scene as the next step would, so that no index refers to a removed item.
   if (copy.layout_ != hand.layout) copy.adopt(hand);
+  // An instrument may let all shapes through, even those that the scene does not have.
+  ShapeSet& passable = copy.state_.around.passable;
+  for (int s = passable.next(item_count(*hand.scene)); s < ShapeSet::k_max; s = passable.next(s + 1))
+    passable.set(s, false);
   // Serials are those of this run: only their being the newest is saved.
   copy.layout_ = 1;
   copy.state_.version = hand.state.version && core.state_.version == hand.state.version->serial();

@@ -34,6 +34,27 @@ TEST_F(Command, ProceduresAreShown) {
   EXPECT_EQ(run("procedure show craniotomy -o c.jpg").exit_code, 2);
 }
 
+/// Examples are played to their end, scored, and replayed to the bit; those with a procedure under its steps.
+TEST_F(Command, ExamplesOfProceduresArePlayedScoredAndReplayed) {
+  struct Row {
+    const char* name;
+    double points;  // least share of the possible ones
+  };
+  std::vector<Row> rows{
+      {"ventriculostomy", 1}, {"procedure-ventriculostomy", 1}, {"procedure-laminectomy-screws", 0.85}};
+  if (is_whole()) rows.insert(rows.end(), {Row{"clamp", 0.5}, Row{"procedure-craniotomy", 0.5}});
+  for (const auto& [name, points] : rows) {
+    SCOPED_TRACE(name);
+    write("e.toml", read(std::string(TREPHINE_SOURCE_DIR "/docs/examples/") + name + ".toml"));
+    const std::string session = std::string(name) + ".session";
+    const Json played = json("run e.toml --record " + session);
+    EXPECT_EQ(played["is_met"], true) << played["checks"].dump(1);
+    EXPECT_EQ(json("replay " + session + " --verify")["is_same"], true);
+    const Json score = json("score " + session);
+    EXPECT_GE(score["points"].get<double>(), points * score["possible"].get<double>()) << score.dump(1);
+  }
+}
+
 TEST_F(Command, ATemplateIsValidAndAStartForChanges) {
   EXPECT_EQ(run("procedure new hole -o hole.toml").exit_code, 0);
   const Ended checked = run("procedure check hole.toml");
