@@ -5,6 +5,7 @@
 #include "apps/imaging/step_diagram.h"
 #include "apps/workbench/procedure_names.h"
 #include "tests/apps/command_fixture.h"
+#include "tests/whole.h"
 
 namespace trephine::command_tests {
 namespace {
