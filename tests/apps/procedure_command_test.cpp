@@ -89,7 +89,7 @@ TEST_F(Command, NamesOfAProcedureAreCompared) {
         Row{"instruments = [", "commands = [\"drill\"]\ninstruments = [", "unknown command", step},
         Row{"instruments = [", "commands = [\"breakthrough\"]\ninstruments = [", "unknown command", step},
         Row{"on = \"request\"", "on = \"piece-fred\"", "unknown cause", transition},
-        Row{"removed_mm3", "events bites", "unknown event", transition},
+        Row{"removed_mm3", "events bites", "unknown measurement", transition},
         Row{"removed_mm3", "visits dril", "unknown step", transition},
         Row{"note text=", "nota text=", "unknown command", end},
         Row{"note text=", "note txt=", "txt", end}}) {

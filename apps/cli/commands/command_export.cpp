@@ -180,16 +180,18 @@ class SessionExport {
       events_.add(event.tick, event.hand, event.value.name(), event.value.words(), event.position_world);
       file_->append(sentence_, workbench::describe_event(event).text);
     }
-    if (session_->replay->counts().commands == command_count_ && tick > 0) return;
+    if (has_instruments_ && session_->replay->counts().commands == command_count_) return;
     command_count_ = session_->replay->counts().commands;
     for (std::size_t h = 0; h < held_.size(); ++h) {
       const sim::Instrument& instrument = now.settings.hands[h];
-      if (instrument.type == held_[h].type && instrument.parameters == held_[h].parameters && tick > 0)
+      if (has_instruments_ && instrument.type == held_[h].type &&
+          instrument.parameters == held_[h].parameters)
         continue;
       held_[h] = instrument;
       instruments_.add(tick, static_cast<int>(h), instrument.name(),
                        instrument.type ? instrument.parameters.words() : "");
     }
+    has_instruments_ = true;
   }
 
   TableFile* file_;
@@ -198,6 +200,7 @@ class SessionExport {
   ValueTable commands_, events_, instruments_;
   int sentence_ = 0, removed_tick_ = 0, removed_ = 0;
   std::vector<sim::Instrument> held_;
+  bool has_instruments_ = false;  ///< those at the start are written
   std::shared_ptr<const volume::Version> version_;
   std::size_t event_count_ = 0;
   std::uint64_t command_count_ = 0;
