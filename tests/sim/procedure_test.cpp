@@ -450,13 +450,14 @@ TEST(Procedure, NamesAreChecked) {
   const ProcedureBench bench;
   const Engine engine = bench.planned_engine();
   EXPECT_FALSE(check_step_measurements(sample_procedure(), engine, toys()));
-  for (const char* name : {"marrks", "nearest_mm dura", "events", ""}) {
-    Procedure procedure = sample_procedure();
-    procedure.steps[0].transitions[0].conditions[0].measurement = name;
-    const Status error = check_step_measurements(procedure, engine, toys());
-    ASSERT_TRUE(error) << name;
-    EXPECT_EQ(error->where, "step mark, transition to drill");
-  }
+  Procedure procedure = sample_procedure();
+  std::string& name = procedure.steps[0].transitions[0].conditions[0].measurement;
+  name = "nearest_mm dura";  // this operation has no such structure
+  const Status error = check_step_measurements(procedure, engine, toys());
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->where, "step mark, transition to drill");
+  name = "L4: canal";  // a module may add this measure later
+  EXPECT_FALSE(check_step_measurements(procedure, engine, toys()));
 }
 
 }  // namespace
