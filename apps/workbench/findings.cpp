@@ -65,6 +65,21 @@ void add_refusals(const sim::OperationState& operation, std::vector<Finding>& fi
   findings.push_back(std::move(refused));
 }
 
+/// Adds whether the procedure reached an end: without it, an operation that touched nothing has all points of
+/// the structures that it did not injure.
+void add_procedure(const sim::OperationState& operation, std::vector<Finding>& findings) {
+  constexpr double k_weight = 10;  // assumed
+  const int step = operation.world.procedure.step;
+  if (step < 0) return;
+  const volume::ProcedureStep& current = operation.plan->procedure.steps[static_cast<std::size_t>(step)];
+  findings.push_back({.name = "procedure: complete",
+                      .value = current.is_end ? 1 : 0,
+                      .reason = current.is_end ? "" : "The operation ended in the step " + current.name + ".",
+                      .full_at = 1,
+                      .zero_at = 0,
+                      .weight = k_weight});
+}
+
 void add_motion(const HandMotion& motion, bool has_forbidden, std::vector<Finding>& findings) {
   add(findings, "motion: working time", motion.working_seconds, "s");
   add(findings, "motion: idle time", motion.idle_seconds, "s");
@@ -115,6 +130,7 @@ std::vector<Finding> operation_findings(const sim::OperationState& operation,
                                         std::span<const std::shared_ptr<const sim::Forbidden>> forbidden,
                                         const MotionStats* motion) {
   std::vector<Finding> findings;
+  add_procedure(operation, findings);
   for (std::size_t i = 0; i < forbidden.size(); ++i)
     add_structure(operation, i, forbidden.size(), forbidden[i]->name(), findings);
   add_refusals(operation, findings);

@@ -117,10 +117,9 @@ Performer::Performer(const Skill& skill, std::uint64_t seed, double duration)
 
 void Performer::displace(Place& place) const {
   Random random(seed_, place.name);
-  dvec3 offset(0);
-  for (int a = 0; a < 3; ++a) offset[a] = skill_.place_error * random.normal();
+  const double aside = skill_.place_error * random.normal(), upward = skill_.place_error * random.normal();
   const double right = skill_.tilt * random.normal(), up = skill_.tilt * random.normal();
-  place.point += offset;
+  place.point += aside * place.along + upward * place.across;
   place.outward = glm::normalize(place.outward + right * place.along + up * place.across);
   place.along = glm::normalize(place.along - glm::dot(place.along, place.outward) * place.outward);
   place.across = glm::cross(place.outward, place.along);

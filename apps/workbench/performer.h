@@ -15,11 +15,11 @@ namespace trephine::workbench {
 /// compares them with published ones.
 struct Skill {
   std::string_view name;
-  double place_error = 0;        ///< mm, standard deviation of a place from the planned one
-  double tilt = 0;               ///< radians, standard deviation of the direction of approach
-  double tremor = 0;             ///< mm, RMS per axis at 8 to 12 Hz
-  double drift = 0;              ///< mm, RMS per axis below 1 Hz
-  double slowness = 1;           ///< duration, relative to the script
+  double place_error = 0;  ///< mm, standard deviation of a place along the surface, whose height is perceived
+  double tilt = 0;         ///< radians, standard deviation of the direction of approach
+  double tremor = 0;       ///< mm, RMS per axis at 8 to 12 Hz
+  double drift = 0;        ///< mm, RMS per axis below 1 Hz
+  double slowness = 1;     ///< duration, relative to the script
   double pauses_per_second = 0;  ///< of the script
   double pause = 0;              ///< s, mean duration of a pause
   double bandwidth = 0;          ///< Hz, of the response to the planned motion; 0: exact

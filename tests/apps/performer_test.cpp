@@ -99,8 +99,8 @@ TEST(Performer, PlacesAreDisplacedByTheErrorOfTheSkill) {
     for (int seed = 0; seed < k_count; ++seed) {
       Place place{"site", {5, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
       Performer(skill, static_cast<std::uint64_t>(seed), 1).displace(place);
-      const double x = place.point.x - 5;
-      squares += x * x;
+      EXPECT_EQ(place.point.x, 5) << "the height over the surface is kept";
+      squares += place.point.y * place.point.y;
       const double tilt = std::acos(std::min(1.0, place.outward.x));
       tilts += tilt * tilt / 2;  // two axes
       EXPECT_NEAR(glm::dot(place.along, place.outward), 0, 1e-12);

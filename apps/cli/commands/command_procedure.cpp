@@ -1,4 +1,6 @@
 // procedure: shows, checks and begins files of procedures.
+#include <filesystem>
+
 #include "apps/cli/commands.h"
 #include "apps/imaging/step_diagram.h"
 #include "apps/view/step_picture.h"
@@ -128,6 +130,11 @@ Result<Outcome> begin(const ProcedureArguments& a) {
                  .where = "procedure",
                  .found = a.name,
                  .remedy = "choose another name"};
+  if (std::error_code ignored; !a.output.empty() && std::filesystem::exists(a.output, ignored))
+    return Error{.what = "the file already exists",
+                 .where = "--output",
+                 .found = data_tools::file_name(a.output),
+                 .remedy = "choose another name, or delete the file"};
   outputs.write(a.output, [&] {
     return data_tools::write_file_atomically(a.output, data_tools::procedure_text(procedure));
   });

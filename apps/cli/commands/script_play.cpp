@@ -183,9 +183,9 @@ Json checks_json(const workbench::ScriptReport& report) {
   return list;
 }
 
-void print_checks(Rows& rows) {
+void print_checks(Rows& rows, const char* unmet) {
   for (const Json& check : rows.json["checks"])
-    rows.print(std::string(check["is_met"].get<bool>() ? "ok    " : "FAILED") +
+    rows.print(std::string(check["is_met"].get<bool>() ? "ok    " : unmet) +
                    "  line {line}, at {at_seconds:.3f} s: {what} ({found})",
                check);
 }

@@ -42,7 +42,7 @@ Result<PlayedScript> play_script(const ScriptRequest& request);
 Json servo_json(const haptics::ServoReport& servo);
 /// Checks of a script: [{line, at_seconds, what, found, is_met}, ...].
 Json checks_json(const workbench::ScriptReport& report);
-/// Adds a line for each check of the row `checks`.
-void print_checks(Rows& rows);
+/// Adds a line for each check of the row `checks`. `unmet`: word for those that are not met, 6 characters.
+void print_checks(Rows& rows, const char* unmet = "FAILED");
 
 }  // namespace trephine::cli
