@@ -28,7 +28,9 @@ int finish(const std::string& name, bool wants_json, const Result<Outcome>& resu
   const Outcome& outcome = result.value();
   std::fputs(wants_json ? (text_of_json(outcome.json) + "\n").c_str() : for_terminal(outcome.text).c_str(),
              stdout);
-  return std::fflush(stdout) == 0 ? outcome.exit_code : int{exit_missing_here};
+  // A text that is longer than the buffer fails before it is flushed.
+  const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  return is_written ? outcome.exit_code : int{exit_missing_here};
 }
 
 /// Returns the unknown options of a list of unexpected words; all words if it has no option. The value of an

@@ -57,6 +57,7 @@ std::vector<Json> values_of(const Json& object, const std::vector<std::string>& 
 Json json_of_score(const workbench::SessionScore& result, double dt) {
   Json json{{"seconds", result.seconds},         {"points", result.score.points},
             {"possible", result.score.possible}, {"not_judged", result.score.not_judged},
+            {"is_complete", result.is_complete}, {"is_same", result.is_same},
             {"findings", Json::array()},         {"motion", Json::array()}};
   for (const sim::Finding& finding : result.score.findings)
     json["findings"].push_back(json_of_finding(finding, dt));
@@ -73,6 +74,8 @@ void print_score(const Json& score, Rows& rows) {
                    "finding = {name} | value = {value:.2f} | unit = {unit} | verdict = {verdict} | points = "
                    "{points:.1f} | of = {weight:.1f}");
   rows.print("points: {points:.1f} of {possible:.1f}; not judged: {not_judged:.1f}", score);
+  if (!score["is_complete"].get<bool>()) rows.print("The recording is not complete.");
+  if (!score["is_same"].get<bool>()) rows.print("The replay differs from the recording.");
   for (const Json& finding : score["findings"])
     if (finding.contains("reason")) rows.print("{name}: {reason}", finding);
 }
@@ -99,7 +102,8 @@ std::string csv_of_findings(const Json& findings) {
 }
 
 std::string csv_of_sessions(const Json& sessions) {
-  const std::vector<std::string> keys{"session", "seconds", "points", "possible", "not_judged", "error"};
+  const std::vector<std::string> keys{"session",    "seconds",     "points",  "possible",
+                                      "not_judged", "is_complete", "is_same", "error"};
   // Names of all findings, in the order of their first session.
   std::vector<std::string> names;
   for (const Json& session : sessions)

@@ -109,10 +109,12 @@ void MotionStats::add_stroke(const Hand& hand, Strokes& strokes) const noexcept 
   ++strokes.count;
   strokes.length += length, strokes.length_square += length * length;
   if (duration < k_measured_seconds || stroke.jerk_square_seconds <= 0 || stroke.peak_speed <= 0) return;
-  ++strokes.measured;
   const double mean_square = stroke.jerk_square_seconds / stroke.jerk_seconds, square = duration * duration;
-  strokes.log_jerk +=
+  const double log_jerk =
       deterministic_log(square * square * mean_square / (stroke.peak_speed * stroke.peak_speed));
+  if (log_jerk < 0) return;  // a straight motion of constant speed: its jerk is rounding noise
+  ++strokes.measured;
+  strokes.log_jerk += log_jerk;
 }
 
 void MotionStats::add(const Hand& hand, Sums& sums) const noexcept {

@@ -53,6 +53,8 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
   for (std::size_t i = 0; i < motion.hand_count(); ++i) result.motion.push_back(motion.hand(i));
   result.total_motion = motion.total();
   result.seconds = engine.seconds();
+  result.is_complete = session.reader->end().has_value() && !session.reader->is_damaged();
+  result.is_same = !replay.mismatch();
   return result;
 }
 

@@ -15,6 +15,8 @@ struct SessionScore {
   std::vector<HandMotion> motion;  ///< one per hand
   HandMotion total_motion;         ///< of all hands
   double seconds = 0;              ///< time of the judged state in the session
+  bool is_complete = true;         ///< false: the recording was interrupted, or the file is damaged
+  bool is_same = true;  ///< false: the replay differs from the recording; the score is of the replay
 };
 
 /// Receives the replay after each tick, and after the commands that follow the last one (`is_tick` false).

@@ -1,5 +1,6 @@
 #include "data-tools/cases/case_plan.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -55,6 +56,13 @@ CaseMaterial read_material(TomlReader& reader, const toml::table& t, const std::
   return material;
 }
 
+/// Refuses names that reports and sessions could not show in one line.
+void check_name(TomlReader& reader, const toml::value& value, const std::string& name) {
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::any_of(name.begin(), name.end(), is_control))
+    reader.fail(value, "a name has line ends or control characters", "", "a name in one line");
+}
+
 CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::size_t label_count) {
   static const std::set<std::string> k_keys = [] {
     std::set<std::string> keys{"name", "volume", "low", "high", "label", "touchable", "forbidden", "sides"};
@@ -67,6 +75,7 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
   const auto name = reader.text(t, "name");
   if (!name) reader.fail(value, "a structure has no name", "", "name = \"bone\"");
   s.shape.name = name.value_or("");
+  check_name(reader, value, s.shape.name);
   s.volume = reader.text(t, "volume").value_or("");
   const auto low = reader.number(t, "low", -1e6, 1e6), high = reader.number(t, "high", -1e6, 1e6);
   const auto label = reader.number(t, "label", 1, 255);
@@ -103,6 +112,7 @@ CaseVolume read_volume(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"name", "file", "matter"});
   CaseVolume volume;
   volume.name = reader.text(t, "name").value_or("");
+  check_name(reader, value, volume.name);
   volume.file = reader.text(t, "file").value_or("");
   if (volume.name.empty() || volume.file.empty() || fs::path(volume.file).filename() != volume.file)
     reader.fail(value, "a volume is not complete", volume.file,
@@ -115,6 +125,7 @@ CaseModel read_model(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"name", "file", "matter", "forbidden", "touchable"});
   CaseModel model;
   model.name = reader.text(t, "name").value_or("");
+  check_name(reader, value, model.name);
   model.file = reader.text(t, "file").value_or("");
   if (model.name.empty() || model.file.empty() || fs::path(model.file).filename() != model.file)
     reader.fail(value, "a model is not complete", model.file,

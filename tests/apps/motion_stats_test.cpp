@@ -172,5 +172,14 @@ TEST(MotionStats, WithoutTicksEverythingIsZero) {
   EXPECT_EQ(motion.log_jerk, 0);
 }
 
+TEST(MotionStats, AStraightStrokeOfConstantSpeedHasNoSmoothness) {
+  Feed feed(500);
+  feed.play(2, [](double t) { return dvec3(11.3 * t, 2.7 * t, 0.1); });
+  feed.add(dvec3(0), false);
+  const HandMotion motion = feed.stats.hand(0);
+  EXPECT_EQ(motion.strokes, 1);
+  EXPECT_EQ(motion.measured_strokes, 0) << motion.log_jerk;
+}
+
 }  // namespace
 }  // namespace trephine::workbench

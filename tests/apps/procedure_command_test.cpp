@@ -33,6 +33,9 @@ TEST_F(Command, ProceduresAreShown) {
   EXPECT_EQ(run("procedure show craniotomy -o c.png").exit_code, 0);
   EXPECT_GT(fs::file_size(folder_ / "c.png"), 10000u);
   EXPECT_EQ(run("procedure show craniotomy -o c.jpg").exit_code, 2);
+  // A report that is longer than the buffer of a full disk.
+  const int full = std::system("'" TREPHINE_COMMAND "' modules --json > /dev/full 2> /dev/null");
+  EXPECT_EQ(WEXITSTATUS(full), 3);
 }
 
 /// Examples are played to their end, scored, and replayed to the bit; those with a procedure under its steps.

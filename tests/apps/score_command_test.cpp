@@ -56,6 +56,11 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   EXPECT_DOUBLE_EQ(possible, score["possible"]);
   EXPECT_GT(value(score, "motion: path"), 50);
   EXPECT_EQ(score["motion"].size(), 2u);
+  EXPECT_EQ(score["is_complete"], true);
+  EXPECT_EQ(score["is_same"], true);
+  const std::string session = read(file("s.session"));
+  write("cut.session", session.substr(0, session.size() / 2));
+  EXPECT_EQ(json("score cut.session --until 0.1")["is_complete"], false);
   for (const Json& finding : score["findings"])
     EXPECT_EQ(finding["name"].get<std::string>().find("pars"), std::string::npos)
         << "tracks are no laminectomy";

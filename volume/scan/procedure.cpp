@@ -24,6 +24,13 @@ bool is_step_name(const std::string& name) {
   });
 }
 
+/// Line ends and tabs are allowed.
+bool has_control_characters(const std::string& text) {
+  return std::any_of(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f;
+  });
+}
+
 Status check_transitions(const SurgicalProcedure& procedure, const ProcedureStep& step) {
   if (step.transitions.size() > k_max_steps)
     return invalid("a step has too many transitions", step.name, std::to_string(step.transitions.size()),
@@ -87,6 +94,9 @@ Status check(const SurgicalProcedure& procedure) {
   for (const ProcedureStep& step : procedure.steps) {
     if (!is_step_name(step.name))
       return invalid("a step has an invalid name", "", step.name, "1 to 40 letters, digits, '-' or '_'");
+    for (const std::string* text : {&step.title, &step.hint, &step.note})
+      if (has_control_characters(*text))
+        return invalid("a text has control characters", step.name, "", "printable characters and line ends");
     if (!names.insert(step.name).second)
       return invalid("two steps have the same name", step.name, step.name, "a name for each step",
                      "rename one of them");
