@@ -227,7 +227,8 @@ TEST(SessionScore, HostileNamesStayText) {
                            {{"session", 2}, {"error", "damaged"}},
                            {{"session", 3}, {"findings", {{{"name", "b"}, {"value", nullptr}}}}}};
   EXPECT_EQ(cli::csv_of_sessions(sessions),
-            "session,seconds,points,possible,not_judged,error,a,b\n1,,2,,,,4,\n2,,,,,damaged,,\n3,,,,,,,\n");
+            "session,seconds,points,possible,not_judged,is_complete,is_same,error,a,b\n"
+            "1,,2,,,,,,4,\n2,,,,,,,damaged,,\n3,,,,,,,,,\n");
 }
 
 }  // namespace
