@@ -5,8 +5,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
+#include <span>
 
 #include "volume/base/deterministic_math.h"
+#include "volume/base/parallel.h"
 #include "volume/scan/traversal.h"
 
 namespace trephine::volume {
@@ -179,17 +181,26 @@ bool middle_of(const CanalSection& section, dvec2& middle) {
   return true;
 }
 
+/// Returns the sections of the untouched canal at these heights (mm), computed on all cores.
+std::vector<CanalSection> sections_at(const VertebraFrame& frame, std::span<const double> heights,
+                                      const CanalWalls& walls) {
+  std::vector<CanalSection> sections(heights.size());
+  parallel_for(static_cast<int>(heights.size()), 0, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    sections[index] = canal_section(frame, heights[index], walls, nullptr);
+  });
+  return sections;
+}
+
 /// Returns the median distance from the centre of the canal to its wall, mm, in rays around `middle`, at
 /// mid-height.
 double median_wall(const VertebraFrame& frame, const CanalWalls& walls, int middle_ray) {
   constexpr int k_spread = 20 * k_canal_rays / 360;
   std::vector<double> distances;
-  for (const double z : {-4.0, 0.0, 4.0}) {
-    const CanalSection section = canal_section(frame, z, walls, nullptr);
+  for (const CanalSection& section : sections_at(frame, std::array{-4.0, 0.0, 4.0}, walls))
     for (int ray = -k_spread; ray <= k_spread; ++ray)
       if (const double r = section.before[static_cast<std::size_t>(around(middle_ray + ray))]; r >= 0)
         distances.push_back(r);
-  }
   if (distances.empty()) return 0.5 * k_canal_reach;
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
@@ -207,9 +218,10 @@ dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& points, doub
   if (body.size() < 20) return dvec2(0);
   std::vector<double> heights;
   for (const dvec3& q : body) heights.push_back(q.z);
-  std::sort(heights.begin(), heights.end());
   const auto at = [&](double share) {
-    return heights[static_cast<std::size_t>(share * static_cast<double>(heights.size() - 1))];
+    const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(heights.size() - 1));
+    std::nth_element(heights.begin(), heights.begin() + rank, heights.end());
+    return heights[static_cast<std::size_t>(rank)];
   };
   const double low = at(k_spared), high = at(1 - k_spared);
   dvec3 mean(0);
@@ -229,15 +241,15 @@ dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& points, doub
 
 /// Moves the frame to the centre of the canal's sections, and aligns it with the vertebra's body.
 bool align(const CanalWalls& walls, const std::vector<dvec3>& points, VertebraFrame& frame) {
-  constexpr double k_half = 10, k_step = 2;  // mm of canal
-  constexpr double k_steepest = 0.82;        // about the cosine of 35 degrees
+  constexpr std::array k_heights{-10.0, -8.0, -6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0, 8.0, 10.0};  // mm
+  constexpr double k_steepest = 0.82;  // about the cosine of 35 degrees
   constexpr int k_rounds = 6;
   const dvec3 upright = frame.up;
   for (int round = 0; round < k_rounds; ++round) {
     dvec2 sum(0);
     int count = 0;
-    for (double z = -k_half; z <= k_half; z += k_step)
-      if (dvec2 middle; middle_of(canal_section(frame, z, walls, nullptr), middle)) sum += middle, ++count;
+    for (const CanalSection& section : sections_at(frame, k_heights, walls))
+      if (dvec2 middle; middle_of(section, middle)) sum += middle, ++count;
     if (count == 0) return false;
     const dvec2 middle = sum / static_cast<double>(count);
     frame.middle = frame.world({middle.x, middle.y, 0});
