@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "modules/drilling/burr_tick.h"
+#include "volume/scan/bone_labels.h"
 
 namespace trephine::drilling {
 
@@ -24,11 +25,13 @@ dvec3 tip_of(const Perforator& p, const PerforatorState& state) {
   return state.centre - 0.5 * p.inner * state.shaft;
 }
 
-/// Returns true if bone holds the inner drill.
+/// Returns true if bone holds the inner drill. Where a label names soft tissue, its intensity does not count.
 bool is_held(const Perforator& p, const PerforatorState& state, const sim::Work& work) {
   const dvec3 tip = tip_of(p, state);
-  for (const double ahead : k_ahead)
-    if (work.is_matter(tip - ahead * state.shaft)) return true;
+  for (const double ahead : k_ahead) {
+    const dvec3 p = tip - ahead * state.shaft;
+    if (work.is_matter(p) && !volume::has_soft_label(work.remaining().base(), p)) return true;
+  }
   return false;
 }
 

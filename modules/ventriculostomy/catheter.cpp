@@ -43,13 +43,9 @@ int remaining_label(const sim::Work& work, const dvec3& p_world) noexcept {
   return label_at(scan, p_world);
 }
 
-/// Returns true in bone and other matter that can be cut. Where the scan has the label of something else, its
-/// intensity is only that of a blurred edge of bone.
+/// Returns true in bone and other matter that can be cut.
 bool is_bone(const sim::Work& work, const dvec3& p_world) {
-  if (!work.is_matter(p_world)) return false;
-  const volume::Volume& scan = work.remaining().base();
-  const int label = label_at(scan, p_world);
-  return label == 0 || volume::is_bone_name(name_of_label(scan, label));
+  return work.is_matter(p_world) && !volume::has_soft_label(work.remaining().base(), p_world);
 }
 
 dvec3 ahead_of(const glm::dquat& hand) { return haptics::unit_of(hand) * dvec3(0, 0, -1); }
@@ -96,7 +92,7 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
     if (!tick.has_contact) state.is_refused = false;
     return;
   }
-  if (state.is_refused) return;
+  // A refusal is reported once. The catheter enters as soon as it was turned or moved enough.
   const dvec3 layer = tip + nearest * ahead;
   if (std::string reason = reason_not_to_enter(c, state, tip, ahead, layer, work); !reason.empty())
     return refuse(std::move(reason));

@@ -274,6 +274,11 @@ TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
     drill_hole(run);
     const glm::dquat lying = glm::angleAxis(1.2, dvec3(0, 1, 0));
     EXPECT_NE(refusal(run, [&] { down(run, 0, lying, -5.8); }).find("edge of the hole"), std::string::npos);
+    // Turned along the hole, without being lifted, it enters.
+    for (double angle = 1.2; angle > 0; angle -= 0.01)
+      tick(run, {0, 0, -5.8}, glm::angleAxis(angle, dvec3(0, 1, 0)));
+    EXPECT_EQ(events_of<CatheterEntered>(run.engine()).size(), 1u);
+    EXPECT_EQ(events_of<CatheterRefused>(run.engine()).size(), 1u) << "reported once";
   }
   {
     sim::Lockstep run = bench.run(1000, {}, {.has_stylet = false});

@@ -13,9 +13,10 @@ bool is_bone_name(std::string_view label) {
   // Soft tissue named after a bone: "vertebral disc", "vertebral artery".
   for (const char* soft : {"disc", "artery", "vein", "canal", "nerve"})
     if (name.find(soft) != std::string::npos) return false;
-  for (const char* bone : {"vertebra", "sacrum", "coccyx",  "skull",     "cranium",  "mandible", "bone",
-                           "pelvis",   "hip_",   "rib_",    "femur",     "tibia",    "fibula",   "humerus",
-                           "radius",   "ulna",   "scapula", "clavicula", "clavicle", "sternum",  "ilium"})
+  for (const char* bone :
+       {"vertebra", "sacrum",  "coccyx", "skull",  "cranium", "mandible", "bone",  "pelvis",  "hip_",
+        "rib_",     "femur",   "tibia",  "fibula", "humerus", "radius",   "ulna",  "scapula", "clavicula",
+        "clavicle", "sternum", "ilium",  "diploe", "calvari", "maxilla",  "zygoma"})
     if (name.starts_with(bone) || name.find(std::string("_") + bone) != std::string::npos ||
         name.find(std::string(" ") + bone) != std::string::npos)
       return true;
@@ -24,6 +25,19 @@ bool is_bone_name(std::string_view label) {
   std::size_t end = 1;
   while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
   return end > 1 && end <= 3 && (end == name.size() || name.find("vertebra", end) != std::string::npos);
+}
+
+bool has_soft_label(const Volume& volume, const glm::dvec3& p_world) {
+  if (volume.labels.is_empty()) return false;
+  const glm::ivec3 v = voxel_of(volume.frame.volume_from_world(p_world));
+  if (!volume.contains(v)) return false;
+  const std::size_t label = volume.labels[volume.index(v.x, v.y, v.z)];
+  if (label == 0) return false;
+  if (label >= volume.label_names.size()) return true;
+  const std::string_view name = volume.label_names[label];
+  for (const char* hard : {"tooth", "teeth", "screw", "implant", "metal"})
+    if (name.find(hard) != std::string_view::npos) return false;
+  return !is_bone_name(name);
 }
 
 BoneLabels::BoneLabels(const Volume& volume) : volume_(&volume) {
