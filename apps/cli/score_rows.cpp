@@ -1,9 +1,11 @@
 #include "apps/cli/score_rows.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "apps/cli/report.h"
+#include "apps/workbench/text.h"
 
 namespace trephine::cli {
 
@@ -70,8 +72,14 @@ Json json_of_score(const workbench::SessionScore& result, double dt) {
 }
 
 void print_score(const Json& score, Rows& rows) {
-  rows.print_table(score["findings"],
-                   "finding = {name} | value = {value:.2f} | unit = {unit} | verdict = {verdict} | points = "
+  Json findings = score["findings"];
+  for (Json& finding : findings)  // whole numbers are counts
+    if (finding["value"].is_number()) {
+      const double value = finding["value"];
+      finding["value"] = workbench::format_text("%.*f", value == std::floor(value) ? 0 : 2, value);
+    }
+  rows.print_table(findings,
+                   "finding = {name} | value = {value} | unit = {unit} | verdict = {verdict} | points = "
                    "{points:.1f} | of = {weight:.1f}");
   rows.print("points: {points:.1f} of {possible:.1f}; not judged: {not_judged:.1f}", score);
   if (!score["is_complete"].get<bool>()) rows.print("The recording is not complete.");

@@ -12,13 +12,9 @@
 #include <vtkActor.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
-#include <vtkCellArray.h>
-#include <vtkFloatArray.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPlane.h>
-#include <vtkPointData.h>
-#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
@@ -26,10 +22,9 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
-#include <vtkTypeInt64Array.h>
-#include <vtkUnsignedCharArray.h>
 #include <vtk_glew.h>
 
+#include "apps/view/bone_mesh.h"
 #include "apps/view/picture_cache.h"
 #include "apps/view/render_window.h"
 #include "apps/workbench/clock.h"
@@ -47,80 +42,9 @@ constexpr int k_group = 4;               // chunks along the edge of a coarse gr
 constexpr double k_rest_seconds = 0.12;  // rest of the view before drawing at full detail starts
 constexpr double k_batch_ms = 30;        // share of a frame for drawing at full detail
 
-/// Colours that any colour vision distinguishes: bone and cut also differ in lightness.
-struct Tint {
-  dvec3 spongy, compact, cut_spongy, cut_compact;
-};
-constexpr Tint k_tints[] = {{{0.84, 0.71, 0.55}, {0.95, 0.90, 0.80}, {0.55, 0.20, 0.15}, {0.86, 0.60, 0.48}},
-                            {{0.35, 0.55, 0.75}, {0.55, 0.75, 0.92}, {0.16, 0.30, 0.50}, {0.30, 0.48, 0.70}},
-                            {{0.80, 0.62, 0.20}, {0.95, 0.80, 0.35}, {0.50, 0.36, 0.05}, {0.70, 0.52, 0.12}},
-                            {{0.35, 0.62, 0.48}, {0.55, 0.80, 0.66}, {0.12, 0.36, 0.26}, {0.25, 0.52, 0.40}}};
-
-/// Tint of a shape: its own colour, or one of k_tints.
-Tint tint_of(std::size_t shape, const std::optional<dvec3>& colour) {
-  if (!colour) return k_tints[shape % std::size(k_tints)];
-  return {0.85 * *colour, glm::mix(*colour, dvec3(1), 0.2), 0.45 * *colour, 0.7 * *colour};
-}
-
-dvec3 colour_of(const Tint& tint, const VertexMatter& matter) {
-  const auto density = static_cast<double>(matter.density);
-  return glm::mix(glm::mix(tint.spongy, tint.compact, density),
-                  glm::mix(tint.cut_spongy, tint.cut_compact, density),
-                  static_cast<double>(matter.freshness));
-}
-
-vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& meshes, const Tint& tint) {
-  std::size_t vertices = 0, triangles = 0;
-  for (const DrawMesh* m : meshes) vertices += m->vertices.size(), triangles += m->triangles.size() / 3;
-  vtkNew<vtkFloatArray> points, normals;
-  vtkNew<vtkUnsignedCharArray> colors;
-  for (vtkDataArray* a : std::initializer_list<vtkDataArray*>{points, normals, colors}) {
-    a->SetNumberOfComponents(3);
-    a->SetNumberOfTuples(static_cast<vtkIdType>(vertices));
-  }
-  colors->SetName("Colors");
-  normals->SetName("Normals");
-  vtkNew<vtkTypeInt64Array> offsets, connectivity;
-  offsets->SetNumberOfValues(static_cast<vtkIdType>(triangles + 1));
-  connectivity->SetNumberOfValues(static_cast<vtkIdType>(3 * triangles));
-  float *p = points->GetPointer(0), *n = normals->GetPointer(0);
-  unsigned char* c = colors->GetPointer(0);
-  vtkTypeInt64* index = connectivity->GetPointer(0);
-  std::size_t first = 0;
-  for (const DrawMesh* m : meshes) {
-    for (std::size_t i = 0; i < m->vertices.size(); ++i) {
-      const Tint vertex_tint = m->colours.empty() ? tint : tint_of(0, dvec3(m->colours[i]));
-      // Ambient light, reduced by occlusion.
-      const double light = 0.28 + 0.72 * static_cast<double>(m->openness[i]);
-      const dvec3 color = light * colour_of(vertex_tint, {m->freshness[i], m->density[i]});
-      for (int a = 0; a < 3; ++a) {
-        *p++ = m->vertices[i][a];
-        *n++ = m->normals[i][a];
-        *c++ = static_cast<unsigned char>(255 * std::clamp(color[a], 0.0, 1.0));
-      }
-    }
-    for (const std::uint32_t v : m->triangles) *index++ = static_cast<vtkTypeInt64>(first + v);
-    first += m->vertices.size();
-  }
-  for (std::size_t t = 0; t <= triangles; ++t)
-    offsets->SetValue(static_cast<vtkIdType>(t), static_cast<vtkTypeInt64>(3 * t));
-  vtkNew<vtkPoints> vtk_points;
-  vtk_points->SetData(points);
-  vtkNew<vtkCellArray> cells;
-  cells->SetData(offsets, connectivity);
-  auto data = vtkSmartPointer<vtkPolyData>::New();
-  data->SetPoints(vtk_points);
-  data->SetPolys(cells);
-  data->GetPointData()->SetNormals(normals);
-  data->GetPointData()->SetScalars(colors);
-  return data;
-}
-
 vtkPolyDataMapper* mapper_of(vtkActor* actor) { return static_cast<vtkPolyDataMapper*>(actor->GetMapper()); }
 
 }  // namespace
-
-dvec3 bone_colour(const VertexMatter& matter) { return colour_of(k_tints[0], matter); }
 
 class BoneLayer::Painter {
  public:

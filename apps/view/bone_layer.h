@@ -12,9 +12,6 @@ class vtkRenderWindow;
 
 namespace trephine::view {
 
-/// Returns the colour of a vertex in open light, shares of 1.
-glm::dvec3 bone_colour(const VertexMatter& matter);
-
 /// Draws bone in a live window: coarse while the view turns, then at full detail, a share of it per frame,
 /// and then only the rectangle in which a chunk changed. Keeps the finished picture with its depth;
 /// instruments are drawn on top of it. If the window system redraws the window in another size, the bone is

@@ -14,6 +14,7 @@
 
 #include "apps/view/operation_controller.h"
 #include "apps/view/render_window.h"
+#include "apps/view/start_page.h"
 #include "apps/view/stylus_style.h"
 #include "apps/view/tool_appearance.h"
 #include "apps/workbench/clock.h"
@@ -217,15 +218,33 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   return report;
 }
 
+namespace {
+
+/// Returns an entry point of the window's library; null if it is not installed. The library remains loaded:
+/// Qt does not support unloading before the program ends.
+void* window_entry(const char* name) {
+  void* library = dlopen(TREPHINE_WINDOW_LIBRARY, RTLD_NOW | RTLD_GLOBAL);
+  return library ? dlsym(library, name) : nullptr;
+}
+
+}  // namespace
+
+Result<StartChoice> choose_start(const StartPageOptions& options) {
+  if (!has_display()) return no_display();
+  if (void* entry = window_entry(k_start_page_entry)) return reinterpret_cast<ChooseStart>(entry)(options);
+  return Error{.what = "the start page needs the full window",
+               .found = "libtrephine-window is not installed",
+               .remedy = "install trephine-window, or open a case with trephine view",
+               .kind = ErrorKind::missing_here};
+}
+
 Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene,
                                 const WindowOptions& options) {
   if (options.start) scene = options.start->scene();
   if (options.is_offscreen) return draw_once(*scene, options);
   if (!has_display()) return no_display();
-  // The library remains loaded: Qt does not support unloading before the program ends.
-  if (void* library = dlopen(TREPHINE_WINDOW_LIBRARY, RTLD_NOW | RTLD_GLOBAL))
-    if (void* entry = dlsym(library, k_qt_window_entry))
-      return reinterpret_cast<RunQtWindow>(entry)(std::move(scene), options);
+  if (void* entry = window_entry(k_qt_window_entry))
+    return reinterpret_cast<RunQtWindow>(entry)(std::move(scene), options);
   if (options.replay)
     return Error{.what = "replay needs the full window",
                  .found = "libtrephine-window is not installed",

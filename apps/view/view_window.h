@@ -10,6 +10,7 @@
 #include "apps/workbench/listener.h"
 #include "apps/workbench/session_summary.h"
 #include "haptics/servo/servo_loop.h"
+#include "sim/api/finding.h"
 #include "sim/api/overlay.h"
 #include "sim/drivers/live_session.h"
 #include "sim/drivers/replay.h"
@@ -64,6 +65,10 @@ struct WindowHost {
       interrupted_session;  ///< session whose program ended without closing it; empty: no such session
   /// Reopens the last scan with another shape.
   std::function<Result<OpenedScene>(const ShapeRequest& shape, const Listener& listener)> reshape;
+  /// Scores a recording, like `trephine score`. Not called on the drawing thread. Null: no scores.
+  std::function<Result<sim::Score>(const std::string& session, const Listener& listener)> score;
+  /// Writes the report of a recording as a page. Not called on the drawing thread. Null: no reports.
+  std::function<Status(const std::string& session, const std::string& page, const Listener& listener)> report;
 };
 
 struct WindowOptions {

@@ -14,6 +14,7 @@
 #include <vtkRenderer.h>
 
 #include "apps/imaging/depth_panel.h"
+#include "apps/view/bone_mesh.h"
 #include "apps/workbench/clock.h"
 #include "haptics/walls/solid_grid.h"
 

@@ -163,6 +163,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {QT_TR_NOOP("Ctrl+O, or drop a folder"), QT_TR_NOOP("open a scan (a file: Ctrl+Shift+O)")},
       {QT_TR_NOOP("Ctrl+S, Ctrl+P"), QT_TR_NOOP("save the operated volume; a picture")},
       {QT_TR_NOOP("Ctrl + +, Ctrl + -"), QT_TR_NOOP("use larger or smaller text")},
+      {QT_TR_NOOP("F12"), QT_TR_NOOP("score of the operation so far, and its report")},
       {QT_TR_NOOP("F1"), QT_TR_NOOP("show this help")}};
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);

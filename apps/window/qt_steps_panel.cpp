@@ -202,6 +202,13 @@ void StepsPanel::build_buttons(const StepGuide& guide) {
     button_column_->addWidget(made.reason);
     buttons_.push_back(made);
   }
+  delete score_;
+  score_ = nullptr;
+  if (!on_score || !guide.step().is_end) return;
+  score_ = new WrappingButton(tr("Show the score"));
+  score_->setObjectName("score_button");
+  connect(score_, &QPushButton::clicked, this, [this] { on_score(); });
+  button_column_->addWidget(score_);
 }
 
 /// Fits the width to the text size, and the height of the list to its rows; the current row is visible.

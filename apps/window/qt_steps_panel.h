@@ -41,6 +41,7 @@ class StepsPanel : public QDockWidget {
   /// Shows the state of a guide to the same procedure. Costs nothing if it did not change.
   void update_from(const StepGuide& guide);
   std::function<void(const std::string& step)> on_request = [](const std::string&) {};
+  std::function<void()> on_score;  ///< null: the last step has no button for the score
 
  protected:
   void resizeEvent(QResizeEvent* event) override;
@@ -62,6 +63,7 @@ class StepsPanel : public QDockWidget {
   };
   std::vector<Row> rows_;
   std::vector<Button> buttons_;
+  WrappingButton* score_ = nullptr;   ///< of the last step
   std::uint64_t shown_revision_ = 0;  ///< 0: nothing is shown
   int shown_step_ = -1;
   QLabel *title_ = nullptr, *hint_ = nullptr, *note_ = nullptr;

@@ -14,12 +14,8 @@
 #include <QMimeData>
 #include <QProgressBar>
 #include <QPushButton>
-#include <QSettings>
 #include <QSlider>
 #include <QStatusBar>
-#include <QStyleFactory>
-#include <QSurfaceFormat>
-#include <QTemporaryDir>
 #include <QTimer>
 #include <QVTKOpenGLNativeWidget.h>
 #include <cmath>
@@ -31,6 +27,8 @@
 
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
+#include "apps/window/qt_application.h"
+#include "apps/window/qt_score_dialog.h"
 #include "apps/workbench/clock.h"
 #include "apps/workbench/operation.h"
 #include "apps/workbench/plan_overlays.h"
@@ -40,26 +38,6 @@ namespace trephine::view {
 
 using workbench::Clock;
 using workbench::seconds_since;
-
-void apply_look() {
-  QApplication::setStyle(QStyleFactory::create("Fusion"));
-  QPalette p;
-  p.setColor(QPalette::Window, QColor(37, 42, 51));
-  p.setColor(QPalette::WindowText, QColor(232, 236, 242));
-  p.setColor(QPalette::Base, QColor(26, 30, 37));
-  p.setColor(QPalette::AlternateBase, QColor(44, 50, 60));
-  p.setColor(QPalette::Text, QColor(232, 236, 242));
-  p.setColor(QPalette::Button, QColor(55, 63, 76));
-  p.setColor(QPalette::ButtonText, QColor(238, 241, 246));
-  p.setColor(QPalette::ToolTipBase, QColor(18, 22, 30));
-  p.setColor(QPalette::ToolTipText, QColor(236, 239, 244));
-  p.setColor(QPalette::Highlight, QColor(60, 130, 200));
-  p.setColor(QPalette::HighlightedText, Qt::white);
-  p.setColor(QPalette::Mid, QColor(92, 102, 118));
-  for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText, QPalette::WindowText})
-    p.setColor(QPalette::Disabled, role, QColor(128, 136, 148));
-  QApplication::setPalette(p);
-}
 
 MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const WindowOptions& options)
     : options_(options), opened_at_(Clock::now()), last_tick_(Clock::now()) {
@@ -117,6 +95,8 @@ MainWindow::~MainWindow() {
 
 void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   operation_.reset();
+  delete score_;
+  score_ = nullptr;
   cursor_.reset();
   panes_.begin();
   followed_clip_.reset();
@@ -470,19 +450,7 @@ trephine::Result<trephine::view::WindowReport> trephine_run_qt_window(
     std::shared_ptr<const trephine::haptics::TouchScene> scene,
     const trephine::view::WindowOptions& options) {
   using namespace trephine::view;
-  // Qt's file dialogs store visited folders in the settings: redirect these to a temporary folder.
-  static const QTemporaryDir k_settings;
-  QSettings::setPath(QSettings::NativeFormat, QSettings::UserScope, k_settings.path());
-  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
-  format.setSamples(0);
-  QSurfaceFormat::setDefaultFormat(format);
-  std::unique_ptr<QApplication> application;
-  static int argc = 1;
-  static char name[] = "trephine";
-  static char* argv[] = {name, nullptr};
-  if (QApplication::instance() == nullptr) application = std::make_unique<QApplication>(argc, argv);
-  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
-  apply_look();
+  const auto application = begin_application();
   WindowOptions window_options = options;
   if (window_options.layout_file.empty()) window_options.layout_file = default_layout_file();
   MainWindow window(std::move(scene), window_options);

@@ -33,6 +33,7 @@ class QVTKOpenGLNativeWidget;
 
 namespace trephine::view {
 
+class ScoreDialog;
 class StepsPanel;
 
 /// Shows one operation or one replay at a time. Widget thread only; scans are opened on another thread.
@@ -109,6 +110,7 @@ class MainWindow : public QMainWindow {
   void show_steps();
   void allow_everything();
   void go_to_next_step();
+  void show_score();
   void fit_panel();
   void begin(std::shared_ptr<const haptics::TouchScene> scene);
   void tick();
@@ -205,6 +207,7 @@ class MainWindow : public QMainWindow {
   QAction* next_step_action_ = nullptr;  ///< null in a replay
   StepsPanel* steps_ = nullptr;          ///< null: no procedure
   int shown_step_ = -1;
+  ScoreDialog* score_ = nullptr;  ///< null until it is requested
   HelpOverlay* help_ = nullptr;
   NoticeLabel* at_tool_ = nullptr;
   EventLog* log_ = nullptr;

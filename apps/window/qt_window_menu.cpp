@@ -101,6 +101,9 @@ void MainWindow::build_menu() {
     next_step_action_ = add(edit, "next_step", tr("Go to the &next step"), QKeySequence("Ctrl+Return"),
                             [this] { go_to_next_step(); });
     next_step_action_->setShortcuts({QKeySequence("Ctrl+Return"), QKeySequence("Ctrl+Enter")});
+    if (options_.host.score)
+      add(edit, "show_score", tr("&Score of the operation ..."), QKeySequence("F12"),
+          [this] { show_score(); });
     add(edit, "compare_action", tr("&Compare with another state ..."), QKeySequence("Ctrl+D"),
         [this] { ask_and_compare(); });
   }

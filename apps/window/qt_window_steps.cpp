@@ -3,6 +3,7 @@
 #include <QMenu>
 #include <utility>
 
+#include "apps/window/qt_score_dialog.h"
 #include "apps/window/qt_steps_panel.h"
 #include "apps/window/qt_window.h"
 
@@ -20,6 +21,7 @@ void MainWindow::begin_steps() {
   steps_->on_request = [this](const std::string& step) {
     if (operation_) operation_->go_to_step(step);
   };
+  if (options_.host.score) steps_->on_score = [this] { show_score(); };
   addDockWidget(Qt::LeftDockWidgetArea, steps_);
   show_steps();
 }
@@ -62,6 +64,24 @@ void MainWindow::go_to_next_step() {
   const QString reason = QString::fromStdString(all.front().reason);
   show_refusal(reason.isEmpty() ? tr("The conditions of the next step are being checked. Try again.")
                                 : reason);
+}
+
+/// Judges the recording so far in a dialog.
+void MainWindow::show_score() {
+  if (!operation_ || !options_.host.score) return;
+  if (options_.session_file.empty())
+    return show_refusal(
+        tr("This operation is not recorded, so there is no score. Start it with a recording."));
+  operation_->press(false);
+  if (score_ == nullptr)
+    score_ = new ScoreDialog(
+        options_.host,
+        [this](const std::string& file) { return check_save(file, data_tools::OutputKind::any); }, this);
+  score_->show();
+  score_->raise();
+  // The recorder has written the last ticks by then.
+  QTimer::singleShot(std::chrono::milliseconds(200), score_,
+                     [this] { score_->judge(QString::fromStdString(options_.session_file)); });
 }
 
 }  // namespace trephine::view

@@ -11,9 +11,6 @@ using sim::Finding;
 
 namespace {
 
-/// Name of the event of a request that the procedure did not allow, and its field with the request.
-constexpr std::string_view k_refused = "step-refused", k_request = "request";
-
 void add(std::vector<Finding>& findings, std::string name, double value, std::string unit = "") {
   findings.push_back({.name = std::move(name), .value = value, .unit = std::move(unit)});
 }
@@ -45,12 +42,8 @@ void add_structure(const sim::OperationState& operation, std::size_t index, std:
 /// Returns the number of refused requests, by their names.
 std::map<std::string, int> refusals_of(const sim::Chronicle& chronicle) {
   std::map<std::string, int> counts;
-  for (std::size_t i = 0; i < chronicle.size(); ++i) {
-    const sim::Value& value = chronicle[i].value;
-    if (value.name() != k_refused) continue;
-    for (const sim::Field& field : value.type().schema->fields)
-      if (field.name == k_request) ++counts[sim::to_words(field, value.data())];
-  }
+  for (std::size_t i = 0; i < chronicle.size(); ++i)
+    if (const auto* refused = chronicle[i].value.as<sim::StepRefused>()) ++counts[refused->request];
   return counts;
 }
 
@@ -91,7 +84,7 @@ void add_motion(const HandMotion& motion, bool has_forbidden, std::vector<Findin
   if (motion.measured_strokes > 0)
     smoothness.value = motion.log_jerk;
   else
-    smoothness.reason = "No stroke lasted a quarter of a second.";
+    smoothness.reason = "No stroke lasted a quarter of a second and changed its speed.";
   findings.push_back(std::move(smoothness));
   add(findings, "motion: strokes", static_cast<double>(motion.strokes));
   add(findings, "motion: mean length of strokes", motion.stroke_length, "mm");

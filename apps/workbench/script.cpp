@@ -100,7 +100,7 @@ Result<sim::Command> command_of(const ScriptCommand& request, std::span<const Pl
   else
     command = words.error();
   Status error = command ? std::nullopt : Status(command.error());
-  if (!error && !request.is_refused) error = command.value().request.check();
+  if (!error && !request.refusal) error = command.value().request.check();
   if (!error) return command;
   error->where = at_line(where, request.line) + (error->where.empty() ? "" : ": " + error->where);
   return *error;

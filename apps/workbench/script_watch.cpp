@@ -184,24 +184,28 @@ std::string one_line_text(const Error& error) {
 }  // namespace
 
 void ScriptWatch::record_command(const ScriptCommand& command, double t, const Status& refused) {
-  if (!refused && !command.is_refused) return;
-  report_.checks.push_back({command.line,
-                            std::string(command.name) + (command.is_refused ? " is refused" : " is done"), t,
-                            refused.has_value() == command.is_refused,
-                            refused ? one_line_text(*refused) : std::string("the command was carried out")});
+  if (!refused && !command.refusal) return;
+  const std::string reason = refused ? one_line_text(*refused) : "the command was carried out";
+  std::string request = command.name + (command.refusal ? " is refused" : " is done");
+  if (command.refusal && !command.refusal->empty()) request += ": " + *command.refusal;
+  const bool is_met = refused && command.refusal && reason.find(*command.refusal) != std::string::npos;
+  report_.checks.push_back({command.line, std::move(request), t, is_met, reason});
 }
 
 void ScriptWatch::check(const ScriptExpectation& request, const ScriptMoment& moment) {
-  const double value = value_of(request.what, request.hand, moment).value_or(std::nan(""));
+  // A value that was never measured, or that a later cut has outdated, meets no limits.
+  const std::optional<double> value = value_of(request.what, request.hand, moment, false);
   std::string words = request.what;
   if (request.minimum) words = text_of(*request.minimum) + " <= " + words;
   if (request.maximum) words += " <= " + text_of(*request.maximum);
-  const bool is_met = value >= request.minimum.value_or(value) && value <= request.maximum.value_or(value);
-  report_.checks.push_back({request.line, words, moment.t, is_met, text_of(value)});
+  const bool is_met =
+      value && *value >= request.minimum.value_or(*value) && *value <= request.maximum.value_or(*value);
+  report_.checks.push_back({request.line, words, moment.t, is_met,
+                            value ? text_of(*value) : "no value: it was not measured since the last cut"});
 }
 
 std::optional<double> ScriptWatch::value_of(const std::string& measurement, int hand,
-                                            const ScriptMoment& moment) const {
+                                            const ScriptMoment& moment, bool accepts_stale) const {
   const sim::Engine& engine = moment.engine;
   const auto h = static_cast<std::size_t>(hand);
   const haptics::ServoRecord& record = moment.hands[h];
@@ -215,16 +219,16 @@ std::optional<double> ScriptWatch::value_of(const std::string& measurement, int 
       return is_open(*place, engine.scene(), *engine.current());
   if (measurement.starts_with(k_thickness))
     if (const Place* place = find(*places_, measurement.substr(k_thickness.size()))) return place->thickness;
-  return sim::Measurements(engine, {.hand = h}).value_of(measurement);
+  return sim::Measurements(engine, {.hand = h, .accepts_stale = accepts_stale}).value_of(measurement);
 }
 
 std::string ScriptWatch::caption_of(const ScriptPicture& picture, const ScriptMoment& moment) const {
   std::string caption = picture.caption;
   const std::vector<Slot> slots = slots_of(caption);
   for (auto slot = slots.rbegin(); slot != slots.rend(); ++slot)
-    caption.replace(
-        slot->begin, slot->end - slot->begin + 1,
-        format_text("%.*f", slot->digits, value_of(slot->name, picture.hand, moment).value_or(std::nan(""))));
+    caption.replace(slot->begin, slot->end - slot->begin + 1,
+                    format_text("%.*f", slot->digits,
+                                value_of(slot->name, picture.hand, moment, true).value_or(std::nan(""))));
   return caption;
 }
 

@@ -64,7 +64,8 @@ class ScriptWatch {
 
  private:
   /// Returns the measurement of this name; empty if it is unknown.
-  std::optional<double> value_of(const std::string& measurement, int hand, const ScriptMoment& moment) const;
+  std::optional<double> value_of(const std::string& measurement, int hand, const ScriptMoment& moment,
+                                 bool accepts_stale) const;
   /// Returns the caption, with {name} and {name:digits} replaced by values.
   std::string caption_of(const data_tools::ScriptPicture& picture, const ScriptMoment& moment) const;
   void check(const data_tools::ScriptExpectation& request, const ScriptMoment& moment);

@@ -48,8 +48,8 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
   sim::Engine& engine = replay.engine();
   SessionScore result;
   const volume::SurgicalPlan* plan = engine.now().plan.get();
-  result.score =
-      sim::score(findings_of(engine, &motion), plan ? plan->score : std::vector<volume::ScoreLimit>());
+  result.score = sim::score(findings_of(engine, &motion),
+                            plan ? volume::score_limits(*plan) : std::vector<volume::ScoreLimit>());
   for (std::size_t i = 0; i < motion.hand_count(); ++i) result.motion.push_back(motion.hand(i));
   result.total_motion = motion.total();
   result.seconds = engine.seconds();

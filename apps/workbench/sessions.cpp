@@ -181,6 +181,27 @@ std::string interrupted_autosave() {
   return is_interrupted ? paths.back() : "";
 }
 
+std::vector<Autosave> list_autosaves(std::size_t most) {
+  std::vector<std::string> paths = all_autosaves();
+  std::vector<Autosave> list;
+  for (auto path = paths.rbegin(); path != paths.rend() && list.size() < most; ++path) {
+    if (sim::SessionWriter::is_being_written(*path)) continue;
+    const auto session = sim::SessionReader::open(*path, modules::catalogue());
+    if (!session || session.value().tick_count() == 0) continue;
+    const sim::SessionHeader& header = session.value().header();
+    Autosave& one = list.emplace_back();
+    one.file = *path;
+    one.title = header.plan.procedure.title.empty() ? header.case_name : header.plan.procedure.title;
+    one.seconds = static_cast<double>(session.value().tick_count()) / header.rate_hz;
+    one.is_interrupted = !session.value().end();
+    // The name begins with the time, as autosave_path() writes it: 2026-11-27-140359.
+    const std::string name = fs::path(*path).stem().string();
+    if (name.size() >= 15)
+      one.begin = name.substr(0, 10) + " " + name.substr(11, 2) + ":" + name.substr(13, 2);
+  }
+  return list;
+}
+
 void prune_autosaves() {
   constexpr std::size_t k_kept = 20;
   const std::vector<std::string> old = all_autosaves();

@@ -53,6 +53,16 @@ Result<std::uint64_t> tick_at(const sim::SessionReader& session, std::optional<d
 std::string autosave_folder();
 /// Returns a new file name in autosave_folder(); empty without such a folder.
 std::string autosave_path();
+/// An autosave, for a list.
+struct Autosave {
+  std::string file;
+  std::string title;            ///< of its procedure, or the name of its case; empty: neither
+  std::string begin;            ///< local time, "2026-11-27 14:03"
+  double seconds = 0;           ///< duration
+  bool is_interrupted = false;  ///< its program ended without closing it
+};
+/// Returns the newest autosaves that can be opened and that no program is writing, newest first.
+std::vector<Autosave> list_autosaves(std::size_t most);
 /// Returns the newest autosave if its program ended without closing it; empty otherwise.
 std::string interrupted_autosave();
 /// Deletes all but the twenty newest autosaves, except those that are being written.

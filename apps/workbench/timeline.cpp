@@ -28,13 +28,16 @@ class Rows {
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       units_ = version->removed_units;
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
-      // Commands of derived data are not listed.
+      // Commands of derived data are not listed. A result of a job belongs to its command if no tick is
+      // between.
       const sim::Value& request = command->command.request;
-      if (request.is_empty() || request.as<sim::Adopt>()) return;
+      const bool is_result = request.as<sim::AdoptJob>();
+      if (request.is_empty() || request.as<sim::Adopt>() || (is_result && open_command_ > 0)) return;
       end_stroke();
       const std::string words = request.words();
       add({last_, Kind::command, command->command.hand,
-           std::string(request.name()).append(words.empty() ? "" : " ").append(words)});
+           is_result ? "result of a job"
+                     : std::string(request.name()).append(words.empty() ? "" : " ").append(words)});
       open_command_ = rows_.size();
       open_request_ = sim::request_name(command->command), branches_before_ = branches_;
       if (const auto* begin = request.as<sim::BeginBranch>()) branches_.push_back(begin->name);

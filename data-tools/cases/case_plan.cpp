@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "data-tools/cases/procedure_file.h"
+#include "data-tools/cases/score_toml.h"
 #include "data-tools/cases/toml_reader_impl.h"
 
 namespace trephine::data_tools {
@@ -108,15 +109,22 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
   return s;
 }
 
+/// Reads the name and the file of a further volume or a model. `what`: of the two, for errors.
+template <class Part>
+void read_name_and_file(TomlReader& reader, const toml::value& value, const toml::table& t, const char* what,
+                        Part& part) {
+  part.name = reader.text(t, "name").value_or("");
+  part.file = reader.text(t, "file").value_or("");
+  check_name(reader, value, part.name);
+  if (part.name.empty() || part.file.empty() || fs::path(part.file).filename() != part.file)
+    reader.fail(value, std::string(what) + " is not complete", part.file,
+                "name, and file = the name of a file in the case's folder");
+}
+
 CaseVolume read_volume(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"name", "file", "matter"});
   CaseVolume volume;
-  volume.name = reader.text(t, "name").value_or("");
-  check_name(reader, value, volume.name);
-  volume.file = reader.text(t, "file").value_or("");
-  if (volume.name.empty() || volume.file.empty() || fs::path(volume.file).filename() != volume.file)
-    reader.fail(value, "a volume is not complete", volume.file,
-                "name, and file = the name of a file in the case's folder");
+  read_name_and_file(reader, value, t, "a volume", volume);
   if (t.contains("matter")) volume.matter = read_matter(reader, value, t);
   return volume;
 }
@@ -124,12 +132,7 @@ CaseVolume read_volume(TomlReader& reader, const toml::value& value) {
 CaseModel read_model(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"name", "file", "matter", "forbidden", "touchable"});
   CaseModel model;
-  model.name = reader.text(t, "name").value_or("");
-  check_name(reader, value, model.name);
-  model.file = reader.text(t, "file").value_or("");
-  if (model.name.empty() || model.file.empty() || fs::path(model.file).filename() != model.file)
-    reader.fail(value, "a model is not complete", model.file,
-                "name, and file = the name of a file in the case's folder");
+  read_name_and_file(reader, value, t, "a model", model);
   model.matter = read_matter(reader, value, t);
   model.is_forbidden = reader.boolean(t, "forbidden").value_or(false);
   model.is_touchable = reader.boolean(t, "touchable").value_or(true);
@@ -212,19 +215,6 @@ void read_procedure_of(TomlReader& reader, const toml::value& value, CasePlan& p
     plan.procedure = std::move(shipped).value().procedure;
   else
     reader.fail(value, shipped.error().what, shipped.error().found, shipped.error().expected);
-}
-
-volume::ScoreLimit read_limit(TomlReader& reader, const toml::value& value) {
-  constexpr double k_largest = 1e6;
-  const toml::table& t = reader.table(value, {"finding", "full_at", "zero_at", "weight"});
-  const auto finding = reader.text(t, "finding");
-  const auto full_at = reader.number(t, "full_at", -k_largest, k_largest),
-             zero_at = reader.number(t, "zero_at", -k_largest, k_largest);
-  if (!finding || !full_at || !zero_at || *full_at == *zero_at)
-    reader.fail(value, "a limit of the score is not complete", finding.value_or(""),
-                "finding, and different numbers full_at and zero_at");
-  return {finding.value_or(""), full_at.value_or(0), zero_at.value_or(0),
-          reader.number(t, "weight", 0, k_largest).value_or(1)};
 }
 
 /// Calls use(key, value) for each optional value of a scan's quality.
@@ -321,7 +311,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     plan.targets.push_back(read_target(reader, *v, plan.label_names));
   if (const auto procedure = top.find("procedure"); procedure != top.end())
     read_procedure_of(reader, procedure->second, plan);
-  for (const toml::value* v : reader.tables(top, "score")) plan.score.push_back(read_limit(reader, *v));
+  plan.score = read_score(reader, top);
   if (const auto quality = top.find("quality"); quality != top.end())
     plan.quality = read_quality(reader, quality->second);
   if (plan.structures.empty())
@@ -458,14 +448,7 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     else
       line("file", toml_text(plan.procedure_file));
   }
-  for (const volume::ScoreLimit& limit : plan.score) {
-    out += "\n[[score]]\n";
-    line("finding", toml_text(limit.finding));
-    number("full_at", limit.full_at);
-    number("zero_at", limit.zero_at);
-    number("weight", limit.weight);
-  }
-  return out;
+  return out + score_text(plan.score);
 }
 
 }  // namespace trephine::data_tools

@@ -7,6 +7,7 @@
 
 #include "data-tools/phantoms/head_landmarks.h"
 #include "data-tools/phantoms/spine_phantom.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::data_tools {
 
@@ -39,6 +40,25 @@ CasePlan basic_plan(const std::string& name, const char* const (&labels)[N]) {
   return plan;
 }
 
+/// Returns a circle on the vault around an axis that leaves it at a distance from `middle`.
+std::vector<dvec3> outline_around(const dvec3& middle, const dvec3& axis, double distance, double radius,
+                                  const HeadAnatomy& anatomy) {
+  constexpr int k_points = 24;
+  const dvec3 u = glm::normalize(glm::cross(axis, dvec3(0, 0, 1))), v = glm::cross(axis, u);
+  std::vector<dvec3> points;
+  for (int i = 0; i < k_points; ++i) {
+    const double angle = 2 * 3.14159265358979323846 * i / k_points;
+    const dvec3 aside = middle + radius * (deterministic_cos(angle) * u + deterministic_sin(angle) * v);
+    double inside = 0, outside = distance + radius;
+    while (outside - inside > 1e-3) {
+      const double between = 0.5 * (inside + outside);
+      (vault_distance(aside + between * axis, anatomy) < 0 ? inside : outside) = between;
+    }
+    points.push_back(aside + inside * axis);
+  }
+  return points;
+}
+
 CasePlan head_plan(std::uint64_t seed) {
   CasePlan plan = basic_plan("head", k_head_tissue_names);
   plan.structures.push_back(window_structure("bone", 300));
@@ -61,9 +81,11 @@ CasePlan head_plan(std::uint64_t seed) {
   constexpr double k_step = 0.05, k_fine = 0.05;  // mm
   while (inside > 0 && sample_head(middle + inside * outward, k_fine, anatomy).tissue != HeadTissue::dura)
     inside -= k_step;
-  constexpr double k_margin = 0.5, k_burr_hole = 14;  // mm
+  constexpr double k_margin = 0.5, k_burr_hole = 14, k_exposed = 10;  // mm
   plan.trajectories.push_back({"burr hole over the tumour", middle + outside * outward,
                                middle + (inside + k_margin) * outward, k_burr_hole});
+  plan.outlines.push_back(
+      {"craniotomy", outline_around(middle, outward, outside, anatomy.tumour_radius + k_exposed, anatomy)});
   plan.targets.push_back({"tumour", k_head_tissue_names[tumour]});
   const HeadLandmarks landmarks = head_landmarks(anatomy);
   plan.landmarks.push_back({"vertex", landmarks.vertex});

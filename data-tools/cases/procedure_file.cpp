@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "data-tools/cases/score_toml.h"
 #include "data-tools/cases/shipped_procedures.h"
 #include "data-tools/cases/toml_reader_impl.h"
 #include "data-tools/files/atomic_file.h"
@@ -179,7 +180,7 @@ Result<ProcedureFile> parse_procedure(const std::string& text, const std::string
   const toml::value& root = parsed.value();
   TomlReader reader(where);
   const toml::table& top =
-      reader.table(root, {"schema", "name", "title", "instruments", "commands", "steps"});
+      reader.table(root, {"schema", "name", "title", "instruments", "commands", "steps", "score"});
   if (Status error = reader.check_schema(top, ProcedureFile::k_schema, "procedure")) return *error;
   ProcedureFile file;
   file.where = where;
@@ -191,6 +192,7 @@ Result<ProcedureFile> parse_procedure(const std::string& text, const std::string
   procedure.commands = reader.texts(top, "commands");
   for (const toml::value* v : reader.tables(top, "steps"))
     procedure.steps.push_back(read_step(reader, *v, file.lines.emplace_back()));
+  procedure.score = read_score(reader, top);
   if (procedure.steps.empty()) reader.fail(root, "the procedure has no step", "", "at least one [[steps]]");
   if (reader.error()) return *reader.error();
   if (const Status error = volume::check(procedure)) return file.at_line(*error);
@@ -214,7 +216,7 @@ std::string procedure_text(const SurgicalProcedure& procedure) {
   out.list("instruments", procedure.instruments);
   out.list("commands", procedure.commands);
   for (const ProcedureStep& step : procedure.steps) write_step(out, step);
-  return out.all();
+  return out.all() + score_text(procedure.score);
 }
 
 SurgicalProcedure procedure_template(const std::string& name) {

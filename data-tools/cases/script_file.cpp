@@ -210,7 +210,12 @@ ScriptCommand read_command(TomlReader& reader, const toml::value& value, std::si
   command.name = name.value_or("");
   command.hand = read_hand(reader, value, t, hands);
   command.words = reader.text(t, "with", k_longest_words).value_or("");
-  command.is_refused = reader.boolean(t, "refused").value_or(false);
+  if (const auto refused = t.find("refused"); refused == t.end())
+    return command;
+  else if (refused->second.is_string())
+    command.refusal = reader.text(t, "refused").value_or("");
+  else if (reader.boolean(t, "refused").value_or(false))
+    command.refusal = "";
   return command;
 }
 

@@ -67,8 +67,8 @@ struct ScriptCommand {
   int line = 0;
   double at = 0;  ///< s
   int hand = 0;
-  std::string name, words;  ///< words: parameters, as text
-  bool is_refused = false;  ///< true if the command must be refused
+  std::string name, words;             ///< words: parameters, as text
+  std::optional<std::string> refusal;  ///< the command must be refused, with this text in the reason
 };
 
 /// An expectation at a point in time.

@@ -20,8 +20,7 @@ Error failed(const std::string& where) {
 
 }  // namespace
 
-Result<std::unique_ptr<TableFile>> TableFile::create(const std::string& path) {
-  const std::string where = file_name(path);
+Result<std::unique_ptr<TableFile>> TableFile::create(const std::string& path, const std::string& where) {
   const Result<const void*> library = load_library(LoadedFormat::tables, where);
   if (!library) return library.error();
   void* file = functions(library.value()).create(path.c_str());

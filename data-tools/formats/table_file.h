@@ -14,9 +14,9 @@ class TableFile {
  public:
   enum class Type { real, whole, flag, text };  ///< 64-bit number; whole number below 2^53; 0 or 1; UTF-8
 
-  /// Creates the file at `path`, which is closed by close(). Error if the library of the format is not
-  /// installed, or the file cannot be created.
-  static Result<std::unique_ptr<TableFile>> create(const std::string& path);
+  /// Creates the file at `path`, which is closed by close(). `where`: its name in errors. Error if the
+  /// library of the format is not installed, or the file cannot be created.
+  static Result<std::unique_ptr<TableFile>> create(const std::string& path, const std::string& where);
   ~TableFile();
   TableFile(const TableFile&) = delete;
   TableFile& operator=(const TableFile&) = delete;

@@ -117,14 +117,29 @@ std::optional<bool> read_step_line(std::string_view key, std::string_view value,
   return std::nullopt;
 }
 
-std::optional<bool> read_score_line(std::string_view key, std::string_view value,
+/// Keys of limits of the score: those of the case, and those of the procedure.
+constexpr std::string_view k_score = "score", k_procedure_score = "procedure_score";
+
+void add_score(std::string& out, std::string_view prefix, const std::vector<ScoreLimit>& score) {
+  const std::string key(prefix);
+  for (const ScoreLimit& limit : score) {
+    add_line(out, key, limit.finding);
+    add_line(out, key + "_full_at", text_of(limit.full_at));
+    add_line(out, key + "_zero_at", text_of(limit.zero_at));
+    if (limit.weight != ScoreLimit().weight) add_line(out, key + "_weight", text_of(limit.weight));
+  }
+}
+
+std::optional<bool> read_score_line(std::string_view key, std::string_view value, std::string_view prefix,
                                     std::vector<ScoreLimit>& score) {
-  if (key == "score") return begin(score, volume::k_max_planned, &ScoreLimit::finding, value);
-  if (!key.starts_with("score_")) return std::nullopt;
+  if (!key.starts_with(prefix)) return std::nullopt;
+  key.remove_prefix(prefix.size());
+  if (key.empty()) return begin(score, volume::k_max_planned, &ScoreLimit::finding, value);
+  if (key[0] != '_') return std::nullopt;
   if (score.empty()) return false;
-  if (key == "score_full_at") return read_number(value, score.back().full_at);
-  if (key == "score_zero_at") return read_number(value, score.back().zero_at);
-  if (key == "score_weight") return read_number(value, score.back().weight);
+  if (key == "_full_at") return read_number(value, score.back().full_at);
+  if (key == "_zero_at") return read_number(value, score.back().zero_at);
+  if (key == "_weight") return read_number(value, score.back().weight);
   return std::nullopt;
 }
 
@@ -137,13 +152,9 @@ void add_procedure_lines(std::string& out, const volume::SurgicalPlan& plan) {
     add_list(out, "procedure_instrument", procedure.instruments);
     add_list(out, "procedure_command", procedure.commands);
     for (const ProcedureStep& step : procedure.steps) add_step(out, step);
+    add_score(out, k_procedure_score, procedure.score);
   }
-  for (const ScoreLimit& limit : plan.score) {
-    add_line(out, "score", limit.finding);
-    add_line(out, "score_full_at", text_of(limit.full_at));
-    add_line(out, "score_zero_at", text_of(limit.zero_at));
-    if (limit.weight != ScoreLimit().weight) add_line(out, "score_weight", text_of(limit.weight));
-  }
+  add_score(out, k_score, plan.score);
 }
 
 std::optional<bool> read_procedure_line(std::string_view key, std::string_view value,
@@ -154,7 +165,8 @@ std::optional<bool> read_procedure_line(std::string_view key, std::string_view v
   if (key == "procedure_instrument") return add_to(procedure.instruments, value);
   if (key == "procedure_command") return add_to(procedure.commands, value);
   if (key == "step") return begin(procedure.steps, volume::k_max_steps, &ProcedureStep::name, value);
-  if (const auto is_read = read_score_line(key, value, plan.score)) return is_read;
+  if (const auto is_read = read_score_line(key, value, k_score, plan.score)) return is_read;
+  if (const auto is_read = read_score_line(key, value, k_procedure_score, procedure.score)) return is_read;
   ProcedureStep none;
   const bool has_step = !procedure.steps.empty();
   const auto is_read = read_step_line(key, value, has_step ? procedure.steps.back() : none);

@@ -107,6 +107,7 @@ least = 1
   EXPECT_NE(refusal("\"root.ply\"", "\"rot.ply\"").find("lacks a model"), std::string::npos);
   EXPECT_NE(refusal("\"root.ply\"", "\"../r.toml\"").find("name of a file"), std::string::npos);
   EXPECT_NE(refusal("\"soft-tissue\"", "\"wood\"").find("unknown matter"), std::string::npos);
+  EXPECT_NE(refusal("\"left root\"", "\"left\\nroot\"").find("line ends"), std::string::npos);
   EXPECT_NE(refusal("normal = [0.0, 0.0, 2.0]", "normal = [0.0, 0.0, 0.0]").find("plane"), std::string::npos);
   // An open surface cannot be forbidden.
   write("spine/case.toml", text);

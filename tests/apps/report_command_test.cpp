@@ -4,6 +4,7 @@
 #include <random>
 #include <regex>
 
+#include "apps/cli/report/course_page.h"
 #include "apps/cli/report/report_charts.h"
 #include "apps/cli/report/report_html.h"
 #include "apps/workbench/report_data.h"
@@ -247,9 +248,64 @@ TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
   EXPECT_EQ(read(file("Erika.session")), session);
 }
 
+/// Scores of three sessions, one of which lacks a finding, and one that could not be opened.
+TEST(Report, ACoursePageHasAllSessionsAndFindings) {
+  std::vector<workbench::CourseSession> sessions(4);
+  for (std::size_t i = 0; i < 3; ++i) {
+    sim::Score score = sim::score({{.name = "a<b>: breach",
+                                    .value = 4.0 - static_cast<double>(i),
+                                    .unit = "mm",
+                                    .full_at = 2,
+                                    .zero_at = 4,
+                                    .weight = 10},
+                                   {.name = "time", .value = 60}},
+                                  {});
+    if (i == 1) score.findings.erase(score.findings.begin());
+    sessions[i].title = "Craniotomy";
+    sessions[i].date = "2026-11-2" + std::to_string(i);
+    workbench::SessionScore& scored = sessions[i].score.emplace();
+    scored.score = std::move(score);
+    scored.seconds = 60;
+    scored.is_complete = i != 2;
+  }
+  sessions[3].error = "the session is <damaged>";
+  const std::string page = cli::course_html(sessions, "trephine");
+  for (const char* text :
+       {"sessions: 4", "2026-11-20 to 2026-11-22", "a&lt;b&gt;: breach, mm", "the session is &lt;damaged&gt;",
+        "The recording is not complete.", "<title>session 1: 4</title>", "<title>session 3: 2</title>"})
+    EXPECT_NE(page.find(text), std::string::npos) << text;
+  EXPECT_EQ(page.find("<damaged>"), std::string::npos);
+  EXPECT_EQ(page.find("<title>session 2: "), page.rfind("<title>session 2: "))
+      << "only in the curve of points";
+  // No line joins values beside a gap; the curve of the finding consists of two ends.
+  const std::size_t finding = page.find("a&lt;b&gt;: breach by session"),
+                    curve = page.find("class=\"curve\"", finding);
+  const std::string line = page.substr(curve, page.find("/>", curve) - curve);
+  EXPECT_EQ(std::count(line.begin(), line.end(), 'M'), 2) << line;
+  EXPECT_EQ(std::count(line.begin(), line.end(), 'L'), 0) << line;
+  // The worst session has no points and is bad, the last one has all.
+  EXPECT_NE(page.find("class=\"session bad\"", finding), std::string::npos);
+  EXPECT_NE(page.find("class=\"session good\"", finding), std::string::npos);
+}
+
+TEST_F(ReportPage, OfAFolderHasNoNames) {
+  record();
+  fs::create_directory(folder_ / "course");
+  fs::rename(folder_ / "Erika.session", folder_ / "course" / "Erika.session");
+  const Json report = json("report course --scan Erika-Mustermann -o page.html");
+  EXPECT_EQ(report["sessions"], 1);
+  EXPECT_EQ(report["scored_sessions"], 1);
+  const std::string page = read(file("page.html"));
+  EXPECT_EQ(report["bytes"], page.size());
+  for (const char* name : {"Mustermann", "Erika", "course", "/tmp"})
+    EXPECT_EQ(page.find(name), std::string::npos) << name;
+  EXPECT_EQ(run("report course --expert course/Erika.session -o other.html").exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder_ / "other.html"));
+}
+
 /// With a browser, if there is one: a comparison prints on two pages, and no script fails.
 TEST_F(ReportPage, OpensAndPrintsInABrowser) {
-  if (std::system("command -v chromium pdfinfo >/dev/null 2>&1") != 0)
+  if (std::system("command -v chromium >/dev/null && command -v pdfinfo >/dev/null") != 0)
     GTEST_SKIP() << "no chromium, or no pdfinfo";
   record();
   ASSERT_EQ(run("report Erika.session --scan Erika-Mustermann --expert Erika.session -o page.html").exit_code,

@@ -1,6 +1,7 @@
 // Cases and sessions by command: import, --record, info, replay, resume, doctor.
 #include <csignal>
 
+#include "apps/workbench/sessions.h"
 #include "tests/apps/command_fixture.h"
 
 namespace trephine::command_tests {
@@ -65,6 +66,29 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   const Ended taken = run("drill s.mha --burr-diameter 4 --path p.csv -o d2.mha --record d.session");
   EXPECT_EQ(taken.exit_code, 2);
   EXPECT_NE(taken.err.find("already"), std::string::npos);
+}
+
+/// A session whose program was killed is offered at the next start, if it is the newest.
+TEST_F(Command, AnInterruptedAutosaveIsFound) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
+  write_press("p.csv", 2);
+  json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session");
+  const std::string whole = read(file("d.session"));
+  const std::string before = std::getenv("XDG_STATE_HOME") ? std::getenv("XDG_STATE_HOME") : "";
+  ::setenv("XDG_STATE_HOME", folder_.c_str(), 1);
+  EXPECT_EQ(workbench::interrupted_autosave(), "");
+  const fs::path autosaves = workbench::autosave_folder();
+  const auto save = [&](const char* name, const std::string& bytes, int age) {
+    std::ofstream(autosaves / name, std::ios::binary) << bytes;
+    fs::last_write_time(autosaves / name, fs::file_time_type::clock::now() - std::chrono::minutes(age));
+  };
+  save("whole.session", whole, 3);
+  EXPECT_EQ(workbench::interrupted_autosave(), "");
+  save("cut.session", whole.substr(0, whole.size() - 40), 2);
+  EXPECT_EQ(workbench::interrupted_autosave(), (autosaves / "cut.session").string());
+  save("newer.session", whole, 1);
+  EXPECT_EQ(workbench::interrupted_autosave(), "") << "the last operation was closed";
+  ::setenv("XDG_STATE_HOME", before.c_str(), 1);
 }
 
 TEST_F(Command, ATimelineListsStrokesCommandsAndEvents) {

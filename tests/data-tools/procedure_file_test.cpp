@@ -9,6 +9,7 @@
 #include "data-tools/cases/case_folder.h"
 #include "data-tools/cases/script_file.h"
 #include "data-tools/phantoms/phantoms.h"
+#include "volume/scan/surgical_plan.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -71,6 +72,21 @@ TEST(ProcedureFile, ReadsEveryKey) {
   EXPECT_EQ(read.value().lines[1].line, 18);
 }
 
+const std::string k_score = "[[score]]\nfinding = \"time\"\nfull_at = 60\nzero_at = 300\nweight = 2.5\n";
+
+TEST(ProcedureFile, LimitsOfTheScoreAreThoseOfTheCaseFirst) {
+  const auto read = parse_procedure(k_small + k_score, "small.toml");
+  ASSERT_TRUE(read.is_ok()) << read.error().message();
+  const volume::ScoreLimit time{"time", 60, 300, 2.5}, path{"motion: path", 500, 900, 1};
+  ASSERT_EQ(read.value().procedure.score, std::vector{time});
+  volume::SurgicalPlan plan;
+  plan.procedure = read.value().procedure;
+  plan.score = {path};
+  EXPECT_EQ(volume::score_limits(plan), (std::vector{path, time}));
+  plan.score = {{"time", 30, 90, 1}};
+  EXPECT_EQ(volume::score_limits(plan), plan.score) << "the case replaces the limits of the procedure";
+}
+
 TEST(ProcedureFile, ErrorsHaveTheirLine) {
   struct Row {
     std::string text, words;
@@ -99,6 +115,9 @@ TEST(ProcedureFile, ErrorsHaveTheirLine) {
       {k_small + changed("done", "lost", other_step), "cannot be reached", 22},
       {changed("[[steps.transitions]]", "[[steps.transitions]"), "not TOML", 13},
       {changed("Press.", std::string("Pr\xff")), "not text", 9},
+      {changed("Press.", "Pr\\u0007"), "control characters", 6},
+      {k_small + changed("300", "60", k_score), "a limit of the score is not complete", 22},
+      {k_small + changed("2.5", "-1", k_score), "out of range", 26},
   };
   for (const Row& row : rows) {
     const auto refused = parse_procedure(row.text, "small.toml");
@@ -136,6 +155,7 @@ TEST(ProcedureFile, WrittenTextReadsBackEqual) {
   odd.steps[0].transitions[0].conditions[1].maximum = -1e-7;
   odd.steps[0].transitions[0].conditions[1].minimum.reset();
   odd.steps[0].transitions.push_back({"drill", "note", {}});
+  odd.score = {{"L4 \"left\": breach", 0, 4, 0}, {"time", 0.1 + 0.2, 300, 1}};
   for (const SurgicalProcedure& procedure : {small.value().procedure, odd, procedure_template("mine")}) {
     const auto again = parse_procedure(procedure_text(procedure), "again");
     ASSERT_TRUE(again.is_ok()) << again.error().message() << "\n" << procedure_text(procedure);
@@ -229,9 +249,9 @@ TEST_F(ProcedureCase, RefusesWhatItCannotUse) {
         std::tuple("name = \"craniotomy\"", "file = \"../a.toml\"", "file name"),
         std::tuple("name = \"craniotomy\"", "file = \"case.toml\"", "file name"),
         std::tuple("name = \"craniotomy\"", "step = \"a\"", "unknown key"),
-        std::tuple("full_at = 10.0", "full_at = 0.0", "limit of the score"),
-        std::tuple("full_at = 10.0\n", "", "limit of the score"),
-        std::tuple("weight = 2.0", "weight = -1.0", "out of range")}) {
+        std::tuple("full_at = 10\n", "full_at = 0\n", "limit of the score"),
+        std::tuple("full_at = 10\n", "", "limit of the score"),
+        std::tuple("weight = 2\n", "weight = -1\n", "out of range")}) {
     const auto refused = parse_case(changed(from, to, text), "case.toml");
     ASSERT_FALSE(refused.is_ok()) << to;
     EXPECT_NE(refused.error().message().find(words), std::string::npos) << refused.error().message();

@@ -373,6 +373,7 @@ TEST(Procedure, IsPartOfAHeader) {
   const ProcedureBench bench;
   SessionHeader header = bench.header();
   header.plan.score = {{"L4 left: breach", 0, 4, 10}, {"canal", 120.5, 60, 1}};
+  header.plan.procedure.score = {{"canal", 100, 60, 1}, {"time", 60, 300, 2}};
   const std::string text = encode(header);
   const auto back = decode_header(text);
   ASSERT_TRUE(back.is_ok()) << back.error().message();
@@ -382,12 +383,14 @@ TEST(Procedure, IsPartOfAHeader) {
        {"procedure=twice", "step=no way to it", "step=mark", "step_end=2", "step_title=a \\ letter",
         "step_hint=\\", "transition=nowhere\ntransition_on=note", "transition_on=note", "condition=marks",
         "condition_minimum=1", "transition_colour=red", "score=canal width", "score_full_at=x",
-        "score_weight=-1", "score_colour=red", "step_colour=red", "procedure_colour=red"})
+        "score_weight=-1", "score_colour=red", "procedure_score=time", "procedure_score_weight=-1",
+        "step_colour=red", "procedure_colour=red"})
     EXPECT_FALSE(decode_header(text + line + "\n").is_ok()) << line;
   // Lines before those of their objects. The error names the line.
   SessionHeader empty = bench.header();
   empty.plan = {};
-  for (const char* line : {"step_title=a", "transition=mark", "condition_minimum=1", "score_full_at=1"}) {
+  for (const char* line : {"step_title=a", "transition=mark", "condition_minimum=1", "score_full_at=1",
+                           "procedure_score_full_at=1"}) {
     const auto broken = decode_header(encode(empty) + line + "\n");
     ASSERT_FALSE(broken.is_ok()) << line;
     EXPECT_NE(broken.error().where.find("line "), std::string::npos) << line;

@@ -42,19 +42,6 @@ struct ProcedureStep {
   friend bool operator==(const ProcedureStep&, const ProcedureStep&) = default;
 };
 
-struct SurgicalProcedure {
-  std::string name;   ///< "craniotomy"
-  std::string title;  ///< in the user's words
-  /// Names of instruments and commands that every step allows.
-  std::vector<std::string> instruments, commands;
-  std::vector<ProcedureStep> steps;  ///< the operation begins in the first one
-
-  bool is_empty() const noexcept { return steps.empty(); }
-  /// Returns the index of a step; -1 if it is unknown.
-  int find(const std::string& step) const noexcept;
-  friend bool operator==(const SurgicalProcedure&, const SurgicalProcedure&) = default;
-};
-
 /// Limits and weight of a finding in the score of an operation.
 struct ScoreLimit {
   std::string finding;  ///< name, such as "L4 left: breach"
@@ -62,6 +49,20 @@ struct ScoreLimit {
          zero_at = 0;  ///< values with all points and with none, in the finding's unit; different
   double weight = 1;   ///< points at `full_at`; 0: the finding is reported without points
   friend bool operator==(const ScoreLimit&, const ScoreLimit&) = default;
+};
+
+struct SurgicalProcedure {
+  std::string name;   ///< "craniotomy"
+  std::string title;  ///< in the user's words
+  /// Names of instruments and commands that every step allows.
+  std::vector<std::string> instruments, commands;
+  std::vector<ProcedureStep> steps;  ///< the operation begins in the first one
+  std::vector<ScoreLimit> score;     ///< for findings whose usual limits do not apply; see score_limits()
+
+  bool is_empty() const noexcept { return steps.empty(); }
+  /// Returns the index of a step; -1 if it is unknown.
+  int find(const std::string& step) const noexcept;
+  friend bool operator==(const SurgicalProcedure&, const SurgicalProcedure&) = default;
 };
 
 /// Most steps of a procedure, and most transitions of a step.

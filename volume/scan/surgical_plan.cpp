@@ -53,7 +53,27 @@ Error invalid(const char* kind, const std::string& name, std::string expected) {
           .expected = std::move(expected)};
 }
 
+Status check_score(const std::vector<ScoreLimit>& score) {
+  if (score.size() > k_max_planned)
+    return invalid("score", std::to_string(score.size()), "at most " + std::to_string(k_max_planned));
+  for (const ScoreLimit& limit : score)
+    if (!is_name(limit.finding) || !(std::abs(limit.full_at) <= k_farthest) ||
+        !(std::abs(limit.zero_at) <= k_farthest) || limit.full_at == limit.zero_at ||
+        !(limit.weight >= 0 && limit.weight <= k_farthest))
+      return invalid("score", limit.finding, "two different limits and a weight of 0 or more");
+  return std::nullopt;
+}
+
 }  // namespace
+
+std::vector<ScoreLimit> score_limits(const SurgicalPlan& plan) {
+  std::vector<ScoreLimit> limits = plan.score;
+  for (const ScoreLimit& limit : plan.procedure.score)
+    if (std::none_of(plan.score.begin(), plan.score.end(),
+                     [&](const ScoreLimit& own) { return own.finding == limit.finding; }))
+      limits.push_back(limit);
+  return limits;
+}
 
 Status check(const SurgicalPlan& plan) {
   if (Status error = check_names(plan.trajectories, "trajectories")) return error;
@@ -82,13 +102,8 @@ Status check(const SurgicalPlan& plan) {
       return invalid("planes", p.name, "a point and a unit normal");
   for (const PlannedTarget& t : plan.targets)
     if (!is_name(t.label)) return invalid("targets", t.name, "the name of a label");
-  if (plan.score.size() > k_max_planned)
-    return invalid("score", std::to_string(plan.score.size()), "at most " + std::to_string(k_max_planned));
-  for (const ScoreLimit& limit : plan.score)
-    if (!is_name(limit.finding) || !(std::abs(limit.full_at) <= k_farthest) ||
-        !(std::abs(limit.zero_at) <= k_farthest) || limit.full_at == limit.zero_at ||
-        !(limit.weight >= 0 && limit.weight <= k_farthest))
-      return invalid("score", limit.finding, "two different limits and a weight of 0 or more");
+  for (const std::vector<ScoreLimit>* score : {&plan.score, &plan.procedure.score})
+    if (Status error = check_score(*score)) return error;
   return check(plan.procedure);
 }
 

@@ -55,7 +55,7 @@ struct SurgicalPlan {
   std::vector<PlannedPlane> planes;
   std::vector<PlannedTarget> targets;
   SurgicalProcedure procedure;    ///< empty: no steps are required
-  std::vector<ScoreLimit> score;  ///< for findings whose usual limits do not apply
+  std::vector<ScoreLimit> score;  ///< of the case; they replace those of the procedure
 
   bool is_empty() const noexcept {
     return trajectories.empty() && landmarks.empty() && outlines.empty() && planes.empty() &&
@@ -66,6 +66,8 @@ struct SurgicalPlan {
 
 /// Most objects of each kind in a plan, and most points of an outline.
 inline constexpr std::size_t k_max_planned = 256;
+/// Returns the limits of the plan, and those of its procedure for all other findings.
+std::vector<ScoreLimit> score_limits(const SurgicalPlan& plan);
 /// Returns an error if names are missing or not unique, or an object is invalid. Targets are not compared
 /// with the labels of a scan.
 Status check(const SurgicalPlan& plan);

@@ -4,9 +4,7 @@
 #include <filesystem>
 
 #include "apps/bench/commands/bench_commands.h"
-#include "apps/bench/scenes/scratch.h"
-#include "apps/workbench/script.h"
-#include "apps/workbench/session_score.h"
+#include "apps/bench/commands/scored_play.h"
 #include "data-tools/files/atomic_file.h"
 
 namespace trephine::bench {
@@ -27,25 +25,10 @@ struct Play {
 };
 
 Result<Play> play(const data_tools::Script& script, const std::string& folder,
-                  const workbench::Performance& performance, const std::string& session) {
-  auto run = workbench::ScriptRun::open(script, folder, "script", {}, performance);
-  if (!run) return run.error();
-  std::filesystem::remove(session);
-  workbench::RecordChoice record;
-  record.file = session;
-  auto recorder = workbench::start_recording(record, run.value()->operation());
-  if (!recorder) return recorder.error();
-  if (auto report = run.value()->play(recorder.value().get()); !report)
-    return report.error();
-  else if (report.value().recording)
-    return *report.value().recording;
-  workbench::SourceChoice source(workbench::scan_of(script, folder));
-  source.takes_plan = script.takes_plan;
-  auto opened = workbench::open_session(session, source);
-  if (!opened) return opened.error();
-  auto score = workbench::score_session(*opened.value());
-  if (!score) return score.error();
-  const workbench::SessionScore& found = score.value();
+                  const workbench::Performance& performance) {
+  const auto played = play_and_score(script, folder, performance);
+  if (!played) return played.error();
+  const workbench::SessionScore& found = played.value();
   return Play{found.score.points, found.total_motion.log_jerk, found.total_motion.path, found.seconds};
 }
 
@@ -78,7 +61,6 @@ Status compare_skills(const SkillsArguments& arguments, const std::string& path,
   if (!script) return script.error();
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const std::string title = script.value().title;
-  const scenes::Scratch scratch;
   ProgressLine progress("playing");
   std::vector<std::vector<Play>> all;
   for (const workbench::Skill& skill : workbench::skills()) {
@@ -86,7 +68,7 @@ Status compare_skills(const SkillsArguments& arguments, const std::string& path,
     for (std::uint64_t seed = 1; seed <= arguments.seeds; ++seed) {
       if (!progress(static_cast<double>(seed) / static_cast<double>(arguments.seeds)))
         return Error{.what = "the comparison was interrupted", .kind = ErrorKind::interrupted};
-      auto played = play(script.value(), folder, {skill, seed}, scratch / "play.session");
+      auto played = play(script.value(), folder, {skill, seed});
       if (!played) return played.error();
       plays.push_back(played.value());
       csv += '"' + title + "\"," + std::string(skill.name) + ',' + std::to_string(seed) +

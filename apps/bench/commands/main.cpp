@@ -9,7 +9,7 @@ int main(int argc, char** argv) {
       &bench::k_feel,    &bench::k_stability, &bench::k_depth,   &bench::k_drill, &bench::k_step,
       &bench::k_pedicle, &bench::k_rays,      &bench::k_surface, &bench::k_flood, &bench::k_separation,
       &bench::k_xray,    &bench::k_reslice,   &bench::k_render,  &bench::k_load,  &bench::k_dicom,
-      &bench::k_open,    &bench::k_skills,    &bench::k_soak};
+      &bench::k_open,    &bench::k_skills,    &bench::k_faults,  &bench::k_soak};
   trephine::haptics::baselines::add_methods();
   return trephine::cli::run_program(
       {"trephine-bench",

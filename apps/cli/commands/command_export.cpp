@@ -216,7 +216,7 @@ Result<Outcome> run_export(const ExportArguments& arguments) {
   Counts counts;
   outputs.write(arguments.output, [&] {
     return data_tools::write_atomically(arguments.output, [&](const std::string& temporary) -> Status {
-      auto file = TableFile::create(temporary);
+      auto file = TableFile::create(temporary, data_tools::file_name(arguments.output));
       if (!file) return file.error();
       auto result = SessionExport(*file.value(), *opened.value()).run(arguments.session);
       if (!result) return result.error();

@@ -1,10 +1,10 @@
 // report: writes a page for trainee and teacher about a recorded session.
-#include <chrono>
-#include <ctime>
+#include <algorithm>
 #include <filesystem>
 #include <future>
 
 #include "apps/cli/commands.h"
+#include "apps/cli/report/course_page.h"
 #include "apps/cli/report/report_page.h"
 #include "apps/imaging/subject.h"
 #include "data-tools/files/atomic_file.h"
@@ -32,23 +32,33 @@ std::string title_of(const workbench::ReportData& data) {
   return "Operation";
 }
 
-/// Returns the day on which a file was last changed, "2026-11-27" (UTC).
-std::string date_of(const std::string& path) {
-  std::error_code error;
-  const auto changed = std::filesystem::last_write_time(path, error);
-  if (error) return "";
-  const std::time_t seconds = std::chrono::system_clock::to_time_t(std::chrono::file_clock::to_sys(changed));
-  std::tm day{};
-  gmtime_r(&seconds, &day);
-  char text[16];
-  return std::string(text, std::strftime(text, sizeof text, "%Y-%m-%d", &day));
-}
-
 Result<workbench::ReportData> data_of(const ReportArguments& a, const std::string& session) {
   workbench::ReportChoice choice;
   choice.session = session;
   choice.case_source = a.case_source;
   return workbench::collect_report(choice, terminal_listener());
+}
+
+/// Writes the page of a course, which is a folder of sessions.
+Result<Outcome> report_course(const ReportArguments& a, data_tools::OutputSet& outputs) {
+  if (!a.expert.empty())
+    return Error{.what = "a session is compared with that of an expert, a folder is not",
+                 .where = "--expert",
+                 .expected = "a session file"};
+  const auto clock = Clock::now();
+  const auto course = workbench::score_course(a.session, a.case_source, terminal_listener());
+  if (!course) return course.error();
+  const std::string html = course_html(course.value(), program_name());
+  outputs.write(a.output, [&] { return data_tools::write_file_atomically(a.output, html); });
+  Outcome outcome("report");
+  Json& json = outcome.json;
+  json["sessions"] = course.value().size();
+  json["scored_sessions"] = std::count_if(course.value().begin(), course.value().end(),
+                                          [](const auto& session) { return session.score.has_value(); });
+  json["bytes"] = html.size();
+  json["report_seconds"] = seconds_since(clock);
+  outcome.print("sessions: {sessions}, scored: {scored_sessions}; {bytes} bytes in {report_seconds:.1f} s");
+  return finished(outputs, std::move(outcome));
 }
 
 Result<Outcome> run_report(const ReportArguments& a) {
@@ -59,6 +69,8 @@ Result<Outcome> run_report(const ReportArguments& a) {
   if (!data_tools::has_extension(a.output, ".html"))
     return Error{
         .what = "a report is an HTML file", .where = "--output", .expected = "a name that ends with .html"};
+  if (std::error_code error; std::filesystem::is_directory(a.session, error))
+    return report_course(a, outputs);
   const auto clock = Clock::now();
   const auto trainee = data_of(a, a.session);
   if (!trainee) return trainee.error();
@@ -72,7 +84,7 @@ Result<Outcome> run_report(const ReportArguments& a) {
   const double replay_seconds = seconds_since(clock);
   ReportPage page;
   page.title = title_of(data);
-  page.date = date_of(a.session);
+  page.date = workbench::date_of_file(a.session);
   page.program = program_name();
   page.trainee = &data;
   page.expert = expert ? &*expert : nullptr;
@@ -114,8 +126,9 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_report{
-    "report", "Write a page about a recorded session for trainee and teacher",
+    "report", "Write a page about a recorded session, or about the sessions of a folder",
     "  trephine report spine.session -o report.html\n"
+    "  trephine report SESSIONS -o course.html\n"
     "  trephine report trainee.session --scan SCANS/SPINE --expert expert.session -o report.html",
     build};
 

@@ -1,9 +1,9 @@
 // score: findings and points of a recorded operation, or of a folder of them.
-#include <algorithm>
 #include <filesystem>
 
 #include "apps/cli/commands.h"
 #include "apps/cli/score_rows.h"
+#include "apps/workbench/course.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
 
@@ -19,47 +19,27 @@ struct ScoreArguments {
 };
 
 /// Opens a session and scores it.
-Result<Json> score_file(const std::string& path, const ScoreArguments& arguments,
-                        const workbench::Listener& listener) {
-  auto opened = workbench::open_session(path, arguments.case_source, listener);
+Result<Json> score_file(const ScoreArguments& arguments) {
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
   if (!opened) return opened.error();
-  const auto result = workbench::score_session(*opened.value(), arguments.until, listener);
+  const auto result = workbench::score_session(*opened.value(), arguments.until, terminal_listener());
   if (!result) return result.error();
   return json_of_score(result.value(), 1 / opened.value()->reader->header().rate_hz);
 }
 
-/// Returns the sessions of a folder, in the order of their names.
-Result<std::vector<std::string>> sessions_in(const std::string& folder) {
-  std::vector<std::string> paths;
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error))
-    if (workbench::is_session_file(entry->path().string())) paths.push_back(entry->path().string());
-  if (error || paths.empty())
-    return Error{.what = error ? "the folder cannot be read" : "the folder has no sessions",
-                 .where = "session",
-                 .expected = "a recorded session, or a folder of sessions"};
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
-
-/// Scores a folder. Sessions are named by their number, since names of files may identify a patient.
 Result<Outcome> score_folder(const ScoreArguments& arguments, data_tools::OutputSet& outputs) {
   if (arguments.until)
     return Error{.what = "a time applies to one session", .where = "until", .expected = "a session file"};
-  const auto paths = sessions_in(arguments.session);
-  if (!paths) return paths.error();
+  const auto course = workbench::score_course(arguments.session, arguments.case_source, terminal_listener());
+  if (!course) return course.error();
   Outcome outcome("score");
   Json& sessions = outcome.json["sessions"] = Json::array();
-  for (const std::string& path : paths.value()) {
+  for (const workbench::CourseSession& session : course.value()) {
     Json row{{"session", sessions.size() + 1}};
-    auto score = score_file(path, arguments, terminal_listener());
-    if (score)
-      row.update(score.value());
-    else if (score.error().kind == ErrorKind::interrupted)
-      return score.error();
+    if (session.score)
+      row.update(json_of_score(*session.score, session.dt));
     else
-      row["error"] = score.error().what;
+      row["error"] = session.error;
     sessions.push_back(std::move(row));
   }
   outcome.print_table(sessions,
@@ -79,7 +59,7 @@ Result<Outcome> run_score(const ScoreArguments& arguments) {
   if (Status error = outputs.check()) return *error;
   if (std::error_code error; std::filesystem::is_directory(arguments.session, error))
     return score_folder(arguments, outputs);
-  auto score = score_file(arguments.session, arguments, terminal_listener());
+  auto score = score_file(arguments);
   if (!score) return score.error();
   Outcome outcome("score");
   outcome.json.update(score.value());

@@ -227,12 +227,10 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   auto continued =
       workbench::continue_session(file, arguments.case_source, !path.has_value(), terminal_listener());
   if (!continued) return continued.error();
-  workbench::OpenedSession& session = *continued.value().session;
   const sim::SessionHeader& header = continued.value().header();
   sim::SessionWriter& writer = *continued.value().writer;
   sim::Engine& engine = continued.value().engine;
   const std::uint64_t first_tick = continued.value().first_tick;
-  const auto scene = engine.servo_scene()->hands[0].scene;
   const double before = engine.removed_mm3();
 
   Outcome outcome("resume");
@@ -255,16 +253,8 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
       return error;
     }
   } else {
-    view::WindowOptions options;
-    options.should_close = is_interrupted;
-    options.title = session.source.written_name();
-    options.rate_hz = header.rate_hz;
-    options.force = header.force;
-    options.recorder = &writer;
-    options.in_use = {arguments.session, arguments.case_source.path};
-    options.plan = std::make_shared<const volume::SurgicalPlan>(header.plan);
-    options.start = view::WindowStart{std::move(engine), first_tick};
-    auto shown = view::run_window(scene, options);
+    auto shown = continue_in_window(std::move(continued).value(), arguments.case_source.path,
+                                    {file, arguments.session, arguments.case_source.path});
     if (!shown) return shown.error();
     after = shown.value().removed_mm3;
   }

@@ -1,9 +1,54 @@
 #include "apps/cli/commands/session_window.h"
 
+#include "apps/cli/commands/own_program.h"
 #include "apps/cli/report.h"
-#include "apps/view/view_window.h"
+#include "apps/workbench/session_score.h"
+#include "modules/catalogue.h"
 
 namespace trephine::cli {
+
+namespace {
+
+Result<sim::Score> score(const std::string& session, const std::string& open_scan,
+                         const workbench::Listener& listener) {
+  const auto scan = scan_for(session, open_scan);
+  if (!scan) return scan.error();
+  auto opened = workbench::open_session(session, scan.value(), listener);
+  if (!opened) return opened.error();
+  auto result = workbench::score_session(*opened.value(), {}, listener);
+  if (!result) return result.error();
+  return std::move(result).value().score;
+}
+
+/// Writes the page in a process of its own: its pictures need libraries that the window uses meanwhile.
+Status report(const std::string& session, const std::string& open_scan, const std::string& page,
+              const workbench::Listener& listener) {
+  const auto scan = scan_for(session, open_scan);
+  if (!scan) return scan.error();
+  std::vector<std::string> words{"report", session, "-o", page};
+  if (!scan.value().path.empty()) words.insert(words.end(), {"--scan", scan.value().path});
+  return run_own_program(words, listener.progress("writing the report"));
+}
+
+}  // namespace
+
+Result<workbench::SourceChoice> scan_for(const std::string& session, const std::string& open_scan) {
+  const auto reader = sim::SessionReader::open(session, modules::catalogue());
+  if (!reader) return reader.error();
+  workbench::SourceChoice scan;
+  if (!workbench::has_own_scan(reader.value())) scan.path = open_scan;
+  return scan;
+}
+
+void add_scoring(view::WindowHost& host, std::function<std::string()> open_scan) {
+  host.score = [open_scan](const std::string& session, const workbench::Listener& listener) {
+    return score(session, open_scan(), listener);
+  };
+  host.report = [open_scan](const std::string& session, const std::string& page,
+                            const workbench::Listener& listener) {
+    return report(session, open_scan(), page, listener);
+  };
+}
 
 Status play_in_window(workbench::OpenedSession& session, const std::string& file, const std::string& title) {
   auto summary = workbench::summarize_session(file);
@@ -18,6 +63,25 @@ Status play_in_window(workbench::OpenedSession& session, const std::string& file
   options.replay_seconds = static_cast<double>(session.reader->tick_count()) / options.rate_hz;
   const auto shown = view::run_window(view::borrowed(session.scene()), options);
   return shown ? std::nullopt : Status(shown.error());
+}
+
+Result<view::WindowReport> continue_in_window(workbench::ContinuedSession continued, const std::string& scan,
+                                              const std::vector<std::string>& in_use) {
+  const sim::SessionHeader& header = continued.header();
+  const auto scene = continued.engine.servo_scene()->hands[0].scene;
+  view::WindowOptions options;
+  options.catalogue = &modules::catalogue();
+  options.should_close = is_interrupted;
+  options.title = continued.session->source.written_name();
+  options.rate_hz = header.rate_hz;
+  options.force = header.force;
+  options.recorder = continued.writer.get();
+  options.session_file = in_use.front();
+  options.in_use = in_use;
+  options.plan = std::make_shared<const volume::SurgicalPlan>(header.plan);
+  options.start = view::WindowStart{std::move(continued.engine), continued.first_tick};
+  add_scoring(options.host, [scan] { return scan; });
+  return view::run_window(scene, options);
 }
 
 }  // namespace trephine::cli

@@ -1,13 +1,24 @@
-// Playback of a recorded session in the window.
+// Windows of recorded sessions: playback, continuation, and the score of the recording of any window.
 #pragma once
 
+#include <functional>
 #include <string>
 
-#include "apps/workbench/sessions.h"
+#include "apps/view/view_window.h"
+#include "apps/workbench/continued_session.h"
 
 namespace trephine::cli {
 
 /// Plays a session that was opened from `file` until the window is closed.
 Status play_in_window(workbench::OpenedSession& session, const std::string& file, const std::string& title);
+
+/// Continues a session in a window until it is closed. `in_use`: files that saving must not overwrite.
+Result<view::WindowReport> continue_in_window(workbench::ContinuedSession continued, const std::string& scan,
+                                              const std::vector<std::string>& in_use);
+
+/// Returns the scan for a session that does not contain its own: `open_scan`.
+Result<workbench::SourceChoice> scan_for(const std::string& session, const std::string& open_scan);
+/// Adds the score and the report of a recording. `open_scan` returns the path of the open scan.
+void add_scoring(view::WindowHost& host, std::function<std::string()> open_scan);
 
 }  // namespace trephine::cli

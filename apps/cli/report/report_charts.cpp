@@ -24,20 +24,25 @@ double round_step(double length, double parts) {
 struct Plot {
   double left, top, width, height;
   double x_end, y_end;  ///< values at the right and at the upper edge
+  double x_begin = 0, y_begin = 0;
 
-  double x(double value) const { return left + width * value / x_end; }
-  double y(double value) const { return top + height * (1 - std::clamp(value, 0.0, y_end) / y_end); }
+  double x(double value) const { return left + width * (value - x_begin) / (x_end - x_begin); }
+  double y(double value) const {
+    return top + height * (1 - (std::clamp(value, y_begin, y_end) - y_begin) / (y_end - y_begin));
+  }
 
   /// Draws the axes with their numbers.
   std::string axes(double x_parts, double y_parts, const char* x_title) const {
     std::string svg;
-    const double y_step = round_step(y_end, y_parts), x_step = round_step(x_end, x_parts);
-    for (double value = 0; value <= y_end * 1.0001; value += y_step)
+    const double y_step = round_step(y_end - y_begin, y_parts), x_step = round_step(x_end, x_parts);
+    for (int i = 0; y_begin + i * y_step <= y_end + 0.001 * y_step; ++i) {
+      const double value = y_begin + i * y_step;
       svg += format_text(
           "<path class=\"grid\" d=\"M%.1f %.1fh%.1f\"/><text class=\"end\" x=\"%.1f\" y=\"%.1f\">%g"
           "</text>",
-          left, y(value), width, left - 6, y(value) + 4, value);
-    for (double value = 0; value <= x_end * 1.0001; value += x_step)
+          left, y(value), width, left - 6, y(value) + 4, std::abs(value) < 1e-9 * y_step ? 0 : value);
+    }
+    for (double value = x_begin == 0 ? 0 : x_step; value <= x_end * 1.0001; value += x_step)
       svg += format_text(
           "<path class=\"grid\" d=\"M%.1f %.1fv4\"/><text class=\"mid\" x=\"%.1f\" y=\"%.1f\">%g"
           "</text>",
@@ -106,6 +111,62 @@ std::string svg_of(const TimeChart& chart) {
   svg += plot.axes(8, 3, "time, s") + "\n" + band(*chart.values, plot, chart.seconds) + "\n";
   for (const ChartMark& mark : chart.marks) svg += mark_of(mark, plot);
   return svg + "</svg>\n";
+}
+
+namespace {
+
+std::string session_mark(const CourseChart::Value& value, double x, double y, std::size_t number) {
+  static constexpr const char* k_shapes[] = {"<circle class=\"open\" r=\"3.5\"/>", "<circle r=\"4\"/>",
+                                             "<path d=\"M0 -5l5 9h-10z\"/>", "<path d=\"M-4 -4h8v8h-8z\"/>"};
+  static constexpr const char* k_classes[] = {"", "good", "fair", "bad"};
+  const auto verdict = static_cast<std::size_t>(value.verdict);
+  return format_text(
+      "<g class=\"session %s\" transform=\"translate(%.1f %.1f)\">%s<title>session %zu: %.4g"
+      "</title></g>\n",
+      k_classes[verdict], x, y, k_shapes[verdict], number, *value.value);
+}
+
+/// Returns the range of an axis with values and limits: 0 is in it.
+std::pair<double, double> range_of(const CourseChart& chart) {
+  double low = 0, high = 0;
+  const auto include = [&](double value) { low = std::min(low, value), high = std::max(high, value); };
+  for (const CourseChart::Value& value : chart.values)
+    if (value.value) include(*value.value);
+  if (chart.limits) include(chart.limits->first), include(chart.limits->second);
+  if (high - low <= 0) high = 1;
+  const double step = round_step(high - low, 3);
+  return {std::floor(low / step) * step, std::ceil(high / step) * step};
+}
+
+}  // namespace
+
+std::string svg_of(const CourseChart& chart) {
+  const auto [low, high] = range_of(chart);
+  const double size = static_cast<double>(chart.values.size());
+  Plot plot{52, 30, chart.is_wide ? 850.0 : 320.0, chart.is_wide ? 150.0 : 110.0, size + 0.5, high, 0.5, low};
+  std::string svg = svg_begin(chart.is_wide ? 920 : 390, chart.is_wide ? 220 : 180, chart.label);
+  svg += "<text class=\"title\" x=\"0\" y=\"12\">" + escaped(chart.title) + "</text>\n";
+  svg += plot.axes(std::min(size + 0.5, 10.0), 3, "session") + "\n";
+  if (chart.limits)
+    for (const auto& [limit, words] :
+         {std::pair(chart.limits->first, "all points"), std::pair(chart.limits->second, "no points")})
+      svg += format_text(
+          "<path class=\"limit\" d=\"M%.1f %.1fh%.1f\"/><text class=\"end\" x=\"%.1f\" y=\"%.1f\">%s</text>\n",
+          plot.left, plot.y(limit), plot.width, plot.left + plot.width, plot.y(limit) - 3, words);
+  std::string line, marks;
+  bool is_joined = false;
+  for (std::size_t i = 0; i < chart.values.size(); ++i) {
+    const CourseChart::Value& value = chart.values[i];
+    if (!value.value) {
+      is_joined = false;
+      continue;
+    }
+    const double x = plot.x(static_cast<double>(i + 1)), y = plot.y(*value.value);
+    line += format_text("%c%.1f %.1f", is_joined ? 'L' : 'M', x, y);
+    marks += session_mark(value, x, y, i + 1);
+    is_joined = true;
+  }
+  return svg + "<path class=\"curve\" d=\"" + line + "\"/>\n" + marks + "</svg>\n";
 }
 
 std::string svg_of(const workbench::RemovalDistances& distances) {

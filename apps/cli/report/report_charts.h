@@ -1,10 +1,13 @@
 // Charts of a report as inline SVG: values over time with marks of events and steps, histograms.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/workbench/report_data.h"
+#include "sim/api/finding.h"
 
 namespace trephine::cli {
 
@@ -27,6 +30,21 @@ struct TimeChart {
 /// Draws the band between least and greatest values, with triangles for dangerous events, circles for other
 /// events and labelled lines for steps.
 std::string svg_of(const TimeChart& chart);
+
+/// Values by session, in their order.
+struct CourseChart {
+  struct Value {
+    std::optional<double> value;  ///< empty: a gap
+    sim::Finding::Verdict verdict = sim::Finding::Verdict::not_judged;
+  };
+  std::string title, label;  ///< as of a TimeChart
+  std::vector<Value> values = {};
+  std::optional<std::pair<double, double>> limits = {};  ///< for all points and for none: dashed lines
+  bool is_wide = false;
+};
+/// Draws a mark per session, joined by a line: disks are good, triangles fair, squares bad, rings without
+/// verdict.
+std::string svg_of(const CourseChart& chart);
 
 /// Draws bars of 1 mm.
 std::string svg_of(const workbench::RemovalDistances& distances);

@@ -3,9 +3,10 @@
 #include <algorithm>
 
 #include "apps/cli/report/report_charts.h"
+#include "apps/cli/report/report_findings.h"
 #include "apps/cli/report/report_html.h"
 #include "apps/cli/report/report_texts.h"
-#include "apps/workbench/session_score.h"
+#include "apps/workbench/finding_text.h"
 #include "apps/workbench/text.h"
 
 namespace trephine::cli {
@@ -13,48 +14,16 @@ namespace trephine::cli {
 using sim::Finding;
 using workbench::format_text;
 using workbench::hash_text;
+using workbench::limits_text;
+using workbench::points_of;
+using workbench::points_text;
 using workbench::ReportData;
 using workbench::TimelineRow;
+using workbench::value_text;
 
 namespace {
 
-/// Returns the shape and the word of a verdict: neither depends on colour.
-std::string verdict_html(const Finding& finding) {
-  static constexpr const char* k_shapes[] = {
-      "<circle cx=\"7\" cy=\"7\" r=\"5\" fill=\"none\" stroke=\"currentColor\" stroke-width=\"1.5\"/>",
-      "<circle cx=\"7\" cy=\"7\" r=\"6\"/>", "<path d=\"M7 1l6.5 12h-13z\"/>",
-      "<path d=\"M1.5 1.5h11v11h-11z\"/>"};
-  static constexpr const char* k_classes[] = {"open", "good", "fair", "bad"};
-  const auto verdict = static_cast<std::size_t>(finding.verdict);
-  return format_text("<span class=\"verdict %s\"><svg viewBox=\"0 0 14 14\" aria-hidden=\"true\">%s</svg>",
-                     k_classes[verdict], k_shapes[verdict]) +
-         escaped(workbench::verdict_name(finding)) + "</span>";
-}
-
-std::string value_text(const Finding& finding) {
-  if (!finding.value) return "\u2013";
-  return format_text("%.4g", *finding.value) + (finding.unit.empty() ? "" : "\u00a0" + finding.unit);
-}
-std::string limits_text(const Finding& finding) {
-  if (finding.full_at == finding.zero_at) return "";
-  return format_text("full at %g, 0 at %g", finding.full_at, finding.zero_at);
-}
-std::string points_text(const Finding& finding) {
-  if (!(finding.weight > 0)) return "";
-  return finding.value ? format_text("%.1f of %g", finding.points, finding.weight)
-                       : format_text("\u2013 of %g", finding.weight);
-}
 std::string time_text(double seconds) { return format_text("%.1f s", seconds); }
-
-std::string section(std::string_view css_class, std::string_view heading, const std::string& contents) {
-  return "<section class=\"" + std::string(css_class) + "\"><h2>" + escaped(heading) + "</h2>\n" + contents +
-         "</section>\n";
-}
-
-std::string points_of(const sim::Score& score) {
-  return score.possible > 0 ? format_text("%.0f of %.0f points", score.points, score.possible)
-                            : "no points: nothing was judged";
-}
 
 std::string score_html(const ReportData& data) {
   const sim::Score& score = data.score;
@@ -73,7 +42,7 @@ std::string score_html(const ReportData& data) {
                    "findings");
   HtmlTable reported({{"reported"}, {"value", true}});
   for (const Finding& finding : score.findings) {
-    if (finding.value && finding.full_at == finding.zero_at) {
+    if (workbench::is_only_reported(finding)) {
       reported.begin_row();
       reported.cell(workbench::words_of(finding.name));
       reported.cell(value_text(finding));
@@ -129,8 +98,8 @@ std::string moments_html(const ReportPictures& pictures) {
   std::string html = "<div class=\"multiples pictures\">\n";
   for (const ReportPicture& picture : pictures.moments)
     html += "<figure>" + image_tag(picture.png, picture.text) + "<figcaption>" +
-            (picture.is_danger ? "<strong class=\"injury\">\u25b2 injury</strong> " : "") + "<b>" +
-            escaped(picture.title) + "</b> " + escaped(picture.text) + "</figcaption></figure>\n";
+            (picture.is_danger ? "<strong class=\"injury\">\u25b2 injury or bad result</strong> " : "") +
+            "<b>" + escaped(picture.title) + "</b> " + escaped(picture.text) + "</figcaption></figure>\n";
   return html + "</div>\n";
 }
 
@@ -294,13 +263,7 @@ std::string origin_html(const ReportPage& page) {
 
 std::string page_html(const ReportPage& page, bool has_models) {
   const ReportData& data = *page.trainee;
-  std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
-      "'unsafe-inline'; script-src 'unsafe-inline'; form-action 'none'; base-uri 'none'\">\n<title>" +
-      escaped(page.title) + "</title>\n<style>\n" + std::string(k_report_css) +
-      "</style></head>\n<body><main>\n";
+  std::string html = page_begin(page.title);
   html += "<header><h1>" + escaped(page.title) + "</h1><p>" +
           escaped(page.date + format_text(" \u00b7 %.0f s \u00b7 removed %.0f mm\u00b3", data.seconds,
                                           data.removed_mm3)) +

@@ -89,6 +89,8 @@ Status add_states(const workbench::ReportData& data, ReportPictures& pictures) {
                                         {"after", data.engine().current(), data.overlays});
   if (!panels) return panels.error();
   std::vector<Panel>& all = panels.value();
+  all[2].title = "removed or detached";  // the page states the volumes
+  for (Panel::Line& line : all[2].lines) line.name = all[2].title;
   const auto states = view::slices_png({all[0], all[1]});
   if (!states) return states.error();
   const auto sections = view::slices_png({all[2], all[3]});

@@ -1,0 +1,99 @@
+// simulator: a start page to choose an operation, and the window of each chosen one.
+#include <utility>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/commands/operation_window.h"
+#include "apps/cli/commands/session_window.h"
+#include "apps/view/render_window.h"
+#include "apps/view/start_page.h"
+#include "data-tools/cases/procedure_file.h"
+#include "data-tools/files/output_set.h"
+
+namespace trephine::cli {
+
+namespace {
+
+struct SimulatorArguments {
+  std::optional<double> seconds;
+  std::string screenshot;
+};
+
+view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string problem) {
+  view::StartPageOptions page;
+  page.problem = std::move(problem);
+  page.tiles = {
+      {"Craniotomy", "Plan the outline, drill the holes, cut and lift the flap.", "craniotomy", "head",
+       "craniotomy"},
+      {"Ventriculostomy", "Drill at Kocher's point and pass a catheter into the ventricle.",
+       "ventriculostomy", "head", "ventriculostomy"},
+      {"Laminectomy with pedicle screws", "Open the canal of L4, probe the pedicles and place screws.",
+       "laminectomy-screws", "spine", "laminectomy-screws"},
+      {"Free practice: head", "All instruments on the built-in skull, without steps.", "head", "head", ""},
+      {"Free practice: spine", "All instruments on the built-in lumbar spine, without steps.", "spine",
+       "spine", ""}};
+  constexpr std::size_t k_sessions = 12;
+  for (workbench::Autosave& session : workbench::list_autosaves(k_sessions))
+    page.sessions.push_back({std::move(session.file), session.title.empty() ? "Operation" : session.title,
+                             std::move(session.begin), session.seconds, session.is_interrupted});
+  for (const data_tools::ShippedProcedure& shipped : data_tools::shipped_procedures())
+    if (const auto file = data_tools::shipped_procedure(std::string(shipped.name)))
+      page.procedures.emplace_back(shipped.name, file.value().procedure.title);
+  page.seconds = arguments.seconds;
+  page.should_close = is_interrupted;
+  page.screenshot = arguments.screenshot;
+  return page;
+}
+
+Status run_choice(const view::StartChoice& choice) {
+  if (choice.kind == view::StartChoice::Kind::operation) {
+    WindowArguments window;
+    window.source = choice.path;
+    window.procedure = choice.procedure;
+    const auto done = run_operation_window(window, "simulator");
+    return done ? std::nullopt : Status(done.error());
+  }
+  if (choice.kind == view::StartChoice::Kind::resume) {
+    auto continued = workbench::continue_session(choice.path, {}, true, terminal_listener());
+    if (!continued) return continued.error();
+    const auto done = continue_in_window(std::move(continued).value(), "", {choice.path});
+    return done ? std::nullopt : Status(done.error());
+  }
+  auto session = workbench::open_session(choice.path, {}, terminal_listener());
+  if (!session) return session.error();
+  return play_in_window(*session.value(), choice.path, session.value()->source.written_name());
+}
+
+Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
+  data_tools::OutputSet outputs;
+  outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  Outcome outcome("simulator");
+  int operations = 0;
+  std::string problem;
+  for (;;) {
+    const auto choice = view::choose_start(page_of(arguments, std::exchange(problem, {})));
+    if (!choice) return choice.error();
+    if (choice.value().kind == view::StartChoice::Kind::none || is_interrupted()) break;
+    ++operations;
+    // The page shows the error, so that another case can be chosen.
+    if (Status error = run_choice(choice.value())) problem = error->message();
+  }
+  outcome.json["operations"] = operations;
+  outcome.print("operations: {operations}");
+  return finished(outputs, std::move(outcome));
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<SimulatorArguments>();
+  options.add("--seconds", a->seconds, "Close the start page after this time").type("S");
+  options.add("--screenshot", a->screenshot, "Write a picture of the start page when it closes")
+      .type("OUT.png");
+  return run_with(a, run_simulator);
+}
+
+}  // namespace
+
+const Command k_simulator{"simulator", "Choose an operation on a start page, and perform it step by step",
+                          "  trephine simulator", build};
+
+}  // namespace trephine::cli

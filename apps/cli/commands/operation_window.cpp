@@ -1,0 +1,287 @@
+#include "apps/cli/commands/operation_window.h"
+
+#include "apps/cli/commands/session_window.h"
+#include "apps/view/render_window.h"
+#include "apps/view/view_window.h"
+#include "apps/workbench/continued_session.h"
+#include "apps/workbench/devices.h"
+#include "apps/workbench/preset.h"
+#include "data-tools/cases/procedure_file.h"
+#include "data-tools/files/atomic_file.h"
+#include "data-tools/files/output_set.h"
+#include "modules/catalogue.h"
+#include "volume/base/work_counters.h"
+
+namespace trephine::cli {
+
+namespace {
+
+/// Services for an open window: opens scans and sessions, and starts their recordings.
+class Host {
+ public:
+  /// `choice`, `record`: requested at the start. Scans opened later are recorded in FILE-2, FILE-3 and so on,
+  /// or in autosaves.
+  Host(workbench::Source source, std::string path, workbench::OperationChoice choice,
+       workbench::RecordChoice record)
+      : source_(std::move(source)),
+        path_(std::move(path)),
+        choice_(std::move(choice)),
+        record_(std::move(record)) {}
+
+  Result<view::OpenedScene> open(const std::string& path, const workbench::Listener& listener) {
+    workbench::SourceChoice scan(path);
+    scan.takes_plan = true;
+    auto opened = workbench::open_source(scan, listener);
+    if (!opened) return opened.error();
+    workbench::OperationChoice choice = choice_;
+    choice.shape = {};
+    choice.shape.omits_holder = true;
+    choice.volumes.clear(), choice.models.clear();  // they belong to the frame of the first scan
+    // The user can change this automatic threshold in the window.
+    if (!opened.value().plan) choice.shape.is_auto = true;
+    Result<view::OpenedScene> result = make(opened.value(), path, choice, listener);
+    if (!result) return result;
+    source_ = std::move(opened).value(), path_ = path;
+    choice_.volumes.clear(), choice_.models.clear();
+    return result;
+  }
+
+  /// Opens the last scan again with a further one to touch.
+  Result<view::OpenedScene> add_scan(const std::string& path, const std::string& shape,
+                                     const workbench::Listener& listener) {
+    workbench::OperationChoice choice = choice_;
+    choice.volumes.push_back({path, workbench::parse_shape(shape)});
+    Result<view::OpenedScene> result = make(source_, path_, choice, listener);
+    if (result) choice_ = std::move(choice);
+    return result;
+  }
+
+  /// Continues a session. A session without its scan, which is not built in, uses the open scan.
+  Result<view::OpenedScene> resume(const std::string& session, const workbench::Listener& listener) {
+    const auto scan = scan_for(session, path_);
+    if (!scan) return scan.error();
+    auto continued = workbench::continue_session(session, scan.value(), true, listener);
+    if (!continued) return continued.error();
+    auto resumed_session = std::make_shared<workbench::ContinuedSession>(std::move(continued).value());
+    const workbench::Source& source = resumed_session->session->source;
+    view::OpenedScene opened{{std::move(resumed_session->engine), resumed_session->first_tick},
+                             source.written_name(),
+                             std::move(resumed_session->writer),
+                             session,
+                             {session, path_},
+                             {},
+                             resumed_session,
+                             resumed_session->header().rate_hz,
+                             resumed_session->header().force};
+    opened.plan = std::make_shared<const volume::SurgicalPlan>(resumed_session->header().plan);
+    return opened;
+  }
+
+  /// Returns the path of the open scan.
+  const std::string& path() const noexcept { return path_; }
+
+  Result<view::OpenedScene> reshape(const view::ShapeRequest& request, const workbench::Listener& listener) {
+    const auto range = [](double low, double high) {
+      return format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
+    };
+    workbench::Source source = source_;
+    workbench::ShapeChoice shape_choice;
+    if (request.preset.empty()) shape_choice.window = range(request.low, request.high);
+    shape_choice.is_largest = request.is_largest;
+    auto shape = workbench::prepare_shape(source, {request.preset, {}}, shape_choice, listener);
+    if (!shape) return shape.error();
+    workbench::OperationChoice choice = choice_;
+    choice.shape = {};
+    choice.shape.window = range(shape.value().low, shape.value().high);
+    return make(source, path_, choice, listener);
+  }
+
+ private:
+  Result<view::OpenedScene> make(const workbench::Source& source, const std::string& path,
+                                 const workbench::OperationChoice& choice,
+                                 const workbench::Listener& listener) {
+    auto operation = workbench::make_operation(source, choice, listener);
+    if (!operation) return operation.error();
+    workbench::RecordChoice record = record_;
+    if (record.is_autosave)
+      record.file = workbench::autosave_path();
+    else if (!record.file.empty())
+      record.file = format_text("%s-%d", record_.file.c_str(), ++scene_number_);
+    auto recorder = workbench::start_recording(record, operation.value());
+    if (!recorder) return recorder.error();
+    view::OpenedScene opened{
+        {operation.value().engine()}, source.written_name(), std::move(recorder).value(), "", {path}, {}, {}};
+    if (opened.recorder) opened.session_file = record.file;
+    opened.plan = std::make_shared<const volume::SurgicalPlan>(operation.value().spec.plan);
+    return opened;
+  }
+
+  workbench::Source source_;
+  std::string path_;
+  workbench::OperationChoice choice_;
+  workbench::RecordChoice record_;
+  int scene_number_ = 1;  ///< number of opened scenes
+};
+
+}  // namespace
+
+Result<Outcome> run_operation_window(const WindowArguments& arguments, const char* name) {
+  if (arguments.seconds && !(*arguments.seconds > 0 && *arguments.seconds <= 1e6))
+    return Error{.what = "the time is out of range",
+                 .where = "--seconds",
+                 .found = std::to_string(*arguments.seconds),
+                 .expected = "above 0, at most 1000000 s"};
+  if (Status error = check(arguments.record)) return *error;
+  if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
+  data_tools::OutputSet outputs;
+  outputs.add_input(arguments.source.path);
+  if (data_tools::is_procedure_path(arguments.procedure)) outputs.add_input(arguments.procedure);
+  for (const std::string& file : arguments.models.files()) outputs.add_input(file);
+  outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  if (arguments.seconds && !view::has_display())
+    notice("note: no display; the picture is drawn without a window");
+  auto device = workbench::open_device(arguments.device);
+  if (!device) return device.error();
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.procedure = arguments.procedure;
+  choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
+  choice.shape.omits_holder = true;
+  choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
+  auto volumes = volumes_of(arguments.models);
+  if (!volumes) return volumes.error();
+  choice.volumes = std::move(volumes).value();
+  auto models = models_of(arguments.models);
+  if (!models) return models.error();
+  choice.models = std::move(models).value();
+  if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
+  // The user may choose another burr in the window: cuts are sampled for a fine one, unless --smallest-burr
+  // requests another size.
+  constexpr double k_fine_burr = 2;
+  choice.smallest_burr = arguments.smallest_burr;
+  if (!arguments.smallest_burr && !arguments.burr.is_round)
+    choice.smallest_burr = std::min(2 * arguments.burr.body().min_radius(), k_fine_burr);
+  std::vector<std::string> notices;
+  workbench::Listener listener = terminal_listener();
+  listener.notice = [&notices, print = listener.notice](const std::string& text) {
+    print(text);
+    notices.push_back(text);
+  };
+  // The window reshapes the scan as it was read.
+  workbench::SourceChoice scan = arguments.source;
+  scan.takes_plan = true;
+  auto original = workbench::open_source(scan, listener);
+  if (!original) return original.error();
+  auto opened = workbench::make_operation(original.value(), choice, listener);
+  if (!opened) return opened.error();
+  const workbench::Operation& operation = opened.value();
+  const workbench::Source& source = operation.source;
+  const std::shared_ptr<const haptics::TouchScene> scene = operation.scene();
+
+  view::WindowOptions options;
+  options.start = view::WindowStart{operation.engine()};
+  options.notices = std::move(notices);
+  options.catalogue = &modules::catalogue();
+  options.device = device.value();
+  options.in_use = {arguments.source.path};
+  for (const workbench::ModelChoice& model : choice.models) options.in_use.push_back(model.file);
+  options.seconds = arguments.seconds;
+  options.should_close = is_interrupted;
+  options.screenshot = arguments.screenshot;
+  options.side = side_of(arguments.side);
+  options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
+  options.plan = std::make_shared<const volume::SurgicalPlan>(operation.spec.plan);
+  options.title = source.written_name();
+  // A screenshot alone needs no window; --seconds requests one.
+  options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
+
+  // The requested recording, or an autosave.
+  workbench::RecordChoice record = arguments.record;
+  const bool is_autosave = record.file.empty() && !options.is_offscreen && !arguments.has_no_autosave;
+  if (is_autosave) {
+    workbench::prune_autosaves();
+    record.file = workbench::autosave_path();
+    record.is_autosave = true;
+  }
+  if (options.is_offscreen && !record.file.empty())
+    return Error{.what = "recording needs a window",
+                 .where = "--record",
+                 .expected = "a window",
+                 .remedy = view::has_display() ? "pass --seconds too, so that a window opens"
+                                               : "start trephine on a display"};
+  if (is_autosave) options.host.interrupted_session = workbench::interrupted_autosave();
+  auto started = workbench::start_recording(record, operation);
+  if (!started && !is_autosave) return started.error();
+  if (!started) notice("note: the session is not saved: " + started.error().message());
+  const std::unique_ptr<sim::SessionWriter> recorder = started ? std::move(started).value() : nullptr;
+  options.recorder = recorder.get();
+  if (recorder) options.session_file = record.file;
+
+  const auto host =
+      std::make_shared<Host>(std::move(original).value(), arguments.source.path, choice, record);
+  options.host.open = [host](const std::string& path, const workbench::Listener& listener) {
+    return host->open(path, listener);
+  };
+  options.host.resume = [host](const std::string& session, const workbench::Listener& listener) {
+    return host->resume(session, listener);
+  };
+  options.host.add_scan = [host](const std::string& path, const std::string& shape,
+                                 const workbench::Listener& listener) {
+    return host->add_scan(path, shape, listener);
+  };
+  options.host.session_folder = workbench::autosave_folder();
+  add_scoring(options.host, [host] { return host->path(); });
+  options.host.reshape = [host](const view::ShapeRequest& shape, const workbench::Listener& listener) {
+    return host->reshape(shape, listener);
+  };
+
+  const double ready_seconds = process_seconds();
+  auto shown = view::run_window(scene, options);
+  if (!shown) return shown.error();
+  const view::WindowReport& r = shown.value();
+  Outcome outcome(name, is_interrupted() ? exit_interrupted : exit_done);
+  Json& json = outcome.json;
+  json["source"] = name_in_report(source);
+  json["is_offscreen"] = options.is_offscreen;
+  json["window"] = r.window;
+  json["first_frame_seconds"] = r.first_frame_seconds;
+  json["open_to_touch_seconds"] = ready_seconds + r.first_frame_seconds;
+  json["frames"] = r.frames, json["frames_skipped"] = r.frames_skipped;
+  json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
+  json["drilling_frames"] = r.drilling_frames;
+  if (arguments.burr.is_round)
+    json["round_tool"] = {{"touch_radius_mm", scene->tool->radius()},
+                          {"field_updates", r.offset_updates},
+                          {"longest_update_s", r.longest_offset_update_seconds}};
+  json["edits"] = {{"longest_tick_ms", 1e3 * r.edits.longest_tick_seconds},
+                   {"longest_command_ms", 1e3 * r.edits.longest_command_seconds},
+                   {"longest_command", r.edits.longest_command}};
+  json["drilling_frame_ms"] = {{"p50", r.drilling_p50_ms}, {"p99", r.drilling_p99_ms}};
+  json["triangles"] = r.triangles;
+  json["counters"] = {{"surfaces_made", work_counters().surfaces.load()},
+                      {"gl_contexts_made", work_counters().gl_contexts.load()}};
+  json["removed_mm3_total"] = r.removed_mm3;
+  json["strokes"] = r.strokes;
+  json["servo"] = {{"ticks", r.servo.ticks},
+                   {"overruns", r.servo.overruns},
+                   {"step_p50_us", r.servo.step_p50_us},
+                   {"step_p99_us", r.servo.step_p99_us},
+                   {"late_p50_us", r.servo.late_p50_us},
+                   {"late_p99_us", r.servo.late_p99_us},
+                   {"faults", r.servo.faults},
+                   {"force_faults", r.force_faults}};
+  outcome.print(
+      "{triangles} triangles; frames: {frames}, the first after {first_frame_seconds:.2f} s, removed: "
+      "{removed_mm3_total:.1f} mm³, strokes: {strokes}");
+  if (r.recording) notice("note: " + r.recording->message());
+  if (recorder && (!is_autosave || recorder->has_edits())) {
+    json["is_recorded"] = true;
+    outcome.print("session: {path}  (repeat: trephine replay, continue: trephine resume)",
+                  {{"path", record.file}});
+  }
+  if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);
+  return outcome;
+}
+
+}  // namespace trephine::cli

@@ -1,0 +1,26 @@
+// Window of an operation: opens a scan, records it, and shows the window until it is closed.
+#pragma once
+
+#include "apps/cli/commands.h"
+#include "apps/cli/options/burr_options.h"
+#include "apps/cli/options/model_options.h"
+
+namespace trephine::cli {
+
+struct WindowArguments {
+  workbench::SourceChoice source = "head";
+  std::string screenshot, side, procedure;
+  workbench::ShapeChoice shape;
+  drilling::Burr burr;
+  ModelArguments models;
+  std::optional<double> smallest_burr;  ///< mm
+  std::optional<double> seconds;
+  std::string device = "mouse";
+  workbench::RecordChoice record;
+  bool has_no_autosave = false;
+};
+
+/// Runs the window. The outcome is that of the command `name`.
+Result<Outcome> run_operation_window(const WindowArguments& arguments, const char* name);
+
+}  // namespace trephine::cli

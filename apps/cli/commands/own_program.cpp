@@ -1,0 +1,66 @@
+#include "apps/cli/commands/own_program.h"
+
+#include <csignal>
+#include <cstdio>
+#include <fcntl.h>
+#include <memory>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+extern char** environ;
+
+namespace trephine::cli {
+
+namespace {
+
+/// An unnamed temporary file.
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+std::string contents_of(std::FILE* file) {
+  constexpr std::size_t k_longest = 4000;
+  std::string text(k_longest, '\0');
+  std::rewind(file);
+  text.resize(std::fread(text.data(), 1, text.size(), file));
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text;
+}
+
+Error failed(const std::string& reason) {
+  return {.what = "the work in another process failed", .found = reason, .kind = ErrorKind::missing_here};
+}
+
+}  // namespace
+
+Status run_own_program(const std::vector<std::string>& arguments,
+                       const std::function<bool(double share)>& progress) {
+  const File errors(std::tmpfile(), &std::fclose);
+  if (!errors) return failed("no temporary file");
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, fileno(errors.get()), STDERR_FILENO);
+  std::string program = "/proc/self/exe";
+  std::vector<std::string> words = arguments;
+  std::vector<char*> pointers{program.data()};
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  pid_t process = 0;
+  const int spawned = posix_spawn(&process, program.c_str(), &actions, nullptr, pointers.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (spawned != 0) return failed("the process could not be started");
+  int result = 0;
+  while (waitpid(process, &result, WNOHANG) == 0) {
+    if (!progress(0)) {
+      ::kill(process, SIGTERM);
+      waitpid(process, &result, 0);
+      return Error{.what = "the work was interrupted", .kind = ErrorKind::interrupted};
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  if (WIFEXITED(result) && WEXITSTATUS(result) == 0) return std::nullopt;
+  return failed(contents_of(errors.get()));
+}
+
+}  // namespace trephine::cli

@@ -1,0 +1,17 @@
+// Parts that all pages share: the begin of a page, sections, verdicts with a shape and a word.
+#pragma once
+
+#include <string>
+
+#include "sim/api/finding.h"
+
+namespace trephine::cli {
+
+/// Begins a page that sends no request; ends within its main element.
+std::string page_begin(const std::string& title);
+std::string section(std::string_view css_class, std::string_view heading, const std::string& contents);
+
+/// Returns the shape and the word of a verdict: neither depends on colour.
+std::string verdict_html(const sim::Finding& finding);
+
+}  // namespace trephine::cli

@@ -1,0 +1,51 @@
+#include "apps/window/qt_application.h"
+
+#include <QPalette>
+#include <QSettings>
+#include <QStyleFactory>
+#include <QSurfaceFormat>
+#include <QTemporaryDir>
+#include <QVTKOpenGLNativeWidget.h>
+
+#include "apps/window/qt_window.h"
+
+namespace trephine::view {
+
+void apply_look() {
+  QApplication::setStyle(QStyleFactory::create("Fusion"));
+  QPalette p;
+  p.setColor(QPalette::Window, QColor(37, 42, 51));
+  p.setColor(QPalette::WindowText, QColor(232, 236, 242));
+  p.setColor(QPalette::Base, QColor(26, 30, 37));
+  p.setColor(QPalette::AlternateBase, QColor(44, 50, 60));
+  p.setColor(QPalette::Text, QColor(232, 236, 242));
+  p.setColor(QPalette::Button, QColor(55, 63, 76));
+  p.setColor(QPalette::ButtonText, QColor(238, 241, 246));
+  p.setColor(QPalette::ToolTipBase, QColor(18, 22, 30));
+  p.setColor(QPalette::ToolTipText, QColor(236, 239, 244));
+  p.setColor(QPalette::Highlight, QColor(60, 130, 200));
+  p.setColor(QPalette::HighlightedText, Qt::white);
+  p.setColor(QPalette::Mid, QColor(92, 102, 118));
+  for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText, QPalette::WindowText})
+    p.setColor(QPalette::Disabled, role, QColor(128, 136, 148));
+  QApplication::setPalette(p);
+}
+
+std::unique_ptr<QApplication> begin_application() {
+  // Qt's file dialogs store visited folders in the settings: redirect these to a temporary folder.
+  static const QTemporaryDir k_settings;
+  QSettings::setPath(QSettings::NativeFormat, QSettings::UserScope, k_settings.path());
+  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
+  format.setSamples(0);
+  QSurfaceFormat::setDefaultFormat(format);
+  std::unique_ptr<QApplication> application;
+  static int argc = 1;
+  static char name[] = "trephine";
+  static char* argv[] = {name, nullptr};
+  if (QApplication::instance() == nullptr) application = std::make_unique<QApplication>(argc, argv);
+  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
+  apply_look();
+  return application;
+}
+
+}  // namespace trephine::view

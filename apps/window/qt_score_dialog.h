@@ -1,0 +1,64 @@
+// ScoreDialog: findings and points of the operation so far, and its report.
+#pragma once
+
+#include <QDialog>
+#include <QTemporaryDir>
+#include <QTimer>
+#include <atomic>
+#include <functional>
+#include <future>
+
+#include "apps/view/view_window.h"
+
+class QLabel;
+class QProgressBar;
+class QPushButton;
+class QTableWidget;
+
+namespace trephine::view {
+
+/// Judges a copy of the recording on another thread; the operation continues meanwhile. Verdicts have a shape
+/// and a word, so that none depends on colour.
+class ScoreDialog : public QDialog {
+  Q_OBJECT
+
+ public:
+  /// `check_output`: returns an error if a file cannot be written or is in use.
+  ScoreDialog(const WindowHost& host, std::function<Status(const std::string& file)> check_output,
+              QWidget* parent);
+  /// Cancels the work and waits for it.
+  ~ScoreDialog() override;
+
+  /// Copies the recording and judges the copy.
+  void judge(const QString& session);
+  /// Writes the report of the judged copy.
+  void write_report(const QString& page);
+  bool is_working() const { return work_.valid(); }
+  /// The findings; empty until they are known.
+  const std::optional<sim::Score>& score() const noexcept { return score_; }
+
+ private:
+  /// Result of the work: findings, or an empty score of a report that was written.
+  using Work = std::function<Result<sim::Score>(const WindowHost::Listener& listener)>;
+  void start(const QString& text, Work work);
+  void stop();
+  void poll();
+  void show_findings();
+  void ask_for_report();
+
+  WindowHost host_;
+  std::function<Status(const std::string&)> check_output_;
+  QTemporaryDir folder_;  ///< of the copy
+  std::shared_ptr<std::atomic<double>> share_;
+  std::shared_ptr<std::atomic<bool>> is_cancelled_;
+  std::future<Result<sim::Score>> work_;
+  bool is_report_ = false;  ///< the work writes a report
+  std::optional<sim::Score> score_;
+  QTimer timer_;
+  QLabel *points_, *status_;
+  QProgressBar* bar_;
+  QTableWidget *judged_, *reported_;
+  QPushButton* report_;
+};
+
+}  // namespace trephine::view

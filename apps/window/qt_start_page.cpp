@@ -1,0 +1,223 @@
+#include "apps/window/qt_start_page.h"
+
+#include <QApplication>
+#include <QComboBox>
+#include <QFileDialog>
+#include <QGridLayout>
+#include <QGroupBox>
+#include <QLabel>
+#include <QListWidget>
+#include <QPushButton>
+#include <QScrollArea>
+#include <QTimer>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <chrono>
+
+#include "apps/window/qt_application.h"
+#include "data-tools/files/atomic_file.h"
+
+namespace trephine::view {
+
+namespace {
+
+constexpr int k_tile_width = 300, k_picture_height = 150, k_columns = 3;  // pixels
+
+QString text_of(const std::string& text) { return QString::fromStdString(text); }
+
+/// Returns a duration as "3 min 20 s".
+QString duration_text(double seconds) {
+  const int whole = static_cast<int>(seconds + 0.5);
+  return whole < 60 ? QObject::tr("%1 s").arg(whole)
+                    : QObject::tr("%1 min %2 s").arg(whole / 60).arg(whole % 60);
+}
+
+}  // namespace
+
+StartPage::StartPage(const StartPageOptions& options, QWidget* parent) : QWidget(parent), options_(options) {
+  setObjectName("start_page");
+  setWindowTitle(tr("trephine simulator"));
+  auto* contents = new QWidget;
+  auto* column = new QVBoxLayout(contents);
+  column->setContentsMargins(24, 16, 24, 16);
+  column->setSpacing(14);
+  auto* heading = new QLabel(tr("Choose an operation"));
+  QFont large;
+  large.setPointSizeF(1.6 * large.pointSizeF());
+  heading->setFont(large);
+  column->addWidget(heading);
+  if (!options.problem.empty()) {
+    auto* problem = new QLabel("\u26a0 " + text_of(options.problem));
+    problem->setObjectName("problem");
+    problem->setTextFormat(Qt::PlainText);
+    problem->setWordWrap(true);
+    problem->setStyleSheet("color: #f6c944");
+    column->addWidget(problem);
+  }
+  auto* grid = new QGridLayout;
+  grid->setSpacing(14);
+  int count = 0;
+  for (const StartTile& tile : options.tiles) {
+    grid->addWidget(make_tile(tile), count / k_columns, count % k_columns);
+    ++count;
+  }
+  grid->addWidget(make_own_scan(), count / k_columns, count % k_columns);
+  column->addLayout(grid);
+  column->addWidget(make_sessions());
+  column->addStretch(1);
+  auto* area = new QScrollArea;
+  area->setWidget(contents);
+  area->setWidgetResizable(true);
+  area->setFrameShape(QFrame::NoFrame);
+  auto* whole = new QVBoxLayout(this);
+  whole->setContentsMargins(0, 0, 0, 0);
+  whole->addWidget(area);
+  resize(1010, 760);
+}
+
+/// A button with a picture, a title and a text.
+QWidget* StartPage::make_tile(const StartTile& tile) {
+  auto* button = new QPushButton;
+  button->setObjectName("tile_" + text_of(tile.procedure.empty() ? tile.source : tile.procedure));
+  button->setAccessibleName(text_of(tile.title));
+  button->setAccessibleDescription(text_of(tile.text));
+  button->setMinimumWidth(k_tile_width);
+  auto* column = new QVBoxLayout(button);
+  column->setContentsMargins(8, 8, 8, 10);
+  auto* picture = new QLabel;
+  const QPixmap pixmap(":/start/" + text_of(tile.picture) + ".jpg");
+  picture->setPixmap(pixmap
+                         .scaled(k_tile_width - 16, k_picture_height, Qt::KeepAspectRatioByExpanding,
+                                 Qt::SmoothTransformation)
+                         .copy(0, 0, k_tile_width - 16, k_picture_height));
+  picture->setAlignment(Qt::AlignCenter);
+  auto* title = new QLabel(text_of(tile.title));
+  QFont bold;
+  bold.setBold(true);
+  title->setFont(bold);
+  auto* text = new QLabel(text_of(tile.text));
+  text->setWordWrap(true);
+  for (QLabel* label : {picture, title, text}) {
+    label->setAttribute(Qt::WA_TransparentForMouseEvents);
+    column->addWidget(label);
+  }
+  button->setMinimumHeight(column->heightForWidth(k_tile_width));
+  connect(button, &QPushButton::clicked, this, [this, tile] {
+    choose({StartChoice::Kind::operation, tile.source, tile.procedure});
+  });
+  return button;
+}
+
+QWidget* StartPage::make_own_scan() {
+  auto* box = new QGroupBox(tr("Your own scan"));
+  auto* column = new QVBoxLayout(box);
+  auto* text =
+      new QLabel(tr("A folder of a scanner, a case, or a file. Choose a procedure, or operate freely."));
+  text->setWordWrap(true);
+  column->addWidget(text);
+  procedure_ = new QComboBox;
+  procedure_->setObjectName("procedure");
+  procedure_->setAccessibleName(tr("Procedure"));
+  procedure_->addItem(tr("No steps, or those of the case"), QString());
+  for (const auto& [name, title] : options_.procedures) procedure_->addItem(text_of(title), text_of(name));
+  column->addWidget(procedure_);
+  auto* folder = new QPushButton(tr("Open a folder ..."));
+  folder->setObjectName("open_folder");
+  connect(folder, &QPushButton::clicked, this, [this] {
+    choose_scan(QFileDialog::getExistingDirectory(this, tr("Open a scanner's folder or a case")));
+  });
+  column->addWidget(folder);
+  auto* file = new QPushButton(tr("Open a file ..."));
+  file->setObjectName("open_file");
+  connect(file, &QPushButton::clicked, this,
+          [this] { choose_scan(QFileDialog::getOpenFileName(this, tr("Open a scan"))); });
+  column->addWidget(file);
+  column->addStretch(1);
+  return box;
+}
+
+QWidget* StartPage::make_sessions() {
+  auto* box = new QGroupBox(tr("Your operations"));
+  auto* column = new QVBoxLayout(box);
+  if (options_.sessions.empty()) {
+    auto* none = new QLabel(tr("Operations in which something was changed are kept here."));
+    none->setWordWrap(true);
+    column->addWidget(none);
+    return box;
+  }
+  sessions_ = new QListWidget;
+  sessions_->setObjectName("sessions");
+  sessions_->setAccessibleName(tr("Your operations"));
+  for (const StartSession& session : options_.sessions) {
+    QString text = tr("%1    %2    %3")
+                       .arg(text_of(session.when), text_of(session.title), duration_text(session.seconds));
+    if (session.is_interrupted) text += tr("    (interrupted)");
+    sessions_->addItem(text);
+  }
+  sessions_->setCurrentRow(0);
+  constexpr int k_rows = 5, k_frame = 8;  // pixels
+  sessions_->setFixedHeight(k_rows * sessions_->sizeHintForRow(0) + k_frame);
+  column->addWidget(sessions_);
+  auto* row = new QHBoxLayout;
+  resume_ = new QPushButton(tr("Continue"));
+  resume_->setObjectName("resume");
+  replay_ = new QPushButton(tr("Watch"));
+  replay_->setObjectName("replay");
+  connect(resume_, &QPushButton::clicked, this, [this] { choose_session(StartChoice::Kind::resume); });
+  connect(replay_, &QPushButton::clicked, this, [this] { choose_session(StartChoice::Kind::replay); });
+  connect(sessions_, &QListWidget::itemActivated, this,
+          [this] { choose_session(StartChoice::Kind::resume); });
+  row->addWidget(resume_);
+  row->addWidget(replay_);
+  row->addStretch(1);
+  column->addLayout(row);
+  return box;
+}
+
+void StartPage::choose(StartChoice choice) {
+  choice_ = std::move(choice);
+  close();
+}
+
+void StartPage::choose_scan(const QString& path) {
+  if (path.isEmpty()) return;
+  choose(
+      {StartChoice::Kind::operation, path.toStdString(), procedure_->currentData().toString().toStdString()});
+}
+
+void StartPage::choose_session(StartChoice::Kind kind) {
+  const int row = sessions_->currentRow();
+  if (row >= 0) choose({kind, options_.sessions[static_cast<std::size_t>(row)].file, ""});
+}
+
+}  // namespace trephine::view
+
+extern "C" trephine::Result<trephine::view::StartChoice> trephine_choose_start(
+    const trephine::view::StartPageOptions& options);
+
+/// Entry point of this library, which choose_start finds by name.
+trephine::Result<trephine::view::StartChoice> trephine_choose_start(
+    const trephine::view::StartPageOptions& options) {
+  using namespace trephine::view;
+  const auto application = begin_application();
+  StartPage page(options);
+  page.show();
+  QTimer timer;
+  const auto begin = std::chrono::steady_clock::now();
+  QObject::connect(&timer, &QTimer::timeout, &page, [&] {
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (options.should_close() || (options.seconds && seconds > *options.seconds))
+      QApplication::closeAllWindows();
+  });
+  constexpr int k_poll_ms = 50;
+  timer.start(k_poll_ms);
+  QApplication::exec();
+  if (!options.screenshot.empty()) {
+    const bool is_saved = page.grab().save(QString::fromStdString(options.screenshot), "PNG");
+    if (!is_saved)
+      return trephine::Error{.what = "the picture cannot be saved",
+                             .where = trephine::data_tools::file_name(options.screenshot),
+                             .kind = trephine::ErrorKind::missing_here};
+  }
+  return page.choice();
+}

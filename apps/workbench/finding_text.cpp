@@ -1,0 +1,51 @@
+#include "apps/workbench/finding_text.h"
+
+#include <cmath>
+
+#include "apps/workbench/text.h"
+
+namespace trephine::workbench {
+
+using sim::Finding;
+
+namespace {
+
+/// Returns a unit with superscripts: "mm/s3" becomes "mm/s\u00b3".
+std::string unit_text(std::string_view unit) {
+  std::string text;
+  for (const char c : unit) text += c == '2' ? "\u00b2" : c == '3' ? "\u00b3" : std::string(1, c);
+  return text;
+}
+
+}  // namespace
+
+std::string value_text(const Finding& finding) {
+  if (!finding.value) return "\u2013";
+  // Whole numbers are counts; other values have about four digits, and never an exponent.
+  const double size = std::abs(*finding.value);
+  const int digits = size == std::floor(size) || size >= 1000 ? 0 : size >= 100 ? 1 : 2;
+  return format_text("%.*f", digits, *finding.value) +
+         (finding.unit.empty() ? "" : "\u00a0" + unit_text(finding.unit));
+}
+
+std::string limits_text(const Finding& finding) {
+  if (finding.full_at == finding.zero_at) return "";
+  return format_text("full at %g, 0 at %g", finding.full_at, finding.zero_at);
+}
+
+std::string points_text(const Finding& finding) {
+  if (!(finding.weight > 0)) return "";
+  return finding.value ? format_text("%.1f of %g", finding.points, finding.weight)
+                       : format_text("\u2013 of %g", finding.weight);
+}
+
+std::string points_of(const sim::Score& score) {
+  return score.possible > 0 ? format_text("%.1f of %.1f points", score.points, score.possible)
+                            : "no points: nothing was judged";
+}
+
+bool is_only_reported(const Finding& finding) noexcept {
+  return finding.value && finding.full_at == finding.zero_at;
+}
+
+}  // namespace trephine::workbench

@@ -1,0 +1,21 @@
+// Findings as text, for pages and windows.
+#pragma once
+
+#include <string>
+
+#include "sim/api/finding.h"
+
+namespace trephine::workbench {
+
+/// Returns the value with its unit, "4.14 mm"; a dash if there is none.
+std::string value_text(const sim::Finding& finding);
+/// Returns "full at 2, 0 at 10"; empty without limits.
+std::string limits_text(const sim::Finding& finding);
+/// Returns "1.7 of 2"; empty without points.
+std::string points_text(const sim::Finding& finding);
+/// Returns "12.0 of 14.0 points".
+std::string points_of(const sim::Score& score);
+/// True for a finding with a value but without limits, which has no verdict.
+bool is_only_reported(const sim::Finding& finding) noexcept;
+
+}  // namespace trephine::workbench
