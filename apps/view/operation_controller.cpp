@@ -426,6 +426,16 @@ std::optional<double> OperationController::distance_to_forbidden(const Ray& ray,
   return std::nullopt;
 }
 
+/// True if a tool that moves straight from one position to another would enter a forbidden structure, such as
+/// the convex cord between two positions on it.
+bool OperationController::passes_forbidden(const dvec3& from, const dvec3& to) const {
+  constexpr double k_step = 0.5;  // mm
+  const int count = static_cast<int>(std::ceil(glm::length(to - from) / k_step));
+  for (int i = 1; i < count; ++i)
+    if (clearance_at(glm::mix(from, to, static_cast<double>(i) / count), 0) <= 0) return true;
+  return false;
+}
+
 void OperationController::follow_cursor() {
   // The requested position: on the surface under the cursor, and below it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
@@ -467,7 +477,8 @@ void OperationController::follow_cursor() {
   mouse_.set(request, glm::dquat(up, shaft()) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0);
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
-  if (glm::length(request - request_) > k_jump_mm) {
+  if (glm::length(request - request_) > k_jump_mm ||
+      (!is_pressed_ && passes_forbidden(request_, request))) {
     const double above =
         hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
     live_.teleport_tool(scene_->base->frame.volume_from_world(ray.origin + above * ray.direction));

@@ -160,6 +160,7 @@ class OperationController {
   void send_history_steps();
   void follow_cursor();
   double clearance_at(const glm::dvec3& tip, double expected) const;
+  bool passes_forbidden(const glm::dvec3& from, const glm::dvec3& to) const;
   double distance_above_soft(const Ray& ray, double along) const;
   std::optional<double> distance_to_forbidden(const Ray& ray, double hit) const;
   void drag_point();

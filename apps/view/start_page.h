@@ -34,7 +34,9 @@ struct StartPageOptions {
   std::vector<std::pair<std::string, std::string>> procedures;  ///< names and titles, for an own scan
   std::optional<double> seconds;                                ///< closes the page after this time, s
   std::function<bool()> should_close = [] { return false; };
-  std::string screenshot;  ///< PNG file at the end; empty: none
+  /// PNG file at the end; empty: no picture. Without `seconds` it is drawn into memory, without a window.
+  std::string screenshot;
+  bool is_offscreen() const { return !screenshot.empty() && !seconds; }
 };
 
 struct StartChoice {

@@ -230,7 +230,7 @@ void* window_entry(const char* name) {
 }  // namespace
 
 Result<StartChoice> choose_start(const StartPageOptions& options) {
-  if (!has_display()) return no_display();
+  if (!has_display() && !options.is_offscreen()) return no_display();
   if (void* entry = window_entry(k_start_page_entry)) return reinterpret_cast<ChooseStart>(entry)(options);
   return Error{.what = "the start page needs the full window",
                .found = "libtrephine-window is not installed",

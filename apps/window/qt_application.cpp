@@ -31,7 +31,7 @@ void apply_look() {
   QApplication::setPalette(p);
 }
 
-std::unique_ptr<QApplication> begin_application() {
+std::unique_ptr<QApplication> begin_application(bool is_offscreen) {
   // Qt's file dialogs store visited folders in the settings: redirect these to a temporary folder.
   static const QTemporaryDir k_settings;
   QSettings::setPath(QSettings::NativeFormat, QSettings::UserScope, k_settings.path());
@@ -39,9 +39,10 @@ std::unique_ptr<QApplication> begin_application() {
   format.setSamples(0);
   QSurfaceFormat::setDefaultFormat(format);
   std::unique_ptr<QApplication> application;
+  static char name[] = "trephine", option[] = "-platform", platform[] = "offscreen";
+  static char* argv[] = {name, option, platform, nullptr};
   static int argc = 1;
-  static char name[] = "trephine";
-  static char* argv[] = {name, nullptr};
+  argc = is_offscreen ? 3 : 1;  // Qt removes the words that it knows
   if (QApplication::instance() == nullptr) application = std::make_unique<QApplication>(argc, argv);
   QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   apply_look();

@@ -213,7 +213,7 @@ void ScoreDialog::show_findings() {
   points_->setText(text_of(workbench::points_of(*score_)));
   status_->setText(
       score_->not_judged > 0
-          ? tr("Findings with %1 further points could not be judged; the reasons stand beside them.")
+          ? tr("Findings with %1 further points could not be judged; the column Reason explains why.")
                 .arg(score_->not_judged)
           : tr("Limits and weights are those of the case and its procedure."));
   for (const Finding& finding : score_->findings) {

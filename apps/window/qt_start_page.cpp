@@ -62,6 +62,7 @@ StartPage::StartPage(const StartPageOptions& options, QWidget* parent) : QWidget
     ++count;
   }
   grid->addWidget(make_own_scan(), count / k_columns, count % k_columns);
+  for (int i = 0; i < k_columns; ++i) grid->setColumnStretch(i, 1);
   column->addLayout(grid);
   column->addWidget(make_sessions());
   column->addStretch(1);
@@ -69,10 +70,11 @@ StartPage::StartPage(const StartPageOptions& options, QWidget* parent) : QWidget
   area->setWidget(contents);
   area->setWidgetResizable(true);
   area->setFrameShape(QFrame::NoFrame);
+  area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   auto* whole = new QVBoxLayout(this);
   whole->setContentsMargins(0, 0, 0, 0);
   whole->addWidget(area);
-  resize(1010, 760);
+  resize(1020, 790);
 }
 
 /// A button with a picture, a title and a text.
@@ -82,6 +84,7 @@ QWidget* StartPage::make_tile(const StartTile& tile) {
   button->setAccessibleName(text_of(tile.title));
   button->setAccessibleDescription(text_of(tile.text));
   button->setMinimumWidth(k_tile_width);
+  button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Expanding);
   auto* column = new QVBoxLayout(button);
   column->setContentsMargins(8, 8, 8, 10);
   auto* picture = new QLabel;
@@ -95,12 +98,14 @@ QWidget* StartPage::make_tile(const StartTile& tile) {
   QFont bold;
   bold.setBold(true);
   title->setFont(bold);
+  title->setWordWrap(true);
   auto* text = new QLabel(text_of(tile.text));
   text->setWordWrap(true);
   for (QLabel* label : {picture, title, text}) {
     label->setAttribute(Qt::WA_TransparentForMouseEvents);
     column->addWidget(label);
   }
+  column->addStretch(1);
   button->setMinimumHeight(column->heightForWidth(k_tile_width));
   connect(button, &QPushButton::clicked, this, [this, tile] {
     choose({StartChoice::Kind::operation, tile.source, tile.procedure});
@@ -199,14 +204,15 @@ extern "C" trephine::Result<trephine::view::StartChoice> trephine_choose_start(
 trephine::Result<trephine::view::StartChoice> trephine_choose_start(
     const trephine::view::StartPageOptions& options) {
   using namespace trephine::view;
-  const auto application = begin_application();
+  const auto application = begin_application(options.is_offscreen());
   StartPage page(options);
   page.show();
   QTimer timer;
   const auto begin = std::chrono::steady_clock::now();
   QObject::connect(&timer, &QTimer::timeout, &page, [&] {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (options.should_close() || (options.seconds && seconds > *options.seconds))
+    constexpr double k_drawn = 0.3;  // s until a page without a window is laid out
+    if (options.should_close() || seconds > options.seconds.value_or(options.is_offscreen() ? k_drawn : 1e9))
       QApplication::closeAllWindows();
   });
   constexpr int k_poll_ms = 50;

@@ -501,8 +501,11 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
     replace("--size 256", "--size 64");
     if (arguments.starts_with("bench feel")) replace("--quick", "--quick --only cone");
     if (arguments.starts_with("bench stability")) arguments += " --only subvoxel --steps 20000";
-    if (arguments.starts_with("view") && arguments.find("--screenshot") == std::string::npos)
-      arguments += " --screenshot view.png";
+    const bool has_window = arguments.starts_with("view") || arguments.starts_with("simulator");
+    if (has_window && arguments.find("--screenshot") == std::string::npos)
+      arguments += " --screenshot window.png";
+    if (arguments.find("SESSIONS") != std::string::npos && fs::create_directory(folder_ / "SESSIONS"))
+      fs::copy(folder_ / "drill.session", folder_ / "SESSIONS");
     const Ended r = run(arguments);
     EXPECT_EQ(r.exit_code, 0) << line << "\n" << r.err;
     ++count;

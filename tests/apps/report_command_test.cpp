@@ -277,7 +277,7 @@ TEST(Report, ACoursePageHasAllSessionsAndFindings) {
   EXPECT_EQ(page.find("<damaged>"), std::string::npos);
   EXPECT_EQ(page.find("<title>session 2: "), page.rfind("<title>session 2: "))
       << "only in the curve of points";
-  // No line joins values beside a gap; the curve of the finding consists of two ends.
+  // No line crosses a gap: the curve of the finding consists of two ends.
   const std::size_t finding = page.find("a&lt;b&gt;: breach by session"),
                     curve = page.find("class=\"curve\"", finding);
   const std::string line = page.substr(curve, page.find("/>", curve) - curve);

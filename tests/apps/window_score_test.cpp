@@ -76,7 +76,7 @@ TEST_F(WindowScore, ShowsTheFindingsOfACopyOfTheRecording) {
              *reported = dialog->findChild<QTableWidget*>("reported");
   ASSERT_EQ(judged->rowCount(), 4);
   ASSERT_EQ(reported->rowCount(), 1);
-  // The word of each verdict, beside a shape that differs.
+  // The word of each verdict; the shapes differ.
   const char* const verdicts[] = {"good", "fair", "bad", "not judged"};
   std::vector<QImage> shapes;
   for (int row = 0; row < 4; ++row) {

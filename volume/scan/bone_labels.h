@@ -14,7 +14,7 @@ namespace trephine::volume {
 bool is_bone_name(std::string_view label);
 
 /// Returns true in a voxel whose label denotes something else than bone. Its intensity may be that of a
-/// blurred edge of bone: thresholds find bone there, although there is none.
+/// blurred edge of bone, where a threshold finds bone by mistake.
 bool has_soft_label(const Volume& volume, const glm::dvec3& p_world);
 
 /// Set of the voxels whose label denotes a bone. Borrows the volume.

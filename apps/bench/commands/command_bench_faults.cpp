@@ -1,6 +1,7 @@
 // faults: plants errors into scripts of the shipped procedures, and reports which findings lose points.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <map>
@@ -38,6 +39,14 @@ void replace(std::string& text, const std::string& from, const std::string& to) 
   if (const std::size_t at = text.find(from); at != std::string::npos) text.replace(at, from.size(), to);
 }
 
+/// Moves a position in the words of a command, "{NAME X,Y,Z}", to the right.
+void move_position(std::string& words, double by) {
+  const std::size_t end = words.rfind('}'), begin = words.rfind(' ', end);
+  double x = 0, y = 0, z = 0;
+  if (begin != std::string::npos && std::sscanf(words.c_str() + begin, "%lf,%lf,%lf", &x, &y, &z) == 3)
+    words.replace(begin, end - begin, format_text(" %g,%g,%g", x + by, y, z));
+}
+
 /// Removes the last command of a name.
 void remove_last(Script& script, const std::string& name) {
   for (std::size_t i = script.commands.size(); i-- > 0;)
@@ -56,15 +65,16 @@ struct PlantedError {
 const std::vector<PlantedError>& planted_errors() {
   static const std::vector<PlantedError> all{
       {"ventriculostomy",
-       "entry 8 mm aside, aimed at the target",
+       "entry 6 mm aside, aimed at the target",
        [](Script& s, workbench::Skill&) {
-         move_line(s.hands[0], 8, 8, 1);
-         move_line(s.hands[1], 8, 0, 59);
+         move_line(s.hands[0], 6, 6, 1);
+         lower(s.hands[0], -6, -1);  // the bone is higher there
+         move_line(s.hands[1], 6, 0, 59);
        },
        {"entry to plan"}},
       {"ventriculostomy",
-       "aimed 10 mm beside the target",
-       [](Script& s, workbench::Skill&) { move_line(s.hands[1], 0, 10, 59); },
+       "aimed 5 mm off the target",
+       [](Script& s, workbench::Skill&) { move_line(s.hands[1], 0, 5, 59); },
        {"tip to target", "grade of the tip"}},
       {"ventriculostomy",
        "8 mm too deep",
@@ -87,14 +97,14 @@ const std::vector<PlantedError>& planted_errors() {
        [](Script& s, workbench::Skill&) { remove_last(s, "go-to-step"); },
        {"procedure: complete"}},
       {"ventriculostomy",
-       "tremor of 0.3 mm",
-       [](Script&, workbench::Skill& skill) { skill.tremor = 0.3; },
+       "tremor of 0.1 mm",
+       [](Script&, workbench::Skill& skill) { skill.tremor = 0.1; },
        {"log dimensionless jerk"}},
       {"craniotomy",
-       "outline 8 mm aside",
+       "outline 6 mm aside",
        [](Script& s, workbench::Skill&) {
          for (ScriptCommand& command : s.commands)
-           if (command.name == "add-anchor") replace(command.words, "}", " 8,0,0}");
+           if (command.name == "add-anchor") move_position(command.words, -6);
        },
        {"distance from plan", "margin", "exposed"}},
       {"craniotomy",
@@ -108,7 +118,7 @@ const std::vector<PlantedError>& planted_errors() {
       {"laminectomy-screws",
        "probe 5 mm aside",
        [](Script& s, workbench::Skill&) { move_line(s.hands[1], 5, 5, 1); },
-       {"breach", "beyond bone", "entry to plan", "target to plan", "in front"}},
+       {"breach", "beyond bone", "canal gained", "entry to plan", "target to plan", "in front"}},
       {"laminectomy-screws",
        "screw 10 mm too long",
        [](Script& s, workbench::Skill&) {

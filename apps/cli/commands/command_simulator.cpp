@@ -26,7 +26,7 @@ view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string 
        "craniotomy"},
       {"Ventriculostomy", "Drill at Kocher's point and pass a catheter into the ventricle.",
        "ventriculostomy", "head", "ventriculostomy"},
-      {"Laminectomy with pedicle screws", "Open the canal of L4, probe the pedicles and place screws.",
+      {"Laminectomy and screws", "Open the canal of L4, probe the pedicles and place screws.",
        "laminectomy-screws", "spine", "laminectomy-screws"},
       {"Free practice: head", "All instruments on the built-in skull, without steps.", "head", "head", ""},
       {"Free practice: spine", "All instruments on the built-in lumbar spine, without steps.", "spine",
@@ -86,7 +86,9 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<SimulatorArguments>();
   options.add("--seconds", a->seconds, "Close the start page after this time").type("S");
-  options.add("--screenshot", a->screenshot, "Write a picture of the start page when it closes")
+  options
+      .add("--screenshot", a->screenshot,
+           "Write a picture of the start page; without --seconds no window is opened")
       .type("OUT.png");
   return run_with(a, run_simulator);
 }
