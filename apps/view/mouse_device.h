@@ -21,28 +21,29 @@ class MouseDevice final : public haptics::Device {
   void write(const haptics::Wrench&) noexcept override {}
 
   /// Sets the requested position (world, mm), orientation of the tool (unit) and button. Ignores a request
-  /// that is not finite, as from a picture without a size.
-  void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed) noexcept;
+  /// that is not finite, as from a picture without a size. `is_jump`: the tool is lifted over, without
+  /// smoothing; it never goes along the straight line.
+  void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed,
+           bool is_jump = false) noexcept;
   /// Releases the button at once, and leaves the requested pose.
   void release() noexcept { is_pressed_ = false; }
   /// True if the last pose that was read had the button pressed.
   bool is_pressed() const noexcept { return is_pressed_read_; }
   /// Time (s) of the first pose without the button after the last one with it; negative: never pressed.
   double released_at() const noexcept { return released_at_; }
-  /// Makes the next read() return the requested pose without smoothing: the tool is lifted over.
-  void jump() noexcept { is_jumping_ = true; }
 
  private:
   // A sequence lock for one writer: odd while it writes. The reader tries a few times, then keeps its last
   // request.
   std::atomic<unsigned> sequence_{0};
-  std::array<std::atomic<double>, 7> shared_;  ///< x, y, z of the position; w, x, y, z of the orientation
-  std::atomic<bool> is_pressed_{false}, is_jumping_{false}, is_pressed_read_{false};
+  /// x, y, z of the position; w, x, y, z of the orientation; number of jumps
+  std::array<std::atomic<double>, 8> shared_;
+  std::atomic<bool> is_pressed_{false}, is_pressed_read_{false};
   std::atomic<double> released_at_{-1};
   glm::dvec3 request_, position_;
   glm::dquat requested_turn_{1, 0, 0, 0}, turn_{1, 0, 0, 0};
   bool pressed_ = false;
-  double time_ = 0;
+  double time_ = 0, jumps_ = 0;  ///< number of jumps that were read
 };
 
 }  // namespace trephine::view

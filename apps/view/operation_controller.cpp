@@ -474,16 +474,17 @@ void OperationController::follow_cursor() {
   const dvec3 request = ray.origin + along * ray.direction;
   const dvec3 up(0, 0, 1);
   constexpr double k_roll = 3.14159265358979 / 12;
-  mouse_.set(request, glm::dquat(up, shaft()) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0);
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
-  if (glm::length(request - request_) > k_jump_mm ||
-      (!is_pressed_ && passes_forbidden(request_, request))) {
+  const bool is_jump =
+      glm::length(request - request_) > k_jump_mm || (!is_pressed_ && passes_forbidden(request_, request));
+  if (is_jump) {
     const double above =
         hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
     live_.teleport_tool(scene_->base->frame.volume_from_world(ray.origin + above * ray.direction));
-    mouse_.jump();
   }
+  mouse_.set(request, glm::dquat(up, shaft()) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0,
+             is_jump);
   request_ = request;
 }
 
