@@ -8,6 +8,7 @@
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
 #include "tests/sim/session_fixture.h"
+#include "tests/whole.h"
 
 namespace trephine::command_tests {
 namespace {
@@ -94,6 +95,20 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
     const Ended bad = run("score " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments << bad.out;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
+  }
+}
+
+/// All procedures in the whole run, the one that is played fastest otherwise.
+TEST_F(Command, PlantedErrorsChangeOnlyTheirFindings) {
+  std::string scripts;
+  for (const char* name : {"ventriculostomy", "laminectomy-screws", "craniotomy"})
+    if (is_whole() || scripts.empty())
+      scripts += std::string(" " TREPHINE_SOURCE_DIR "/docs/examples/procedure-") + name + ".toml";
+  const Json faults = json("bench faults" + scripts);
+  EXPECT_GE(faults["rows"].size(), is_whole() ? 15u : 7u);
+  for (const Json& row : faults["rows"]) {
+    EXPECT_GT(row["own"], 0) << row.dump();
+    EXPECT_EQ(row["others"], 0) << row.dump();
   }
 }
 

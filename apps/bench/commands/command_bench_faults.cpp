@@ -65,11 +65,11 @@ struct PlantedError {
 const std::vector<PlantedError>& planted_errors() {
   static const std::vector<PlantedError> all{
       {"ventriculostomy",
-       "entry 6 mm aside, aimed at the target",
+       "entry 5 mm aside, aimed at the target",
        [](Script& s, workbench::Skill&) {
-         move_line(s.hands[0], 6, 6, 1);
-         lower(s.hands[0], -6, -1);  // the bone is higher there
-         move_line(s.hands[1], 6, 0, 59);
+         move_line(s.hands[0], 5, 5, 1);
+         lower(s.hands[0], -6, -0.5);  // the dura is nearer there
+         move_line(s.hands[1], 5, 0, 59);
        },
        {"entry to plan"}},
       {"ventriculostomy",
@@ -97,8 +97,8 @@ const std::vector<PlantedError>& planted_errors() {
        [](Script& s, workbench::Skill&) { remove_last(s, "go-to-step"); },
        {"procedure: complete"}},
       {"ventriculostomy",
-       "tremor of 0.1 mm",
-       [](Script&, workbench::Skill& skill) { skill.tremor = 0.1; },
+       "tremor of 0.03 mm",
+       [](Script&, workbench::Skill& skill) { skill.tremor = 0.03; },
        {"log dimensionless jerk"}},
       {"craniotomy",
        "outline 6 mm aside",
