@@ -7,16 +7,22 @@
 namespace trephine::view {
 
 MouseDevice::MouseDevice(const glm::dvec3& start)
-    : shared_{start.x, start.y, start.z, 1.0, 0.0, 0.0, 0.0, 0.0}, request_(start), position_(start) {}
+    : shared_{start.x, start.y, start.z, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0},
+      request_(start),
+      position_(start) {}
 
 void MouseDevice::set(const glm::dvec3& request, const glm::dquat& turn, bool is_pressed,
-                      bool is_jump) noexcept {
-  const double values[] = {request.x, request.y, request.z, turn.w, turn.x, turn.y, turn.z};
+                      const std::optional<glm::dvec3>& jump) noexcept {
+  const glm::dvec3 free = jump.value_or(glm::dvec3(0));
+  const double values[] = {request.x, request.y, request.z, turn.w, turn.x,
+                           turn.y,    turn.z,    free.x,    free.y, free.z};
   for (const double value : values)
     if (!std::isfinite(value)) return;
   sequence_.fetch_add(1);
-  for (std::size_t i = 0; i < std::size(values); ++i) shared_[i].store(values[i]);
-  if (is_jump) shared_.back().store(shared_.back().load() + 1);
+  // The point of an earlier jump remains until it is read.
+  const std::size_t count = std::size(values) - (jump ? 0 : 3);
+  for (std::size_t i = 0; i < count; ++i) shared_[i].store(values[i]);
+  if (jump) shared_.back().store(shared_.back().load() + 1);
   is_pressed_.store(is_pressed);
   sequence_.fetch_add(1);
 }
@@ -25,14 +31,15 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   bool is_jump = false;
   for (int attempt = 0; attempt < 3; ++attempt) {
     const unsigned before = sequence_.load();
-    double values[8];
+    double values[11];
     for (std::size_t i = 0; i < shared_.size(); ++i) values[i] = shared_[i].load();
     const bool is_pressed = is_pressed_.load();
     if (before % 2 == 0 && sequence_.load() == before) {
       request_ = {values[0], values[1], values[2]};
       requested_turn_ = glm::dquat(values[3], values[4], values[5], values[6]);
       pressed_ = is_pressed;
-      is_jump = std::exchange(jumps_, values[7]) != values[7];
+      is_jump = std::exchange(jumps_, values[10]) != values[10];
+      if (is_jump) jump_ = {values[7], values[8], values[9]};
       break;
     }
   }

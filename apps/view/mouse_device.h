@@ -3,6 +3,8 @@
 
 #include <array>
 #include <atomic>
+#include <optional>
+#include <utility>
 
 #include "haptics/device/device.h"
 
@@ -21,10 +23,11 @@ class MouseDevice final : public haptics::Device {
   void write(const haptics::Wrench&) noexcept override {}
 
   /// Sets the requested position (world, mm), orientation of the tool (unit) and button. Ignores a request
-  /// that is not finite, as from a picture without a size. `is_jump`: the tool is lifted over, without
-  /// smoothing; it never goes along the straight line.
+  /// that is not finite, as from a picture without a size. `jump_world`: the tool is lifted over to this free
+  /// point, without smoothing, instead of moving along a straight line.
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed,
-           bool is_jump = false) noexcept;
+           const std::optional<glm::dvec3>& jump_world = {}) noexcept;
+  std::optional<glm::dvec3> take_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
   /// Releases the button at once, and leaves the requested pose.
   void release() noexcept { is_pressed_ = false; }
   /// True if the last pose that was read had the button pressed.
@@ -36,14 +39,15 @@ class MouseDevice final : public haptics::Device {
   // A sequence lock for one writer: odd while it writes. The reader tries a few times, then keeps its last
   // request.
   std::atomic<unsigned> sequence_{0};
-  /// x, y, z of the position; w, x, y, z of the orientation; number of jumps
-  std::array<std::atomic<double>, 8> shared_;
+  /// x, y, z of the position; w, x, y, z of the orientation; x, y, z of the last jump; number of jumps
+  std::array<std::atomic<double>, 11> shared_;
   std::atomic<bool> is_pressed_{false}, is_pressed_read_{false};
   std::atomic<double> released_at_{-1};
   glm::dvec3 request_, position_;
   glm::dquat requested_turn_{1, 0, 0, 0}, turn_{1, 0, 0, 0};
   bool pressed_ = false;
-  double time_ = 0, jumps_ = 0;  ///< number of jumps that were read
+  double time_ = 0, jumps_ = 0;     ///< s of the last read; number of jumps that were read
+  std::optional<glm::dvec3> jump_;  ///< of the last read
 };
 
 }  // namespace trephine::view

@@ -476,15 +476,14 @@ void OperationController::follow_cursor() {
   constexpr double k_roll = 3.14159265358979 / 12;
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
-  const bool is_jump =
-      glm::length(request - request_) > k_jump_mm || (!is_pressed_ && passes_forbidden(request_, request));
-  if (is_jump) {
+  std::optional<dvec3> jump;
+  if (glm::length(request - request_) > k_jump_mm || (!is_pressed_ && passes_forbidden(request_, request))) {
     const double above =
         hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
-    live_.teleport_tool(scene_->base->frame.volume_from_world(ray.origin + above * ray.direction));
+    jump = ray.origin + above * ray.direction;
   }
   mouse_.set(request, glm::dquat(up, shaft()) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0,
-             is_jump);
+             jump);
   request_ = request;
 }
 

@@ -124,8 +124,8 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
                   "The tool cannot work here: " + reason});
   if (was_holding && !pose) request_ = dvec3(1e9);  // lifts the stylus
   if (!pose) return false;
-  if (pose->is_jump) live_.teleport_tool(scene_->base->frame.volume_from_world(pose->at_world));
-  mouse_.set(pose->at_world, pose->turn, pose->is_pressed, pose->is_jump);
+  mouse_.set(pose->at_world, pose->turn, pose->is_pressed,
+             pose->is_jump ? std::optional(pose->at_world) : std::nullopt);
   return true;
 }
 

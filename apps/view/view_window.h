@@ -38,6 +38,7 @@ struct OpenedScene {
   std::shared_ptr<void> owner = nullptr;  ///< owns the data that `start` borrows; null if it borrows nothing
   double rate_hz = 1000;
   haptics::ForceOptions force = {};
+  std::string scan = {};  ///< path of its scan, as WindowOptions::scan
 };
 
 /// Choice of the solid shape.
@@ -65,10 +66,15 @@ struct WindowHost {
       interrupted_session;  ///< session whose program ended without closing it; empty: no such session
   /// Reopens the last scan with another shape.
   std::function<Result<OpenedScene>(const ShapeRequest& shape, const Listener& listener)> reshape;
-  /// Scores a recording, like `trephine score`. Not called on the drawing thread. Null: no scores.
-  std::function<Result<sim::Score>(const std::string& session, const Listener& listener)> score;
+  /// Scores a recording, like `trephine score`. `scan`: path of the scan, if the session does not contain it.
+  /// Not called on the drawing thread. Null: no scores.
+  std::function<Result<sim::Score>(const std::string& session, const std::string& scan,
+                                   const Listener& listener)>
+      score;
   /// Writes the report of a recording as a page. Not called on the drawing thread. Null: no reports.
-  std::function<Status(const std::string& session, const std::string& page, const Listener& listener)> report;
+  std::function<Status(const std::string& session, const std::string& scan, const std::string& page,
+                       const Listener& listener)>
+      report;
 };
 
 struct WindowOptions {
@@ -92,6 +98,7 @@ struct WindowOptions {
   std::shared_ptr<const volume::Version> version;
   sim::SessionWriter* recorder = nullptr;  ///< records everything; finished when the window closes
   std::string session_file;                ///< file of the recorder
+  std::string scan;                        ///< path of the open scan; empty: the session contains it
   std::vector<std::string> in_use;         ///< input files, which saving does not overwrite
   std::vector<std::string> notices;        ///< assumptions about the scan, for the log
   std::optional<WindowStart> start;        ///< the operation; nullopt: a replay, or a picture

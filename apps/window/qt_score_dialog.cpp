@@ -146,7 +146,8 @@ void ScoreDialog::start(const QString& text, Work work) {
   timer_.start(k_poll_ms);
 }
 
-void ScoreDialog::judge(const QString& session) {
+void ScoreDialog::judge(const QString& session, const std::string& scan) {
+  scan_ = scan;
   score_.reset();
   points_->clear();
   judged_->setRowCount(0);
@@ -160,9 +161,9 @@ void ScoreDialog::judge(const QString& session) {
     status_->setText(tr("The recording could not be copied. Free disk space, then try again."));
     return;
   }
-  start(tr("The operation is replayed and judged ..."),
-        [score = host_.score, file = copy.toStdString()](const WindowHost::Listener& listener) {
-          return score(file, listener);
+  start(tr("Judging the operation so far ..."),
+        [score = host_.score, file = copy.toStdString(), scan](const WindowHost::Listener& listener) {
+          return score(file, scan, listener);
         });
 }
 
@@ -174,10 +175,10 @@ void ScoreDialog::write_report(const QString& page) {
   }
   is_report_ = true;
   const std::string file = folder_.filePath("operation.session").toStdString();
-  start(tr("The report is written ..."),
-        [report = host_.report, file,
+  start(tr("Writing the report ..."),
+        [report = host_.report, file, scan = scan_,
          page = page.toStdString()](const WindowHost::Listener& listener) -> Result<sim::Score> {
-          if (Status error = report(file, page, listener)) return *error;
+          if (Status error = report(file, scan, page, listener)) return *error;
           return sim::Score();
         });
 }

@@ -29,8 +29,8 @@ class ScoreDialog : public QDialog {
   /// Cancels the work and waits for it.
   ~ScoreDialog() override;
 
-  /// Copies the recording and judges the copy.
-  void judge(const QString& session);
+  /// Copies the recording and judges the copy. `scan`: path of the scan, if the session does not contain it.
+  void judge(const QString& session, const std::string& scan);
   /// Writes the report of the judged copy.
   void write_report(const QString& page);
   bool is_working() const { return work_.valid(); }
@@ -49,6 +49,7 @@ class ScoreDialog : public QDialog {
   WindowHost host_;
   std::function<Status(const std::string&)> check_output_;
   QTemporaryDir folder_;  ///< of the copy
+  std::string scan_;
   std::shared_ptr<std::atomic<double>> share_;
   std::shared_ptr<std::atomic<bool>> is_cancelled_;
   std::future<Result<sim::Score>> work_;

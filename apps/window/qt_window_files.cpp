@@ -130,6 +130,7 @@ void MainWindow::adopt_opened() {
   options_.force = o.force;
   options_.recorder = recorder_.get();
   options_.session_file = o.session_file;
+  options_.scan = o.scan;
   options_.in_use = o.in_use;
   options_.start = std::move(o.start);
   options_.plan = std::move(o.plan);

@@ -81,7 +81,7 @@ void MainWindow::show_score() {
   score_->raise();
   // The recorder has written the last ticks by then.
   QTimer::singleShot(std::chrono::milliseconds(200), score_,
-                     [this] { score_->judge(QString::fromStdString(options_.session_file)); });
+                     [this] { score_->judge(QString::fromStdString(options_.session_file), options_.scan); });
 }
 
 }  // namespace trephine::view

@@ -1,6 +1,7 @@
 // Device: interface of haptic devices, with devices that play back, simulate and record.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,9 @@ class Device {
   /// Reads the pose at servo time t (s). Returns false, and leaves `pose` as is, if the device does not
   /// respond.
   virtual bool read(double t, Pose& pose) noexcept = 0;
+  /// Returns a free point (world, mm) if the tool was lifted over since the last call: no motion connects the
+  /// pose of the last read() with the one before, and the proxy starts again at this point in the same tick.
+  virtual std::optional<glm::dvec3> take_jump() noexcept { return std::nullopt; }
   /// Renders a wrench that is already limited. A device without torque output ignores the torque.
   virtual void write(const Wrench& wrench) noexcept = 0;
 };
@@ -100,6 +104,7 @@ class Recorder final : public Device {
   void close() noexcept override { device_->close(); }
   DeviceCapabilities capabilities() const override { return device_->capabilities(); }
   bool read(double t, Pose& pose) noexcept override;
+  std::optional<glm::dvec3> take_jump() noexcept override { return device_->take_jump(); }
   void write(const Wrench& wrench) noexcept override { device_->write(wrench); }
 
   /// Returns the recording. Call after the servo has stopped. Error if nothing was recorded.

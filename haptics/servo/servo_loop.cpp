@@ -181,6 +181,10 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
       hand.pose = on_grid(hand.pose);
     else
       hand.faults |= fault_lost_device;
+    if (const std::optional<dvec3> free = hand.device->take_jump()) {
+      input.is_restarted = true;
+      input.restart_volume = servo_scene->hands[0].scene->base->frame.volume_from_world(*free);
+    }
     input.pose = hand.pose;
     input.faults = hand.faults;
     const ServoRecord record = hand.core.step(*servo_scene, input);

@@ -114,6 +114,32 @@ with = "item=9 touchable=no"
   EXPECT_NE(r.out.find("3 of 3 checks FAILED"), std::string::npos) << r.out;
 }
 
+/// A refusal for another reason than the expected one is not met, and a value that was never measured meets
+/// no limits.
+TEST_F(Script, RefusalsHaveTheirReasonAndValuesTheirMeasurement) {
+  write("a.toml", script(R"(
+[[do]]
+at = 1
+command = "burr"
+with = "diameter=1"
+refused = "smallest"
+[[do]]
+at = 1.2
+command = "burr"
+with = "diameter=1"
+refused = "no such reason"
+[[expect]]
+what = "canal"
+most = 1e6
+)"));
+  const Ended r = run("run a.toml");
+  EXPECT_EQ(r.exit_code, 1) << r.err;
+  EXPECT_EQ(r.out.find("FAILED  line 14"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("FAILED  line 19"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("FAILED  line 24"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("it was not measured"), std::string::npos) << r.out;
+}
+
 TEST_F(Script, ErrorsAreReportedWithTheirLineBeforePlaying) {
   const struct {
     std::string more;

@@ -106,7 +106,7 @@ TEST_F(GuidedWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
     const sim::Engine start = held_->engine();
     int crossings = 0;  // rays that meet bone only behind a structure
     for (const double z : {14.5, 17.5})
-      for (const double x : {-5.0, 3.0, 6.0}) {
+      for (const double x : {-5.0, 3.0, 6.0, 0.0, -6.0}) {  // steps of 3 to 8 mm, over the convex cord too
         const dvec3 gap(x, 43, z);
         point_at(gap);
         const std::uint64_t tick = hand().state().newest.tick;

@@ -27,7 +27,10 @@ class WindowScore : public Window {
     running_ = (folder_ / "running.session").string();
     std::ofstream(running_) << "recorded so far";
     options_.session_file = running_;
-    options_.host.score = [this](const std::string& session, const WindowHost::Listener& listener) {
+    options_.scan = "SCANS/HEAD";
+    options_.host.score = [this](const std::string& session, const std::string& scan,
+                                 const WindowHost::Listener& listener) {
+      EXPECT_EQ(scan, "SCANS/HEAD");
       std::ifstream in(session);
       std::getline(in, seen_);
       EXPECT_NE(session, running_) << "a copy is judged";
@@ -42,8 +45,9 @@ class WindowScore : public Window {
       if (!fault_.empty()) return Result<sim::Score>(Error{.what = fault_, .remedy = "try again"});
       return Result<sim::Score>(sample_score());
     };
-    options_.host.report = [this](const std::string&, const std::string& page,
+    options_.host.report = [this](const std::string&, const std::string& scan, const std::string& page,
                                   const WindowHost::Listener&) -> Status {
+      EXPECT_EQ(scan, "SCANS/HEAD");
       std::ofstream(page) << "page";
       ++reports_;
       return std::nullopt;

@@ -10,7 +10,9 @@
 #include "apps/bench/scenes/dicom_files.h"
 #include "apps/bench/scenes/scratch.h"
 #include "data-tools/cases/label_file.h"
+#include "data-tools/cases/phantom_cases.h"
 #include "data-tools/cases/script_file.h"
+#include "data-tools/phantoms/head_phantom.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -290,6 +292,24 @@ TEST(Scripts, EveryScriptOfTheDocsIsRead) {
     ++count;
   }
   EXPECT_GT(count, 10);
+}
+
+TEST(HeadPlan, TheOutlineOfTheHeadLiesOnTheVaultAroundTheTumour) {
+  for (const std::uint64_t seed : {1u, 2u, 5u}) {
+    const HeadAnatomy anatomy = head_anatomy(seed);
+    const auto plan = phantom_plan("head", seed);
+    ASSERT_TRUE(plan.has_value());
+    ASSERT_EQ(plan->outlines.size(), 1u);
+    const glm::dvec3 entry = plan->trajectories[0].entry_world,
+                     axis = glm::normalize(entry - plan->trajectories[0].target_world);
+    ASSERT_EQ(plan->outlines[0].points_world.size(), 24u);
+    for (const glm::dvec3& p : plan->outlines[0].points_world) {
+      EXPECT_NEAR(vault_distance(p, anatomy), 0, 0.02) << seed;
+      const glm::dvec3 away = p - entry;
+      EXPECT_NEAR(glm::length(away - glm::dot(away, axis) * axis), anatomy.tumour_radius + 10, 0.02) << seed;
+      EXPECT_LT(glm::length(away), 1.5 * anatomy.tumour_radius + 15) << "on the same side of the head";
+    }
+  }
 }
 
 }  // namespace

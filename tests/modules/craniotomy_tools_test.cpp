@@ -3,6 +3,7 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <optional>
 
 #include "apps/bench/scenes/scenes.h"
 #include "haptics/methods/methods.h"
@@ -29,10 +30,12 @@ struct Bench {
   sim::Catalogue catalogue;
   std::unique_ptr<sim::Lockstep> run;
 
+  /// `dura`: height below which the labels name the dura; empty: no labels.
   Bench(const sim::Instrument& tool, const std::function<double(const dvec3&)>& hounsfield,
-        const dvec3& spacing, const dvec3& low, const dvec3& high)
+        const dvec3& spacing, const dvec3& low, const dvec3& high, std::optional<double> dura = {})
       : catalogue(std::vector<const sim::Module*>{&module()}) {
-    scene = scenes::scene_of(scenes::sampled(low, high, spacing, hounsfield));
+    volume::Volume scan = scenes::sampled(low, high, spacing, hounsfield);
+    scene = scenes::scene_of(dura ? labelled(scan, *dura) : std::move(scan));
     const sim::ToolNeeds needs = tool.type->needs(tool.parameters.data(), *scene.base);
     EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
     EXPECT_FALSE(haptics::set_tool(scene, needs.tool).has_value());
@@ -49,6 +52,20 @@ struct Bench {
     static const Drilling one;
     return one;
   }
+  /// Returns the scan with labels of skull and dura.
+  static volume::Volume labelled(const volume::Volume& scan, double dura) {
+    volume::Volume result = volume::make_volume(scan.size, scan.frame, true).value();
+    result.is_hounsfield = scan.is_hounsfield;
+    result.label_names = {"", "skull", "dura"};
+    for (int z = 0; z < scan.size.z; ++z)
+      for (int y = 0; y < scan.size.y; ++y)
+        for (int x = 0; x < scan.size.x; ++x) {
+          const std::size_t i = scan.index(x, y, z);
+          result.voxels[i] = scan.voxels[i];
+          result.labels[i] = scan.frame.world_from_volume({x, y, z}).z < dura ? 2 : 1;
+        }
+    return result;
+  }
   template <class Event>
   std::vector<std::pair<Event, dvec3>> events() const {
     return sim::events_of<Event>(run->engine());
@@ -62,15 +79,20 @@ struct Bench {
   }
 };
 
+/// Presses a perforator further and further, to 8 mm below its held position, until its clutch releases.
+void drill_to_the_stop(Bench& bench) {
+  sim::Lockstep& run = *bench.run;
+  for (int i = 0; i < 3000 && !bench.state<PerforatorState>().has_stopped; ++i)
+    run.step(haptics::Pose{
+        {0.1, 0.2, std::max(14.0 - 16e-3 * i, run.last_record().proxy_world.z - 8)}, {1, 0, 0, 0}, 1});
+}
+
 TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
   for (const double spacing : {0.6, 0.9}) {
     Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault, dvec3(spacing),
                 {-8, -8, -9}, {8, 8, 15});
     sim::Lockstep& run = *bench.run;
-    // Pressed further and further: 8 mm below the held position.
-    for (int i = 0; i < 3000 && !bench.state<PerforatorState>().has_stopped; ++i)
-      run.step(haptics::Pose{
-          {0.1, 0.2, std::max(14.0 - 16e-3 * i, run.last_record().proxy_world.z - 8)}, {1, 0, 0, 0}, 1});
+    drill_to_the_stop(bench);
     const auto stops = bench.events<PerforatorStopped>();
     ASSERT_EQ(stops.size(), 1u) << spacing;
     EXPECT_NEAR(stops[0].first.depth, 7, 0.8);
@@ -86,6 +108,23 @@ TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
     EXPECT_GT(run.last_record().proxy_world.z, 2);
     EXPECT_GT(run.last_record().force_world.z, 2);
   }
+}
+
+/// The threshold finds bone down to a blurred edge, 1.2 mm below the upper face of the dura. The clutch
+/// follows the labels where the scan has them.
+TEST(Perforator, ABlurredEdgeBelowTheDuraDoesNotHoldIt) {
+  const auto blurred = [](const dvec3& p) { return vault(p + dvec3(0, 0, 1.2)); };
+  const auto tip_at_stop = [&](std::optional<double> dura) {
+    Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), blurred, dvec3(0.6),
+                {-8, -8, -9}, {8, 8, 15}, dura);
+    drill_to_the_stop(bench);
+    const auto stops = bench.events<PerforatorStopped>();
+    EXPECT_EQ(stops.size(), 1u);
+    return stops.empty() ? 99 : stops[0].second.z;
+  };
+  EXPECT_NEAR(tip_at_stop({}), -1.2, 0.8);
+  EXPECT_NEAR(tip_at_stop(0), 0, 0.8);
+  EXPECT_GT(tip_at_stop(0), tip_at_stop({}) + 0.5);
 }
 
 /// The vault with a hole of 10 mm at the origin.

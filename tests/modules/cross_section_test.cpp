@@ -194,9 +194,21 @@ TEST(CrossSection, OfAVolumeEqualsTouch) {
   }
 }
 
+TEST(CrossSection, SoftLabelsAreThoseOfOtherStructures) {
+  volume::Volume v =
+      volume::make_volume(glm::ivec3(8, 2, 2),
+                          volume::Frame::from_spacing(glm::dvec3(0), glm::dvec3(1)).value(), true)
+          .value();
+  v.label_names = {"background", "dura", "diploe", "tooth", "screw L4", "vertebrae_L4"};
+  for (std::size_t i = 0; i < v.labels.size(); ++i) v.labels[i] = static_cast<std::uint8_t>(i % 8);
+  const bool is_soft[] = {false, true, false, false, false, false, true, true};  // 6 and 7 have no names
+  for (int x = 0; x < 8; ++x) EXPECT_EQ(volume::has_soft_label(v, {x, 0, 0}), is_soft[x]) << x;
+  EXPECT_FALSE(volume::has_soft_label(v, {-3, 0, 0})) << "outside the volume";
+}
+
 TEST(CrossSection, LabelsNamedAsBonesAreBone) {
-  for (const char* bone :
-       {"vertebrae_L4", "L4", "t12", "Skull", "sacrum", "hip_left", "rib_left_3", "L4 vertebra"})
+  for (const char* bone : {"vertebrae_L4", "L4", "t12", "Skull", "sacrum", "hip_left", "rib_left_3",
+                           "L4 vertebra", "diploe", "cortical_bone", "left maxilla"})
     EXPECT_TRUE(volume::is_bone_name(bone)) << bone;
   for (const char* other : {"vertebral_disc", "vertebral artery left", "dura", "brain", "liver",
                             "spinal_cord", "label-3", "colon", "L", "c4d", "tumour", "sac"})

@@ -2,13 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <glm/geometric.hpp>
 #include <map>
 
 #include "apps/bench/commands/bench_commands.h"
 #include "apps/bench/commands/scored_play.h"
-#include "data-tools/files/atomic_file.h"
 
 namespace trephine::bench {
 
@@ -54,11 +52,15 @@ void remove_last(Script& script, const std::string& name) {
       return void(script.commands.erase(script.commands.begin() + static_cast<std::ptrdiff_t>(i)));
 }
 
+void leave_before_the_end(Script& script, workbench::Skill&) { remove_last(script, "go-to-step"); }
+void tremble(Script&, workbench::Skill& skill) { skill.tremor = 0.3; }
+void tremble_slightly(Script&, workbench::Skill& skill) { skill.tremor = 0.03; }
+
 struct PlantedError {
   const char* procedure;
   const char* name;
   void (*plant)(Script& script, workbench::Skill& skill);
-  /// Ends of the names of the findings that this error is expected to change.
+  /// Parts of the names of the findings that this error is expected to change.
   std::vector<std::string> own;
 };
 
@@ -92,14 +94,8 @@ const std::vector<PlantedError>& planted_errors() {
        "burr 10 mm beyond the dura",
        [](Script& s, workbench::Skill&) { lower(s.hands[0], -6, 10); },
        {"deepest plunge", ": torn"}},
-      {"ventriculostomy",
-       "not completed",
-       [](Script& s, workbench::Skill&) { remove_last(s, "go-to-step"); },
-       {"procedure: complete"}},
-      {"ventriculostomy",
-       "tremor of 0.03 mm",
-       [](Script&, workbench::Skill& skill) { skill.tremor = 0.03; },
-       {"log dimensionless jerk"}},
+      {"ventriculostomy", "not completed", leave_before_the_end, {"procedure: complete"}},
+      {"ventriculostomy", "tremor of 0.03 mm", tremble_slightly, {"log dimensionless jerk"}},
       {"craniotomy",
        "outline 6 mm aside",
        [](Script& s, workbench::Skill&) {
@@ -107,14 +103,8 @@ const std::vector<PlantedError>& planted_errors() {
            if (command.name == "add-anchor") move_position(command.words, -6);
        },
        {"distance from plan", "margin", "exposed"}},
-      {"craniotomy",
-       "not completed",
-       [](Script& s, workbench::Skill&) { remove_last(s, "go-to-step"); },
-       {"procedure: complete"}},
-      {"craniotomy",
-       "tremor of 0.3 mm",
-       [](Script&, workbench::Skill& skill) { skill.tremor = 0.3; },
-       {"log dimensionless jerk"}},
+      {"craniotomy", "not completed", leave_before_the_end, {"procedure: complete"}},
+      {"craniotomy", "tremor of 0.3 mm", tremble, {"log dimensionless jerk"}},
       {"laminectomy-screws",
        "probe 5 mm aside",
        [](Script& s, workbench::Skill&) { move_line(s.hands[1], 5, 5, 1); },
@@ -132,21 +122,39 @@ const std::vector<PlantedError>& planted_errors() {
            if (point[4] != 0) point[2] -= 20;
        },
        {": torn", "deepest plunge", "facet", "pars", "canal"}},
-      {"laminectomy-screws",
-       "not completed",
-       [](Script& s, workbench::Skill&) { remove_last(s, "go-to-step"); },
-       {"procedure: complete"}},
-      {"laminectomy-screws",
-       "tremor of 0.3 mm",
-       [](Script&, workbench::Skill& skill) { skill.tremor = 0.3; },
-       {"log dimensionless jerk"}},
+      {"laminectomy-screws", "not completed", leave_before_the_end, {"procedure: complete"}},
+      {"laminectomy-screws", "tremor of 0.3 mm", tremble, {"log dimensionless jerk"}},
   };
   return all;
 }
 
 bool is_own(const PlantedError& error, const std::string& finding) {
   return std::any_of(error.own.begin(), error.own.end(),
-                     [&](const std::string& end) { return finding.find(end) != std::string::npos; });
+                     [&](const std::string& part) { return finding.find(part) != std::string::npos; });
+}
+
+/// Weight of a finding and its points, by the names of findings with limits.
+using Points = std::map<std::string, std::pair<double, double>>;
+
+Points points_of(const sim::Score& score) {
+  Points points;
+  for (const sim::Finding& finding : score.findings)
+    if (finding.full_at != finding.zero_at) points[finding.name] = {finding.weight, finding.points};
+  return points;
+}
+
+/// Returns the points that each finding lost. A finding that is missing after the error lost all its points;
+/// a new one lost those that it lacks.
+std::map<std::string, double> lost_points(const Points& before, const Points& after) {
+  std::map<std::string, double> lost;
+  for (const auto& [name, points] : before) {
+    const auto found = after.find(name);
+    lost[name] = points.second - (found == after.end() ? 0 : found->second.second);
+  }
+  for (const auto& [name, points] : after)
+    if (!before.contains(name)) lost[name] = points.first - points.second;
+  std::erase_if(lost, [](const auto& one) { return std::abs(one.second) < k_least_loss; });
+  return lost;
 }
 
 struct FaultsArguments {
@@ -155,11 +163,14 @@ struct FaultsArguments {
 };
 
 /// Plays a script without and with each of its errors; adds a row per error.
-Status plant_all(const std::string& path, Json& rows, std::string& csv) {
-  auto read = data_tools::read_script(path);
-  if (!read) return read.error();
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  const Script& script = read.value();
+Status plant_all(const Script& script, const std::string& folder, Json& rows, std::string& csv) {
+  if (std::none_of(planted_errors().begin(), planted_errors().end(),
+                   [&](const PlantedError& error) { return script.procedure == error.procedure; }))
+    return Error{.what = "no error is planted for this procedure",
+                 .where = "procedure of the script",
+                 .found = script.procedure,
+                 .expected = "craniotomy, laminectomy-screws or ventriculostomy",
+                 .remedy = "choose a script docs/examples/procedure-*.toml"};
   workbench::Skill exact;
   exact.name = "exact";
   const auto right = play_and_score(script, folder, {exact, 1});
@@ -173,22 +184,18 @@ Status plant_all(const std::string& path, Json& rows, std::string& csv) {
     error.plant(wrong, skill);
     const auto played = play_and_score(wrong, folder, {skill, 1});
     if (!played) return played.error();
-    const std::map<std::string, double> before = points_of(right.value().score),
-                                        after = points_of(played.value().score);
-    Json lost = Json::object();
     double own = 0, others = 0;
-    for (const auto& [finding, points] : before) {
-      const auto found = after.find(finding);
-      const double loss = points - (found == after.end() ? 0 : found->second);
-      if (std::abs(loss) < k_least_loss) continue;
-      lost[finding] = loss;
-      (is_own(error, finding) ? own : others) += std::abs(loss);
-      csv += format_text("%s,\"%s\",\"%s\",%.3f,%s\n", error.procedure, error.name, finding.c_str(), loss,
-                         is_own(error, finding) ? "own" : "other");
-    }
     std::string text;
-    for (const auto& [finding, loss] : lost.items())
-      text += (text.empty() ? "" : ", ") + finding + format_text(" %.1f", loss.get<double>());
+    Json lost = Json::object();
+    for (const auto& [finding, loss] :
+         lost_points(points_of(right.value().score), points_of(played.value().score))) {
+      const bool is_expected = is_own(error, finding);
+      (is_expected ? own : others) += std::abs(loss);
+      lost[finding] = loss;
+      text += (text.empty() ? "" : ", ") + finding + format_text(" %.1f", loss);
+      csv += format_text("%s,\"%s\",\"%s\",%.3f,%s\n", error.procedure, error.name, finding.c_str(), loss,
+                         is_expected ? "own" : "other");
+    }
     rows.push_back({{"procedure", error.procedure},
                     {"error", error.name},
                     {"own", own},
@@ -201,21 +208,16 @@ Status plant_all(const std::string& path, Json& rows, std::string& csv) {
 
 Result<Outcome> run_faults(const FaultsArguments& arguments) {
   data_tools::OutputSet outputs;
-  for (const std::string& script : arguments.scripts) outputs.add_input(script);
-  outputs.add_output("output", arguments.output, data_tools::OutputKind::table);
-  if (Status error = outputs.check()) return *error;
-  Json rows = Json::array();
-  std::string csv = "procedure,error,finding,points_lost,kind\n";
-  for (const std::string& script : arguments.scripts)
-    if (Status error = plant_all(script, rows, csv)) return *error;
-  outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
+  const auto rows = run_on_scripts(arguments.scripts, plant_all, "procedure,error,finding,points_lost,kind\n",
+                                   arguments.output, outputs);
+  if (!rows) return rows.error();
   Outcome outcome("bench.faults");
-  outcome.json["rows"] = rows;
+  outcome.json["rows"] = rows.value();
   bool is_met = true;
-  for (const Json& row : rows) is_met = is_met && row["own"] > 0 && row["others"] == 0;
+  for (const Json& row : rows.value()) is_met = is_met && row["own"] > 0 && row["others"] == 0;
   outcome.json["is_met"] = is_met;
   if (!is_met) outcome.exit_code = exit_check_failed;
-  outcome.print_table(rows,
+  outcome.print_table(rows.value(),
                       "procedure = {procedure} | planted error = {error} | points lost by its findings = "
                       "{own:.1f} | by others = {others:.1f} | findings = {lost_text}");
   return finished(outputs, std::move(outcome));

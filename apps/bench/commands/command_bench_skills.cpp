@@ -1,11 +1,9 @@
 // skills: plays scripts as persons of several skills, and compares their scores.
 #include <algorithm>
 #include <array>
-#include <filesystem>
 
 #include "apps/bench/commands/bench_commands.h"
 #include "apps/bench/commands/scored_play.h"
-#include "data-tools/files/atomic_file.h"
 
 namespace trephine::bench {
 
@@ -55,20 +53,17 @@ double wrong_pairs(const std::vector<Play>& lower, const std::vector<Play>& high
 }
 
 /// Plays a script with all skills; adds its rows.
-Status compare_skills(const SkillsArguments& arguments, const std::string& path, Json& rows,
-                      std::string& csv) {
-  auto script = data_tools::read_script(path);
-  if (!script) return script.error();
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  const std::string title = script.value().title;
+Status compare_skills(std::uint64_t seeds, const data_tools::Script& script, const std::string& folder,
+                      Json& rows, std::string& csv) {
+  const std::string& title = script.title;
   ProgressLine progress("playing");
   std::vector<std::vector<Play>> all;
   for (const workbench::Skill& skill : workbench::skills()) {
     std::vector<Play>& plays = all.emplace_back();
-    for (std::uint64_t seed = 1; seed <= arguments.seeds; ++seed) {
-      if (!progress(static_cast<double>(seed) / static_cast<double>(arguments.seeds)))
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      if (!progress(static_cast<double>(seed) / static_cast<double>(seeds)))
         return Error{.what = "the comparison was interrupted", .kind = ErrorKind::interrupted};
-      auto played = play(script.value(), folder, {skill, seed});
+      auto played = play(script, folder, {skill, seed});
       if (!played) return played.error();
       plays.push_back(played.value());
       csv += '"' + title + "\"," + std::string(skill.name) + ',' + std::to_string(seed) +
@@ -97,18 +92,16 @@ Result<Outcome> run_skills(const SkillsArguments& arguments) {
                  .found = std::to_string(arguments.seeds),
                  .expected = "1 to 1000"};
   data_tools::OutputSet outputs;
-  for (const std::string& script : arguments.scripts) outputs.add_input(script);
-  outputs.add_output("output", arguments.output, data_tools::OutputKind::table);
-  if (Status error = outputs.check()) return *error;
-  Json rows = Json::array();
-  std::string csv = "script,skill,seed,points,log_jerk,path_mm,seconds\n";
-  for (const std::string& script : arguments.scripts)
-    if (Status error = compare_skills(arguments, script, rows, csv)) return *error;
-  outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
+  const auto rows = run_on_scripts(
+      arguments.scripts,
+      [seeds = arguments.seeds](const data_tools::Script& script, const std::string& folder, Json& all,
+                                std::string& csv) { return compare_skills(seeds, script, folder, all, csv); },
+      "script,skill,seed,points,log_jerk,path_mm,seconds\n", arguments.output, outputs);
+  if (!rows) return rows.error();
   Outcome outcome("bench.skills");
   outcome.json["seeds"] = arguments.seeds;
-  outcome.json["rows"] = rows;
-  outcome.print_table(rows,
+  outcome.json["rows"] = rows.value();
+  outcome.print_table(rows.value(),
                       "script = {script} | skill = {skill} | median points = {median_points:.1f} | least = "
                       "{least_points:.1f} | most = {most_points:.1f} | log jerk = {log_jerk:.2f} | time, s = "
                       "{seconds:.0f} | pairs in wrong order = {wrong_pairs:.1%}");

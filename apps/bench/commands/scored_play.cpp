@@ -1,6 +1,9 @@
 #include "apps/bench/commands/scored_play.h"
 
+#include <filesystem>
+
 #include "apps/bench/scenes/scratch.h"
+#include "data-tools/files/atomic_file.h"
 
 namespace trephine::bench {
 
@@ -24,11 +27,20 @@ Result<workbench::SessionScore> play_and_score(const data_tools::Script& script,
   return workbench::score_session(*opened.value());
 }
 
-std::map<std::string, double> points_of(const sim::Score& score) {
-  std::map<std::string, double> points;
-  for (const sim::Finding& finding : score.findings)
-    if (finding.full_at != finding.zero_at) points[finding.name] = finding.points;
-  return points;
+Result<Json> run_on_scripts(const std::vector<std::string>& scripts, const ScriptBenchmark& benchmark,
+                            std::string csv, const std::string& output, data_tools::OutputSet& outputs) {
+  for (const std::string& script : scripts) outputs.add_input(script);
+  outputs.add_output("output", output, data_tools::OutputKind::table);
+  if (Status error = outputs.check()) return *error;
+  Json rows = Json::array();
+  for (const std::string& path : scripts) {
+    const auto script = data_tools::read_script(path);
+    if (!script) return script.error();
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    if (Status error = benchmark(script.value(), folder, rows, csv)) return *error;
+  }
+  outputs.write(output, [&] { return data_tools::write_file_atomically(output, csv); });
+  return rows;
 }
 
 }  // namespace trephine::bench

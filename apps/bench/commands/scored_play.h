@@ -1,9 +1,11 @@
-// Plays a script as a simulated person, and scores its recording.
+// Plays scripts as simulated persons, and scores their recordings: for benchmarks of the score.
 #pragma once
 
-#include <map>
+#include <functional>
 #include <string>
+#include <vector>
 
+#include "apps/bench/commands/bench_commands.h"
 #include "apps/workbench/script.h"
 #include "apps/workbench/session_score.h"
 
@@ -13,7 +15,11 @@ namespace trephine::bench {
 Result<workbench::SessionScore> play_and_score(const data_tools::Script& script, const std::string& folder,
                                                const workbench::Performance& performance);
 
-/// Returns the points of all findings with limits, by their names.
-std::map<std::string, double> points_of(const sim::Score& score);
+/// Adds rows of a table, and lines of a CSV file, about a script in a folder.
+using ScriptBenchmark = std::function<Status(const data_tools::Script& script, const std::string& folder,
+                                             Json& rows, std::string& csv)>;
+/// Runs a benchmark on each script and writes the CSV file; `csv` is its first line. Returns the rows.
+Result<Json> run_on_scripts(const std::vector<std::string>& scripts, const ScriptBenchmark& benchmark,
+                            std::string csv, const std::string& output, data_tools::OutputSet& outputs);
 
 }  // namespace trephine::bench

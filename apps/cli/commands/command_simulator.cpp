@@ -4,7 +4,6 @@
 #include "apps/cli/commands.h"
 #include "apps/cli/commands/operation_window.h"
 #include "apps/cli/commands/session_window.h"
-#include "apps/view/render_window.h"
 #include "apps/view/start_page.h"
 #include "data-tools/cases/procedure_file.h"
 #include "data-tools/files/output_set.h"

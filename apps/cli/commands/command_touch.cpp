@@ -102,12 +102,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (!material) return material.error();
   choice.material = material.value();
   if (Status error = parse_ramp(arguments.stiffness_ramp, choice.ramp)) return *error;
-  auto volumes = volumes_of(arguments.models);
-  if (!volumes) return volumes.error();
-  choice.volumes = std::move(volumes).value();
-  auto models = models_of(arguments.models);
-  if (!models) return models.error();
-  choice.models = std::move(models).value();
+  if (Status error = choose_models(arguments.models, choice)) return *error;
   if (Status error = check(choice)) return *error;
   data_tools::OutputSet outputs;
   for (const std::string& model : arguments.models.files()) outputs.add_input(model);

@@ -74,11 +74,9 @@ class Host {
                              resumed_session->header().rate_hz,
                              resumed_session->header().force};
     opened.plan = std::make_shared<const volume::SurgicalPlan>(resumed_session->header().plan);
+    opened.scan = scan.value().path;
     return opened;
   }
-
-  /// Returns the path of the open scan.
-  const std::string& path() const noexcept { return path_; }
 
   Result<view::OpenedScene> reshape(const view::ShapeRequest& request, const workbench::Listener& listener) {
     const auto range = [](double low, double high) {
@@ -112,6 +110,7 @@ class Host {
     view::OpenedScene opened{
         {operation.value().engine()}, source.written_name(), std::move(recorder).value(), "", {path}, {}, {}};
     if (opened.recorder) opened.session_file = record.file;
+    opened.scan = path;
     opened.plan = std::make_shared<const volume::SurgicalPlan>(operation.value().spec.plan);
     return opened;
   }
@@ -149,12 +148,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
   choice.shape.omits_holder = true;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
-  auto volumes = volumes_of(arguments.models);
-  if (!volumes) return volumes.error();
-  choice.volumes = std::move(volumes).value();
-  auto models = models_of(arguments.models);
-  if (!models) return models.error();
-  choice.models = std::move(models).value();
+  if (Status error = choose_models(arguments.models, choice)) return *error;
   if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
   // The user may choose another burr in the window: cuts are sampled for a fine one, unless --smallest-burr
   // requests another size.
@@ -184,6 +178,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   options.notices = std::move(notices);
   options.catalogue = &modules::catalogue();
   options.device = device.value();
+  options.scan = arguments.source.path;
   options.in_use = {arguments.source.path};
   for (const workbench::ModelChoice& model : choice.models) options.in_use.push_back(model.file);
   options.seconds = arguments.seconds;
@@ -231,7 +226,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
     return host->add_scan(path, shape, listener);
   };
   options.host.session_folder = workbench::autosave_folder();
-  add_scoring(options.host, [host] { return host->path(); });
+  add_scoring(options.host);
   options.host.reshape = [host](const view::ShapeRequest& shape, const workbench::Listener& listener) {
     return host->reshape(shape, listener);
   };

@@ -1,10 +1,12 @@
 #include "apps/cli/commands/own_program.h"
 
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <fcntl.h>
 #include <memory>
 #include <spawn.h>
+#include <string_view>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -27,8 +29,25 @@ std::string contents_of(std::FILE* file) {
   return text;
 }
 
-Error failed(const std::string& reason) {
-  return {.what = "the work in another process failed", .found = reason, .kind = ErrorKind::missing_here};
+Error failed(std::string reason) {
+  constexpr std::string_view k_prefix = "error: ";
+  if (reason.starts_with(k_prefix)) reason.erase(0, k_prefix.size());
+  if (reason.empty()) reason = "the program ended without a message";
+  return {.what = std::move(reason), .kind = ErrorKind::missing_here};
+}
+
+constexpr auto k_poll = std::chrono::milliseconds(100);
+
+/// Ends a process: it may clean up for two seconds.
+void end(pid_t process) {
+  constexpr int k_polls = 20;
+  ::kill(process, SIGTERM);
+  for (int i = 0; i < k_polls; ++i) {
+    if (waitpid(process, nullptr, WNOHANG) != 0) return;
+    std::this_thread::sleep_for(k_poll);
+  }
+  ::kill(process, SIGKILL);
+  waitpid(process, nullptr, 0);
 }
 
 }  // namespace
@@ -53,11 +72,10 @@ Status run_own_program(const std::vector<std::string>& arguments,
   int result = 0;
   while (waitpid(process, &result, WNOHANG) == 0) {
     if (!progress(0)) {
-      ::kill(process, SIGTERM);
-      waitpid(process, &result, 0);
+      end(process);
       return Error{.what = "the work was interrupted", .kind = ErrorKind::interrupted};
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    std::this_thread::sleep_for(k_poll);
   }
   if (WIFEXITED(result) && WEXITSTATUS(result) == 0) return std::nullopt;
   return failed(contents_of(errors.get()));

@@ -40,15 +40,7 @@ Result<workbench::SourceChoice> scan_for(const std::string& session, const std::
   return scan;
 }
 
-void add_scoring(view::WindowHost& host, std::function<std::string()> open_scan) {
-  host.score = [open_scan](const std::string& session, const workbench::Listener& listener) {
-    return score(session, open_scan(), listener);
-  };
-  host.report = [open_scan](const std::string& session, const std::string& page,
-                            const workbench::Listener& listener) {
-    return report(session, open_scan(), page, listener);
-  };
-}
+void add_scoring(view::WindowHost& host) { host.score = score, host.report = report; }
 
 Status play_in_window(workbench::OpenedSession& session, const std::string& file, const std::string& title) {
   auto summary = workbench::summarize_session(file);
@@ -80,7 +72,8 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
   options.in_use = in_use;
   options.plan = std::make_shared<const volume::SurgicalPlan>(header.plan);
   options.start = view::WindowStart{std::move(continued.engine), continued.first_tick};
-  add_scoring(options.host, [scan] { return scan; });
+  options.scan = scan;
+  add_scoring(options.host);
   return view::run_window(scene, options);
 }
 

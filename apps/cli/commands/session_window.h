@@ -1,7 +1,6 @@
 // Windows of recorded sessions: playback, continuation, and the score of the recording of any window.
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include "apps/view/view_window.h"
@@ -18,7 +17,7 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
 
 /// Returns the scan for a session that does not contain its own: `open_scan`.
 Result<workbench::SourceChoice> scan_for(const std::string& session, const std::string& open_scan);
-/// Adds the score and the report of a recording. `open_scan` returns the path of the open scan.
-void add_scoring(view::WindowHost& host, std::function<std::string()> open_scan);
+/// Adds the score and the report of recordings.
+void add_scoring(view::WindowHost& host);
 
 }  // namespace trephine::cli

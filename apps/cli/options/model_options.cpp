@@ -33,6 +33,7 @@ std::vector<std::string> ModelArguments::files() const {
   return names;
 }
 
+namespace {
 Result<std::vector<workbench::VolumeChoice>> volumes_of(const ModelArguments& arguments) {
   const std::size_t shapes = arguments.shapes.size();
   if (shapes > 1 && shapes != arguments.volumes.size())
@@ -47,6 +48,7 @@ Result<std::vector<workbench::VolumeChoice>> volumes_of(const ModelArguments& ar
                                                                                   : arguments.shapes[i])});
   return volumes;
 }
+}  // namespace
 
 Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments) {
   glm::dvec3 at(0);
@@ -146,6 +148,16 @@ void add_model_units(Options& options, ModelArguments& a) {
       .add("--mesh-frame", a.frame, "Directions of the models' axes (default: as the file states, else LPS)")
       .one_of({"LPS", "RAS"});
   options.add("--mesh-at", a.at, "Position of the models' origin, mm (LPS) (default: 0,0,0)").type("X,Y,Z");
+}
+
+Status choose_models(const ModelArguments& arguments, workbench::OperationChoice& choice) {
+  auto volumes = volumes_of(arguments);
+  if (!volumes) return volumes.error();
+  choice.volumes = std::move(volumes).value();
+  auto models = models_of(arguments);
+  if (!models) return models.error();
+  choice.models = std::move(models).value();
+  return std::nullopt;
 }
 
 }  // namespace trephine::cli

@@ -33,7 +33,8 @@ void add_models(Options& options, ModelArguments& arguments);
 void add_model_units(Options& options, ModelArguments& arguments);
 /// Adds --depth-beat and --depth-repeat.
 void add_model_keys(Options& options, ModelArguments& arguments);
-Result<std::vector<workbench::VolumeChoice>> volumes_of(const ModelArguments& arguments);
+/// Adds the further scans and models to an operation.
+Status choose_models(const ModelArguments& arguments, workbench::OperationChoice& choice);
 Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments);
 
 }  // namespace trephine::cli

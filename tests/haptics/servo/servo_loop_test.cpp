@@ -196,6 +196,54 @@ TEST(ServoLoop, AFaultIsClearedOnRequest) {
   loop.stop();
 }
 
+/// Goes from one side of a ball to the other, lifted over or straight.
+class LiftedDevice final : public Device {
+ public:
+  static constexpr double k_height = 50;  // mm; the radius of the ball is 45
+  explicit LiftedDevice(bool is_lifted) : is_lifted_(is_lifted) {}
+  Status open() override { return std::nullopt; }
+  void close() noexcept override {}
+  DeviceCapabilities capabilities() const override { return {}; }
+  bool read(double t, Pose& pose) noexcept override {
+    const bool is_behind = t >= 0.1;
+    if (is_behind && !was_behind_ && is_lifted_) jump_ = glm::dvec3(0, 0, -k_height);
+    was_behind_ = is_behind;
+    pose.position_world = {0, 0, is_behind ? -k_height : k_height};
+    return true;
+  }
+  std::optional<glm::dvec3> take_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
+  void write(const Wrench&) noexcept override {}
+
+ private:
+  bool is_lifted_, was_behind_ = false;
+  std::optional<glm::dvec3> jump_;
+};
+
+TEST(ServoLoop, ALiftedToolStartsAgainInTheTickOfItsJump) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  SubvoxelProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  for (const bool is_lifted : {true, false}) {
+    ServoChannel channel(seen_by(scene, method));
+    LiftedDevice lifted(is_lifted);
+    glm::dvec3 last(0, 0, LiftedDevice::k_height);
+    Recorder device(lifted, 10);  // passes the jump on
+    ServoLoop loop(device, channel, {});
+    ASSERT_FALSE(loop.start().has_value());
+    wait_for_ticks(loop, 200);
+    loop.stop();
+    int restarts = 0, contacts = 0;
+    for (ServoRecord record; loop.records().pop(record);) {
+      const bool has_moved = record.pose.position_world != last;
+      last = record.pose.position_world;
+      EXPECT_EQ(record.is_restarted, has_moved && is_lifted) << record.tick;
+      restarts += record.is_restarted, contacts += record.has_contact;
+    }
+    EXPECT_EQ(restarts, is_lifted ? 1 : 0);
+    EXPECT_EQ(contacts > 0, !is_lifted) << "a tool that is not lifted meets the ball";
+  }
+}
+
 /// Delays the servo once, as a busy machine does.
 class HoldingDevice final : public Device {
  public:
