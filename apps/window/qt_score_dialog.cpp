@@ -112,6 +112,7 @@ ScoreDialog::ScoreDialog(const WindowHost& host, std::function<Status(const std:
   column->addWidget(bar_);
   column->addWidget(judged_, 3);
   column->addWidget(reported_, 2);
+  column->addStretch();
   column->addWidget(buttons);
   connect(&timer_, &QTimer::timeout, this, &ScoreDialog::poll);
 }
@@ -150,8 +151,7 @@ void ScoreDialog::judge(const QString& session, const std::string& scan) {
   scan_ = scan;
   score_.reset();
   points_->clear();
-  judged_->setRowCount(0);
-  reported_->setRowCount(0);
+  for (QTableWidget* table : {judged_, reported_}) table->setRowCount(0), table->hide();
   is_report_ = false;
   const QString copy = folder_.filePath("operation.session");
   stop();  // it reads the previous copy
@@ -234,6 +234,7 @@ void ScoreDialog::show_findings() {
     add_cell(table, row, column, finding.reason);
   }
   for (QTableWidget* table : {judged_, reported_}) {
+    table->show();
     table->resizeColumnsToContents();
     table->horizontalHeader()->setStretchLastSection(true);
     table->resizeRowsToContents();

@@ -456,7 +456,7 @@ std::vector<sim::Measure> BoneFlap::measures(const sim::OperationState& operatio
                                 {"kerf volume", world->kerf_size, "mm3"},
                                 {"sawn walls", world->wall, "mm2"}};
   const FlapPreview* preview = operation.result_of<FlapPreview>();
-  all.push_back({"valid flap preview", preview != nullptr && !preview->lid.empty() ? 1.0 : 0.0, ""});
+  all.push_back({"previews", preview != nullptr && !preview->lid.empty() ? 1.0 : 0.0, ""});
   const FlapJudged* judged = judgement_of(operation);
   if (judged == nullptr) return all;
   all.push_back({"flap length", judged->length, "mm"});

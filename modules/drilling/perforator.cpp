@@ -70,7 +70,9 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
 }
 
 sim::ToolBall body(const Perforator& p, const PerforatorState& state, const sim::InstrumentInput& input) {
-  return ball_around(inner_of(p), ToolBody::ball(0.5 * p.inner), state, input);
+  sim::ToolBall ball = ball_around(inner_of(p), ToolBody::ball(0.5 * p.inner), state, input);
+  ball.is_blunt = state.has_stopped;  // it turns no more
+  return ball;
 }
 
 sim::ToolNeeds needs(const Perforator& p, const volume::Volume& anatomy) {

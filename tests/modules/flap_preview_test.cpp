@@ -1,4 +1,5 @@
 // Preview of a flap before it is cut.
+#include "sim/engine/measurement.h"
 #include "tests/modules/flap_vault.h"
 
 namespace trephine::bone_flap {
@@ -58,9 +59,13 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     EXPECT_LT(glm::length(failed[1].labels[0].at - shown().problem_at), 3);
     EXPECT_EQ(failed[0].labels[0].text, "1");
     EXPECT_TRUE(events_of<FlapFailed>(run.engine()).empty());
+    // A procedure waits for a preview that succeeded.
+    const auto previews = [&] { return sim::Measurements(run.engine(), {}).value_of("previews"); };
+    EXPECT_EQ(previews(), 0);
     run.apply({MoveAnchor{1, outline.anchors[0]}, 0});
     run.apply_whole({request, 0});
     EXPECT_FALSE(shown().summary.empty());
+    EXPECT_EQ(previews(), 1);
     CutFlap cuts = outline.request();
     cuts.anchors.clear();
     EXPECT_EQ(cut(run, cuts), "");
