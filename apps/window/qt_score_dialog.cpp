@@ -78,10 +78,11 @@ QTableWidgetItem* add_cell(QTableWidget* table, int row, int column, const std::
 }  // namespace
 
 ScoreDialog::ScoreDialog(const WindowHost& host, std::function<Status(const std::string&)> check_output,
-                         QWidget* parent)
+                         WindowStage& stage, QWidget* parent)
     : QDialog(parent),
       host_(host),
       check_output_(std::move(check_output)),
+      stage_(stage),
       points_(new QLabel),
       status_(new QLabel),
       bar_(new QProgressBar),
@@ -184,8 +185,11 @@ void ScoreDialog::write_report(const QString& page) {
 }
 
 void ScoreDialog::ask_for_report() {
-  QString page =
-      QFileDialog::getSaveFileName(this, tr("Write the report"), "report.html", tr("Pages (*.html)"));
+  QString page;
+  {
+    const WindowStage::Dialog dialog(stage_);
+    page = QFileDialog::getSaveFileName(this, tr("Write the report"), "report.html", tr("Pages (*.html)"));
+  }
   if (page.isEmpty()) return;
   if (!page.endsWith(".html")) page += ".html";
   write_report(page);

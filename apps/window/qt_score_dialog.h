@@ -9,6 +9,7 @@
 #include <future>
 
 #include "apps/view/view_window.h"
+#include "apps/view/window_stage.h"
 
 class QLabel;
 class QProgressBar;
@@ -23,9 +24,10 @@ class ScoreDialog : public QDialog {
   Q_OBJECT
 
  public:
-  /// `check_output`: returns an error if a file cannot be written or is in use.
+  /// `check_output`: returns an error if a file cannot be written or is in use. `stage`: of the window; an
+  /// operation is not replaced while a file is being chosen.
   ScoreDialog(const WindowHost& host, std::function<Status(const std::string& file)> check_output,
-              QWidget* parent);
+              WindowStage& stage, QWidget* parent);
   /// Cancels the work and waits for it.
   ~ScoreDialog() override;
 
@@ -48,6 +50,7 @@ class ScoreDialog : public QDialog {
 
   WindowHost host_;
   std::function<Status(const std::string&)> check_output_;
+  WindowStage& stage_;
   QTemporaryDir folder_;  ///< of the copy
   std::string scan_;
   std::shared_ptr<std::atomic<double>> share_;

@@ -76,7 +76,8 @@ void MainWindow::show_score() {
   if (score_ == nullptr)
     score_ = new ScoreDialog(
         options_.host,
-        [this](const std::string& file) { return check_save(file, data_tools::OutputKind::any); }, this);
+        [this](const std::string& file) { return check_save(file, data_tools::OutputKind::any); }, stage_,
+        this);
   score_->show();
   score_->raise();
   // The recorder has written the last ticks by then.

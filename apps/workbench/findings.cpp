@@ -106,13 +106,17 @@ void make_unique(std::vector<Finding>& findings) {
 
 }  // namespace
 
-std::vector<Finding> findings_of(sim::Engine& engine, const MotionStats* motion) {
+std::vector<Finding> findings_of(sim::Engine& engine, const MotionStats* motion,
+                                 const std::function<bool(double share)>& progress) {
   const std::shared_ptr<const sim::OperationState> state = engine.snapshot();
   const haptics::TouchScene& anatomy = *engine.tool().scene;
   const sim::JobInput input{*state, anatomy, haptics::solids_of(anatomy), engine.forbidden()};
   std::vector<Finding> all;
-  for (const sim::Module* module : modules::catalogue().modules())
-    for (Finding& finding : module->findings(input)) all.push_back(std::move(finding));
+  const auto modules = modules::catalogue().modules();
+  for (std::size_t i = 0; i < modules.size(); ++i) {
+    if (!progress(static_cast<double>(i) / static_cast<double>(modules.size()))) break;
+    for (Finding& finding : modules[i]->findings(input)) all.push_back(std::move(finding));
+  }
   for (Finding& finding : operation_findings(*state, engine.forbidden(), motion))
     all.push_back(std::move(finding));
   make_unique(all);

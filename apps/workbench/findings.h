@@ -2,6 +2,7 @@
 // refused steps, motion.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "apps/workbench/motion_stats.h"
@@ -10,8 +11,11 @@
 namespace trephine::workbench {
 
 /// Returns the findings of all modules and those of operation_findings(), with unique names. Freezes the
-/// engine; takes seconds. `motion` may be null.
-std::vector<sim::Finding> findings_of(sim::Engine& engine, const MotionStats* motion);
+/// engine; takes seconds. `motion` may be null. `progress` is called with the completed share before each
+/// module; if it returns false, the remaining modules are left out.
+std::vector<sim::Finding> findings_of(
+    sim::Engine& engine, const MotionStats* motion,
+    const std::function<bool(double share)>& progress = [](double) { return true; });
 
 /// Returns the findings about forbidden structures, undo, refused steps, time and motion.
 std::vector<sim::Finding> operation_findings(const sim::OperationState& operation,

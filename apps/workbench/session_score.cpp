@@ -10,6 +10,9 @@ namespace trephine::workbench {
 namespace {
 
 constexpr std::uint64_t k_between_reports = 1000;  // ticks
+constexpr double k_replay = 0.8;                   // share of the work; the rest is judging
+
+Error interrupted() { return {.what = "the score was interrupted", .kind = ErrorKind::interrupted}; }
 
 }  // namespace
 
@@ -37,8 +40,7 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
     const haptics::ServoRecord& record = replay.record();
     motion.add(record, clearance_of(replay.engine(), record.hand));
     const double share = static_cast<double>(record.tick) / static_cast<double>(end.value());
-    if (record.tick % k_between_reports == 0 && !progress(share))
-      return Error{.what = "the score was interrupted", .kind = ErrorKind::interrupted};
+    if (record.tick % k_between_reports == 0 && !progress(k_replay * share)) return interrupted();
   }
   if (Status error = replay.seek(end.value())) return *error;
   if (const auto& mismatch = replay.mismatch())
@@ -48,8 +50,12 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
   sim::Engine& engine = replay.engine();
   SessionScore result;
   const volume::SurgicalPlan* plan = engine.now().plan.get();
-  result.score = sim::score(findings_of(engine, &motion),
-                            plan ? volume::score_limits(*plan) : std::vector<volume::ScoreLimit>());
+  bool goes_on = true;
+  std::vector<sim::Finding> findings = findings_of(
+      engine, &motion, [&](double share) { return goes_on = progress(k_replay + (1 - k_replay) * share); });
+  if (!goes_on) return interrupted();
+  result.score =
+      sim::score(std::move(findings), plan ? volume::score_limits(*plan) : std::vector<volume::ScoreLimit>());
   for (std::size_t i = 0; i < motion.hand_count(); ++i) result.motion.push_back(motion.hand(i));
   result.total_motion = motion.total();
   result.seconds = engine.seconds();
