@@ -6,6 +6,7 @@
 
 #include "apps/workbench/session_score.h"
 #include "modules/catalogue.h"
+#include "volume/base/parallel.h"
 
 namespace trephine::workbench {
 
@@ -275,8 +276,12 @@ Result<ReportData> collect_report(const ReportChoice& choice, const Listener& li
   data.overlays = end.overlays();
   data.removed_mm3 = end.removed_mm3();
   const std::vector<volume::Field> solids = solids_of(end);
-  for (const auto& structure : end.forbidden())
-    data.removal.push_back(removal_distances(*end.current(), solids, *structure));
+  const auto& forbidden = end.forbidden();
+  data.removal.resize(forbidden.size());
+  parallel_for(static_cast<int>(forbidden.size()), 0, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    data.removal[index] = removal_distances(*end.current(), solids, *forbidden[index]);
+  });
   return data;
 }
 
