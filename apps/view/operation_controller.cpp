@@ -46,7 +46,10 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
       options_(options),
       viewport_(scene, window, true),
       mouse_(viewport_.outside_point()),
-      devices_{options.device ? options.device.get() : &mouse_},
+      mouse_with_pedal_({std::shared_ptr<void>(), &mouse_}, options.pedal),
+      devices_{options.device  ? options.device.get()
+               : options.pedal ? static_cast<haptics::Device*>(&mouse_with_pedal_)
+                               : &mouse_},
       live_(devices_, options.start->engine, servo_options(options), options.recorder,
             options.start->first_tick),
       started_(Clock::now()) {
@@ -66,6 +69,7 @@ OperationController::~OperationController() { finish(); }
 Status OperationController::start() {
   viewport_.request_all(version_);
   if (options_.free_pieces > 0) live_.watch_pieces(options_.free_pieces);
+  devices_[0]->set_view(device_view());
   if (Status error = live_.start()) return error;
   is_started_ = true;
   return std::nullopt;
@@ -170,7 +174,7 @@ void OperationController::change_history(HistoryStep step) {
 
 /// Returns true if no tick with a button that was released since is to come. A haptic device has its own.
 bool OperationController::is_release_processed() const {
-  if (options_.device || is_pressed_) return true;
+  if (options_.device || options_.pedal || is_pressed_) return true;
   return !mouse_.is_pressed() && state_.newest.t >= mouse_.released_at();
 }
 
@@ -194,8 +198,26 @@ void OperationController::restore_force() {
   }
 }
 
+/// Returns the axes of the screen, so that a device moves the tool as the user sees it.
+haptics::DeviceView OperationController::device_view() {
+  const volume::Camera camera = viewport_.camera();
+  const glm::dmat3 axes(camera.right(), camera.up, -camera.forward);
+  // A device starts in front of the bone in the middle of the picture.
+  constexpr double k_ahead = 30;  // mm
+  if (!is_started_) {
+    const Ray ray = viewport_.ray_at(0.5, 0.5);
+    const double hit = viewport_.distance_to_solid(*version_, ray);
+    device_start_ =
+        hit >= 0 ? ray.origin + std::max(hit - k_ahead, 0.0) * ray.direction : viewport_.outside_point();
+  }
+  return {device_start_, glm::quat_cast(axes)};
+}
+
 void OperationController::frame() {
-  if (!options_.device) follow_cursor();
+  if (options_.device)
+    options_.device->set_view(device_view());
+  else
+    follow_cursor();
 
   // Fetch the state of the other threads: the version, its changed chunks, the newest tick.
   state_ = live_.fetch_state();

@@ -14,6 +14,7 @@
 #include "apps/view/view_window.h"
 #include "apps/view/viewport.h"
 #include "apps/workbench/clock.h"
+#include "haptics/device/composite_device.h"
 #include "sim/drivers/live_session.h"
 
 namespace trephine::view {
@@ -150,6 +151,7 @@ class OperationController {
   std::shared_ptr<const volume::Version> frozen() { return live_.snapshot().get()->world.version; }
 
  private:
+  haptics::DeviceView device_view();
   void collect_notices();
   void restore_force();
   /// Shows a message at the tool.
@@ -177,11 +179,13 @@ class OperationController {
   WindowOptions options_;
   Viewport viewport_;
   MouseDevice mouse_;
+  haptics::CompositeDevice mouse_with_pedal_;
   haptics::Device* devices_[1];
   sim::LiveSession live_;
   sim::LiveState state_;
   std::shared_ptr<const volume::Version> version_;
-  double x_ = 0.5, y_ = 0.5;  ///< cursor, see set_cursor()
+  glm::dvec3 device_start_{0.0};  ///< position of a device's tool at its start
+  double x_ = 0.5, y_ = 0.5;      ///< cursor, see set_cursor()
   double depth_mm_ = 2;
   double reach_ = 300;  ///< last distance of the camera from the surface under the cursor, mm
   int roll_ = 0;        ///< steps of 15 degrees

@@ -1,29 +1,132 @@
 #include "apps/workbench/devices.h"
 
+#include <cstdlib>
+#include <dlfcn.h>
+
 #include "apps/workbench/source.h"
+#include "haptics/device/composite_device.h"
+#include "haptics/device/mapped_device.h"
 
 namespace trephine::workbench {
 
-Result<std::shared_ptr<haptics::Device>> open_device(const std::string& name) {
-  if (name == "mouse") return std::shared_ptr<haptics::Device>();
-  const std::size_t colon = name.find(':');
-  const std::string kind = name.substr(0, colon);
-  const bool is_virtual = kind == "virtual";
-  if (!is_virtual && kind != "playback")
-    return Error{.what = "unknown device",
+using DevicePointer = std::shared_ptr<haptics::Device>;
+
+namespace {
+
+/// A device's name, split at its first colon.
+struct DeviceName {
+  std::string kind, selector;
+  bool has_selector = false;
+
+  explicit DeviceName(const std::string& name) {
+    const std::size_t colon = name.find(':');
+    kind = name.substr(0, colon);
+    has_selector = colon != std::string::npos;
+    if (has_selector) selector = name.substr(colon + 1);
+  }
+};
+
+Result<DevicePointer> open_path_device(const DeviceName& name) {
+  if (name.selector.empty())
+    return Error{.what = "the device needs a path",
                  .where = "device",
-                 .found = name,
-                 .expected = "mouse, playback:PATH.csv or virtual:PATH.csv",
-                 .remedy = "choose one of these"};
-  if (colon == std::string::npos || colon + 1 == name.size())
-    return Error{
-        .what = "the device needs a path", .where = "device", .found = name, .expected = kind + ":PATH.csv"};
-  Result<haptics::PosePath> path = open_path(name.substr(colon + 1));
+                 .found = name.kind,
+                 .expected = name.kind + ":PATH.csv"};
+  Result<haptics::PosePath> path = open_path(name.selector);
   if (!path) return path.error();
-  if (is_virtual)
-    return std::shared_ptr<haptics::Device>(
+  if (name.kind == "virtual")
+    return DevicePointer(
         std::make_shared<haptics::VirtualDevice>(std::move(path).value(), haptics::HandModel()));
-  return std::shared_ptr<haptics::Device>(std::make_shared<haptics::PlaybackDevice>(std::move(path).value()));
+  return DevicePointer(std::make_shared<haptics::PlaybackDevice>(std::move(path).value()));
+}
+
+/// Creates hardware, in its own frame.
+Result<DevicePointer> make_hardware(const std::string& text, bool has_pose, const Listener& listener) {
+  const DeviceName name(text);
+  const auto kinds = hardware_kinds();
+  std::string known = has_pose ? "mouse, playback:PATH.csv, virtual:PATH.csv" : "";
+  if (kinds)
+    for (const haptics::DeviceKind& kind : kinds.value()) {
+      if (kind.has_pose != has_pose) continue;
+      known += (known.empty() ? "" : ", ") + kind.name;
+      if (kind.name != name.kind) continue;
+      if (name.has_selector && name.selector.empty())
+        return Error{.what = "the device has no selector after its colon",
+                     .where = "device",
+                     .found = text,
+                     .expected = kind.name + ", or " + kind.name + ":1"};
+      return kind.make(name.selector, device_host(listener));
+    }
+  else if (name.kind == "falcon" || name.kind == "spacemouse" || name.kind == "pedal")
+    return kinds.error();
+  return Error{.what = has_pose ? "unknown device" : "unknown pedal",
+               .where = "device",
+               .found = text,
+               .expected = known,
+               .remedy = "choose one of these; 'trephine doctor --devices' lists what is plugged in"};
+}
+
+}  // namespace
+
+Result<std::span<const haptics::DeviceKind>> hardware_kinds() {
+  void* const library = ::dlopen(TREPHINE_DEVICES_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+  void* const entry = library ? ::dlsym(library, "trephine_device_kinds") : nullptr;
+  if (entry) return reinterpret_cast<haptics::DeviceKindsFunction>(entry)();
+  return Error{.what = "the library of device drivers is not installed",
+               .where = "device",
+               .expected = TREPHINE_DEVICES_LIBRARY,
+               .remedy = "install it, or build with TREPHINE_WITH_DEVICES=ON",
+               .kind = ErrorKind::missing_here};
+}
+
+haptics::DeviceHost device_host(const Listener& listener) {
+  haptics::DeviceHost host;
+  host.notice = listener.notice;
+  const char* const settings = std::getenv("XDG_CONFIG_HOME");
+  const char* const home = std::getenv("HOME");
+  if (settings && *settings == '/')
+    host.settings_folder = std::string(settings) + "/trephine";
+  else if (home && *home == '/')
+    host.settings_folder = std::string(home) + "/.config/trephine";
+  return host;
+}
+
+Result<ChosenDevices> open_devices(const DeviceChoice& choice, const Listener& listener) {
+  ChosenDevices chosen;
+  if (!choice.pedal.empty()) {
+    auto pedal = make_hardware(choice.pedal, false, listener);
+    if (!pedal) return pedal.error();
+    chosen.pedal = std::move(pedal).value();
+  }
+  if (choice.device == "mouse") {
+    if (choice.scale != 1)
+      return Error{.what = "the mouse has no scale",
+                   .where = "device",
+                   .found = std::to_string(choice.scale),
+                   .remedy = "zoom the view instead"};
+    return chosen;
+  }
+  const DeviceName name(choice.device);
+  if (name.kind == "playback" || name.kind == "virtual") {
+    auto device = open_path_device(name);
+    if (!device) return device.error();
+    chosen.device = std::move(device).value();
+  } else {
+    auto device = make_hardware(choice.device, true, listener);
+    if (!device) return device.error();
+    haptics::WorkspaceMap map;
+    map.scale = choice.scale;
+    if (!(map.scale >= 0.1 && map.scale <= 10))
+      return Error{.what = "the scale of the device is out of range",
+                   .where = "device",
+                   .found = std::to_string(choice.scale),
+                   .expected = "0.1 to 10"};
+    chosen.device = std::make_shared<haptics::MappedDevice>(std::move(device).value(), map);
+  }
+  if (chosen.pedal)
+    chosen.device =
+        std::make_shared<haptics::CompositeDevice>(std::move(chosen.device), std::move(chosen.pedal));
+  return chosen;
 }
 
 }  // namespace trephine::workbench

@@ -2,15 +2,33 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "haptics/device/device.h"
+#include "apps/workbench/listener.h"
+#include "haptics/device/device_kind.h"
 
 namespace trephine::workbench {
 
-/// Creates "playback:PATH.csv" or "virtual:PATH.csv", without opening it; null for "mouse", which belongs to
-/// the window. Error on other names, or a path that cannot be read.
-Result<std::shared_ptr<haptics::Device>> open_device(const std::string& name);
+struct DeviceChoice {
+  std::string device =
+      "mouse";        ///< "mouse", "falcon", "spacemouse:1", "playback:PATH.csv", "virtual:PATH.csv"
+  std::string pedal;  ///< "pedal", "pedal:1", "pedal:/dev/input/event5"; empty: none
+  double scale = 1;   ///< motion of the tool per motion of the device
+};
+
+/// Devices of a choice, not opened.
+struct ChosenDevices {
+  std::shared_ptr<haptics::Device> device;  ///< null: the mouse, which belongs to the window
+  std::shared_ptr<haptics::Device> pedal;   ///< of the mouse; that of another device is part of it
+};
+/// Error on unknown names, a path that cannot be read, or a build without drivers.
+Result<ChosenDevices> open_devices(const DeviceChoice& choice, const Listener& listener);
+
+/// Loads the library of drivers. Error if it is not installed.
+Result<std::span<const haptics::DeviceKind>> hardware_kinds();
+/// Returns the services of this program for drivers.
+haptics::DeviceHost device_host(const Listener& listener);
 
 }  // namespace trephine::workbench

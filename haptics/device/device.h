@@ -22,6 +22,12 @@ struct DeviceCapabilities {
   double max_torque = 0;          ///< N mm; 0: no torque output, or unknown
 };
 
+/// Position and axes of a device in the world, as the user sees them.
+struct DeviceView {
+  glm::dvec3 start_world{0.0};               ///< position of the tool when the device starts
+  glm::dquat world_from_device{1, 0, 0, 0};  ///< device frame: x to the right, y up, z toward the user
+};
+
 /// A haptic device. open() and close() may run on any thread, read() and write() on the servo thread only.
 /// Neither read() nor write() may allocate or wait.
 class Device {
@@ -38,6 +44,9 @@ class Device {
   virtual std::optional<glm::dvec3> take_jump() noexcept { return std::nullopt; }
   /// Renders a wrench that is already limited. A device without torque output ignores the torque.
   virtual void write(const Wrench& wrench) noexcept = 0;
+  /// Sets the view, on the window's thread, before open() and when the camera turned. Devices whose poses are
+  /// in the world frame ignore it.
+  virtual void set_view(const DeviceView&) noexcept {}
 };
 
 /// Plays a path and ignores forces.

@@ -339,6 +339,30 @@ TEST_F(Command, BadSessionsAreReported) {
   EXPECT_NE(run("info newer.session").err.find("newer trephine"), std::string::npos);
 }
 
+TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
+  const Ended r = run("doctor --devices --json");
+  const Json doctor = Json::parse(r.out, nullptr, false);
+  ASSERT_EQ(doctor["schema"], "trephine.doctor/1");
+  std::set<std::string> names;
+  for (const Json& f : doctor["findings"]) names.insert(f["name"]);
+  for (const char* name : {"falcon", "spacemouse", "pedal", "devices"})
+    EXPECT_TRUE(names.contains(name)) << name;
+  EXPECT_FALSE(doctor.contains("timer_late_us"));
+  for (const auto& [options, text] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"--device flacon", "spacemouse"},
+           {"--device falcon:first", "selected by its index"},
+           {"--device falcon:", "no selector"},
+           {"--device spacemouse --device-scale 0", "0.1 to 10"},
+           {"--device pedal", "unknown device"},
+           {"--pedal falcon", "unknown pedal"},
+           {"--device-scale 2", "the mouse has no scale"},
+           {"--device playback:", "needs a path"}}) {
+    const Ended refused = run(std::string("view head ") + options + " --screenshot t.png");
+    EXPECT_EQ(refused.exit_code, 2) << options;
+    EXPECT_NE(refused.err.find(text), std::string::npos) << refused.err;
+  }
+}
+
 TEST_F(Command, DoctorReportsFaultsWithRemediesAndDrawsTheTimer) {
   const Ended r = run("doctor --seconds 0.3 --json -o t.svg");
   EXPECT_EQ(r.exit_code, 3) << "there is no display here";

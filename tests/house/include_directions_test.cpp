@@ -152,6 +152,8 @@ TEST(House, WhatIsReplayedTakesNoInexactFunctions) {
       const std::string file = fs::relative(entry.path(), root).generic_string();
       if (extension != ".h" && extension != ".cpp") continue;
       if (file == "volume/cuts/cut_lattice.cpp") continue;  // rounds a number for an error
+      // Poses of a device are recorded, not computed again.
+      if (file == "haptics/device/falcon_kinematics.cpp") continue;
       ++files;
       std::ifstream in(entry.path());
       for (std::string line; std::getline(in, line);)

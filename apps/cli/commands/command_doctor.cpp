@@ -12,6 +12,7 @@
 
 #include "apps/cli/commands.h"
 #include "apps/view/render_window.h"
+#include "apps/workbench/devices.h"
 #include "data-tools/files/atomic_file.h"
 #include "haptics/servo/servo_loop.h"
 #include "volume/base/percentile.h"
@@ -22,6 +23,7 @@ namespace {
 
 struct DoctorArguments {
   std::string output;
+  bool has_only_devices = false;
   double seconds = 3;
 };
 
@@ -104,29 +106,68 @@ std::string timer_picture(const std::vector<double>& lateness_us) {
   return svg + "</svg>\n";
 }
 
-/// Finds haptic and input devices on the USB bus by vendor and product, with how far they are supported.
-std::vector<Finding> find_devices() {
-  const struct {
-    const char *vendor, *product, *name;
-  } known[] = {{"0403", "cb48", "Novint Falcon"},
-               {"1451", "0402", "Force Dimension device"},
-               {"2988", "0302", "3D Systems Touch"},
-               {"046d", nullptr, "3Dconnexion or Logitech device"},
-               {"256f", nullptr, "3Dconnexion SpaceMouse"}};
-  std::vector<Finding> found;
+/// Returns the programs that have a file of a device open.
+std::string users_of(const std::string& node) {
+  std::string users;
   std::error_code error;
-  for (std::filesystem::directory_iterator it("/sys/bus/usb/devices", error), end; !error && it != end;
-       it.increment(error)) {
-    std::string vendor, product;
-    std::ifstream(it->path() / "idVendor") >> vendor;
-    std::ifstream(it->path() / "idProduct") >> product;
-    for (const auto& k : known)
-      if (vendor == k.vendor && (k.product == nullptr || product == k.product))
-        found.push_back({"device", std::string(k.name) + " (" + vendor + ":" + product + ") is plugged in",
-                         "this version does not drive it yet; use the mouse or a path", false});
+  for (std::filesystem::directory_iterator process("/proc", error), end; !error && process != end;
+       process.increment(error)) {
+    const std::string id = process->path().filename();
+    if (id.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::error_code refused;
+    for (std::filesystem::directory_iterator file(process->path() / "fd", refused), last;
+         !refused && file != last; file.increment(refused)) {
+      std::error_code broken;
+      if (std::filesystem::read_symlink(file->path(), broken) != node) continue;
+      std::string name;
+      std::getline(std::ifstream(process->path() / "comm"), name);
+      users += (users.empty() ? "" : ", ") + name + " (" + id + ")";
+      break;
+    }
   }
-  found.push_back({"devices", "mouse (in the window), paths and the simulated hand", "", false});
+  return users;
+}
+
+/// Checks which devices are plugged in, and what prevents their use.
+std::vector<Finding> find_devices() {
+  std::vector<Finding> found;
+  const auto kinds = workbench::hardware_kinds();
+  const haptics::DeviceHost host = workbench::device_host(terminal_listener());
+  if (!kinds) found.push_back({"drivers", kinds.error().what, kinds.error().remedy, true});
+  if (kinds)
+    for (const haptics::DeviceKind& kind : kinds.value()) {
+      const std::vector<haptics::DeviceCheck> checks = kind.check(host);
+      if (checks.empty())
+        found.push_back({kind.name, "not plugged in (" + kind.description + ")", "", false});
+      for (const haptics::DeviceCheck& check : checks) {
+        found.push_back({kind.name, check.found, check.remedy, check.is_fault});
+        if (check.node.empty()) continue;
+        if (const std::string users = users_of(check.node); !users.empty())
+          found.push_back({kind.name, "used by " + users, "close that program", true});
+      }
+    }
+  found.push_back({"devices", "without hardware: mouse, playback:PATH.csv, virtual:PATH.csv", "", false});
   return found;
+}
+
+/// Prints findings with their remedies.
+Outcome outcome_of(const std::vector<Finding>& findings) {
+  Outcome outcome("doctor");
+  outcome.json["findings"] = Json::array();
+  int faults = 0;
+  for (const Finding& f : findings) {
+    outcome.json["findings"].push_back(
+        {{"name", f.name}, {"found", f.found}, {"is_fault", f.is_fault}, {"remedy", f.remedy}});
+    const Json& row = outcome.json["findings"].back();
+    outcome.print(std::string(f.is_fault ? "FAULT" : "   ok") + " {name:14} {found}", row);
+    if (!f.remedy.empty())
+      outcome.print(std::string(21, ' ') + (f.is_fault ? "-> " : "   ") + "{remedy}", row);
+    faults += f.is_fault;
+  }
+  outcome.json["faults"] = faults;
+  outcome.print(faults == 0 ? "no faults" : faults == 1 ? "{faults} fault" : "{faults} faults");
+  if (faults > 0) outcome.exit_code = exit_missing_here;
+  return outcome;
 }
 
 Result<Outcome> run_doctor(const DoctorArguments& arguments) {
@@ -136,6 +177,13 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
                  .found = std::to_string(arguments.seconds),
                  .expected = "0.1 to 3600 s"};
   std::vector<Finding> findings;
+  if (arguments.has_only_devices) {
+    if (!arguments.output.empty())
+      return Error{.what = "the picture needs a measurement of the timer",
+                   .where = "--output",
+                   .remedy = "omit --devices"};
+    return outcome_of(find_devices());
+  }
 
   findings.push_back(
       view::has_display()
@@ -207,29 +255,16 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
          space.available < (1u << 30)});
   for (Finding& f : find_devices()) findings.push_back(std::move(f));
 
-  Outcome outcome("doctor");
-  outcome.json["findings"] = Json::array();
-  int faults = 0;
-  for (const Finding& f : findings) {
-    outcome.json["findings"].push_back(
-        {{"name", f.name}, {"found", f.found}, {"is_fault", f.is_fault}, {"remedy", f.remedy}});
-    const Json& row = outcome.json["findings"].back();
-    outcome.print(std::string(f.is_fault ? "FAULT" : "   ok") + " {name:14} {found}", row);
-    if (!f.remedy.empty())
-      outcome.print(std::string(21, ' ') + (f.is_fault ? "-> " : "   ") + "{remedy}", row);
-    faults += f.is_fault;
-  }
-  outcome.json["faults"] = faults;
+  Outcome outcome = outcome_of(findings);
   outcome.json["timer_late_us"] = percentiles(lateness_us);
   if (!arguments.output.empty()) outcome.print("picture of the timer: {path}", {{"path", arguments.output}});
-  outcome.print(faults == 0 ? "no faults" : faults == 1 ? "{faults} fault" : "{faults} faults");
-  if (faults > 0) outcome.exit_code = exit_missing_here;
   return outcome;
 }
 
 Run build(Options& options) {
   auto a = std::make_shared<DoctorArguments>();
   options.add("-o,--output", a->output, "Picture of the timer's lateness as a chart").type("OUT.svg");
+  options.add("--devices", a->has_only_devices, "Check only haptic devices, 3-D mice and pedals");
   options.add("--seconds", a->seconds, "Duration of the measurement of the timer").shows_default();
   return run_with(a, run_doctor);
 }
@@ -237,6 +272,6 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_doctor{"doctor", "Check this machine: what is missing, and what to do about it",
-                       "  trephine doctor\n  trephine doctor --json", build};
+                       "  trephine doctor\n  trephine doctor --devices\n  trephine doctor --json", build};
 
 }  // namespace trephine::cli

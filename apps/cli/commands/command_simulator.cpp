@@ -15,6 +15,7 @@ namespace {
 struct SimulatorArguments {
   std::optional<double> seconds;
   std::string screenshot;
+  workbench::DeviceChoice device;
 };
 
 view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string problem) {
@@ -43,11 +44,12 @@ view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string 
   return page;
 }
 
-Status run_choice(const view::StartChoice& choice) {
+Status run_choice(const view::StartChoice& choice, const workbench::DeviceChoice& device) {
   if (choice.kind == view::StartChoice::Kind::operation) {
     WindowArguments window;
     window.source = choice.path;
     window.procedure = choice.procedure;
+    window.device = device;
     const auto done = run_operation_window(window, "simulator");
     return done ? std::nullopt : Status(done.error());
   }
@@ -75,7 +77,7 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
     if (choice.value().kind == view::StartChoice::Kind::none || is_interrupted()) break;
     ++operations;
     // The page shows the error, so that another case can be chosen.
-    if (Status error = run_choice(choice.value())) problem = error->message();
+    if (Status error = run_choice(choice.value(), arguments.device)) problem = error->message();
   }
   outcome.json["operations"] = operations;
   outcome.print("operations: {operations}");
@@ -89,12 +91,13 @@ Run build(Options& options) {
       .add("--screenshot", a->screenshot,
            "Write a picture of the start page; without --seconds no window is opened")
       .type("OUT.png");
+  add_devices(options, a->device);
   return run_with(a, run_simulator);
 }
 
 }  // namespace
 
 const Command k_simulator{"simulator", "Choose an operation on a start page, and perform it step by step",
-                          "  trephine simulator", build};
+                          "  trephine simulator\n  trephine simulator --device falcon --pedal pedal", build};
 
 }  // namespace trephine::cli

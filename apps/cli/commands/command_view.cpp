@@ -33,12 +33,7 @@ Run build(Options& options) {
   options.add("--screenshot", a->screenshot, "Write a picture; without --seconds no window is opened")
       .type("OUT.png");
   options.add("--seconds", a->seconds, "Close the window after this time").type("S");
-  options
-      .add("--device", a->device,
-           "Source of the hand's motion: mouse, playback:PATH.csv (follows the path exactly), or "
-           "virtual:PATH.csv (a simulated hand that is drawn along the path)")
-      .shows_default()
-      .type("NAME");
+  add_devices(options, a->device);
   add_record(options, a->record);
   options.add("--no-autosave", a->has_no_autosave, "Do not keep the session in ~/.local/state/trephine");
   options.add_modules();

@@ -4,7 +4,6 @@
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/continued_session.h"
-#include "apps/workbench/devices.h"
 #include "apps/workbench/preset.h"
 #include "data-tools/cases/procedure_file.h"
 #include "data-tools/files/atomic_file.h"
@@ -140,8 +139,8 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   if (Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
     notice("note: no display; the picture is drawn without a window");
-  auto device = workbench::open_device(arguments.device);
-  if (!device) return device.error();
+  auto devices = workbench::open_devices(arguments.device, terminal_listener());
+  if (!devices) return devices.error();
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.procedure = arguments.procedure;
@@ -177,7 +176,8 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   options.start = view::WindowStart{operation.engine()};
   options.notices = std::move(notices);
   options.catalogue = &modules::catalogue();
-  options.device = device.value();
+  options.device = devices.value().device;
+  options.pedal = devices.value().pedal;
   options.scan = arguments.source.path;
   options.in_use = {arguments.source.path};
   for (const workbench::ModelChoice& model : choice.models) options.in_use.push_back(model.file);

@@ -15,7 +15,7 @@ struct WindowArguments {
   ModelArguments models;
   std::optional<double> smallest_burr;  ///< mm
   std::optional<double> seconds;
-  std::string device = "mouse";
+  workbench::DeviceChoice device;
   workbench::RecordChoice record;
   bool has_no_autosave = false;
 };

@@ -292,6 +292,21 @@ void add_session(Options& options, std::string& session, workbench::SourceChoice
   add_reading(options, case_source);
 }
 
+void add_devices(Options& options, workbench::DeviceChoice& devices) {
+  options
+      .add("--device", devices.device,
+           "Source of the hand's motion: mouse, falcon, spacemouse (:1 is the second one), playback:PATH.csv "
+           "(follows the path exactly), or virtual:PATH.csv (a simulated hand that is drawn along the path)")
+      .shows_default()
+      .type("NAME");
+  options
+      .add("--pedal", devices.pedal,
+           "Foot pedal whose buttons are added: pedal, pedal:1, or pedal:/dev/input/event5")
+      .type("NAME");
+  options.add("--device-scale", devices.scale, "Motion of the tool per motion of the device, 0.1 to 10")
+      .shows_default();
+}
+
 void add_moment(Options& options, workbench::MomentChoice& moment) {
   options.add("SRC", moment.source.path, "A scan, or a recorded session; head and spine are built in")
       .required();

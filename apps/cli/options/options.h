@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "apps/cli/report.h"
+#include "apps/workbench/devices.h"
 #include "apps/workbench/moment.h"
 
 namespace CLI {
@@ -100,6 +101,8 @@ class Options {
 Option add_source(Options& options, workbench::SourceChoice& source);
 void add_shape(Options& options, workbench::ShapeChoice& shape);
 void add_record(Options& options, workbench::RecordChoice& record);
+/// Adds a device, a pedal and the scale of the device.
+void add_devices(Options& options, workbench::DeviceChoice& devices);
 /// Adds a scan, or a session and a time.
 void add_moment(Options& options, workbench::MomentChoice& moment);
 /// Returns an error unless the option's value is from low to high.

@@ -1,0 +1,42 @@
+// DeviceKind: a kind of hardware that a library of drivers provides.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "haptics/device/device.h"
+
+namespace trephine::haptics {
+
+/// One result of a check of this machine, with its remedy.
+struct DeviceCheck {
+  std::string found, remedy;
+  bool is_fault = false;
+  std::string node = {};  ///< file of the device; empty: not of one device
+};
+
+/// What a driver asks of the program.
+struct DeviceHost {
+  std::function<void(const std::string&)>
+      notice;                   ///< receives instructions for the user while a device opens
+  std::string settings_folder;  ///< of the user, with files such as the firmware of a device; may be empty
+};
+
+struct DeviceKind {
+  std::string name;         ///< as users write it: "falcon"
+  std::string description;  ///< one line
+  bool has_pose = true;     ///< false: buttons and axes only, as a pedal
+  /// Creates a device without opening it. `selector`: text after the name and a colon, such as an index; may
+  /// be empty. The pose is in the device frame (see MappedDevice).
+  std::function<Result<std::shared_ptr<Device>>(const std::string& selector, const DeviceHost& host)> make;
+  /// Checks what is plugged in and what prevents its use. Opens nothing.
+  std::function<std::vector<DeviceCheck>(const DeviceHost& host)> check;
+};
+
+/// Function that a library of drivers exports as "trephine_device_kinds".
+using DeviceKindsFunction = std::span<const DeviceKind> (*)();
+
+}  // namespace trephine::haptics

@@ -1,0 +1,79 @@
+#include "haptics/device/mapped_device.h"
+
+#include <algorithm>
+#include <string>
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+MappedDevice::MappedDevice(std::shared_ptr<Device> device, const WorkspaceMap& map)
+    : device_(std::move(device)), map_(map) {}
+
+Status MappedDevice::open() {
+  if (!(map_.scale >= 0.1 && map_.scale <= 10))
+    return Error{.what = "the scale of the workspace is out of range",
+                 .where = "device",
+                 .found = std::to_string(map_.scale),
+                 .expected = "0.1 to 10"};
+  has_anchor_ = is_clutched_ = false;
+  released_at_ = -1e9;
+  return device_->open();
+}
+
+DeviceCapabilities MappedDevice::capabilities() const {
+  DeviceCapabilities c = device_->capabilities();
+  // The force is the same at a motion that is `scale` times as large.
+  c.workspace_radius *= map_.scale;
+  c.max_stiffness /= map_.scale;
+  c.damping /= map_.scale;
+  c.mass /= map_.scale;
+  return c;
+}
+
+void MappedDevice::set_view(const DeviceView& view) noexcept { view_.set(view); }
+
+bool MappedDevice::read(double t, Pose& pose) noexcept {
+  Pose raw;
+  if (!device_->read(t, raw)) return false;
+  const bool is_clutched = (raw.buttons & map_.clutch_mask) != 0;
+  const auto anchor = [&](const dvec3& world) { anchor_device_ = raw.position_world, anchor_world_ = world; };
+  if (const std::optional<DeviceView> view = view_.get()) {
+    if (!has_anchor_) {
+      anchor_device_ = dvec3(0), anchor_world_ = view->start_world;
+      world_from_device_ = unit_of(view->world_from_device);
+      has_anchor_ = true;
+    } else if (const glm::dquat axes = unit_of(view->world_from_device); axes != world_from_device_) {
+      world_from_device_ = axes;
+      anchor(position_world_);
+    }
+  }
+  if (!has_anchor_) return false;
+  if (is_clutched || is_clutched_) anchor(position_world_);
+  if (is_clutched_ && !is_clutched) released_at_ = t;
+  is_clutched_ = is_clutched;
+  time_ = t;
+  position_world_ = anchor_world_ + world_from_device_ * (map_.scale * (raw.position_world - anchor_device_));
+  pose = raw;
+  pose.position_world = position_world_;
+  pose.orientation = world_from_device_ * raw.orientation;
+  pose.buttons &= ~map_.clutch_mask;
+  if (is_clutched_) pose.press(false);
+  return true;
+}
+
+std::optional<dvec3> MappedDevice::take_jump() noexcept {
+  const std::optional<dvec3> jump = device_->take_jump();
+  if (!jump) return std::nullopt;
+  return anchor_world_ + world_from_device_ * (map_.scale * (*jump - anchor_device_));
+}
+
+void MappedDevice::write(const Wrench& wrench) noexcept {
+  double share = is_clutched_ ? 0 : 1;
+  if (map_.resume_seconds > 0) share *= std::clamp((time_ - released_at_) / map_.resume_seconds, 0.0, 1.0);
+  const glm::dquat device_from_world = glm::conjugate(world_from_device_);
+  device_->write(
+      {share * (device_from_world * wrench.force_world), share * (device_from_world * wrench.torque_world)});
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,48 @@
+// DeviceThread: the thread of a driver, which waits for hardware so that the servo does not.
+#pragma once
+
+#include <atomic>
+#include <thread>
+
+namespace trephine::haptics {
+
+/// Runs a function until it returns false or stop() is called.
+class DeviceThread {
+ public:
+  ~DeviceThread() { stop(); }
+  template <class Step>
+  void start(Step step) {
+    stop();
+    is_stopping_ = false;
+    thread_ = std::thread([this, step]() mutable {
+      while (!is_stopping_ && step()) {}
+    });
+  }
+  void stop() noexcept {
+    is_stopping_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  std::atomic<bool> is_stopping_{false};
+  std::thread thread_;
+};
+
+/// Decides on the servo's time whether a device still sends reports.
+class Silence {
+ public:
+  explicit Silence(double limit_seconds) : limit_(limit_seconds) {}
+  /// Returns true if no new report arrived for longer than the limit. `count`: number of reports so far.
+  bool is_over(double t, std::uint64_t count) noexcept {
+    if (!has_time_ || count != count_ || t < since_) since_ = t, count_ = count, has_time_ = true;
+    return t - since_ > limit_;
+  }
+  void restart() noexcept { has_time_ = false; }
+
+ private:
+  double limit_, since_ = 0;
+  std::uint64_t count_ = 0;
+  bool has_time_ = false;
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,81 @@
+#include "haptics/hardware/input_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <linux/input.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace trephine::haptics {
+
+namespace {
+
+/// Vendor and product of pedals that report themselves as keyboards: PCsensor FootSwitch and its successors.
+constexpr const char* k_pedals[][2] = {{"0c45", "7403"}, {"0c45", "7404"}, {"3553", "b001"}};
+
+std::string line_of(const std::filesystem::path& file) {
+  std::string line;
+  std::getline(std::ifstream(file), line);
+  return line;
+}
+
+}  // namespace
+
+std::vector<PedalNode> find_pedals() {
+  std::vector<PedalNode> found;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it("/sys/class/input", error), end; !error && it != end;
+       it.increment(error)) {
+    const std::string event = it->path().filename();
+    if (!event.starts_with("event")) continue;
+    const std::filesystem::path device = it->path() / "device";
+    const std::string vendor = line_of(device / "id/vendor"), product = line_of(device / "id/product");
+    for (const auto& pedal : k_pedals) {
+      if (vendor != pedal[0] || product != pedal[1]) continue;
+      const std::string node = "/dev/input/" + event;
+      found.push_back({node, line_of(device / "name"), ::access(node.c_str(), R_OK) == 0});
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
+  return found;
+}
+
+Result<InputFile> open_input(const std::string& node) {
+  const int file = ::open(node.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) {
+    const bool is_absent = errno == ENOENT || errno == ENODEV || errno == ENXIO;
+    return Error{
+        .what = is_absent ? "there is no such input device" : "this user may not open the input device",
+        .where = is_absent ? "pedal: absent" : "pedal: permission",
+        .found = node,
+        .remedy = is_absent
+                      ? "plug the pedal in; 'ls /dev/input/by-id' lists the devices"
+                      : "install packaging/60-trephine.rules in /etc/udev/rules.d, then plug it in again",
+        .kind = ErrorKind::missing_here};
+  }
+  InputFile result{file, {}};
+  const auto fail = [&](const char* what, const char* where, const char* remedy) {
+    ::close(file);
+    return Error{
+        .what = what, .where = where, .found = node, .remedy = remedy, .kind = ErrorKind::missing_here};
+  };
+  std::array<unsigned char, ABS_CNT / 8 + 1> bits{};
+  if (::ioctl(file, EVIOCGBIT(EV_ABS, bits.size()), bits.data()) < 0)
+    return fail("the file is not an input device", "pedal: absent", "pass a file of /dev/input");
+  for (int axis = 0; axis < ABS_CNT && result.axes.size() < 4; ++axis) {
+    input_absinfo range{};
+    if ((bits[static_cast<std::size_t>(axis) / 8] >> axis % 8 & 1) == 0) continue;
+    if (::ioctl(file, EVIOCGABS(axis), &range) < 0 || range.maximum <= range.minimum) continue;
+    result.axes.push_back({axis, range.minimum, range.maximum});
+  }
+  if (::ioctl(file, EVIOCGRAB, 1) < 0)
+    return fail("another program holds the pedal", "pedal: busy", "close the other program");
+  return result;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,38 @@
+// Connections of drivers to hardware, replaced by scripted peers in tests.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "volume/base/error.h"
+
+namespace trephine::haptics {
+
+enum class LinkResult {
+  done,
+  timed_out,
+  gone,    ///< the device was unplugged
+  failed,  ///< any other error
+};
+
+/// USB connection to a serial converter of FTDI. Calls may wait up to their time limit.
+class UsbLink {
+ public:
+  virtual ~UsbLink() = default;
+  /// Sends a vendor request to the converter.
+  virtual LinkResult control(std::uint8_t request, std::uint16_t value) noexcept = 0;
+  virtual LinkResult write(std::span<const std::uint8_t> bytes, int timeout_ms) noexcept = 0;
+  /// Reads whole USB packets, each with the two status bytes of the converter first. `count`: bytes read.
+  virtual LinkResult read(std::span<std::uint8_t> buffer, std::size_t& count, int timeout_ms) noexcept = 0;
+};
+
+/// HID device: one input report per read. Calls may wait up to their time limit.
+class HidLink {
+ public:
+  virtual ~HidLink() = default;
+  virtual LinkResult write(std::span<const std::uint8_t> report) noexcept = 0;
+  virtual LinkResult read(std::span<std::uint8_t> report, std::size_t& count, int timeout_ms) noexcept = 0;
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,58 @@
+// PedalDevice: foot pedals and other input devices of Linux as buttons and axes.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "haptics/device/device.h"
+#include "haptics/device/latest.h"
+#include "haptics/hardware/device_thread.h"
+
+namespace trephine::haptics {
+
+/// Range of one axis of an input device.
+struct AxisRange {
+  int code = 0, low = 0, high = 0;
+};
+
+/// An open input device. The driver closes it.
+struct InputFile {
+  int descriptor = -1;
+  std::vector<AxisRange> axes;  ///< at most four are used
+};
+using OpenInput = std::function<Result<InputFile>()>;
+
+/// Events of the kernel's input layer. Keys are buttons in the order in which they are first pressed: the
+/// first pedal works the tool. Axes are 0 to 1; one beyond half counts as a button of its own. It has no
+/// pose.
+class PedalDevice final : public Device {
+ public:
+  explicit PedalDevice(OpenInput open_input) : open_input_(std::move(open_input)) {}
+  ~PedalDevice() override { close(); }
+  Status open() override;
+  void close() noexcept override;
+  DeviceCapabilities capabilities() const override;
+  bool read(double t, Pose& pose) noexcept override;
+  void write(const Wrench&) noexcept override {}
+
+ private:
+  struct Shared {
+    std::uint32_t buttons = 0;
+    std::array<float, 4> axes{};
+    bool is_lost = false;
+  };
+  bool receive();
+  std::uint32_t bit_of_key(int code) noexcept;
+
+  OpenInput open_input_;
+  InputFile file_;
+  // The thread's.
+  Shared state_;
+  std::array<int, 24> keys_{};  ///< codes in the order of their first press
+  std::size_t key_count_ = 0;
+  DeviceThread thread_;
+  Latest<Shared> shared_;
+  Shared last_;  ///< the servo's
+};
+
+}  // namespace trephine::haptics

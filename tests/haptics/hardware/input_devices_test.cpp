@@ -1,0 +1,158 @@
+// SpaceMouseDevice and PedalDevice against scripted links.
+#include <chrono>
+#include <deque>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <linux/input.h>
+#include <mutex>
+#include <thread>
+#include <unistd.h>
+
+#include "haptics/hardware/pedal_device.h"
+#include "haptics/hardware/spacemouse_device.h"
+
+using namespace trephine;
+using namespace trephine::haptics;
+
+namespace {
+
+struct Mouse3d {
+  std::mutex lock;
+  std::deque<std::vector<std::uint8_t>> reports;
+  std::vector<std::vector<std::uint8_t>> written;
+  bool is_gone = false;
+};
+
+class MouseLink final : public HidLink {
+ public:
+  explicit MouseLink(Mouse3d& mouse) : mouse_(mouse) {}
+  LinkResult write(std::span<const std::uint8_t> report) noexcept override {
+    const std::lock_guard guard(mouse_.lock);
+    mouse_.written.emplace_back(report.begin(), report.end());
+    return LinkResult::done;
+  }
+  LinkResult read(std::span<std::uint8_t> report, std::size_t& count, int timeout_ms) noexcept override {
+    for (int i = 0; i <= timeout_ms; ++i) {
+      {
+        const std::lock_guard guard(mouse_.lock);
+        if (mouse_.is_gone) return LinkResult::gone;
+        if (!mouse_.reports.empty()) {
+          const auto next = mouse_.reports.front();
+          mouse_.reports.pop_front();
+          std::copy(next.begin(), next.end(), report.begin());
+          count = next.size();
+          return LinkResult::done;
+        }
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return LinkResult::timed_out;
+  }
+
+ private:
+  Mouse3d& mouse_;
+};
+
+void wait_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+template <class Condition>
+bool eventually(const Condition& condition) {
+  for (int i = 0; i < 5000; ++i, wait_ms(1))
+    if (condition()) return true;
+  return false;
+}
+
+/// A pedal at the other end of a pipe.
+struct Pipe {
+  int ends[2] = {-1, -1};
+  Pipe() { EXPECT_EQ(::pipe(ends), 0); }
+  ~Pipe() { unplug(); }
+  void send(int type, int code, int value) const {
+    input_event event{};
+    event.type = static_cast<__u16>(type), event.code = static_cast<__u16>(code), event.value = value;
+    EXPECT_EQ(::write(ends[1], &event, sizeof(event)), static_cast<ssize_t>(sizeof(event)));
+  }
+  void unplug() {
+    if (ends[1] >= 0) ::close(ends[1]);
+    ends[1] = -1;
+  }
+};
+
+}  // namespace
+
+TEST(SpaceMouseDevice, MovesTheToolRestsWhenSilentAndReportsItsLoss) {
+  Mouse3d mouse;
+  SpaceMouseDevice device([&]() -> Result<std::unique_ptr<HidLink>> {
+    return std::unique_ptr<HidLink>(std::make_unique<MouseLink>(mouse));
+  });
+  ASSERT_FALSE(device.open());
+  Pose pose;
+  ASSERT_TRUE(device.read(0, pose));
+  EXPECT_EQ(pose.buttons, 0u);
+  EXPECT_EQ(glm::length(pose.position_world), 0);
+  const auto send = [&](std::vector<std::uint8_t> report) {
+    const std::lock_guard guard(mouse.lock);
+    mouse.reports.push_back(std::move(report));
+  };
+  send({3, 1});
+  ASSERT_TRUE(eventually([&] { return device.read(0, pose) && pose.buttons == 1; }));
+  // Full deflection to the right, which an old device stops reporting at rest.
+  send({1, 0x5e, 1, 0, 0, 0, 0});
+  double t = 0;
+  ASSERT_TRUE(eventually([&] { return device.read(t += 0.001, pose) && pose.position_world.x > 0; }));
+  wait_ms(120);
+  ASSERT_TRUE(device.read(t += 0.001, pose));
+  const double rest = pose.position_world.x;
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(device.read(t += 0.001, pose));
+  EXPECT_EQ(pose.position_world.x, rest);
+  EXPECT_EQ(pose.buttons, 1u);  // a silent button is still pressed
+  {
+    const std::lock_guard guard(mouse.lock);
+    mouse.is_gone = true;
+  }
+  EXPECT_TRUE(eventually([&] { return !device.read(t, pose); }));
+  device.close();
+  EXPECT_EQ(mouse.written.front(), (std::vector<std::uint8_t>{4, 1}));
+}
+
+TEST(PedalDevice, KeysAreButtonsInTheOrderOfTheirFirstPress) {
+  Pipe pipe;
+  PedalDevice pedal([&]() -> Result<InputFile> { return InputFile{pipe.ends[0], {}}; });
+  ASSERT_FALSE(pedal.open());
+  Pose pose;
+  const auto becomes = [&](std::uint32_t buttons) {
+    return eventually([&] { return pedal.read(0, pose) && pose.buttons == buttons; });
+  };
+  EXPECT_TRUE(becomes(0));
+  pipe.send(EV_KEY, KEY_B, 1);
+  EXPECT_TRUE(becomes(1));
+  pipe.send(EV_KEY, KEY_B, 2);  // repeated
+  pipe.send(EV_KEY, KEY_A, 1);
+  EXPECT_TRUE(becomes(3));
+  pipe.send(EV_KEY, KEY_B, 0);
+  EXPECT_TRUE(becomes(2));
+  pipe.send(EV_KEY, KEY_B, 1);
+  EXPECT_TRUE(becomes(3));
+  pipe.unplug();
+  EXPECT_TRUE(eventually([&] { return !pedal.read(0, pose); }));
+}
+
+TEST(PedalDevice, AnAxisBeyondHalfWorksTheTool) {
+  Pipe pipe;
+  PedalDevice pedal([&]() -> Result<InputFile> {
+    return InputFile{pipe.ends[0], {{ABS_X, 100, 300}, {ABS_Y, 0, 255}}};
+  });
+  ASSERT_FALSE(pedal.open());
+  Pose pose;
+  pipe.send(EV_ABS, ABS_X, 150);
+  ASSERT_TRUE(eventually([&] { return pedal.read(0, pose) && pose.axes[0] == 0.25f; }));
+  EXPECT_FALSE(pose.is_pressed());
+  pipe.send(EV_ABS, ABS_X, 290);
+  ASSERT_TRUE(eventually([&] { return pedal.read(0, pose) && pose.is_pressed(); }));
+  pipe.send(EV_ABS, ABS_X, -5000);  // beyond its range
+  ASSERT_TRUE(eventually([&] { return pedal.read(0, pose) && pose.axes[0] == 0; }));
+  EXPECT_FALSE(pose.is_pressed());
+  pipe.send(EV_ABS, ABS_Y, 255);
+  ASSERT_TRUE(eventually([&] { return pedal.read(0, pose) && pose.axes[1] == 1; }));
+  EXPECT_FALSE(pose.is_pressed());  // only the first axis works the tool
+}
