@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "apps/view/device_axes.h"
 #include "apps/view/tool_appearance.h"
 #include "apps/workbench/text.h"
 #include "volume/base/percentile.h"
@@ -69,7 +70,8 @@ OperationController::~OperationController() { finish(); }
 Status OperationController::start() {
   viewport_.request_all(version_);
   if (options_.free_pieces > 0) live_.watch_pieces(options_.free_pieces);
-  devices_[0]->set_view(device_view());
+  device_start_ = device_start(viewport_, *version_);
+  devices_[0]->set_view({device_start_, screen_axes(viewport_)});
   if (Status error = live_.start()) return error;
   is_started_ = true;
   return std::nullopt;
@@ -198,24 +200,9 @@ void OperationController::restore_force() {
   }
 }
 
-/// Returns the axes of the screen, so that a device moves the tool as the user sees it.
-haptics::DeviceView OperationController::device_view() {
-  const volume::Camera camera = viewport_.camera();
-  const glm::dmat3 axes(camera.right(), camera.up, -camera.forward);
-  // A device starts in front of the bone in the middle of the picture.
-  constexpr double k_ahead = 30;  // mm
-  if (!is_started_) {
-    const Ray ray = viewport_.ray_at(0.5, 0.5);
-    const double hit = viewport_.distance_to_solid(*version_, ray);
-    device_start_ =
-        hit >= 0 ? ray.origin + std::max(hit - k_ahead, 0.0) * ray.direction : viewport_.outside_point();
-  }
-  return {device_start_, glm::quat_cast(axes)};
-}
-
 void OperationController::frame() {
   if (options_.device)
-    options_.device->set_view(device_view());
+    options_.device->set_view({device_start_, screen_axes(viewport_)});
   else
     follow_cursor();
 

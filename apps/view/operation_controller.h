@@ -151,7 +151,6 @@ class OperationController {
   std::shared_ptr<const volume::Version> frozen() { return live_.snapshot().get()->world.version; }
 
  private:
-  haptics::DeviceView device_view();
   void collect_notices();
   void restore_force();
   /// Shows a message at the tool.

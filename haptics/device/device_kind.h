@@ -18,7 +18,7 @@ struct DeviceCheck {
   std::string node = {};  ///< file of the device; empty: not of one device
 };
 
-/// What a driver asks of the program.
+/// Services of the program for drivers.
 struct DeviceHost {
   std::function<void(const std::string&)>
       notice;                   ///< receives instructions for the user while a device opens

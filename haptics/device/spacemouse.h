@@ -18,7 +18,8 @@ struct SpaceMouseState {
 /// Reads input reports: 1 is motion, with the turn if it is long enough, 2 is the turn, 3 the buttons.
 class SpaceMouseParser {
  public:
-  /// Adds one report, with its number in the first byte. Returns false if it is none of these, or too short.
+  /// Adds one report, with its number in the first byte. Returns false for other numbers, and for reports
+  /// that are too short.
   bool add(std::span<const std::uint8_t> report) noexcept;
   /// Sets the deflection to zero: older devices send nothing at rest.
   void rest() noexcept { state_.motion = state_.turn = {}; }

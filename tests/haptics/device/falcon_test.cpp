@@ -174,7 +174,7 @@ TEST(FalconFrame, AParserFindsTheNextFrameAfterDamage) {
     ASSERT_TRUE(state);
     EXPECT_EQ(state->counts, (std::array<std::int16_t, 3>{4, 5, 6}));
   }
-  // Of several frames the last one counts.
+  // The last one of several frames counts.
   FalconParser parser;
   EXPECT_EQ(parser.add(join(good, other))->counts[0], 4);
   EXPECT_EQ(parser.damaged(), 0u);

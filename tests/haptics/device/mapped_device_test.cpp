@@ -57,7 +57,7 @@ TEST(MappedDevice, MapsPositionsAndForces) {
   device.write(Wrench(dvec3(0, 3, 0), dvec3(1, 0, 0)));
   expect_near(hand->written.force_world, {3, 0, 0});
   expect_near(hand->written.torque_world, {0, -1, 0});
-  // The same force at twice the motion: half the stiffness.
+  // An equal force at twice the motion is half the stiffness.
   EXPECT_EQ(device.capabilities().max_stiffness, 1);
   EXPECT_EQ(device.capabilities().workspace_radius, 100);
 }

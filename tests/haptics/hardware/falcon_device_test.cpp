@@ -16,7 +16,7 @@ using glm::dvec3;
 
 namespace {
 
-/// What the peer does wrong, and what it received.
+/// Faults of the peer, and the frames that it received.
 struct Falcon {
   // Faults.
   bool has_firmware = false, has_leading_zero = false, splits_packets = false, adds_noise = false;
@@ -327,7 +327,7 @@ TEST(FalconDevice, LossIsReportedAndNeverWaits) {
     falcon.unplug_frame = static_cast<int>(falcon.motors.size()) + 5;
   }
   EXPECT_TRUE(eventually([&] { return !device.read(1.2, pose); }));
-  // A peer that holds its thread holds nobody else.
+  // A driver that hangs in its link does not hold the servo.
   Falcon held;
   held.has_firmware = true;
   FalconDevice other(choice_of(held));

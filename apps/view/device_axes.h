@@ -1,0 +1,13 @@
+// Axes and start of a haptic device, as the user sees the picture.
+#pragma once
+
+#include "apps/view/viewport.h"
+
+namespace trephine::view {
+
+/// Returns the rotation from the frame of a device (x to the right, y up, z toward the user) to the world.
+glm::dquat screen_axes(Viewport& viewport);
+/// Returns the point 30 mm in front of the bone in the middle of the picture, world, mm.
+glm::dvec3 device_start(Viewport& viewport, const volume::Version& version);
+
+}  // namespace trephine::view
