@@ -361,6 +361,7 @@ TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
     EXPECT_EQ(refused.exit_code, 2) << options;
     EXPECT_NE(refused.err.find(text), std::string::npos) << refused.err;
   }
+  EXPECT_EQ(run("simulator --device flacon --screenshot t.png").exit_code, 2);
 }
 
 TEST_F(Command, DoctorReportsFaultsWithRemediesAndDrawsTheTimer) {

@@ -68,6 +68,9 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
   data_tools::OutputSet outputs;
   outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
+  // A wrong name is an error before the start page, not after a choice.
+  if (const auto devices = workbench::open_devices(arguments.device, terminal_listener()); !devices)
+    return devices.error();
   Outcome outcome("simulator");
   int operations = 0;
   std::string problem;
