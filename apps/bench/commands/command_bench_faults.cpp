@@ -55,7 +55,7 @@ void remove_last(Script& script, const std::string& name) {
 void leave_before_the_end(Script& script, workbench::Skill&) { remove_last(script, "go-to-step"); }
 void tremble(Script&, workbench::Skill& skill) { skill.tremor = 0.3; }
 void tremble_slightly(Script&, workbench::Skill& skill) { skill.tremor = 0.03; }
-void tremble_strongly(Script&, workbench::Skill& skill) { skill.tremor = 0.6; }
+void tremble_strongly(Script&, workbench::Skill& skill) { skill.tremor = 1.5; }
 
 struct PlantedError {
   const char* procedure;
@@ -105,7 +105,7 @@ const std::vector<PlantedError>& planted_errors() {
        },
        {"distance from plan", "margin", "exposed"}},
       {"craniotomy", "not completed", leave_before_the_end, {"procedure: complete"}},
-      {"craniotomy", "tremor of 0.6 mm", tremble_strongly, {"log dimensionless jerk"}},
+      {"craniotomy", "tremor of 1.5 mm", tremble_strongly, {"log dimensionless jerk"}},
       {"laminectomy-screws",
        "probe 5 mm aside",
        [](Script& s, workbench::Skill&) { move_line(s.hands[1], 5, 5, 1); },
