@@ -266,9 +266,19 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
     const std::lock_guard guard(falcon.lock);
     falcon.counts = {};
   }
-  wait_ms(20);
-  for (int i = 0; i < 60; ++i) device.write(Wrench(dvec3(0, 0, 4))), wait_ms(1);
-  const auto push = motors();
+  Pose pose;
+  ASSERT_TRUE(eventually([&] { return device.read(0, pose) && std::abs(pose.position_world.x) < 1e-6; }));
+  // Writes a force until the motors have other values than those before.
+  const auto rendered = [&](const dvec3& force, const std::array<int, 3>& before) {
+    std::array<int, 3> values{};
+    EXPECT_TRUE(eventually([&] {
+      device.write(Wrench(force));
+      values = motors();
+      return values != none && values != before;
+    }));
+    return values;
+  };
+  const auto push = rendered({0, 0, 4}, none);
   EXPECT_NE(push[0], 0);
   EXPECT_EQ(push[0], push[1]);
   EXPECT_EQ(push[1], push[2]);
@@ -281,10 +291,8 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
   EXPECT_NEAR(std::abs(push[0]) / 10.0 * 3 * 2 * turned, 4 * (at(1) - at(-1)), 4e-4);
 
   // A force beyond the motors keeps its direction.
-  for (int i = 0; i < 60; ++i) device.write(Wrench(dvec3(100, 50, 400))), wait_ms(1);
-  const auto strong = motors();
-  for (int i = 0; i < 60; ++i) device.write(Wrench(dvec3(1, 0.5, 4))), wait_ms(1);
-  const auto weak = motors();
+  const auto strong = rendered({100, 50, 400}, push);
+  const auto weak = rendered({1, 0.5, 4}, strong);
   int greatest = 0;
   for (const int value : strong) greatest = std::max(greatest, std::abs(value));
   EXPECT_EQ(greatest, 4095);
@@ -307,26 +315,32 @@ TEST(FalconDevice, LossIsReportedAndNeverWaits) {
   ASSERT_FALSE(device.open());
   Pose pose;
   ASSERT_TRUE(device.read(0, pose));
-  wait_ms(50);  // for further frames
+  const auto frames = [&] {
+    const std::lock_guard guard(falcon.lock);
+    return falcon.motors.size();
+  };
+  const std::size_t first = frames();
+  ASSERT_TRUE(eventually([&] { return frames() > first + 3; }));
   {
     const std::lock_guard guard(falcon.lock);
     falcon.falls_silent = true;
   }
-  wait_ms(50);
   // The servo's time alone decides: 0.1 s after the last report that it read.
   ASSERT_TRUE(device.read(1, pose));
   EXPECT_TRUE(device.read(1.09, pose));
-  EXPECT_FALSE(device.read(1.12, pose));
+  // The last frame may have arrived meanwhile.
+  double t = 1.09;
+  EXPECT_TRUE(eventually([&] { return !device.read(t += 0.11, pose); }));
   {
     const std::lock_guard guard(falcon.lock);
     falcon.falls_silent = false;
   }
-  EXPECT_TRUE(eventually([&] { return device.read(1.2, pose); }));
+  EXPECT_TRUE(eventually([&] { return device.read(t, pose); }));
   {
     const std::lock_guard guard(falcon.lock);
     falcon.unplug_frame = static_cast<int>(falcon.motors.size()) + 5;
   }
-  EXPECT_TRUE(eventually([&] { return !device.read(1.2, pose); }));
+  EXPECT_TRUE(eventually([&] { return !device.read(t, pose); }));
   // A driver that hangs in its link does not hold the servo.
   Falcon held;
   held.has_firmware = true;
@@ -354,5 +368,7 @@ TEST(FalconDevice, ImpossibleCountsAreNotAPosition) {
   wait_ms(50);
   for (int i = 0; i < 90; ++i)
     EXPECT_TRUE(!device.read(0.001 * i, pose) || std::isfinite(glm::length(pose.position_world)));
-  EXPECT_FALSE(device.read(0.5, pose));  // silent, although frames arrive
+  // Silent, although frames arrive.
+  double t = 1;
+  EXPECT_TRUE(eventually([&] { return !device.read(t += 0.11, pose); }));
 }
