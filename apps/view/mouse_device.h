@@ -1,12 +1,13 @@
 // MouseDevice: a mouse as a stylus; the window sets its pose, the servo reads it at its own rate.
 #pragma once
 
-#include <array>
 #include <atomic>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
 #include "haptics/device/device.h"
+#include "haptics/device/latest.h"
 
 namespace trephine::view {
 
@@ -29,24 +30,29 @@ class MouseDevice final : public haptics::Device {
            const std::optional<glm::dvec3>& jump_world = {}) noexcept;
   std::optional<glm::dvec3> take_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
   /// Releases the button at once, and leaves the requested pose.
-  void release() noexcept { is_pressed_ = false; }
+  void release() noexcept;
   /// True if the last pose that was read had the button pressed.
   bool is_pressed() const noexcept { return is_pressed_read_; }
   /// Time (s) of the first pose without the button after the last one with it; negative: never pressed.
   double released_at() const noexcept { return released_at_; }
 
  private:
-  // A sequence lock for one writer: odd while it writes. The reader tries a few times, then keeps its last
-  // request.
-  std::atomic<unsigned> sequence_{0};
-  /// x, y, z of the position; w, x, y, z of the orientation; x, y, z of the last jump; number of jumps
-  std::array<std::atomic<double>, 11> shared_;
-  std::atomic<bool> is_pressed_{false}, is_pressed_read_{false};
+  struct Request {
+    glm::dvec3 position{0.0};
+    glm::dquat turn{1, 0, 0, 0};
+    glm::dvec3 free{0.0};     ///< point of the last jump
+    std::uint64_t jumps = 0;  ///< number of jumps
+    bool is_pressed = false;
+  };
+  Request sent_;  ///< the window's
+  haptics::Latest<Request> shared_;
+  std::atomic<bool> is_pressed_read_{false};
   std::atomic<double> released_at_{-1};
-  glm::dvec3 request_, position_;
-  glm::dquat requested_turn_{1, 0, 0, 0}, turn_{1, 0, 0, 0};
-  bool pressed_ = false;
-  double time_ = 0, jumps_ = 0;     ///< s of the last read; number of jumps that were read
+  // The servo's.
+  Request request_;
+  glm::dvec3 position_;
+  glm::dquat turn_{1, 0, 0, 0};
+  double time_ = 0;                 ///< s of the last read
   std::optional<glm::dvec3> jump_;  ///< of the last read
 };
 

@@ -47,10 +47,8 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
       options_(options),
       viewport_(scene, window, true),
       mouse_(viewport_.outside_point()),
-      mouse_with_pedal_({std::shared_ptr<void>(), &mouse_}, options.pedal),
-      devices_{options.device  ? options.device.get()
-               : options.pedal ? static_cast<haptics::Device*>(&mouse_with_pedal_)
-                               : &mouse_},
+      pedal_(options.pedal),
+      devices_{options.device ? options.device.get() : &mouse_},
       live_(devices_, options.start->engine, servo_options(options), options.recorder,
             options.start->first_tick),
       started_(Clock::now()) {
@@ -74,13 +72,14 @@ Status OperationController::start() {
   devices_[0]->set_view({device_start_, screen_axes(viewport_)});
   if (Status error = live_.start()) return error;
   is_started_ = true;
-  return std::nullopt;
+  return pedal_.open();
 }
 
 const WindowReport& OperationController::finish() {
   if (is_finished_) return report_;
   is_finished_ = true;
   live_.stop();
+  pedal_.close();
   state_ = live_.fetch_state();
   version_ = state_.version;
   report_.servo = live_.servo_report();
@@ -176,7 +175,7 @@ void OperationController::change_history(HistoryStep step) {
 
 /// Returns true if no tick with a button that was released since is to come. A haptic device has its own.
 bool OperationController::is_release_processed() const {
-  if (options_.device || options_.pedal || is_pressed_) return true;
+  if (options_.device || is_pressed_) return true;
   return !mouse_.is_pressed() && state_.newest.t >= mouse_.released_at();
 }
 
@@ -201,10 +200,11 @@ void OperationController::restore_force() {
 }
 
 void OperationController::frame() {
-  if (options_.device)
-    options_.device->set_view({device_start_, screen_axes(viewport_)});
-  else
-    follow_cursor();
+  if (options_.device) options_.device->set_view({device_start_, screen_axes(viewport_)});
+  if (const std::optional<bool> change = pedal_.change(seconds())) press(*change);
+  if (pedal_.take_loss())
+    add_notice("The pedal does not respond. Plug it in, and start again.", EventLevel::danger);
+  if (!options_.device) follow_cursor();
 
   // Fetch the state of the other threads: the version, its changed chunks, the newest tick.
   state_ = live_.fetch_state();

@@ -9,12 +9,12 @@
 
 #include "apps/view/mouse_device.h"
 #include "apps/view/notices.h"
+#include "apps/view/pedal_button.h"
 #include "apps/view/step_guide.h"
 #include "apps/view/tool_guide.h"
 #include "apps/view/view_window.h"
 #include "apps/view/viewport.h"
 #include "apps/workbench/clock.h"
-#include "haptics/device/composite_device.h"
 #include "sim/drivers/live_session.h"
 
 namespace trephine::view {
@@ -178,7 +178,7 @@ class OperationController {
   WindowOptions options_;
   Viewport viewport_;
   MouseDevice mouse_;
-  haptics::CompositeDevice mouse_with_pedal_;
+  PedalButton pedal_;
   haptics::Device* devices_[1];
   sim::LiveSession live_;
   sim::LiveState state_;

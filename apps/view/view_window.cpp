@@ -147,8 +147,8 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   window->SetSize(static_cast<int>(options.width), static_cast<int>(options.height));
   window->SetWindowName(options.title.c_str());
   OperationController operation(scene, options, window);
-  if (Status error = operation.start()) return *error;
   operation.viewport().look_from(options.side);
+  if (Status error = operation.start()) return *error;
   if (options.plan) operation.viewport().set_plan(workbench::plan_overlays(*options.plan));
 
   vtkNew<vtkRenderWindowInteractor> interactor;

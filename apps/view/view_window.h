@@ -83,7 +83,7 @@ struct WindowOptions {
   double rate_hz = 1000;
   haptics::ForceOptions force = {};
   std::shared_ptr<haptics::Device> device;  ///< drives the first hand; null: the mouse
-  std::shared_ptr<haptics::Device> pedal;   ///< adds buttons to the mouse; null: no pedal
+  std::shared_ptr<haptics::Device> pedal;   ///< acts as the button of the mouse; null: no pedal
   std::optional<double> seconds;            ///< closes the window after this time, s
   /// Polled in every frame: true closes the window properly, like its close button.
   std::function<bool()> should_close = [] { return false; };

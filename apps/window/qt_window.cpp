@@ -127,7 +127,6 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     begin_steps();
     tool_->show(shown_tool_);
     fit_panel();
-    if (const Status error = operation_->start()) show_error(*error);
     show_assumptions();
     if (!options_.host.interrupted_session.empty())
       show_message(
@@ -140,6 +139,9 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   const bool is_from_back = options_.side == 'P' || (options_.side == 0 && imaging::is_spine(*scene_->base));
   picture->look_from(is_from_back ? 'P' : options_.side);
   set_from_back(is_from_back);
+  // A device starts in front of the camera.
+  if (operation_)
+    if (const Status error = operation_->start()) show_error(*error);
   if (options_.replay && options_.side == 0 && options_.summary.worked_at)
     picture->look_at_work(*options_.summary.worked_at);
   if (options_.plan) picture->set_plan(workbench::plan_overlays(*options_.plan));

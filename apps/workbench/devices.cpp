@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <dlfcn.h>
+#include <utility>
 
 #include "apps/workbench/source.h"
 #include "haptics/device/composite_device.h"
@@ -71,7 +72,11 @@ Result<DevicePointer> make_hardware(const std::string& text, bool has_pose, cons
 Result<std::span<const haptics::DeviceKind>> hardware_kinds() {
   void* const library = ::dlopen(TREPHINE_DEVICES_LIBRARY, RTLD_NOW | RTLD_LOCAL);
   void* const entry = library ? ::dlsym(library, "trephine_device_kinds") : nullptr;
-  if (entry) return reinterpret_cast<haptics::DeviceKindsFunction>(entry)();
+  if (entry) {
+    std::size_t count = 0;
+    const haptics::DeviceKind* const first = reinterpret_cast<haptics::DeviceKindsFunction>(entry)(&count);
+    return std::span(first, count);
+  }
   return Error{.what = "the library of device drivers is not installed",
                .where = "device",
                .expected = TREPHINE_DEVICES_LIBRARY,
@@ -98,35 +103,36 @@ Result<ChosenDevices> open_devices(const DeviceChoice& choice, const Listener& l
     if (!pedal) return pedal.error();
     chosen.pedal = std::move(pedal).value();
   }
-  if (choice.device == "mouse") {
-    if (choice.scale != 1)
-      return Error{.what = "the mouse has no scale",
-                   .where = "device",
-                   .found = std::to_string(choice.scale),
-                   .remedy = "zoom the view instead"};
-    return chosen;
-  }
   const DeviceName name(choice.device);
-  if (name.kind == "playback" || name.kind == "virtual") {
-    auto device = open_path_device(name);
-    if (!device) return device.error();
-    chosen.device = std::move(device).value();
-  } else {
-    auto device = make_hardware(choice.device, true, listener);
-    if (!device) return device.error();
-    haptics::WorkspaceMap map;
-    map.scale = choice.scale;
-    if (!(map.scale >= 0.1 && map.scale <= 10))
-      return Error{.what = "the scale of the device is out of range",
-                   .where = "device",
-                   .found = std::to_string(choice.scale),
-                   .expected = "0.1 to 10"};
-    chosen.device = std::make_shared<haptics::MappedDevice>(std::move(device).value(), map);
-  }
+  const bool is_path = name.kind == "playback" || name.kind == "virtual";
+  const bool is_mouse = choice.device == "mouse";
+  if ((is_mouse || is_path) && choice.scale != 1)
+    return Error{.what = "only hardware has a scale",
+                 .where = "device",
+                 .found = name.kind,
+                 .remedy = "omit the scale, or choose another device"};
+  if (is_mouse) return chosen;
+  haptics::WorkspaceMap map;
+  map.scale = choice.scale;
+  if (Status error = haptics::check(map)) return *error;
+  auto device = is_path ? open_path_device(name) : make_hardware(choice.device, true, listener);
+  if (!device) return device.error();
+  chosen.device = std::move(device).value();
+  // The second button of a pedal is the clutch, too.
   if (chosen.pedal)
     chosen.device =
-        std::make_shared<haptics::CompositeDevice>(std::move(chosen.device), std::move(chosen.pedal));
+        std::make_shared<haptics::CompositeDevice>(std::move(chosen.device), std::exchange(chosen.pedal, {}));
+  if (!is_path) chosen.device = std::make_shared<haptics::MappedDevice>(std::move(chosen.device), map);
   return chosen;
+}
+
+Status try_devices(const ChosenDevices& chosen) {
+  for (const DevicePointer& device : {chosen.device, chosen.pedal}) {
+    if (!device) continue;
+    if (Status error = device->open()) return error;
+    device->close();
+  }
+  return std::nullopt;
 }
 
 }  // namespace trephine::workbench

@@ -26,6 +26,10 @@ struct ChosenDevices {
 /// Error on unknown names, a path that cannot be read, or a build without drivers.
 Result<ChosenDevices> open_devices(const DeviceChoice& choice, const Listener& listener);
 
+/// Opens and closes the devices once: an error, or the instructions of a device that must be homed, appear
+/// before a window does.
+Status try_devices(const ChosenDevices& chosen);
+
 /// Loads the library of drivers. Error if it is not installed.
 Result<std::span<const haptics::DeviceKind>> hardware_kinds();
 /// Returns the services of this program for drivers.

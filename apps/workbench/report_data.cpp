@@ -277,10 +277,11 @@ Result<ReportData> collect_report(const ReportChoice& choice, const Listener& li
   data.removed_mm3 = end.removed_mm3();
   const std::vector<volume::Field> solids = solids_of(end);
   const auto& forbidden = end.forbidden();
+  const volume::Version& version = *end.current();
   data.removal.resize(forbidden.size());
   parallel_for(static_cast<int>(forbidden.size()), 0, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    data.removal[index] = removal_distances(*end.current(), solids, *forbidden[index]);
+    data.removal[index] = removal_distances(version, solids, *forbidden[index]);
   });
   return data;
 }

@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -36,7 +35,7 @@ struct DeviceKind {
   std::function<std::vector<DeviceCheck>(const DeviceHost& host)> check;
 };
 
-/// Function that a library of drivers exports as "trephine_device_kinds".
-using DeviceKindsFunction = std::span<const DeviceKind> (*)();
+/// Function that a library of drivers exports as "trephine_device_kinds": the first kind, and their number.
+using DeviceKindsFunction = const DeviceKind* (*)(std::size_t* count);
 
 }  // namespace trephine::haptics

@@ -24,9 +24,9 @@ class Latest {
     std::array<std::uint64_t, k_words> words{};
     std::memcpy(words.data(), static_cast<const void*>(&value), sizeof(T));
     const std::uint64_t sequence = sequence_.load(std::memory_order_relaxed);
+    // A reader that reads a new word also reads the odd number: each word publishes it.
     sequence_.store(sequence + 1, std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_release);
-    for (std::size_t i = 0; i < k_words; ++i) words_[i].store(words[i], std::memory_order_relaxed);
+    for (std::size_t i = 0; i < k_words; ++i) words_[i].store(words[i], std::memory_order_release);
     sequence_.store(sequence + 2, std::memory_order_release);
   }
   /// Returns nothing if the writer was active during each of the attempts.
@@ -35,8 +35,7 @@ class Latest {
     for (int attempt = 0; attempt < k_attempts; ++attempt) {
       const std::uint64_t before = sequence_.load(std::memory_order_acquire);
       std::array<std::uint64_t, k_words> words;
-      for (std::size_t i = 0; i < k_words; ++i) words[i] = words_[i].load(std::memory_order_relaxed);
-      std::atomic_thread_fence(std::memory_order_acquire);
+      for (std::size_t i = 0; i < k_words; ++i) words[i] = words_[i].load(std::memory_order_acquire);
       if (before % 2 != 0 || sequence_.load(std::memory_order_relaxed) != before) continue;
       std::optional<T> value(std::in_place);
       std::memcpy(static_cast<void*>(&*value), words.data(), sizeof(T));

@@ -10,12 +10,16 @@ using glm::dvec3;
 MappedDevice::MappedDevice(std::shared_ptr<Device> device, const WorkspaceMap& map)
     : device_(std::move(device)), map_(map) {}
 
+Status check(const WorkspaceMap& map) {
+  if (map.scale >= 0.1 && map.scale <= 10) return std::nullopt;
+  return Error{.what = "the scale of the device is out of range",
+               .where = "device",
+               .found = std::to_string(map.scale),
+               .expected = "0.1 to 10"};
+}
+
 Status MappedDevice::open() {
-  if (!(map_.scale >= 0.1 && map_.scale <= 10))
-    return Error{.what = "the scale of the workspace is out of range",
-                 .where = "device",
-                 .found = std::to_string(map_.scale),
-                 .expected = "0.1 to 10"};
+  if (Status error = check(map_)) return error;
   has_anchor_ = is_clutched_ = false;
   released_at_ = -1e9;
   return device_->open();

@@ -14,6 +14,9 @@ struct WorkspaceMap {
   double resume_seconds = 0.1;    ///< duration in which the force returns after the clutch
 };
 
+/// Error if a value is out of range.
+Status check(const WorkspaceMap& map);
+
 /// Maps poses of a device (origin in the centre of its workspace; x to the right, y up, z toward the user) to
 /// the world, and forces back. The tool stays in place when the axes change. While the clutch is pressed the
 /// hand moves without the tool: no force, and the first button counts as released. Sessions record poses

@@ -142,8 +142,8 @@ std::vector<DeviceCheck> check_pedals(const DeviceHost&) {
 }  // namespace trephine::haptics
 
 /// Returns the kinds of devices that this library drives.
-extern "C" __attribute__((visibility("default"))) std::span<const trephine::haptics::DeviceKind>
-trephine_device_kinds() {
+extern "C" __attribute__((visibility("default"))) const trephine::haptics::DeviceKind* trephine_device_kinds(
+    std::size_t* count) {
   using namespace trephine::haptics;
   static const DeviceKind kinds[] = {
       {"falcon", "Novint Falcon: 3 degrees of freedom, 8 N", true, make_falcon, check_falcon},
@@ -151,5 +151,6 @@ trephine_device_kinds() {
        check_spacemice},
       {"pedal", "foot pedal: buttons and axes", false, make_pedal, check_pedals},
   };
+  *count = std::size(kinds);
   return kinds;
 }

@@ -4,9 +4,11 @@
 #include <atomic>
 #include <thread>
 
+#include "haptics/servo/servo_loop.h"
+
 namespace trephine::haptics {
 
-/// Runs a function until it returns false or stop() is called.
+/// Runs a function until it returns false or stop() is called, with real-time priority if it is permitted.
 class DeviceThread {
  public:
   ~DeviceThread() { stop(); }
@@ -15,6 +17,8 @@ class DeviceThread {
     stop();
     is_stopping_ = false;
     thread_ = std::thread([this, step]() mutable {
+      constexpr int k_priority = 70;  // below the servo's
+      request_realtime(k_priority);
       while (!is_stopping_ && step()) {}
     });
   }

@@ -355,7 +355,8 @@ TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
            {"--device spacemouse --device-scale 0", "0.1 to 10"},
            {"--device pedal", "unknown device"},
            {"--pedal falcon", "unknown pedal"},
-           {"--device-scale 2", "the mouse has no scale"},
+           {"--device-scale 2", "only hardware has a scale"},
+           {"--device virtual:p.csv --device-scale 2", "only hardware has a scale"},
            {"--device playback:", "needs a path"}}) {
     const Ended refused = run(std::string("view head ") + options + " --screenshot t.png");
     EXPECT_EQ(refused.exit_code, 2) << options;

@@ -1,5 +1,7 @@
 // The window with instruments, commands and devices unknown to its code, and with one scene opened at a time.
 #include "apps/view/tool_appearance.h"
+#include "haptics/device/latest.h"
+#include "haptics/device/mapped_device.h"
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/eraser/eraser.h"
 #include "tests/apps/window_fixture.h"
@@ -268,6 +270,98 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   take("Burr");
   ASSERT_TRUE(holds("burr")) << child<QLabel>(window, "notice")->text().toStdString();
   EXPECT_EQ(window.operation()->state().tool_radius, scene_->tool->radius());
+  window.close();
+}
+
+/// Hardware that a test moves, in its own frame.
+class TestHand final : public haptics::Device {
+ public:
+  Status open() override { return std::nullopt; }
+  void close() noexcept override {}
+  haptics::DeviceCapabilities capabilities() const override { return {"hand", 3, 8, 1, 50}; }
+  bool read(double, haptics::Pose& pose) noexcept override {
+    if (const auto latest = latest_.get()) last_ = *latest;
+    pose.position_world = last_.position;
+    pose.buttons = last_.buttons;
+    return responds;
+  }
+  void write(const haptics::Wrench&) noexcept override {}
+  void set(const glm::dvec3& position, std::uint32_t buttons = 0) { latest_.set({position, buttons}); }
+
+  std::atomic<bool> responds{true};
+
+ private:
+  struct State {
+    glm::dvec3 position{0.0};
+    std::uint32_t buttons = 0;
+  };
+  haptics::Latest<State> latest_;
+  State last_;
+};
+
+/// The tool starts in front of the bone, moves to the right and up as the hand does, and stays when the view
+/// turns.
+TEST_F(Window, HardwareMovesTheToolAsSeenOnTheScreen) {
+  const auto hardware = std::make_shared<TestHand>();
+  options_.device = std::make_shared<haptics::MappedDevice>(hardware, haptics::WorkspaceMap());
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  const auto tool = [&] { return operation.state().newest.pose.position_world; };
+  const auto moves = [&](const glm::dvec3& position) {
+    const glm::dvec3 before = tool();
+    hardware->set(position);
+    return QTest::qWaitFor([&] { return glm::length(tool() - before) > 4.9; }, 20000);
+  };
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > 10; }, 20000));
+  const auto on_screen = [&] { return operation.viewport().project(tool()); };
+  glm::dvec2 at = on_screen();
+  EXPECT_NEAR(at.x, 0.5, 0.01);
+  EXPECT_NEAR(at.y, 0.5, 0.01);
+  const Ray ray = operation.viewport().ray_at(0.5, 0.5);
+  EXPECT_NEAR(
+      operation.viewport().distance_to_solid(*operation.version(), ray) - glm::length(tool() - ray.origin),
+      30, 0.5);
+  for (const char side : {'A', 'L', 'S'}) {
+    const glm::dvec3 before = tool();
+    operation.viewport().look_from(side);
+    QTest::qWait(200);
+    EXPECT_LT(glm::length(tool() - before), 1e-6) << side;
+    hardware->set(glm::dvec3(0));
+    QTest::qWait(200);
+    at = on_screen();
+    ASSERT_TRUE(moves({5, 0, 0}));
+    const glm::dvec2 right = on_screen();
+    EXPECT_GT(right.x, at.x + 0.005) << side;
+    EXPECT_NEAR(right.y, at.y, 0.002) << side;
+    ASSERT_TRUE(moves({5, 5, 0}));
+    EXPECT_GT(on_screen().y, right.y + 0.005) << side;
+    EXPECT_NEAR(on_screen().x, right.x, 0.002) << side;
+  }
+  window.close();
+}
+
+/// A pedal drills in place of the left button, and is released when it is unplugged.
+TEST_F(Window, APedalIsTheButtonOfTheMouse) {
+  const auto pedal = std::make_shared<TestHand>();
+  options_.pedal = pedal;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  const QPoint middle(window.canvas()->width() / 2, window.canvas()->height() / 2);
+  QTest::mouseMove(window.canvas(), middle + QPoint(2, 0));
+  QTest::mouseMove(window.canvas(), middle);
+  QTest::qWait(500);
+  EXPECT_EQ(operation.state().removed_mm3, 0);
+  pedal->set({}, 1);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 0.5; }, 20000));
+  pedal->responds = false;
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !operation.state().newest.pose.is_pressed(); }, 20000));
+  EXPECT_NE(operation.notices().shown(operation.seconds()).find("pedal"), std::string::npos);
+  QTest::qWait(300);
+  EXPECT_FALSE(operation.state().newest.pose.is_pressed());
   window.close();
 }
 

@@ -30,6 +30,7 @@ struct ResumeArguments {
   std::string session, path;
   std::optional<double> at;
   std::string record;  ///< file of the new session, with `at`
+  workbench::DeviceChoice device;
 };
 
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
@@ -215,6 +216,13 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     if (!read) return read.error();
     path = std::move(read).value();
   }
+  const auto devices = workbench::open_devices(arguments.device, terminal_listener());
+  if (!devices) return devices.error();
+  if (path && (devices.value().device || devices.value().pedal))
+    return Error{
+        .what = "a path replaces the devices", .where = "--path", .remedy = "omit the path, or the devices"};
+  if (!path)
+    if (Status error = workbench::try_devices(devices.value())) return *error;
   std::string file = arguments.session;
   if (arguments.at) {
     if (Status error = fork(arguments)) return *error;
@@ -254,7 +262,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     }
   } else {
     auto shown = continue_in_window(std::move(continued).value(), arguments.case_source.path,
-                                    {file, arguments.session, arguments.case_source.path});
+                                    {file, arguments.session, arguments.case_source.path}, devices.value());
     if (!shown) return shown.error();
     after = shown.value().removed_mm3;
   }
@@ -289,6 +297,7 @@ Run build_resume(Options& options) {
            "log before this time")
       .type("S");
   options.add("--record", a->record, "The new session, with --at").type("FILE");
+  add_devices(options, a->device);
   return run_with(a, run_resume);
 }
 

@@ -54,9 +54,12 @@ Status run_choice(const view::StartChoice& choice, const workbench::DeviceChoice
     return done ? std::nullopt : Status(done.error());
   }
   if (choice.kind == view::StartChoice::Kind::resume) {
+    const auto devices = workbench::open_devices(device, terminal_listener());
+    if (!devices) return devices.error();
+    if (Status error = workbench::try_devices(devices.value())) return error;
     auto continued = workbench::continue_session(choice.path, {}, true, terminal_listener());
     if (!continued) return continued.error();
-    const auto done = continue_in_window(std::move(continued).value(), "", {choice.path});
+    const auto done = continue_in_window(std::move(continued).value(), "", {choice.path}, devices.value());
     return done ? std::nullopt : Status(done.error());
   }
   auto session = workbench::open_session(choice.path, {}, terminal_listener());

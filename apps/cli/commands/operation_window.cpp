@@ -141,6 +141,10 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
     notice("note: no display; the picture is drawn without a window");
   auto devices = workbench::open_devices(arguments.device, terminal_listener());
   if (!devices) return devices.error();
+  // A screenshot alone needs no window; --seconds requests one.
+  const bool is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
+  if (!is_offscreen)
+    if (Status error = workbench::try_devices(devices.value())) return *error;
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.procedure = arguments.procedure;
@@ -188,8 +192,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
   options.plan = std::make_shared<const volume::SurgicalPlan>(operation.spec.plan);
   options.title = source.written_name();
-  // A screenshot alone needs no window; --seconds requests one.
-  options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
+  options.is_offscreen = is_offscreen;
 
   // The requested recording, or an autosave.
   workbench::RecordChoice record = arguments.record;

@@ -58,7 +58,8 @@ Status play_in_window(workbench::OpenedSession& session, const std::string& file
 }
 
 Result<view::WindowReport> continue_in_window(workbench::ContinuedSession continued, const std::string& scan,
-                                              const std::vector<std::string>& in_use) {
+                                              const std::vector<std::string>& in_use,
+                                              const workbench::ChosenDevices& devices) {
   const sim::SessionHeader& header = continued.header();
   const auto scene = continued.engine.servo_scene()->hands[0].scene;
   view::WindowOptions options;
@@ -73,6 +74,8 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
   options.plan = std::make_shared<const volume::SurgicalPlan>(header.plan);
   options.start = view::WindowStart{std::move(continued.engine), continued.first_tick};
   options.scan = scan;
+  options.device = devices.device;
+  options.pedal = devices.pedal;
   add_scoring(options.host);
   return view::run_window(scene, options);
 }

@@ -5,6 +5,7 @@
 
 #include "apps/view/view_window.h"
 #include "apps/workbench/continued_session.h"
+#include "apps/workbench/devices.h"
 
 namespace trephine::cli {
 
@@ -13,7 +14,8 @@ Status play_in_window(workbench::OpenedSession& session, const std::string& file
 
 /// Continues a session in a window until it is closed. `in_use`: files that saving must not overwrite.
 Result<view::WindowReport> continue_in_window(workbench::ContinuedSession continued, const std::string& scan,
-                                              const std::vector<std::string>& in_use);
+                                              const std::vector<std::string>& in_use,
+                                              const workbench::ChosenDevices& devices);
 
 /// Returns the scan for a session that does not contain its own: `open_scan`.
 Result<workbench::SourceChoice> scan_for(const std::string& session, const std::string& open_scan);

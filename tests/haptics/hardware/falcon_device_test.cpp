@@ -10,6 +10,8 @@
 #include <mutex>
 #include <thread>
 
+#include "tests/haptics/hardware/waiting.h"
+
 using namespace trephine;
 using namespace trephine::haptics;
 using glm::dvec3;
@@ -150,16 +152,6 @@ FalconChoice choice_of(Falcon& falcon, std::vector<std::string>* notices = nullp
   choice.read_firmware = []() -> Result<std::vector<std::uint8_t>> { return image(); };
   if (notices) choice.notice = [notices](const std::string& text) { notices->push_back(text); };
   return choice;
-}
-
-void wait_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
-
-/// Waits up to 5 s for a condition.
-template <class Condition>
-bool eventually(const Condition& condition) {
-  for (int i = 0; i < 5000; ++i, wait_ms(1))
-    if (condition()) return true;
-  return false;
 }
 
 }  // namespace

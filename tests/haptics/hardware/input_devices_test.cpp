@@ -8,8 +8,10 @@
 #include <thread>
 #include <unistd.h>
 
+#include "haptics/hardware/input_file.h"
 #include "haptics/hardware/pedal_device.h"
 #include "haptics/hardware/spacemouse_device.h"
+#include "tests/haptics/hardware/waiting.h"
 
 using namespace trephine;
 using namespace trephine::haptics;
@@ -52,15 +54,6 @@ class MouseLink final : public HidLink {
  private:
   Mouse3d& mouse_;
 };
-
-void wait_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
-
-template <class Condition>
-bool eventually(const Condition& condition) {
-  for (int i = 0; i < 5000; ++i, wait_ms(1))
-    if (condition()) return true;
-  return false;
-}
 
 /// A pedal at the other end of a pipe.
 struct Pipe {
@@ -157,4 +150,14 @@ TEST(PedalDevice, AnAxisBeyondHalfWorksTheTool) {
   pipe.send(EV_ABS, ABS_Y, 255);
   ASSERT_TRUE(eventually([&] { return pedal.read(0, pose) && pose.axes[1] == 1; }));
   EXPECT_FALSE(pose.is_pressed());  // only the first axis works the tool
+}
+
+TEST(PedalDevice, OtherFilesAreNoInputDevices) {
+  const auto absent = open_input("/dev/input/event99999");
+  ASSERT_FALSE(absent);
+  EXPECT_EQ(absent.error().where, "pedal: absent");
+  const auto other = open_input("/dev/null");
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().what, "the file is not an input device");
+  EXPECT_FALSE(other.error().remedy.empty());
 }

@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "apps/bench/scenes/scenes.h"
+#include "haptics/device/composite_device.h"
+#include "haptics/device/mapped_device.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/methods/methods.h"
@@ -254,6 +256,26 @@ TEST(ServoQuiet, NorDoesAToolOfSeveralBalls) {
   EXPECT_GT(contacts, 1000);
   EXPECT_EQ(allocations.load(), 0);
   EXPECT_EQ(locks.load(), 0);
+}
+
+TEST(ServoQuiet, NorDoDevicesWithAMapAndAPedal) {
+  const auto path = [] {
+    return std::make_shared<VirtualDevice>(PosePath::from_samples({{0, {}}, {1, {{9, 0, 0}}}}, "").value(),
+                                           HandModel());
+  };
+  MappedDevice device(std::make_shared<CompositeDevice>(path(), path()), {.scale = 2});
+  ASSERT_FALSE(device.open());
+  allocations = locks = 0;
+  is_watched = true;
+  Pose pose;
+  for (int i = 0; i < 2000; ++i) {
+    if (i % 16 == 0) device.set_view({glm::dvec3(i), glm::dquat(1, 0.001 * i, 0, 0)});
+    device.read(0.001 * i, pose);
+    device.write(Wrench(glm::dvec3(0, 0, 1)));
+  }
+  is_watched = false;
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(locks, 0);
 }
 
 TEST(ServoQuiet, NorDoesTheWholeLoop) {
