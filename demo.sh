@@ -7,5 +7,5 @@ cd "$(dirname "$0")"
 . cmake/setup.sh
 install_packages $packages_core $packages_files $packages_app
 install_viewer_packages
-build_preset release "trephine trephine_window trephine_pictures" -DTREPHINE_WITH_TESTS=OFF
+build_preset release "trephine trephine_window trephine_pictures trephine_vdb trephine_tables" -DTREPHINE_WITH_TESTS=OFF
 exec build/release/bin/trephine demo "$@"
