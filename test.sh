@@ -53,12 +53,12 @@ if [ "${1:-}" = --all ]; then
         continue
         ;;
     esac
-    build_preset "$preset" all -DTREPHINE_WITH_TESTS=ON
+    build_preset "$preset" all -DTREPHINE_WITH_TESTS=ON $([ "$preset" != release ] || echo -DTREPHINE_WITH_PYTHON=ON)
     if [ "$preset" = release ] || [ "$preset" = debug ]; then run_tests "$preset"; else run_tests "$preset" -E "^Golden"; fi
   done
   exit
 fi
 install_packages $packages_core $packages_files $packages_app $packages_test
 install_viewer_packages
-build_preset release all -DTREPHINE_WITH_TESTS=ON
+build_preset release all -DTREPHINE_WITH_TESTS=ON -DTREPHINE_WITH_PYTHON=ON
 run_tests release ${1:+-R "$1"}

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <memory>
 
+#include "apps/bench/attack_scenes.h"
 #include "apps/bench/scenes/promise.h"
 #include "apps/bench/scenes/scenes.h"
 #include "apps/verify/mesh_judge.h"
@@ -12,6 +13,7 @@
 #include "haptics/depth/depth_proxy.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/methods/methods.h"
+#include "haptics/tool/point_shell.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/base/mix_hash.h"
 #include "volume/cuts/removal.h"
@@ -32,6 +34,14 @@ double uniform(std::uint64_t seed, std::uint64_t i) {
 /// only.
 bool is_held_from_within(const haptics::TouchScene& scene) {
   return scene.items[0].sides == haptics::Side::back;
+}
+
+/// Returns the centres of a tool's balls, or the points of its surface.
+std::vector<dvec3> places_of(const haptics::ToolShape& tool) {
+  std::vector<dvec3> places = tool.centres();
+  if (tool.shell())
+    for (const haptics::PointShell::Point& point : tool.shell()->points()) places.push_back(point.position);
+  return places;
 }
 
 /// The judge of one method on one scene, rebuilt when the version changes.
@@ -80,10 +90,9 @@ class Judge {
   /// Judges the balls of a set at the end of a step; they move straight within rounds of the method only. No
   /// ball may enter matter, unless matter grew over it. Returns true if no ball is in matter.
   bool judge_balls(const haptics::Placement& tool, bool is_buried) {
-    const auto balls = scene_.tool->balls();
-    free_balls_.resize(balls.size(), false);
-    for (std::size_t i = 0; i < balls.size(); ++i) {
-      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(balls[i].centre));
+    free_balls_.resize(places_.size(), false);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(places_[i]));
       const bool is_free = !meets(p, p);
       passages_ += free_balls_[i] && !is_free && !is_buried;
       free_balls_[i] = is_free;
@@ -93,8 +102,8 @@ class Judge {
   }
   /// True if no ball of a set at this pose is in matter.
   bool is_free(const haptics::Placement& tool) const {
-    return std::ranges::all_of(scene_.tool->balls(), [&](const haptics::ToolShape::Ball& ball) {
-      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(ball.centre));
+    return std::ranges::all_of(places_, [&](const dvec3& place) {
+      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(place));
       return !meets(p, p);
     });
   }
@@ -125,7 +134,8 @@ class Judge {
   std::optional<verify::SmoothSolid> outside_;              ///< for a tool that must stay inside
   std::vector<std::unique_ptr<verify::MeshWall>> meshes_;
   std::vector<verify::PassageJudge> drawn_;
-  std::vector<bool> free_balls_;  ///< of a set, at the end of the last step
+  std::vector<dvec3> places_ = places_of(*scene_.tool);  ///< of a tool with six degrees of freedom
+  std::vector<bool> free_balls_;                         ///< at the end of the last step
   long passages_ = 0, buried_balls_ = 0;
 
  public:
@@ -152,6 +162,14 @@ Target with_rod(Target target, double radius) {
   return target;
 }
 
+/// The target under the surface of a rod. Its judged points are those of the shell.
+Target with_shell(Target target, double radius) {
+  auto rod = std::make_shared<const haptics::ToolShape>(
+      haptics::ToolProfile{{{-radius, radius}, {5 * radius, radius}}, radius});
+  if (haptics::set_tool(target.scene, std::move(rod))) target.scene.items.clear();
+  return target;
+}
+
 /// The target with a lattice fine enough for the smallest balls of the attack.
 Target with_fine_lattice(Target target) {
   const dvec3& spacing = target.scene.base->frame.spacing();
@@ -163,16 +181,15 @@ Target with_fine_lattice(Target target) {
 /// The analytic shape minus the swept balls of the cuts.
 class CutShape {
  public:
-  CutShape(const Target& target) : target_(target) {}
+  CutShape(const Target& target) : target_(target), places_(places_of(*target.scene.tool)) {}
   void cut(const dvec3& a, const dvec3& b, double radius) { sweeps_.push_back({a, b, radius}); }
   void undo_all() { sweeps_.clear(); }
   /// True if a ball of the tool is deeper than `slack` (mm) in the remaining matter.
   bool holds(const haptics::Placement& tool, double slack) const {
     const haptics::ToolShape& shape = *target_.scene.tool;
     if (!shape.is_six_dof()) return holds(tool.position_world, slack);
-    return std::ranges::any_of(shape.balls(), [&](const haptics::ToolShape::Ball& ball) {
-      return holds(tool.world_from_local(ball.centre), slack);
-    });
+    return std::ranges::any_of(
+        places_, [&](const dvec3& place) { return holds(tool.world_from_local(place), slack); });
   }
   /// True if p, or any point of the ball at p, is deeper than `slack` (mm) in the remaining matter.
   bool holds(const dvec3& p, double slack) const {
@@ -202,6 +219,7 @@ class CutShape {
            });
   }
   const Target& target_;
+  std::vector<dvec3> places_;  ///< of a tool with six degrees of freedom
   std::vector<Sweep> sweeps_;
 };
 
@@ -327,101 +345,6 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
 
 }  // namespace
 
-haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is_binary, bool is_noisy,
-                                 std::map<std::string, double> parameters, double slice) {
-  data_tools::PhantomOptions o;
-  if (slice == 1)
-    o.size = glm::ivec3(64);
-  else
-    o.spacing_mm = 120.0 / 64 * dvec3(0.7, 0.7, 0.7 * slice);
-  o.psf_sigma_voxels = psf;
-  o.shear_degrees = 7;
-  o.parameters = std::move(parameters);
-  volume::Volume result = data_tools::make_phantom(phantom, o).value();
-  for (std::size_t i = 0; i < result.voxels.size(); ++i) {
-    auto& v = result.voxels[i];
-    if (is_binary) v = v >= 300 ? 1600 : -1000;
-    if (is_noisy) v = static_cast<std::int16_t>(std::clamp(v + 200 * hash_normal(3, i), -1024.0, 3071.0));
-  }
-  haptics::TouchScene scene = scenes::scene_of(std::move(result));
-  haptics::soften(scene);
-  return scene;
-}
-
-namespace {
-
-/// Bone, and the softer rim of its blurred edge as a second shape.
-haptics::TouchScene two_shapes_scene() {
-  haptics::TouchScene scene = attack_scene("gyroid", 1.5, false, false);
-  volume::Shape rind;
-  rind.name = "rind", rind.low = -400, rind.high = 300;
-  haptics::TouchItem second = scene.items[0];
-  second.field = volume::Field(*scene.base, rind);
-  second.bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, rind));
-  second.soft = nullptr;
-  scene.items.push_back(std::move(second));
-  return scene;
-}
-
-/// A ball in sheared voxels, divided among three labels by the angle about z.
-haptics::TouchScene three_labels_scene() {
-  data_tools::PhantomOptions o;
-  o.size = glm::ivec3(64);
-  o.psf_sigma_voxels = 0;
-  o.shear_degrees = 7;
-  volume::Volume result = data_tools::make_phantom("sphere", o).value();
-  result.label_names = {"background", "part1", "part2", "part3"};
-  result.labels = Buffer<std::uint8_t>(result.voxels.size());
-  for (int z = 0; z < result.size.z; ++z)
-    for (int y = 0; y < result.size.y; ++y)
-      for (int x = 0; x < result.size.x; ++x) {
-        const std::size_t i = result.index(x, y, z);
-        const dvec3 p = result.frame.world_from_volume({x, y, z});
-        const bool is_ahead = p.y > 0.3 * p.x, is_left = p.x > 0.2 * p.y + 0.1 * p.z;
-        result.labels[i] = static_cast<std::uint8_t>(result.voxels[i] < 300 ? 0
-                                                     : is_ahead             ? 1
-                                                     : is_left              ? 2
-                                                                            : 3);
-      }
-  haptics::TouchScene scene;
-  scene.base = std::make_shared<const volume::Volume>(std::move(result));
-  for (int label = 1; label <= 3; ++label) {
-    volume::Shape shape;
-    shape.name = scene.base->label_names[static_cast<std::size_t>(label)];
-    shape.label = label;
-    scene.items.push_back(
-        {volume::Field(*scene.base, shape),
-         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-         haptics::Material{}, haptics::Side::front});
-  }
-  haptics::soften(scene);
-  return scene;
-}
-
-haptics::TouchScene held_from_within_scene() {
-  haptics::TouchScene scene = attack_scene("gyroid", 1, false, false);
-  scene.items[0].sides = haptics::Side::back;
-  return scene;
-}
-
-/// The surface of a torus as a polygonal model, through a gyroid of bone.
-haptics::TouchScene pierced_scene() {
-  haptics::TouchScene scene = attack_scene("gyroid", 0.7, false, false);
-  const haptics::TouchScene torus = attack_scene("torus", 0.7, false, false);
-  const volume::Mesh net = volume::surface_net({&torus.items[0].field, nullptr, torus.items[0].bits.get()});
-  const volume::Frame& frame = scene.base->frame;
-  std::vector<dvec3> vertices;
-  for (const glm::vec3& v : net.vertices.span()) vertices.push_back(frame.world_from_volume(dvec3(v)));
-  scene.items.push_back(haptics::mesh_item(
-      "torus",
-      std::make_shared<haptics::MeshTree>(
-          std::move(vertices),
-          std::vector<std::uint32_t>(net.triangles.data(), net.triangles.data() + net.triangles.size()))));
-  return scene;
-}
-
-}  // namespace
-
 std::vector<AttackRow> run_attack(const AttackOptions& options) {
   using Parameters = std::map<std::string, double>;
   const auto target = [](const char* name, const std::string& phantom, double psf, bool is_binary = false,
@@ -464,6 +387,12 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
                                                       "groove", 0.7, false, false, {{"angle", 60}}, 3)),
                              1.5));
   targets.push_back(with_rod({"gyroid pierced by a mesh, rod of 1.5 mm", pierced_scene()}, 1.5));
+  targets.push_back(with_shell(target("corner, binary, whole rod", "corner", 0, true), 1.5));
+  targets.push_back(with_shell(target("plate of a voxel, whole rod", "plate", 0, false, false, tilted), 1.5));
+  targets.push_back(with_shell(with_fine_lattice(target("groove, slices 1:3, fine cuts, whole rod", "groove",
+                                                        0.7, false, false, {{"angle", 60}}, 3)),
+                               1.5));
+  targets.push_back(with_shell({"gyroid pierced by a mesh, whole rod", pierced_scene()}, 1.5));
   std::vector<const MethodInfo*> methods;
   for (const MethodInfo& info : haptics::method_catalogue()) {
     const bool is_named =

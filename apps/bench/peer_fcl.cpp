@@ -2,9 +2,11 @@
 // the nearest point.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <glm/geometric.hpp>
 
+#include "apps/bench/measure.h"
 #include "apps/bench/peers.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "volume/surface/surface_nets.h"
@@ -122,7 +124,36 @@ class FclProxy final : public haptics::ProxyMethod {
   std::shared_ptr<const Model> model_;
 };
 
+std::shared_ptr<Model> model_of(const PeerMesh& mesh) {
+  std::vector<fcl::Vector3d> vertices;
+  std::vector<fcl::Triangle> triangles;
+  for (long v = 0; v < mesh.vertex_count; ++v)
+    vertices.emplace_back(mesh.vertices[3 * v], mesh.vertices[3 * v + 1], mesh.vertices[3 * v + 2]);
+  for (long t = 0; t < mesh.triangle_count; ++t)
+    triangles.emplace_back(mesh.triangles[3 * t], mesh.triangles[3 * t + 1], mesh.triangles[3 * t + 2]);
+  auto model = std::make_shared<Model>();
+  model->beginModel();
+  model->addSubModel(vertices, triangles);
+  model->endModel();
+  return model;
+}
+
 }  // namespace
+
+void fcl_collide(const PeerMesh& tool, const PeerMesh& scene, const double* poses, long count, double* us) {
+  const std::shared_ptr<Model> moving = model_of(tool), fixed = model_of(scene);
+  for (long i = 0; i < count; ++i) {
+    const double* p = poses + 7 * i;
+    fcl::Transform3d place = fcl::Transform3d::Identity();
+    place.linear() = Eigen::Quaterniond(p[3], p[4], p[5], p[6]).toRotationMatrix();
+    place.translation() = fcl::Vector3d(p[0], p[1], p[2]);
+    const auto start = Clock::now();
+    fcl::CollisionRequestd request(100, true);
+    fcl::CollisionResultd answer;
+    fcl::collide(moving.get(), place, fixed.get(), fcl::Transform3d::Identity(), request, answer);
+    us[i] = 1e6 * seconds_since(start);
+  }
+}
 
 Peer fcl_peer() {
   return {FclProxy::k_info, FCL_VERSION, true,

@@ -48,6 +48,12 @@ extern "C" const trephine::bench::PeerSet* trephine_peer_set() {
 #ifdef TREPHINE_HAS_EMBREE
       embree_tree,
       embree_images,
+#else
+      nullptr,
+      nullptr,
+#endif
+#ifdef TREPHINE_HAS_FCL
+      fcl_collide,
 #endif
   };
   return &set;

@@ -41,6 +41,17 @@ double embree_tree(const float* vertices, long vertex_count, const unsigned* tri
 double embree_images(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count,
                      const double* middle, double edge, int pixels, double& images_ms, float* depths);
 
+/// A mesh for FCL.
+struct PeerMesh {
+  const double* vertices;
+  long vertex_count;
+  const unsigned* triangles;
+  long triangle_count;
+};
+/// Durations, us, of collision queries of FCL (up to 100 contacts) between a tool at poses (position and
+/// quaternion w x y z, 7 numbers each) and a scene.
+void fcl_collide(const PeerMesh& tool, const PeerMesh& scene, const double* poses, long count, double* us);
+
 /// All peers: a separate library, loaded on demand, so that no other program links them.
 struct PeerSet {
   std::vector<Peer> methods;
@@ -57,6 +68,7 @@ struct PeerSet {
   double (*embree_tree)(const float*, long, const unsigned*, long) = nullptr;
   double (*embree_images)(const float*, long, const unsigned*, long, const double*, double, int, double&,
                           float*) = nullptr;
+  void (*fcl_collide)(const PeerMesh&, const PeerMesh&, const double*, long, double*) = nullptr;
 };
 /// The peers next to this program; empty if their library is missing.
 const PeerSet& peers();

@@ -20,7 +20,7 @@ namespace {
 
 /// Names of measurements of a hand, in addition to those of the operation, and prefixes of those that contain
 /// the name of a place.
-constexpr const char* k_names[] = {"force_n", "strongest_force_n", "contact",
+constexpr const char* k_names[] = {"force_n", "strongest_force_n", "torque_nmm", "contact",
                                    "proxy_x", "proxy_y",           "proxy_z"};
 constexpr std::string_view k_open = "open ", k_thickness = "thickness_mm ";
 
@@ -210,6 +210,7 @@ std::optional<double> ScriptWatch::value_of(const std::string& measurement, int 
   const auto h = static_cast<std::size_t>(hand);
   const haptics::ServoRecord& record = moment.hands[h];
   if (measurement == "force_n") return glm::length(record.force_world);
+  if (measurement == "torque_nmm") return glm::length(record.torque_world);
   if (measurement == "strongest_force_n") return report_.strongest_of[h];
   if (measurement == "contact") return record.has_contact;
   for (int axis = 0; axis < 3; ++axis)

@@ -9,6 +9,7 @@
 #include "haptics/proxy/explicit_proxy.h"
 #include "haptics/proxy/implicit_proxy.h"
 #include "haptics/proxy/scene_proxy.h"
+#include "haptics/proxy/shell_proxy.h"
 #include "haptics/proxy/subvoxel_proxy.h"
 #include "volume/base/error.h"
 
@@ -18,7 +19,7 @@ namespace {
 
 constexpr MethodEntry k_entries[] = {
     entry_of<SubvoxelProxy>(), entry_of<ImplicitProxy>(), entry_of<ExplicitProxy>(), entry_of<MeshProxy>(),
-    entry_of<SceneProxy>(),    entry_of<DepthProxy>(),    entry_of<ChainProxy>()};
+    entry_of<SceneProxy>(),    entry_of<DepthProxy>(),    entry_of<ChainProxy>(),    entry_of<ShellProxy>()};
 
 struct Catalogue {
   std::vector<MethodInfo> infos;

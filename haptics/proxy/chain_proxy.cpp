@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "haptics/device/pose_path.h"
+#include "haptics/proxy/tool_motion.h"
 
 namespace trephine::haptics {
 
@@ -23,12 +24,6 @@ constexpr double k_still = 1e-5;        // a smaller motion ends the rounds
 constexpr double k_longest_turn = 0.1;  // rad per round
 constexpr int k_rounds = 8, k_sweeps = 60, k_max_walls = 48;
 
-/// A motion of the tool: translation (mm) and rotation about its position.
-struct Twist {
-  dvec3 along{0.0}, about{0.0};
-  friend Twist operator*(double share, const Twist& t) noexcept { return {share * t.along, share * t.about}; }
-};
-
 /// Bound of a wall near a ball on a motion: along . t + about . t >= least.
 struct Bound {
   dvec3 along, about;
@@ -36,13 +31,6 @@ struct Bound {
   std::size_t ball;
   Wall wall;
 };
-
-// Rotations without sines: the same bits on every machine. They are represented as by turn_between().
-
-/// Returns the rotated orientation; a large rotation is shortened.
-dquat turned(const dquat& q, const dvec3& about) noexcept {
-  return glm::normalize(dquat(1, 0.5 * about.x, 0.5 * about.y, 0.5 * about.z) * q);
-}
 
 /// One step of a tool of several balls.
 class Chain {
@@ -92,23 +80,12 @@ class Chain {
       if (walls_.is_solid(s, p)) found.flip(s);
     return found;
   }
-  /// Returns the length (mm) of one spring with the energy of all springs. The energy of a rotation by a is
-  /// proportional to 4 (1 - cos(a/2)), whose derivative is turn_between().
-  double length_of_springs() const noexcept {
-    const dvec3 along = hand_.position_world - tool_.position_world,
-                about = turn_between(tool_.rotation, hand_.rotation);
-    const double square = glm::dot(about, about),
-                 cosine = std::sqrt(std::max(0.0, 1 - 0.25 * square));  // of half the angle
-    return std::sqrt(glm::dot(along, along) + 2 * square_ * square / (1 + cosine));
-  }
+  double length_of_springs() const noexcept { return haptics::length_of_springs(tool_, hand_, square_); }
   void find_bounds() noexcept;
   void add_bound(const Wall& wall, std::size_t ball, const dvec3& p) noexcept;
   Twist solve(const Twist& request) noexcept;
   double free_share(const Placement& to, Wall& wall, std::size_t& stopped_ball, int skipped = -1) noexcept;
   double advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noexcept;
-  Placement moved(const Twist& by) const noexcept {
-    return {tool_.position_world + by.along, turned(tool_.rotation, by.about)};
-  }
   void update_inside_flags() noexcept;
 
   const ToolShape& shape_;
@@ -225,7 +202,7 @@ double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noe
   double share = 1;
   for (int again = 0; again < 4;
        ++again) {  // a shortened motion takes other paths, which must be proven free again
-    const Placement to = moved(share * t);
+    const Placement to = moved(tool_, share * t);
     const double free = free_share(to, wall, stopped_ball);
     if (free == 1) {
       tool_ = to;
@@ -293,8 +270,7 @@ void Chain::run(ProxyStep& result) noexcept {
     ++result.counters.iterations;
     find_bounds();
     if (share < 1) add_bound(wall, stopped_ball, ball(tool_, stopped_ball));
-    Twist t =
-        solve({hand_.position_world - tool_.position_world, turn_between(tool_.rotation, hand_.rotation)});
+    Twist t = solve(twist_between(tool_, hand_));
     // Limits the rotation, so that balls move nearly straight.
     const double turn = glm::length(t.about);
     const bool is_whole = turn <= k_longest_turn;

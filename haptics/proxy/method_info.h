@@ -22,6 +22,7 @@ struct MethodInfo {
   bool takes_points = true;          ///< ToolShape::Kind::point
   bool takes_ball = false;           ///< ToolShape::Kind::ball
   bool takes_sets_of_balls = false;  ///< ToolShape::Kind::balls
+  bool takes_shells = false;         ///< ToolShape::Kind::shell
   bool takes_cuts = true;            ///< false: the method touches the volume before any cut
   bool takes_meshes = false;         ///< together with volumes
   bool takes_moving_meshes = false;
@@ -35,6 +36,8 @@ struct MethodInfo {
         return takes_ball;
       case ToolShape::Kind::balls:
         return takes_sets_of_balls;
+      case ToolShape::Kind::shell:
+        return takes_shells;
     }
     return false;
   }

@@ -15,17 +15,20 @@ Status check_cuts(const TouchScene& scene, const MethodInfo& method) {
 }
 
 Status check_offsets(const TouchScene& scene, const MethodInfo& method) {
-  if (method.is_six_dof() && !scene.tool->is_six_dof())
-    return Error{.what = "this method is for tools of several balls",
+  if (!method.takes(*scene.tool)) {
+    using Kind = ToolShape::Kind;
+    const Kind kind = scene.tool->kind();
+    return Error{.what = "this method does not take the tool of the scene",
                  .where = "method",
-                 .found = "one ball, or a point",
-                 .expected = "a tool of two balls or more",
-                 .remedy = "use method subvoxel"};
-  if (scene.tool->is_six_dof() && !method.is_six_dof())
-    return Error{.what = "this method needs a tool of one ball or a point",
-                 .where = "method",
-                 .found = std::to_string(scene.tool->balls().size()) + " balls",
-                 .remedy = "use method chain"};
+                 .found = std::string(method.name) + ", with " +
+                          (kind == Kind::shell   ? "the surface of a whole tool"
+                           : kind == Kind::balls ? std::to_string(scene.tool->balls().size()) + " balls"
+                           : kind == Kind::ball  ? "one ball"
+                                                 : "a point"),
+                 .remedy = std::string("use method ") + (kind == Kind::shell   ? "shell"
+                                                         : kind == Kind::balls ? "chain"
+                                                                               : "subvoxel")};
+  }
   if (scene.tool->radius() > 0)
     for (const TouchItem& shape : scene.items)
       if (!shape.is_mesh() && (!shape.offset || shape.offset->radius_mm() != scene.tool->radius()))

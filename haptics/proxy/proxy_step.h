@@ -55,7 +55,7 @@ struct ProxyState {
   PlaneMemory plane;
   bool has_turn = false;             ///< tool_turn is set, for a tool of several balls
   glm::dquat tool_turn{1, 0, 0, 0};  ///< rotation of the tool
-  std::uint32_t balls_inside = 0;    ///< balls in a solid, one bit each
+  std::uint32_t balls_inside = 0;    ///< balls in a solid, one bit each; of a shell: the number of points
   bool has_on_meshes = false;
   glm::dvec3 on_meshes_world{0.0};  ///< the god-object on meshes of method scene-sequential
   Surroundings around;

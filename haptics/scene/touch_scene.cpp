@@ -250,8 +250,10 @@ Status set_tool(TouchScene& scene, SharedTool tool, int threads) {
                  .found = "up to " + std::to_string(tool->radius()) + " mm",
                  .expected = "one radius, for which the shapes have offset fields",
                  .remedy = "use balls of one radius"};
+  Result<SharedTool> with_points = sampled(tool);
+  if (!with_points) return with_points.error();
   if (Status error = set_offsets(scene, tool->radius(), threads)) return error;
-  scene.tool = std::move(tool);
+  scene.tool = std::move(with_points).value();
   return std::nullopt;
 }
 

@@ -1,9 +1,11 @@
 #include "haptics/tool/tool_shape.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <string>
 
+#include "haptics/tool/point_shell.h"
 #include "volume/base/mix_hash.h"
 
 namespace trephine::haptics {
@@ -28,6 +30,23 @@ ToolShape::ToolShape(std::vector<Ball> balls) : kind_(Kind::balls), balls_(std::
       std::max(k_least_gyration_square, sum / static_cast<double>(std::max<std::size_t>(1, balls_.size())));
 }
 
+ToolShape::ToolShape(SharedShell shell) : kind_(Kind::shell), shell_(std::move(shell)) {
+  double sum = 0;
+  for (const PointShell::Point& point : shell_->points()) sum += glm::dot(point.position, point.position);
+  shell_hash_ = shell_->hash();
+  arm_ = extent_ = shell_->arm();
+  gyration_square_ = std::max(k_least_gyration_square, sum / static_cast<double>(shell_->points().size()));
+}
+
+ToolShape::ToolShape(ToolProfile profile, SharedShell shell) : ToolShape(std::move(shell)) {
+  profile_ = std::move(profile);
+}
+
+ToolShape::ToolShape(ToolProfile profile) : kind_(Kind::shell), profile_(std::move(profile)) {
+  for (const ToolProfile::Ring& ring : profile_.rings)
+    arm_ = extent_ = std::max(arm_, std::sqrt(ring.along * ring.along + ring.radius * ring.radius));
+}
+
 std::vector<glm::dvec3> ToolShape::centres() const {
   std::vector<glm::dvec3> all;
   for (const Ball& ball : balls_) all.push_back(ball.centre);
@@ -42,10 +61,16 @@ std::uint64_t ToolShape::fingerprint() const noexcept {
     for (int a = 0; a < 3; ++a) hash.add(ball.centre[a]);
     hash.add(ball.radius);
   }
+  for (const ToolProfile::Ring& ring : profile_.rings) hash.add(ring.along), hash.add(ring.radius);
+  if (!profile_.rings.empty())
+    hash.add(profile_.spacing);
+  else if (shell_)
+    hash.add(shell_hash_);
   return hash.value();
 }
 
 Status check(const ToolShape& tool) {
+  if (!tool.profile().rings.empty()) return PointShell::check(tool.profile());
   for (const ToolShape::Ball& ball : tool.balls())
     if (!(ball.radius > 0))
       return Error{.what = "a tool of several balls needs a radius",
@@ -65,6 +90,13 @@ Status check(const ToolShape& tool) {
                    .found = std::to_string(length) + " mm",
                    .expected = "at most " + std::to_string(k_longest) + " mm"};
   return std::nullopt;
+}
+
+Result<SharedTool> sampled(const SharedTool& tool) {
+  if (tool->kind() != ToolShape::Kind::shell || tool->shell()) return tool;
+  Result<SharedShell> shell = PointShell::of_profile(tool->profile());
+  if (!shell) return shell.error();
+  return std::make_shared<const ToolShape>(tool->profile(), std::move(shell).value());
 }
 
 Result<SharedTool> make_tool(std::vector<ToolShape::Ball> balls) {

@@ -1,4 +1,4 @@
-// ToolShape: geometry with which a hand touches: a point, a ball, or a rigid set of balls.
+// ToolShape: geometry with which a hand touches: a point, a ball, a rigid set of balls, or a surface.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,23 @@
 
 namespace trephine::haptics {
 
+class PointShell;
+using SharedShell = std::shared_ptr<const PointShell>;
+
+/// A body of revolution about the z axis of the hand, and the spacing of the points that represent it.
+struct ToolProfile {
+  /// A circle about the axis.
+  struct Ring {
+    double along = 0;   ///< mm, from the HIP toward the hand
+    double radius = 0;  ///< mm
+    friend bool operator==(const Ring&, const Ring&) = default;
+  };
+  static constexpr std::size_t k_max_rings = 256;
+  std::vector<Ring> rings;  ///< from the tip toward the hand; a disk closes either end
+  double spacing = 0.25;    ///< mm
+  friend bool operator==(const ToolProfile&, const ToolProfile&) = default;
+};
+
 /// Degrees of freedom of a contact: three for positions, six with orientations.
 enum class Freedom : std::uint8_t { three, six };
 
@@ -22,6 +39,7 @@ class ToolShape {
     point,  ///< at the HIP
     ball,   ///< with its centre at the HIP
     balls,  ///< a rigid set, which also rotates; one ball is enough
+    shell,  ///< points of a rigid surface, which also rotates
   };
   struct Ball {
     glm::dvec3 centre{0.0};  ///< mm, frame of the hand
@@ -35,30 +53,44 @@ class ToolShape {
   explicit ToolShape(double radius_mm);
   /// A rigid set of balls, at least one. Their number and sizes are not checked.
   explicit ToolShape(std::vector<Ball> balls);
+  /// The surface of a rigid tool. Requires a shell.
+  explicit ToolShape(SharedShell shell);
+  /// The surface of a body of revolution. It has no points until sampled() makes them; not checked.
+  explicit ToolShape(ToolProfile profile);
+  /// The surface of a body of revolution, with its points.
+  ToolShape(ToolProfile profile, SharedShell shell);
 
   Kind kind() const noexcept { return kind_; }
   bool is_point() const noexcept { return kind_ == Kind::point; }
-  Freedom freedom() const noexcept { return kind_ == Kind::balls ? Freedom::six : Freedom::three; }
+  Freedom freedom() const noexcept {
+    return kind_ == Kind::balls || kind_ == Kind::shell ? Freedom::six : Freedom::three;
+  }
   bool is_six_dof() const noexcept { return freedom() == Freedom::six; }
-  /// Returns the radius, mm, of the largest ball; 0: a point.
+  /// Returns the radius, mm, of the largest ball; 0: a point, or the points of a shell.
   double radius() const noexcept { return radius_; }
   bool has_equal_radii() const noexcept { return has_equal_radii_; }
   /// Returns the balls of a rigid set; empty for the other kinds.
   std::span<const Ball> balls() const noexcept { return balls_; }
+  /// Returns the surface of a whole tool; null for the other kinds, and before sampled().
+  const SharedShell& shell() const noexcept { return shell_; }
+  /// Returns the profile from which the surface is sampled; without rings for the other kinds, and for a
+  /// shell of a mesh.
+  const ToolProfile& profile() const noexcept { return profile_; }
   /// Returns the centres of these balls.
   std::vector<glm::dvec3> centres() const;
-  /// Returns the largest distance of a centre from the HIP, mm: a rotation moves no centre on a larger
+  /// Returns the largest distance of a centre or a point from the HIP, mm: a rotation moves none on a larger
   /// circle.
   double arm() const noexcept { return arm_; }
   /// Returns the distance of the tool's farthest point from the HIP, mm.
   double extent() const noexcept { return extent_; }
   /// Returns the ratio (mm2) of rotational to translational stiffness between the hand and the tool, as if
-  /// each ball had a spring of its own.
+  /// each ball or point had a spring of its own.
   double gyration_square() const noexcept { return gyration_square_; }
-  /// Returns a hash of all balls, which distinguishes shapes.
+  /// Returns a hash of all balls and points, which distinguishes shapes.
   std::uint64_t fingerprint() const noexcept;
   friend bool operator==(const ToolShape& a, const ToolShape& b) noexcept {
-    return a.kind_ == b.kind_ && a.radius_ == b.radius_ && a.balls_ == b.balls_;
+    return a.kind_ == b.kind_ && a.radius_ == b.radius_ && a.balls_ == b.balls_ && a.profile_ == b.profile_ &&
+           (!a.profile_.rings.empty() || a.shell_hash_ == b.shell_hash_);
   }
 
  private:
@@ -70,13 +102,20 @@ class ToolShape {
   bool has_equal_radii_ = true;
   double radius_ = 0, arm_ = 0, extent_ = 0, gyration_square_ = k_least_gyration_square;
   std::vector<Ball> balls_;
+  ToolProfile profile_;
+  SharedShell shell_;
+  std::uint64_t shell_hash_ = 0;  ///< 0: no shell
 };
 
 using SharedTool = std::shared_ptr<const ToolShape>;
 
 /// Returns an error if a rigid set of balls is no valid tool: too many or too distant balls, or no radius.
-/// Points and balls are valid.
+/// Points and balls are valid. Also an error if a profile is no solid.
 Status check(const ToolShape& tool);
+
+/// Returns the tool with the points of its surface; the tool itself if it has them, or needs none. Error if
+/// the profile is invalid, or needs too many points. Takes some 20 ms for 10^4 points.
+Result<SharedTool> sampled(const SharedTool& tool);
 
 /// Makes a rigid tool of balls of one radius (mm) at these centres (mm, frame of the hand); no centres: a
 /// ball at the HIP, or a point if the radius is 0. Error if the balls form no valid tool.

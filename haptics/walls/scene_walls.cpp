@@ -107,7 +107,7 @@ Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
   }
   const volume::Frame* frame =
       scene.tool->radius() > 0 && shape.offset ? &shape.offset->frame() : &scan.frame;
-  parts_.push_back({index, index + 1, untouched, frame, glm::dmat3(1)});
+  parts_.push_back({index, index + 1, untouched, frame, glm::dmat3(1), 0});
   return std::nullopt;
 }
 
@@ -210,9 +210,16 @@ Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   auto frame = volume::Frame::from_spacing(scene.base ? scene.base->frame.origin() : dvec3(0), dvec3(finest));
   if (!frame) return frame.error();
   layout.frame_ = frame.value();
-  for (Part& part : layout.parts_)
-    for (int k = 0; k < 3; ++k)
+  for (Part& part : layout.parts_) {
+    part.plane_distance = 1e300;
+    for (int k = 0; k < 3; ++k) {
       part.from_scene[k] = part.frame->vector_volume_from_world(layout.frame_.axes()[k]);
+      dvec3 axis(0);
+      axis[k] = 1;
+      part.plane_distance =
+          std::min(part.plane_distance, 1 / glm::length(part.frame->gradient_world_from_volume(axis)));
+    }
+  }
   return layout;
 }
 
@@ -239,6 +246,7 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
     new (&walls)
         SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : touch_state_, state_.around.passable,
                     counters_, part(i).begin, part(i).end, &state_.around.nearby);
+    if (large_) walls.use(*large_);
   }
   return walls;
 }
@@ -301,6 +309,15 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
   }
   inside = after;
   return first;
+}
+
+bool SceneWalls::is_free_within(int shape, const dvec3& p, double mm) noexcept {
+  if (is_mesh(shape)) {
+    if (!blocks(shape, Side::front) && !blocks(shape, Side::back)) return true;
+    return !tree_of(shape).is_near(placement_of(shape).local_from_world(frame().world_from_volume(p)), mm);
+  }
+  const int i = part_of(shape);
+  return walls_of(i).is_free_within(shape, in_part(i, p), mm / part(i).plane_distance, mm);
 }
 
 bool SceneWalls::is_solid(int shape, const dvec3& p) noexcept {
@@ -368,13 +385,13 @@ volume::ValueAndGradient SceneWalls::value_and_gradient(const Wall& wall, const 
 }
 
 volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall, const Span& span,
-                                                               bool& is_whole) noexcept {
+                                                               bool& is_whole, int most) noexcept {
   is_whole = false;
   // A straight motion along a facet, or along a ball's tangent at one, does not bend into it.
   if (is_mesh(wall.shape)) return {dvec3(0), dvec3(0)};
   const int i = part_of(wall.shape);
   const volume::QuadraticPatch::HessianBound own =
-      walls_of(i).hessian_bound(wall, {in_part(i, span.a), in_part(i, span.b)}, is_whole);
+      walls_of(i).hessian_bound(wall, {in_part(i, span.a), in_part(i, span.b)}, is_whole, most);
   // Bounds of |second derivatives| along the scene's axes.
   const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
                        glm::abs(part(i).from_scene[2]));

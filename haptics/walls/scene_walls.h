@@ -20,6 +20,7 @@ class SceneLayout {
     std::shared_ptr<const TouchState> untouched;  ///< null: the base, with the state of the step
     const volume::Frame* frame;                   ///< of its walls
     glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to it
+    double plane_distance;                        ///< mm, least distance between adjacent planes of voxels
   };
   struct Box {
     glm::dvec3 low, high;  ///< mm; world frame, for a moving mesh its own frame
@@ -72,6 +73,8 @@ class SceneWalls {
              const ProxyState& state, std::span<const Placement> placements,
              ProxyCounters& counters) noexcept;
 
+  /// Uses a larger cache, for a step that meets hundreds of cubes. Call it first.
+  void use(SmoothWalls::LargeCache& cache) noexcept { large_ = &cache; }
   const volume::Frame& frame() const noexcept { return layout_.frame(); }
   int next_shape(int s) const noexcept { return state_.around.nearby.next(s); }
   bool blocks(int shape, Side side) const noexcept {
@@ -85,6 +88,9 @@ class SceneWalls {
   /// meshes need not be found.
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance, int skipped = -1,
               double latest = 1) noexcept;
+  /// Returns true if there is no matter of the shape, and no facet, within `mm` of p. Conservative: false
+  /// near matter does not mean that there is some. For tools without a radius.
+  bool is_free_within(int shape, const glm::dvec3& p, double mm) noexcept;
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::ValueAndGradient value_and_gradient(const Wall& wall, const glm::dvec3& p) noexcept;
@@ -93,8 +99,8 @@ class SceneWalls {
     const glm::dvec3 &a, &b;
     Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
   };
-  volume::QuadraticPatch::HessianBound hessian_bound(const Wall& wall, const Span& span,
-                                                     bool& is_whole) noexcept;
+  volume::QuadraticPatch::HessianBound hessian_bound(const Wall& wall, const Span& span, bool& is_whole,
+                                                     int most = SmoothWalls::k_few_cubes) noexcept;
   bool is_only_wall(const Wall&) const noexcept { return false; }
   double longest_leg(const Wall& wall, double usual) noexcept {
     return is_mesh(wall.shape) ? usual : walls_of(part_of(wall.shape)).longest_leg(wall, usual);
@@ -142,6 +148,7 @@ class SceneWalls {
   static_assert(std::is_trivially_destructible_v<SmoothWalls>);
   std::array<WallsStorage, SceneLayout::k_max_volumes> walls_;
   std::array<bool, SceneLayout::k_max_volumes> is_constructed_{};
+  SmoothWalls::LargeCache* large_ = nullptr;
 };
 
 }  // namespace trephine::haptics

@@ -48,12 +48,23 @@ volume::ValueAndGradient SmoothWalls::cut_value_and_gradient(const volume::CutLa
 }
 
 SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
-  for (int i = 0; i < count_; ++i)
-    if (Cached& cached = cache_[static_cast<std::size_t>(i)]; cached.key == key && cached.voxel == v)
-      return cached;
-  count_ = std::min(count_ + 1, k_cached);
-  Cached& fresh = cache_[static_cast<std::size_t>(next_)];
-  next_ = next_ + 1 == k_cached ? 0 : next_ + 1;
+  Cached* slot = nullptr;
+  if (large_) {
+    const auto part = [](int i, std::uint32_t factor) { return static_cast<std::uint32_t>(i) * factor; };
+    const std::uint32_t hash =
+        part(v.x, 1) + part(v.y, 7) + part(v.z, 61) + part(key, 0x9e3779b1u);  // neighbours have other slots
+    const std::size_t index = hash % LargeCache::k_slots + (key == k_cut ? LargeCache::k_slots : 0);
+    slot = &large_->all[index];
+    if (std::exchange(large_->is_used[index], true) && slot->key == key && slot->voxel == v) return *slot;
+  } else {
+    for (int i = 0; i < count_; ++i)
+      if (Cached& cached = cache_[static_cast<std::size_t>(i)]; cached.key == key && cached.voxel == v)
+        return cached;
+    count_ = std::min(count_ + 1, k_cached);
+    slot = &cache_[static_cast<std::size_t>(next_)];
+    next_ = next_ + 1 == k_cached ? 0 : next_ + 1;
+  }
+  Cached& fresh = *slot;
   fresh.key = key;
   fresh.voxel = v;
   fresh.has_hessian_bound = false;
@@ -80,12 +91,12 @@ bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
 
 namespace {
 
-/// Returns true if all voxels within one of v are air.
-bool are_air(const volume::Occupancy& bits, const ivec3& size, const ivec3& v) noexcept {
-  const int x0 = std::max(v.x - 1, 0), x1 = std::min(v.x + 1, size.x - 1);
+/// Returns true if all voxels within `reach` (at most 31) of v are air.
+bool are_air(const volume::Occupancy& bits, const ivec3& size, const ivec3& v, int reach) noexcept {
+  const int x0 = std::max(v.x - reach, 0), x1 = std::min(v.x + reach, size.x - 1);
   if (x0 > x1) return true;
-  for (int z = std::max(v.z - 1, 0); z <= std::min(v.z + 1, size.z - 1); ++z)
-    for (int y = std::max(v.y - 1, 0); y <= std::min(v.y + 1, size.y - 1); ++y) {
+  for (int z = std::max(v.z - reach, 0); z <= std::min(v.z + reach, size.z - 1); ++z)
+    for (int y = std::max(v.y - reach, 0); y <= std::min(v.y + reach, size.y - 1); ++y) {
       const std::uint64_t* row = bits.row(y, z);
       std::uint64_t few = row[x0 >> 6] >> (x0 & 63);
       if ((x0 >> 6) != (x1 >> 6)) few |= row[x1 >> 6] << (64 - (x0 & 63));
@@ -95,6 +106,27 @@ bool are_air(const volume::Occupancy& bits, const ivec3& size, const ivec3& v) n
 }
 
 }  // namespace
+
+bool SmoothWalls::is_free_within(int shape, const dvec3& p, double steps, double mm) const noexcept {
+  if (!blocks(shape, Side::front)) return true;
+  // Matter is in cubes within one voxel of a solid voxel. Beyond the grid the nearest point inside decides.
+  const dvec3 at = glm::clamp(p, dvec3(0), dvec3(volume_->size) - 1.0);
+  const dvec3 beyond = glm::abs(p - at);
+  if (std::max({beyond.x, beyond.y, beyond.z}) - 1.5 >= steps) return true;
+  const ivec3 v = volume::voxel_of(at);
+  const int blocks_away = empty_distance(shape, v);
+  if (blocks_away > 1 && 4 * (blocks_away - 1) - 1 >= steps) return true;
+  const TouchItem& item = scene_->items[static_cast<std::size_t>(shape)];
+  const dvec3 from_centre = glm::abs(at - dvec3(v));
+  const double to_border = 0.5 - std::max({from_centre.x, from_centre.y, from_centre.z});
+  const bool is_extended = item.soft && item.soft->is_extended();
+  if (!is_extended && to_border + 1 >= steps && are_air(*item.bits, volume_->size, v, 2)) return true;
+  if (to_border >= steps && is_air_around(shape, v)) return true;
+  if (!is_cut_ || !is_near_cut(v)) return false;
+  // The smooth distance to removed matter deviates from the sampled one by less than a step of its lattice.
+  const dvec3& spacing = version_->lattice().frame().spacing();
+  return -version_->distance(p) - std::max({spacing.x, spacing.y, spacing.z}) >= mm;
+}
 
 int SmoothWalls::empty_distance(int shape, const ivec3& v) const noexcept {
   const TouchItem& item = scene_->items[static_cast<std::size_t>(shape)];
@@ -106,7 +138,7 @@ int SmoothWalls::empty_distance(int shape, const ivec3& v) const noexcept {
 
 bool SmoothWalls::is_air_around(int shape, const ivec3& v) const noexcept {
   const auto item = [this](int s) -> const TouchItem& { return scene_->items[static_cast<std::size_t>(s)]; };
-  if (!are_air(*item(shape).bits, volume_->size, v)) return false;
+  if (!are_air(*item(shape).bits, volume_->size, v, 1)) return false;
   // A soft shape may extend beyond its own bits.
   const volume::SoftField* soft = item(shape).soft.get();
   return !soft || !soft->is_extended() || soft->is_air_around(v);
@@ -162,12 +194,12 @@ void SmoothWalls::widen(const Wall& wall, const Span& span, const dvec3& m,
 }
 
 volume::QuadraticPatch::HessianBound SmoothWalls::hessian_bound(const Wall& wall, const Span& span,
-                                                                bool& is_whole) noexcept {
-  return bound_over(wall, cubes_of(wall, span.a, span.b), is_whole);
+                                                                bool& is_whole, int most) noexcept {
+  return bound_over(wall, cubes_of(wall, span.a, span.b), is_whole, most);
 }
 
 volume::QuadraticPatch::HessianBound SmoothWalls::bound_over(const Wall& wall, const CubeSpan& cubes,
-                                                             bool& is_whole) noexcept {
+                                                             bool& is_whole, int most) noexcept {
   const auto& [low, high] = cubes;
   is_whole = true;
   const auto bound_at = [&](const ivec3& v) -> const volume::QuadraticPatch::HessianBound& {
@@ -181,7 +213,7 @@ volume::QuadraticPatch::HessianBound SmoothWalls::bound_over(const Wall& wall, c
     bound.cross = glm::max(bound.cross, here.cross);
   };
   const ivec3 extent = high - low + 1;
-  is_whole = extent.x * extent.y * extent.z <= 4;
+  is_whole = extent.x * extent.y * extent.z <= most;
   if (!is_whole) {
     add(high);
     return bound;

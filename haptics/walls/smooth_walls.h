@@ -68,6 +68,11 @@ class SmoothWalls {
         is_cut_(!is_round_ && !version_->is_untouched()),
         is_fine_(!version_->lattice().is_of_voxels()) {}
 
+  /// Uses a larger cache, for a step that meets hundreds of cubes. Several objects may share it if each has
+  /// other shapes.
+  struct LargeCache;
+  void use(LargeCache& cache) noexcept { large_ = &cache; }
+
   /// Returns the frame of all points: the volume's, or that of the offset fields if the tool has a radius.
   const volume::Frame& frame() const noexcept {
     return is_round_ ? scene_->items[static_cast<std::size_t>(begin_)].offset->frame() : volume_->frame;
@@ -91,6 +96,10 @@ class SmoothWalls {
   /// updated where a shape lets it pass.
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance) noexcept;
 
+  /// Returns true if there is no matter of the shape within `steps` of p, counted in planes of voxels, or
+  /// within `mm` of p in removed matter. Conservative: false near matter does not mean that there is some.
+  /// For points, not for balls.
+  bool is_free_within(int shape, const glm::dvec3& p, double steps, double mm) const noexcept;
   /// Returns true if p is in the solid of the shape.
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   /// Returns the derivatives of a wall's function at p; its value is negative in free space.
@@ -102,9 +111,10 @@ class SmoothWalls {
     Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
   };
   /// Returns a bound of |second derivative| of the wall's function over the cubes of a span; over its two
-  /// ends only, with `is_whole` false, if there are more than four cubes.
-  volume::QuadraticPatch::HessianBound hessian_bound(const Wall& wall, const Span& span,
-                                                     bool& is_whole) noexcept;
+  /// ends only, with `is_whole` false, if there are more than `most` cubes.
+  volume::QuadraticPatch::HessianBound hessian_bound(const Wall& wall, const Span& span, bool& is_whole,
+                                                     int most = k_few_cubes) noexcept;
+  static constexpr int k_few_cubes = 4;
   /// Extends such a bound to the box of the span and m.
   void widen(const Wall& wall, const Span& span, const glm::dvec3& m,
              volume::QuadraticPatch::HessianBound& bound, bool& is_whole) noexcept;
@@ -179,8 +189,8 @@ class SmoothWalls {
   volume::ValueAndGradient cut_value_and_gradient(const volume::CutLattice::Point& at) noexcept;
   using CubeSpan = std::pair<glm::ivec3, glm::ivec3>;
   CubeSpan cubes_of(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b) const noexcept;
-  volume::QuadraticPatch::HessianBound bound_over(const Wall& wall, const CubeSpan& cubes,
-                                                  bool& is_whole) noexcept;
+  volume::QuadraticPatch::HessianBound bound_over(const Wall& wall, const CubeSpan& cubes, bool& is_whole,
+                                                  int most = k_few_cubes) noexcept;
   /// Returns the distance in blocks of four voxels to the nearest block that may contain matter of the shape,
   /// as chessboard distance.
   int empty_distance(int shape, const glm::ivec3& v) const noexcept;
@@ -221,6 +231,15 @@ class SmoothWalls {
   bool is_fine_;  ///< the lattice of cuts is finer than the voxels
   std::array<Cached, k_cached> cache_;
   int next_ = 0, count_ = 0;
+  LargeCache* large_ = nullptr;
+};
+
+/// Polynomials of cubes, each at a slot that depends on the cube; those of cuts have slots of their own.
+struct SmoothWalls::LargeCache {
+  static constexpr std::size_t k_slots = 256;  ///< of fields, and as many of cuts
+  std::array<Cached, 2 * k_slots> all;         ///< not initialized
+  std::array<bool, 2 * k_slots> is_used{};
+  LargeCache() noexcept {}
 };
 
 /// Turns a direction away from all walls, given by their unit normals into the solid, if that is possible.

@@ -263,6 +263,10 @@ sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrStat
   return ball_at(tick.proxy_world - lowest_point(body, shaft, tick.normal_world), shaft);
 }
 
+namespace {
+Status check_width(double width, const haptics::TouchScene& scene);
+}
+
 /// Checks the size of a body: below the smallest burr of the session it would leave no hole in the lattice,
 /// and a contact ball must fit into the cut.
 Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene& scene) {
@@ -284,6 +288,12 @@ Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene
                  .where = "burr diameter",
                  .found = std::to_string(width) + " mm",
                  .expected = std::to_string(2 * scene.tool->radius()) + " mm or more"};
+  return check_width(width, scene);
+}
+
+namespace {
+/// Checks that a cut of this width (mm) leaves a hole in the lattice of the session.
+Status check_width(double width, const haptics::TouchScene& scene) {
   if (width >= scene.smallest_burr) return std::nullopt;
   return Error{.what = "the burr is smaller than the smallest burr of the session",
                .where = "burr diameter",
@@ -291,6 +301,7 @@ Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene
                .expected = std::to_string(scene.smallest_burr) + " mm or more",
                .remedy = "set the smallest burr when the session begins"};
 }
+}  // namespace
 
 Status check_touch(const sim::ToolNeeds& needs, const haptics::TouchScene& scene, const char* tool) {
   constexpr double k_tolerance = 0.05;  // mm
@@ -349,25 +360,36 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
   // Contact balls along the burr, at most 1.25 radii apart.
   const double min_radius = body.min_radius();
   const double longest = 1.25 * min_radius * (haptics::ToolShape::k_max_balls - 1);
-  if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * min_radius)
-    return Error{.what = "the burr and its shaft are too long for their width",
-                 .where = "burr shaft",
-                 .found = std::to_string(body.high() - body.low() + burr.shaft) + " mm",
-                 .expected = "at most " + std::to_string(longest + 2 * min_radius) + " mm in all",
-                 .remedy = "use a shorter shaft"};
+  if (burr.is_round && burr.shaft == 0 && body.high() - body.low() > longest + 2 * min_radius)
+    return Error{.what = "the burr is too long for its width",
+                 .where = "burr length",
+                 .found = std::to_string(body.high() - body.low()) + " mm",
+                 .expected = "at most " + std::to_string(longest + 2 * min_radius) + " mm",
+                 .remedy = "use a shorter burr"};
+  if (burr.shaft > 0) {
+    if (scene.tool->kind() != haptics::ToolShape::Kind::shell)
+      return Error{.what = "a burr with a shaft needs the surface of the whole tool to touch with",
+                   .where = "burr shaft",
+                   .found = "a tool without a surface",
+                   .remedy = "take the instrument, which sets the surface, or begin the operation with it"};
+    if (Status error = volume::check(body)) return error;
+    return check_width(2 * min_radius, scene);
+  }
   return check_body(body, burr.is_round, scene);
 }
 
-/// Returns the finest cut and the contact balls. Both are fixed for a round burr while the session lasts.
+/// Returns the finest cut and the contact surface or balls. Both are fixed for a round burr while the session
+/// lasts.
 sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   const ToolBody body = burr.body();
   const double finest_cut = 2 * body.min_radius();
   if (!burr.is_round) return {finest_cut};
   const double radius = touch_radius(burr, anatomy);
-  if (body.is_ball() && burr.shaft == 0)
-    return {finest_cut, std::make_shared<const haptics::ToolShape>(radius)};
-  // Balls inside the body, from its tip along the shaft: one radius apart or less, farther on long shafts.
-  const double first = body.low() + radius, last = std::max(first, body.high() - radius + burr.shaft);
+  if (burr.shaft > 0)
+    return {finest_cut, std::make_shared<const haptics::ToolShape>(whole_profile(burr, anatomy))};
+  if (body.is_ball()) return {finest_cut, std::make_shared<const haptics::ToolShape>(radius)};
+  // Balls inside the body, from its tip to its end: one radius apart or less.
+  const double first = body.low() + radius, last = std::max(first, body.high() - radius);
   const int gaps = std::clamp(static_cast<int>(std::ceil((last - first) / radius)), 0,
                               static_cast<int>(haptics::ToolShape::k_max_balls) - 1);
   std::vector<haptics::ToolShape::Ball> balls;

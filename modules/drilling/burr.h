@@ -17,10 +17,11 @@ struct Burr {
   bool is_round = false;      ///< the hand holds the burr, and all of it touches; false: a point touches
   Shape shape = Shape::sphere;
   Grade grade = Grade::cutting;
-  double rpm = 60000;   ///< 1/min, of the spindle
-  double length = 0;    ///< mm; not used for a ball; 0: the usual length of the shape
-  double shaft = 0;     ///< mm, length of shaft that also touches, as thick as the burr's end; with is_round
-  bool is_dry = false;  ///< without irrigation
+  double rpm = 60000;           ///< 1/min, of the spindle
+  double length = 0;            ///< mm; not used for a ball; 0: the usual length of the shape
+  double shaft = 0;             ///< mm, length of shaft that also touches; with is_round
+  double shaft_diameter = 2.4;  ///< mm, that of common burrs (2.35 mm, ISO 1797)
+  bool is_dry = false;          ///< without irrigation
 
   double radius() const noexcept { return 0.5 * diameter; }
   /// Returns the cutting body. The hand holds its origin (`along` 0): the centre of a ball, of the tip ball
@@ -33,6 +34,10 @@ struct Burr {
 /// its offset field, but at least half the cutting radius. Balls of the full radius would have no room in the
 /// burr's own hole, whose axis the field resolves to about a step.
 double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept;
+
+/// Returns the surface with which a burr and its shaft touch. The head is slightly smaller than the cutting
+/// body, so that a touching burr overlaps bone.
+haptics::ToolProfile whole_profile(const Burr& burr, const volume::Volume& anatomy);
 
 /// State of a burr. In contact it starts tangent to the surface on which the proxy rests (a ball: centre =
 /// proxy + radius normal) and sinks toward the HIP as fast as the removal rate allows: its lowest point along
@@ -87,7 +92,9 @@ double hottest_bone(const sim::OperationState& operation) noexcept;
 class Drilling final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "drilling"; }
-  std::uint32_t version() const noexcept override { return 4; }  // 4: the foot of a craniotome is blunt
+  std::uint32_t version() const noexcept override {
+    return 5;
+  }  // 5: a burr's shaft is a surface of its own diameter
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

@@ -90,9 +90,35 @@ const Schema& SetEffect::schema() {
 const Schema& ToolGeometry::schema() {
   static constexpr Field fields[] = {
       field<&ToolGeometry::radius>("radius", {.unit = "mm", .low = 0, .high = 6}),
-      field<&ToolGeometry::balls>("balls", {.unit = "mm", .low = -300, .high = 300})};
+      field<&ToolGeometry::balls>("balls", {.unit = "mm", .low = -300, .high = 300}),
+      field<&ToolGeometry::profile>("profile", {.unit = "mm", .low = -300, .high = 300}),
+      field<&ToolGeometry::spacing>("spacing", {.unit = "mm", .low = 0, .high = 10})};
   static constexpr Schema table{"tool-geometry", 1, fields};
   return table;
+}
+ToolGeometry ToolGeometry::of(const haptics::ToolShape& tool) {
+  ToolGeometry result{tool.radius(), tool.centres(), {}, 0};
+  for (const haptics::ToolProfile::Ring& ring : tool.profile().rings)
+    result.profile.insert(result.profile.end(), {ring.along, ring.radius});
+  if (!result.profile.empty()) result.spacing = tool.profile().spacing;
+  return result;
+}
+Result<haptics::SharedTool> ToolGeometry::tool() const {
+  if (profile.empty()) return haptics::make_tool(radius, balls);
+  if (radius != 0 || !balls.empty() || profile.size() % 2 != 0)
+    return Error{
+        .what = "the geometry of the tool is ambiguous",
+        .where = "tool-geometry profile",
+        .found = profile.size() % 2 != 0 ? "an odd number of values" : "balls in addition to a profile",
+        .expected = "pairs of position and radius, without balls",
+        .remedy = "pass either balls or a profile"};
+  haptics::ToolProfile result;
+  for (std::size_t i = 0; i + 1 < profile.size(); i += 2)
+    result.rings.push_back({profile[i], profile[i + 1]});
+  result.spacing = spacing;
+  auto tool = std::make_shared<const haptics::ToolShape>(std::move(result));
+  if (Status error = haptics::check(*tool)) return *error;
+  return haptics::SharedTool(std::move(tool));
 }
 const Schema& TakeInstrument::schema() {
   static constexpr Field fields[] = {field<&TakeInstrument::instrument>("instrument"),

@@ -95,14 +95,18 @@ struct SetEffect {
   std::string words;  ///< as haptics::parse_effect reads them; empty: ends the force
   static const Schema& schema();
 };
-/// A job: makes the hand's tool a ball of this radius, a point, or a rigid chain of such balls.
+/// A job: makes the hand's tool a ball of this radius, a point, a rigid chain of such balls, or the surface
+/// of a body of revolution.
 struct ToolGeometry {
   double radius = 0;                   ///< mm; 0: a point
   std::vector<glm::dvec3> balls = {};  ///< centres, mm, frame of the hand; empty: one ball or a point
+  /// Position along the axis and radius (mm) of each ring of the body; empty: no body.
+  std::vector<double> profile = {};
+  double spacing = 0;  ///< mm, of the points on the body
   static const Schema& schema();
-  static ToolGeometry of(const haptics::ToolShape& tool) { return {tool.radius(), tool.centres()}; }
-  /// Error if the balls form no valid tool.
-  Result<haptics::SharedTool> tool() const { return haptics::make_tool(radius, balls); }
+  static ToolGeometry of(const haptics::ToolShape& tool);
+  /// Error if the balls or the profile form no valid tool. The surface of a body has no points yet.
+  Result<haptics::SharedTool> tool() const;
 };
 /// A job: gives the hand an instrument, and the ball or balls that it touches with. Until these are ready,
 /// the hand keeps its current instrument. An instrument that needs no balls uses the hand's initial contact

@@ -125,11 +125,11 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
                    .remedy = "use a smaller tool"};
     if (!needs.tool) continue;
     if (const auto* method = haptics::find_method(hand.method);
-        needs.tool->is_six_dof() && !(method && method->is_six_dof()))
+        needs.tool->is_six_dof() && !(method && method->takes(*needs.tool)))
       hand.method = haptics::general_method(*needs.tool).name;
     if (needs.tool->is_six_dof() || !hand.tool->is_six_dof()) {
       hand.tool = needs.tool;
-    } else {  // the hand keeps its balls, in the instrument's size
+    } else if (hand.tool->kind() == haptics::ToolShape::Kind::balls) {  // kept, in the instrument's size
       auto tool = haptics::make_tool(needs.tool->radius(), hand.tool->centres());
       if (!tool) return tool.error();
       hand.tool = std::move(tool).value();
@@ -156,7 +156,7 @@ bool touches_smooth(const SceneDescription& spec) noexcept {
   return std::any_of(spec.hands.begin(), spec.hands.end(), [](const HandSpec& hand) {
     const haptics::MethodInfo* method = haptics::find_method(hand.method);
     // Sets of balls touch the fields as scanned.
-    return method && method->solid == haptics::MethodInfo::Solid::smooth && !method->is_six_dof();
+    return method && method->solid == haptics::MethodInfo::Solid::smooth && !method->takes_sets_of_balls;
   });
 }
 

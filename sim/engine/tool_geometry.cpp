@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptics/methods/methods.h"
+#include "haptics/tool/point_shell.h"
 
 namespace trephine::sim {
 
@@ -48,7 +49,8 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
   if ((result->failed = haptics::set_tool(*scene, std::move(shape).value()))) return result;
   // The hand's initial method, unless the tool moves with other degrees of freedom.
   const haptics::MethodInfo* initial = haptics::find_method(tool.initial_method);
-  const bool is_same = !initial || initial->freedom == scene->tool->freedom();
+  const bool is_same = !initial || (initial->freedom == scene->tool->freedom() &&
+                                    initial->takes_shells == (scene->tool->shell() != nullptr));
   auto method =
       haptics::make_method(is_same ? tool.initial_method : haptics::general_method(*scene->tool).name);
   if (!method) {
@@ -66,6 +68,7 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
   hash.add(radius);
   for (const glm::dvec3& at : request.balls)
     for (int a = 0; a < 3; ++a) hash.add(at[a]);
+  if (result->scene->tool->shell()) hash.add(result->scene->tool->shell()->hash());
   if (radius > 0)
     for (std::size_t s = 0; s < base_shapes(*result->scene).size(); ++s)
       add_samples(hash, result->offsets.empty() ? *result->scene->items[s].offset : *result->offsets[s]);

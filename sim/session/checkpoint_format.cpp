@@ -51,9 +51,13 @@ void put_placement(std::string& out, const haptics::Placement& at) {
 }
 
 void put_hand(std::string& out, const EngineImage::Hand& hand) {
-  put(out, hand.tool.scene->tool->radius());
-  put_count(out, hand.tool.scene->tool->balls().size());
-  for (const haptics::ToolShape::Ball& ball : hand.tool.scene->tool->balls()) put(out, ball.centre);
+  const ToolGeometry geometry = ToolGeometry::of(*hand.tool.scene->tool);
+  put(out, geometry.radius);
+  put_count(out, geometry.balls.size());
+  for (const glm::dvec3& centre : geometry.balls) put(out, centre);
+  put_count(out, geometry.profile.size());
+  for (const double value : geometry.profile) put(out, value);
+  put(out, geometry.spacing);
   put_count(out, hand.tool.change_count);
   put(out, static_cast<std::uint8_t>(hand.escape_path != nullptr));
   if (hand.escape_path) {

@@ -347,9 +347,13 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   }
   /// Reads a hand, with its initial tool or another one.
   void read_hand(ByteReader& in, std::size_t h, EngineImage::Hand& hand) {
-    ToolGeometry geometry{in.number(), {}};
+    ToolGeometry geometry{in.number(), {}, {}, 0};
     for (std::uint64_t remaining = in.count(haptics::ToolShape::k_max_balls); remaining > 0; --remaining)
       geometry.balls.push_back(in.place());
+    for (std::uint64_t remaining = in.count(2 * haptics::ToolProfile::k_max_rings); remaining > 0;
+         --remaining)
+      geometry.profile.push_back(in.number());
+    geometry.spacing = in.number();
     hand.tool = start.tool(h);
     hand.tool.change_count = in.count();
     if (hand.tool.change_count != 0) {

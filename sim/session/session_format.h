@@ -14,7 +14,7 @@
 namespace trephine::sim {
 
 /// Version of the file's layout. Files of other layouts are refused.
-inline constexpr std::uint32_t k_session_layout = 13;  // 13: one command adopts derived data
+inline constexpr std::uint32_t k_session_layout = 14;  // 14: profiles of whole tools
 /// Revision of the arithmetic of servo and edits: raised with every change that gives other bits for the same
 /// input. A session of another revision can be viewed, but not verified. Modules have their own versions.
 inline constexpr std::uint32_t k_replay_revision = 18;

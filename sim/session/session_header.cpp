@@ -171,6 +171,9 @@ std::string to_text(const SceneDescription& h) {
     add_unless("tool_radius", hand.tool->radius(), 0);
     for (const glm::dvec3& at : hand.tool->centres())
       add_text("tool_ball", text_of(at.x) + ' ' + text_of(at.y) + ' ' + text_of(at.z));
+    for (const haptics::ToolProfile::Ring& ring : hand.tool->profile().rings)
+      add_text("tool_ring", text_of(ring.along) + ' ' + text_of(ring.radius));
+    if (!hand.tool->profile().rings.empty()) add_number("tool_spacing", hand.tool->profile().spacing);
     for (const std::string& words : hand.effects) add_text("effect", words);
   }
   return out;
@@ -444,6 +447,12 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
       const std::optional<glm::dvec3> at = three_numbers(value);
       is_good = hand && at && tools.back().balls.size() < haptics::ToolShape::k_max_balls;
       if (is_good) tools.back().balls.push_back(*at);
+    } else if (key == "tool_ring") {
+      const std::optional<glm::dvec3> ring = three_numbers(std::string(value) + " 0");
+      is_good = hand && ring && tools.back().profile.size() < 2 * haptics::ToolProfile::k_max_rings;
+      if (is_good) tools.back().profile.insert(tools.back().profile.end(), {ring->x, ring->y});
+    } else if (key == "tool_spacing") {
+      if ((is_good = hand && is_between(0, 10))) tools.back().spacing = number;
     } else if (key == "smallest_burr") {
       if ((is_good = is_between(0, 1e3))) h.smallest_burr = number;
     } else if (key == "effect") {

@@ -109,7 +109,6 @@ TEST(CreaseSheets, BallsRestInNarrowGroovesWhereTheClosedFormSays) {
 }
 
 TEST(CreaseSheets, AreNotMadeForSmoothOrConvexShapes) {
-  const dvec3 middle(0);
   Volume v = make_volume(ivec3(64), Frame::from_axes(dvec3(-8), glm::dmat3(0.25)).value()).value();
   const auto fill = [&](const auto& depth) {
     for (int z = 0; z < 64; ++z)

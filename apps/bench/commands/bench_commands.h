@@ -15,7 +15,8 @@ struct BenchArguments {
 };
 
 extern const cli::Command k_surface, k_flood, k_separation, k_step, k_rays, k_xray, k_reslice, k_render,
-    k_drill, k_load, k_dicom, k_open, k_depth, k_feel, k_stability, k_skills, k_faults, k_soak, k_pedicle;
+    k_drill, k_load, k_dicom, k_open, k_depth, k_feel, k_stability, k_skills, k_faults, k_soak, k_pedicle,
+    k_whole_tool;
 
 Status bench_feel(const BenchArguments& arguments, Outcome& outcome);
 /// Random attacks, stiffness maps and energies; on a scan too if one is given.

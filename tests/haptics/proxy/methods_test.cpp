@@ -386,9 +386,11 @@ TEST(MethodNames, EachMethodTakesWhatItsInfoStates) {
   };
   for (const MethodInfo& info : method_catalogue()) {
     SCOPED_TRACE(info.name);
-    EXPECT_EQ(info.is_six_dof(), info.takes_sets_of_balls);
+    EXPECT_EQ(info.is_six_dof(), info.takes_sets_of_balls || info.takes_shells);
     TouchScene tool = plain;
-    if (info.is_six_dof()) {
+    if (info.takes_shells) {
+      ASSERT_FALSE(set_tool(tool, std::make_shared<const ToolShape>(ToolProfile{{{-2, 2}, {2, 2}}, 1})));
+    } else if (info.is_six_dof()) {
       ASSERT_FALSE(set_tool(tool, 2, {{0, 0, 0}, {0, 0, 4}}));
     }
     const auto accepts = [&](const TouchScene& scene) {
@@ -405,8 +407,8 @@ TEST(MethodNames, EachMethodTakesWhatItsInfoStates) {
     }
   }
   // The general method of each kind of tool.
-  for (const ToolShape& tool :
-       {ToolShape(), ToolShape(1.0), ToolShape(std::vector<ToolShape::Ball>{{{}, 1}})}) {
+  for (const ToolShape& tool : {ToolShape(), ToolShape(1.0), ToolShape(std::vector<ToolShape::Ball>{{{}, 1}}),
+                                ToolShape(ToolProfile{{{-2, 2}, {2, 2}}, 1})}) {
     const MethodInfo& general = general_method(tool);
     EXPECT_TRUE(general.takes(tool) && general.takes_cuts && general.takes_moving_meshes) << general.name;
     EXPECT_FALSE(general.is_baseline);

@@ -1,0 +1,81 @@
+// whole-tool: times of contact with the whole surface of a tool, and the experiments of the thesis on
+// 6/3-DOF haptic rendering.
+#include "apps/bench/commands/bench_commands.h"
+#include "apps/bench/whole_tool.h"
+
+namespace trephine::bench {
+
+using namespace cli;
+
+namespace {
+
+struct ToolArguments {
+  bool is_quick = false;
+};
+
+Json to_json(const StepTimes& times) {
+  return {{"p50", times.p50}, {"p99", times.p99}, {"p999", times.p999}, {"max", times.max}};
+}
+
+Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
+  const WholeToolResult result = run_whole_tool_benchmark(arguments.is_quick);
+  outcome.print(
+      format_text("a burr of 4 mm with a shaft of 60 mm, on the head phantom of %d x %d x %d voxels",
+                  result.size[0], result.size[1], result.size[2]));
+  outcome.json["voxmap"] = {{"seconds", result.voxmap_seconds}, {"mb", result.voxmap_mb}};
+  outcome.json["rows"] = Json::array();
+  for (const WholeToolRow& row : result.rows) {
+    outcome.json["rows"].push_back({{"spacing_mm", row.spacing},
+                                    {"points", row.points},
+                                    {"make_ms", row.make_ms},
+                                    {"free_us", to_json(row.free_us)},
+                                    {"slide_us", to_json(row.slide_us)},
+                                    {"hole_us", to_json(row.hole_us)},
+                                    {"sampling_us", to_json(row.sampling_us)},
+                                    {"sampling_tested", row.tested},
+                                    {"fcl_us", to_json(row.fcl_us)}});
+    outcome.print(format_text(
+        "%6zu points (%.2f mm), made in %.0f ms. Step of shell, us, p50 / p99 / p99.9: free %.1f / %.1f / "
+        "%.1f, sliding %.0f / %.0f / %.0f, levered in a hole %.0f / %.0f / %.0f",
+        row.points, row.spacing, row.make_ms, row.free_us.p50, row.free_us.p99, row.free_us.p999,
+        row.slide_us.p50, row.slide_us.p99, row.slide_us.p999, row.hole_us.p50, row.hole_us.p99,
+        row.hole_us.p999));
+    outcome.print(
+        format_text("       published sum of forces, us: %.1f / %.1f / %.1f, tests %.0f %% of the points",
+                    row.sampling_us.p50, row.sampling_us.p99, row.sampling_us.p999, 100 * row.tested));
+    if (row.fcl_us.count > 0)
+      outcome.print(format_text("       FCL, one collision query, us: %.0f / %.0f / %.0f", row.fcl_us.p50,
+                                row.fcl_us.p99, row.fcl_us.p999));
+  }
+  outcome.print(format_text("VoxMap: %.1f s, %.0f MB", result.voxmap_seconds, result.voxmap_mb));
+  for (const IntegratorRow& row : compare_integrators()) {
+    outcome.json["integrators"][row.name] = {{"mean_n", row.mean}, {"noise_n", row.noise}};
+    outcome.print(format_text("force in free motion, %s integration: mean %.4f N, noise %.4f N",
+                              row.name.c_str(), row.mean, row.noise));
+  }
+  for (const LeverRow& row : run_lever_task()) {
+    outcome.json["lever"].push_back(
+        {{"is_limited", row.is_limited}, {"points_through", row.points}, {"turned_degrees", row.turned}});
+    outcome.print(
+        format_text("lever between two plates, %s: %d points pass through, the tool turns by %.1f degrees",
+                    row.is_limited ? "coupling limited" : "coupling not limited", row.points, row.turned));
+  }
+  return std::nullopt;
+}
+
+Run build_tool(Options& options) {
+  auto a = std::make_shared<ToolArguments>();
+  options.add("--quick", a->is_quick, "A coarser phantom and fewer steps");
+  return [a]() -> Result<Outcome> {
+    Outcome outcome("bench-whole-tool");
+    if (Status error = run_tool(*a, outcome)) return *error;
+    return outcome;
+  };
+}
+
+}  // namespace
+
+const Command k_whole_tool{"whole-tool", "Whole tools with six degrees of freedom, compared with FCL",
+                           "  trephine-bench whole-tool --quick", build_tool};
+
+}  // namespace trephine::bench

@@ -1,0 +1,249 @@
+#include "apps/bench/whole_tool.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <random>
+
+#include "apps/bench/peers.h"
+#include "apps/bench/scenes/scenes.h"
+#include "haptics/baselines/voxel_sampling.h"
+#include "haptics/device/pose_path.h"
+#include "haptics/proxy/shell_proxy.h"
+#include "volume/cuts/removal.h"
+#include "volume/surface/lathe.h"
+#include "volume/surface/surface_nets.h"
+
+namespace trephine::bench {
+
+using glm::dquat;
+using glm::dvec3;
+using haptics::Placement;
+using haptics::TouchScene;
+
+namespace {
+
+dquat turn_about(const dvec3& axis, double angle) {
+  const dvec3 v = std::sin(0.5 * angle) * glm::normalize(axis);
+  return {std::cos(0.5 * angle), v.x, v.y, v.z};
+}
+
+/// A ball burr of 4 mm with a shaft of 60 mm.
+haptics::ToolProfile burr_profile(double spacing) {
+  return {{{-1.9, 0.5}, {-1.4, 1.4}, {0, 2}, {1.4, 1.4}, {1.6, 1.2}, {60, 1.2}}, spacing};
+}
+
+/// One play of a tool along poses; keeps the poses of the tool.
+class Play {
+ public:
+  Play(const TouchScene& scene, std::shared_ptr<const volume::Version> version)
+      : scene_(scene), state_(std::move(version)) {
+    is_ready_ = !method_.prepare(scene);
+  }
+  void step(const Placement& hand, MinimumOfRuns* times = nullptr) {
+    if (!is_ready_) return;
+    const auto start = Clock::now();
+    result_ = method_.step(scene_, state_, memory_, {hand.position_world, {}, hand.rotation});
+    if (times) times->add(tick_++, 1e6 * seconds_since(start));
+  }
+  Placement tool() const { return {result_.proxy_world, memory_.tool_turn}; }
+  bool has_contact() const { return result_.has_contact; }
+
+ private:
+  const TouchScene& scene_;
+  haptics::ShellProxy method_;
+  haptics::ProxyState memory_;
+  haptics::TouchState state_;
+  haptics::ProxyStep result_;
+  std::size_t tick_ = 0;
+  bool is_ready_ = false;
+};
+
+/// Slides the tool over the skull from some sides. Returns its poses in contact.
+std::vector<Placement> slide(const TouchScene& scene, int ticks, MinimumOfRuns& free,
+                             MinimumOfRuns& contact) {
+  const volume::Frame& frame = scene.base->frame;
+  const dvec3 centre = frame.world_from_volume(0.5 * dvec3(scene.base->size));
+  std::mt19937 random(4);
+  const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
+  std::vector<Placement> poses;
+  for (int side = 0; side < 6; ++side) {
+    Play play(scene, haptics::untouched(scene));
+    const dvec3 out = glm::normalize(dvec3(between(-1, 1), between(-1, 1), between(0.2, 1))),
+                along = glm::normalize(glm::cross(out, dvec3(0.3, 1, 0.2))),
+                axis = glm::normalize(out + between(0.3, 2.0) * along);
+    dquat rotation = turn_about(glm::cross(dvec3(0, 0, 1), axis), std::acos(axis.z));
+    double height = 130, pressed = 0, aside = 0;
+    bool has_touched = false;
+    for (int tick = 0; tick < ticks; ++tick) {
+      if (!has_touched)
+        height -= 0.2;
+      else if (pressed < 4)
+        height -= 0.03, pressed += 0.03;
+      else
+        aside += 0.04;  // mm per tick: 40 mm/s
+      rotation = glm::normalize(turn_about(along, 0.0003) * rotation);
+      play.step({centre + height * out + aside * along, rotation}, has_touched ? &contact : &free);
+      has_touched = has_touched || play.has_contact();
+      if (play.has_contact() && tick % 4 == 0) poses.push_back(play.tool());
+    }
+  }
+  return poses;
+}
+
+/// Levers the tool in a hole of its own burr.
+void lever_in_hole(const TouchScene& scene, int ticks, MinimumOfRuns& times) {
+  const volume::Frame& frame = scene.base->frame;
+  const dvec3 centre = frame.world_from_volume(0.5 * dvec3(scene.base->size));
+  volume::RemovalEditor editor(haptics::untouched(scene), haptics::solids_of(scene));
+  const dvec3 top = centre + dvec3(0, 0, 130), bottom = centre + dvec3(0, 0, 40);
+  editor.remove(volume::Sweep{top, bottom, 2.2, false});
+  editor.end_stroke();
+  Play play(scene, editor.publish());
+  Placement hand{top, {1, 0, 0, 0}};
+  for (int tick = 0; tick < ticks; ++tick) {
+    const double down = std::min(1.0, tick / (0.5 * ticks)),
+                 lever = std::clamp(2.0 * tick / ticks - 1, 0.0, 1.0);
+    hand = {top + down * 0.75 * (bottom - top) + dvec3(8 * lever, 0, 0), turn_about({0, 1, 0}, 0.5 * lever)};
+    play.step(hand, down == 1 ? &times : nullptr);
+  }
+}
+
+}  // namespace
+
+WholeToolResult run_whole_tool_benchmark(bool is_quick) {
+  WholeToolResult result;
+  data_tools::PhantomOptions options;
+  options.spacing_mm = dvec3(is_quick ? 1.0 : 0.5);
+  TouchScene scene = scenes::phantom_scene("head", options);
+  if (haptics::set_smallest_burr(scene, 4)) return result;
+  for (int a = 0; a < 3; ++a) result.size[a] = scene.base->size[a];
+  auto start = Clock::now();
+  const auto map = haptics::baselines::VoxMap::of(*scene.items[0].bits, scene.base->frame, 1);
+  result.voxmap_seconds = seconds_since(start);
+  result.voxmap_mb = static_cast<double>(map.bytes()) / 1e6;
+  const volume::Mesh net = volume::surface_net({&scene.items[0].field, nullptr, scene.items[0].bits.get()});
+  std::vector<double> vertices;
+  for (const glm::vec3& v : net.vertices.span()) {
+    const dvec3 p = scene.base->frame.world_from_volume(dvec3(v));
+    vertices.insert(vertices.end(), {p.x, p.y, p.z});
+  }
+  for (const double spacing : {1.0, 0.5, 0.25}) {
+    WholeToolRow row;
+    row.spacing = spacing;
+    start = Clock::now();
+    auto shell = haptics::PointShell::of_profile(burr_profile(spacing));
+    if (!shell) continue;
+    row.make_ms = 1e3 * seconds_since(start);
+    row.points = shell.value()->points().size();
+    if (haptics::set_tool(scene, std::make_shared<const haptics::ToolShape>(shell.value()))) continue;
+    MinimumOfRuns free, contact, hole;
+    std::vector<Placement> poses;
+    for (int run = 0; run < (is_quick ? 2 : MinimumOfRuns::k_runs); ++run) {
+      MinimumOfRuns* all[] = {&free, &contact};
+      poses = slide(scene, is_quick ? 1500 : 4000, *all[0], *all[1]);
+      lever_in_hole(scene, is_quick ? 1500 : 4000, hole);
+    }
+    row.free_us = free.result(), row.slide_us = contact.result(), row.hole_us = hole.result();
+    const haptics::baselines::VoxelSampling sampling(map, *shell.value());
+    MinimumOfRuns sums;
+    long tests = 0;
+    for (int run = 0; run < MinimumOfRuns::k_runs; ++run)
+      for (std::size_t i = 0; i < poses.size(); ++i) {
+        start = Clock::now();
+        const auto answer = sampling.contact(poses[i]);
+        sums.add(i, 1e6 * seconds_since(start));
+        tests += run == 0 ? answer.tests : 0;
+      }
+    row.sampling_us = sums.result();
+    row.tested =
+        static_cast<double>(tests) / static_cast<double>(std::max<std::size_t>(1, poses.size() * row.points));
+    if (peers().fcl_collide && spacing == 0.25) {
+      std::vector<volume::TurnedRing> rings;
+      for (const auto& ring : burr_profile(spacing).rings) rings.push_back({ring.along, ring.radius});
+      const volume::TurnedSolid tool =
+          volume::turned_solid(rings.front().along, rings, rings.back().along, 48);
+      std::vector<double> numbers;
+      for (const Placement& pose : poses)
+        numbers.insert(numbers.end(), {pose.position_world.x, pose.position_world.y, pose.position_world.z,
+                                       pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z});
+      std::vector<double> us(poses.size());
+      peers().fcl_collide({&tool.vertices[0].x, static_cast<long>(tool.vertices.size()),
+                           tool.triangles.data(), static_cast<long>(tool.triangles.size() / 3)},
+                          {vertices.data(), static_cast<long>(net.vertices.size()), net.triangles.data(),
+                           static_cast<long>(net.triangles.size() / 3)},
+                          numbers.data(), static_cast<long>(poses.size()), us.data());
+      row.fcl_us = times_of(std::move(us));
+    }
+    result.rows.push_back(std::move(row));
+  }
+  return result;
+}
+
+std::vector<IntegratorRow> compare_integrators() {
+  using namespace haptics::baselines;
+  data_tools::PhantomOptions options;
+  options.size = glm::ivec3(16);
+  const TouchScene scene = scenes::phantom_scene("plane", options);
+  const VoxMap map = VoxMap::of(*scene.items[0].bits, scene.base->frame, 1);
+  const auto shell = haptics::PointShell::of_profile({{{0, 2}, {10, 2}}, 0.6});
+  std::vector<IntegratorRow> rows;
+  if (!shell) return rows;
+  const VoxelSampling sampling(map, *shell.value());
+  const std::pair<Integrator, const char*> all[] = {{Integrator::explicit_euler, "explicit"},
+                                                    {Integrator::semi_implicit, "semi-implicit"},
+                                                    {Integrator::implicit, "implicit"}};
+  for (const auto& [integrator, name] : all) {
+    DynamicTool::Options tool_options;
+    tool_options.integrator = integrator;
+    DynamicTool tool(sampling, tool_options, 1e-3);
+    IntegratorRow row{name};
+    constexpr int k_block = 20, k_blocks = 400;  // eq. 3.20
+    for (int block = 0; block < k_blocks; ++block) {
+      double force[k_block], mean = 0;
+      for (int i = 0; i < k_block; ++i) {
+        // A hand that moves to and fro at 1 Hz, read by a sensor of 0.023 mm.
+        const double t = 1e-3 * (block * k_block + i), x = 30 * std::sin(6.2832 * t);
+        tool.step({{0.023 * std::round(x / 0.023), 0, 50}, {1, 0, 0, 0}});
+        force[i] = glm::length(tool.on_hand().force_world);
+        mean += force[i] / k_block;
+      }
+      double square = 0;
+      for (const double f : force) square += (f - mean) * (f - mean) / k_block;
+      row.mean += mean / k_blocks;
+      row.noise += std::sqrt(square) / k_blocks;
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<LeverRow> run_lever_task() {
+  using namespace haptics::baselines;
+  // Two plates of 4 mm with a gap of 6 mm.
+  const TouchScene scene =
+      scenes::scene_of(scenes::sampled(dvec3(-32), dvec3(32), dvec3(0.5), [](const dvec3& p) {
+        return std::abs(std::abs(p.z) - 5) < 2 ? 1600.0 : -1000.0;
+      }));
+  const VoxMap map = VoxMap::of(*scene.items[0].bits, scene.base->frame, 1);
+  const auto shell = haptics::PointShell::of_profile({{{-25, 1.5}, {25, 1.5}}, 0.4});
+  std::vector<LeverRow> rows;
+  if (!shell) return rows;
+  const VoxelSampling sampling(map, *shell.value());
+  const dquat lying = turn_about({0, 1, 0}, 0.5 * 3.14159265358979);
+  for (const bool is_limited : {false, true}) {
+    DynamicTool::Options options;
+    options.limits_missing_torque = is_limited;
+    DynamicTool tool(sampling, options, 1e-3);
+    LeverRow row{is_limited};
+    for (int i = 0; i < 3000; ++i) {
+      tool.step({dvec3(0), turn_about({0, 1, 0}, 0.6 * std::min(1.0, i / 2000.0)) * lying});
+      row.points = std::max(row.points, tool.contact().interior);
+    }
+    row.turned = glm::length(haptics::turn_between(lying, tool.pose().rotation)) * 180 / 3.14159265358979;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace trephine::bench

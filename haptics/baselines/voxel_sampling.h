@@ -1,0 +1,87 @@
+// VoxelSampling, DynamicTool: published six-degree-of-freedom contact of a point shell with a VoxMap, and the
+// rigid body that it moves.
+#pragma once
+
+#include <array>
+
+#include "haptics/baselines/voxmap.h"
+#include "haptics/force/coupling.h"
+#include "haptics/tool/point_shell.h"
+
+namespace trephine::haptics::baselines {
+
+/// Tangent-plane forces (McNeely, Puterbaugh and Troy 1999; thesis on 6/3-DOF haptic rendering, eq. 3.1 to
+/// 3.5): each point in a proximity voxel is pushed along its own inward normal by its depth below the tangent
+/// plane through the centre of the voxel, at most half a voxel; in a surface voxel by half a voxel; in the
+/// interior not at all, so that a tool that is pressed hard passes through. Borrows map and shell.
+class VoxelSampling {
+ public:
+  struct Options {
+    double stiffness = 0.5;  ///< N/mm per point
+    int averaged_from = 10;  ///< number of points from which forces are averaged (eq. 3.5); 0: never
+  };
+  struct Contact {
+    Wrench on_tool;                 ///< torque about the position of the tool
+    glm::dvec3 perpendicular{0.0};  ///< N, sum of the parts of all forces perpendicular to the torque
+    int points = 0;                 ///< that push
+    int interior = 0;               ///< points in the interior
+    int tests = 0;                  ///< points and nodes that were tested
+  };
+  VoxelSampling(const VoxMap& map, const PointShell& shell, const Options& options) noexcept
+      : map_(map), shell_(shell), options_(options) {}
+  VoxelSampling(const VoxMap& map, const PointShell& shell) noexcept : VoxelSampling(map, shell, Options()) {}
+
+  /// Sums the forces in the order of the points. `uses_tree` false: tests all points, with equal bits.
+  Contact contact(const Placement& tool, bool uses_tree = true) const noexcept;
+  const PointShell& shell() const noexcept { return shell_; }
+
+ private:
+  const VoxMap& map_;
+  const PointShell& shell_;
+  Options options_;
+};
+
+/// Integration of the tool's motion (eq. 3.10 to 3.19; Otaduy and Lin 2006 for the linearised implicit one).
+enum class Integrator : std::uint8_t { explicit_euler, semi_implicit, implicit };
+
+/// A tool with mass, tied to the hand by a virtual coupling (Colgate, Stanley and Brown 1995) and pushed by
+/// contact. Plain data but for the borrowed sampling.
+class DynamicTool {
+ public:
+  struct Options {
+    Integrator integrator = Integrator::semi_implicit;
+    double mass = 0.025;               ///< kg
+    double sphere_radius = 20;         ///< mm, of a sphere with the tool's moment of inertia (eq. 3.7)
+    Coupling coupling{0.59, 0.00768};  ///< critically damped and passive for 0.008 N s/mm at 1 kHz
+    double turning_stiffness = 300;    ///< N mm/rad; its damping is critical (eq. 3.22)
+    /// Limits the torque of the coupling while contact makes torque without force, which devices without
+    /// torque cannot render: the hand would turn the tool through its contacts (thesis, 3.7).
+    bool limits_missing_torque = false;
+    double least_turning_stiffness = 10;  ///< N mm/rad, while the torque is limited
+  };
+  DynamicTool(const VoxelSampling& sampling, const Options& options, double dt) noexcept;
+
+  /// Runs one tick. The first places the tool at the hand.
+  void step(const Placement& hand) noexcept;
+  const Placement& pose() const noexcept { return tool_; }
+  const Wrench& on_hand() const noexcept { return on_hand_; }
+  const VoxelSampling::Contact& contact() const noexcept { return contact_; }
+  /// Returns the share, 0 to 1, of the contact's torque that comes without force: "bad torque".
+  double badness() const noexcept { return badness_; }
+
+ private:
+  void judge_torque() noexcept;
+
+  const VoxelSampling& sampling_;
+  Options options_;
+  double dt_, inertia_;  ///< s; kg mm2
+  Placement hand_, tool_;
+  glm::dvec3 velocity_{0.0}, spin_{0.0};  ///< mm/s, rad/s
+  Wrench on_hand_;
+  VoxelSampling::Contact contact_;
+  std::array<double, 32> torques_{};  ///< N mm, of the last ticks, for the moving average
+  std::size_t tick_ = 0;
+  double badness_ = 0;
+};
+
+}  // namespace trephine::haptics::baselines

@@ -1,0 +1,67 @@
+// VoxMap: static objects as voxels in a tree of 8 x 8 x 8 children (McNeely, Puterbaugh and Troy 1999).
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "volume/scan/frame.h"
+#include "volume/scan/occupancy.h"
+
+namespace trephine::haptics::baselines {
+
+/// Immutable. Children of equal type are stored once ("aggregation").
+class VoxMap {
+ public:
+  enum class Voxel : std::uint8_t {
+    undefined,  ///< outside of the map
+    free,
+    surface,    ///< of an object
+    interior,   ///< of an object
+    proximity,  ///< free, within some layers of a surface
+  };
+  /// Method that finds the interior of a mesh.
+  enum class Interior : std::uint8_t {
+    walls,   ///< six walls move inward through free space until a surface stops them, again and again:
+             ///< published
+    parity,  ///< counts crossings along rows of voxels: exact for closed meshes
+  };
+  /// Most passes of the walls.
+  static constexpr int k_passes = 8;
+
+  /// Solid voxels next to free ones are its surface. `layers`: of proximity voxels around surfaces. Cost:
+  /// some passes over all voxels.
+  static VoxMap of(const volume::Occupancy& solid, const volume::Frame& frame, int layers = 1);
+  /// Voxels of `voxel_mm` that a triangle meets, by separating axes (Akenine-Möller 2001), are the surface.
+  static VoxMap of(const MeshTree& mesh, double voxel_mm, Interior interior, int layers = 1);
+
+  Voxel at(const glm::ivec3& v) const noexcept;
+  /// Returns true if all voxels of the box are free, or outside.
+  bool is_free(const glm::ivec3& low, const glm::ivec3& high) const noexcept;
+  const glm::ivec3& size() const noexcept { return size_; }
+  const volume::Frame& frame() const noexcept { return frame_; }
+  double voxel_mm() const noexcept { return frame_.spacing().x; }
+  std::size_t node_count() const noexcept { return nodes_.size() / 512; }
+  std::size_t bytes() const noexcept { return nodes_.size() * sizeof(std::uint32_t) + leaves_.size(); }
+
+ private:
+  VoxMap(volume::Frame frame, const glm::ivec3& size) : frame_(frame), size_(size) {}
+  /// Adds proximity voxels, and stores all in the tree.
+  void build(std::vector<Voxel> voxels, int layers);
+
+  bool is_free_in(std::uint32_t node, int level, const glm::ivec3& corner, const glm::ivec3& low,
+                  const glm::ivec3& high) const noexcept;
+
+  static constexpr std::uint32_t k_value = 0x80000000u;  // an aggregate: the low bits are its type
+
+  volume::Frame frame_;
+  glm::ivec3 size_{0};
+  int levels_ = 1;  ///< of inner nodes
+  std::uint32_t root_ = k_value;
+  std::vector<std::uint32_t> nodes_;  ///< 512 children each: aggregates, or indices of nodes or leaves
+  std::vector<std::uint8_t> leaves_;  ///< 512 voxels each
+};
+
+}  // namespace trephine::haptics::baselines

@@ -1,0 +1,228 @@
+#include "haptics/proxy/near_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trephine::haptics {
+
+using glm::dmat3;
+using glm::dvec3;
+
+namespace {
+
+// In voxels of the scene's frame, the finest of the scene.
+constexpr double k_least_gap = 5e-4;     // least distance at the end of a motion that a wall stops
+constexpr double k_landing = 1e-3;       // largest distance from a wall at the end of a searched motion
+constexpr double k_lattice_steps = 1.5;  // of the cut lattice, that a unit of margins spans at most
+constexpr double k_least_margin = 0.1;   // below it, points are left out instead
+constexpr int k_most_cubes = 27;         // in the box around a point and its margin
+constexpr double k_shorter = 0.3;        // share of a motion that needs too many searches
+
+}  // namespace
+
+NearPoints::NearPoints(const TouchScene& scene, SceneWalls& walls, ProxyCounters& counters) noexcept
+    : shell_(*scene.tool->shell()),
+      walls_(walls),
+      counters_(counters),
+      voxel_(walls.frame().spacing().x),
+      step_(voxel_) {
+  // Samples of cuts are finer than voxels, and bounds on them hold over a few samples.
+  if (!scene.lattice) return;
+  const dvec3& mm = scene.lattice->frame().spacing();
+  step_ = std::min(step_, k_lattice_steps * std::min({mm.x, mm.y, mm.z}));
+}
+
+/// Collects the points that matter could meet while they move by `mm`. Returns false if there are too many.
+/// `has_walls`: finds their walls, and keeps those
+/// alone that bounds on the walls do not prove free.
+bool NearPoints::collect_within(const Placement& tool, double mm, bool has_walls) noexcept {
+  count_ = 0;
+  forget_stop();
+  margin_ = mm;
+  const dmat3 rotation = glm::mat3_cast(tool.rotation);
+  bool is_full = false;
+  shell_.visit(
+      [&](const dvec3& centre, double radius) {
+        ++counters_.cells;
+        const dvec3 p = in_scene(tool, rotation, centre);
+        for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
+          if (!walls_.is_free_within(s, p, radius + mm)) return false;
+        return true;
+      },
+      [&](std::uint32_t i) {
+        if (i % stride_ != 0) return true;
+        ++counters_.voxels;
+        const dvec3 p = in_scene(tool, rotation, local(i));
+        for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
+          if (!walls_.is_free_within(s, p, mm) && !add(i, s, p, has_walls)) {
+            is_full = true;
+            return false;
+          }
+        return true;
+      });
+  return !is_full;
+}
+
+bool NearPoints::add(std::uint32_t point, int shape, const dvec3& at, bool has_wall) noexcept {
+  if (count_ == all_.size()) return false;
+  Near& near = all_[count_++];
+  near.point = point;
+  near.shape = shape;
+  near.at = at;
+  near.is_inside = near.has_bound = false;
+  if (!has_wall) return true;
+  look_up(near);
+  near.is_inside = near.has_wall && !walls_.is_mesh(shape) && near.value >= 0;
+  inside_count_ += near.is_inside;
+  if (near.is_inside || !near.has_one_wall) return true;
+  const dvec3 reach(margin_ / voxel_);
+  near.hessian = walls_.hessian_bound(near.wall, {at - reach, at + reach}, near.has_bound, k_most_cubes);
+  if (!near.has_bound) return true;
+  // The largest value within the margin.
+  const double steepest = glm::length(near.gradient) * reach.x;
+  if (near.value + steepest + 0.5 * near.hessian.along(reach) +
+          rounding_of({near.value, near.gradient}, near.hessian) <
+      0)
+    --count_;
+  return true;
+}
+
+void NearPoints::collect(const Placement& tool, double mm) noexcept {
+  const auto is_complete = [&] {
+    inside_count_ = 0;
+    return collect_within(tool, mm, true);
+  };
+  stride_ = 1;
+  while (!is_complete())
+    if (mm > k_least_margin * step_)
+      mm = std::max(0.5 * mm, k_least_margin * step_);
+    else
+      stride_ *= 2;
+}
+
+bool NearPoints::is_free_within(const Placement& tool, double mm) noexcept {
+  const dvec3 p = in_scene(tool, glm::mat3_cast(tool.rotation), shell_.root().centre);
+  for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
+    if (!walls_.is_free_within(s, p, shell_.root().radius + mm)) return false;
+  count_ = 0;
+  forget_stop();
+  inside_count_ = 0;
+  return true;
+}
+
+void NearPoints::set_wall(Near& near, const Wall& wall) noexcept {
+  const volume::ValueAndGradient field = walls_.value_and_gradient(wall, near.at);
+  near.wall = wall;
+  near.value = field.value;
+  near.gradient = field.gradient;
+  near.origin = near.at;
+}
+
+/// Finds the wall of the shape at the point: the nearest one.
+void NearPoints::look_up(Near& near) noexcept {
+  SceneWalls::WallList few;
+  const int count = walls_.walls_at(near.shape, {}, near.at, margin_, few);
+  near.has_wall = count > 0;
+  near.has_one_wall = count == 1 && !walls_.is_mesh(near.shape);
+  near.has_bound = false;
+  near.value = -1e300;
+  near.origin = near.at;
+  near.gradient = dvec3(0);
+  double least = 1e300;
+  Wall nearest;
+  for (int k = 0; k < count; ++k) {
+    set_wall(near, few[static_cast<std::size_t>(k)]);
+    const double room = room_of(near);
+    if (k > 0 && !(room < least)) continue;
+    least = room;
+    nearest = near.wall;
+  }
+  if (count > 1) set_wall(near, nearest);
+}
+
+double NearPoints::room_of(const Near& near) const noexcept {
+  if (near.is_inside || !near.has_wall) return 1e300;
+  const double steepness = glm::length(near.gradient) / voxel_;
+  const double value = near.value + glm::dot(near.gradient, near.at - near.origin);
+  return steepness > 0 ? -value / steepness : 1e300;
+}
+
+/// Returns the share of the straight motion of a point that bounds on its wall prove free: 1, or less and
+/// then a little less than what is free, so that the point keeps a gap to the wall. Empty if a search
+/// is required.
+std::optional<double> NearPoints::proven_share(Near& near, const dvec3& to) noexcept {
+  if (near.has_bound) {
+    const double rounding = rounding_of({near.value, near.gradient}, near.hessian);
+    if (near.highest(near.at, to) + rounding < -k_least_gap * glm::length(near.gradient)) return 1.0;
+    if (near.at != near.origin) set_wall(near, near.wall);
+    const dvec3 along = to - near.at;
+    const double value = near.value + rounding, slope = glm::dot(near.gradient, along),
+                 bend = near.hessian.along(along), gap = -k_least_gap * glm::length(near.gradient);
+    if (value < gap) return std::min(1.0, free_step(value - gap, slope, bend));
+    if (value < 0) return slope >= 0 ? 0 : bend > 0 ? std::min(1.0, -2 * slope / bend) : 1;
+  }
+  if (walls_.is_free_within(near.shape, near.at, glm::length(to - near.at) * voxel_)) return 1.0;
+  return std::nullopt;
+}
+
+double NearPoints::free_share(const Placement& to, int max_searches) noexcept {
+  double least = 1;
+  int searches = 0;
+  const dmat3 rotation = glm::mat3_cast(to.rotation);
+  for (std::size_t k = 0; k < count_; ++k) {
+    Near& near = all_[k];
+    if (near.is_inside) continue;
+    const dvec3 end = in_scene(to, rotation, local(near.point));
+    if (end == near.at) continue;
+    if (const std::optional<double> proven = proven_share(near, end)) {
+      if (*proven < least) least = *proven, stopped_ = k, stopping_wall_ = near.wall;
+      continue;
+    }
+    if (++searches > max_searches) return std::min(least, k_shorter);
+    ShapeSet inside;
+    if (inside_count_ > 0)
+      for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
+        if (walls_.is_solid(s, near.at)) inside.set(s, true);
+    const Reach reach = walls_.reach(near.at, end, inside, k_landing * voxel_, -1, least);
+    if (!reach.is_blocked || !(reach.t < least)) continue;
+    least = reach.t;
+    stopped_ = k;
+    stopping_wall_ = reach.wall;
+  }
+  return least;
+}
+
+void NearPoints::move_to(const Placement& tool, double mm) noexcept {
+  margin_ = std::max(0.0, margin_ - mm);
+  const dmat3 rotation = glm::mat3_cast(tool.rotation);
+  for (std::size_t k = 0; k < count_; ++k) all_[k].at = in_scene(tool, rotation, local(all_[k].point));
+}
+
+void NearPoints::update_walls() noexcept {
+  for (std::size_t k = 0; k < count_; ++k) {
+    Near& near = all_[k];
+    if (near.is_inside || !near.has_wall || near.at == near.origin || !(room_of(near) < 1.5 * margin_))
+      continue;
+    const Wall before = near.wall;
+    const auto hessian = near.hessian;
+    const bool had_bound = near.has_bound;
+    look_up(near);
+    if (had_bound && near.has_one_wall && near.wall == before) near.has_bound = true, near.hessian = hessian;
+  }
+}
+
+void NearPoints::use_stopping_wall() noexcept {
+  Near& near = all_[stopped_];
+  if (near.wall == stopping_wall_ && near.origin == near.at) return;
+  set_wall(near, stopping_wall_);
+  near.has_wall = true;
+  near.has_one_wall = near.has_bound = false;  // searches test the other walls there
+}
+
+dvec3 NearPoints::normal_of(const Near& near) const noexcept {
+  const dvec3 gradient = walls_.frame().gradient_world_from_volume(near.gradient);
+  const double steepness = glm::length(gradient);
+  return steepness > 0 ? (-1 / steepness) * gradient : dvec3(0);
+}
+
+}  // namespace trephine::haptics

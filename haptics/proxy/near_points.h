@@ -1,0 +1,120 @@
+// NearPoints: points of a shell near matter during one servo step, and proofs that their motions are free.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <optional>
+#include <type_traits>
+
+#include "haptics/proxy/tool_motion.h"
+#include "haptics/tool/point_shell.h"
+#include "haptics/walls/scene_walls.h"
+
+namespace trephine::haptics {
+
+/// A point of the shell near a shape, with the shape's wall.
+struct Near {
+  std::uint32_t point;
+  int shape;
+  bool is_inside;     ///< in the solid of the shape at the beginning of the step
+  bool has_wall;      ///< false: a model farther away, or matter that another shape covers
+  bool has_one_wall;  ///< `wall` alone bounds the motion; else only a search proves it free
+  bool has_bound;     ///< `hessian` bounds the wall wherever the point may move
+  Wall wall;
+  double value;                 ///< of the wall at `origin`
+  glm::dvec3 at;                ///< current position, scene frame
+  glm::dvec3 origin, gradient;  ///< scene frame
+  volume::QuadraticPatch::HessianBound hessian;
+
+  /// Returns an upper bound of the wall's value on the segment from a to b, both within the margin of
+  /// `origin`. Requires has_bound.
+  double highest(const glm::dvec3& a, const glm::dvec3& b) const noexcept {
+    const glm::dvec3 to_a = a - origin, to_b = b - origin;
+    return value + std::max(glm::dot(gradient, to_a), glm::dot(gradient, to_b)) +
+           0.5 * hessian.along(glm::max(glm::abs(to_a), glm::abs(to_b)));
+  }
+};
+
+/// Borrows its arguments for one step. Finds the points that matter could meet while the tool moves by a
+/// margin, with bounds on their walls that hold within it; proves motions free by these bounds alone, and by
+/// exact searches for the few points without bounds. Servo thread: no allocation, every loop bounded.
+class NearPoints {
+ public:
+  /// Most points near matter that a step tests; a point near two shapes counts twice.
+  static constexpr std::size_t k_max = 2048;
+
+  NearPoints(const TouchScene& scene, SceneWalls& walls, ProxyCounters& counters) noexcept;
+  NearPoints(const NearPoints&) = delete;
+  NearPoints& operator=(const NearPoints&) = delete;
+
+  /// Finds the points for motions of up to `mm`, or less if there are too many; of the tool at this pose.
+  void collect(const Placement& tool, double mm) noexcept;
+  /// Finds the points within `mm` of matter, without their walls. Returns false if there are too many.
+  bool collect_all(const Placement& tool, double mm) noexcept {
+    stride_ = 1;
+    return collect_within(tool, mm, false);
+  }
+  /// Returns true if no matter is within `mm` of the whole tool.
+  bool is_free_within(const Placement& tool, double mm) noexcept;
+  /// Returns the share of a motion, within the margin, that is free for all points. If it is less than 1:
+  /// stopped() and stopping_wall(), unless `max_searches` (exact searches) were too few.
+  double free_share(const Placement& to, int max_searches) noexcept;
+  /// Forgets the point that stopped a motion; free_share() keeps it until another one stops a motion earlier.
+  void forget_stop() noexcept { stopped_ = k_max; }
+  /// Moves all points with the tool, by at most `mm`.
+  void move_to(const Placement& tool, double mm) noexcept;
+  /// Updates the walls of points that are not far from them.
+  void update_walls() noexcept;
+  /// Sets the wall that stopped a point as its wall.
+  void use_stopping_wall() noexcept;
+
+  std::size_t size() const noexcept { return count_; }
+  Near& operator[](std::size_t i) noexcept { return all_[i]; }
+  const Near& operator[](std::size_t i) const noexcept { return all_[i]; }
+  double margin() const noexcept { return margin_; }  ///< mm by which points may still move
+  double step_mm() const noexcept { return step_; }   ///< unit of margins
+  /// Number of points in a solid when they were last collected.
+  std::uint32_t inside_count() const noexcept { return inside_count_; }
+  bool is_stopped() const noexcept { return stopped_ < count_; }
+  std::size_t stopped() const noexcept { return stopped_; }
+  const Wall& stopping_wall() const noexcept { return stopping_wall_; }
+
+  const glm::dvec3& local(std::uint32_t point) const noexcept { return shell_.points()[point].position; }
+  /// Returns an upper bound of the motion of any point, mm.
+  double size_of(const Twist& t) const noexcept {
+    return glm::length(t.along) + shell_.arm() * glm::length(t.about);
+  }
+  glm::dvec3 in_scene(const Placement& tool, const glm::dmat3& rotation, const glm::dvec3& p) const noexcept {
+    return walls_.frame().volume_from_world(tool.position_world + rotation * p);
+  }
+  /// Returns the distance to the wall, mm, by the values at `origin`; 1e300 if the point has no wall.
+  double room_of(const Near& near) const noexcept;
+  /// Returns the unit normal of the wall, toward the tool; 0 if it has none.
+  glm::dvec3 normal_of(const Near& near) const noexcept;
+
+ private:
+  bool collect_within(const Placement& tool, double mm, bool has_walls) noexcept;
+  bool add(std::uint32_t point, int shape, const glm::dvec3& at, bool has_wall) noexcept;
+  void look_up(Near& near) noexcept;
+  void set_wall(Near& near, const Wall& wall) noexcept;
+  std::optional<double> proven_share(Near& near, const glm::dvec3& to) noexcept;
+
+  const PointShell& shell_;
+  SceneWalls& walls_;
+  ProxyCounters& counters_;
+  double voxel_, step_, margin_ = 0;  ///< mm
+  std::size_t count_ = 0, stopped_ = k_max;
+  std::uint32_t inside_count_ = 0, stride_ = 1;
+  Wall stopping_wall_;
+  /// Not initialized before add() sets an element: a tool in free space needs none.
+  union Storage {
+    std::array<Near, k_max> all;
+    Storage() noexcept {}
+  };
+  static_assert(std::is_trivially_destructible_v<Near>);
+  Storage storage_;
+  std::array<Near, k_max>& all_ = storage_.all;
+};
+
+}  // namespace trephine::haptics

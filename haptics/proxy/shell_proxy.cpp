@@ -1,0 +1,451 @@
+#include "haptics/proxy/shell_proxy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "haptics/proxy/near_points.h"
+
+namespace trephine::haptics {
+
+using glm::dmat3;
+using glm::dquat;
+using glm::dvec3;
+
+namespace {
+
+// In voxels of the scene's frame, the finest of the scene.
+constexpr double k_gap = 2e-3;          // distance that points keep from walls
+constexpr double k_landing = 1e-3;      // largest distance from a wall at the end of a searched motion
+constexpr double k_worth = 1e-4;        // least gain in distance to the hand for a motion
+constexpr double k_slow = 1e-3;         // a smaller gain of an unhindered round ends the rounds
+constexpr double k_still = 2e-4;        // a smaller motion ends the rounds
+constexpr double k_normals_apart = 4;   // distance that counts as much as a right angle of normals
+constexpr double k_longest_turn = 0.1;  // rad per round
+// In units of margins.
+constexpr double k_first_margin = 0.25;  // by which points near matter may move before they are found again
+constexpr double k_next_margin = 0.45;
+
+constexpr int k_rounds = 8, k_sweeps = 60, k_max_collections = 4;
+constexpr std::size_t k_max_bounds = 16;
+// Most exact searches for one motion, each of which costs as much as 30 proofs; beyond, it is shortened.
+constexpr int k_max_searches = 60, k_most_searches = 400;  // the latter at the last try
+
+/// Bound of a wall near a point on a motion, and the friction there.
+struct Bound {
+  dvec3 along, about;  ///< along . t + about . t >= least
+  dvec3 arm;           ///< mm, from the position of the tool
+  dvec3 tangents[2];
+  double slip[2] = {0, 0};  ///< friction along the tangents, mm
+  double least, room, friction, push = 0;
+  std::size_t near;  ///< index
+};
+
+/// One step of a shell.
+class Shell {
+ public:
+  Shell(const TouchScene& scene, SceneWalls& walls, ProxyState& state, const ProxyInput& input,
+        ProxyCounters& counters) noexcept
+      : scene_(scene),
+        shell_(*scene.tool->shell()),
+        walls_(walls),
+        state_(state),
+        counters_(counters),
+        square_(scene.tool->gyration_square()),
+        voxel_(walls.frame().spacing().x),
+        hand_{input.hip_world, unit_of(input.orientation)},
+        near_(scene, walls, counters) {}
+
+  void begin() noexcept { tool_ = hand_; }
+  void resume(const Placement& tool) noexcept { tool_ = tool; }
+  const Placement& pose() const noexcept { return tool_; }
+  const Placement& hand() const noexcept { return hand_; }
+  /// Moves to the hand and returns true if there is no matter on the way.
+  bool fly() noexcept;
+  /// Finds the points near matter at the current pose, before run().
+  void begin_step() noexcept { near_.collect(tool_, std::min(need(), k_first_margin * near_.step_mm())); }
+  /// Number of points in a solid at the beginning of the step.
+  std::uint32_t inside_count() const noexcept { return near_.inside_count(); }
+  bool yield_to(int mesh, const Placement& previous, const Placement& current) noexcept;
+  void run(ProxyStep& result) noexcept;
+
+ private:
+  const dvec3& local(std::uint32_t point) const noexcept { return near_.local(point); }
+  /// Returns the motion of any point on the way to the hand, at most, mm.
+  double need() const noexcept { return 1.001 * near_.size_of(twist_between(tool_, hand_)); }
+  void find_bounds() noexcept;
+  void add_bound(std::size_t near) noexcept;
+  void keep_pushes() noexcept;
+  Twist solve(const Twist& request) noexcept;
+  double advance(const Twist& t) noexcept;
+  void report(ProxyStep& result, double share) const noexcept;
+
+  const TouchScene& scene_;
+  const PointShell& shell_;
+  SceneWalls& walls_;
+  ProxyState& state_;
+  ProxyCounters& counters_;
+  double square_, voxel_;
+  Placement hand_, tool_;
+  std::size_t bound_count_ = 0, previous_count_ = 0;
+  bool has_slipped_ = false;  ///< in a round of this step
+  struct Push {
+    std::uint32_t point;
+    int shape;
+    double size, slip[2];
+  };
+  std::array<Push, k_max_bounds + 1> previous_;  ///< of the previous round
+  std::array<Bound, k_max_bounds + 1> bounds_;
+  /// A wall that may become a bound.
+  struct Candidate {
+    std::size_t near;
+    double room, square;  ///< mm; mm2, to the nearest bound
+    dvec3 position, normal;
+  };
+  std::array<Candidate, NearPoints::k_max> candidates_;
+  NearPoints near_;
+};
+
+bool Shell::fly() noexcept {
+  if (!near_.is_free_within(tool_, need())) return false;
+  tool_ = hand_;
+  state_.is_sticking = false;
+  return true;
+}
+
+void Shell::add_bound(std::size_t n) noexcept {
+  const Near& near = near_[n];
+  const dvec3 normal = near_.normal_of(near);
+  if (normal == dvec3(0) || !near.has_wall) return;
+  Bound& b = bounds_[bound_count_++];
+  b.along = normal;
+  b.room = near_.room_of(near);
+  b.arm = tool_.rotation * local(near.point);
+  b.about = glm::cross(b.arm, b.along);
+  b.least = std::min(k_gap * voxel_ - b.room, 0.1 * voxel_);
+  b.near = n;
+  const Material& material = material_of(scene_, near.shape, side_of(near.wall.is_back));
+  b.friction =
+      state_.is_sticking || !state_.had_contact ? material.static_friction : material.dynamic_friction;
+  const dvec3 size = glm::abs(b.along);
+  const dvec3 other = size.x < size.y && size.x < size.z ? dvec3(1, 0, 0)
+                      : size.y < size.z                  ? dvec3(0, 1, 0)
+                                                         : dvec3(0, 0, 1);
+  b.tangents[0] = glm::normalize(glm::cross(b.along, other));
+  b.tangents[1] = glm::cross(b.along, b.tangents[0]);
+  b.push = b.slip[0] = b.slip[1] = 0;
+  for (std::size_t k = 0; k < previous_count_; ++k)
+    if (const Push& old = previous_[k]; old.point == near.point && old.shape == near.shape) {
+      b.push = old.size;
+      b.slip[0] = old.slip[0], b.slip[1] = old.slip[1];
+    }
+}
+
+/// Finds the walls that bound the motion: the nearest, and then those farthest from all before, in position
+/// and normal. Few that are far apart hold a tool as well as many, and the solver needs fewer sweeps.
+void Shell::find_bounds() noexcept {
+  bound_count_ = 0;
+  std::size_t count = 0;
+  near_.update_walls();
+  for (std::size_t k = 0; k < near_.size(); ++k)
+    if (const double room = near_.room_of(near_[k]); room < near_.margin())
+      candidates_[count++] = {k, room, 1e300, local(near_[k].point), near_.normal_of(near_[k])};
+  if (count == 0) return;
+  const auto first =
+      std::min_element(candidates_.begin(), candidates_.begin() + static_cast<std::ptrdiff_t>(count),
+                       [](const Candidate& a, const Candidate& b) { return a.room < b.room; });
+  const double worth = k_normals_apart * voxel_ * (k_normals_apart * voxel_);
+  for (std::size_t next = static_cast<std::size_t>(first - candidates_.begin());
+       bound_count_ < k_max_bounds;) {
+    const Candidate chosen = candidates_[next];
+    add_bound(chosen.near);
+    std::size_t farthest = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      Candidate& c = candidates_[k];
+      const dvec3 off = c.position - chosen.position, bent = c.normal - chosen.normal;
+      c.square = std::min(c.square, glm::dot(off, off) + worth * glm::dot(bent, bent));
+      if (c.square > candidates_[farthest].square) farthest = k;
+    }
+    if (!(candidates_[farthest].square > 0)) break;
+    next = farthest;
+  }
+}
+
+/// Keeps the pushes for the next round, and whether the friction was exceeded.
+void Shell::keep_pushes() noexcept {
+  previous_count_ = bound_count_;
+  double slips = 0, limits = 0;
+  for (std::size_t k = 0; k < bound_count_; ++k) {
+    const Bound& b = bounds_[k];
+    slips += std::sqrt(b.slip[0] * b.slip[0] + b.slip[1] * b.slip[1]);
+    limits += b.friction * b.push;
+    previous_[k] = {near_[b.near].point, near_[b.near].shape, b.push, {b.slip[0], b.slip[1]}};
+  }
+  has_slipped_ = has_slipped_ || !(slips < 0.999 * limits);
+}
+
+/// Returns the motion within the bounds that is nearest to the request: projected Gauss-Seidel sweeps over
+/// the pushes of the walls, and over their friction within its cone.
+Twist Shell::solve(const Twist& request) noexcept {
+  Twist t = request;
+  const double inverse_square = 1 / square_;
+  const auto add = [&](const dvec3& along, const dvec3& about, double size) {
+    t.along += size * along;
+    t.about += (size * inverse_square) * about;
+  };
+  for (std::size_t k = 0; k < bound_count_; ++k) {
+    const Bound& b = bounds_[k];
+    add(b.along, b.about, b.push);
+    for (int i = 0; i < 2; ++i) add(b.tangents[i], glm::cross(b.arm, b.tangents[i]), b.slip[i]);
+  }
+  for (int sweep = 0; sweep < k_sweeps; ++sweep) {
+    double largest_change = 0;
+    for (std::size_t k = 0; k < bound_count_; ++k) {
+      Bound& b = bounds_[k];
+      const double weight = 1 + inverse_square * glm::dot(b.about, b.about);
+      const double deficit = b.least - glm::dot(b.along, t.along) - glm::dot(b.about, t.about);
+      const double push = std::max(0.0, b.push + deficit / weight);
+      largest_change = std::max(largest_change, std::abs(push - b.push));
+      add(b.along, b.about, push - b.push);
+      b.push = push;
+      if (!(b.friction > 0) || (push == 0 && b.slip[0] == 0 && b.slip[1] == 0)) continue;
+      dvec3 about[2];
+      double slip[2];
+      for (int i = 0; i < 2; ++i) {
+        about[i] = glm::cross(b.arm, b.tangents[i]);
+        const double moved = glm::dot(b.tangents[i], t.along) + glm::dot(about[i], t.about);
+        slip[i] = b.slip[i] - moved / (1 + inverse_square * glm::dot(about[i], about[i]));
+      }
+      const double size = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1]), limit = b.friction * push;
+      const double scale = size > limit ? limit / size : 1;
+      for (int i = 0; i < 2; ++i) {
+        const double change = scale * slip[i] - b.slip[i];
+        largest_change = std::max(largest_change, std::abs(change));
+        add(b.tangents[i], about[i], change);
+        b.slip[i] = scale * slip[i];
+      }
+    }
+    if (largest_change < 0.1 * k_still * voxel_) break;
+  }
+  return t;
+}
+
+/// Moves along `t` as far as the motion of every point is proven free. Returns the share.
+double Shell::advance(const Twist& t) noexcept {
+  near_.forget_stop();
+  const double size = near_.size_of(t);
+  double share = size > near_.margin() ? near_.margin() / size : 1;
+  for (int again = 0; again < 4; ++again) {  // a shortened motion takes other paths, to be proven again
+    const Placement to = moved(tool_, share * t);
+    const double free = near_.free_share(to, again < 3 ? k_max_searches : k_most_searches);
+    if (free == 1) {
+      tool_ = to;
+      near_.move_to(to, share * size);
+      return share;
+    }
+    share *= free;
+    if (!(share > 0)) break;
+  }
+  return 0;
+}
+
+void Shell::run(ProxyStep& result) noexcept {
+  double share = 1;
+  int collections = 1;
+  Placement best = tool_;
+  double last = length_of_springs(tool_, hand_, square_), least = last - k_worth * voxel_;
+  for (int round = 0; round < k_rounds; ++round) {
+    ++result.counters.iterations;
+    if (!(near_.margin() > k_still * voxel_)) {
+      if (collections++ == k_max_collections) break;
+      near_.collect(tool_, std::min(need(), k_next_margin * near_.step_mm()));
+    }
+    find_bounds();
+    if (share < 1 && near_.is_stopped()) {
+      near_.use_stopping_wall();
+      add_bound(near_.stopped());
+    }
+    Twist t = solve(twist_between(tool_, hand_));
+    keep_pushes();
+    const double turn = glm::length(t.about);
+    const bool is_whole = turn <= k_longest_turn;
+    if (!is_whole) t = (k_longest_turn / turn) * t;
+    if (!(near_.size_of(t) > k_still * voxel_)) break;
+    const bool was_stuck = share == 0;
+    share = advance(t);
+    const double length = length_of_springs(tool_, hand_, square_),
+                 gain = std::exchange(last, length) - length;
+    if (length < least) best = tool_, least = length;
+    if (share == 1 && gain < k_slow * voxel_) break;  // the next steps continue
+    if ((share == 0 && was_stuck) || (share == 1 && is_whole && bound_count_ == 0)) break;
+  }
+  tool_ = best;
+  result.turn_world = turn_between(hand_.rotation, tool_.rotation);
+  report(result, share);
+}
+
+/// Reports the walls that pushed in the last round.
+void Shell::report(ProxyStep& result, double share) const noexcept {
+  const Bound* hardest = nullptr;
+  dvec3 sum(0);
+  for (std::size_t k = 0; k < bound_count_; ++k) {
+    const Bound& b = bounds_[k];
+    if (!(b.push > 0)) continue;
+    sum += b.push * b.along;
+    if (hardest == nullptr || b.push > hardest->push) hardest = &b;
+    result.contacts.add({tool_.position_world + b.arm, b.along, b.push, near_[b.near].shape,
+                         side_of(near_[b.near].wall.is_back)});
+  }
+  state_.is_sticking = hardest != nullptr && !has_slipped_;
+  const dvec3 back = tool_.position_world - hand_.position_world;
+  if (back == dvec3(0) && result.turn_world == dvec3(0)) return;
+  if (hardest == nullptr) {
+    if (share < 1 && near_.is_stopped() && back != dvec3(0))
+      result.set_contact(near_.stopping_wall().shape, side_of(near_.stopping_wall().is_back),
+                         glm::normalize(back));
+    return;
+  }
+  const double length = glm::length(sum);
+  result.set_contact(near_[hardest->near].shape, side_of(near_[hardest->near].wall.is_back),
+                     length > 1e-3 * hardest->push ? sum / length : hardest->along);
+}
+
+/// Handles the motion of a mesh since the previous step. Returns false if it passed over the tool.
+bool Shell::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
+  constexpr int k_max_pushes = 8;
+  const MeshTree& tree = walls_.tree_of(mesh);
+  const bool is_front = walls_.blocks(mesh, Side::front), is_back = walls_.blocks(mesh, Side::back);
+  const double hair = 1e-5 * voxel_;
+  // Finds the point that the mesh would pass over first, and the push that prevents it.
+  const auto find_push = [&](const Placement& to, dvec3& push) {
+    bool is_any = false;
+    double first = 2;
+    shell_.visit(
+        [&](const dvec3& centre, double radius) {
+          const dvec3 a = previous.local_from_world(tool_.world_from_local(centre)),
+                      b = current.local_from_world(to.world_from_local(centre));
+          // The tool turns relative to the mesh about the way of the centre.
+          const Placement turn{dvec3(0), glm::conjugate(current.rotation) * to.rotation *
+                                             glm::conjugate(tool_.rotation) * previous.rotation};
+          const double reach = radius * (1 + glm::length(turn_between({1, 0, 0, 0}, turn.rotation)));
+          return !tree.is_near(0.5 * (a + b), 0.5 * glm::length(b - a) + reach);
+        },
+        [&](std::uint32_t i) {
+          const dvec3 a = previous.local_from_world(tool_.world_from_local(local(i))),
+                      b = current.local_from_world(to.world_from_local(local(i)));
+          FacetHit hit;
+          if (!tree.cast(a, b, is_front, is_back, hit, counters_.triangles) || hit.t >= first) return true;
+          is_any = true;
+          first = hit.t;
+          const dvec3 normal = current.rotation * hit.normal_world;
+          const dvec3 contact = current.world_from_local(a + hit.t * (b - a));
+          push = (std::max(0.0, glm::dot(contact - to.world_from_local(local(i)), normal)) + hair) * normal;
+          return true;
+        });
+    return is_any;
+  };
+  dvec3 push(0);
+  if (!find_push(tool_, push)) return true;
+  const auto try_pose = [&](const Placement& to) {
+    bool is_free = near_.collect_all(tool_, 1.001 * near_.size_of(twist_between(tool_, to)));
+    const dmat3 rotation = glm::mat3_cast(to.rotation);
+    for (std::size_t k = 0; is_free && k < near_.size(); ++k) {
+      const Near& near = near_[k];
+      if (near.shape == mesh) continue;
+      ShapeSet inside;
+      if (walls_.is_solid(near.shape, near.at)) inside.set(near.shape, true);
+      is_free = !walls_
+                     .reach(near.at, near_.in_scene(to, rotation, local(near.point)), inside,
+                            k_landing * voxel_, mesh)
+                     .is_blocked;
+    }
+    if (is_free) tool_ = to;
+    return is_free;
+  };
+  if (const Placement along = current * previous.inverse() * tool_;
+      try_pose({along.position_world, unit_of(along.rotation)}))
+    return true;
+  Placement to = tool_;
+  for (int i = 0; i < k_max_pushes; ++i) {
+    if (!find_push(to, push)) return try_pose(to);
+    to.position_world += push;
+  }
+  return false;
+}
+
+}  // namespace
+
+Status ShellProxy::prepare(const TouchScene& scene) {
+  if (Status error = check_offsets(scene, info())) return error;
+  for (const TouchItem& item : scene.items)
+    if (!item.is_mesh() && blocks(item.sides, Side::back))
+      return Error{.what = "contact from inside needs a point",
+                   .where = item.field.shape().name,
+                   .found = "its back is touchable",
+                   .expected = "shapes touched from the front",
+                   .remedy = "use a point, or touch the outside only"};
+  auto layout = SceneLayout::of(scene);
+  if (!layout) return layout.error();
+  layout_ = std::move(layout).value();
+  return std::nullopt;
+}
+
+ProxyStep ShellProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
+                           const ProxyInput& input) const noexcept {
+  const volume::Frame& base = touch_state.version->base().frame;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  Surroundings& around = state.around;
+  for (int s = 0; s < item_count(scene); ++s) around.nearby.set(s, true);  // tools are long
+  around.new_models = ShapeSet{};
+  // Meshes move one after another; each meets those before it at their current placement.
+  layout_.adopt_sets(scene, touch_state, input, around);
+  const auto current = layout_.placements_of(scene, touch_state, input);
+  auto moving = state.has_proxy && around.has_placements ? around.placements : current;
+  SmoothWalls::LargeCache cache;
+  SceneWalls walls(scene, layout_, touch_state, state, moving, result.counters);
+  walls.use(cache);
+  Shell shell(scene, walls, state, input, result.counters);
+  bool is_passed_over = false;
+  const bool is_new = !state.has_proxy;
+  if (is_new) {
+    state.begin_at(base.volume_from_world(input.hip_world));
+    shell.begin();
+    shell.begin_step();
+  } else {
+    const dquat turn = state.has_turn ? state.tool_turn : shell.hand().rotation;
+    shell.resume({base.world_from_volume(state.proxy_volume), turn});
+    for (std::size_t m = 0; m < current.size(); ++m)
+      if (const Placement before = std::exchange(moving[m], current[m]);
+          before != current[m] && layout_.movers()[m] >= 0)
+        is_passed_over = !shell.yield_to(layout_.movers()[m], before, current[m]) || is_passed_over;
+    if (!shell.fly()) {
+      shell.begin_step();
+      // Restored matter covers points that were free.
+      result.is_buried =
+          state.version != touch_state.version->serial() && shell.inside_count() > state.balls_inside;
+      if (result.is_buried) {
+        state.begin_at(base.volume_from_world(input.hip_world));
+        shell.begin();
+        shell.begin_step();
+      } else {
+        shell.run(result);
+      }
+    }
+  }
+  around.placements = current;
+  around.has_placements = true;
+  result.is_buried = result.is_buried || is_passed_over;
+  result.proxy_world = shell.pose().position_world;
+  state.balls_inside = shell.inside_count();
+  state.version = touch_state.version->serial();
+  state.tool_turn = shell.pose().rotation;
+  state.has_turn = true;
+  state.proxy_volume = base.volume_from_world(result.proxy_world);
+  state.had_contact = result.has_contact;
+  result.add_waypoint(state.proxy_volume);
+  return result;
+}
+
+}  // namespace trephine::haptics

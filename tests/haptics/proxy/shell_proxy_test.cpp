@@ -1,0 +1,332 @@
+// ShellProxy: whole tools against solids with a formula, judged by their own dense samples of the tool.
+#include "haptics/proxy/shell_proxy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "apps/bench/scenes/promise.h"
+#include "haptics/methods/methods.h"
+#include "haptics/tool/point_shell.h"
+#include "tests/haptics/servo/servo_fixture.h"
+#include "volume/cuts/removal.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dquat;
+using glm::dvec3;
+
+/// A rod along z of the hand, from `low` to `high`.
+struct Rod {
+  double low, high, radius;
+};
+constexpr Rod k_shaft{-2, 28, 1.2};
+
+SharedTool shell_of(const Rod& rod, double spacing) {
+  return sampled(std::make_shared<const ToolShape>(
+                     ToolProfile{{{rod.low, rod.radius}, {rod.high, rod.radius}}, spacing}))
+      .value();
+}
+
+TouchScene scene_with(const char* phantom, const std::map<std::string, double>& parameters, SharedTool tool,
+                      const std::function<void(data_tools::PhantomOptions&)>& change = nullptr) {
+  data_tools::PhantomOptions o = grid(96);
+  o.parameters = parameters;
+  if (change) change(o);
+  TouchScene scene = scenes::phantom_scene(phantom, o);
+  EXPECT_FALSE(set_tool(scene, std::move(tool)));
+  return scene;
+}
+
+dquat turn(const dvec3& about) {
+  const double angle = glm::length(about);
+  if (angle == 0) return {1, 0, 0, 0};
+  const dvec3 v = std::sin(0.5 * angle) / angle * about;
+  return {std::cos(0.5 * angle), v.x, v.y, v.z};
+}
+
+struct Play {
+  const TouchScene& scene;
+  ShellProxy method;
+  ProxyState state;
+  TouchState touch_state;
+  explicit Play(const TouchScene& s)
+      : scene(s), touch_state(std::shared_ptr<const volume::Version>(untouched(s))) {
+    EXPECT_FALSE(method.prepare(scene));
+  }
+  ProxyStep step(const Placement& hand) {
+    return method.step(scene, touch_state, state, {hand.position_world, {}, hand.rotation});
+  }
+  Placement tool(const ProxyStep& r) const { return {r.proxy_world, state.tool_turn}; }
+};
+
+/// Returns the depth (mm) of the rod in a solid, from samples of its surface that share nothing with the
+/// shell.
+double depth_of(const Rod& rod, const Placement& tool, const std::function<double(const dvec3&)>& distance) {
+  double deepest = -1e300;
+  for (int i = 0; i <= 300; ++i)
+    for (int k = 0; k < 72; ++k) {
+      const double angle = k * 2 * 3.14159265358979 / 72, z = rod.low + (rod.high - rod.low) * i / 300;
+      for (const double share : {1.0, 0.5})
+        if (share == 1 || i == 0 || i == 300)
+          deepest =
+              std::max(deepest, -distance(tool.world_from_local({share * rod.radius * std::cos(angle),
+                                                                 share * rod.radius * std::sin(angle), z})));
+    }
+  return deepest;
+}
+
+struct Solid {
+  const char* phantom;
+  std::map<std::string, double> parameters;
+};
+const std::vector<Solid>& solids() {
+  static const std::vector<Solid> all{{"plane", {{"angle", 0}}},
+                                      {"sphere", {{"radius", 20}}},
+                                      {"torus", {{"major", 25}, {"minor", 10}}},
+                                      {"plate", {{"thickness", 6}, {"angle", 20}}}};
+  return all;
+}
+
+TEST(ShellProxy, StaysOutsideUnderAnyMotion) {
+  double deepest[2] = {0, 0};
+  int touching = 0, entered = 0;
+  for (const Solid& solid : solids())
+    for (const bool is_thick : {false, true}) {
+      const double spacing = is_thick ? 0.9 : 0.5;
+      const TouchScene scene = scene_with(solid.phantom, solid.parameters, shell_of(k_shaft, spacing),
+                                          [&](data_tools::PhantomOptions& o) {
+                                            if (!is_thick) return;
+                                            o.size.reset();
+                                            o.spacing_mm = dvec3(1, 1, 2.5);
+                                            o.shear_degrees = 15;
+                                          });
+      const verify::SmoothSolid smooth = scenes::touched_smooth_solid(scene, nullptr);
+      const auto distance = [&](const dvec3& p) {
+        return data_tools::phantom_distance(solid.phantom, solid.parameters, p);
+      };
+      std::mt19937 random(is_thick ? 5 : 4);
+      const auto between = [&](double a, double b) {
+        return a + (b - a) * (double(random()) / 4294967296.0);
+      };
+      Play run(scene);
+      Placement hand{{0, 0, 40}, {1, 0, 0, 0}};
+      dvec3 way(0), spin(0);
+      for (int tick = 0; tick < 3000; ++tick) {
+        if (tick % 40 == 0) {
+          const dvec3 target(between(-25, 25), between(-25, 25), between(-15, 30));
+          way = (target - hand.position_world) / 40.0;  // up to 1 m/s
+          spin = 0.005 * dvec3(between(-2, 2), between(-2, 2), between(-2, 2));
+        }
+        hand = {hand.position_world + way, glm::normalize(turn(spin) * hand.rotation)};
+        const ProxyStep r = run.step(hand);
+        touching += r.has_contact;
+        ASSERT_TRUE(std::isfinite(r.proxy_world.x + r.turn_world.x));
+        if (tick % 5 != 0) continue;
+        // No point of the shell is in the solid of the method, by an evaluation that shares no code with it.
+        const Placement tool = run.tool(r);
+        for (const PointShell::Point& point : scene.tool->shell()->points())
+          entered +=
+              smooth.is_solid(scene.base->frame.volume_from_world(tool.world_from_local(point.position)));
+        deepest[is_thick] = std::max(deepest[is_thick], depth_of(k_shaft, tool, distance));
+      }
+    }
+  EXPECT_GT(touching, 2000);
+  EXPECT_EQ(entered, 0);
+  // The smooth solid of cubic voxels of 1.25 mm, and of sheared ones of 2.5 mm, with the gaps between points.
+  EXPECT_LT(deepest[false], 0.2) << "mm";
+  EXPECT_LT(deepest[true], 0.6) << "mm";
+  RecordProperty("deepest_mm", std::to_string(deepest[false]));
+  RecordProperty("deepest_thick_mm", std::to_string(deepest[true]));
+  // Planted fault: the same judge counts a tool that follows the hand.
+  const TouchScene plane = scene_with("plane", {{"angle", 0}}, shell_of(k_shaft, 0.5));
+  const verify::SmoothSolid solid = scenes::touched_smooth_solid(plane, nullptr);
+  EXPECT_TRUE(solid.is_solid(plane.base->frame.volume_from_world(dvec3(0, 0, -1))));
+}
+
+// Statics of a lever: a rod that lies on a plane, pressed and tilted.
+TEST(ShellProxy, ARodOnAPlaneIsALever) {
+  const Rod rod{-15, 15, 1.5};
+  const TouchScene frictionless = [&] {
+    TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of(rod, 0.4));
+    scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
+    return scene;
+  }();
+  const double square = frictionless.tool->gyration_square(), quarter = 0.5 * 3.14159265358979;
+  double worst_height = 0, worst_turn = 0;
+  for (const double tilt : {0.0, 0.05, 0.2, -0.2})
+    for (const double z : {1.0, 0.0, -4.0}) {
+      Play run(frictionless);
+      ProxyStep r;
+      for (int i = 0; i < 1500; ++i)
+        r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)},
+                      turn({0, -std::min(1.0, i / 300.0) * tilt, 0}) * turn({0, quarter, 0})});
+      // Height of the axis: radius cos|a| + half sin|a|; both springs together are shortest.
+      double best = 0, least = 1e300;
+      for (double a = 0; a <= std::abs(tilt); a += 1e-5) {
+        const double height = std::max(z, 1.5 * std::cos(a) + 15 * std::sin(a));
+        const double e = std::pow(height - z, 2) + 8 * square * (1 - std::cos(0.5 * (std::abs(tilt) - a)));
+        if (e < least) least = e, best = a;
+      }
+      const double height = std::max(z, 1.5 * std::cos(best) + 15 * std::sin(best));
+      worst_height = std::max(worst_height, std::abs(r.proxy_world.z - height));
+      worst_turn = std::max(worst_turn, std::abs(glm::length(r.turn_world) - (std::abs(tilt) - best)));
+      ASSERT_GT(r.contacts.size(), 0u);
+    }
+  EXPECT_LT(worst_height, 0.06) << "mm";
+  EXPECT_LT(worst_turn, 0.005) << "rad";
+  RecordProperty("height_mm", std::to_string(worst_height));
+  RecordProperty("turn_rad", std::to_string(worst_turn));
+}
+
+// A rod that lies flat, pressed by `press` mm and drawn aside: Coulomb's cone.
+TEST(ShellProxy, FrictionIsCoulombs) {
+  const Rod rod{-10, 10, 2};
+  TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of(rod, 0.4));
+  scene.items[0].material.static_friction = 0.4;
+  scene.items[0].material.dynamic_friction = 0.25;
+  const dquat flat = turn({0, 0.5 * 3.14159265358979, 0});
+  for (const dvec3 way : {dvec3(0, 1, 0), dvec3(1, 0, 0)}) {
+    Play run(scene);
+    const double press = 1.5;
+    ProxyStep r;
+    for (int i = 0; i < 400; ++i) r = run.step({{0, 0, std::max(2 - press, 10 - 0.05 * i)}, flat});
+    const dvec3 start = r.proxy_world;
+    double sticks_to = 0;
+    for (double aside = 0; aside < 3; aside += 0.01) {
+      r = run.step({dvec3(0, 0, 2 - press) + aside * way, flat});
+      // A cylinder may roll about its axis as well; its axis lags behind the hand.
+      const double moved = glm::dot(r.proxy_world - start, way);
+      if (moved < 0.02) sticks_to = aside;
+    }
+    const double lag = 3 - glm::dot(r.proxy_world - start, way);
+    if (way.x == 1) {  // along the rod nothing can roll
+      EXPECT_NEAR(sticks_to, 0.4 * press, 0.08);
+      EXPECT_NEAR(lag, 0.25 * press, 0.05);
+    } else {
+      EXPECT_GT(lag, 0.05);
+      EXPECT_LT(lag, 0.4 * press + 0.05);
+    }
+    // Planted fault: the same with no friction has no lag.
+    TouchScene smooth = scene;
+    smooth.items[0].material.static_friction = smooth.items[0].material.dynamic_friction = 0;
+    Play slick(smooth);
+    for (int i = 0; i < 400; ++i) r = slick.step({{0, 0, std::max(2 - press, 10 - 0.05 * i)}, flat});
+    for (double aside = 0; aside < 3; aside += 0.01)
+      r = slick.step({dvec3(0, 0, 2 - press) + aside * way, flat});
+    EXPECT_LT(std::abs(3 - glm::dot(r.proxy_world, way)), 0.02);
+  }
+}
+
+// A rod in a hole that was drilled in the same session: it is led by the hole, and cannot be levered out
+// through its wall.
+TEST(ShellProxy, ARodInADrilledHoleIsHeldByIt) {
+  const Rod rod{0, 40, 1.2};
+  TouchScene scene =
+      scene_with("plane", {{"angle", 0}}, shell_of(rod, 0.3), [](data_tools::PhantomOptions& o) {
+        o.size.reset();
+        o.spacing_mm = dvec3(0.6);
+      });
+  ASSERT_FALSE(set_smallest_burr(scene, 4));
+  std::shared_ptr<volume::Version> version = untouched(scene);
+  volume::RemovalEditor editor(version, solids_of(scene));
+  editor.remove(volume::Sweep{.start_world = {0, 0, 5}, .end_world = {0, 0, -15}, .radius_mm = 2});
+  editor.end_stroke();
+  Play run(scene);
+  run.touch_state = TouchState(std::shared_ptr<const volume::Version>(editor.publish()));
+  // The hole is a cylinder of 2 mm around z with a round bottom; its wall, rim included.
+  const auto distance = [](const dvec3& p) {
+    const double off = std::hypot(p.x, p.y);
+    const double from_hole = p.z > -15 ? 2 - off : 2 - glm::length(p - dvec3(0, 0, -15));
+    return std::max(p.z, from_hole);
+  };
+  ProxyStep r;
+  double deepest = 0;
+  const auto step = [&](const Placement& hand) {
+    r = run.step(hand);
+    deepest = std::max(deepest, depth_of(rod, run.tool(r), distance));
+  };
+  for (int i = 0; i <= 400; ++i) step({{0, 0, 20 - 0.1 * i}, {1, 0, 0, 0}});  // 3 mm below the bottom
+  EXPECT_NEAR(run.tool(r).position_world.z, -15 - (2 - 2 * (1 - std::sqrt(1 - 0.36))), 0.1);
+  // Lever of 30 degrees, and a push of 16 mm to the side.
+  for (int i = 0; i <= 300; ++i) {
+    const double share = std::min(1.0, i / 200.0);
+    step({{16 * share, 0, -15}, turn({0, 0.52 * share, 0})});
+  }
+  const Placement tool = run.tool(r);
+  // By its two contacts the rod tilts by (2 * 2 - 2 * 1.2) / depth at most.
+  const dvec3 axis = tool.rotation * dvec3(0, 0, 1);
+  EXPECT_GT(axis.z, std::cos(0.13));
+  EXPECT_LT(std::hypot(tool.position_world.x, tool.position_world.y), 1.2);
+  EXPECT_LT(deepest, 0.15);
+  // Nothing else holds it: it is drawn out.
+  for (int i = 0; i <= 600; ++i) step({{0, 0, -15 + 0.1 * i}, {1, 0, 0, 0}});
+  EXPECT_NEAR(r.proxy_world.z, 45, 0.5);
+  EXPECT_FALSE(r.has_contact);
+  RecordProperty("deepest_mm", std::to_string(deepest));
+}
+
+// A thin plate is not passed at 1 m/s and 10 rad/s.
+TEST(ShellProxy, NoPlateIsPassed) {
+  const Rod rod{-2, 28, 1.2};
+  const std::map<std::string, double> parameters{{"thickness", 2}, {"angle", 20}};
+  const TouchScene scene = scene_with("plate", parameters, shell_of(rod, 0.6));
+  const dvec3 normal(std::sin(20 * 3.14159265358979 / 180), 0, std::cos(20 * 3.14159265358979 / 180));
+  std::mt19937 random(8);
+  const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
+  for (int pass = 0; pass < 40; ++pass) {
+    Play run(scene);
+    const dvec3 from = 45.0 * normal + dvec3(between(-10, 10), between(-10, 10), 0);
+    const dvec3 spin(between(-1, 1), between(-1, 1), between(-1, 1));
+    Placement hand{from, turn({between(-1.5, 1.5), between(-1.5, 1.5), 0})};
+    ProxyStep r = run.step(hand);
+    for (int i = 0; i < 90; ++i) {
+      hand = {hand.position_world - normal,
+              glm::normalize(turn(0.01 * glm::normalize(spin)) * hand.rotation)};
+      r = run.step(hand);
+    }
+    const Placement tool = run.tool(r);
+    for (const double z : {rod.low, 0.0, rod.high})
+      EXPECT_GT(glm::dot(tool.world_from_local({0, 0, z}), normal), 0) << pass;
+  }
+}
+
+TEST(ShellProxy, GrownMatterReleasesTheTool) {
+  TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of({0, 40, 1.2}, 0.4));
+  ASSERT_FALSE(set_smallest_burr(scene, 6));
+  std::shared_ptr<volume::Version> version = untouched(scene);
+  const TouchState before{std::shared_ptr<const volume::Version>(untouched(scene))};
+  volume::RemovalEditor editor(version, solids_of(scene));
+  editor.remove(volume::Sweep{.start_world = {0, 0, 5}, .end_world = {0, 0, -15}, .radius_mm = 3});
+  editor.end_stroke();
+  Play run(scene);
+  run.touch_state = TouchState(std::shared_ptr<const volume::Version>(editor.publish()));
+  ProxyStep r;
+  for (int i = 0; i <= 300; ++i) r = run.step({{0, 0, 20 - 0.1 * i}, {1, 0, 0, 0}});
+  EXPECT_LT(r.proxy_world.z, -9);
+  run.touch_state = before;
+  r = run.step({{0, 0, -10}, {1, 0, 0, 0}});
+  EXPECT_TRUE(r.is_buried);
+  for (int i = 0; i <= 600; ++i) r = run.step({{0, 0, -10 + 0.1 * i}, {1, 0, 0, 0}});
+  EXPECT_NEAR(r.proxy_world.z, 50, 1e-6);
+  for (int i = 0; i <= 600; ++i) r = run.step({{0, 0, 50 - 0.1 * i}, {1, 0, 0, 0}});
+  EXPECT_GT(r.proxy_world.z, -0.2);
+}
+
+TEST(ShellProxy, OtherMethodsRefuseShells) {
+  TouchScene scene = scene_with("plane", {}, shell_of(k_shaft, 0.5));
+  for (const MethodInfo& info : method_catalogue()) {
+    const Status refused = make_method(info.name).value()->prepare(scene);
+    EXPECT_EQ(refused.has_value(), !info.takes_shells) << info.name;
+  }
+  EXPECT_STREQ(general_method(*scene.tool).name, "shell");
+  ASSERT_FALSE(set_tool_radius(scene, 0));
+  EXPECT_TRUE(ShellProxy().prepare(scene).has_value());
+}
+
+}  // namespace
+}  // namespace trephine::haptics
