@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The main job on the built-in phantom: installs and builds what it needs, then touches, drills and shows a skull.
-# Always leaves three pictures and report.json in out/; opens a window too where there is a display.
+# The main jobs on the built-in phantoms: installs and builds what it needs, touches and drills a skull, performs a
+# guided craniotomy from its first step to its score, and opens the simulator where there is a display.
+# Leaves in out/: pictures, report.json, the session of the craniotomy and its report.html.
 # Any arguments go to `trephine demo`, for example: ./demo.sh path/to/a/DICOM/folder
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -8,4 +9,11 @@ cd "$(dirname "$0")"
 install_packages $packages_core $packages_files $packages_app
 install_viewer_packages
 build_preset release "trephine trephine_window trephine_pictures trephine_vdb trephine_tables" -DTREPHINE_WITH_TESTS=OFF
-exec build/release/bin/trephine demo "$@"
+trephine=build/release/bin/trephine
+[ $# -eq 0 ] || exec $trephine demo "$@"
+$trephine demo --no-window
+echo "performing a guided craniotomy, step by step"
+rm -f out/craniotomy.session out/report.html
+$trephine run docs/examples/procedure-craniotomy.toml --record out/craniotomy.session
+$trephine report out/craniotomy.session -o out/report.html
+[ -z "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] || exec $trephine simulator

@@ -1,0 +1,172 @@
+#include "apps/python/arrays.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace trephine::python {
+
+using glm::dvec3;
+
+namespace {
+
+/// The class of the exception; lives as long as the interpreter.
+py::object& error_class() {
+  static py::object* const k_class = new py::object();
+  return *k_class;
+}
+
+Error argument_error(const char* what, const char* name, const std::string& found,
+                     const std::string& expected, const char* remedy) {
+  return {.what = what, .where = name, .found = found, .expected = expected, .remedy = remedy};
+}
+
+std::string shape_text(const py::array& array) {
+  std::string text = "an array of shape (";
+  for (py::ssize_t i = 0; i < array.ndim(); ++i) {
+    if (i > 0) text += ", ";
+    text += std::to_string(array.shape(i));
+  }
+  text += ')';
+  return text;
+}
+
+std::string number_text(double value) {
+  char text[32];
+  const auto [end, error] = std::to_chars(std::begin(text), std::end(text), value);
+  return std::string(text, end);
+}
+
+std::string quoted(const std::string& text) {
+  std::string result(1, '"');
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  result += '"';
+  return result;
+}
+
+std::string word_of(const py::handle& value) {
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "yes" : "no";
+  if (py::isinstance<py::str>(value)) return quoted(value.cast<std::string>());
+  if (py::isinstance<py::int_>(value)) return std::to_string(value.cast<long long>());
+  if (py::isinstance<py::float_>(value)) return number_text(value.cast<double>());
+  // A sequence of numbers, or of points.
+  std::string words;
+  for (const py::handle& item : py::reinterpret_borrow<py::object>(value)) {
+    const bool is_list = py::isinstance<py::sequence>(item) && !py::isinstance<py::str>(item);
+    if (!words.empty()) words += is_list ? ';' : ',';
+    words += word_of(item);
+  }
+  return words;
+}
+
+}  // namespace
+
+void register_error(py::module_& module) {
+  py::dict body;
+  body["__doc__"] =
+      "Raised where an operation refuses its input. `what` is the problem, `where` the file or argument, "
+      "`found` and `expected` the values, `remedy` what helps.";
+  error_class() =
+      py::reinterpret_steal<py::object>(PyErr_NewException("trephine.Error", PyExc_ValueError, body.ptr()));
+  module.attr("Error") = error_class();
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const PythonError& raised) {
+      const Error& error = raised.error;
+      py::object instance = error_class()(error.message());
+      instance.attr("what") = error.what;
+      instance.attr("where") = error.where;
+      instance.attr("found") = error.found;
+      instance.attr("expected") = error.expected;
+      instance.attr("remedy") = error.remedy;
+      PyErr_SetObject(error_class().ptr(), instance.ptr());
+    }
+  });
+}
+
+dvec3 vector_of(const py::handle& value, const char* name) {
+  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
+  if (!array || array.ndim() != 1 || array.shape(0) != 3) {
+    PyErr_Clear();
+    raise(argument_error("an argument is no point or direction", name,
+                         std::string(py::str(value)).substr(0, 80), "three numbers (x, y, z)",
+                         "pass a list, tuple or array of three numbers"));
+  }
+  return {array.at(0), array.at(1), array.at(2)};
+}
+
+py::tuple tuple_of(const dvec3& v) { return py::make_tuple(v.x, v.y, v.z); }
+py::tuple tuple_of(const glm::dquat& q) { return py::make_tuple(q.w, q.x, q.y, q.z); }
+
+py::array_t<double, py::array::c_style> doubles_of(const py::handle& value, const char* name, int width,
+                                                   std::vector<py::ssize_t>& shape) {
+  const std::string expected = "an array of numbers of shape (N, " + std::to_string(width) + ") or (T, H, " +
+                               std::to_string(width) + ")";
+  py::array any = py::array::ensure(value);
+  if (!any) {
+    PyErr_Clear();
+    raise(argument_error("an argument is no array", name, std::string(py::str(py::type::of(value))), expected,
+                         "pass a NumPy array"));
+  }
+  const char kind = any.dtype().kind();
+  if ((kind != 'f' && kind != 'i' && kind != 'u') || any.ndim() < 2 || any.ndim() > 3 ||
+      any.shape(any.ndim() - 1) != width)
+    raise(argument_error("an array has the wrong shape or type", name,
+                         shape_text(any) + " of " + std::string(py::str(any.dtype())), expected,
+                         "one row per tick; with several hands one row per tick and hand"));
+  auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
+  shape.assign(array.shape(), array.shape() + array.ndim());
+  return py::array_t<double, py::array::c_style>(array);
+}
+
+std::string words_of(const py::kwargs& keywords) {
+  std::string words;
+  for (const auto& [name, value] : keywords) {
+    if (!words.empty()) words += ' ';
+    words += name.cast<std::string>();
+    words += '=';
+    words += word_of(value);
+  }
+  return words;
+}
+
+py::dict fields_of(const sim::Value& value) {
+  py::dict result;
+  if (value.is_empty()) return result;
+  sim::Value copy = value;  // pointers to fields are those of a changeable object
+  for (const sim::Field& field : value.schema().fields) {
+    const auto to_object = [&](auto* pointer) -> py::object {
+      using T = std::remove_pointer_t<decltype(pointer)>;
+      if constexpr (std::is_same_v<T, dvec3>) {
+        return tuple_of(*pointer);
+      } else if constexpr (std::is_same_v<T, sim::Id>) {
+        return py::int_(pointer->value);
+      } else if constexpr (std::is_same_v<T, std::uint8_t>) {
+        return *pointer < field.info.choices.size()
+                   ? py::object(py::str(std::string(field.info.choices[*pointer])))
+                   : py::object(py::int_(*pointer));
+      } else if constexpr (std::is_same_v<T, std::vector<dvec3>>) {
+        py::list list;
+        for (const dvec3& v : *pointer) list.append(tuple_of(v));
+        return list;
+      } else if constexpr (std::is_same_v<T, std::vector<sim::Id>>) {
+        py::list list;
+        for (const sim::Id& id : *pointer) list.append(id.value);
+        return list;
+      } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+        py::list list;
+        for (const double x : *pointer) list.append(x);
+        return list;
+      } else {
+        return py::cast(*pointer);
+      }
+    };
+    result[py::str(std::string(field.name))] = std::visit(to_object, field.pointer_in(copy.data()));
+  }
+  return result;
+}
+
+}  // namespace trephine::python

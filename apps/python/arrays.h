@@ -1,0 +1,51 @@
+// Conversions between NumPy arrays and the types of the front door, and errors as Python exceptions.
+#pragma once
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <string>
+#include <vector>
+
+#include "haptics/device/pose_path.h"
+#include "sim/api/value.h"
+#include "volume/base/error.h"
+
+namespace trephine::python {
+
+namespace py = pybind11;
+
+/// Carries an Error to Python, where it is `trephine.Error`.
+struct PythonError {
+  Error error;
+};
+[[noreturn]] inline void raise(const Error& error) { throw PythonError{error}; }
+inline void check(const Status& status) {
+  if (status) raise(*status);
+}
+template <class T>
+T value_of(Result<T> result) {
+  if (!result) raise(result.error());
+  return std::move(result).value();
+}
+/// Registers the exception in the module.
+void register_error(py::module_& module);
+
+/// Returns three numbers. Error, which names the argument, for any other shape.
+glm::dvec3 vector_of(const py::handle& value, const char* name);
+py::tuple tuple_of(const glm::dvec3& v);
+py::tuple tuple_of(const glm::dquat& q);  ///< w, x, y, z
+
+/// Returns an array's numbers as doubles, without a copy if it is contiguous. Error, which names argument and
+/// expected shape, if the last dimension is not `width`, or the number of dimensions not `dimensions`.
+py::array_t<double, py::array::c_style> doubles_of(const py::handle& value, const char* name, int width,
+                                                   std::vector<py::ssize_t>& shape);
+
+/// Returns keyword arguments in the words of commands: `diameter=3, round=True` as "diameter=3 round=yes".
+std::string words_of(const py::kwargs& keywords);
+/// Returns the fields of a struct as a dict.
+py::dict fields_of(const sim::Value& value);
+
+}  // namespace trephine::python

@@ -1,0 +1,426 @@
+// Operations in Python: poses in, forces out as arrays; commands with keywords; events, measures, surfaces
+// and images.
+#include "apps/python/bind_operation.h"
+
+#include <atomic>
+#include <memory>
+#include <optional>
+
+#include "apps/api/operation.h"
+#include "apps/python/bind_scan.h"
+
+namespace trephine::python {
+
+using glm::dvec3;
+using glm::ivec3;
+
+namespace {
+
+/// Results of ticks as arrays. Shapes (N, 3) and (N,); with several hands (T, H, 3) and (T, H).
+struct Touches {
+  py::array_t<double> proxy, normal, force, torque;
+  py::array_t<bool> contact;
+  py::array_t<std::int32_t> item;
+  py::array_t<std::uint32_t> faults;
+
+  explicit Touches(std::vector<py::ssize_t> shape) {
+    const std::vector<py::ssize_t> flat(shape.begin(), shape.end() - 1);
+    shape.back() = 3;
+    for (auto* vectors : {&proxy, &normal, &force, &torque}) *vectors = py::array_t<double>(shape);
+    contact = py::array_t<bool>(flat);
+    item = py::array_t<std::int32_t>(flat);
+    faults = py::array_t<std::uint32_t>(flat);
+  }
+};
+
+/// Writes results into the memory of the arrays, without the interpreter.
+struct TouchWriter {
+  double *proxy, *normal, *force, *torque;
+  bool* contact;
+  std::int32_t* item;
+  std::uint32_t* faults;
+
+  explicit TouchWriter(Touches& touches)
+      : proxy(touches.proxy.mutable_data()),
+        normal(touches.normal.mutable_data()),
+        force(touches.force.mutable_data()),
+        torque(touches.torque.mutable_data()),
+        contact(touches.contact.mutable_data()),
+        item(touches.item.mutable_data()),
+        faults(touches.faults.mutable_data()) {}
+  void write(std::size_t i, const Touch& touch) const {
+    const auto put = [i](double* out, const dvec3& v) {
+      out[3 * i] = v.x, out[3 * i + 1] = v.y, out[3 * i + 2] = v.z;
+    };
+    put(proxy, touch.proxy_world);
+    put(normal, touch.normal_world);
+    put(force, touch.force_world);
+    put(torque, touch.torque_world);
+    contact[i] = touch.has_contact;
+    item[i] = touch.item;
+    faults[i] = touch.faults;
+  }
+};
+
+/// An event, as data.
+struct PyEvent {
+  std::uint64_t tick;
+  int hand;
+  py::tuple position;
+  std::string name;
+  py::dict fields;
+};
+
+/// Triangles as arrays.
+struct PySurface {
+  py::array_t<double> vertices;
+  py::array_t<std::uint32_t> triangles;
+
+  explicit PySurface(const Surface& surface)
+      : vertices({static_cast<py::ssize_t>(surface.vertices_world.size()), py::ssize_t{3}},
+                 surface.vertices_world.empty() ? nullptr : &surface.vertices_world[0].x),
+        triangles({static_cast<py::ssize_t>(surface.triangles.size() / 3), py::ssize_t{3}},
+                  surface.triangles.data()) {}
+};
+
+template <class Pixel>
+py::array_t<Pixel> image_of(const Image<Pixel>& image) {
+  return py::array_t<Pixel>({image.rows, image.columns}, image.pixels.data());
+}
+
+/// An operation that one thread at a time uses: a second one gets an exception.
+class PyOperation {
+ public:
+  explicit PyOperation(Operation operation) : operation_(std::move(operation)) {}
+
+  /// Calls use(operation) without the interpreter's lock.
+  template <class Use>
+  auto with(Use&& use) {
+    if (is_busy_.exchange(true))
+      throw std::runtime_error("another thread uses this operation; give each thread its own");
+    struct Release {
+      std::atomic<bool>& flag;
+      ~Release() { flag = false; }
+    } release{is_busy_};
+    py::gil_scoped_release unlocked;
+    return use(operation_);
+  }
+
+ private:
+  Operation operation_;
+  std::atomic<bool> is_busy_ = false;
+};
+using SharedOperation = std::shared_ptr<PyOperation>;
+
+OperationOptions options_of(const py::kwargs& keywords) {
+  OperationOptions options;
+  options.notice = [](const std::string& text) {
+    py::gil_scoped_acquire locked;
+    py::module_::import("warnings")
+        .attr("warn")(text, py::module_::import("builtins").attr("UserWarning"), 2);
+  };
+  for (const auto& [key, value] : keywords) {
+    const auto name = key.cast<std::string>();
+    if (name == "hands") {
+      options.hands.clear();
+      for (const py::handle& hand : value) options.hands.push_back(hand.cast<Hand>());
+    } else if (name == "hand") {
+      options.hands = {value.cast<Hand>()};
+    } else if (name == "iso") {
+      if (!value.is_none()) options.iso = value.cast<double>();
+    } else if (name == "window") {
+      options.window = value.cast<std::string>();
+    } else if (name == "label") {
+      options.label = value.cast<std::string>();
+    } else if (name == "plan") {
+      options.takes_plan = value.cast<bool>();
+    } else if (name == "rate") {
+      options.rate_hz = value.cast<double>();
+    } else if (name == "smallest_burr") {
+      if (!value.is_none()) options.smallest_burr = value.cast<double>();
+    } else if (name == "record") {
+      if (!value.is_none()) options.recording = {py::str(value).cast<std::string>(), false, "python"};
+    } else {
+      raise({.what = "unknown option of an operation",
+             .where = "Operation.open",
+             .found = name,
+             .expected = "hand, hands, iso, window, label, plan, rate, smallest_burr, record",
+             .remedy = "use one of these keywords"});
+    }
+  }
+  return options;
+}
+
+SharedOperation open(const py::object& source, const py::kwargs& keywords) {
+  const OperationOptions options = options_of(keywords);
+  if (py::isinstance<Scan>(source)) {
+    const std::shared_ptr<const volume::Volume> scan = source.cast<const Scan&>().volume;
+    py::gil_scoped_release unlocked;
+    return std::make_shared<PyOperation>(value_of(Operation::open(scan, options)));
+  }
+  const auto path = py::str(source).cast<std::string>();
+  py::gil_scoped_release unlocked;
+  return std::make_shared<PyOperation>(value_of(Operation::open(path, options)));
+}
+
+SharedOperation reopen(const py::object& session, const py::object& scan) {
+  const auto path = py::str(session).cast<std::string>();
+  const std::string source = scan.is_none() ? "" : py::str(scan).cast<std::string>();
+  py::gil_scoped_release unlocked;
+  return std::make_shared<PyOperation>(value_of(Operation::reopen(path, source)));
+}
+
+Touches run(PyOperation& self, const py::object& positions, const py::object& orientations,
+            const py::object& buttons) {
+  std::vector<py::ssize_t> shape, turn_shape;
+  const auto places = doubles_of(positions, "positions", 3, shape);
+  const std::size_t hands = shape.size() == 3 ? static_cast<std::size_t>(shape[1]) : 1;
+  const std::size_t count = static_cast<std::size_t>(places.size()) / 3;
+  py::array_t<double, py::array::c_style> turns;
+  if (!orientations.is_none()) {
+    turns = doubles_of(orientations, "orientations", 4, turn_shape);
+    if (static_cast<std::size_t>(turns.size()) != 4 * count)
+      raise({.what = "the numbers of orientations and positions differ",
+             .where = "orientations",
+             .found = std::to_string(turns.size() / 4),
+             .expected = std::to_string(count)});
+  }
+  py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast> pressed;
+  std::uint32_t all_pressed = 0;
+  if (py::isinstance<py::int_>(buttons) || py::isinstance<py::bool_>(buttons)) {
+    all_pressed = buttons.cast<std::uint32_t>();
+  } else {
+    pressed = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>::ensure(buttons);
+    if (!pressed || static_cast<std::size_t>(pressed.size()) != count) {
+      PyErr_Clear();
+      raise({.what = "the numbers of buttons and positions differ",
+             .where = "buttons",
+             .found = pressed ? std::to_string(pressed.size()) : "no array",
+             .expected = "one number, or " + std::to_string(count)});
+    }
+  }
+  Touches touches(shape);
+  const TouchWriter writer(touches);
+  const double* place = places.data();
+  const double* turn = orientations.is_none() ? nullptr : turns.data();
+  const std::uint32_t* press = pressed.size() > 0 ? pressed.data() : nullptr;
+  self.with([&](Operation& operation) {
+    if (hands != operation.hand_count())
+      raise({.what = "the number of hands differs from that of the operation",
+             .where = "positions",
+             .found = std::to_string(hands),
+             .expected = std::to_string(operation.hand_count()),
+             .remedy = "pass an array of shape (ticks, hands, 3)"});
+    std::vector<Pose> poses(hands);
+    for (std::size_t i = 0; i < count; i += hands) {
+      for (std::size_t h = 0; h < hands; ++h) {
+        const std::size_t k = i + h;
+        poses[h].position_world = {place[3 * k], place[3 * k + 1], place[3 * k + 2]};
+        if (turn) poses[h].orientation = {turn[4 * k], turn[4 * k + 1], turn[4 * k + 2], turn[4 * k + 3]};
+        poses[h].buttons = press ? press[k] : all_pressed;
+      }
+      const auto result = operation.step(poses);
+      if (!result) raise(result.error());
+      for (std::size_t h = 0; h < hands; ++h) writer.write(i + h, result.value()[h]);
+    }
+    return 0;
+  });
+  return touches;
+}
+
+PyEvent event_of(const Event& event) {
+  return {event.tick, event.hand, tuple_of(event.position_world), std::string(event.value.name()),
+          fields_of(event.value)};
+}
+
+py::list events(PyOperation& self) {
+  std::vector<Event> all = self.with([](Operation& operation) {
+    std::vector<Event> copies;
+    for (std::size_t i = 0; i < operation.event_count(); ++i) copies.push_back(operation.event(i));
+    return copies;
+  });
+  py::list list;
+  for (const Event& event : all) list.append(event_of(event));
+  return list;
+}
+
+py::dict measures(PyOperation& self) {
+  py::dict result;
+  for (const Measure& measure : self.with([](Operation& operation) { return operation.measures(); }))
+    result[py::str(measure.name)] = measure.value;
+  return result;
+}
+
+py::array slice(PyOperation& self, const py::object& middle, const py::object& right, const py::object& up,
+                double pixel, int columns, int rows) {
+  ImagePlane plane;
+  plane.middle_world = vector_of(middle, "middle");
+  plane.right = vector_of(right, "right");
+  plane.up = vector_of(up, "up");
+  plane.pixel = pixel, plane.columns = columns, plane.rows = rows;
+  return image_of(self.with([&](Operation& operation) { return value_of(operation.slice(plane)); }));
+}
+
+py::array xray(PyOperation& self, const py::object& isocentre, double primary, double secondary, double pixel,
+               int columns, int rows) {
+  const XrayPose pose{vector_of(isocentre, "isocentre"), primary, secondary, pixel, columns, rows};
+  return image_of(self.with([&](Operation& operation) { return value_of(operation.xray(pose)); }));
+}
+
+py::array read(PyOperation& self, const py::object& low, const py::object& high) {
+  const VoxelRange range{ivec3(vector_of(low, "low")), ivec3(vector_of(high, "high"))};
+  const std::vector<std::int16_t> voxels =
+      self.with([&](Operation& operation) { return value_of(operation.read(range)); });
+  const ivec3 size = range.high - range.low + 1;
+  return py::array_t<std::int16_t>({size.z, size.y, size.x}, voxels.data());
+}
+
+py::list bodies(PyOperation& self) {
+  py::list list;
+  for (const Body& body : self.with([](Operation& operation) { return operation.bodies(); })) {
+    py::dict row;
+    row["id"] = body.id, row["holder"] = body.holder, row["mm3"] = body.mm3;
+    row["position"] = tuple_of(body.position_world), row["rotation"] = tuple_of(body.rotation);
+    row["surface"] = body.surface ? py::cast(PySurface(*body.surface)) : py::none();
+    list.append(row);
+  }
+  return list;
+}
+
+}  // namespace
+
+void bind_operation(py::module_& module) {
+  py::class_<Hand>(module, "Hand", "A hand with an instrument. `trephine modules` lists the instruments.")
+      .def(py::init([](const std::string& instrument, double radius, const std::string& method,
+                       const std::vector<std::string>& effects, const py::kwargs& parameters) {
+             return Hand{instrument, words_of(parameters), radius, method, effects};
+           }),
+           py::arg("instrument") = "", py::kw_only(), py::arg("radius") = 0.0, py::arg("method") = "",
+           py::arg("effects") = py::list(),
+           "`radius`: of the ball that it touches with, mm; 0: that of the instrument, or a point. `method`: "
+           "contact method. `effects`: further forces, such as \"viscous damping=0.004\". Other keywords are "
+           "parameters of the instrument: Hand(\"burr\", diameter=4).")
+      .def("__repr__", [](const Hand& hand) {
+        return "<trephine.Hand " +
+               (hand.instrument.empty() ? std::string("without instrument") : hand.instrument) +
+               (hand.parameters.empty() ? "" : " " + hand.parameters) + ">";
+      });
+
+  py::class_<Touches>(
+      module, "Touches",
+      "Results of ticks: arrays of shape (N, 3) and (N,), or (T, H, 3) and (T, H) for H hands.")
+      .def_readonly("proxy", &Touches::proxy, "Position of the proxy, world, mm.")
+      .def_readonly("normal", &Touches::normal, "Unit normal toward the proxy; 0 without contact.")
+      .def_readonly("force", &Touches::force, "Force for the device, N.")
+      .def_readonly("torque", &Touches::torque, "Torque for the device, N mm.")
+      .def_readonly("contact", &Touches::contact, "True in contact.")
+      .def_readonly("item", &Touches::item, "Index of the touched structure; -1 without contact.")
+      .def_readonly("faults", &Touches::faults, "Latched faults, a bit each; the force is 0 meanwhile.");
+
+  py::class_<PyEvent>(module, "Event", "An occurrence during the operation.")
+      .def_readonly("tick", &PyEvent::tick)
+      .def_readonly("hand", &PyEvent::hand)
+      .def_readonly("position", &PyEvent::position, "World, mm.")
+      .def_readonly("name", &PyEvent::name, "Such as \"structure-torn\".")
+      .def_readonly("fields", &PyEvent::fields, "Values of the event.")
+      .def("__repr__", [](const PyEvent& e) {
+        return "<trephine.Event " + e.name + " at tick " + std::to_string(e.tick) + ">";
+      });
+
+  py::class_<PySurface>(module, "Surface",
+                        "Triangles in the world frame, counter-clockwise as seen from outside.")
+      .def_readonly("vertices", &PySurface::vertices, "(V, 3), mm.")
+      .def_readonly("triangles", &PySurface::triangles, "(T, 3), indices of vertices.");
+
+  py::class_<PyOperation, SharedOperation>(
+      module, "Operation",
+      "Surgery on a scan: poses in, forces out. One thread at a time uses an operation; several operations share "
+      "no changing data. Equal input gives equal bits.")
+      .def_static(
+          "open", &open, py::arg("source"),
+          "Opens a path (DICOM folder, file or case), \"head\", \"spine\" or a Scan. Keywords: `hand` or "
+          "`hands`; the touched solid: `iso`, `window` or `label`; `plan`: True takes a phantom's plan; "
+          "`rate`: ticks per second (1000); `smallest_burr`: mm; `record`: path of a new session. "
+          "Assumptions about the scan are warnings.")
+      .def_static("reopen", &reopen, py::arg("session"), py::arg("scan") = py::none(),
+                  "Opens a recorded operation at its beginning, read-only.")
+      .def(
+          "run", &run, py::arg("positions"), py::arg("orientations") = py::none(), py::arg("buttons") = 0,
+          "Executes a tick per pose. `positions`: (N, 3), or (T, H, 3) for H hands, world, mm. `orientations`: "
+          "unit quaternions w, x, y, z of shape (N, 4) or (T, H, 4). `buttons`: one number, or one per pose; 1 "
+          "activates the tool. Releases the interpreter's lock.")
+      .def(
+          "command",
+          [](PyOperation& self, const std::string& name, int hand, const py::kwargs& keywords) {
+            const std::string words = words_of(keywords);
+            self.with([&](Operation& operation) {
+              check(operation.command(name, words, hand));
+              return 0;
+            });
+          },
+          py::arg("name"), py::kw_only(), py::arg("hand") = 0,
+          "Executes a command, and finishes the job that it starts: command(\"burr\", diameter=3). `trephine "
+          "modules` lists the commands.")
+      .def(
+          "undo", [](PyOperation& self) { self.with([](Operation& o) { return check(o.undo()), 0; }); },
+          "Undoes a stroke or command.")
+      .def("redo", [](PyOperation& self) { self.with([](Operation& o) { return check(o.redo()), 0; }); })
+      .def(
+          "reset", [](PyOperation& self) { self.with([](Operation& o) { return check(o.reset()), 0; }); },
+          "Clears faults, contact and force with the next tick.")
+      .def(
+          "end", [](PyOperation& self) { self.with([](Operation& o) { return check(o.end()), 0; }); },
+          "Ends the operation and its recording.")
+      .def(
+          "go_to",
+          [](PyOperation& self, std::uint64_t tick) {
+            self.with([tick](Operation& o) { return check(o.go_to(tick)), 0; });
+          },
+          py::arg("tick"), "Of a reopened operation: goes to the state after this number of ticks.")
+      .def(
+          "verify", [](PyOperation& self) { self.with([](Operation& o) { return check(o.verify()), 0; }); },
+          "Of a reopened operation: replays all. Raises Error with the first difference.")
+      .def_property_readonly("measures", &measures, "Values by name: \"removed\", \"nearest to dura\", ...")
+      .def_property_readonly("events", &events, "All events so far.")
+      .def_property_readonly("bodies", &bodies, "Detached parts and implants, a dict each.")
+      .def_property_readonly(
+          "removed_mm3",
+          [](PyOperation& self) { return self.with([](Operation& o) { return o.removed_mm3(); }); })
+      .def_property_readonly(
+          "tick", [](PyOperation& self) { return self.with([](Operation& o) { return o.tick(); }); },
+          "Number of executed ticks.")
+      .def_property_readonly(
+          "tick_count",
+          [](PyOperation& self) { return self.with([](Operation& o) { return o.tick_count(); }); },
+          "Number of recorded ticks.")
+      .def_property_readonly(
+          "hash", [](PyOperation& self) { return self.with([](Operation& o) { return o.hash(); }); },
+          "Equal states have equal hashes.")
+      .def_property_readonly(
+          "array",
+          [](py::object self) {
+            const volume::Volume* scan = nullptr;
+            self.cast<PyOperation&>().with([&](Operation& o) { return scan = &o.scan(), 0; });
+            return voxels_of(*scan, self);
+          },
+          "Intensities of the uncut scan, a read-only view of shape (z, y, x) that keeps the operation alive.")
+      .def("read", &read, py::arg("low"), py::arg("high"),
+           "Current intensities of the voxels low .. high (x, y, z), both included, of shape (z, y, x).")
+      .def(
+          "surface",
+          [](PyOperation& self, std::size_t item) {
+            return PySurface(self.with([item](Operation& o) { return value_of(o.surface(item)); }));
+          },
+          py::arg("item") = 0, "Surface of a structure with its cuts.")
+      .def("slice", &slice, py::arg("middle"), py::arg("right") = py::make_tuple(1, 0, 0),
+           py::arg("up") = py::make_tuple(0, 0, 1), py::arg("pixel") = 0.5, py::arg("columns") = 512,
+           py::arg("rows") = 512, "Intensities in a plane, int16 (rows, columns); -32768 outside the scan.")
+      .def("xray", &xray, py::arg("isocentre"), py::arg("primary") = 0.0, py::arg("secondary") = 0.0,
+           py::arg("pixel") = 0.3, py::arg("columns") = 1024, py::arg("rows") = 1024,
+           "X-ray of a CT, uint8 (rows, columns). Angles of the C-arm in degrees, as in DICOM.")
+      .def("__reduce__", [](const PyOperation&) -> py::object {
+        throw py::type_error("operations cannot be pickled; record a session and reopen it");
+      });
+}
+
+}  // namespace trephine::python

@@ -1,0 +1,8 @@
+"""Volumetric surgical simulation: touch, drill and image scans.
+
+Arrays of voxels are (z, y, x). Points are (x, y, z) in mm: x to the patient's left, y to the back, z up (LPS).
+"""
+
+from ._core import Error, Event, Hand, Operation, Scan, Surface, Touches, __version__
+
+__all__ = ["Error", "Event", "Hand", "Operation", "Scan", "Surface", "Touches", "__version__"]

@@ -1,0 +1,225 @@
+"""The Python module: the same bits as C++, arrays that outlive their owners, errors in words."""
+
+import gc
+import pickle
+import subprocess
+import threading
+
+import numpy as np
+import pytest
+import trephine as tr
+
+
+def sphere(spacing=(1.5, 1.5, 1.5), radius=30.0):
+    return tr.Scan.phantom("sphere", spacing=spacing, radius=radius)
+
+
+def path_down(ticks, start=40.0, depth=0.05):
+    positions = np.zeros((ticks, 3))
+    positions[:, 2] = start - depth * np.arange(ticks)
+    return positions
+
+
+def test_scan_is_a_view_of_shape_zyx():
+    scan = tr.Scan.phantom("sphere", spacing=(1.0, 2.0, 4.0))
+    assert scan.array.shape == scan.shape
+    assert scan.array.dtype == np.int16
+    assert scan.shape[0] < scan.shape[1] < scan.shape[2]
+    assert scan.spacing == (1.0, 2.0, 4.0)
+    with pytest.raises(ValueError):
+        scan.array[0, 0, 0] = 1
+    # World positions and voxel indices.
+    points = scan.world(np.array([[0, 0, 0], [1, 0, 0], [0, 0, 2]]))
+    assert np.allclose(points[0], scan.origin)
+    assert np.allclose(points[1] - points[0], (1, 0, 0)) and np.allclose(points[2] - points[0], (0, 0, 8))
+    assert np.allclose(scan.voxel(points)[2], (0, 0, 2))
+
+
+def test_views_outlive_their_owners():
+    array = tr.Scan.phantom("sphere", spacing=(3, 3, 3)).array
+    gc.collect()
+    assert array.max() == 1600
+    operation = tr.Operation.open(sphere((3, 3, 3)))
+    voxels = operation.array
+    del operation
+    gc.collect()
+    assert voxels.min() == -1000
+
+
+def test_scan_of_an_array():
+    voxels = np.full((40, 50, 60), -1000, np.int16)
+    voxels[:20] = 1000
+    scan = tr.Scan(voxels, spacing=(1, 1, 1), origin=(-30, -25, -20))
+    assert np.array_equal(scan.array, voxels)
+    voxels[:] = 0  # the scan has a copy
+    assert scan.array.max() == 1000
+    touches = tr.Operation.open(scan, iso=300).run(path_down(600, 20))
+    assert touches.contact[-1] and abs(touches.proxy[-1, 2] - -0.5) < 0.6
+    with pytest.raises(tr.Error) as raised:
+        tr.Scan(voxels.astype(np.float64), spacing=(1, 1, 1))
+    assert "int16" in raised.value.remedy
+
+
+def test_touch_of_a_sphere():
+    operation = tr.Operation.open(sphere(), iso=300)
+    touches = operation.run(path_down(1000))
+    assert touches.proxy.shape == (1000, 3) and touches.contact.shape == (1000,)
+    assert not touches.contact[0] and touches.contact[-1]
+    assert abs(touches.proxy[-1, 2] - 30) < 0.1
+    assert touches.force[-1, 2] > 1 and np.allclose(touches.normal[-1], (0, 0, 1), atol=0.01)
+    assert operation.tick == 1000
+
+
+def test_runs_are_the_same_bits():
+    def play(parts):
+        operation = tr.Operation.open(sphere(), hand=tr.Hand("burr", diameter=6, removal_rate=200), iso=300)
+        forces = [operation.run(part, buttons=1).force for part in np.array_split(path_down(1200), parts)]
+        return operation.hash, operation.removed_mm3, np.concatenate(forces)
+
+    whole, parts = play(1), play(7)
+    assert whole[0] == parts[0] and whole[1] == parts[1] > 50
+    assert np.array_equal(whole[2], parts[2])
+
+
+def test_commands_events_and_undo():
+    operation = tr.Operation.open(sphere(), hand=tr.Hand("burr", diameter=6, removal_rate=200), iso=300)
+    operation.run(path_down(1200), buttons=1)
+    operation.run(path_down(10), buttons=0)
+    removed = operation.measures["removed"]
+    assert removed > 50
+    low = [int(i) for i in tr_voxel(operation, (-4, -4, 24))]
+    high = [int(i) for i in tr_voxel(operation, (4, 4, 30))]
+    box = operation.read(low, high)
+    assert box.dtype == np.int16 and box.shape == tuple(h - l + 1 for l, h in zip(low, high))[::-1]
+    assert (box < 0).any()
+    operation.undo()
+    assert operation.removed_mm3 == 0
+    operation.redo()
+    assert operation.measures["removed"] == removed
+    operation.command("note", text='a "quoted" remark')
+    operation.command("burr", diameter=7)
+    assert [e.name for e in operation.events] == [e.name for e in operation.events]
+    for event in operation.events:
+        assert event.tick <= operation.tick and isinstance(event.fields, dict)
+
+
+def tr_voxel(operation, point):
+    scan = sphere()
+    assert operation.array.shape == scan.shape
+    return np.round(scan.voxel(np.array([point], float))[0])
+
+
+def test_sessions_are_recorded_and_verified(tmp_path):
+    path = tmp_path / "a.session"
+    operation = tr.Operation.open("head", hand=tr.Hand("burr", diameter=5, removal_rate=100), record=path)
+    positions = np.zeros((800, 3))
+    positions[:, 1] = -20
+    positions[:, 2] = 80 - 0.03 * np.arange(800)
+    operation.run(positions, buttons=1)
+    final = operation.hash
+    operation.end()
+    session = tr.Operation.reopen(path)
+    assert session.tick_count == 800
+    session.verify()
+    session.go_to(800)
+    assert session.hash == final
+    session.go_to(100)
+    assert session.tick == 100
+    with pytest.raises(tr.Error):
+        session.run(positions)
+
+
+def test_surface_slice_and_xray():
+    operation = tr.Operation.open(sphere(), iso=300)
+    surface = operation.surface()
+    assert surface.vertices.shape[1] == 3 and surface.triangles.max() < len(surface.vertices)
+    assert abs(np.linalg.norm(surface.vertices, axis=1).mean() - 30) < 0.1
+    image = operation.slice((0, 0, 0), columns=100, rows=80, pixel=1.0)
+    assert image.shape == (80, 100) and image[40, 50] == 1600 and image[0, 0] == -1000
+    xray = operation.xray((0, 0, 0), columns=64, rows=64, pixel=2)
+    assert xray.shape == (64, 64) and xray.dtype == np.uint8 and xray.std() > 1
+
+
+def test_two_hands():
+    operation = tr.Operation.open(sphere(), hands=[tr.Hand(), tr.Hand()], iso=300)
+    positions = np.stack([path_down(400), path_down(400, 60)], axis=1)
+    touches = operation.run(positions)
+    assert touches.force.shape == (400, 2, 3)
+    assert not touches.contact[:, 1].any()
+    with pytest.raises(tr.Error, match="number of hands"):
+        operation.run(path_down(10))
+
+
+def test_errors_state_problem_and_remedy():
+    with pytest.raises(tr.Error) as raised:
+        tr.Operation.open("no such scan")
+    assert raised.value.what and raised.value.remedy
+    assert isinstance(raised.value, ValueError)
+    operation = tr.Operation.open(sphere((3, 3, 3)), iso=300)
+    for bad in (np.zeros((10, 2)), np.zeros(3), np.array([["a", "b", "c"]]), "text"):
+        with pytest.raises(tr.Error):
+            operation.run(bad)
+    with pytest.raises(tr.Error, match="buttons"):
+        operation.run(np.zeros((10, 3)), buttons=np.zeros(9, int))
+    with pytest.raises(tr.Error):
+        operation.command("burr", no_such_parameter=1)
+    with pytest.raises(tr.Error, match="unknown option"):
+        tr.Operation.open(sphere((3, 3, 3)), isso=300)
+    # A pose that is not a number gives no force and latches a fault.
+    touches = operation.run(np.full((2, 3), np.nan))
+    assert (touches.force == 0).all() and (touches.faults != 0).all()
+    operation.reset()
+    assert (operation.run(np.zeros((2, 3)) + 50).faults == 0).all()
+
+
+def test_what_cannot_be_pickled_says_so():
+    scan = sphere((5, 5, 5))
+    for value in (scan, tr.Operation.open(scan)):
+        with pytest.raises(TypeError, match="pickled"):
+            pickle.dumps(value)
+
+
+def test_one_thread_at_a_time():
+    operation = tr.Operation.open(sphere(), iso=300)
+    positions = path_down(1000)
+    failures = []
+
+    def play():
+        for _ in range(200):
+            try:
+                operation.run(positions)
+            except RuntimeError as error:
+                failures.append(str(error))
+
+    threads = [threading.Thread(target=play) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    # Either no call met another, or the second was refused in words.
+    assert all("another thread" in text for text in failures)
+    assert operation.tick == 1000 * (400 - len(failures))
+
+
+def test_no_memory_is_lost_over_many_operations():
+    scan = sphere((4, 4, 4))
+    positions = path_down(50)
+
+    def resident_mb():
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * 4096 / 1e6
+
+    for _ in range(20):
+        tr.Operation.open(scan, iso=300).run(positions)
+    before = resident_mb()
+    for _ in range(200):
+        tr.Operation.open(scan, iso=300).run(positions)
+    gc.collect()
+    assert resident_mb() - before < 20
+
+
+def test_import_loads_neither_vtk_nor_qt():
+    code = "import trephine; print(open('/proc/self/maps').read())"
+    maps = subprocess.run(["/usr/bin/python3", "-c", code], check=True, capture_output=True, text=True).stdout
+    assert "_core.so" in maps
+    assert "libQt5" not in maps
