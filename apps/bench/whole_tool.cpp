@@ -33,18 +33,29 @@ haptics::ToolProfile burr_profile(double spacing) {
   return {{{-1.9, 0.5}, {-1.4, 1.4}, {0, 2}, {1.4, 1.4}, {1.6, 1.2}, {60, 1.2}}, spacing};
 }
 
+/// Numbers of timed steps of a run.
+struct Ticks {
+  std::size_t free = 0, busy = 0;
+};
+
 /// One play of a tool along poses; keeps the poses of the tool.
 class Play {
  public:
-  Play(const TouchScene& scene, std::shared_ptr<const volume::Version> version)
-      : scene_(scene), state_(std::move(version)) {
+  Play(const TouchScene& scene, std::shared_ptr<const volume::Version> version, Ticks& ticks)
+      : scene_(scene), state_(std::move(version)), ticks_(ticks) {
     is_ready_ = !method_.prepare(scene);
   }
-  void step(const Placement& hand, MinimumOfRuns* times = nullptr) {
+  /// Runs a step. `free`: times of steps without matter near the tool; `busy`: of all others.
+  void step(const Placement& hand, MinimumOfRuns* free, MinimumOfRuns* busy) {
     if (!is_ready_) return;
     const auto start = Clock::now();
     result_ = method_.step(scene_, state_, memory_, {hand.position_world, {}, hand.rotation});
-    if (times) times->add(tick_++, 1e6 * seconds_since(start));
+    const double us = 1e6 * seconds_since(start);
+    if (result_.counters.iterations == 0) {
+      if (free) free->add(ticks_.free++, us);
+    } else if (busy) {
+      busy->add(ticks_.busy++, us);
+    }
   }
   Placement tool() const { return {result_.proxy_world, memory_.tool_turn}; }
   bool has_contact() const { return result_.has_contact; }
@@ -55,7 +66,7 @@ class Play {
   haptics::ProxyState memory_;
   haptics::TouchState state_;
   haptics::ProxyStep result_;
-  std::size_t tick_ = 0;
+  Ticks& ticks_;
   bool is_ready_ = false;
 };
 
@@ -67,8 +78,9 @@ std::vector<Placement> slide(const TouchScene& scene, int ticks, MinimumOfRuns& 
   std::mt19937 random(4);
   const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
   std::vector<Placement> poses;
+  Ticks ticks_of_run;
   for (int side = 0; side < 6; ++side) {
-    Play play(scene, haptics::untouched(scene));
+    Play play(scene, haptics::untouched(scene), ticks_of_run);
     const dvec3 out = glm::normalize(dvec3(between(-1, 1), between(-1, 1), between(0.2, 1))),
                 along = glm::normalize(glm::cross(out, dvec3(0.3, 1, 0.2))),
                 axis = glm::normalize(out + between(0.3, 2.0) * along);
@@ -83,7 +95,7 @@ std::vector<Placement> slide(const TouchScene& scene, int ticks, MinimumOfRuns& 
       else
         aside += 0.04;  // mm per tick: 40 mm/s
       rotation = glm::normalize(turn_about(along, 0.0003) * rotation);
-      play.step({centre + height * out + aside * along, rotation}, has_touched ? &contact : &free);
+      play.step({centre + height * out + aside * along, rotation}, &free, &contact);
       has_touched = has_touched || play.has_contact();
       if (play.has_contact() && tick % 4 == 0) poses.push_back(play.tool());
     }
@@ -99,13 +111,14 @@ void lever_in_hole(const TouchScene& scene, int ticks, MinimumOfRuns& times) {
   const dvec3 top = centre + dvec3(0, 0, 130), bottom = centre + dvec3(0, 0, 40);
   editor.remove(volume::Sweep{top, bottom, 2.2, false});
   editor.end_stroke();
-  Play play(scene, editor.publish());
+  Ticks ticks_of_run;
+  Play play(scene, editor.publish(), ticks_of_run);
   Placement hand{top, {1, 0, 0, 0}};
   for (int tick = 0; tick < ticks; ++tick) {
     const double down = std::min(1.0, tick / (0.5 * ticks)),
                  lever = std::clamp(2.0 * tick / ticks - 1, 0.0, 1.0);
     hand = {top + down * 0.75 * (bottom - top) + dvec3(8 * lever, 0, 0), turn_about({0, 1, 0}, 0.5 * lever)};
-    play.step(hand, down == 1 ? &times : nullptr);
+    play.step(hand, nullptr, down == 1 ? &times : nullptr);
   }
 }
 

@@ -216,7 +216,7 @@ void OperationController::frame() {
   restore_force();
   follow_taking();
   if (state_.job != job_) job_ = state_.job, job_started_ = seconds();
-  viewport_.set_touch_radius(state_.tool_radius);
+  if (state_.contact_tool) viewport_.set_contact_tool(*state_.contact_tool);
   drag_point();
   if (state_.refused || requested_stroke_ == state_.strokes) requested_stroke_.reset();
   version_ = state_.version;
@@ -326,7 +326,9 @@ bool OperationController::needs_other_balls(const sim::InstrumentType& type,
                                             const sim::Value& instrument) const {
   const sim::ToolNeeds needs = type.needs ? type.needs(instrument.data(), *scene_->base) : sim::ToolNeeds();
   const haptics::ToolShape& needed = needs.tool ? *needs.tool : *scene_->tool;
-  return needed.radius() != state_.tool_radius || needed.balls().size() != state_.tool_balls;
+  const haptics::ToolShape& current = state_.contact_tool ? *state_.contact_tool : *scene_->tool;
+  return needed.radius() != current.radius() || needed.balls().size() != current.balls().size() ||
+         needed.profile() != current.profile();
 }
 
 /// Ends the wait for an instrument when the hand has it, or when it was refused or discarded.

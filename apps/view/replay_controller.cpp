@@ -41,7 +41,7 @@ Status ReplayController::frame(double elapsed) {
   viewport_.request(version, changed);
   const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
   // Show the tool of that tick.
-  viewport_.set_touch_radius(replay_->engine().tool(static_cast<std::size_t>(hand())).scene->tool->radius());
+  viewport_.set_contact_tool(*replay_->engine().tool(static_cast<std::size_t>(hand())).scene->tool);
   if (replay_->next_tick() > 0)
     viewport_.show_stylus(
         record(),

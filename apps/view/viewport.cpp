@@ -40,7 +40,8 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       is_live_(is_live),
       view_(window, is_live, has_scenery(scene)),
       structures_(scene),
-      touch_radius_(scene.tool->radius()) {
+      touch_radius_(scene.tool->radius()),
+      is_rigid_(scene.tool->is_six_dof()) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   // Box of the solid voxels: the camera needs it before the surface is finished.
   glm::ivec3 low = scene.base->size, high(-1);
@@ -272,10 +273,10 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance to
       tool = ball_appearance(radius);
       tool.parts[0].is_fluted = false;
     }
-  const bool is_round = touch_radius_ > 0;  // the proxy is the ball's centre
+  const bool is_round = touch_radius_ > 0 || is_rigid_;  // the proxy is the centre of the tool
   constexpr glm::dquat k_identity{1, 0, 0, 0};
   dvec3 shaft;
-  if (tool.is_ball && record.pose.orientation == k_identity) {
+  if (tool.is_ball && !is_rigid_ && record.pose.orientation == k_identity) {
     const dvec3 touched = is_round && record.has_contact
                               ? stylus.proxy_world - touch_radius_ * record.normal_world
                               : stylus.proxy_world;

@@ -54,8 +54,12 @@ class Viewport {
   /// Zooms by a factor toward the object at (x, y) (as in ray_at()), to at least 20 mm from it.
   void zoom(const volume::Version& version, double factor, double x, double y);
 
-  /// Sets the radius (mm) of the ball with which the tool currently touches; 0: a point.
-  void set_touch_radius(double radius) { touch_radius_ = radius; }
+  /// Sets the geometry with which the tool currently touches.
+  void set_contact_tool(const haptics::ToolShape& tool) {
+    touch_radius_ = tool.radius();
+    is_rigid_ = tool.is_six_dof();
+  }
+  /// Returns the radius (mm) of its balls; 0: a point, or a surface.
   double touch_radius() const noexcept { return touch_radius_; }
   /// Shows the stylus of a tick. A stylus without an orientation is tilted by shaft_direction().
   void show_stylus(const haptics::ServoRecord& record, ToolAppearance tool, const volume::Version& version,
@@ -145,6 +149,7 @@ class Viewport {
   OpenedStructures structures_;
   ClipChoice clip_;
   double touch_radius_;
+  bool is_rigid_;  ///< the tool touches with six degrees of freedom; its orientation is that of the hand
   glm::dvec3 low_{0.0}, high_{0.0};                  ///< world box of the solid voxels
   glm::dvec3 visible_low_{0.0}, visible_high_{0.0};  ///< world box of solid voxels and models
   glm::dvec3 clip_origin_{0.0}, clip_normal_{0.0};

@@ -401,7 +401,7 @@ void LiveSession::update_state(const Outcome& outcome) {
   state_.pending_jobs = jobs.size();
   state_.job = jobs.empty() ? std::string() : std::string(jobs.front().parameters->name());
   state_.tool_radius = engine_.tool(0).scene->tool->radius();
-  state_.tool_balls = engine_.tool(0).scene->tool->balls().size();
+  state_.contact_tool = engine_.tool(0).scene->tool;
   state_.strokes = engine_.stroke_count();
   const Branch& branch = engine_.branch();
   state_.first_stroke = branch.forgotten;

@@ -53,7 +53,8 @@ struct LiveState {
   bool is_searching_pieces = false;  ///< a search for disconnected pieces is not complete
   Value tool;                        ///< parameters of the first hand's instrument; empty: no instrument
   double tool_radius = 0;            ///< mm, of the ball that the first hand touches with; 0: a point
-  std::size_t tool_balls = 0;        ///< number of such balls, if several; otherwise 0
+  /// Geometry with which the first hand touches; null before the first state.
+  haptics::SharedTool contact_tool = nullptr;
 };
 
 /// Starts and joins the edit thread and the background threads; the servo never waits for them. Drawing

@@ -151,9 +151,9 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     update_hand(hand, replay.servo_hand());
     const haptics::TouchScene& scene = *hand.scene;
     if (scene.tool->is_six_dof())
-      return Error{.what = "the audit does not support tools of several balls",
+      return Error{.what = "the audit does not support tools with six degrees of freedom",
                    .where = data_tools::file_name(arguments.session),
-                   .found = "such a hand at tick " + std::to_string(r.tick),
+                   .found = "several balls or a whole tool at tick " + std::to_string(r.tick),
                    .expected = "points and single balls",
                    .remedy = "trephine replay --verify compares its bits"};
     const bool is_fresh = replay.counts().resumes != resumes;
