@@ -403,16 +403,20 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
   std::vector<AttackRow> rows;
   std::size_t done = 0;
   const auto is_fit = [](const Target& target, const MethodInfo& info) {
-    return info.freedom == target.scene.tool->freedom();
+    const bool is_shell = target.scene.tool->kind() == haptics::ToolShape::Kind::shell;
+    return info.freedom == target.scene.tool->freedom() && info.takes_shells == is_shell;
   };
   std::size_t runs = 0;
   for (const Target& target : targets)
-    for (const MethodInfo* info : methods) runs += is_fit(target, *info);
+    for (const MethodInfo* info : methods) runs += is_fit(target, *info) && !info->takes_shells;
+  // Whole tools come in addition, with as many steps each.
   const long steps = std::max(250L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
   for (const Target& target : targets)
     for (const MethodInfo* info : methods) {
       if (!is_fit(target, *info)) continue;
-      if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(runs)))
+      if (options.progress &&
+          !options.progress(
+              std::min(1.0, static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(1, runs)))))
         return rows;
       ++done;
       // The sequential pipeline promises nothing for models.

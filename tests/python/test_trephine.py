@@ -98,7 +98,6 @@ def test_commands_events_and_undo():
     assert operation.measures["removed"] == removed
     operation.command("note", text='a "quoted" remark')
     operation.command("burr", diameter=7)
-    assert [e.name for e in operation.events] == [e.name for e in operation.events]
     for event in operation.events:
         assert event.tick <= operation.tick and isinstance(event.fields, dict)
 
@@ -218,8 +217,8 @@ def test_no_memory_is_lost_over_many_operations():
     assert resident_mb() - before < 20
 
 
-def test_import_loads_neither_vtk_nor_qt():
+def test_import_loads_no_windows():
     code = "import trephine; print(open('/proc/self/maps').read())"
     maps = subprocess.run(["/usr/bin/python3", "-c", code], check=True, capture_output=True, text=True).stdout
     assert "_core.so" in maps
-    assert "libQt5" not in maps
+    assert "libQt5" not in maps and "libvtkRenderingOpenGL" not in maps

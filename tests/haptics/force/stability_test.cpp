@@ -318,7 +318,9 @@ TEST(Passivity, CountsTheRenderedForceInsteadOfTheRequested) {
 TEST(Poison, NoInputGivesANonFiniteOutput) {
   for (const MethodInfo& info : method_catalogue()) {
     TouchScene scene = scenes::phantom_scene("gyroid", grid(48, 0.7));
-    if (!info.takes(*scene.tool)) {
+    if (info.takes_shells) {
+      ASSERT_FALSE(set_tool(scene, std::make_shared<const ToolShape>(ToolProfile{{{-5, 2}, {5, 2}}, 1})));
+    } else if (!info.takes(*scene.tool)) {
       ASSERT_FALSE(set_tool(scene, 2, {{-5, 0, 0}, {0, 0, 0}, {5, 0, 0}}));
     }
     const auto method = make_method(info.name).value();
