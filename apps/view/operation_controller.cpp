@@ -326,9 +326,7 @@ bool OperationController::needs_other_balls(const sim::InstrumentType& type,
                                             const sim::Value& instrument) const {
   const sim::ToolNeeds needs = type.needs ? type.needs(instrument.data(), *scene_->base) : sim::ToolNeeds();
   const haptics::ToolShape& needed = needs.tool ? *needs.tool : *scene_->tool;
-  const haptics::ToolShape& current = state_.contact_tool ? *state_.contact_tool : *scene_->tool;
-  return needed.radius() != current.radius() || needed.balls().size() != current.balls().size() ||
-         needed.profile() != current.profile();
+  return needed != (state_.contact_tool ? *state_.contact_tool : *scene_->tool);
 }
 
 /// Ends the wait for an instrument when the hand has it, or when it was refused or discarded.

@@ -229,13 +229,14 @@ class WatchingDevice final : public Device {
   std::atomic<long> count_{0};
 };
 
-TEST(ServoQuiet, NorDoesAToolOfSeveralBalls) {
+/// Counts what the servo does while a tool with six degrees of freedom walks through a shell of bone.
+void touch_with(const SharedTool& tool) {
   allocations = locks = 0;
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(96);
   options.psf_sigma_voxels = 1;
   TouchScene scene = scenes::phantom_scene("shell", options);
-  ASSERT_FALSE(set_tool(scene, 2, {{-8, 0, 0}, {-4, 0, 0}, {0, 0, 0}, {4, 0, 0}, {8, 0, 0}}));
+  ASSERT_FALSE(set_tool(scene, tool));
   const auto method = make_method(general_method(*scene.tool).name).value();
   ASSERT_FALSE(method->prepare(scene));
   ServoCore core({}, 1e-3);
@@ -256,6 +257,15 @@ TEST(ServoQuiet, NorDoesAToolOfSeveralBalls) {
   EXPECT_GT(contacts, 1000);
   EXPECT_EQ(allocations.load(), 0);
   EXPECT_EQ(locks.load(), 0);
+}
+
+TEST(ServoQuiet, NorDoesAToolOfSeveralBalls) {
+  const std::vector<glm::dvec3> centres{{-8, 0, 0}, {-4, 0, 0}, {0, 0, 0}, {4, 0, 0}, {8, 0, 0}};
+  touch_with(make_tool(2, centres).value());
+}
+
+TEST(ServoQuiet, NorDoesAWholeTool) {
+  touch_with(std::make_shared<const ToolShape>(ToolProfile{{{-2, 2}, {20, 2}}, 1}));
 }
 
 TEST(ServoQuiet, NorDoDevicesWithAMapAndAPedal) {
