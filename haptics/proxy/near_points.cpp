@@ -76,7 +76,7 @@ bool NearPoints::add(std::uint32_t point, int shape, const dvec3& at, bool has_w
   inside_count_ += near.is_inside;
   if (near.is_inside || !near.has_one_wall) return true;
   const dvec3 reach(margin_ / voxel_);
-  near.hessian = walls_.hessian_bound(near.wall, {at - reach, at + reach}, near.has_bound, k_most_cubes);
+  near.hessian = walls_.hessian_bound_around(near.wall, at, reach.x, near.has_bound, k_most_cubes);
   if (!near.has_bound) return true;
   // The largest value within the margin.
   const double steepest = glm::length(near.gradient) * reach.x;

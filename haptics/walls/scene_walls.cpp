@@ -392,6 +392,24 @@ volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall,
   const int i = part_of(wall.shape);
   const volume::QuadraticPatch::HessianBound own =
       walls_of(i).hessian_bound(wall, {in_part(i, span.a), in_part(i, span.b)}, is_whole, most);
+  return in_scene_frame(own, i);
+}
+
+volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound_around(const Wall& wall, const dvec3& p,
+                                                                      double reach, bool& is_whole,
+                                                                      int most) noexcept {
+  is_whole = false;
+  if (is_mesh(wall.shape)) return {dvec3(0), dvec3(0)};
+  const int i = part_of(wall.shape);
+  // The box in the frame of the volume that contains the box in that of the scene.
+  const glm::dmat3& map = part(i).from_scene;
+  const dvec3 extent = reach * (glm::abs(map[0]) + glm::abs(map[1]) + glm::abs(map[2])), own = in_part(i, p);
+  return in_scene_frame(walls_of(i).hessian_bound(wall, {own - extent, own + extent}, is_whole, most), i);
+}
+
+/// Returns bounds of a volume's function along the axes of the scene.
+volume::QuadraticPatch::HessianBound SceneWalls::in_scene_frame(
+    const volume::QuadraticPatch::HessianBound& own, int i) const noexcept {
   // Bounds of |second derivatives| along the scene's axes.
   const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
                        glm::abs(part(i).from_scene[2]));

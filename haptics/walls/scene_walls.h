@@ -101,6 +101,9 @@ class SceneWalls {
   };
   volume::QuadraticPatch::HessianBound hessian_bound(const Wall& wall, const Span& span, bool& is_whole,
                                                      int most = SmoothWalls::k_few_cubes) noexcept;
+  /// Returns a bound that holds within `reach` (steps of the scene's frame) of p along each axis.
+  volume::QuadraticPatch::HessianBound hessian_bound_around(const Wall& wall, const glm::dvec3& p,
+                                                            double reach, bool& is_whole, int most) noexcept;
   bool is_only_wall(const Wall&) const noexcept { return false; }
   double longest_leg(const Wall& wall, double usual) noexcept {
     return is_mesh(wall.shape) ? usual : walls_of(part_of(wall.shape)).longest_leg(wall, usual);
@@ -125,6 +128,8 @@ class SceneWalls {
 
  private:
   int part_of(int shape) const noexcept;
+  volume::QuadraticPatch::HessianBound in_scene_frame(const volume::QuadraticPatch::HessianBound& own,
+                                                      int part) const noexcept;
   const SceneLayout::Part& part(int i) const noexcept { return layout_.parts()[static_cast<std::size_t>(i)]; }
   /// Makes the walls on first use.
   SmoothWalls& walls_of(int part) noexcept;

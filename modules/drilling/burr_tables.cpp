@@ -50,12 +50,6 @@ const sim::Schema& Burr::schema() {
                                     .help = "length of the shaft that also touches, if round is set",
                                     .label = "Shaft that touches",
                                     .is_expert = true}),
-      field<&Burr::shaft_diameter>("shaft_diameter", {.unit = "mm",
-                                                      .low = 0.5,
-                                                      .high = 6,
-                                                      .help = "diameter of the shaft, at most the burr's",
-                                                      .label = "Diameter of the shaft",
-                                                      .is_expert = true}),
       field<&Burr::is_dry>("dry", {.help = "without irrigation", .label = "Without irrigation"})};
   static constexpr sim::Schema table{"burr", 1, fields};
   return table;
