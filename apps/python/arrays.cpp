@@ -87,6 +87,12 @@ void register_error(py::module_& module) {
   });
 }
 
+void raise_out_of_memory(const char* name) {
+  PyErr_Clear();
+  raise(argument_error("an array does not fit in memory", name, "no free memory for a copy",
+                       "a smaller array", "pass the data in parts"));
+}
+
 dvec3 vector_of(const py::handle& value, const char* name) {
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
   if (!array || array.ndim() != 1 || array.shape(0) != 3) {
@@ -118,6 +124,7 @@ py::array_t<double, py::array::c_style> doubles_of(const py::handle& value, cons
                          shape_text(any) + " of " + std::string(py::str(any.dtype())), expected,
                          "one row per tick; with several hands one row per tick and hand"));
   auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
+  if (!array) raise_out_of_memory(name);
   shape.assign(array.shape(), array.shape() + array.ndim());
   return py::array_t<double, py::array::c_style>(array);
 }

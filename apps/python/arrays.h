@@ -33,6 +33,9 @@ T value_of(Result<T> result) {
 /// Registers the exception in the module.
 void register_error(py::module_& module);
 
+/// Raises an error for an array that could not be copied.
+[[noreturn]] void raise_out_of_memory(const char* name);
+
 /// Returns three numbers. Error, which names the argument, for any other shape.
 glm::dvec3 vector_of(const py::handle& value, const char* name);
 py::tuple tuple_of(const glm::dvec3& v);

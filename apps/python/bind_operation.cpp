@@ -351,14 +351,30 @@ void bind_operation(py::module_& module) {
           "activates the tool. Releases the interpreter's lock.")
       .def(
           "command",
-          [](PyOperation& self, const std::string& name, int hand, const py::kwargs& keywords) {
+          [](PyOperation& self, const py::args& names, py::kwargs keywords) {
+            // The parameters of a command may have any name, so that its own name has none.
+            if (names.size() != 1 || !py::isinstance<py::str>(names[0]))
+              raise({.what = "no command selected",
+                     .where = "command",
+                     .found = std::to_string(names.size()) + " positional arguments",
+                     .expected = "the name of a command, then its parameters by keyword",
+                     .remedy = "command(\"burr\", diameter=3)"});
+            int hand = 0;
+            if (keywords.contains("hand")) {
+              if (!py::isinstance<py::int_>(keywords["hand"]))
+                raise({.what = "the hand is no number",
+                       .where = "command hand",
+                       .expected = "0 for the first hand"});
+              hand = keywords["hand"].cast<int>();
+              PyDict_DelItemString(keywords.ptr(), "hand");
+            }
+            const auto name = names[0].cast<std::string>();
             const std::string words = words_of(keywords);
             self.with([&](Operation& operation) {
               check(operation.command(name, words, hand));
               return 0;
             });
           },
-          py::arg("name"), py::kw_only(), py::arg("hand") = 0,
           "Executes a command, and finishes the job that it starts: command(\"burr\", diameter=3). `trephine "
           "modules` lists the commands.")
       .def(

@@ -28,7 +28,16 @@ Scan scan_of(const py::array& voxels, const py::object& spacing, const py::objec
            .found = std::to_string(voxels.ndim()) + " dimensions of " + std::string(py::str(voxels.dtype())),
            .expected = "shape (z, y, x) of int16",
            .remedy = "convert it with numpy.asarray(voxels, numpy.int16)"});
+  constexpr py::ssize_t k_longest = 32768;
+  for (py::ssize_t a = 0; a < 3; ++a)
+    if (voxels.shape(a) < 1 || voxels.shape(a) > k_longest)
+      raise({.what = "the size of a scan is out of range",
+             .where = "voxels",
+             .found = std::to_string(voxels.shape(a)),
+             .expected = "1 to 32768 along each axis",
+             .remedy = "crop or resample the array"});
   const auto array = py::array_t<std::int16_t, py::array::c_style | py::array::forcecast>::ensure(voxels);
+  if (!array) raise_out_of_memory("voxels");
   const ivec3 size(static_cast<int>(array.shape(2)), static_cast<int>(array.shape(1)),
                    static_cast<int>(array.shape(0)));
   const volume::Frame frame =

@@ -171,6 +171,21 @@ def test_errors_state_problem_and_remedy():
     assert (operation.run(np.zeros((2, 3)) + 50).faults == 0).all()
 
 
+def test_arrays_too_large_are_refused():
+    with pytest.raises(tr.Error, match="size of a scan"):
+        tr.Scan(np.broadcast_to(np.int16(0), (40000, 2, 2)), spacing=(1, 1, 1))
+    with pytest.raises(tr.Error, match="memory"):
+        tr.Scan(np.broadcast_to(np.int16(0), (20000,) * 3), spacing=(1, 1, 1))
+    operation = tr.Operation.open(sphere((5, 5, 5)), iso=300)
+    with pytest.raises(tr.Error, match="memory"):
+        operation.run(np.broadcast_to(np.zeros(3), (10**12, 3)))
+
+
+def test_a_parameter_may_be_called_name():
+    operation = tr.Operation.open(sphere((5, 5, 5)), iso=300)
+    operation.command("begin-branch", name="other")
+
+
 def test_what_cannot_be_pickled_says_so():
     scan = sphere((5, 5, 5))
     for value in (scan, tr.Operation.open(scan)):
