@@ -5,8 +5,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "haptics/device/pose_path.h"
-#include "haptics/proxy/tool_motion.h"
+#include "haptics/proxy/rigid_step.h"
 
 namespace trephine::haptics {
 
@@ -60,14 +59,12 @@ class Chain {
       if (!solids_at(ball(tool_, i)).is_empty()) state_.balls_inside |= 1u << i;
     return (state_.balls_inside & ~before) != 0;
   }
-  /// Continues from the previous pose; a proxy that was set without rotation takes that of the hand.
-  void resume(const volume::Frame& base) noexcept {
-    tool_ = {base.world_from_volume(state_.proxy_volume),
-             state_.has_turn ? state_.tool_turn : hand_.rotation};
-  }
+  void resume(const Placement& tool) noexcept { tool_ = tool; }
+  bool has_grown() noexcept { return update_balls_inside(); }
   /// Handles the motion of a mesh since the previous step. Returns false if it passed over the tool.
   bool yield_to(int mesh, const Placement& previous, const Placement& current) noexcept;
   const Placement& pose() const noexcept { return tool_; }
+  const Placement& hand() const noexcept { return hand_; }
   void run(ProxyStep& result) noexcept;
 
  private:
@@ -215,30 +212,19 @@ double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noe
 }
 
 bool Chain::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
-  constexpr int k_max_pushes = 8;
-  const MeshTree& tree = walls_.tree_of(mesh);
-  const bool is_front = walls_.blocks(mesh, Side::front), is_back = walls_.blocks(mesh, Side::back);
-  const double hair = 1e-5 * voxel_;
-  // Finds the ball that the mesh would pass over first, and the push that prevents it.
+  const MeshMotion motion{walls_.tree_of(mesh),
+                          walls_.blocks(mesh, Side::front),
+                          walls_.blocks(mesh, Side::back),
+                          previous,
+                          current,
+                          1e-5 * voxel_};
   const auto find_push = [&](const Placement& to, dvec3& push) {
     bool is_any = false;
     double first = 2;
-    for (const ToolShape::Ball& ball : balls_) {
-      const dvec3 a = previous.local_from_world(tool_.world_from_local(ball.centre)),
-                  b = current.local_from_world(to.world_from_local(ball.centre));
-      FacetHit hit;
-      if (!tree.cast(a, b, ball.radius, is_front, is_back, hit, counters_.triangles) || hit.t >= first)
-        continue;
-      is_any = true;
-      first = hit.t;
-      const dvec3 normal = current.rotation * hit.normal_world;
-      const dvec3 contact = current.world_from_local(a + hit.t * (b - a));
-      push = (std::max(0.0, glm::dot(contact - to.world_from_local(ball.centre), normal)) + hair) * normal;
-    }
+    for (const ToolShape::Ball& ball : balls_)
+      is_any = motion.meets(tool_, to, ball.centre, ball.radius, first, push, counters_.triangles) || is_any;
     return is_any;
   };
-  dvec3 push(0);
-  if (!find_push(tool_, push)) return true;
   const auto try_pose = [&](const Placement& to) {
     Wall wall;
     std::size_t stopped_ball = 0;
@@ -246,15 +232,7 @@ bool Chain::yield_to(int mesh, const Placement& previous, const Placement& curre
     tool_ = to;
     return true;
   };
-  if (Placement along = current * previous.inverse() * tool_;
-      try_pose({along.position_world, unit_of(along.rotation)}))
-    return true;
-  Placement to = tool_;
-  for (int i = 0; i < k_max_pushes; ++i) {
-    if (!find_push(to, push)) return try_pose(to);
-    to.position_world += push;
-  }
-  return false;
+  return motion.move(tool_, find_push, try_pose);
 }
 
 void Chain::run(ProxyStep& result) noexcept {
@@ -321,43 +299,7 @@ Status ChainProxy::prepare(const TouchScene& scene) {
 
 ProxyStep ChainProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                            const ProxyInput& input) const noexcept {
-  const volume::Frame& base = touch_state.version->base().frame;
-  ProxyStep result;
-  result.normal_world = dvec3(0);
-  Surroundings& around = state.around;
-  for (int s = 0; s < item_count(scene); ++s) around.nearby.set(s, true);  // tools are long
-  around.new_models = ShapeSet{};  // a ball that overlaps a new model is pushed out of it
-  // Meshes move one after another; each meets those before it at their current placement.
-  layout_.adopt_sets(scene, touch_state, input, around);
-  const auto current = layout_.placements_of(scene, touch_state, input);
-  auto moving = state.has_proxy && around.has_placements ? around.placements : current;
-  SceneWalls walls(scene, layout_, touch_state, state, moving, result.counters);
-  Chain chain(scene, walls, state, input, result.counters);
-  const bool is_new = !state.has_proxy;
-  bool is_passed_over = false;
-  if (!is_new) {
-    chain.resume(base);
-    if (state.version != touch_state.version->serial()) result.is_buried = chain.update_balls_inside();
-    for (std::size_t m = 0; m < current.size(); ++m)
-      if (const Placement before = std::exchange(moving[m], current[m]);
-          before != current[m] && layout_.movers()[m] >= 0)
-        is_passed_over = !chain.yield_to(layout_.movers()[m], before, current[m]) || is_passed_over;
-  }
-  around.placements = current;
-  around.has_placements = true;
-  if (is_new || result.is_buried)
-    chain.begin(base);
-  else
-    chain.run(result);
-  result.is_buried = result.is_buried || is_passed_over;
-  result.proxy_world = chain.pose().position_world;
-  state.version = touch_state.version->serial();
-  state.tool_turn = chain.pose().rotation;
-  state.has_turn = true;
-  state.proxy_volume = base.volume_from_world(result.proxy_world);
-  state.had_contact = result.has_contact;
-  result.add_waypoint(state.proxy_volume);
-  return result;
+  return step_rigid_tool<Chain>(layout_, scene, touch_state, state, input);
 }
 
 }  // namespace trephine::haptics

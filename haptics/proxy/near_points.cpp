@@ -11,12 +11,14 @@ using glm::dvec3;
 namespace {
 
 // In voxels of the scene's frame, the finest of the scene.
-constexpr double k_least_gap = 5e-4;     // least distance at the end of a motion that a wall stops
-constexpr double k_landing = 1e-3;       // largest distance from a wall at the end of a searched motion
-constexpr double k_lattice_steps = 1.5;  // of the cut lattice, that a unit of margins spans at most
-constexpr double k_least_margin = 0.1;   // below it, points are left out instead
-constexpr int k_most_cubes = 27;         // in the box around a point and its margin
-constexpr double k_shorter = 0.3;        // share of a motion that needs too many searches
+constexpr double k_least_gap = 5e-4;  // least distance at the end of a motion that a wall stops
+constexpr double k_landing = 1e-3;    // largest distance from a wall at the end of a searched motion
+// Samples that a unit of margins spans at most: a box of 0.45 units around a point then meets at most 27
+// cubes.
+constexpr double k_steps_per_margin = 2.2;
+constexpr double k_least_margin = 0.1;  // below it, points are left out instead
+constexpr int k_most_cubes = 27;        // in the box around a point and its margin
+constexpr double k_shorter = 0.3;       // share of a motion that needs too many searches
 
 }  // namespace
 
@@ -25,75 +27,91 @@ NearPoints::NearPoints(const TouchScene& scene, SceneWalls& walls, ProxyCounters
       walls_(walls),
       counters_(counters),
       voxel_(walls.frame().spacing().x),
-      step_(voxel_) {
-  // Samples of cuts are finer than voxels, and bounds on them hold over a few samples.
-  if (!scene.lattice) return;
-  const dvec3& mm = scene.lattice->frame().spacing();
-  step_ = std::min(step_, k_lattice_steps * std::min({mm.x, mm.y, mm.z}));
+      step_(std::min(voxel_, k_steps_per_margin * walls.sample_mm())) {}
+
+/// Returns true if no shape but `skipped` is within `mm` of p.
+bool NearPoints::is_free_within(const dvec3& p, double mm, int skipped) noexcept {
+  for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
+    if (s != skipped && !walls_.is_free_within(s, p, mm)) return false;
+  return true;
 }
 
-/// Collects the points that matter could meet while they move by `mm`. Returns false if there are too many.
-/// `has_walls`: finds their walls, and keeps those
-/// alone that bounds on the walls do not prove free.
-bool NearPoints::collect_within(const Placement& tool, double mm, bool has_walls) noexcept {
+ShapeSet NearPoints::solids_at(const dvec3& p) noexcept {
+  ShapeSet solids;
+  for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
+    if (walls_.is_solid(s, p)) solids.set(s, true);
+  return solids;
+}
+
+bool NearPoints::is_motion_free(const Placement& tool, const Placement& to, int skipped) noexcept {
+  const double mm = 1.001 * size_of(twist_between(tool, to));
+  const dmat3 before = glm::mat3_cast(tool.rotation), after = glm::mat3_cast(to.rotation);
+  bool is_free = true;
+  shell_.visit(
+      [&](const dvec3& centre, double radius) {
+        return is_free_within(in_scene(tool, before, centre), radius + mm, skipped);
+      },
+      [&](std::uint32_t i) {
+        const dvec3 a = in_scene(tool, before, local(i)), b = in_scene(to, after, local(i));
+        ShapeSet inside = solids_at(a);
+        is_free = !walls_.reach(a, b, inside, k_landing * voxel_, skipped).is_blocked;
+        return is_free;
+      });
+  return is_free;
+}
+
+/// Collects the points that matter could meet while they move by `mm`, except those that bounds on their
+/// walls prove free. Returns false if there are too many.
+bool NearPoints::collect_within(const Placement& tool, double mm) noexcept {
   count_ = 0;
   forget_stop();
   margin_ = mm;
+  inside_count_ = 0;
   const dmat3 rotation = glm::mat3_cast(tool.rotation);
   bool is_full = false;
   shell_.visit(
       [&](const dvec3& centre, double radius) {
         ++counters_.cells;
-        const dvec3 p = in_scene(tool, rotation, centre);
-        for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
-          if (!walls_.is_free_within(s, p, radius + mm)) return false;
-        return true;
+        return is_free_within(in_scene(tool, rotation, centre), radius + mm);
       },
       [&](std::uint32_t i) {
         if (i % stride_ != 0) return true;
         ++counters_.voxels;
         const dvec3 p = in_scene(tool, rotation, local(i));
-        for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
-          if (!walls_.is_free_within(s, p, mm) && !add(i, s, p, has_walls)) {
-            is_full = true;
-            return false;
-          }
-        return true;
+        for (int s = walls_.next_shape(0); s < ShapeSet::k_max && !is_full; s = walls_.next_shape(s + 1))
+          is_full = !walls_.is_free_within(s, p, mm) && !add(i, s, p);
+        return !is_full;
       });
   return !is_full;
 }
 
-bool NearPoints::add(std::uint32_t point, int shape, const dvec3& at, bool has_wall) noexcept {
+/// Adds a point unless it is proven free within the margin. Returns false if there are too many.
+bool NearPoints::add(std::uint32_t point, int shape, const dvec3& at) noexcept {
   if (count_ == all_.size()) return false;
-  Near& near = all_[count_++];
+  Near& near = all_[count_];
   near.point = point;
   near.shape = shape;
   near.at = at;
-  near.is_inside = near.has_bound = false;
-  if (!has_wall) return true;
+  near.is_inside = false;
   look_up(near);
-  near.is_inside = near.has_wall && !walls_.is_mesh(shape) && near.value >= 0;
+  if (!walls_.is_mesh(shape)) near.is_inside = near.has_wall ? near.value >= 0 : walls_.is_solid(shape, at);
+  if (!near.is_inside && near.has_one_wall) {
+    const dvec3 reach(margin_ / voxel_);
+    near.hessian = walls_.hessian_bound_around(near.wall, at, reach.x, near.has_bound, k_most_cubes);
+    // The largest value within the margin.
+    const double highest = near.value + glm::length(near.gradient) * reach.x +
+                           0.5 * near.hessian.along(reach) +
+                           rounding_of({near.value, near.gradient}, near.hessian);
+    if (near.has_bound && highest < 0) return true;
+  }
   inside_count_ += near.is_inside;
-  if (near.is_inside || !near.has_one_wall) return true;
-  const dvec3 reach(margin_ / voxel_);
-  near.hessian = walls_.hessian_bound_around(near.wall, at, reach.x, near.has_bound, k_most_cubes);
-  if (!near.has_bound) return true;
-  // The largest value within the margin.
-  const double steepest = glm::length(near.gradient) * reach.x;
-  if (near.value + steepest + 0.5 * near.hessian.along(reach) +
-          rounding_of({near.value, near.gradient}, near.hessian) <
-      0)
-    --count_;
+  ++count_;
   return true;
 }
 
 void NearPoints::collect(const Placement& tool, double mm) noexcept {
-  const auto is_complete = [&] {
-    inside_count_ = 0;
-    return collect_within(tool, mm, true);
-  };
   stride_ = 1;
-  while (!is_complete())
+  while (!collect_within(tool, mm))
     if (mm > k_least_margin * step_)
       mm = std::max(0.5 * mm, k_least_margin * step_);
     else
@@ -102,8 +120,7 @@ void NearPoints::collect(const Placement& tool, double mm) noexcept {
 
 bool NearPoints::is_free_within(const Placement& tool, double mm) noexcept {
   const dvec3 p = in_scene(tool, glm::mat3_cast(tool.rotation), shell_.root().centre);
-  for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
-    if (!walls_.is_free_within(s, p, shell_.root().radius + mm)) return false;
+  if (!is_free_within(p, shell_.root().radius + mm)) return false;
   count_ = 0;
   forget_stop();
   inside_count_ = 0;
@@ -178,12 +195,14 @@ double NearPoints::free_share(const Placement& to, int max_searches) noexcept {
       if (*proven < least) least = *proven, stopped_ = k, stopping_wall_ = near.wall;
       continue;
     }
-    if (++searches > max_searches) return std::min(least, k_shorter);
-    ShapeSet inside;
-    if (inside_count_ > 0)
-      for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1))
-        if (walls_.is_solid(s, near.at)) inside.set(s, true);
-    const Reach reach = walls_.reach(near.at, end, inside, k_landing * voxel_, -1, least);
+    Reach reach;
+    if (walls_.is_mesh(near.shape)) {
+      reach = walls_.reach_model(near.shape, near.at, end, k_landing * voxel_, least);
+    } else {
+      if (++searches > max_searches) return std::min(least, k_shorter);
+      ShapeSet inside = inside_count_ > 0 ? solids_at(near.at) : ShapeSet{};
+      reach = walls_.reach(near.at, end, inside, k_landing * voxel_, -1, least);
+    }
     if (!reach.is_blocked || !(reach.t < least)) continue;
     least = reach.t;
     stopped_ = k;

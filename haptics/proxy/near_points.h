@@ -50,15 +50,14 @@ class NearPoints {
 
   /// Finds the points for motions of up to `mm`, or less if there are too many; of the tool at this pose.
   void collect(const Placement& tool, double mm) noexcept;
-  /// Finds the points within `mm` of matter, without their walls. Returns false if there are too many.
-  bool collect_all(const Placement& tool, double mm) noexcept {
-    stride_ = 1;
-    return collect_within(tool, mm, false);
-  }
+  /// Returns true if no point was left out.
+  bool is_complete() const noexcept { return stride_ == 1; }
+  /// Returns true if the motion of every point to `to` is free of all shapes but `skipped`. Keeps nothing.
+  bool is_motion_free(const Placement& tool, const Placement& to, int skipped) noexcept;
   /// Returns true if no matter is within `mm` of the whole tool.
   bool is_free_within(const Placement& tool, double mm) noexcept;
   /// Returns the share of a motion, within the margin, that is free for all points. If it is less than 1:
-  /// stopped() and stopping_wall(), unless `max_searches` (exact searches) were too few.
+  /// stopped() and stopping_wall(), unless `max_searches` (exact searches in volumes) were too few.
   double free_share(const Placement& to, int max_searches) noexcept;
   /// Forgets the point that stopped a motion; free_share() keeps it until another one stops a motion earlier.
   void forget_stop() noexcept { stopped_ = k_max; }
@@ -94,8 +93,10 @@ class NearPoints {
   glm::dvec3 normal_of(const Near& near) const noexcept;
 
  private:
-  bool collect_within(const Placement& tool, double mm, bool has_walls) noexcept;
-  bool add(std::uint32_t point, int shape, const glm::dvec3& at, bool has_wall) noexcept;
+  bool is_free_within(const glm::dvec3& p, double mm, int skipped = -1) noexcept;
+  ShapeSet solids_at(const glm::dvec3& p) noexcept;
+  bool collect_within(const Placement& tool, double mm) noexcept;
+  bool add(std::uint32_t point, int shape, const glm::dvec3& at) noexcept;
   void look_up(Near& near) noexcept;
   void set_wall(Near& near, const Wall& wall) noexcept;
   std::optional<double> proven_share(Near& near, const glm::dvec3& to) noexcept;

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "haptics/proxy/near_points.h"
+#include "haptics/proxy/rigid_step.h"
 
 namespace trephine::haptics {
 
-using glm::dmat3;
 using glm::dquat;
 using glm::dvec3;
 
@@ -17,7 +17,6 @@ namespace {
 
 // In voxels of the scene's frame, the finest of the scene.
 constexpr double k_gap = 2e-3;          // distance that points keep from walls
-constexpr double k_landing = 1e-3;      // largest distance from a wall at the end of a searched motion
 constexpr double k_worth = 1e-4;        // least gain in distance to the hand for a motion
 constexpr double k_slow = 1e-3;         // a smaller gain of an unhindered round ends the rounds
 constexpr double k_still = 2e-4;        // a smaller motion ends the rounds
@@ -30,7 +29,8 @@ constexpr double k_next_margin = 0.45;
 constexpr int k_rounds = 8, k_sweeps = 60, k_max_collections = 4;
 constexpr std::size_t k_max_bounds = 16;
 // Most exact searches for one motion, each of which costs as much as 30 proofs; beyond, it is shortened.
-constexpr int k_max_searches = 60, k_most_searches = 400;  // the latter at the last try
+constexpr int k_max_searches = 60, k_most_searches = NearPoints::k_max;  // the latter at the last try
+constexpr std::uint32_t k_unknown_count = ~0u;  // ProxyState::balls_inside after points were left out
 
 /// Bound of a wall near a point on a motion, and the friction there.
 struct Bound {
@@ -55,23 +55,38 @@ class Shell {
         square_(scene.tool->gyration_square()),
         voxel_(walls.frame().spacing().x),
         hand_{input.hip_world, unit_of(input.orientation)},
-        near_(scene, walls, counters) {}
+        near_(scene, walls, counters) {
+    walls.use(cache_);
+  }
 
-  void begin() noexcept { tool_ = hand_; }
+  /// Starts at the hand, inside any solid there.
+  void begin(const volume::Frame& base) noexcept {
+    state_.begin_at(base.volume_from_world(hand_.position_world));
+    tool_ = hand_;
+    find_near();
+  }
   void resume(const Placement& tool) noexcept { tool_ = tool; }
   const Placement& pose() const noexcept { return tool_; }
   const Placement& hand() const noexcept { return hand_; }
-  /// Moves to the hand and returns true if there is no matter on the way.
-  bool fly() noexcept;
-  /// Finds the points near matter at the current pose, before run().
-  void begin_step() noexcept { near_.collect(tool_, std::min(need(), k_first_margin * near_.step_mm())); }
-  /// Number of points in a solid at the beginning of the step.
-  std::uint32_t inside_count() const noexcept { return near_.inside_count(); }
+  /// Returns true if more points are in a solid than in the previous step. If points were left out in either
+  /// step, that is unknown, and covered points do not touch until they have left the solid.
+  bool has_grown() noexcept {
+    const std::uint32_t before = state_.balls_inside;
+    find_near();
+    return state_.balls_inside != k_unknown_count && state_.balls_inside > before;
+  }
   bool yield_to(int mesh, const Placement& previous, const Placement& current) noexcept;
   void run(ProxyStep& result) noexcept;
 
  private:
   const dvec3& local(std::uint32_t point) const noexcept { return near_.local(point); }
+  /// Moves to the hand and returns true if there is no matter on the way.
+  bool fly() noexcept;
+  /// Finds the points near matter at the current pose.
+  void find_near() noexcept {
+    near_.collect(tool_, std::min(need(), k_first_margin * near_.step_mm()));
+    state_.balls_inside = near_.is_complete() ? near_.inside_count() : k_unknown_count;
+  }
   /// Returns the motion of any point on the way to the hand, at most, mm.
   double need() const noexcept { return 1.001 * near_.size_of(twist_between(tool_, hand_)); }
   void find_bounds() noexcept;
@@ -104,12 +119,14 @@ class Shell {
     dvec3 position, normal;
   };
   std::array<Candidate, NearPoints::k_max> candidates_;
+  SmoothWalls::LargeCache cache_;
   NearPoints near_;
 };
 
 bool Shell::fly() noexcept {
   if (!near_.is_free_within(tool_, need())) return false;
   tool_ = hand_;
+  state_.balls_inside = 0;
   state_.is_sticking = false;
   return true;
 }
@@ -125,7 +142,7 @@ void Shell::add_bound(std::size_t n) noexcept {
   b.about = glm::cross(b.arm, b.along);
   b.least = std::min(k_gap * voxel_ - b.room, 0.1 * voxel_);
   b.near = n;
-  const Material& material = material_of(scene_, near.shape, side_of(near.wall.is_back));
+  const Material& material = material_of(scene_, near.wall.shape, side_of(near.wall.is_back));
   b.friction =
       state_.is_sticking || !state_.had_contact ? material.static_friction : material.dynamic_friction;
   const dvec3 size = glm::abs(b.along);
@@ -251,6 +268,8 @@ double Shell::advance(const Twist& t) noexcept {
 }
 
 void Shell::run(ProxyStep& result) noexcept {
+  if (fly()) return;
+  find_near();
   double share = 1;
   int collections = 1;
   Placement best = tool_;
@@ -294,7 +313,7 @@ void Shell::report(ProxyStep& result, double share) const noexcept {
     if (!(b.push > 0)) continue;
     sum += b.push * b.along;
     if (hardest == nullptr || b.push > hardest->push) hardest = &b;
-    result.contacts.add({tool_.position_world + b.arm, b.along, b.push, near_[b.near].shape,
+    result.contacts.add({tool_.position_world + b.arm, b.along, b.push, near_[b.near].wall.shape,
                          side_of(near_[b.near].wall.is_back)});
   }
   state_.is_sticking = hardest != nullptr && !has_slipped_;
@@ -307,71 +326,44 @@ void Shell::report(ProxyStep& result, double share) const noexcept {
     return;
   }
   const double length = glm::length(sum);
-  result.set_contact(near_[hardest->near].shape, side_of(near_[hardest->near].wall.is_back),
+  const Wall& wall = near_[hardest->near].wall;
+  result.set_contact(wall.shape, side_of(wall.is_back),
                      length > 1e-3 * hardest->push ? sum / length : hardest->along);
 }
 
 /// Handles the motion of a mesh since the previous step. Returns false if it passed over the tool.
 bool Shell::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
-  constexpr int k_max_pushes = 8;
-  const MeshTree& tree = walls_.tree_of(mesh);
-  const bool is_front = walls_.blocks(mesh, Side::front), is_back = walls_.blocks(mesh, Side::back);
-  const double hair = 1e-5 * voxel_;
-  // Finds the point that the mesh would pass over first, and the push that prevents it.
+  const MeshMotion motion{walls_.tree_of(mesh),
+                          walls_.blocks(mesh, Side::front),
+                          walls_.blocks(mesh, Side::back),
+                          previous,
+                          current,
+                          1e-5 * voxel_};
   const auto find_push = [&](const Placement& to, dvec3& push) {
     bool is_any = false;
     double first = 2;
+    // Rotation of the tool relative to the mesh, about the path of a centre.
+    const dquat turn =
+        glm::conjugate(current.rotation) * to.rotation * glm::conjugate(tool_.rotation) * previous.rotation;
+    const double wider = 1 + glm::length(turn_between({1, 0, 0, 0}, turn));
     shell_.visit(
         [&](const dvec3& centre, double radius) {
           const dvec3 a = previous.local_from_world(tool_.world_from_local(centre)),
                       b = current.local_from_world(to.world_from_local(centre));
-          // The tool turns relative to the mesh about the way of the centre.
-          const Placement turn{dvec3(0), glm::conjugate(current.rotation) * to.rotation *
-                                             glm::conjugate(tool_.rotation) * previous.rotation};
-          const double reach = radius * (1 + glm::length(turn_between({1, 0, 0, 0}, turn.rotation)));
-          return !tree.is_near(0.5 * (a + b), 0.5 * glm::length(b - a) + reach);
+          return !motion.tree.is_near(0.5 * (a + b), 0.5 * glm::length(b - a) + radius * wider);
         },
         [&](std::uint32_t i) {
-          const dvec3 a = previous.local_from_world(tool_.world_from_local(local(i))),
-                      b = current.local_from_world(to.world_from_local(local(i)));
-          FacetHit hit;
-          if (!tree.cast(a, b, is_front, is_back, hit, counters_.triangles) || hit.t >= first) return true;
-          is_any = true;
-          first = hit.t;
-          const dvec3 normal = current.rotation * hit.normal_world;
-          const dvec3 contact = current.world_from_local(a + hit.t * (b - a));
-          push = (std::max(0.0, glm::dot(contact - to.world_from_local(local(i)), normal)) + hair) * normal;
+          is_any = motion.meets(tool_, to, local(i), 0, first, push, counters_.triangles) || is_any;
           return true;
         });
     return is_any;
   };
-  dvec3 push(0);
-  if (!find_push(tool_, push)) return true;
   const auto try_pose = [&](const Placement& to) {
-    bool is_free = near_.collect_all(tool_, 1.001 * near_.size_of(twist_between(tool_, to)));
-    const dmat3 rotation = glm::mat3_cast(to.rotation);
-    for (std::size_t k = 0; is_free && k < near_.size(); ++k) {
-      const Near& near = near_[k];
-      if (near.shape == mesh) continue;
-      ShapeSet inside;
-      if (walls_.is_solid(near.shape, near.at)) inside.set(near.shape, true);
-      is_free = !walls_
-                     .reach(near.at, near_.in_scene(to, rotation, local(near.point)), inside,
-                            k_landing * voxel_, mesh)
-                     .is_blocked;
-    }
-    if (is_free) tool_ = to;
-    return is_free;
-  };
-  if (const Placement along = current * previous.inverse() * tool_;
-      try_pose({along.position_world, unit_of(along.rotation)}))
+    if (!near_.is_motion_free(tool_, to, mesh)) return false;
+    tool_ = to;
     return true;
-  Placement to = tool_;
-  for (int i = 0; i < k_max_pushes; ++i) {
-    if (!find_push(to, push)) return try_pose(to);
-    to.position_world += push;
-  }
-  return false;
+  };
+  return motion.move(tool_, find_push, try_pose);
 }
 
 }  // namespace
@@ -393,59 +385,7 @@ Status ShellProxy::prepare(const TouchScene& scene) {
 
 ProxyStep ShellProxy::step(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                            const ProxyInput& input) const noexcept {
-  const volume::Frame& base = touch_state.version->base().frame;
-  ProxyStep result;
-  result.normal_world = dvec3(0);
-  Surroundings& around = state.around;
-  for (int s = 0; s < item_count(scene); ++s) around.nearby.set(s, true);  // tools are long
-  around.new_models = ShapeSet{};
-  // Meshes move one after another; each meets those before it at their current placement.
-  layout_.adopt_sets(scene, touch_state, input, around);
-  const auto current = layout_.placements_of(scene, touch_state, input);
-  auto moving = state.has_proxy && around.has_placements ? around.placements : current;
-  SmoothWalls::LargeCache cache;
-  SceneWalls walls(scene, layout_, touch_state, state, moving, result.counters);
-  walls.use(cache);
-  Shell shell(scene, walls, state, input, result.counters);
-  bool is_passed_over = false;
-  const bool is_new = !state.has_proxy;
-  if (is_new) {
-    state.begin_at(base.volume_from_world(input.hip_world));
-    shell.begin();
-    shell.begin_step();
-  } else {
-    const dquat turn = state.has_turn ? state.tool_turn : shell.hand().rotation;
-    shell.resume({base.world_from_volume(state.proxy_volume), turn});
-    for (std::size_t m = 0; m < current.size(); ++m)
-      if (const Placement before = std::exchange(moving[m], current[m]);
-          before != current[m] && layout_.movers()[m] >= 0)
-        is_passed_over = !shell.yield_to(layout_.movers()[m], before, current[m]) || is_passed_over;
-    if (!shell.fly()) {
-      shell.begin_step();
-      // Restored matter covers points that were free.
-      result.is_buried =
-          state.version != touch_state.version->serial() && shell.inside_count() > state.balls_inside;
-      if (result.is_buried) {
-        state.begin_at(base.volume_from_world(input.hip_world));
-        shell.begin();
-        shell.begin_step();
-      } else {
-        shell.run(result);
-      }
-    }
-  }
-  around.placements = current;
-  around.has_placements = true;
-  result.is_buried = result.is_buried || is_passed_over;
-  result.proxy_world = shell.pose().position_world;
-  state.balls_inside = shell.inside_count();
-  state.version = touch_state.version->serial();
-  state.tool_turn = shell.pose().rotation;
-  state.has_turn = true;
-  state.proxy_volume = base.volume_from_world(result.proxy_world);
-  state.had_contact = result.has_contact;
-  result.add_waypoint(state.proxy_volume);
-  return result;
+  return step_rigid_tool<Shell>(layout_, scene, touch_state, state, input);
 }
 
 }  // namespace trephine::haptics

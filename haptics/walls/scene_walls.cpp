@@ -219,6 +219,11 @@ Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
       part.plane_distance =
           std::min(part.plane_distance, 1 / glm::length(part.frame->gradient_world_from_volume(axis)));
     }
+    // Steps of the volume, or of its cuts, per step along all axes of the scene.
+    const glm::dmat3& map = part.from_scene;
+    dvec3 steps = glm::abs(map[0]) + glm::abs(map[1]) + glm::abs(map[2]);
+    if (scene.lattice && !part.untouched) steps *= scene.lattice->scale();
+    layout.sample_mm_ = std::min(layout.sample_mm_, finest / std::max({steps.x, steps.y, steps.z}));
   }
   return layout;
 }

@@ -33,6 +33,7 @@ class SceneLayout {
   /// model.
   const volume::Frame& frame() const noexcept { return frame_; }
   const std::vector<Part>& parts() const noexcept { return parts_; }
+  double sample_mm() const noexcept { return sample_mm_; }
   /// Returns the mesh of each mover, as a shape; -1: no mesh.
   const std::array<int, TouchScene::k_max_movers>& movers() const noexcept { return movers_; }
   /// Returns the current placement of each of these meshes, including resting ones. The own motion of an
@@ -58,6 +59,7 @@ class SceneLayout {
   Status add_mesh(const TouchItem& mesh, int index);
 
   volume::Frame frame_;
+  double sample_mm_ = 1e300;
   std::vector<Part> parts_;
   std::vector<Box> boxes_;
   std::array<int, TouchScene::k_max_movers> movers_;
@@ -91,6 +93,13 @@ class SceneWalls {
   /// Returns true if there is no matter of the shape, and no facet, within `mm` of p. Conservative: false
   /// near matter does not mean that there is some. For tools without a radius.
   bool is_free_within(int shape, const glm::dvec3& p, double mm) noexcept;
+  /// As reach(), for one mesh alone.
+  Reach reach_model(int mesh, const glm::dvec3& a, const glm::dvec3& b, double tolerance,
+                    double latest) noexcept {
+    Reach reach;
+    reach_mesh(mesh, a, b, tolerance, latest, reach);
+    return reach;
+  }
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::ValueAndGradient value_and_gradient(const Wall& wall, const glm::dvec3& p) noexcept;
@@ -108,6 +117,8 @@ class SceneWalls {
   double longest_leg(const Wall& wall, double usual) noexcept {
     return is_mesh(wall.shape) ? usual : walls_of(part_of(wall.shape)).longest_leg(wall, usual);
   }
+  /// Returns the least length (mm) of the scene's axes in which any volume, or its cuts, has a step.
+  double sample_mm() const noexcept { return layout_.sample_mm(); }
   double sample_mm(const Wall& wall) noexcept { return walls_of(part_of(wall.shape)).sample_mm(wall); }
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,
              bool&) const noexcept {}

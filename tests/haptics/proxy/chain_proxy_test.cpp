@@ -52,12 +52,6 @@ TouchScene scene_with(const Solid& solid, const std::vector<dvec3>& balls, int s
   return scene;
 }
 
-dquat turn(const dvec3& about) {
-  const double angle = glm::length(about);
-  if (angle == 0) return {1, 0, 0, 0};
-  const dvec3 v = std::sin(0.5 * angle) / angle * about;
-  return {std::cos(0.5 * angle), v.x, v.y, v.z};
-}
 double angle_between(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
@@ -104,13 +98,13 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
         const double down = balls.size() == 7 ? k_radius : 28 + k_radius;
         const dvec3 to = solid.top + dvec3(between(-6, 6), between(-6, 6), down - between(1, 8));
         const dvec3 about(between(-0.4, 0.4), between(-0.4, 0.4), between(-0.6, 0.6));
-        const Placement first{to + dvec3(0, 0, 20), turn({between(-0.2, 0.2), between(-0.2, 0.2), 1})};
+        const Placement first{to + dvec3(0, 0, 20), rotation_of({between(-0.2, 0.2), between(-0.2, 0.2), 1})};
         Placement hand = first;
         ProxyStep r;
         for (int i = 0; i <= 900; ++i) {
           const double share = std::min(1.0, i / 600.0);
           hand = {first.position_world + share * (to - first.position_world),
-                  turn(share * about) * first.rotation};
+                  rotation_of(share * about) * first.rotation};
           r = run.step(hand);
           deepest = std::max(deepest, (k_radius - least_distance(solid, scene, run.tool(r))) / voxel);
         }
@@ -133,7 +127,8 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
           const double arm = std::sqrt(scene.tool->gyration_square());
           const Placement next{
               best.position_world + reach * dvec3(between(-1, 1), between(-1, 1), between(-1, 1)),
-              turn(reach / arm * dvec3(between(-1, 1), between(-1, 1), between(-1, 1))) * best.rotation};
+              rotation_of(reach / arm * dvec3(between(-1, 1), between(-1, 1), between(-1, 1))) *
+                  best.rotation};
           if (!is_free(next) || glm::length(next.position_world - r.proxy_world) > 1) continue;
           if (const double e = energy(scene, next, hand); e < least) least = e, best = next;
         }
@@ -160,7 +155,7 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
       ProxyStep r;
       const dvec3 about(0, -tilt, 0);  // its far end is raised for tilt > 0
       for (int i = 0; i < 1500; ++i)
-        r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)}, turn(std::min(1.0, i / 300.0) * about)});
+        r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)}, rotation_of(std::min(1.0, i / 300.0) * about)});
       // z = radius + half * sin|a|, at which both springs together are shortest; flat where that would be
       // negative.
       double best = 0, least = 1e300;
@@ -208,7 +203,7 @@ TEST(ChainProxy, NothingIsEnteredOrPassedUnderAnyMotion) {
       at.z += 2 * std::sin(0.05 * i);
       about += 0.03 * dvec3(noise(random), noise(random), noise(random)) - 0.01 * about;
       if (glm::length(at) > 40) at *= 0.9;
-      const ProxyStep r = run.step({at, turn(about)});
+      const ProxyStep r = run.step({at, rotation_of(about)});
       contacts += r.has_contact;
       const Placement tool = run.tool(r);
       ASSERT_EQ(run.state.balls_inside, 0u);
@@ -236,7 +231,7 @@ TEST(ChainProxy, GivesNoEnergyOnClosedPaths) {
     const double a = 2 * 3.14159265358979 * i / 2000;
     Pose pose;
     pose.position_world = {12 * std::cos(a), 12 * std::sin(a), 22 + 6 * std::sin(3 * a)};
-    pose.orientation = turn({0.3 * std::sin(2 * a), 0.3 * std::cos(a) - 0.3, 0.2 * std::sin(a)});
+    pose.orientation = rotation_of({0.3 * std::sin(2 * a), 0.3 * std::cos(a) - 0.3, 0.2 * std::sin(a)});
     const ServoRecord r = core.step(*seen, {.pose = pose});
     contacts += r.has_contact;
     max_torque = std::max(max_torque, glm::length(r.torque_world));
@@ -309,7 +304,7 @@ TEST(ChainProxy, RestsWhileTheHandRests) {
         Placement before;
         for (int i = 0; i < 1000; ++i) {
           const double share = std::min(1.0, i / 600.0);
-          r = run.step({to + dvec3(0, 0, 60 * (1 - share)), turn(share * about)});
+          r = run.step({to + dvec3(0, 0, 60 * (1 - share)), rotation_of(share * about)});
           const Placement now = run.tool(r);
           if (i > 800) {
             ASSERT_EQ(now.position_world, before.position_world) << name << ' ' << balls.size() << ' ' << i;
@@ -398,9 +393,10 @@ Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
     about += 0.01 * dvec3(noise(random), noise(random), noise(random)) - 0.01 * about;
     const Placement mesh{
         {14 * std::sin(0.021 * i), 9 * std::sin(0.033 * i), high + 8 * std::sin(0.027 * i + 1)},
-        turn({0.8 * std::sin(0.011 * i), 0.6 * std::sin(0.017 * i), std::sin(0.007 * i)})};
+        rotation_of({0.8 * std::sin(0.011 * i), 0.6 * std::sin(0.017 * i), std::sin(0.007 * i)})};
     const Placement& result = is_late && i > 0 ? box_before : mesh;
-    const ProxyStep r = run.method.step(scene, run.seen, run.state, {at, std::span(&result, 1), turn(about)});
+    const ProxyStep r =
+        run.method.step(scene, run.seen, run.state, {at, std::span(&result, 1), rotation_of(about)});
     const Placement tool = run.tool(r);
     led.contacts += r.has_contact;
     led.buried += r.is_buried;

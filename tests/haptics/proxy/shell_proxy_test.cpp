@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "apps/bench/scenes/closed_models.h"
 #include "apps/bench/scenes/promise.h"
 #include "haptics/methods/methods.h"
 #include "haptics/tool/point_shell.h"
@@ -42,13 +43,6 @@ TouchScene scene_with(const char* phantom, const std::map<std::string, double>& 
   return scene;
 }
 
-dquat turn(const dvec3& about) {
-  const double angle = glm::length(about);
-  if (angle == 0) return {1, 0, 0, 0};
-  const dvec3 v = std::sin(0.5 * angle) / angle * about;
-  return {std::cos(0.5 * angle), v.x, v.y, v.z};
-}
-
 struct Play {
   const TouchScene& scene;
   ShellProxy method;
@@ -58,8 +52,8 @@ struct Play {
       : scene(s), touch_state(std::shared_ptr<const volume::Version>(untouched(s))) {
     EXPECT_FALSE(method.prepare(scene));
   }
-  ProxyStep step(const Placement& hand) {
-    return method.step(scene, touch_state, state, {hand.position_world, {}, hand.rotation});
+  ProxyStep step(const Placement& hand, std::span<const Placement> movers = {}) {
+    return method.step(scene, touch_state, state, {hand.position_world, movers, hand.rotation});
   }
   Placement tool(const ProxyStep& r) const { return {r.proxy_world, state.tool_turn}; }
 };
@@ -80,6 +74,14 @@ double depth_of(const Rod& rod, const Placement& tool, const std::function<doubl
   return deepest;
 }
 
+/// Returns the number of the shell's points in a solid, by an evaluation that shares no code with the method.
+int points_in(const verify::SmoothSolid& solid, const TouchScene& scene, const Placement& tool) {
+  int count = 0;
+  for (const PointShell::Point& point : scene.tool->shell()->points())
+    count += solid.is_solid(scene.base->frame.volume_from_world(tool.world_from_local(point.position)));
+  return count;
+}
+
 struct Solid {
   const char* phantom;
   std::map<std::string, double> parameters;
@@ -94,7 +96,7 @@ const std::vector<Solid>& solids() {
 
 TEST(ShellProxy, StaysOutsideUnderAnyMotion) {
   double deepest[2] = {0, 0};
-  int touching = 0, entered = 0;
+  int touching = 0, entered = 0, followed = 0;
   for (const Solid& solid : solids())
     for (const bool is_thick : {false, true}) {
       const double spacing = is_thick ? 0.9 : 0.5;
@@ -122,30 +124,25 @@ TEST(ShellProxy, StaysOutsideUnderAnyMotion) {
           way = (target - hand.position_world) / 40.0;  // up to 1 m/s
           spin = 0.005 * dvec3(between(-2, 2), between(-2, 2), between(-2, 2));
         }
-        hand = {hand.position_world + way, glm::normalize(turn(spin) * hand.rotation)};
+        hand = {hand.position_world + way, glm::normalize(rotation_of(spin) * hand.rotation)};
         const ProxyStep r = run.step(hand);
         touching += r.has_contact;
         ASSERT_TRUE(std::isfinite(r.proxy_world.x + r.turn_world.x));
         if (tick % 5 != 0) continue;
-        // No point of the shell is in the solid of the method, by an evaluation that shares no code with it.
         const Placement tool = run.tool(r);
-        for (const PointShell::Point& point : scene.tool->shell()->points())
-          entered +=
-              smooth.is_solid(scene.base->frame.volume_from_world(tool.world_from_local(point.position)));
+        entered += points_in(smooth, scene, tool);
+        followed += points_in(smooth, scene, hand);  // planted fault: a tool that follows the hand
         deepest[is_thick] = std::max(deepest[is_thick], depth_of(k_shaft, tool, distance));
       }
     }
   EXPECT_GT(touching, 2000);
   EXPECT_EQ(entered, 0);
+  EXPECT_GT(followed, 1000);
   // The smooth solid of cubic voxels of 1.25 mm, and of sheared ones of 2.5 mm, with the gaps between points.
   EXPECT_LT(deepest[false], 0.2) << "mm";
   EXPECT_LT(deepest[true], 0.6) << "mm";
   RecordProperty("deepest_mm", std::to_string(deepest[false]));
   RecordProperty("deepest_thick_mm", std::to_string(deepest[true]));
-  // Planted fault: the same judge counts a tool that follows the hand.
-  const TouchScene plane = scene_with("plane", {{"angle", 0}}, shell_of(k_shaft, 0.5));
-  const verify::SmoothSolid solid = scenes::touched_smooth_solid(plane, nullptr);
-  EXPECT_TRUE(solid.is_solid(plane.base->frame.volume_from_world(dvec3(0, 0, -1))));
 }
 
 // Statics of a lever: a rod that lies on a plane, pressed and tilted.
@@ -164,7 +161,7 @@ TEST(ShellProxy, ARodOnAPlaneIsALever) {
       ProxyStep r;
       for (int i = 0; i < 1500; ++i)
         r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)},
-                      turn({0, -std::min(1.0, i / 300.0) * tilt, 0}) * turn({0, quarter, 0})});
+                      rotation_of({0, -std::min(1.0, i / 300.0) * tilt, 0}) * rotation_of({0, quarter, 0})});
       // Height of the axis: radius cos|a| + half sin|a|; both springs together are shortest.
       double best = 0, least = 1e300;
       for (double a = 0; a <= std::abs(tilt); a += 1e-5) {
@@ -189,7 +186,7 @@ TEST(ShellProxy, FrictionIsCoulombs) {
   TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of(rod, 0.4));
   scene.items[0].material.static_friction = 0.4;
   scene.items[0].material.dynamic_friction = 0.25;
-  const dquat flat = turn({0, 0.5 * 3.14159265358979, 0});
+  const dquat flat = rotation_of({0, 0.5 * 3.14159265358979, 0});
   for (const dvec3 way : {dvec3(0, 1, 0), dvec3(1, 0, 0)}) {
     Play run(scene);
     const double press = 1.5;
@@ -255,7 +252,7 @@ TEST(ShellProxy, ARodInADrilledHoleIsHeldByIt) {
   // Lever of 30 degrees, and a push of 16 mm to the side.
   for (int i = 0; i <= 300; ++i) {
     const double share = std::min(1.0, i / 200.0);
-    step({{16 * share, 0, -15}, turn({0, 0.52 * share, 0})});
+    step({{16 * share, 0, -15}, rotation_of({0, 0.52 * share, 0})});
   }
   const Placement tool = run.tool(r);
   // By its two contacts the rod tilts by (2 * 2 - 2 * 1.2) / depth at most.
@@ -282,16 +279,85 @@ TEST(ShellProxy, NoPlateIsPassed) {
     Play run(scene);
     const dvec3 from = 45.0 * normal + dvec3(between(-10, 10), between(-10, 10), 0);
     const dvec3 spin(between(-1, 1), between(-1, 1), between(-1, 1));
-    Placement hand{from, turn({between(-1.5, 1.5), between(-1.5, 1.5), 0})};
+    Placement hand{from, rotation_of({between(-1.5, 1.5), between(-1.5, 1.5), 0})};
     ProxyStep r = run.step(hand);
     for (int i = 0; i < 90; ++i) {
       hand = {hand.position_world - normal,
-              glm::normalize(turn(0.01 * glm::normalize(spin)) * hand.rotation)};
+              glm::normalize(rotation_of(0.01 * glm::normalize(spin)) * hand.rotation)};
       r = run.step(hand);
     }
     const Placement tool = run.tool(r);
     for (const double z : {rod.low, 0.0, rod.high})
       EXPECT_GT(glm::dot(tool.world_from_local({0, 0, z}), normal), 0) << pass;
+  }
+}
+
+// A steep wall of a sheared volume: its bounds cover all voxels around a point, in the frame of the volume.
+TEST(ShellProxy, ShearedVolumesAreNotEntered) {
+  for (const double shear : {-45.0, 30.0, 45.0}) {
+    data_tools::PhantomOptions o;
+    o.spacing_mm = dvec3(2);
+    o.shear_degrees = shear;
+    volume::Volume v = data_tools::make_phantom("sphere", o).value();
+    const int half = v.size.y / 2;
+    for (int z = 0; z < v.size.z; ++z)
+      for (int y = 0; y < v.size.y; ++y)
+        for (int x = 0; x < v.size.x; ++x) v.voxels[v.index(x, y, z)] = y < half ? 1000 : 0;
+    volume::Shape low;
+    low.low = 40;
+    TouchScene scene = scenes::scene_of(std::move(v), {}, low);
+    ASSERT_FALSE(set_tool(scene, shell_of({0, 20, 1.5}, 1)));
+    const verify::SmoothSolid solid = scenes::touched_smooth_solid(scene, nullptr);
+    const volume::Frame& frame = scene.base->frame;
+    const dvec3 wall = frame.world_from_volume(0.5 * dvec3(scene.base->size.x, 2 * half, scene.base->size.z)),
+                normal = glm::normalize(frame.gradient_world_from_volume(dvec3(0, 1, 0)));
+    const dquat upright =
+        rotation_of(std::acos(normal.z) * glm::normalize(glm::cross(dvec3(0, 0, 1), normal)));
+    std::mt19937 random(1);
+    const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
+    int entered = 0, touching = 0;
+    for (int pass = 0; pass < 150; ++pass) {
+      Play run(scene);
+      const double speed = between(0.1, 4);  // mm per tick
+      Placement hand{wall + between(8, 12) * normal + dvec3(between(-3, 3), between(-3, 3), between(-3, 3)),
+                     rotation_of(0.2 * dvec3(between(-1, 1), between(-1, 1), between(-1, 1))) * upright};
+      ProxyStep r = run.step(hand);
+      for (int i = 0; i < std::min(60.0, 14 / speed + 2); ++i) {
+        hand.position_world -= speed * normal;
+        r = run.step(hand);
+        entered += points_in(solid, scene, run.tool(r));
+      }
+      touching += r.has_contact;
+    }
+    EXPECT_EQ(entered, 0) << shear;
+    EXPECT_GT(touching, 100) << shear;
+  }
+}
+
+// The end of a thick rod, flat on a model: thousands of points touch at once.
+TEST(ShellProxy, AModelUnderThousandsOfPointsReleasesAndCarriesTheTool) {
+  for (const bool is_moving : {false, true}) {
+    TouchScene scene = scene_with("sphere", {{"radius", 5}}, std::make_shared<const ToolShape>());
+    const depth::Model plate = depth::box({-20, -20, 36}, {20, 20, 40});
+    TouchItem item = mesh_item("plate", std::make_shared<MeshTree>(plate.vertices, plate.triangles));
+    if (is_moving) item.mover = 0;
+    scene.items.push_back(item);
+    ASSERT_FALSE(set_tool(scene, shell_of({0, 20, 8}, 0.25)));
+    Play run(scene);
+    Placement place;
+    const std::span<const Placement> movers(&place, is_moving);
+    ProxyStep r;
+    for (int i = 0; i < 150; ++i) r = run.step({{0, 0, std::max(39.0, 50 - 0.1 * i)}, {1, 0, 0, 0}}, movers);
+    EXPECT_NEAR(r.proxy_world.z, 40, 0.01);
+    EXPECT_TRUE(r.has_contact);
+    for (int i = 0; is_moving && i < 50; ++i) {
+      place.position_world.z += 0.02;
+      r = run.step({{0, 0, 39}, {1, 0, 0, 0}}, movers);
+      EXPECT_FALSE(r.is_buried);
+    }
+    EXPECT_NEAR(r.proxy_world.z, is_moving ? 41 : 40, 0.01);
+    for (int i = 0; i < 40; ++i) r = run.step({{0, 0, 39 + 0.5 * i}, {1, 0, 0, 0}}, movers);
+    EXPECT_NEAR(r.proxy_world.z, 58.5, 1e-6);
   }
 }
 

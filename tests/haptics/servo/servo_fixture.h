@@ -1,6 +1,10 @@
 // Small scenes for servo tests.
 #pragma once
 
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
 #include "apps/bench/scenes/scenes.h"
 #include "haptics/servo/servo_scene.h"
 
@@ -11,6 +15,14 @@ inline data_tools::PhantomOptions grid(int size) {
   o.size = glm::ivec3(size);
   o.psf_sigma_voxels = 1;
   return o;
+}
+
+/// Returns the rotation about an axis by its length in radians.
+inline glm::dquat rotation_of(const glm::dvec3& about) {
+  const double angle = glm::length(about);
+  if (angle == 0) return {1, 0, 0, 0};
+  const glm::dvec3 v = std::sin(0.5 * angle) / angle * about;
+  return {std::cos(0.5 * angle), v.x, v.y, v.z};
 }
 
 inline std::shared_ptr<const ServoScene> seen_by(const TouchScene& scene, const ProxyMethod& method) {
