@@ -13,10 +13,6 @@ namespace trephine::haptics::baselines {
 using glm::dvec3;
 using glm::ivec3;
 
-namespace {
-constexpr double k_mm_per_newton = 1000;  // 1 N accelerates 1 kg by 1000 mm/s2
-}
-
 VoxelSampling::Contact VoxelSampling::contact(const Placement& tool, bool uses_tree) const noexcept {
   Contact contact;
   const glm::dmat3 rotation = glm::mat3_cast(tool.rotation);

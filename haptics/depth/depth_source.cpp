@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 
 #include "volume/base/mix_hash.h"
+#include "volume/base/morton.h"
 #include "volume/surface/local_net.h"
 
 namespace trephine::haptics::depth {
@@ -60,21 +61,6 @@ bool DepthSet::knows(const dvec3& p, double reach) const noexcept {
   return true;
 }
 
-namespace {
-/// Returns a code for which nearby points have nearby numbers (Morton 1966). Coordinates below 2^21.
-std::uint64_t morton(const ivec3& p) noexcept {
-  const auto spread = [](int value) {
-    auto x = static_cast<std::uint64_t>(value);
-    x = (x | x << 32) & 0x1f00000000ffffu;
-    x = (x | x << 16) & 0x1f0000ff0000ffu;
-    x = (x | x << 8) & 0x100f00f00f00f00fu;
-    x = (x | x << 4) & 0x10c30c30c30c30c3u;
-    return (x | x << 2) & 0x1249249249249249u;
-  };
-  return spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2;
-}
-}  // namespace
-
 void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector<std::uint32_t>& triangles,
                   std::vector<std::uint64_t>& codes) {
   const ivec3 size = net.cube().size();
@@ -122,7 +108,7 @@ void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector
       net.for_crossed_edges(axis, z, [&](const ivec3& low) {
         for (int other = 0; other < 3; ++other)
           if (other != axis && (low[other] < 1 || low[other] > size[other] - 2)) return;
-        order.emplace_back(morton(low), static_cast<std::uint32_t>(triangles.size()));
+        order.emplace_back(volume::morton_code(low), static_cast<std::uint32_t>(triangles.size()));
         add_quad(low, axis);
       });
   }

@@ -4,11 +4,12 @@
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
-#include <numeric>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 
 #include "volume/base/mix_hash.h"
+#include "volume/base/morton.h"
 #include "volume/surface/lathe.h"
 
 namespace trephine::haptics {
@@ -236,28 +237,16 @@ PointShell::Solid solid_of(std::span<const dvec3> vertices, std::span<const std:
   return solid;
 }
 
-/// Returns the position on the Morton curve (Morton 1966) through a cube of 2^20 cells per side.
-std::uint64_t morton_of(const dvec3& share) {
-  const auto spread = [](double s) {
-    auto x = static_cast<std::uint64_t>(std::clamp(s, 0.0, 1.0) * ((1 << 20) - 1));
-    x = (x | x << 32) & 0x1f00000000ffff;
-    x = (x | x << 16) & 0x1f0000ff0000ff;
-    x = (x | x << 8) & 0x100f00f00f00f00f;
-    x = (x | x << 4) & 0x10c30c30c30c30c3;
-    return (x | x << 2) & 0x1249249249249249;
-  };
-  return spread(share.x) | spread(share.y) << 1 | spread(share.z) << 2;
-}
-
 }  // namespace
 
 void PointShell::build_tree() {
   dvec3 low(1e300), high(-1e300);
   for (const Point& p : points_) low = glm::min(low, p.position), high = glm::max(high, p.position);
   const double side = std::max({high.x - low.x, high.y - low.y, high.z - low.z, 1e-9});
+  constexpr double k_cells = (1 << 20) - 1;
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
   for (std::uint32_t i = 0; i < points_.size(); ++i)
-    order.emplace_back(morton_of((points_[i].position - low) / side), i);
+    order.emplace_back(volume::morton_code(glm::ivec3((points_[i].position - low) / side * k_cells)), i);
   std::sort(order.begin(), order.end());
   std::vector<Point> sorted;
   sorted.reserve(points_.size());

@@ -20,7 +20,6 @@ struct Burr {
   double rpm = 60000;           ///< 1/min, of the spindle
   double length = 0;            ///< mm; not used for a ball; 0: the usual length of the shape
   double shaft = 0;             ///< mm, length of shaft that also touches; with is_round
-  double shaft_diameter = 2.4;  ///< mm, that of common burrs (2.35 mm, ISO 1797)
   bool is_dry = false;          ///< without irrigation
 
   double radius() const noexcept { return 0.5 * diameter; }

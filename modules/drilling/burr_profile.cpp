@@ -7,12 +7,16 @@ namespace trephine::drilling {
 
 using volume::ToolBody;
 
+namespace {
+constexpr double k_shaft_diameter = 2.4;  // mm, that of common burrs (2.35 mm, ISO 1797)
+}
+
 haptics::ToolProfile whole_profile(const Burr& burr, const volume::Volume& anatomy) {
   const ToolBody body = burr.body();
   const glm::dvec3& mm = anatomy.frame.spacing();
   const double finest = std::min({mm.x, mm.y, mm.z});
   const double scale = std::clamp(1 - 0.25 * finest / body.min_radius(), 0.75, 0.98);
-  const double shaft_radius = std::min(0.5 * burr.shaft_diameter, scale * body.min_radius());
+  const double shaft_radius = std::min(0.5 * k_shaft_diameter, scale * body.min_radius());
   haptics::ToolProfile profile;
   profile.spacing = std::clamp(0.5 * finest, 0.15, 0.5);
   constexpr int k_rings = 12;
