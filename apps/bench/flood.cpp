@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr short k_low = 300;
-constexpr int k_runs = 3;  // the fastest counts
+constexpr int k_flood_runs = 3;  // the fastest counts
 
 double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -95,7 +95,7 @@ std::vector<FloodRow> run_flood_benchmark(int size) {
         row.volume = name, row.has_corners = has_corners, row.threads = threads;
         row.components_ms = row.flood_ms = 1e300;
         glm::ivec3 seed(-1);
-        for (int run = 0; run < k_runs; ++run) {
+        for (int run = 0; run < k_flood_runs; ++run) {
           const auto begin = Clock::now();
           const verify::Components parts(
               v, shape, has_corners ? verify::Components::Touch::corners : verify::Components::Touch::faces,

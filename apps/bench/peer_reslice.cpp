@@ -17,7 +17,7 @@ namespace trephine::bench {
 using glm::dvec3;
 
 namespace {
-constexpr int k_pixels = 1024, k_runs = 7;
+constexpr int k_slice_pixels = 1024, k_reslice_runs = 7;
 constexpr std::int16_t k_outside = -3000;
 }  // namespace
 
@@ -40,14 +40,14 @@ std::vector<ResliceRow> run_reslice_benchmark(int size) {
     const char* name;
     dvec3 normal;  ///< 0: by its name
   };
-  const std::size_t count = static_cast<std::size_t>(k_pixels) * k_pixels;
+  const std::size_t count = static_cast<std::size_t>(k_slice_pixels) * k_slice_pixels;
   std::vector<ResliceRow> rows;
   for (const Plane& wanted : {Plane{"axial", dvec3(0.0)}, Plane{"coronal", dvec3(0.0)},
                               Plane{"sagittal", dvec3(0.0)}, Plane{"oblique 1,1,1", {1, 1, 1}},
                               Plane{"oblique 3,1,2", {3, 1, 2}}, Plane{"oblique 1,5,1", {1, 5, 1}}})
     for (const int threads : {1, 2}) {
       volume::ImagePlane plane;
-      plane.columns = plane.rows = k_pixels, plane.pixel = 110.0 / k_pixels;
+      plane.columns = plane.rows = k_slice_pixels, plane.pixel = 110.0 / k_slice_pixels;
       if (wanted.normal == dvec3(0.0))
         orient_plane(plane, wanted.name);
       else
@@ -55,7 +55,7 @@ std::vector<ResliceRow> run_reslice_benchmark(int size) {
       ResliceRow row;
       row.plane = wanted.name, row.threads = threads, row.our_ms = row.peer_ms = 1e300;
       std::vector<std::int16_t> ours(count);
-      for (int run = 0; run < k_runs; ++run) {
+      for (int run = 0; run < k_reslice_runs; ++run) {
         const auto begin = Clock::now();
         volume::reslice(v, plane, {}, k_outside, threads, ours);
         row.our_ms = std::min(row.our_ms, 1e3 * seconds_since(begin));
@@ -70,12 +70,12 @@ std::vector<ResliceRow> run_reslice_benchmark(int size) {
       reslice->SetResliceAxesOrigin(corner.x, corner.y, corner.z);
       reslice->SetOutputOrigin(0, 0, 0);
       reslice->SetOutputSpacing(plane.pixel, plane.pixel, 1);
-      reslice->SetOutputExtent(0, k_pixels - 1, 0, k_pixels - 1, 0, 0);
+      reslice->SetOutputExtent(0, k_slice_pixels - 1, 0, k_slice_pixels - 1, 0, 0);
       reslice->SetInterpolationModeToLinear();
       reslice->SetBackgroundLevel(k_outside);
       reslice->SetNumberOfThreads(threads);
       reslice->SetEnableSMP(false);
-      for (int run = 0; run < k_runs; ++run) {
+      for (int run = 0; run < k_reslice_runs; ++run) {
         reslice->Modified();
         const auto begin = Clock::now();
         reslice->Update();

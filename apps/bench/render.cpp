@@ -18,7 +18,7 @@ using volume::DirectPixel;
 
 namespace {
 
-constexpr int k_pixels = 512, k_runs = 4;
+constexpr int k_render_pixels = 512, k_render_runs = 4;
 constexpr double k_ramp[] = {160, 0, 320, 0.55, 1200, 0.95};
 
 }  // namespace
@@ -44,7 +44,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
   request.camera.forward = -from;
   request.camera.up = glm::normalize(dvec3(0, 0, 1) - from.z * from);
   request.camera.distance = distance, request.camera.height = 2 * distance * std::tan(k_half_angle);
-  request.camera.columns = request.camera.rows = k_pixels;
+  request.camera.columns = request.camera.rows = k_render_pixels;
   request.is_shaded = false;
 
   volume::DirectImage image(scan);
@@ -53,7 +53,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
   auto start = std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 4).value());
   volume::RemovalEditor editor(start, {bone});
   const auto untouched = editor.freeze();
-  std::vector<DirectPixel> pixels(static_cast<std::size_t>(k_pixels) * k_pixels);
+  std::vector<DirectPixel> pixels(static_cast<std::size_t>(k_render_pixels) * k_render_pixels);
   const auto opacities = [&] {
     std::vector<double> all;
     for (const DirectPixel& p : pixels) all.push_back(static_cast<double>(p.opacity));
@@ -77,7 +77,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
       request.step = row.step;
       image.draw(request, *untouched, {}, threads, pixels);
       row.error = rms([&](std::size_t i) { return static_cast<double>(pixels[i].opacity); });
-      for (int run = 0; run < k_runs; ++run) {
+      for (int run = 0; run < k_render_runs; ++run) {
         auto begin = Clock::now();
         image.draw(request, *now, {}, threads, pixels);
         row.frame_ms = std::min(row.frame_ms, 1e3 * seconds_since(begin));
@@ -124,8 +124,8 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
     row.frame_ms = answer.frame_ms, row.changed_ms = answer.changed_ms;
     if (row.is_there)
       row.error = rms([&](std::size_t i) {
-        const std::size_t column = i % k_pixels, line = i / k_pixels;
-        return answer.greys[column + k_pixels * (k_pixels - 1 - line)] / 255.0;
+        const std::size_t column = i % k_render_pixels, line = i / k_render_pixels;
+        return answer.greys[column + k_render_pixels * (k_render_pixels - 1 - line)] / 255.0;
       });
     rows.push_back(row);
   }

@@ -29,7 +29,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr int k_angles = 12, k_runs = 3;
+constexpr int k_angles = 12, k_xray_runs = 3;
 constexpr double k_to_source = 1000, k_to_detector = 1536, k_detector = 200;  // mm
 /// As plastimatch counts: nothing up to -800 HU, and its own value for water.
 constexpr volume::VoxelWeights k_weights{-800, -1000, 0, 2.2e-5f, 2.2e-5f};
@@ -154,7 +154,7 @@ std::vector<XrayRow> run_xray_benchmark(int size, int pixels) {
         const volume::RayFan fan = fan_of(v, 30 * angle, pixels);
         for (const volume::RaySum how : {volume::RaySum::exact, volume::RaySum::joseph}) {
           double least = 1e300;
-          for (int run = 0; run < k_runs; ++run) {
+          for (int run = 0; run < k_xray_runs; ++run) {
             const auto start = Clock::now();
             lines.integrate(fan, {0, 0, pixels, pixels}, how, threads,
                             how == volume::RaySum::exact ? sums : joseph);

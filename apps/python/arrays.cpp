@@ -46,17 +46,32 @@ std::string quoted(const std::string& text) {
   return result;
 }
 
-std::string word_of(const py::handle& value) {
+/// Returns the value as Python's own bool, int or float, if it is a scalar of NumPy.
+py::object plain_scalar(const py::handle& value) {
+  const py::object object = py::reinterpret_borrow<py::object>(value);
+  return py::isinstance(object, py::module_::import("numpy").attr("generic")) ? object.attr("item")()
+                                                                              : object;
+}
+
+std::string word_of(const std::string& name, const py::handle& any) {
+  const py::object value = plain_scalar(any);
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "yes" : "no";
   if (py::isinstance<py::str>(value)) return quoted(value.cast<std::string>());
-  if (py::isinstance<py::int_>(value)) return std::to_string(value.cast<long long>());
+  if (py::isinstance<py::int_>(value)) return std::string(py::str(value));
   if (py::isinstance<py::float_>(value)) return number_text(value.cast<double>());
+  if (py::isinstance<py::bytes>(value) ||
+      (!py::isinstance<py::sequence>(value) && !py::isinstance<py::array>(value)))
+    raise(argument_error("a parameter has the wrong type", name.c_str(),
+                         std::string(py::str(py::type::of(value))),
+                         "a number, True or False, a text, or a sequence of numbers or points",
+                         "omit the parameter for its default"));
   // A sequence of numbers, or of points.
   std::string words;
-  for (const py::handle& item : py::reinterpret_borrow<py::object>(value)) {
-    const bool is_list = py::isinstance<py::sequence>(item) && !py::isinstance<py::str>(item);
+  for (const py::handle& item : value) {
+    const bool is_list = (py::isinstance<py::sequence>(item) || py::isinstance<py::array>(item)) &&
+                         !py::isinstance<py::str>(item);
     if (!words.empty()) words += is_list ? ';' : ',';
-    words += word_of(item);
+    words += word_of(name, item);
   }
   return words;
 }
@@ -104,6 +119,43 @@ dvec3 vector_of(const py::handle& value, const char* name) {
   return {array.at(0), array.at(1), array.at(2)};
 }
 
+glm::ivec3 indices_of(const py::handle& value, const char* name) {
+  const dvec3 v = vector_of(value, name);
+  constexpr double k_most = 1 << 20;
+  for (int a = 0; a < 3; ++a)
+    if (v[a] != std::floor(v[a]) || !(std::abs(v[a]) <= k_most))
+      raise(argument_error("an index is no integer in range", name, number_text(v[a]),
+                           "indices of voxels (x, y, z)", "round the numbers"));
+  return glm::ivec3(v);
+}
+
+std::string text_of(const py::handle& value, const std::string& name, const char* expected) {
+  const bool is_path = py::hasattr(value, "__fspath__");
+  if (!py::isinstance<py::str>(value) && !is_path) raise_wrong_type(value, name, expected);
+  return py::str(value).cast<std::string>();
+}
+
+py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& value, std::size_t count) {
+  const std::string expected = "one integer, or " + std::to_string(count) + ", of at least 0";
+  py::array any = py::array::ensure(value);
+  if (!any) PyErr_Clear();
+  const char kind = any ? any.dtype().kind() : 'O';
+  if (kind != 'i' && kind != 'u' && kind != 'b')
+    raise(argument_error("buttons are no integers", "buttons",
+                         any ? std::string(py::str(any.dtype())) : "no array", expected,
+                         "1 activates the tool, 0 does not"));
+  if (any.size() != 1 && static_cast<std::size_t>(any.size()) != count)
+    raise(argument_error("the numbers of buttons and positions differ", "buttons", std::to_string(any.size()),
+                         expected, "pass one number per pose"));
+  if (any.size() > 0 && kind == 'i' && any.attr("min")().cast<long long>() < 0)
+    raise(argument_error("a number of buttons is negative", "buttons",
+                         std::string(py::str(any.attr("min")())), expected, "1 activates the tool"));
+  if (any.size() > 0 && any.attr("max")().cast<unsigned long long>() > 0xffffffff)
+    raise(argument_error("a number of buttons is too large", "buttons",
+                         std::string(py::str(any.attr("max")())), "less than 2^32", "a button is a bit"));
+  return py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>::ensure(any);
+}
+
 py::tuple tuple_of(const dvec3& v) { return py::make_tuple(v.x, v.y, v.z); }
 py::tuple tuple_of(const glm::dquat& q) { return py::make_tuple(q.w, q.x, q.y, q.z); }
 
@@ -135,7 +187,7 @@ std::string words_of(const py::kwargs& keywords) {
     if (!words.empty()) words += ' ';
     words += name.cast<std::string>();
     words += '=';
-    words += word_of(value);
+    words += word_of(name.cast<std::string>(), value);
   }
   return words;
 }

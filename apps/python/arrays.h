@@ -36,8 +36,31 @@ void register_error(py::module_& module);
 /// Raises an error for an array that could not be copied.
 [[noreturn]] void raise_out_of_memory(const char* name);
 
+[[noreturn]] inline void raise_wrong_type(const py::handle& value, const std::string& name,
+                                          const char* expected) {
+  raise({.what = "an argument has the wrong type",
+         .where = name,
+         .found = std::string(py::str(py::type::of(value))),
+         .expected = expected});
+}
+/// Returns a Python object as a C++ value. Error, which names the argument, for any other type.
+template <class T>
+T argument(const py::handle& value, const std::string& name, const char* expected) {
+  try {
+    return value.cast<T>();
+  } catch (const py::cast_error&) {
+    raise_wrong_type(value, name, expected);
+  } catch (const py::type_error&) {
+    raise_wrong_type(value, name, expected);
+  }
+}
+/// Returns a path or a text. Error for any other type.
+std::string text_of(const py::handle& value, const std::string& name, const char* expected);
+
 /// Returns three numbers. Error, which names the argument, for any other shape.
 glm::dvec3 vector_of(const py::handle& value, const char* name);
+/// Returns three integers. Error for fractions, and for any other shape.
+glm::ivec3 indices_of(const py::handle& value, const char* name);
 py::tuple tuple_of(const glm::dvec3& v);
 py::tuple tuple_of(const glm::dquat& q);  ///< w, x, y, z
 
@@ -46,7 +69,12 @@ py::tuple tuple_of(const glm::dquat& q);  ///< w, x, y, z
 py::array_t<double, py::array::c_style> doubles_of(const py::handle& value, const char* name, int width,
                                                    std::vector<py::ssize_t>& shape);
 
+/// Returns one number of buttons, or one per pose, as an array of one or `count` elements. Error for
+/// fractions, negative numbers and any other count.
+py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& value, std::size_t count);
+
 /// Returns keyword arguments in the words of commands: `diameter=3, round=True` as "diameter=3 round=yes".
+/// Error for values that are no number, text, truth value or sequence of these.
 std::string words_of(const py::kwargs& keywords);
 /// Returns the fields of a struct as a dict.
 py::dict fields_of(const sim::Value& value);

@@ -3,6 +3,7 @@
 #include "apps/python/bind_operation.h"
 
 #include <atomic>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -112,34 +113,44 @@ class PyOperation {
 };
 using SharedOperation = std::shared_ptr<PyOperation>;
 
+void warn(const std::string& text) {
+  py::module_::import("warnings").attr("warn")(text, py::module_::import("builtins").attr("UserWarning"), 2);
+}
+
 OperationOptions options_of(const py::kwargs& keywords) {
   OperationOptions options;
   options.notice = [](const std::string& text) {
     py::gil_scoped_acquire locked;
-    py::module_::import("warnings")
-        .attr("warn")(text, py::module_::import("builtins").attr("UserWarning"), 2);
+    warn(text);
   };
+  if (keywords.contains("hand") && keywords.contains("hands"))
+    raise({.what = "hand and hands exclude each other",
+           .where = "Operation.open",
+           .remedy = "pass hand=Hand(...), or hands=[Hand(...), Hand(...)]"});
+  constexpr const char* k_hand = "a trephine.Hand";
   for (const auto& [key, value] : keywords) {
     const auto name = key.cast<std::string>();
     if (name == "hands") {
       options.hands.clear();
-      for (const py::handle& hand : value) options.hands.push_back(hand.cast<Hand>());
+      for (const auto& hand : argument<py::sequence>(value, name, "a list of trephine.Hand"))
+        options.hands.push_back(argument<Hand>(hand, name, k_hand));
     } else if (name == "hand") {
-      options.hands = {value.cast<Hand>()};
+      options.hands = {argument<Hand>(value, name, k_hand)};
     } else if (name == "iso") {
-      if (!value.is_none()) options.iso = value.cast<double>();
+      if (!value.is_none()) options.iso = argument<double>(value, name, "a number");
     } else if (name == "window") {
-      options.window = value.cast<std::string>();
+      options.window = text_of(value, name, "a text such as \"300:3000\"");
     } else if (name == "label") {
-      options.label = value.cast<std::string>();
+      options.label = text_of(value, name, "the name of a label");
     } else if (name == "plan") {
-      options.takes_plan = value.cast<bool>();
+      options.takes_plan = argument<bool>(value, name, "True or False");
     } else if (name == "rate") {
-      options.rate_hz = value.cast<double>();
+      options.rate_hz = argument<double>(value, name, "ticks per second");
     } else if (name == "smallest_burr") {
-      if (!value.is_none()) options.smallest_burr = value.cast<double>();
+      if (!value.is_none()) options.smallest_burr = argument<double>(value, name, "mm");
     } else if (name == "record") {
-      if (!value.is_none()) options.recording = {py::str(value).cast<std::string>(), false, "python"};
+      if (!value.is_none())
+        options.recording = {text_of(value, name, "the path of a new file"), false, "python"};
     } else {
       raise({.what = "unknown option of an operation",
              .where = "Operation.open",
@@ -158,16 +169,27 @@ SharedOperation open(const py::object& source, const py::kwargs& keywords) {
     py::gil_scoped_release unlocked;
     return std::make_shared<PyOperation>(value_of(Operation::open(scan, options)));
   }
-  const auto path = py::str(source).cast<std::string>();
+  const std::string path = text_of(source, "source", "a path, \"head\", \"spine\" or a Scan");
   py::gil_scoped_release unlocked;
   return std::make_shared<PyOperation>(value_of(Operation::open(path, options)));
 }
 
 SharedOperation reopen(const py::object& session, const py::object& scan) {
-  const auto path = py::str(session).cast<std::string>();
-  const std::string source = scan.is_none() ? "" : py::str(scan).cast<std::string>();
-  py::gil_scoped_release unlocked;
-  return std::make_shared<PyOperation>(value_of(Operation::reopen(path, source)));
+  const std::string path = text_of(session, "session", "the path of a session");
+  std::vector<std::shared_ptr<const volume::Volume>> volumes;
+  std::string source;
+  if (py::isinstance<Scan>(scan))
+    volumes.push_back(scan.cast<const Scan&>().volume);
+  else if (!scan.is_none())
+    source = text_of(scan, "scan", "a path or a Scan");
+  const auto opened = [&] {
+    py::gil_scoped_release unlocked;
+    return std::make_shared<PyOperation>(
+        value_of(volumes.empty() ? Operation::reopen(path, source) : Operation::reopen(path, volumes)));
+  }();
+  if (!opened->with([](Operation& operation) { return operation.is_whole(); }))
+    warn("the end of the session was lost; the part before is available");
+  return opened;
 }
 
 Touches run(PyOperation& self, const py::object& positions, const py::object& orientations,
@@ -184,26 +206,24 @@ Touches run(PyOperation& self, const py::object& positions, const py::object& or
              .where = "orientations",
              .found = std::to_string(turns.size() / 4),
              .expected = std::to_string(count)});
-  }
-  py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast> pressed;
-  std::uint32_t all_pressed = 0;
-  if (py::isinstance<py::int_>(buttons) || py::isinstance<py::bool_>(buttons)) {
-    all_pressed = buttons.cast<std::uint32_t>();
-  } else {
-    pressed = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>::ensure(buttons);
-    if (!pressed || static_cast<std::size_t>(pressed.size()) != count) {
-      PyErr_Clear();
-      raise({.what = "the numbers of buttons and positions differ",
-             .where = "buttons",
-             .found = pressed ? std::to_string(pressed.size()) : "no array",
-             .expected = "one number, or " + std::to_string(count)});
+    const double* q = turns.data();
+    for (std::size_t i = 0; i < count; ++i, q += 4) {
+      const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+      if (std::abs(square - 1) > 1e-3)
+        raise({.what = "a quaternion has not the length 1",
+               .where = "orientations, pose " + std::to_string(i),
+               .found = "length " + std::to_string(std::sqrt(square)),
+               .expected = "w, x, y, z of a rotation",
+               .remedy = "divide each row by its length"});
     }
   }
+  const auto pressed = buttons_of(buttons, count);
   Touches touches(shape);
   const TouchWriter writer(touches);
   const double* place = places.data();
   const double* turn = orientations.is_none() ? nullptr : turns.data();
-  const std::uint32_t* press = pressed.size() > 0 ? pressed.data() : nullptr;
+  const std::uint32_t* press = pressed.data();
+  const bool is_one = pressed.size() == 1;
   self.with([&](Operation& operation) {
     if (hands != operation.hand_count())
       raise({.what = "the number of hands differs from that of the operation",
@@ -217,7 +237,7 @@ Touches run(PyOperation& self, const py::object& positions, const py::object& or
         const std::size_t k = i + h;
         poses[h].position_world = {place[3 * k], place[3 * k + 1], place[3 * k + 2]};
         if (turn) poses[h].orientation = {turn[4 * k], turn[4 * k + 1], turn[4 * k + 2], turn[4 * k + 3]};
-        poses[h].buttons = press ? press[k] : all_pressed;
+        poses[h].buttons = press[is_one ? 0 : k];
       }
       const auto result = operation.step(poses);
       if (!result) raise(result.error());
@@ -268,7 +288,7 @@ py::array xray(PyOperation& self, const py::object& isocentre, double primary, d
 }
 
 py::array read(PyOperation& self, const py::object& low, const py::object& high) {
-  const VoxelRange range{ivec3(vector_of(low, "low")), ivec3(vector_of(high, "high"))};
+  const VoxelRange range{indices_of(low, "low"), indices_of(high, "high")};
   const std::vector<std::int16_t> voxels =
       self.with([&](Operation& operation) { return value_of(operation.read(range)); });
   const ivec3 size = range.high - range.low + 1;
@@ -336,14 +356,20 @@ void bind_operation(py::module_& module) {
       module, "Operation",
       "Surgery on a scan: poses in, forces out. One thread at a time uses an operation; several operations share "
       "no changing data. Equal input gives equal bits.")
+      .def(py::init([]() -> SharedOperation {
+        throw py::type_error(
+            "an operation has no constructor; use Operation.open(\"head\") or Operation.reopen(session)");
+      }))
       .def_static(
           "open", &open, py::arg("source"),
           "Opens a path (DICOM folder, file or case), \"head\", \"spine\" or a Scan. Keywords: `hand` or "
           "`hands`; the touched solid: `iso`, `window` or `label`; `plan`: True takes a phantom's plan; "
           "`rate`: ticks per second (1000); `smallest_burr`: mm; `record`: path of a new session. "
           "Assumptions about the scan are warnings.")
-      .def_static("reopen", &reopen, py::arg("session"), py::arg("scan") = py::none(),
-                  "Opens a recorded operation at its beginning, read-only.")
+      .def_static(
+          "reopen", &reopen, py::arg("session"), py::arg("scan") = py::none(),
+          "Opens a recorded operation at its beginning, read-only. `scan`: the path or the Scan that was "
+          "operated on, if it is neither a phantom nor in the file. A lost end is a warning.")
       .def(
           "run", &run, py::arg("positions"), py::arg("orientations") = py::none(), py::arg("buttons") = 0,
           "Executes a tick per pose. `positions`: (N, 3), or (T, H, 3) for H hands, world, mm. `orientations`: "
@@ -361,11 +387,7 @@ void bind_operation(py::module_& module) {
                      .remedy = "command(\"burr\", diameter=3)"});
             int hand = 0;
             if (keywords.contains("hand")) {
-              if (!py::isinstance<py::int_>(keywords["hand"]))
-                raise({.what = "the hand is no number",
-                       .where = "command hand",
-                       .expected = "0 for the first hand"});
-              hand = keywords["hand"].cast<int>();
+              hand = argument<int>(keywords["hand"], "command hand", "0 for the first hand");
               PyDict_DelItemString(keywords.ptr(), "hand");
             }
             const auto name = names[0].cast<std::string>();
@@ -409,6 +431,12 @@ void bind_operation(py::module_& module) {
           "tick_count",
           [](PyOperation& self) { return self.with([](Operation& o) { return o.tick_count(); }); },
           "Number of recorded ticks.")
+      .def_property_readonly(
+          "is_whole",
+          [](PyOperation& self) {
+            return self.with([](Operation& o) { return !o.is_recorded() || o.is_whole(); });
+          },
+          "False if the end of a reopened session was lost.")
       .def_property_readonly(
           "hash", [](PyOperation& self) { return self.with([](Operation& o) { return o.hash(); }); },
           "Equal states have equal hashes.")

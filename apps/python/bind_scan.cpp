@@ -21,7 +21,8 @@ py::array view_of(const T* data, const ivec3& size, py::object owner) {
   return array;
 }
 
-Scan scan_of(const py::array& voxels, const py::object& spacing, const py::object& origin) {
+Scan scan_of(const py::array& voxels, const py::object& spacing, const py::object& origin,
+             bool is_hounsfield) {
   if (voxels.ndim() != 3 || !py::isinstance<py::array_t<std::int16_t>>(voxels))
     raise({.what = "an array is no scan",
            .where = "voxels",
@@ -44,6 +45,7 @@ Scan scan_of(const py::array& voxels, const py::object& spacing, const py::objec
       value_of(volume::Frame::from_spacing(vector_of(origin, "origin"), vector_of(spacing, "spacing")));
   volume::Volume scan = value_of(volume::make_volume(size, frame));
   std::memcpy(scan.voxels.data(), array.data(), scan.voxels.bytes());
+  scan.is_hounsfield = is_hounsfield;
   return {std::make_shared<const volume::Volume>(std::move(scan))};
 }
 
@@ -54,7 +56,8 @@ Scan phantom(const std::string& name, const py::object& spacing, double psf, std
   options.psf_sigma_voxels = psf;
   options.seed = seed;
   for (const auto& [key, value] : parameters)
-    options.parameters[key.cast<std::string>()] = value.cast<double>();
+    options.parameters[key.cast<std::string>()] =
+        argument<double>(value, key.cast<std::string>(), "a number");
   py::gil_scoped_release release;
   return {std::make_shared<const volume::Volume>(value_of(data_tools::make_phantom(name, options)))};
 }
@@ -87,9 +90,10 @@ void bind_scan(py::module_& module) {
       "back, z up (LPS).")
       .def(
           py::init(&scan_of), py::arg("voxels"), py::arg("spacing"),
-          py::arg("origin") = py::make_tuple(0, 0, 0),
+          py::arg("origin") = py::make_tuple(0, 0, 0), py::arg("hounsfield") = false,
           "Copies an array of int16 of shape (z, y, x). `spacing`: mm along x, y, z. `origin`: world position "
-          "of the centre of voxel (0, 0, 0), mm.")
+          "of the centre of voxel (0, 0, 0), mm. `hounsfield`: True if the values are Hounsfield units, which "
+          "X-rays and drilling by bone density need.")
       .def_static(
           "phantom", &phantom, py::arg("name"), py::arg("spacing") = py::none(), py::arg("psf") = 0.0,
           py::arg("seed") = 1,

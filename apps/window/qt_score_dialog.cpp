@@ -11,6 +11,7 @@
 #include <QTableWidget>
 #include <QVBoxLayout>
 
+#include "apps/window/qt_text.h"
 #include "apps/workbench/finding_text.h"
 #include "apps/workbench/session_score.h"
 #include "apps/workbench/text.h"
@@ -20,8 +21,6 @@ namespace trephine::view {
 using sim::Finding;
 
 namespace {
-
-QString text_of(const std::string& text) { return QString::fromStdString(text); }
 
 /// Draws the shape of a verdict: a disk is good, a triangle fair, a square bad, a ring was not judged.
 QIcon icon_of(Finding::Verdict verdict) {

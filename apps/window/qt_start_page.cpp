@@ -14,6 +14,7 @@
 #include <chrono>
 
 #include "apps/window/qt_application.h"
+#include "apps/window/qt_text.h"
 #include "data-tools/files/atomic_file.h"
 
 namespace trephine::view {
@@ -21,8 +22,6 @@ namespace trephine::view {
 namespace {
 
 constexpr int k_tile_width = 300, k_picture_height = 150, k_columns = 3;  // pixels
-
-QString text_of(const std::string& text) { return QString::fromStdString(text); }
 
 /// Returns a duration as "3 min 20 s".
 QString duration_text(double seconds) {

@@ -11,6 +11,7 @@
 #include <algorithm>
 
 #include "apps/window/qt_panels.h"
+#include "apps/window/qt_text.h"
 
 namespace trephine::view {
 
@@ -46,8 +47,6 @@ QScrollArea* make_scrolled(const char* name, QWidget* contents) {
   area->setFocusPolicy(Qt::NoFocus);
   return area;
 }
-
-QString text_of(const std::string& text) { return QString::fromStdString(text); }
 
 }  // namespace
 

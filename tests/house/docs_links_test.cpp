@@ -11,15 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "tests/house/read_file.h"
+
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string read(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
 
 /// Returns the anchors of a page: its headings in lower case, without punctuation, with hyphens for spaces.
 std::set<std::string> anchors_of(const std::string& page) {
@@ -55,7 +51,7 @@ std::string fault_of(const std::string& link, const fs::path& page) {
   const std::size_t hash = std::min(link.find('#'), link.size());
   const fs::path target = hash == 0 ? page : page.parent_path() / link.substr(0, hash);
   if (!fs::exists(target)) return "no such file";
-  if (hash == link.size() || anchors_of(read(target)).contains(link.substr(hash + 1))) return "";
+  if (hash == link.size() || anchors_of(read_file(target)).contains(link.substr(hash + 1))) return "";
   return "no such heading";
 }
 
@@ -66,7 +62,7 @@ TEST(DocsLinks, LeadToFilesAndHeadings) {
     if (entry.path().extension() == ".md") pages.push_back(entry.path());
   int count = 0;
   for (const fs::path& page : pages)
-    for (const std::string& link : links_of(read(page))) {
+    for (const std::string& link : links_of(read_file(page))) {
       ++count;
       EXPECT_EQ(fault_of(link, page), "") << page.lexically_relative(root) << ": " << link;
     }
@@ -98,7 +94,8 @@ std::vector<std::string> lines_not_in(const std::string& page, const std::string
 
 TEST(DocsLinks, SamplesOfConceptsAreThoseOfTheProgram) {
   const fs::path docs = fs::path(TREPHINE_SOURCE_DIR) / "docs";
-  const std::string page = read(docs / "concepts.md"), program = read(docs / "examples" / "concepts.cpp");
+  const std::string page = read_file(docs / "concepts.md"),
+                    program = read_file(docs / "examples" / "concepts.cpp");
   EXPECT_EQ(lines_not_in(page, program), std::vector<std::string>());
   EXPECT_NE(page.find("```cpp"), std::string::npos);
   EXPECT_EQ(lines_not_in("```cpp\nint a;\nint b;\n```\ntext\n", "int b;\n"),
@@ -113,7 +110,7 @@ TEST(DocsLinks, DecisionsThatSourcesNameExist) {
     for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
       if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
       if (entry.path().filename() == "docs_links_test.cpp") continue;
-      const std::string text = read(entry.path());
+      const std::string text = read_file(entry.path());
       for (std::sregex_iterator it(text.begin(), text.end(), decision), end; it != end; ++it)
         EXPECT_TRUE(fs::is_regular_file(root / it->str()))
             << entry.path().lexically_relative(root) << " names " << it->str();
@@ -127,7 +124,7 @@ TEST(DocsLinks, TestsThatPagesCiteExist) {
   std::map<std::string, std::vector<std::string>> names;
   for (const auto& entry : fs::recursive_directory_iterator(root / "tests")) {
     if (entry.path().extension() != ".cpp") continue;
-    const std::string text = read(entry.path());
+    const std::string text = read_file(entry.path());
     for (std::sregex_iterator it(text.begin(), text.end(), test), end; it != end; ++it)
       names[(*it)[1]].push_back((*it)[2]);
   }
@@ -135,7 +132,7 @@ TEST(DocsLinks, TestsThatPagesCiteExist) {
   int count = 0;
   for (const auto& entry : fs::recursive_directory_iterator(root / "docs")) {
     if (entry.path().extension() != ".md") continue;
-    const std::string text = read(entry.path());
+    const std::string text = read_file(entry.path());
     for (std::sregex_iterator it(text.begin(), text.end(), cited), end; it != end; ++it) {
       const auto suite = names.find((*it)[1]);
       if (suite == names.end()) continue;

@@ -11,15 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "tests/house/read_file.h"
+
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string read(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
 
 /// The lists of headers in CMakeLists.txt, as paths that are included.
 struct Headers {
@@ -87,7 +83,7 @@ Headers read_lists(const fs::path& root, std::map<std::string, std::string>& lib
     for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
       const fs::path path = fs::relative(entry.path(), root);
       if (path.filename() == "CMakeLists.txt")
-        add_headers_in(read(entry.path()), path.parent_path().generic_string(), headers);
+        add_headers_in(read_file(entry.path()), path.parent_path().generic_string(), headers);
       if (path.extension() != ".h" && path.extension() != ".cpp") continue;
       fs::path folder = path.parent_path();
       while (!fs::exists(root / folder / "CMakeLists.txt")) folder = folder.parent_path();
@@ -107,7 +103,7 @@ TEST(House, PublicHeadersAreListedAndNeedNoOthers) {
     for (const std::string& header : list) EXPECT_TRUE(library_of.contains(header)) << header;
   for (const std::string& header : headers.shared) EXPECT_FALSE(headers.installed.contains(header)) << header;
   for (const auto& [file, library] : library_of)
-    for (const std::string& found : faults_in(file, read(root / file), headers, library_of))
+    for (const std::string& found : faults_in(file, read_file(root / file), headers, library_of))
       ADD_FAILURE() << found;
 }
 
@@ -130,7 +126,7 @@ std::set<std::string> headers_in_layout(const std::string& page) {
 TEST(House, LayoutNamesTheInstalledHeaders) {
   const fs::path root = TREPHINE_SOURCE_DIR;
   std::map<std::string, std::string> library_of;
-  std::set<std::string> named = headers_in_layout(read(root / "docs/layout.md"));
+  std::set<std::string> named = headers_in_layout(read_file(root / "docs/layout.md"));
   named.insert({"apps/api/operation.h", "apps/c_api/trephine.h"});
   EXPECT_EQ(named, read_lists(root, library_of).installed);
 }
@@ -167,7 +163,8 @@ TEST(House, PlantedIncludesOfPrivateHeadersAreFound) {
 TEST(House, VersionOfModulesIsThatOfTheProject) {
   const fs::path root = TREPHINE_SOURCE_DIR;
   std::smatch project, module;
-  const std::string cmake = read(root / "CMakeLists.txt"), header = read(root / "sim/api/module_export.h");
+  const std::string cmake = read_file(root / "CMakeLists.txt"),
+                    header = read_file(root / "sim/api/module_export.h");
   ASSERT_TRUE(std::regex_search(cmake, project, std::regex(R"(project\(trephine VERSION ([0-9.]+))")));
   ASSERT_TRUE(std::regex_search(header, module, std::regex(R"re(k_version = "([0-9.]+)")re")));
   EXPECT_EQ(project[1], module[1]);
@@ -188,7 +185,7 @@ TEST(House, LongFilesSayWhy) {
     for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
       const std::string extension = entry.path().extension();
       if (extension != ".h" && extension != ".cpp" && extension != ".c") continue;
-      const std::string text = read(entry.path());
+      const std::string text = read_file(entry.path());
       if (std::count(text.begin(), text.end(), '\n') <= 500) continue;
       ++long_files;
       EXPECT_TRUE(says_why(text)) << fs::relative(entry.path(), root) << " has more than 500 lines";

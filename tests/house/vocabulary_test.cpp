@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/house/read_file.h"
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -115,10 +117,9 @@ std::optional<std::vector<Text>> texts_of(const fs::path& path) {
   };
   const bool is_script = is_one_of({".toml", ".cmake", ".sh", ".py"}) || path.filename() == "CMakeLists.txt";
   if (!is_script && !is_one_of({".md", ".h", ".cpp"})) return std::nullopt;
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  if (is_script) return texts_of_script(text.str());
-  return extension == ".md" ? texts_of_page(text.str()) : texts_of_code(text.str());
+  const std::string text = read_file(path);
+  if (is_script) return texts_of_script(text);
+  return extension == ".md" ? texts_of_page(text) : texts_of_code(text);
 }
 
 /// Calls found(line, phrase) for each phrase that is not written.

@@ -18,21 +18,21 @@ namespace {
 using glm::dvec3;
 
 /// A vault of 7 mm over water, inner side at 0.
-double vault(const dvec3& p) {
+double vault_at(const dvec3& p) {
   const auto above = [&](double z) { return std::clamp(0.5 + (p.z - z) / 0.8, 0.0, 1.0); };
   return 40 + 1660 * above(0) - 950 * above(2) + 950 * above(4.6) - 2700 * above(7);
 }
 
 /// A scene with a tool, ready to run.
-struct Bench {
+struct ToolBench {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method;
   sim::Catalogue catalogue;
   std::unique_ptr<sim::Lockstep> run;
 
   /// `dura`: height below which the labels name the dura; empty: no labels.
-  Bench(const sim::Instrument& tool, const std::function<double(const dvec3&)>& hounsfield,
-        const dvec3& spacing, const dvec3& low, const dvec3& high, std::optional<double> dura = {})
+  ToolBench(const sim::Instrument& tool, const std::function<double(const dvec3&)>& hounsfield,
+            const dvec3& spacing, const dvec3& low, const dvec3& high, std::optional<double> dura = {})
       : catalogue(std::vector<const sim::Module*>{&module()}) {
     volume::Volume scan = scenes::sampled(low, high, spacing, hounsfield);
     scene = scenes::scene_of(dura ? labelled(scan, *dura) : std::move(scan));
@@ -80,7 +80,7 @@ struct Bench {
 };
 
 /// Presses a perforator further and further, to 8 mm below its held position, until its clutch releases.
-void drill_to_the_stop(Bench& bench) {
+void drill_to_the_stop(ToolBench& bench) {
   sim::Lockstep& run = *bench.run;
   for (int i = 0; i < 3000 && !bench.state<PerforatorState>().has_stopped; ++i)
     run.step(haptics::Pose{
@@ -89,8 +89,8 @@ void drill_to_the_stop(Bench& bench) {
 
 TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
   for (const double spacing : {0.6, 0.9}) {
-    Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault, dvec3(spacing),
-                {-8, -8, -9}, {8, 8, 15});
+    ToolBench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault_at, dvec3(spacing),
+                    {-8, -8, -9}, {8, 8, 15});
     sim::Lockstep& run = *bench.run;
     drill_to_the_stop(bench);
     const auto stops = bench.events<PerforatorStopped>();
@@ -113,10 +113,10 @@ TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
 /// The threshold finds bone down to a blurred edge, 1.2 mm below the upper face of the dura. The clutch
 /// follows the labels where the scan has them.
 TEST(Perforator, ABlurredEdgeBelowTheDuraDoesNotHoldIt) {
-  const auto blurred = [](const dvec3& p) { return vault(p + dvec3(0, 0, 1.2)); };
+  const auto blurred = [](const dvec3& p) { return vault_at(p + dvec3(0, 0, 1.2)); };
   const auto tip_at_stop = [&](std::optional<double> dura) {
-    Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), blurred, dvec3(0.6),
-                {-8, -8, -9}, {8, 8, 15}, dura);
+    ToolBench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), blurred, dvec3(0.6),
+                    {-8, -8, -9}, {8, 8, 15}, dura);
     drill_to_the_stop(bench);
     const auto stops = bench.events<PerforatorStopped>();
     EXPECT_EQ(stops.size(), 1u);
@@ -130,12 +130,12 @@ TEST(Perforator, ABlurredEdgeBelowTheDuraDoesNotHoldIt) {
 /// The vault with a hole of 10 mm at the origin.
 double with_a_hole(const dvec3& p) {
   const double wall = std::clamp((std::hypot(p.x, p.y) - 5) / 0.8 + 0.5, 0.0, 1.0);
-  return wall * vault(p) + (1 - wall) * (p.z > 7 ? -1000 : 40);
+  return wall * vault_at(p) + (1 - wall) * (p.z > 7 ? -1000 : 40);
 }
 
-struct CraniotomeBench : Bench {
+struct CraniotomeBench : ToolBench {
   explicit CraniotomeBench(const Craniotome& tool, double spacing = 0.6)
-      : Bench(craniotome(tool), with_a_hole, dvec3(spacing), {-8, -12, -8}, {24, 20, 18}) {}
+      : ToolBench(craniotome(tool), with_a_hole, dvec3(spacing), {-8, -12, -8}, {24, 20, 18}) {}
 };
 
 TEST(Craniotome, StartsOnlyInABurrHole) {
@@ -281,9 +281,9 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
   const auto with_holes = [&](const dvec3& p) {
     const double off = std::min(std::hypot(p.x - k_ring, p.y), std::hypot(p.x + k_ring, p.y));
     const double wall = std::clamp((off - k_hole) / 0.8 + 0.5, 0.0, 1.0);
-    return wall * vault(p) + (1 - wall) * (p.z > 7 ? -1000 : 40);
+    return wall * vault_at(p) + (1 - wall) * (p.z > 7 ? -1000 : 40);
   };
-  Bench bench(craniotome({.turning_radius = 4}), with_holes, dvec3(0.8), {-15, -13, -8}, {15, 13, 18});
+  ToolBench bench(craniotome({.turning_radius = 4}), with_holes, dvec3(0.8), {-15, -13, -8}, {15, 13, 18});
   sim::Lockstep& run = *bench.run;
   run.watch_pieces(50);
   const CraniotomeState& state = bench.state<CraniotomeState>();
@@ -324,8 +324,8 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
 }
 
 TEST(Perforator, SetDownElsewhereItStartsAgain) {
-  Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault, dvec3(0.9), {-14, -8, -9},
-              {14, 8, 15});
+  ToolBench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault_at, dvec3(0.9),
+                  {-14, -8, -9}, {14, 8, 15});
   sim::Lockstep& run = *bench.run;
   // A shallow hole at one position, then, with the button held, through the air to another.
   for (int i = 0; i < 150; ++i)

@@ -7,8 +7,8 @@
 #include "apps/verify/solid_judge.h"
 #include "data-tools/phantoms/phantoms.h"
 #include "modules/cross_section/section.h"
+#include "tests/hash_number.h"
 #include "tests/whole.h"
-#include "volume/base/deterministic_math.h"
 #include "volume/cuts/removal.h"
 
 namespace trephine::cross_section {
@@ -18,8 +18,6 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::ivec3;
 using volume::ImagePlane;
-
-double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
 ImagePlane plane_of(int pixels, double mm) {
   ImagePlane plane;

@@ -12,6 +12,8 @@ namespace trephine::pedicle {
 
 using glm::dvec3;
 
+inline const dvec3 k_down(0, 0, -1);
+
 inline const sim::Catalogue& pedicle_catalogue() {
   static const Pedicle module;
   static const sim::Catalogue all({&module});

@@ -6,7 +6,6 @@ namespace trephine::pedicle {
 namespace {
 
 constexpr double k_thickness = 10;  // mm
-const dvec3 k_down(0, 0, -1);
 
 TEST(PedicleProbe, MakesATrackAgainstItsResistance) {
   for (const auto& [spacing, rate] : {std::pair(dvec3(0.5), 1000.0), std::pair(dvec3(0.4, 0.4, 1.2), 250.0),

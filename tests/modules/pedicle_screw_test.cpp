@@ -7,8 +7,6 @@
 namespace trephine::pedicle {
 namespace {
 
-const dvec3 k_down(0, 0, -1);
-
 TEST(PedicleScrew, TheWholeCatalogueIsClosedAndKeepsItsMeasures) {
   for (std::size_t d = 0; d < k_diameters.size(); ++d)
     for (std::size_t l = 0; l < k_lengths.size(); ++l) {

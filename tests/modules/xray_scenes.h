@@ -10,7 +10,7 @@
 
 #include "haptics/mesh/mesh_tree.h"
 #include "modules/fluoroscopy/c_arm.h"
-#include "volume/base/deterministic_math.h"
+#include "tests/hash_number.h"
 #include "volume/scan/volume.h"
 
 namespace trephine::fluoroscopy {
@@ -18,8 +18,6 @@ namespace trephine::fluoroscopy {
 using glm::dvec2;
 using glm::dvec3;
 using glm::ivec3;
-
-inline double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
 inline CArm small_arm(int pixels = 96, double mm = 2) {
   CArm arm;

@@ -171,6 +171,84 @@ def test_errors_state_problem_and_remedy():
     assert (operation.run(np.zeros((2, 3)) + 50).faults == 0).all()
 
 
+def test_invalid_arguments_are_errors_with_their_name(tmp_path):
+    scan = sphere((5, 5, 5))
+    hand = tr.Hand("burr", diameter=4)
+    for name, options in (
+        ("hands", {"hand": hand, "hands": [hand]}),
+        ("hand", {"hand": "burr"}),
+        ("hands", {"hands": hand}),
+        ("iso", {"iso": "high"}),
+        ("window", {"window": 300}),
+        ("rate", {"rate": None}),
+        ("record", {"record": 3}),
+    ):
+        with pytest.raises(tr.Error, match=name):
+            tr.Operation.open(scan, **options)
+    with pytest.raises(tr.Error, match="source"):
+        tr.Operation.open(3)
+    with pytest.raises(TypeError, match="Operation.open"):
+        tr.Operation()
+    operation = tr.Operation.open(scan, iso=300)
+    positions = path_down(3)
+    for buttons in (0.5, np.array([1.0, 0.0, 1.0]), -1, [1, -1, 0], [0, 1], 2**40, "yes"):
+        with pytest.raises(tr.Error, match="buttons"):
+            operation.run(positions, buttons=buttons)
+    operation.run(positions, buttons=True)
+    operation.run(positions, buttons=np.array([True, False, True]))
+    with pytest.raises(tr.Error, match="orientations, pose 1"):
+        operation.run(positions, orientations=np.array([[1, 0, 0, 0], [2, 0, 0, 0], [1, 0, 0, 0]], float))
+    with pytest.raises(tr.Error, match="low"):
+        operation.read((0.5, 0, 0), (3, 3, 3))
+    with pytest.raises(tr.Error, match="high"):
+        operation.read((0, 0, 0), (np.inf, 3, 3))
+    for value in (None, b"4", object(), {1: 2}):
+        with pytest.raises(tr.Error, match="diameter"):
+            operation.command("burr", diameter=value)
+    with pytest.raises(tr.Error, match="hand"):
+        operation.command("burr", hand="left")
+    with pytest.raises(tr.Error, match="radius"):
+        tr.Scan.phantom("sphere", radius="large")
+
+
+def test_parameters_may_be_numpy_scalars():
+    operation = tr.Operation.open(sphere((5, 5, 5)), iso=300, hand=tr.Hand(radius=1.5))
+    for value in (np.float32(4), np.float64(4), np.int64(4), 4):
+        operation.command("burr", diameter=value, round=np.bool_(True))
+    assert repr(tr.Hand("burr", diameter=np.int16(4))) == repr(tr.Hand("burr", diameter=4))
+
+
+def test_a_session_of_an_array_is_reopened_with_its_scan(tmp_path):
+    voxels = np.full((40, 40, 40), -1000, np.int16)
+    voxels[:20] = 1000
+    scan = tr.Scan(voxels, spacing=(1, 1, 1), hounsfield=True)
+    assert scan.is_hounsfield and not tr.Scan(voxels, spacing=(1, 1, 1)).is_hounsfield
+    path = tmp_path / "a.session"
+    hand = tr.Hand("burr", diameter=5, removal_rate=100)
+    operation = tr.Operation.open(scan, hand=hand, iso=300, record=path)
+    positions = np.full((800, 3), 20.0)
+    positions[:, 2] = 30 - 0.02 * np.arange(800)
+    operation.run(positions, buttons=1)
+    assert operation.removed_mm3 > 10
+    final = operation.hash
+    operation.end()
+    session = tr.Operation.reopen(path, scan)
+    assert session.is_whole
+    session.verify()
+    session.go_to(800)
+    assert session.hash == final
+    with pytest.raises(tr.Error):
+        tr.Operation.reopen(path)
+    with pytest.raises(tr.Error):  # another scan
+        tr.Operation.reopen(path, tr.Scan(voxels + np.int16(1), spacing=(1, 1, 1), hounsfield=True))
+    # The end is cut off.
+    data = path.read_bytes()
+    short = tmp_path / "short.session"
+    short.write_bytes(data[: len(data) * 2 // 3])
+    with pytest.warns(UserWarning, match="lost"):
+        session = tr.Operation.reopen(short, scan)
+    assert not session.is_whole
+
 def test_arrays_too_large_are_refused():
     with pytest.raises(tr.Error, match="size of a scan"):
         tr.Scan(np.broadcast_to(np.int16(0), (40000, 2, 2)), spacing=(1, 1, 1))

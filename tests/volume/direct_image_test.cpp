@@ -7,8 +7,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "tests/hash_number.h"
 #include "tests/whole.h"
-#include "volume/base/deterministic_math.h"
 #include "volume/cuts/operated_volume.h"
 #include "volume/cuts/removal.h"
 
@@ -18,8 +18,6 @@ namespace {
 using glm::dmat3;
 using glm::dvec3;
 using glm::ivec3;
-
-double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
 template <class Value>
 Volume made_of(const ivec3& size, const dmat3& axes, const Value& value) {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/verify/exact_traversal.h"
+#include "tests/hash_number.h"
 #include "tests/whole.h"
-#include "volume/base/deterministic_math.h"
 #include "volume/base/parallel.h"
 
 namespace trephine::volume {
@@ -18,8 +18,6 @@ using glm::dvec3;
 using glm::ivec3;
 
 constexpr VoxelWeights k_weights{-990, -1000, 0, 2.1e-5f, 1.7e-5f};
-
-double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
 /// Noise with metal in it; half of the blocks are air.
 Volume result(const ivec3& size, std::uint64_t seed) {

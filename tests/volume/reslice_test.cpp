@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "volume/base/deterministic_math.h"
+#include "tests/hash_number.h"
 #include "volume/cuts/removal.h"
 
 namespace trephine::volume {
@@ -14,8 +14,6 @@ namespace {
 
 using glm::dvec3;
 using glm::ivec3;
-
-double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
 Volume noise(const ivec3& size, const glm::dmat3& axes) {
   Volume v = make_volume(size, Frame::from_axes(-0.5 * (axes * (dvec3(size) - 1.0)), axes).value()).value();

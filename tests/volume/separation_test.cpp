@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "tests/volume/odd_frames.h"
 #include "volume/cuts/removal.h"
 #include "volume/cuts/solid_parts.h"
 
@@ -67,17 +68,10 @@ Volume lumps(const Frame& frame, unsigned seed, int lump) {
   return result;
 }
 
-std::vector<Frame> frames() {
-  glm::dmat3 sheared(0.0);
-  sheared[0][0] = 0.5, sheared[1][1] = 0.6, sheared[2][2] = 1.9, sheared[2][1] = 0.3;
-  return {Frame(), Frame::from_spacing({5, -3, 2}, {0.5, 0.5, 2.5}).value(),
-          Frame::from_axes({1, 2, 3}, sheared).value()};
-}
-
 TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
   std::array<int, 3> kinds{};  // cases on lattices of voxels
   int fine_held = 0, fine_pending = 0, fine_needless = 0;
-  for (const Frame& frame : frames())
+  for (const Frame& frame : odd_frames())
     for (unsigned seed = 1; seed <= 4; ++seed) {
       const bool is_fine = seed > 3;
       const Cut cut(lumps(frame, seed, seed % 2 ? 3 : 5), is_fine ? 3.0 : 0);

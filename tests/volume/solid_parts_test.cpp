@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "tests/volume/odd_frames.h"
 #include "volume/cuts/removal.h"
 
 namespace trephine::volume {
@@ -108,16 +109,9 @@ struct Flooded {
   }
 };
 
-std::vector<Frame> frames() {
-  glm::dmat3 sheared(0.0);
-  sheared[0][0] = 0.5, sheared[1][1] = 0.6, sheared[2][2] = 1.9, sheared[2][1] = 0.3;
-  return {Frame(), Frame::from_spacing({5, -3, 2}, {0.5, 0.5, 2.5}).value(),
-          Frame::from_axes({1, 2, 3}, sheared).value()};
-}
-
 TEST(SolidParts, EqualPartsOfAFlood) {
   int off = 0, more = 0;
-  for (const Frame& frame : frames())
+  for (const Frame& frame : odd_frames())
     for (unsigned seed = 1; seed <= 4; ++seed) {
       std::mt19937 random(seed);
       const auto between = [&](double low, double high) {

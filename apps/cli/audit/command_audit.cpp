@@ -390,7 +390,7 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
   return outcome;
 }
 
-Run build(Options& options) {
+Run build_audit(Options& options) {
   auto a = std::make_shared<AuditArguments>();
   options.add("SESSION", a->session,
               "Session of touch, drill or view by a method on voxels or the smooth solid; without it, voxel "
@@ -414,6 +414,6 @@ Run build(Options& options) {
 
 const Command k_audit{"audit", "Judge every tick of a session, or voxel traversal, with independent code",
                       "  trephine audit drill.session --scan head-case\n  trephine audit --count 100000000",
-                      build};
+                      build_audit};
 
 }  // namespace trephine::cli

@@ -104,7 +104,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_compare(Options& options) {
   auto a = std::make_shared<CompareArguments>();
   add_session(options, a->session, a->case_source);
   options
@@ -121,6 +121,6 @@ Run build(Options& options) {
 const Command k_compare{"compare", "Show two states of a session side by side, and their difference",
                         "  trephine compare drill.session -o compared.png\n"
                         "  trephine compare drill.session --time 8.2 --with 12 --json",
-                        build};
+                        build_compare};
 
 }  // namespace trephine::cli

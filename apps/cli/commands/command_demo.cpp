@@ -98,7 +98,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   return outcome;
 }
 
-Run build(Options& options) {
+Run build_demo(Options& options) {
   auto a = std::make_shared<DemoArguments>();
   options.add("SRC", a->source, "Scan to drill; the same sources as for info").shows_default();
   add_shape(options, a->shape);
@@ -111,6 +111,6 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_demo{"demo", "Drill a burr hole automatically; write pictures and a report",
-                     "  trephine demo\n  trephine demo SCANS/HEAD -o out-head --no-window", build};
+                     "  trephine demo\n  trephine demo SCANS/HEAD -o out-head --no-window", build_demo};
 
 }  // namespace trephine::cli

@@ -78,7 +78,7 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_depth_record(Options& options) {
   auto a = std::make_shared<RecordArguments>();
   options
       .add("MODEL", a->models.depths, "Polygonal models, or folders with the key frames of models that move")
@@ -104,6 +104,6 @@ const Command k_depth_record{"depth-record",
                              "  trephine depth-record retractor.ply --camera-at 0,-400,0 -o video\n"
                              "  trephine depth-record keys/ --depth-beat 0.05 --depth-repeat --camera-at "
                              "0,-400,0 --pixels 640x480 -o video",
-                             build};
+                             build_depth_record};
 
 }  // namespace trephine::cli

@@ -281,7 +281,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   return outcome;
 }
 
-Run build(Options& options) {
+Run build_doctor(Options& options) {
   auto a = std::make_shared<DoctorArguments>();
   options.add("-o,--output", a->output, "Picture of the timer's lateness as a chart").type("OUT.svg");
   options.add("--devices", a->has_only_devices, "Check only haptic devices, 3-D mice and pedals");
@@ -292,6 +292,7 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_doctor{"doctor", "Check this machine: what is missing, and what to do about it",
-                       "  trephine doctor\n  trephine doctor --devices\n  trephine doctor --json", build};
+                       "  trephine doctor\n  trephine doctor --devices\n  trephine doctor --json",
+                       build_doctor};
 
 }  // namespace trephine::cli

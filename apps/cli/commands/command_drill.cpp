@@ -202,7 +202,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_drill(Options& options) {
   auto a = std::make_shared<DrillArguments>();
   add_source(options, a->source).required();
   add_shape(options, a->shape);
@@ -231,6 +231,6 @@ const Command k_drill{
     "  trephine drill head --burr-diameter 6 --kinematic --path path.csv -o drilled.nii.gz --json\n"
     "  trephine drill head --burr-diameter 3 --burr-shape match-head --grade diamond --round --path path.csv "
     "-o drilled.mha",
-    build};
+    build_drill};
 
 }  // namespace trephine::cli

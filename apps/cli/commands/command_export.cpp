@@ -233,7 +233,7 @@ Result<Outcome> run_export(const ExportArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_export(Options& options) {
   auto a = std::make_shared<ExportArguments>();
   add_session(options, a->session, a->case_source);
   options.add("-o,--output", a->output, "HDF5 file for the tables (docs/file-formats.md)")
@@ -245,6 +245,6 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_export{"export", "Write the ticks, commands and events of a session as HDF5 tables",
-                       "  trephine export operation.session -o operation.h5", build};
+                       "  trephine export operation.session -o operation.h5", build_export};
 
 }  // namespace trephine::cli

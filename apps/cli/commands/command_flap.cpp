@@ -361,7 +361,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_flap(Options& options) {
   auto a = std::make_shared<FlapArguments>();
   const auto add = [&](std::string_view field, const char* names) {
     return add_field(options, CutFlap::schema(), &a->request, field, names);
@@ -416,6 +416,6 @@ const Command k_flap{
     "  trephine flap head --at 0,-60,60 --diameter 40 --lift 30 --screenshot flap.png\n"
     "  trephine flap SCANS/HEAD --anchors outline.mrk.json -o open.mha --flap flap.stl --json\n"
     "  trephine flap head-case --at -48.7,20,48.7 --diameter 50 --target tumour --record flap.session",
-    build};
+    build_flap};
 
 }  // namespace trephine::cli

@@ -364,7 +364,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   return finished(outputs, std::move(outcome), "no picture requested: -o XRAY.png");
 }
 
-Run build(Options& options) {
+Run build_fluoro(Options& options) {
   auto a = std::make_shared<FluoroArguments>();
   add_moment(options, a->moment);
   add_shape(options, a->moment.shape);
@@ -415,6 +415,6 @@ const Command k_fluoro{
     "fluoro", "X-ray a scan, or a moment of a session, with a C-arm",
     "  trephine fluoro spine --view lateral -o lateral.png\n"
     "  trephine fluoro spine.session --scan SCANS/SPINE --primary 30 --until 60 --dicom shot.dcm",
-    build};
+    build_fluoro};
 
 }  // namespace trephine::cli

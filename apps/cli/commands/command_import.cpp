@@ -261,7 +261,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_import(Options& options) {
   auto a = std::make_shared<ImportArguments>();
   add_source(options, a->source).required();
   add_shape(options, a->shape);
@@ -297,6 +297,6 @@ Run build(Options& options) {
 const Command k_import{"import", "Make a case of a scan: volumes in open formats and a plan to edit",
                        "  trephine import SCANS/HEAD --preset skull -o head-case --screenshot head.png\n"
                        "  trephine import head --name training -o training-case",
-                       build};
+                       build_import};
 
 }  // namespace trephine::cli

@@ -324,7 +324,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   return outcome;
 }
 
-Run build(Options& options) {
+Run build_info(Options& options) {
   auto a = std::make_shared<InfoArguments>();
   add_source(options, a->source).required();
   options.add("--quality", a->has_quality,
@@ -340,6 +340,6 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_info{"info", "List the contents of a scan, a case or a session",
-                     "  trephine info SCANS/HEAD\n  trephine info head --json", build};
+                     "  trephine info SCANS/HEAD\n  trephine info head --json", build_info};
 
 }  // namespace trephine::cli

@@ -331,7 +331,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_laminectomy(Options& options) {
   auto a = std::make_shared<LaminectomyArguments>();
   add_vertebra(options, *a);
   options.add("--slices", a->slices, "Write the sections of the scan that show the result").type("PNG");
@@ -344,6 +344,6 @@ const Command k_laminectomy{
     "laminectomy", "Judge a recorded laminectomy: area of the canal, remaining parts of the vertebra",
     "  trephine laminectomy spine.session --vertebra L4 --slices outcome.png\n"
     "  trephine laminectomy spine.session --scan SCANS/SPINE --canal 0,24,0 --until 60 --json",
-    build};
+    build_laminectomy};
 
 }  // namespace trephine::cli

@@ -165,7 +165,7 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_measure(Options& options) {
   auto a = std::make_shared<MeasureArguments>();
   add_moment(options, a->moment);
   add_shape(options, a->moment.shape);
@@ -187,6 +187,6 @@ const Command k_measure{
     "measure", "Measure a scan, or a moment of a session: ruler, angle, tape along bone, region",
     "  trephine measure head --tape 0,-86.2,19.3:63,0.8,33.5 --ruler 0,-86.2,19.3:63,0.8,33.5\n"
     "  trephine measure spine --region 0,0,5:6 --angle 10,0,0:0,0,0:0,10,0 --json",
-    build};
+    build_measure};
 
 }  // namespace trephine::cli

@@ -81,7 +81,7 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
   return outcome;
 }
 
-Run build(Options& options) {
+Run build_modules(Options& options) {
   auto a = std::make_shared<ModulesArguments>();
   options.add("NAME", a->name, "Name of a module (default: all modules)");
   options.add_modules();
@@ -91,6 +91,6 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_modules{"modules", "List instruments, commands and events with their parameters",
-                        "  trephine modules\n  trephine modules drilling --json", build};
+                        "  trephine modules\n  trephine modules drilling --json", build_modules};
 
 }  // namespace trephine::cli

@@ -28,7 +28,7 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-Json json_of(const StepTransition& transition) {
+Json transition_json(const StepTransition& transition) {
   Json json{{"to", transition.to}};
   if (!transition.on.empty()) json["on"] = transition.on;
   for (const volume::StepCondition& condition : transition.conditions) {
@@ -60,7 +60,7 @@ void report_step(const ProcedureStep& step, std::size_t number, Outcome& outcome
   add("commands: ", joined(step.commands));
   add("on entry: ", joined(step.on_entry));
   for (const StepTransition& transition : step.transitions) {
-    row["transitions"].push_back(json_of(transition));
+    row["transitions"].push_back(transition_json(transition));
     add("-> ", transition.to + ": " + joined(imaging::words_of(transition)));
   }
   if (step.is_end) outcome.print("    end");
@@ -149,7 +149,7 @@ Result<Outcome> run_procedure(const ProcedureArguments& a) {
   return a.action == k_actions[1] ? check(a) : begin(a);
 }
 
-Run build(Options& options) {
+Run build_procedure(Options& options) {
   auto a = std::make_shared<ProcedureArguments>();
   options
       .add("ACTION", a->action,
@@ -172,6 +172,6 @@ const Command k_procedure{"procedure", "Show, check or begin a procedure: the st
                           "  trephine procedure show craniotomy -o craniotomy.svg\n"
                           "  trephine procedure new my-procedure -o my-procedure.toml\n"
                           "  trephine procedure check my-procedure.toml",
-                          build};
+                          build_procedure};
 
 }  // namespace trephine::cli

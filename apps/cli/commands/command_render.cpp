@@ -226,7 +226,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
   return finished(outputs, std::move(outcome), "no picture requested: -o PICTURE.png");
 }
 
-Run build(Options& options) {
+Run build_render(Options& options) {
   auto a = std::make_shared<RenderArguments>();
   add_moment(options, a->moment);
   add_objects(options, a->objects);
@@ -263,6 +263,6 @@ Run build(Options& options) {
 const Command k_render{"render", "Volume rendering of a scan, or of a moment of a session",
                        "  trephine render head --transfer-function bone-and-skin -o render.png\n"
                        "  trephine render spine --from back --cutout \"L4 left pedicle\" -o along.png",
-                       build};
+                       build_render};
 
 }  // namespace trephine::cli

@@ -115,7 +115,7 @@ Result<Outcome> run_report(const ReportArguments& a) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_report(Options& options) {
   auto a = std::make_shared<ReportArguments>();
   add_session(options, a->session, a->case_source);
   options.add("--expert", a->expert, "Compare with this session of an expert").type("SESSION");
@@ -130,6 +130,6 @@ const Command k_report{
     "  trephine report spine.session -o report.html\n"
     "  trephine report SESSIONS -o course.html\n"
     "  trephine report trainee.session --scan SCANS/SPINE --expert expert.session -o report.html",
-    build};
+    build_report};
 
 }  // namespace trephine::cli

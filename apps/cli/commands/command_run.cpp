@@ -132,7 +132,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   return outcome;
 }
 
-Run build(Options& options) {
+Run build_run(Options& options) {
   auto a = std::make_shared<RunArguments>();
   options.add("SCRIPT", a->script, "Scan, hands, commands and expectations: docs/file-formats.md").required();
   options.add(
@@ -159,6 +159,6 @@ const Command k_run{
     "  trephine run docs/examples/burr-hole.toml\n"
     "  trephine run docs/examples/burr-hole.toml --show --record burr-hole.session\n"
     "  trephine run docs/examples/demo.toml --live --pictures out",
-    build};
+    build_run};
 
 }  // namespace trephine::cli

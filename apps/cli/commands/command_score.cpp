@@ -70,7 +70,7 @@ Result<Outcome> run_score(const ScoreArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_score(Options& options) {
   auto a = std::make_shared<ScoreArguments>();
   add_session(options, a->session, a->case_source);
   options.add("--until", a->until, "Time of the state in the session, s (default: the end)").type("S");
@@ -84,6 +84,6 @@ const Command k_score{"score", "Score a recorded operation, or each one of a fol
                       "  trephine score spine.session\n"
                       "  trephine score spine.session --until 60 --json\n"
                       "  trephine score SESSIONS --csv course.csv",
-                      build};
+                      build_score};
 
 }  // namespace trephine::cli

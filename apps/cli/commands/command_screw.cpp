@@ -221,7 +221,7 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_screw(Options& options) {
   auto a = std::make_shared<ScrewArguments>();
   add_vertebra(options, *a);
   options.add("--slices", a->slices, "Write the sections of the scan that show the screws").type("PNG");
@@ -233,6 +233,6 @@ Run build(Options& options) {
 const Command k_screw{"screw", "Judge the pedicle screws of a recorded operation: breach, grade, plan",
                       "  trephine screw spine.session --vertebra L4 --slices screws.png\n"
                       "  trephine screw spine.session --scan SCANS/SPINE --canal 0,24,0 --json",
-                      build};
+                      build_screw};
 
 }  // namespace trephine::cli

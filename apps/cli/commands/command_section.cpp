@@ -147,7 +147,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   return finished(outputs, std::move(outcome), "no picture requested: -o SECTION.png");
 }
 
-Run build(Options& options) {
+Run build_section(Options& options) {
   auto a = std::make_shared<SectionArguments>();
   add_moment(options, a->moment);
   add_shape(options, a->moment.shape);
@@ -164,6 +164,6 @@ const Command k_section{"section",
                         "Cut a scan, or a moment of a session, with a plane: filled, measured, outlined",
                         "  trephine section spine --plane axial --at 0,0,0 -o section.png --svg section.svg\n"
                         "  trephine section flap.session --plane coronal --json",
-                        build};
+                        build_section};
 
 }  // namespace trephine::cli

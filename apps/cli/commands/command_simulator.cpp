@@ -90,7 +90,7 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_simulator(Options& options) {
   auto a = std::make_shared<SimulatorArguments>();
   options.add("--seconds", a->seconds, "Close the start page after this time").type("S");
   options
@@ -104,6 +104,7 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_simulator{"simulator", "Choose an operation on a start page, and perform it step by step",
-                          "  trephine simulator\n  trephine simulator --device falcon --pedal pedal", build};
+                          "  trephine simulator\n  trephine simulator --device falcon --pedal pedal",
+                          build_simulator};
 
 }  // namespace trephine::cli

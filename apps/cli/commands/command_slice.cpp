@@ -138,7 +138,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
   return finished(outputs, std::move(outcome), "no picture requested: -o SLICE.png");
 }
 
-Run build(Options& options) {
+Run build_slice(Options& options) {
   auto a = std::make_shared<SliceArguments>();
   add_moment(options, a->moment);
   add_plane(options, a->plane);
@@ -163,6 +163,6 @@ const Command k_slice{
     "slice", "Show a slice of a scan, or of a moment of a session, in any plane",
     "  trephine slice head --plane coronal --window brain -o slice.png\n"
     "  trephine slice spine --plane sagittal --trajectory \"L4 left pedicle\" --slab 4 -o along.png",
-    build};
+    build_slice};
 
 }  // namespace trephine::cli

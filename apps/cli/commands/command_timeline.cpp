@@ -67,7 +67,7 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
   return outcome;
 }
 
-Run build(Options& options) {
+Run build_timeline(Options& options) {
   auto a = std::make_shared<TimelineArguments>();
   options.add("SESSION", a->session, "A recorded session").required();
   options.add_modules();
@@ -78,6 +78,6 @@ Run build(Options& options) {
 
 const Command k_timeline{"timeline", "List the strokes, commands and events of a session, with their times",
                          "  trephine timeline drill.session\n  trephine timeline drill.session --json",
-                         build};
+                         build_timeline};
 
 }  // namespace trephine::cli

@@ -214,7 +214,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-Run build(Options& options) {
+Run build_touch(Options& options) {
   auto a = std::make_shared<TouchArguments>();
   add_source(options, a->source).required();
   add_shape(options, a->shape);
@@ -271,6 +271,6 @@ const Command k_touch{
     "  trephine touch head --label dura --path path.csv -o steps.csv --rate 4000 --json\n"
     "  trephine touch head --path path.csv -o steps.csv --effect \"viscous damping=0.004\" --passive\n"
     "  trephine touch head --mesh retractor.ply --mesh-at 0,-90,20 --path path.csv -o steps.csv",
-    build};
+    build_touch};
 
 }  // namespace trephine::cli

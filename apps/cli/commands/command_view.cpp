@@ -9,7 +9,7 @@ namespace {
 
 Result<Outcome> run_view(const WindowArguments& arguments) { return run_operation_window(arguments, "view"); }
 
-Run build(Options& options) {
+Run build_view(Options& options) {
   auto a = std::make_shared<WindowArguments>();
   add_source(options, a->source);
   add_shape(options, a->shape);
@@ -43,6 +43,6 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_view{"view", "Open a window to touch and drill with the mouse",
-                     "  trephine view SCANS/HEAD\n  trephine view head --screenshot head.png", build};
+                     "  trephine view SCANS/HEAD\n  trephine view head --screenshot head.png", build_view};
 
 }  // namespace trephine::cli

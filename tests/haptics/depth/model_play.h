@@ -7,11 +7,10 @@
 #include "apps/bench/scenes/closed_models.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "tests/haptics/proxy/method_play.h"
-#include "volume/base/deterministic_math.h"
+#include "tests/hash_number.h"
 
 namespace trephine::haptics::depth {
 
-inline double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 inline dvec3 place(std::uint64_t n, double within) {
   return within * (2.0 * dvec3(number(3 * n), number(3 * n + 1), number(3 * n + 2)) - 1.0);
 }

@@ -9,7 +9,7 @@
 
 #include "data-tools/phantoms/phantoms.h"
 #include "tests/haptics/mesh/edge_search.h"
-#include "volume/base/deterministic_math.h"
+#include "tests/hash_number.h"
 #include "volume/surface/surface_nets.h"
 
 namespace trephine::haptics {
@@ -17,8 +17,6 @@ namespace {
 
 using glm::dvec3;
 using glm::ivec3;
-
-double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
 
 /// The net of an implicit solid, in voxels of `mm`, which may be anisotropic.
 Surface net_of(const ivec3& size, const dvec3& mm, const std::function<double(const dvec3&)>& inside) {

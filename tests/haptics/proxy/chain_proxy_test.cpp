@@ -56,12 +56,13 @@ double angle_between(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-struct Play {
+struct ChainPlay {
   const TouchScene& scene;
   ChainProxy method;
   ProxyState state;
   TouchState seen;
-  explicit Play(const TouchScene& s) : scene(s), seen(std::shared_ptr<const volume::Version>(untouched(s))) {
+  explicit ChainPlay(const TouchScene& s)
+      : scene(s), seen(std::shared_ptr<const volume::Version>(untouched(s))) {
     EXPECT_FALSE(method.prepare(scene));
   }
   ProxyStep step(const Placement& hand) {
@@ -93,7 +94,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
       const TouchScene scene = scene_with(solid, balls);
       const double voxel = scene.base->frame.spacing().x;
       for (int trial = 0; trial < 4; ++trial) {
-        Play run(scene);
+        ChainPlay run(scene);
         // From above onto it, up to 8 mm too deep, turning meanwhile.
         const double down = balls.size() == 7 ? k_radius : 28 + k_radius;
         const dvec3 to = solid.top + dvec3(between(-6, 6), between(-6, 6), down - between(1, 8));
@@ -151,7 +152,7 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
   const double square = scene.tool->gyration_square();
   for (const double tilt : {0.0, 0.05, 0.2, -0.2})
     for (const double z : {1.5, 0.0, -4.0}) {
-      Play run(scene);
+      ChainPlay run(scene);
       ProxyStep r;
       const dvec3 about(0, -tilt, 0);  // its far end is raised for tilt > 0
       for (int i = 0; i < 1500; ++i)
@@ -194,7 +195,7 @@ TEST(ChainProxy, NothingIsEnteredOrPassedUnderAnyMotion) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> noise(0, 1);
-    Play run(scene);
+    ChainPlay run(scene);
     dvec3 at(0, 0, 25), about(0);
     long contacts = 0;
     for (int i = 0; i < 6000; ++i) {
@@ -246,7 +247,7 @@ TEST(ChainProxy, GivesNoEnergyOnClosedPaths) {
 TEST(ChainProxy, GrowingMatterReleasesItAndItCanLeave) {
   const Solid plane = solids()[0];
   const TouchScene scene = scene_with(plane, rod(12, 7));
-  Play run(scene);
+  ChainPlay run(scene);
   volume::RemovalEditor editor(std::shared_ptr<const volume::Version>(untouched(scene)),
                                {scene.items[0].field});
   editor.remove({{-14, 0, -2}, {14, 0, -2}, 6});
@@ -290,7 +291,7 @@ TEST(ChainProxy, RestsWhileTheHandRests) {
     }
     for (const auto& balls : {rod(8, 5), std::vector<dvec3>{{0, 0, 0}}, hook()}) {
       scene.tool = make_tool(scene.tool->radius(), balls).value();
-      Play run(scene);
+      ChainPlay run(scene);
       run.seen = seen;
       std::mt19937 random(7);
       const auto between = [&](double a, double b) {
@@ -380,7 +381,7 @@ Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
   item.mover = 0;
   scene.items.push_back(item);
   const double voxel = scene.base->frame.spacing().x, high = is_on_bone ? 12 : 60;
-  Play run(scene);
+  ChainPlay run(scene);
   std::mt19937 random(is_hook ? 5 : 4);
   std::normal_distribution<double> noise(0, 1);
   Led led;

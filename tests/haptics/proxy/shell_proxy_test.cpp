@@ -43,12 +43,12 @@ TouchScene scene_with(const char* phantom, const std::map<std::string, double>& 
   return scene;
 }
 
-struct Play {
+struct ShellPlay {
   const TouchScene& scene;
   ShellProxy method;
   ProxyState state;
   TouchState touch_state;
-  explicit Play(const TouchScene& s)
+  explicit ShellPlay(const TouchScene& s)
       : scene(s), touch_state(std::shared_ptr<const volume::Version>(untouched(s))) {
     EXPECT_FALSE(method.prepare(scene));
   }
@@ -115,7 +115,7 @@ TEST(ShellProxy, StaysOutsideUnderAnyMotion) {
       const auto between = [&](double a, double b) {
         return a + (b - a) * (double(random()) / 4294967296.0);
       };
-      Play run(scene);
+      ShellPlay run(scene);
       Placement hand{{0, 0, 40}, {1, 0, 0, 0}};
       dvec3 way(0), spin(0);
       for (int tick = 0; tick < 3000; ++tick) {
@@ -157,7 +157,7 @@ TEST(ShellProxy, ARodOnAPlaneIsALever) {
   double worst_height = 0, worst_turn = 0;
   for (const double tilt : {0.0, 0.05, 0.2, -0.2})
     for (const double z : {1.0, 0.0, -4.0}) {
-      Play run(frictionless);
+      ShellPlay run(frictionless);
       ProxyStep r;
       for (int i = 0; i < 1500; ++i)
         r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)},
@@ -188,7 +188,7 @@ TEST(ShellProxy, FrictionIsCoulombs) {
   scene.items[0].material.dynamic_friction = 0.25;
   const dquat flat = rotation_of({0, 0.5 * 3.14159265358979, 0});
   for (const dvec3 way : {dvec3(0, 1, 0), dvec3(1, 0, 0)}) {
-    Play run(scene);
+    ShellPlay run(scene);
     const double press = 1.5;
     ProxyStep r;
     for (int i = 0; i < 400; ++i) r = run.step({{0, 0, std::max(2 - press, 10 - 0.05 * i)}, flat});
@@ -211,7 +211,7 @@ TEST(ShellProxy, FrictionIsCoulombs) {
     // Planted fault: the same with no friction has no lag.
     TouchScene smooth = scene;
     smooth.items[0].material.static_friction = smooth.items[0].material.dynamic_friction = 0;
-    Play slick(smooth);
+    ShellPlay slick(smooth);
     for (int i = 0; i < 400; ++i) r = slick.step({{0, 0, std::max(2 - press, 10 - 0.05 * i)}, flat});
     for (double aside = 0; aside < 3; aside += 0.01)
       r = slick.step({dvec3(0, 0, 2 - press) + aside * way, flat});
@@ -233,7 +233,7 @@ TEST(ShellProxy, ARodInADrilledHoleIsHeldByIt) {
   volume::RemovalEditor editor(version, solids_of(scene));
   editor.remove(volume::Sweep{.start_world = {0, 0, 5}, .end_world = {0, 0, -15}, .radius_mm = 2});
   editor.end_stroke();
-  Play run(scene);
+  ShellPlay run(scene);
   run.touch_state = TouchState(std::shared_ptr<const volume::Version>(editor.publish()));
   // The hole is a cylinder of 2 mm around z with a round bottom; its wall, rim included.
   const auto distance = [](const dvec3& p) {
@@ -276,7 +276,7 @@ TEST(ShellProxy, NoPlateIsPassed) {
   std::mt19937 random(8);
   const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
   for (int pass = 0; pass < 40; ++pass) {
-    Play run(scene);
+    ShellPlay run(scene);
     const dvec3 from = 45.0 * normal + dvec3(between(-10, 10), between(-10, 10), 0);
     const dvec3 spin(between(-1, 1), between(-1, 1), between(-1, 1));
     Placement hand{from, rotation_of({between(-1.5, 1.5), between(-1.5, 1.5), 0})};
@@ -317,7 +317,7 @@ TEST(ShellProxy, ShearedVolumesAreNotEntered) {
     const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
     int entered = 0, touching = 0;
     for (int pass = 0; pass < 150; ++pass) {
-      Play run(scene);
+      ShellPlay run(scene);
       const double speed = between(0.1, 4);  // mm per tick
       Placement hand{wall + between(8, 12) * normal + dvec3(between(-3, 3), between(-3, 3), between(-3, 3)),
                      rotation_of(0.2 * dvec3(between(-1, 1), between(-1, 1), between(-1, 1))) * upright};
@@ -343,7 +343,7 @@ TEST(ShellProxy, AModelUnderThousandsOfPointsReleasesAndCarriesTheTool) {
     if (is_moving) item.mover = 0;
     scene.items.push_back(item);
     ASSERT_FALSE(set_tool(scene, shell_of({0, 20, 8}, 0.25)));
-    Play run(scene);
+    ShellPlay run(scene);
     Placement place;
     const std::span<const Placement> movers(&place, is_moving);
     ProxyStep r;
@@ -369,7 +369,7 @@ TEST(ShellProxy, GrownMatterReleasesTheTool) {
   volume::RemovalEditor editor(version, solids_of(scene));
   editor.remove(volume::Sweep{.start_world = {0, 0, 5}, .end_world = {0, 0, -15}, .radius_mm = 3});
   editor.end_stroke();
-  Play run(scene);
+  ShellPlay run(scene);
   run.touch_state = TouchState(std::shared_ptr<const volume::Version>(editor.publish()));
   ProxyStep r;
   for (int i = 0; i <= 300; ++i) r = run.step({{0, 0, 20 - 0.1 * i}, {1, 0, 0, 0}});

@@ -1,0 +1,28 @@
+"""Prints the time of a tick in contact, with all ticks in one call and with one call per tick.
+
+PYTHONPATH=build/release/python python3 tests/python/speed.py
+"""
+
+import time
+
+import numpy as np
+import trephine as tr
+
+TICKS = 100_000
+angles = np.linspace(0, 6.28, TICKS)
+positions = 29.5 * np.stack([np.sin(angles), np.zeros(TICKS), np.cos(angles)], axis=1)
+operation = tr.Operation.open(tr.Scan.phantom("sphere", spacing=(1, 1, 1), radius=30), iso=300)
+operation.run(np.linspace((0, 0, 40), positions[0], 200))
+
+whole, single = [], []
+for _ in range(5):
+    start = time.perf_counter()
+    touches = operation.run(positions)
+    whole.append(time.perf_counter() - start)
+    start = time.perf_counter()
+    for position in positions[:, None]:
+        operation.run(position)
+    single.append(time.perf_counter() - start)
+assert touches.contact.all()
+print(f"one call for all ticks: {min(whole) / TICKS * 1e6:.2f} us per tick")
+print(f"one call per tick:      {min(single) / TICKS * 1e6:.2f} us per tick")
