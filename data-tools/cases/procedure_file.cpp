@@ -17,7 +17,7 @@ using volume::SurgicalProcedure;
 namespace {
 
 constexpr double k_largest = 1e12;               // limit of a measurement
-constexpr std::size_t k_longest_words = 2000;    // characters of a hint or a note
+constexpr std::size_t k_longest_hint = 2000;     // characters of a hint or a note
 constexpr std::string_view k_of_step = "step ";  // begin of the location in errors of volume::check()
 
 StepCondition read_condition(TomlReader& reader, const toml::value& value) {
@@ -59,8 +59,8 @@ ProcedureStep read_step(TomlReader& reader, const toml::value& value, ProcedureF
   step.name = reader.text(t, "name").value_or("");
   if (step.name.empty()) reader.fail(value, "a step has no name", "", "name = \"remove-bone\"");
   step.title = reader.text(t, "title").value_or("");
-  step.hint = reader.text(t, "hint", k_longest_words).value_or("");
-  step.note = reader.text(t, "note", k_longest_words).value_or("");
+  step.hint = reader.text(t, "hint", k_longest_hint).value_or("");
+  step.note = reader.text(t, "note", k_longest_hint).value_or("");
   step.instruments = reader.texts(t, "instruments");
   step.commands = reader.texts(t, "commands");
   step.on_entry = reader.texts(t, "on_entry");

@@ -104,7 +104,7 @@ ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
   return place;
 }
 
-ScriptModel read_model(TomlReader& reader, const toml::value& value) {
+ScriptModel read_script_model(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"file", "at", "screw", "matter", "forbidden", "depth",
                                               "depth_beat", "depth_repeats", "depth_rate"});
   ScriptModel model;
@@ -130,7 +130,7 @@ ScriptModel read_model(TomlReader& reader, const toml::value& value) {
   return model;
 }
 
-ScriptVolume read_volume(TomlReader& reader, const toml::value& value) {
+ScriptVolume read_script_volume(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"file", "shape", "name", "matter"});
   ScriptVolume volume;
   volume.line = TomlReader::line_of(value);
@@ -289,8 +289,9 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
                 "one to four [[hands]]");
   for (const toml::value* v : reader.tables(top, "places")) script.places.push_back(read_place(reader, *v));
   for (const toml::value* v : reader.tables(top, "volumes"))
-    script.volumes.push_back(read_volume(reader, *v));
-  for (const toml::value* v : reader.tables(top, "models")) script.models.push_back(read_model(reader, *v));
+    script.volumes.push_back(read_script_volume(reader, *v));
+  for (const toml::value* v : reader.tables(top, "models"))
+    script.models.push_back(read_script_model(reader, *v));
   for (const toml::value* v : reader.tables(top, "pictures"))
     script.pictures.push_back(read_picture(reader, *v, script.hands.size()));
   check_places(reader, script);

@@ -20,7 +20,7 @@ using haptics::TouchScene;
 
 namespace {
 
-std::string text_of(const glm::ivec3& s) {
+std::string size_text(const glm::ivec3& s) {
   return std::to_string(s.x) + " x " + std::to_string(s.y) + " x " + std::to_string(s.z) + " voxels";
 }
 
@@ -39,7 +39,7 @@ Status check_data(const SceneDescription& spec, const SceneData& data) {
   for (std::size_t v = 0; v < spec.volumes.size(); ++v) {
     const VolumeSpec& expected = spec.volumes[v];
     if (data.volumes[v]->size != expected.size)
-      return no_match(k_other_scan, text_of(data.volumes[v]->size), text_of(expected.size));
+      return no_match(k_other_scan, size_text(data.volumes[v]->size), size_text(expected.size));
     if (expected.hash)
       if (const std::uint64_t hash = volume::content_hash(*data.volumes[v]); hash != *expected.hash)
         return no_match(k_other_scan, "voxels with hash " + hexadecimal(hash),

@@ -12,7 +12,7 @@ using trephine::put;
 
 namespace {
 
-Error broken(const char* what) {
+Error invalid_scan(const char* what) {
   return Error{.what = "the session's record is damaged",
                .found = what,
                .expected = "unchanged data written by trephine",
@@ -54,24 +54,24 @@ Result<volume::Volume> decode_scan(std::string_view in) {
   std::uint16_t names = 0;
   if (!(get(in, size) && get(in, origin) && get(in, axes) && get(in, is_hounsfield) && get(in, parts) &&
         get(in, names)))
-    return broken("a scan that ends early");
-  if (parts > (k_has_labels | k_has_shape)) return broken("a scan with unknown parts");
+    return invalid_scan("a scan that ends early");
+  if (parts > (k_has_labels | k_has_shape)) return invalid_scan("a scan with unknown parts");
   const bool has_labels = (parts & k_has_labels) != 0, has_shape = (parts & k_has_shape) != 0;
   std::vector<std::string> label_names;
   for (int i = 0; i < names; ++i) {
     std::uint16_t length = 0;
-    if (!get(in, length) || length > 256 || in.size() < length) return broken("a scan that ends early");
+    if (!get(in, length) || length > 256 || in.size() < length) return invalid_scan("a scan that ends early");
     label_names.emplace_back(in.substr(0, length));
     in.remove_prefix(length);
   }
   // The number of bytes is checked before anything is allocated.
   std::uint64_t count = 1;
   for (int a = 0; a < 3; ++a) {
-    if (size[a] < 1 || size[a] > 1 << 20) return broken("a scan of an invalid size");
+    if (size[a] < 1 || size[a] > 1 << 20) return invalid_scan("a scan of an invalid size");
     count *= static_cast<std::uint64_t>(size[a]);
   }
   if (in.size() != count * (2u + (has_labels ? 1u : 0u) + (has_shape ? 2u : 0u)))
-    return broken("a scan whose size differs from its header");
+    return invalid_scan("a scan whose size differs from its header");
   const Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
   if (!frame) return frame.error();
   Result<volume::Volume> result = volume::make_volume(size, frame.value(), has_labels);
