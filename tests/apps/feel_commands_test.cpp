@@ -79,9 +79,10 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   ASSERT_EQ(feel["split"].size(), 1u);
   for (const char* part : {"traversal_us", "net_us", "rest_us"}) EXPECT_GT(feel["split"][0][part], 0) << part;
   for (const char* name :
-       {"feel.json", "index.html", "time-against-surface-error.png", "time-against-direction-error.png",
-        "time-against-force-error.png", "force-raw.png", "force-smoothed.png", "force-pressing.png"})
+       {"feel.json", "index.html", "time-against-surface-error.svg", "time-against-direction-error.svg",
+        "time-against-force-error.svg", "force-raw.png", "force-smoothed.png", "force-pressing.png"})
     EXPECT_GT(fs::file_size(folder_ / "out" / name), 1000u) << name;
+  EXPECT_NE(read(file("out/time-against-force-error.csv")).find("\nsubvoxel,trephine,"), std::string::npos);
   // A single scene shows no scaling: no empty chart.
   EXPECT_FALSE(fs::exists(folder_ / "out" / "scaling.png"));
   EXPECT_EQ(read(file("out/index.html")).find("scaling.png"), std::string::npos);

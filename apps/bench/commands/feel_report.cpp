@@ -7,6 +7,8 @@
 #include <functional>
 #include <map>
 
+#include "apps/bench/commands/comparison_chart.h"
+#include "apps/cli/report/report_html.h"
 #include "apps/view/chart.h"
 #include "data-tools/files/atomic_file.h"
 #include "haptics/methods/methods.h"
@@ -132,49 +134,63 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-/// Methods without a fall-through that no other such method beats in both time and error.
-view::ChartSeries pareto_front(std::vector<std::pair<double, double>> points) {
-  std::sort(points.begin(), points.end());
-  view::ChartSeries front{"best without fall-through (Pareto front)", {}, {}, true, {60, 60, 60}, 1.5f, true};
-  double best = 1e300;
-  for (const auto& [time, error] : points) {
-    if (error >= best) continue;
-    best = error;
-    front.x.push_back(time);
-    front.y.push_back(error);
-  }
-  return front;
+double quartile(std::vector<double> v, double share) {
+  std::sort(v.begin(), v.end());
+  return v[static_cast<std::size_t>(std::lround(share * static_cast<double>(v.size() - 1)))];
 }
 
-/// Run time against error over the smooth scenes: a dot per scene, a large one for the median. Errors below
-/// `least` are drawn at `least`.
-view::Chart time_against(const FeelReport& report, const char* title, const char* label,
-                         const std::function<std::optional<double>(const FeelRow&)>& error, double least,
-                         double line, const char* line_name) {
-  view::Chart chart{title, "step in contact, p50 (us)", label, true, true, {}};
-  std::vector<std::pair<double, double>> medians;
-  double low = 1e300, high = 0;
+ComparedMethod::Kind kind_of(const std::string& method) {
+  for (const auto& info : haptics::method_catalogue())
+    if (method == info.name)
+      return info.is_baseline ? ComparedMethod::Kind::published : ComparedMethod::Kind::ours;
+  return ComparedMethod::Kind::library;
+}
+
+/// Run time against error over the smooth scenes. Errors below `least` are drawn at `least`.
+ComparisonChart comparison(const FeelReport& report, const char* title, const char* label,
+                           const std::function<std::optional<double>(const FeelRow&)>& error, double least,
+                           double threshold, const char* threshold_label) {
+  ComparisonChart chart{title, label, threshold, threshold_label, {}};
   for (const std::string& name : methods_of(report)) {
-    view::ChartSeries dots{name, {}, {}, false, color_of(name), 6},
-        middle{"", {}, {}, false, color_of(name), 14};
+    std::vector<double> times, slow, errors;
     for (const FeelRow& row : report.rows) {
       if (row.method != name || row.group != "smooth" || row.time_us.count == 0) continue;
-      if (const auto e = error(row); e && *e > 0)
-        dots.x.push_back(row.time_us.p50), dots.y.push_back(std::max(*e, least));
+      const auto e = error(row);
+      if (!e) continue;
+      times.push_back(row.time_us.p50), slow.push_back(row.time_us.p999),
+          errors.push_back(std::max(*e, least));
     }
-    if (dots.x.empty()) continue;
-    middle.x = {median(dots.x)}, middle.y = {median(dots.y)};
-    if (const Glance g(report, name); g.falls == 0) medians.emplace_back(middle.x[0], middle.y[0]);
-    low = std::min(low, *std::min_element(dots.x.begin(), dots.x.end()));
-    high = std::max(high, *std::max_element(dots.x.begin(), dots.x.end()));
-    if (Glance(report, name).falls > 0) dots.name += " (falls through)";
-    chart.series.push_back(dots);
-    chart.series.push_back(middle);
+    if (times.empty()) continue;
+    chart.methods.push_back({name, kind_of(name), name == haptics::k_default_method, median(times),
+                             median(slow), quartile(errors, 0.25), median(errors), quartile(errors, 0.75),
+                             Glance(report, name).falls});
   }
-  chart.series.push_back(pareto_front(medians));
-  if (line > 0 && high > 0)
-    chart.series.push_back({line_name, {low, high}, {line, line}, true, {200, 40, 40}, 1.5f, true});
+  // Those of trephine are drawn last, over the others.
+  std::stable_sort(chart.methods.begin(), chart.methods.end(),
+                   [](const ComparedMethod& a, const ComparedMethod& b) { return a.kind > b.kind; });
   return chart;
+}
+
+/// The charts of run time against error, by the names of their files.
+std::vector<std::pair<std::string, ComparisonChart>> comparisons(const FeelReport& report) {
+  std::vector<double> floors;
+  for (const FeelRow& row : report.rows)
+    if (row.group == "smooth" && row.floor_rms_voxels) floors.push_back(*row.floor_rms_voxels);
+  return {
+      {"time-against-force-error", comparison(
+                                       report, "Run time against the error of the force",
+                                       "force error, N (RMS)", [](const FeelRow& r) { return r.force_rms_n; },
+                                       1e-4, k_force_threshold_n, "perceived by hand: 7 % of 0.5 N")},
+      {"time-against-surface-error",
+       comparison(
+           report, "Run time against the error of the surface", "surface error, voxels (RMS)",
+           [](const FeelRow& r) { return r.total_rms_voxels; }, 1e-4, median(floors),
+           "ideal proxy on the smooth solid")},
+      {"time-against-direction-error",
+       comparison(
+           report, "Run time against the error of the force's direction", "direction error, degrees (RMS)",
+           [](const FeelRow& r) { return r.direction_rms_deg; }, 1e-3, k_direction_threshold_deg,
+           "perceived by hand: 25.6 degrees")}};
 }
 
 view::Chart scaling_chart(const FeelReport& report) {
@@ -242,12 +258,6 @@ view::Chart force_chart(const FeelReport& report, bool is_smoothed) {
   return chart;
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
-}
-
 std::string html_page(const FeelReport& report, bool is_quick, const Json& machine) {
   std::string page =
       "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'>"
@@ -292,12 +302,12 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
           " scenes; fell through and stuck are sums over all scenes.</p>";
   if (has_smooth(report))
     page +=
-        "<h2>Error of the force</h2><img src=time-against-force-error.png alt='run time against force error'>"
+        "<h2>Error of the force</h2><img src=time-against-force-error.svg alt='run time against force error'>"
         "<p class=dim>At a depth of about 1 mm and 0.5 N/mm. The red line: hands distinguish forces from "
         "about 7 % (Pang, Tan and Durlach 1991).</p>"
-        "<h2>Error of the surface</h2><img src=time-against-surface-error.png alt='run time against surface "
+        "<h2>Error of the surface</h2><img src=time-against-surface-error.svg alt='run time against surface "
         "error'>"
-        "<h2>Error of the force's direction</h2><img src=time-against-direction-error.png alt='run time "
+        "<h2>Error of the force's direction</h2><img src=time-against-direction-error.svg alt='run time "
         "against "
         "direction error'><p class=dim>The red line: hands distinguish directions from 25.6 degrees "
         "(Barbagli et al. 2006, without sight).</p>";
@@ -505,28 +515,20 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
   if (Status error = data_tools::write_file_atomically(path("feel.json"), text_of_json(json, 1) + "\n"))
     return error;
 
+  for (const auto& [name, chart] : comparisons(report)) {
+    if (chart.methods.empty()) continue;
+    if (Status error = data_tools::write_file_atomically(path((name + ".svg").c_str()), svg_of(chart)))
+      return error;
+    if (Status error = data_tools::write_file_atomically(path((name + ".csv").c_str()), csv_of(chart)))
+      return error;
+  }
   const struct {
     const char* name;
     view::Chart chart;
-  } pictures[] = {
-      {"time-against-surface-error.png",
-       time_against(
-           report, "Run time against the error of the surface, smooth scenes", "surface error, RMS (voxels)",
-           [](const FeelRow& r) { return r.total_rms_voxels; }, 1e-4, 0, "")},
-      {"time-against-direction-error.png",
-       time_against(
-           report, "Run time against the error of the force's direction, smooth scenes",
-           "direction error, RMS (degrees)", [](const FeelRow& r) { return r.direction_rms_deg; }, 1e-3,
-           k_direction_threshold_deg, "distinguished by hand (25.6 degrees)")},
-      {"time-against-force-error.png",
-       time_against(
-           report, "Run time against the error of the force, smooth scenes", "force error, RMS (N)",
-           [](const FeelRow& r) { return r.force_rms_n; }, 1e-4, k_force_threshold_n,
-           "distinguished by hand (7 % of 0.5 N)")},
-      {"scaling.png", scaling_chart(report)},
-      {"force-pressing.png", pressing_chart(report)},
-      {"force-raw.png", force_chart(report, false)},
-      {"force-smoothed.png", force_chart(report, true)}};
+  } pictures[] = {{"scaling.png", scaling_chart(report)},
+                  {"force-pressing.png", pressing_chart(report)},
+                  {"force-raw.png", force_chart(report, false)},
+                  {"force-smoothed.png", force_chart(report, true)}};
   for (const auto& picture : pictures) {
     // With a subset of the scenes some charts would be empty.
     const bool is_empty = std::all_of(picture.chart.series.begin(), picture.chart.series.end(),
