@@ -1,4 +1,4 @@
-"""Prints the time of a tick in contact, with all ticks in one call and with one call per tick.
+"""Prints the time of a tick in contact, with all ticks in one call and with one call per tick; and of resets.
 
 PYTHONPATH=build/release/python python3 tests/python/speed.py
 """
@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import trephine as tr
+from trephine.env import BurrHole, Pocket, SurgeryEnv
 
 TICKS = 100_000
 angles = np.linspace(0, 6.28, TICKS)
@@ -26,3 +27,18 @@ for _ in range(5):
 assert touches.contact.all()
 print(f"one call for all ticks: {min(whole) / TICKS * 1e6:.2f} us per tick")
 print(f"one call per tick:      {min(single) / TICKS * 1e6:.2f} us per tick")
+
+for task in (Pocket(), BurrHole()):
+    env = SurgeryEnv(task, ticks_per_step=50)
+    steps, resets = [], []
+    for _ in range(20):
+        env.reset(seed=1)
+        for _ in range(40):
+            start = time.perf_counter()
+            env.step([0, 0, -10, 1])
+            steps.append(time.perf_counter() - start)
+        start = time.perf_counter()
+        env.reset(seed=1)
+        resets.append(time.perf_counter() - start)
+    name = type(task).__name__
+    print(f"{name}: step of 50 ticks {np.median(steps) * 1e3:.2f} ms, reset {np.median(resets) * 1e3:.2f} ms (medians)")

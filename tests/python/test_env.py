@@ -1,0 +1,90 @@
+"""Learning environments: resets that leave nothing behind, and equal bits for equal actions."""
+
+import numpy as np
+import pytest
+from trephine.env import BurrHole, Pocket, SurgeryEnv
+
+
+def drill(env, seed, steps, speed=4.0, radius=1.5):
+    """Drills down in circles around the goal. Returns observations, rewards and the last result of step()."""
+    observation, _ = env.reset(seed=seed)
+    seen, rewards, result = [observation], [], None
+    for i in range(steps):
+        aside = radius * np.array([np.cos(0.4 * i), np.sin(0.4 * i)]) - observation[:2]
+        result = env.step([*(10 * aside), -speed, 1])
+        observation = result[0]
+        seen.append(observation)
+        rewards.append(result[1])
+        if result[2] or result[3]:
+            break
+    return np.array(seen), np.array(rewards), result
+
+
+def test_equal_actions_give_equal_bits_after_resets():
+    env, other = SurgeryEnv(Pocket(), ticks_per_step=50), SurgeryEnv(Pocket(), ticks_per_step=50)
+    first = drill(env, 5, 60)
+    again = drill(env, 5, 60)
+    another = drill(other, 5, 60)
+    for run in (again, another):
+        assert np.array_equal(first[0], run[0]) and np.array_equal(first[1], run[1])
+    assert not np.array_equal(first[0], drill(env, 6, 60)[0])
+    assert env.observation_space.contains(first[0][-1])
+    env.reset(seed=1)
+    assert env.operation.removed_mm3 == 0
+
+
+def test_pocket_values_bone_inside_and_outside():
+    env = SurgeryEnv(Pocket(), ticks_per_step=50, max_steps=70)
+    _, rewards, (_, _, _, is_over, facts) = drill(env, 5, 70)
+    assert is_over and facts["removed_share"] > 0.2
+    task = env.task
+    expected = facts["removed_share"] - facts["outside_mm3"] / task.bone_mm3
+    assert rewards.sum() == pytest.approx(expected, abs=1e-9)
+    # All that was removed is either inside or outside.
+    inside = facts["removed_share"] * task.bone_mm3
+    assert inside + facts["outside_mm3"] == pytest.approx(env.operation.removed_mm3, rel=1e-9)
+    # Far from the ball all is outside.
+    env.reset(seed=5)
+    env._position = np.array([34.0, 0.0, 0.0])
+    for _ in range(20):
+        _, _, _, _, facts = env.step([-8, 0, 0, 1])
+    assert facts["removed_share"] == 0 and facts["outside_mm3"] > 5
+
+
+def test_burr_hole_ends_at_the_dura():
+    env = SurgeryEnv(BurrHole(), ticks_per_step=50, max_steps=400)
+    _, rewards, (_, _, is_done, _, facts) = drill(env, 1, 400, speed=2.0, radius=0.0)
+    assert is_done and not facts["is_torn"] and rewards.sum() > 0.9
+    # A plunge through the hole tears it; the next episode begins with a whole dura.
+    for _ in range(40):
+        _, _, _, _, facts = env.step([0, 0, -20, 1])
+    assert facts["is_torn"]
+    _, facts = env.reset(seed=1)
+    assert not facts["is_torn"] and facts["removed_share"] == 0
+
+
+def test_invalid_input_is_refused():
+    env = SurgeryEnv(Pocket())
+    env.reset(seed=1)
+    for action in ([0, 0, 0], [0, 0, np.nan, 1], np.zeros((2, 4))):
+        with pytest.raises(ValueError, match="four finite numbers"):
+            env.step(action)
+    with pytest.raises(ValueError, match="positive"):
+        SurgeryEnv(Pocket(), ticks_per_step=0)
+    with pytest.raises(ValueError, match="no bone"):
+        Pocket(centre=(0, 0, 60))
+
+
+def test_resets_lose_no_memory():
+    env = SurgeryEnv(Pocket(), ticks_per_step=50)
+
+    def resident_mb():
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * 4096 / 1e6
+
+    for _ in range(20):
+        drill(env, 5, 30, speed=15.0)
+    before = resident_mb()
+    for _ in range(80):
+        drill(env, 5, 30, speed=15.0)
+    assert resident_mb() - before < 20
