@@ -8,7 +8,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 . cmake/setup.sh
 
-# Scratch files of the tests stay in the clone too.
+# Scratch files of the tests stay in the clone.
 export TMPDIR="$PWD/build/tmp"
 mkdir -p "$TMPDIR"
 
@@ -16,13 +16,13 @@ run_tests() { # PRESET [CTEST OPTIONS ...]
   local preset=$1
   shift
   echo "== $preset"
-  # Before ctest's own closing lines: how many tests had no data to look at.
+  # The number of skipped tests is printed before the closing lines of ctest.
   ctest --test-dir "build/$preset" --output-on-failure --no-tests=error -j "$(nproc)" "$@" | awk '
     /^[0-9]+% tests passed/ { closing = 1 }
     !closing { print; fflush(); next }
     { lines[++count] = $0; skipped += /\(Skipped\)/ }
     END {
-      print "tests skipped for want of real data (TREPHINE_DATA), AVX2 or Xvfb: " skipped + 0
+      print "tests skipped without real data (TREPHINE_DATA), AVX2 or Xvfb: " skipped + 0
       for (i = 1; i <= count; ++i) print lines[i]
     }'
 }

@@ -10,7 +10,7 @@ function(help_of name result)
   set(${result} "${text}" PARENT_SCOPE)
 endfunction()
 
-# Text in a man page: backslashes and leading dots mean something to roff.
+# Text in a man page: backslashes and leading dots have a meaning in roff.
 function(roff text result)
   string(REPLACE "\\" "\\\\" text "${text}")
   string(REPLACE "-" "\\-" text "${text}")
@@ -87,7 +87,7 @@ foreach(name ${names})
   string(APPEND see ".BR trephine-${name} (1)\n")
 endforeach()
 write_man(trephine "trephine" "surgery on real CT and MRI volumes that you can feel" "${top}" "${see}")
-# Trailing blanks mean something in Markdown.
+# Trailing blanks have a meaning in Markdown.
 string(REGEX REPLACE "[ \t]+\n" "\n" markdown "${markdown}")
 file(WRITE ${OUTPUT}/trephine.bash "${completion}")
 file(WRITE ${OUTPUT}/cli.md "${markdown}")

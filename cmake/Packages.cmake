@@ -18,7 +18,7 @@ foreach(part library dev command window formats)
           COMPONENT ${part})
 endforeach()
 if(TREPHINE_WITH_APP)
-  # Haptic devices for the seat's user: read when one is plugged in.
+  # udev rules: the logged-in user may open haptic devices.
   install(FILES ${PROJECT_SOURCE_DIR}/packaging/60-trephine.rules DESTINATION lib/udev/rules.d
           COMPONENT command)
 endif()

@@ -1,4 +1,4 @@
-# One place for how our own code is compiled.
+# How the code of this project is compiled.
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -26,7 +26,7 @@ if(TREPHINE_SANITIZE)
   add_link_options(-fsanitize=${TREPHINE_SANITIZE})
 endif()
 
-# Calls inside a library stay inside it: the servo pays nothing for a library's being shared.
+# Calls within a library are direct, so that a shared library costs the servo nothing.
 add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>)
 
 # An installed program finds its libraries by a path relative to itself, at any prefix.
@@ -91,8 +91,8 @@ function(trephine_compile_in_batches target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${TREPHINE_BATCHES} UNITY_BUILD_BATCH_SIZE 8)
 endfunction()
 
-# trephine_test(NAME SOURCES ... [LINKS targets] [REALTIME filter]): one GoogleTest program, each case its own
-# ctest; cases that the filter names wait for the clock, and run one at a time
+# trephine_test(NAME SOURCES ... [LINKS targets] [REALTIME filter]): one GoogleTest program; each case is a test
+# of ctest. Cases that match REALTIME depend on the clock and run one at a time.
 function(trephine_test name)
   cmake_parse_arguments(arg "" "REALTIME" "SOURCES;LINKS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})

@@ -7,7 +7,7 @@ packages_app="libcli11-dev nlohmann-json3-dev libegl-dev libegl1 libgl1-mesa-dri
 packages_test="clang-format libgtest-dev umockdev xvfb xauth xz-utils python3-h5py pybind11-dev python3-dev python3-numpy python3-pytest mypy"
 packages_all="clang libclang-rt-14-dev dpkg-dev libembree-dev libnanovdb-dev libfcl-dev dcmtk python3-nibabel python3-pydicom"
 
-# install_packages NAME ...: says what and how much, does nothing when all are there.
+# install_packages NAME ...: installs what is missing, after printing names and sizes.
 install_packages() {
   local missing=() name sudo=""
   for name in "$@"; do

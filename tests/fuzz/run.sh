@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# run.sh BUILD SECONDS: every fuzzer for so long, from the corpora in the source; fails at the first finding.
+# run.sh BUILD SECONDS: runs each fuzzer for SECONDS, from the corpora in the source; fails at the first finding.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 build=$1 seconds=$2
 for target in session path case plan dicom volume_file; do
   mkdir -p "$build/corpus/$target"
   options=""
-  # ITK's readers leak what they had read of a broken header; that is theirs.
+  # ITK's readers leak memory of invalid headers; these leaks are ignored.
   case $target in dicom | volume_file) options=detect_leaks=0 ;; esac
   echo "fuzzing $target for $seconds s"
   ASAN_OPTIONS=$options "$build/bin/fuzz_$target" -timeout=20 -max_total_time="$seconds" -rss_limit_mb=4000 -artifact_prefix="$build/" \

@@ -25,7 +25,7 @@ demand window "$window" 'libqt5widgets5'
 demand window "$window" 'trephine \(= 0.1.0\)'
 demand dev "$dev" 'libtrephine0.1 \(= 0.1.0\)'
 demand dev "$dev" 'libglm-dev'
-# Into a root of its own; what it depends on is the machine's.
+# Installs into a scratch root; dependencies are those of the machine.
 mkdir -p root/var/lib/dpkg/{info,updates} root/var/lib/dpkg/triggers
 touch root/var/lib/dpkg/{status,available}
 dpkg --root="$scratch/root" --force-not-root --force-depends --force-script-chrootless --log=/dev/null -i deb/*.deb >log 2>&1 ||
@@ -38,7 +38,7 @@ env -u DISPLAY root/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >/d
 [ -s s.png ]
 [ -s root/usr/share/applications/trephine.desktop ] && [ -s root/usr/share/icons/hicolor/scalable/apps/trephine.svg ]
 [ -s root/usr/lib/udev/rules.d/60-trephine.rules ]
-# With a display the window comes from its own package.
+# With a display, the package of the window is tested too.
 if command -v xvfb-run >/dev/null; then
   XDG_STATE_HOME=$scratch/state xvfb-run -a -s '-screen 0 1024x768x24' root/usr/bin/trephine view s.mha --iso 300 --seconds 1 --json >view.json
   grep -q '"window": "qt"' view.json || { echo "the window's package was not used"; cat view.json; exit 1; }

@@ -14,7 +14,7 @@ env -u LD_LIBRARY_PATH "$scratch/outside/drill" | tail -1
 env -u LD_LIBRARY_PATH "$scratch/outside/drill_head" >"$scratch/log"
 grep -E ': +[0-9.]*[1-9][0-9.]* N, +[0-9.]*[1-9][0-9.]* mm3 removed' "$scratch/log" ||
   { echo "drill_head prints no force with removed bone:"; cat "$scratch/log"; exit 1; }
-# A module of one's own builds alone, and the installed program loads it.
+# A module of another project builds by itself, and the installed program loads it.
 cmake -S "$source/docs/examples/eraser" -B "$scratch/eraser" -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/log" 2>&1 &&
   cmake --build "$scratch/eraser" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
 "$scratch/prefix/bin/trephine" modules eraser --module "$scratch/eraser/liberaser.so" | grep -q 'instrument eraser' ||
@@ -30,10 +30,10 @@ mv "$scratch/prefix" "$scratch/elsewhere"
 cd "$scratch"
 "$scratch/elsewhere/bin/trephine" phantom sphere --size 16 -o s.mha >/dev/null
 "$scratch/elsewhere/bin/trephine" info s.mha --json | grep -q '"trephine.info/1"'
-# Servo core links neither VTK nor OpenVDB nor Qt nor TBB.
+# The servo core links neither VTK nor OpenVDB nor Qt nor TBB.
 library=$(find "$scratch/elsewhere" -name 'libtrephine-haptics.so.0.1')
 if ldd "$library" | grep -Ei 'vtk|openvdb|qt5|tbb|itk'; then echo "the servo's library links what it does not need"; exit 1; fi
-# Completion completes.
+# Completion of the command line.
 . "$scratch/elsewhere/share/bash-completion/completions/trephine"
 COMP_WORDS=(trephine dr) COMP_CWORD=1
 _trephine

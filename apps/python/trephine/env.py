@@ -163,7 +163,7 @@ class SurgeryEnv:
 
     An action is a velocity (x, y, z, mm/s) and the button (above 0.5: the tool runs). An observation is the
     position relative to the goal (mm), the force (N), contact (0 or 1) and the value of the task. A reset
-    undoes what was cut, in well under a millisecond; equal seeds and actions give equal bits.
+    undoes what was cut; equal seeds and actions give equal bits.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}
