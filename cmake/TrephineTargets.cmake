@@ -1,4 +1,4 @@
-# How the code of this project is compiled.
+# Options and functions for the compilation of this project.
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)

@@ -378,7 +378,7 @@ const Event& Operation::event(std::size_t index) const noexcept {
 
 std::vector<Body> Operation::bodies() const {
   std::vector<Body> result;
-  for (const sim::Body& source : data_->engine().now().world.bodies) {
+  for (const sim::Body& source : data_->engine().now().undoable.bodies) {
     const haptics::Placement place = data_->engine().place_of(source);
     const haptics::MeshTree& tree = *source.piece->tree;
     auto surface = std::make_shared<Surface>(Surface{tree.vertices(), tree.triangles()});

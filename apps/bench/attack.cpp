@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "apps/bench/attack_scenes.h"
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 #include "apps/bench/scenes/scenes.h"
 #include "apps/verify/mesh_judge.h"
 #include "apps/verify/passage_judge.h"
@@ -113,9 +113,9 @@ class Judge {
     if (is_held_from_within(scene_)) {
       outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
     } else {
-      promises_.clear();
+      solids_.clear();
       for (std::size_t i = 0; i < base_shapes(scene_).size(); ++i)
-        promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, touch_state, i));
+        solids_.push_back(std::make_unique<scenes::GuaranteedSolid>(method_, scene_, touch_state, i));
     }
     judge.solid_changed();
   }
@@ -125,13 +125,12 @@ class Judge {
     for (const auto& mesh : meshes_)
       if (a == b ? mesh->is_inside(a) : mesh->is_entered(a, b)) return true;
     if (outside_) return !outside_->is_free(a, b);
-    return std::any_of(promises_.begin(), promises_.end(),
-                       [&](const auto& promise) { return promise->meets(a, b); });
+    return std::any_of(solids_.begin(), solids_.end(), [&](const auto& solid) { return solid->meets(a, b); });
   }
   const haptics::TouchScene& scene_;
   const MethodInfo& method_;
-  std::vector<std::unique_ptr<scenes::Promise>> promises_;  ///< one per shape
-  std::optional<verify::SmoothSolid> outside_;              ///< for a tool that must stay inside
+  std::vector<std::unique_ptr<scenes::GuaranteedSolid>> solids_;  ///< one per shape
+  std::optional<verify::SmoothSolid> outside_;                    ///< for a tool that must stay inside
   std::vector<std::unique_ptr<verify::MeshWall>> meshes_;
   std::vector<verify::PassageJudge> drawn_;
   std::vector<dvec3> places_ = places_of(*scene_.tool);  ///< of a tool with six degrees of freedom
@@ -419,7 +418,7 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
               std::min(1.0, static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(1, runs)))))
         return rows;
       ++done;
-      // The sequential pipeline promises nothing for models.
+      // The sequential pipeline guarantees nothing for models.
       if (target.scene.items.back().is_mesh() && std::string(info->name) == "scene-sequential") continue;
       AttackRow row = attack(target, *info, steps, options.seed + done, options);
       if (row.steps > 0) rows.push_back(std::move(row));

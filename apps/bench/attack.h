@@ -27,7 +27,7 @@ struct AttackOptions {
   long steps = 1'000'000;  ///< in total
   std::uint64_t seed = 1;
   std::vector<std::pair<std::string, haptics::TouchScene>> more;  ///< scans
-  std::vector<std::string> methods;                               ///< empty: all that promise a solid
+  std::vector<std::string> methods;                               ///< empty: all that guarantee a solid
   /// Called after each step with the HIP (volume and world frame); may replace the step by that of a faulty
   /// method.
   std::function<void(haptics::ProxyStep& step, const glm::dvec3& hip_volume, const glm::dvec3& hip_world)>

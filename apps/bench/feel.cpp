@@ -8,7 +8,7 @@
 
 #include "apps/bench/instructions.h"
 #include "apps/bench/peers.h"
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 #include "apps/bench/scenes/scenes.h"
 #include "apps/bench/scorer.h"
 #include "haptics/methods/methods.h"
@@ -43,16 +43,15 @@ struct Judges {
     floor_ = std::sqrt(square / static_cast<double>(std::max(1L, count))) / ideal.voxel();
     return *floor_;
   }
-  /// The judge shared by all methods with the same promise.
+  /// The judge shared by all methods with the same guaranteed solid.
   verify::FallThroughJudge fall_through(const FeelScene& s, const MethodInfo& method) {
-    auto& promise = promises[{method.solid, method.takes_cuts}];
-    if (!promise) promise = std::make_unique<scenes::Promise>(method, s.scene, s.drilled);
-    return verify::FallThroughJudge(
-        [&promise](const dvec3& a, const dvec3& b) { return promise->meets(a, b); });
+    auto& solid = solids[{method.solid, method.takes_cuts}];
+    if (!solid) solid = std::make_unique<scenes::GuaranteedSolid>(method, s.scene, s.drilled);
+    return verify::FallThroughJudge([&solid](const dvec3& a, const dvec3& b) { return solid->meets(a, b); });
   }
 
  private:
-  std::map<std::pair<MethodInfo::Solid, bool>, std::unique_ptr<scenes::Promise>> promises;
+  std::map<std::pair<MethodInfo::Solid, bool>, std::unique_ptr<scenes::GuaranteedSolid>> solids;
   std::optional<double> floor_;
 };
 
@@ -119,7 +118,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
     answers.push_back(step.has_contact ? step.proxy_world : hip);
   }
   if (on_answers) on_answers(s, info.name, answers);
-  // A peer has its own promise; its falls are those of the scorer.
+  // A peer has its own solid; its falls are those of the scorer.
   if (!contender.is_peer) row.fall_throughs = judge.fall_throughs();
   row.buried = judge.buried_starts();
   if (s.distance && info.solid == MethodInfo::Solid::smooth) row.floor_rms_voxels = judges.floor_voxels(s);

@@ -27,7 +27,7 @@ class IntensityDrill {
 /// volumetric_drilling on AMBF, and of CHAI3D's examples). A ball of 6 mm removes 10 voxels, one of 4 mm 6.
 class FixedCountDrill {
  public:
-  /// `radius`: mm. `most`: voxels per tick.
+  /// `radius`: mm. `max_voxels`: number of voxels per tick.
   FixedCountDrill(volume::Volume scan, double radius, int max_voxels);
   /// `threshold`: lowest intensity of bone.
   void tick(const glm::dvec3& tip_world, double threshold) noexcept;

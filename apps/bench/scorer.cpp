@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 #include "apps/verify/fall_through.h"
 #include "apps/verify/volume_samples.h"
 #include "volume/base/percentile.h"

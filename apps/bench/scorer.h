@@ -83,7 +83,7 @@ class ExactHandTracker {
 /// Scores the steps of a path, in order.
 class Scorer {
  public:
-  /// `same_solid`: hand on the solid that the method promises, or null.
+  /// `same_solid`: hand on the solid that the method guarantees, or null.
   Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same_solid = nullptr);
   void judge_step(std::size_t i, const haptics::ProxyStep& step);
   /// Writes errors, forces and counts. The number of falls is raised to the number counted here.

@@ -1,5 +1,6 @@
 #include "apps/python/arrays.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -113,7 +114,7 @@ dvec3 vector_of(const py::handle& value, const char* name) {
   if (!array || array.ndim() != 1 || array.shape(0) != 3) {
     PyErr_Clear();
     raise(argument_error("an argument is no point or direction", name,
-                         std::string(py::str(value)).substr(0, 80), "three numbers (x, y, z)",
+                         py::str(py::str(value)[py::slice(0, 80, 1)]), "three numbers (x, y, z)",
                          "pass a list, tuple or array of three numbers"));
   }
   return {array.at(0), array.at(1), array.at(2)};
@@ -132,11 +133,15 @@ glm::ivec3 indices_of(const py::handle& value, const char* name) {
 std::string text_of(const py::handle& value, const std::string& name, const char* expected) {
   const bool is_path = py::hasattr(value, "__fspath__");
   if (!py::isinstance<py::str>(value) && !is_path) raise_wrong_type(value, name, expected);
-  return py::str(value).cast<std::string>();
+  return (is_path ? py::str(value.attr("__fspath__")()) : py::str(value)).cast<std::string>();
 }
 
-py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& value, std::size_t count) {
-  const std::string expected = "one integer, or " + std::to_string(count) + ", of at least 0";
+py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& value,
+                                                          const std::vector<py::ssize_t>& shape) {
+  const std::string expected =
+      shape.size() == 3 ? "one integer, or an array of integers of shape (" + std::to_string(shape[0]) +
+                              ", " + std::to_string(shape[1]) + "), of at least 0"
+                        : "one integer, or " + std::to_string(shape[0]) + " integers, of at least 0";
   py::array any = py::array::ensure(value);
   if (!any) PyErr_Clear();
   const char kind = any ? any.dtype().kind() : 'O';
@@ -144,9 +149,11 @@ py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& valu
     raise(argument_error("buttons are no integers", "buttons",
                          any ? std::string(py::str(any.dtype())) : "no array", expected,
                          "1 activates the tool, 0 does not"));
-  if (any.size() != 1 && static_cast<std::size_t>(any.size()) != count)
-    raise(argument_error("the numbers of buttons and positions differ", "buttons", std::to_string(any.size()),
-                         expected, "pass one number per pose"));
+  const bool is_same = static_cast<std::size_t>(any.ndim()) + 1 == shape.size() &&
+                       std::equal(any.shape(), any.shape() + any.ndim(), shape.begin());
+  if (any.ndim() != 0 && !is_same)
+    raise(argument_error("the shapes of buttons and positions differ", "buttons", shape_text(any), expected,
+                         "pass one number per pose"));
   if (any.size() > 0 && kind == 'i' && any.attr("min")().cast<long long>() < 0)
     raise(argument_error("a number of buttons is negative", "buttons",
                          std::string(py::str(any.attr("min")())), expected, "1 activates the tool"));

@@ -1,4 +1,4 @@
-// Conversions between NumPy arrays and the types of the front door, and errors as Python exceptions.
+// Conversions between NumPy arrays and the types of trephine::Operation, and errors as Python exceptions.
 #pragma once
 
 #include <glm/gtc/quaternion.hpp>
@@ -69,9 +69,10 @@ py::tuple tuple_of(const glm::dquat& q);  ///< w, x, y, z
 py::array_t<double, py::array::c_style> doubles_of(const py::handle& value, const char* name, int width,
                                                    std::vector<py::ssize_t>& shape);
 
-/// Returns one number of buttons, or one per pose, as an array of one or `count` elements. Error for
-/// fractions, negative numbers and any other count.
-py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& value, std::size_t count);
+/// Returns one number of buttons, or one per pose (`shape` without its last dimension). Error for fractions,
+/// negative numbers and any other shape.
+py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& value,
+                                                          const std::vector<py::ssize_t>& shape);
 
 /// Returns keyword arguments in the words of commands: `diameter=3, round=True` as "diameter=3 round=yes".
 /// Error for values that are no number, text, truth value or sequence of these.

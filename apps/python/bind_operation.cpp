@@ -2,6 +2,7 @@
 // and images.
 #include "apps/python/bind_operation.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <memory>
@@ -114,7 +115,7 @@ class PyOperation {
 using SharedOperation = std::shared_ptr<PyOperation>;
 
 void warn(const std::string& text) {
-  py::module_::import("warnings").attr("warn")(text, py::module_::import("builtins").attr("UserWarning"), 2);
+  py::module_::import("warnings").attr("warn")(text, py::module_::import("builtins").attr("UserWarning"), 1);
 }
 
 OperationOptions options_of(const py::kwargs& keywords) {
@@ -201,23 +202,23 @@ Touches run(PyOperation& self, const py::object& positions, const py::object& or
   py::array_t<double, py::array::c_style> turns;
   if (!orientations.is_none()) {
     turns = doubles_of(orientations, "orientations", 4, turn_shape);
-    if (static_cast<std::size_t>(turns.size()) != 4 * count)
-      raise({.what = "the numbers of orientations and positions differ",
+    if (turn_shape.size() != shape.size() || !std::equal(shape.begin(), shape.end() - 1, turn_shape.begin()))
+      raise({.what = "the shapes of orientations and positions differ",
              .where = "orientations",
-             .found = std::to_string(turns.size() / 4),
-             .expected = std::to_string(count)});
+             .found = std::to_string(turns.size() / 4) + " quaternions",
+             .expected = std::to_string(count) + " in the shape of positions, with four numbers each"});
     const double* q = turns.data();
     for (std::size_t i = 0; i < count; ++i, q += 4) {
       const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
       if (std::abs(square - 1) > 1e-3)
-        raise({.what = "a quaternion has not the length 1",
+        raise({.what = "a quaternion is not a unit quaternion",
                .where = "orientations, pose " + std::to_string(i),
                .found = "length " + std::to_string(std::sqrt(square)),
                .expected = "w, x, y, z of a rotation",
                .remedy = "divide each row by its length"});
     }
   }
-  const auto pressed = buttons_of(buttons, count);
+  const auto pressed = buttons_of(buttons, shape);
   Touches touches(shape);
   const TouchWriter writer(touches);
   const double* place = places.data();
@@ -253,16 +254,18 @@ PyEvent event_of(const Event& event) {
           fields_of(event.value)};
 }
 
-py::list events(PyOperation& self) {
-  std::vector<Event> all = self.with([](Operation& operation) {
+py::list events_from(PyOperation& self, std::size_t first) {
+  std::vector<Event> all = self.with([first](Operation& operation) {
     std::vector<Event> copies;
-    for (std::size_t i = 0; i < operation.event_count(); ++i) copies.push_back(operation.event(i));
+    for (std::size_t i = first; i < operation.event_count(); ++i) copies.push_back(operation.event(i));
     return copies;
   });
   py::list list;
   for (const Event& event : all) list.append(event_of(event));
   return list;
 }
+
+py::list events(PyOperation& self) { return events_from(self, 0); }
 
 py::dict measures(PyOperation& self) {
   py::dict result;
@@ -356,7 +359,7 @@ void bind_operation(py::module_& module) {
       module, "Operation",
       "Surgery on a scan: poses in, forces out. One thread at a time uses an operation; several operations share "
       "no changing data. Equal input gives equal bits.")
-      .def(py::init([]() -> SharedOperation {
+      .def(py::init([](const py::args&, const py::kwargs&) -> SharedOperation {
         throw py::type_error(
             "an operation has no constructor; use Operation.open(\"head\") or Operation.reopen(session)");
       }))
@@ -420,6 +423,13 @@ void bind_operation(py::module_& module) {
           "Of a reopened operation: replays all. Raises Error with the first difference.")
       .def_property_readonly("measures", &measures, "Values by name: \"removed\", \"nearest to dura\", ...")
       .def_property_readonly("events", &events, "All events so far.")
+      .def_property_readonly(
+          "event_count",
+          [](PyOperation& self) { return self.with([](Operation& o) { return o.event_count(); }); },
+          "Number of events so far.")
+      .def(
+          "events_since", [](PyOperation& self, std::size_t first) { return events_from(self, first); },
+          py::arg("first"), "Events from this index on: events_since(n) after event_count was n.")
       .def_property_readonly("bodies", &bodies, "Detached parts and implants, a dict each.")
       .def_property_readonly(
           "removed_mm3",
@@ -448,6 +458,15 @@ void bind_operation(py::module_& module) {
             return voxels_of(*scan, self);
           },
           "Intensities of the uncut scan, a read-only view of shape (z, y, x) that keeps the operation alive.")
+      .def(
+          "take_changed",
+          [](PyOperation& self) -> py::object {
+            const auto range = self.with([](Operation& o) { return o.take_changed(); });
+            if (!range) return py::none();
+            const auto corner = [](const ivec3& v) { return py::make_tuple(v.x, v.y, v.z); };
+            return py::make_tuple(corner(range->low), corner(range->high));
+          },
+          "Voxels that may have changed since the last call: (low, high) as in read(); None without changes.")
       .def("read", &read, py::arg("low"), py::arg("high"),
            "Current intensities of the voxels low .. high (x, y, z), both included, of shape (z, y, x).")
       .def(

@@ -21,10 +21,11 @@ py::array view_of(const T* data, const ivec3& size, py::object owner) {
   return array;
 }
 
-Scan scan_of(const py::array& voxels, const py::object& spacing, const py::object& origin,
-             bool is_hounsfield) {
+Scan scan_of(const py::object& any, const py::object& spacing, const py::object& origin, bool is_hounsfield) {
+  if (!py::isinstance<py::array>(any)) raise_wrong_type(any, "voxels", "a NumPy array of int16");
+  const auto voxels = py::cast<py::array>(any);
   if (voxels.ndim() != 3 || !py::isinstance<py::array_t<std::int16_t>>(voxels))
-    raise({.what = "an array is no scan",
+    raise({.what = "the array cannot be used as a scan",
            .where = "voxels",
            .found = std::to_string(voxels.ndim()) + " dimensions of " + std::string(py::str(voxels.dtype())),
            .expected = "shape (z, y, x) of int16",

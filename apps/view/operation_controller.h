@@ -148,7 +148,7 @@ class OperationController {
   Viewport& viewport() noexcept { return viewport_; }
   const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
   /// Frozen current state, which later cuts do not change. Waits for the edits, some milliseconds.
-  std::shared_ptr<const volume::Version> frozen() { return live_.snapshot().get()->world.version; }
+  std::shared_ptr<const volume::Version> frozen() { return live_.snapshot().get()->undoable.version; }
 
  private:
   void collect_notices();

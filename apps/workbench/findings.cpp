@@ -62,7 +62,7 @@ void add_refusals(const sim::OperationState& operation, std::vector<Finding>& fi
 /// the structures that it did not injure.
 void add_procedure(const sim::OperationState& operation, std::vector<Finding>& findings) {
   constexpr double k_weight = 10;  // assumed
-  const int step = operation.world.procedure.step;
+  const int step = operation.undoable.procedure.step;
   if (step < 0) return;
   const volume::ProcedureStep& current = operation.plan->procedure.steps[static_cast<std::size_t>(step)];
   findings.push_back({.name = "procedure: complete",

@@ -49,7 +49,7 @@ std::vector<Moment::Object> objects_of(const sim::Engine& engine) {
     }
     objects.push_back(std::move(object));
   }
-  for (const sim::Body& body : engine.now().world.bodies)
+  for (const sim::Body& body : engine.now().undoable.bodies)
     objects.push_back({format_text(body.is_implant ? "implant %u" : "piece %u", body.id.value),
                        body.piece->tree, engine.place_of(body), body.matter, !body.is_implant});
   return objects;

@@ -11,8 +11,7 @@
 
 namespace trephine::workbench {
 
-/// Errors of a person's motion. Standard deviations are per axis. All values are assumed; docs/scores.md
-/// compares them with published ones.
+/// Errors of a person's motion. Standard deviations are per axis. All values are assumed (docs/scores.md).
 struct Skill {
   std::string_view name;
   double place_error = 0;  ///< mm, standard deviation of a place along the surface, whose height is perceived

@@ -78,7 +78,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
   if (Status error = check(choice, shape_choice)) return *error;
   const Preset* preset = choice.name.empty() ? nullptr : find(choice.name);
   if (preset && !source.volume->is_hounsfield)
-    return Error{.what = "a preset is for CT",
+    return Error{.what = "the preset requires a CT in Hounsfield units",
                  .where = "preset",
                  .found = "a scan that is not in Hounsfield units",
                  .expected = "CT",

@@ -68,7 +68,7 @@ inline std::string utf8_text(const std::string& text) {
   return latin;
 }
 
-/// Returns the first `most` names and the number of the others: "a, b and 3 more".
+/// Returns the first `max_count` names and the number of the others: "a, b and 3 more".
 inline std::string list_of(const std::vector<std::string>& names, std::size_t max_count = 5) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), max_count); ++i)

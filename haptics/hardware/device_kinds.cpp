@@ -28,7 +28,7 @@ Result<std::size_t> index_of(const std::string& selector, const std::string& kin
   const char* const end = selector.data() + selector.size();
   const auto [at, error] = std::from_chars(selector.data(), end, index);
   if (error != std::errc() || at != end || index > 99)
-    return Error{.what = "a device is selected by its index",
+    return Error{.what = "the index of the device is invalid",
                  .where = "device",
                  .found = kind + ":" + selector,
                  .expected = kind + ", or " + kind + ":1 for the second one"};

@@ -130,7 +130,7 @@ Result<std::unique_ptr<UsbLink>> open_usb(std::uint16_t vendor, std::uint16_t pr
   });
   if (node.empty())
     return Error{
-        .what = at == 0 ? "the device was not found on the USB" : "there are fewer devices of this kind",
+        .what = at == 0 ? "the device was not found on the USB" : "no device of this kind has this index",
         .where = name + ": absent",
         .found = std::to_string(at),
         .expected = "at least " + std::to_string(index + 1),

@@ -13,8 +13,8 @@ namespace {
 // In voxels of the scene's frame, the finest of the scene.
 constexpr double k_least_gap = 5e-4;  // least distance at the end of a motion that a wall stops
 constexpr double k_landing = 1e-3;    // largest distance from a wall at the end of a searched motion
-// Samples that a unit of margins spans at most: a box of 0.45 units around a point then meets at most 27
-// cubes.
+// A unit of margins spans at most this many samples, so that a box of 0.45 units to each side of a point
+// meets at most 27 cubes.
 constexpr double k_steps_per_margin = 2.2;
 constexpr double k_least_margin = 0.1;  // below it, points are left out instead
 constexpr int k_most_cubes = 27;        // in the box around a point and its margin

@@ -52,7 +52,8 @@ class NearPoints {
   void collect(const Placement& tool, double mm) noexcept;
   /// Returns true if no point was left out.
   bool is_complete() const noexcept { return stride_ == 1; }
-  /// Returns true if the motion of every point to `to` is free of all shapes but `skipped`. Keeps nothing.
+  /// Returns true if the motion of every point to `to` is free of all shapes but `skipped`. Does not change
+  /// the collected points.
   bool is_motion_free(const Placement& tool, const Placement& to, int skipped) noexcept;
   /// Returns true if no matter is within `mm` of the whole tool.
   bool is_free_within(const Placement& tool, double mm) noexcept;

@@ -1,4 +1,4 @@
-// step_rigid_tool(): the course of a step that tools with six degrees of freedom share.
+// step_rigid_tool(): one step of a tool with six degrees of freedom.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,10 @@ struct MeshMotion {
   const MeshTree& tree;
   bool is_front, is_back;  ///< sides that block
   const Placement &previous, &current;
-  double hair;  ///< mm that a push adds
+  double margin;  ///< mm, distance from the surface that a push adds
 
-  /// Finds out whether the mesh passes over a ball (radius 0: a point) of a tool that moves from `tool` to
-  /// `to`. If it is the first such ball, sets `push`, which prevents it, and reduces `first` to the time.
+  /// Returns true if the mesh passes over a ball (radius 0: a point) of a tool that moves from `tool` to
+  /// `to`, at a time earlier than `first`. Then sets `push`, which prevents it, and `first` to that time.
   bool meets(const Placement& tool, const Placement& to, const glm::dvec3& local, double radius,
              double& first, glm::dvec3& push, int& visited) const noexcept {
     const glm::dvec3 a = previous.local_from_world(tool.world_from_local(local)),
@@ -27,7 +27,7 @@ struct MeshMotion {
     first = hit.t;
     const glm::dvec3 normal = current.rotation * hit.normal_world;
     const glm::dvec3 contact = current.world_from_local(a + hit.t * (b - a));
-    push = (std::max(0.0, glm::dot(contact - to.world_from_local(local), normal)) + hair) * normal;
+    push = (std::max(0.0, glm::dot(contact - to.world_from_local(local), normal)) + margin) * normal;
     return true;
   }
 
@@ -51,7 +51,7 @@ struct MeshMotion {
   }
 };
 
-/// Runs one step of a tool. Tool is made of scene, walls, state, input and counters, and has
+/// Runs one step of a tool. Tool is constructed from scene, walls, state, input and counters, and has
 /// begin(frame): starts at the hand; resume(pose): continues; has_grown(): true if restored matter covers
 /// parts that were free; yield_to(mesh, previous, current): false if a mesh passed over the tool;
 /// run(result): moves toward the hand; pose(), hand().

@@ -65,11 +65,12 @@ class Shell {
     tool_ = hand_;
     find_near();
   }
-  void resume(const Placement& tool) noexcept { tool_ = tool; }
+  void resume(const Placement& tool) noexcept { tool_ = tool, is_found_ = false; }
   const Placement& pose() const noexcept { return tool_; }
   const Placement& hand() const noexcept { return hand_; }
-  /// Returns true if more points are in a solid than in the previous step. If points were left out in either
-  /// step, that is unknown, and covered points do not touch until they have left the solid.
+  /// Returns true if more points are in a solid than in the previous step. Returns false if points were left
+  /// out in either step, since the counts cannot be compared; covered points then do not touch until they
+  /// have left the solid.
   bool has_grown() noexcept {
     const std::uint32_t before = state_.balls_inside;
     find_near();
@@ -85,6 +86,7 @@ class Shell {
   /// Finds the points near matter at the current pose.
   void find_near() noexcept {
     near_.collect(tool_, std::min(need(), k_first_margin * near_.step_mm()));
+    is_found_ = true;
     state_.balls_inside = near_.is_complete() ? near_.inside_count() : k_unknown_count;
   }
   /// Returns the motion of any point on the way to the hand, at most, mm.
@@ -104,6 +106,7 @@ class Shell {
   double square_, voxel_;
   Placement hand_, tool_;
   std::size_t bound_count_ = 0, previous_count_ = 0;
+  bool is_found_ = false;     ///< near_ is that of tool_ and the current placements of models
   bool has_slipped_ = false;  ///< in a round of this step
   struct Push {
     std::uint32_t point;
@@ -269,7 +272,7 @@ double Shell::advance(const Twist& t) noexcept {
 
 void Shell::run(ProxyStep& result) noexcept {
   if (fly()) return;
-  find_near();
+  if (!is_found_) find_near();
   double share = 1;
   int collections = 1;
   Placement best = tool_;

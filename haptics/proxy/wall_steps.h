@@ -41,8 +41,8 @@ void tangents(const glm::dvec3& normal, glm::dvec3& u, glm::dvec3& w) noexcept;
 /// mm; `frame` of the walls.
 glm::dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plane,
                        const glm::dvec3& to_hip) noexcept;
-/// Returns Newton's step with several walls: that of the first active set with a step that stays off all
-/// other walls and pulls at no wall of its own.
+/// Returns Newton's step with several walls: that of the first active set whose step violates no other wall
+/// and has no negative multiplier.
 glm::dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& planes,
                       const glm::dvec3& to_hip) noexcept;
 /// Returns the step to the walls, without sliding.

@@ -179,7 +179,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
                          state.touched_mover, state.plane.shape})
     is_good = is_good && is_item(item, scene);
   is_good = is_good && std::abs(glm::length(state.tool_turn) - 1) < 1e-6 &&
-            (state.balls_inside >> ToolShape::k_max_balls) == 0;
+            (scene.tool->shell() || (state.balls_inside >> ToolShape::k_max_balls) == 0);
   for (const ServoCore::RecentPose& recent : result.recent_poses_)
     is_good = is_good && std::abs(glm::length(recent.pose.rotation) - 1) < 1e-6;
   for (const Side side : {result.step_.side, result.popped_side_}) is_good = is_good && is_side(side);

@@ -117,7 +117,8 @@ class SceneWalls {
   double longest_leg(const Wall& wall, double usual) noexcept {
     return is_mesh(wall.shape) ? usual : walls_of(part_of(wall.shape)).longest_leg(wall, usual);
   }
-  /// Returns the least length (mm) of the scene's axes in which any volume, or its cuts, has a step.
+  /// Returns the smallest distance (mm) between samples of any volume or its cuts, along the axes of the
+  /// scene.
   double sample_mm() const noexcept { return layout_.sample_mm(); }
   double sample_mm(const Wall& wall) noexcept { return walls_of(part_of(wall.shape)).sample_mm(wall); }
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,

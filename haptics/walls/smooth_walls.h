@@ -22,8 +22,7 @@ struct Wall {
   bool is_back = false;     ///< keeps the proxy inside: the function is minus the field
   std::uint32_t facet = 0;  ///< of a mesh
   int sheet = -1;           ///< of a creased cube (volume/fields/crease_sheets.h); -1: the field itself
-  /// Cube of a sheet: its polynomial continues in creased cubes without the sheet, which another contains
-  /// there. Of a step: everywhere.
+  /// Cube whose polynomial the wall uses in creased cubes that lack its sheet; for a step, in all cubes.
   glm::ivec3 cube{0};
   bool is_step = false;  ///< the solid ends in a step at a face of `cube`, which stopped a motion
   friend bool operator==(const Wall& a, const Wall& b) noexcept {

@@ -66,7 +66,7 @@ class Flap {
       : request_(request),
         input_(input),
         shape_(input.anatomy.items[static_cast<std::size_t>(request.item)]),
-        editor_(input.state.world.version, input.solids) {}
+        editor_(input.state.undoable.version, input.solids) {}
 
   std::shared_ptr<const FlapResult> make() {
     auto output = std::make_shared<FlapResult>();
@@ -310,7 +310,7 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
     return;
   }
   preview = {};
-  FlapState& world = work.change_world<FlapState>();
+  FlapState& world = work.change_undoable<FlapState>();
   const std::int64_t before = world.flaps;
   world = output.cut;
   world.flaps += before;
@@ -399,7 +399,8 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
     return check_number("remove-anchor number", remove->number);
   // The cut must be wider than the distance of any two neighbouring samples.
   const auto check_saw = [&](const char* where, Saw saw) -> Status {
-    const double diagonal = operation.world.version->lattice().frame().diagonal_mm(), width = width_of(saw);
+    const double diagonal = operation.undoable.version->lattice().frame().diagonal_mm(),
+                 width = width_of(saw);
     if (width >= 1.01 * diagonal) return std::nullopt;
     return Error{.what = "the saw is too narrow for the cut lattice of this operation",
                  .where = where,
@@ -483,7 +484,7 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   const FlapSettings* settings = operation.persistent_of<FlapSettings>();
   if (settings == nullptr) return result;
   // Straight sides would be hidden in the round skull: draw them above a sphere around the scan's centre.
-  const volume::Volume& scan = operation.world.version->base();
+  const volume::Volume& scan = operation.undoable.version->base();
   const dvec3 middle = scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
   const auto lift = [&](const dvec3& p, double height) {
     const double distance = glm::length(p - middle);

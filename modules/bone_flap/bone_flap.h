@@ -119,7 +119,7 @@ class BoneFlap final : public sim::Module {
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value world() const override { return FlapState{}; }
+  sim::Value undoable() const override { return FlapState{}; }
   sim::Value settings() const override { return FlapSettings{}; }
   sim::Value result() const override { return FlapPreview{}; }
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;

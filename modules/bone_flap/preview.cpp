@@ -36,7 +36,7 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
     error = pyramid.error();
   else
     error = surface.make(pyramid.value(), bone, width_of(request.saw), limits);
-  if (!error && surface.wall_mm2(bone, *input.state.world.version) <
+  if (!error && surface.wall_mm2(bone, *input.state.undoable.version) <
                     0.01 * surface.wall_mm2(bone, volume::Version(input.anatomy.base)))
     error = LocatedError{"no bone left to cut: this outline was cut before", pyramid.value().centre_world};
   if (error) {

@@ -29,10 +29,10 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   plane.pixel = request.pixel;
   plane.columns = plane.rows = static_cast<int>(std::lround(request.width / request.pixel));
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  const Cut bone_cut = cut_volume(plane, bone, input.state.world.version.get());
+  const Cut bone_cut = cut_volume(plane, bone, input.state.undoable.version.get());
   output->measured.bone = bone_cut.area;
   const std::vector<std::uint8_t> labelled_bone =
-      bone_by_labels(plane, bone.volume(), input.state.world.version.get());
+      bone_by_labels(plane, bone.volume(), input.state.undoable.version.get());
   double outside = 0;
   const auto add = [&](const haptics::MeshTree& tree, const haptics::Placement& pose,
                        const std::string& name) {
@@ -59,7 +59,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
                 {moved->rotation[0], moved->rotation[1], moved->rotation[2], moved->rotation[3]}};
     add(*item.tree, pose, item.name);
   }
-  for (const sim::Body& body : input.state.world.bodies)
+  for (const sim::Body& body : input.state.undoable.bodies)
     if (volume::is_metal(body.matter))
       add(*body.piece->tree, body.place, "implant " + std::to_string(body.id.value));
   output->measured.outside = outside * request.pixel * request.pixel;

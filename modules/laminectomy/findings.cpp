@@ -25,7 +25,7 @@ struct Subject {
 std::vector<Subject> subjects_of(const sim::JobInput& input, const volume::Volume& scan) {
   std::vector<Subject> subjects;
   const sim::Chronicle& chronicle = input.state.chronicle;
-  const auto& units = input.state.world.version->ledger().units_by_label;
+  const auto& units = input.state.undoable.version->ledger().units_by_label;
   for (std::size_t label = 1; label < scan.label_names.size() && !scan.labels.is_empty(); ++label) {
     Subject subject{scan.label_names[label], static_cast<int>(label)};
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
@@ -113,7 +113,7 @@ std::vector<Finding> Laminectomy::findings(const sim::JobInput& input) const {
   const volume::Field& bone = items[0].field;
   for (const Subject& subject : subjects_of(input, bone.volume())) {
     const auto outcome =
-        judge(bone, subject.label, subject.canal ? &*subject.canal : nullptr, *input.state.world.version);
+        judge(bone, subject.label, subject.canal ? &*subject.canal : nullptr, *input.state.undoable.version);
     if (outcome && (subject.is_requested || is_operated(outcome.value())))
       add_outcome(subject.name, outcome.value(), findings);
     else if (!outcome && subject.is_requested)

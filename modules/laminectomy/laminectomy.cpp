@@ -34,8 +34,8 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const int label = request.vertebra.empty() ? -1 : bone.volume().label_value(request.vertebra);
   auto output = std::make_shared<JudgementResult>();
-  const auto outcome =
-      judge(bone, label, request.canal.empty() ? nullptr : request.canal.data(), *input.state.world.version);
+  const auto outcome = judge(bone, label, request.canal.empty() ? nullptr : request.canal.data(),
+                             *input.state.undoable.version);
   if (outcome) {
     output->judgement = judgement_of(outcome.value(), request.vertebra);
     output->at = outcome.value().frame.middle;

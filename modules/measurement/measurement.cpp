@@ -239,7 +239,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const auto& request = *static_cast<const Measure*>(parameters);
   auto output = std::make_shared<Result>();
   output->measured = measure(request, input.anatomy.items[static_cast<std::size_t>(request.item)].field,
-                             *input.state.world.version);
+                             *input.state.undoable.version);
   MixHash mix;
   sim::add_value(mix, output->measured);
   output->fingerprint = mix.value();

@@ -56,7 +56,7 @@ class ScrewJudge {
 
  private:
   const std::shared_ptr<const volume::Volume>& scan() const {
-    return input_.state.world.version->shared_base();
+    return input_.state.undoable.version->shared_base();
   }
 
   const sim::JobInput& input_;
@@ -122,7 +122,7 @@ std::optional<std::uint64_t> tick_of(sim::Id body, const sim::Chronicle& chronic
   return std::nullopt;
 }
 
-void add_screw(const PedicleWorld& world, std::size_t index, const sim::JobInput& input, ScrewJudge& judge,
+void add_screw(const PedicleState& world, std::size_t index, const sim::JobInput& input, ScrewJudge& judge,
                std::map<std::string, int>& used, std::vector<Finding>& findings) {
   const JudgedScrew screw = judged_screw(world, index);
   auto result = judge.judge(screw);
@@ -146,7 +146,7 @@ void add_screw(const PedicleWorld& world, std::size_t index, const sim::JobInput
 }  // namespace
 
 std::vector<Finding> Pedicle::findings(const sim::JobInput& input) const {
-  const auto* world = input.state.undoable_of<PedicleWorld>();
+  const auto* world = input.state.undoable_of<PedicleState>();
   if (world == nullptr) return {};
   std::vector<Finding> findings;
   ScrewJudge judge(input);

@@ -70,7 +70,7 @@ void judge_intensity(const Screw& screw, const volume::Volume& scan, ScrewJudged
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const JudgeScrew*>(parameters);
   auto result = std::make_shared<JudgementResult>();
-  const auto* world = input.state.undoable_of<PedicleWorld>();
+  const auto* world = input.state.undoable_of<PedicleState>();
   const auto index = world ? world->find_screw(request.body) : std::nullopt;
   if (!index) {
     result->error = LocatedError{"its screw does not exist any more", {}};
@@ -78,7 +78,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   }
   const volume::Field& shape = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const int label = request.vertebra.empty() ? -1 : shape.volume().label_value(request.vertebra);
-  const auto bone = find_bone(input.state.world.version->shared_base(), shape, label,
+  const auto bone = find_bone(input.state.undoable.version->shared_base(), shape, label,
                               request.canal.empty() ? nullptr : request.canal.data());
   if (!bone) {
     result->error = bone.error();
@@ -226,7 +226,7 @@ void compare_with_plan(const JudgedScrew& screw, const volume::SurgicalPlan& pla
     judged.score += 100 * (1 - share) * points(std::abs(judged.depth_error), marks.depth_zero);
 }
 
-JudgedScrew judged_screw(const PedicleWorld& world, std::size_t index) {
+JudgedScrew judged_screw(const PedicleState& world, std::size_t index) {
   JudgedScrew screw{world.screw_bodies[index], world.screw(index)};
   const auto track = static_cast<std::size_t>(world.screw_tracks[index]);
   if (track > 0 && track <= world.track_depths.size()) screw.track_depth = world.track_depths[track - 1];
@@ -241,7 +241,7 @@ const sim::JobType& judge_job() noexcept {
 Status check_judging(const sim::Command& command, const sim::OperationState& operation) {
   const auto* request = command.request.as<JudgeScrew>();
   if (request == nullptr) return std::nullopt;
-  const auto* world = operation.undoable_of<PedicleWorld>();
+  const auto* world = operation.undoable_of<PedicleState>();
   if (world == nullptr || !world->find_screw(request->body))
     return Error{.what = "unknown screw",
                  .where = "judge-screw body",

@@ -98,7 +98,7 @@ Result<ScrewJudged, LocatedError> judge(const JudgedScrew& screw, const JudgedBo
 void compare_with_plan(const JudgedScrew& screw, const volume::SurgicalPlan& plan, const ScoreMarks& marks,
                        bool has_side, ScrewJudged& judged);
 /// Returns a placed screw with the depth of its track.
-JudgedScrew judged_screw(const PedicleWorld& world, std::size_t index);
+JudgedScrew judged_screw(const PedicleState& world, std::size_t index);
 
 const sim::JobType& judge_job() noexcept;
 /// Returns an error if the command names an unknown screw or no vertebra.

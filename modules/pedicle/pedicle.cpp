@@ -14,7 +14,7 @@ using glm::dvec3;
 namespace {
 
 /// A track that begins at the end of an earlier one, in about its direction, extends it.
-std::optional<std::size_t> extended_track(const PedicleWorld& world, const TrackMade& made) {
+std::optional<std::size_t> extended_track(const PedicleState& world, const TrackMade& made) {
   constexpr double k_near = 2, k_straight = 0.94;  // mm; cosine of 20 degrees
   for (std::size_t i = 0; i < world.track_entries.size(); ++i) {
     const dvec3 earlier = world.track_ends[i] - world.track_entries[i], later = made.end - made.entry;
@@ -25,7 +25,7 @@ std::optional<std::size_t> extended_track(const PedicleWorld& world, const Track
   return std::nullopt;
 }
 
-void add_track(PedicleWorld& world, const TrackMade& made) {
+void add_track(PedicleState& world, const TrackMade& made) {
   if (const auto index = extended_track(world, made)) {
     world.track_ends[*index] = made.end;
     world.track_depths[*index] = glm::length(made.end - world.track_entries[*index]);
@@ -71,7 +71,7 @@ Status Pedicle::allows(const sim::Command& command, const sim::OperationState& o
 
 void Pedicle::apply(const sim::Command& command, sim::ModuleWork& work) const {
   const auto* remove = command.request.as<RemoveScrew>();
-  PedicleWorld& world = work.change_world<PedicleWorld>();
+  PedicleState& world = work.change_undoable<PedicleState>();
   const std::size_t index = *world.find_screw(remove->body);
   work.remove_body(world.screw_bodies[index]);
   world.remove_screw(index);
@@ -80,12 +80,12 @@ void Pedicle::apply(const sim::Command& command, sim::ModuleWork& work) const {
 void Pedicle::react(const sim::Event& event, const sim::OperationState&,
                     sim::ModuleReaction& reaction) const {
   if (const auto* made = event.value.as<TrackMade>()) {
-    add_track(reaction.change_world<PedicleWorld>(), *made);
+    add_track(reaction.change_undoable<PedicleState>(), *made);
   } else if (const auto* added = event.value.as<sim::BodyAdded>()) {
-    const PedicleWorld& world = reaction.world<PedicleWorld>();
+    const PedicleState& world = reaction.undoable<PedicleState>();
     if (world.screw_bodies.empty() || world.screw_bodies.back().value != 0) return;
-    reaction.change_world<PedicleWorld>().screw_bodies.back() = added->body;
-    const PedicleWorld& now = reaction.world<PedicleWorld>();
+    reaction.change_undoable<PedicleState>().screw_bodies.back() = added->body;
+    const PedicleState& now = reaction.undoable<PedicleState>();
     const Screw screw = now.screw(now.screw_bodies.size() - 1);
     reaction.raise_event(ScrewPlaced{added->body, screw.diameter, screw.length(), screw.tip_world,
                                      static_cast<std::int64_t>(now.screw_tracks.back())},
@@ -93,16 +93,16 @@ void Pedicle::react(const sim::Event& event, const sim::OperationState&,
   }
 }
 
-void Pedicle::hear(const sim::Command& command, const sim::OperationState&,
-                   sim::ModuleReaction& reaction) const {
+void Pedicle::react_to_command(const sim::Command& command, const sim::OperationState&,
+                               sim::ModuleReaction& reaction) const {
   const auto* discard = command.request.as<sim::DiscardBody>();
   if (discard == nullptr || discard->body.value == 0) return;
-  if (const auto index = reaction.world<PedicleWorld>().find_screw(discard->body))
-    reaction.change_world<PedicleWorld>().remove_screw(*index);
+  if (const auto index = reaction.undoable<PedicleState>().find_screw(discard->body))
+    reaction.change_undoable<PedicleState>().remove_screw(*index);
 }
 
 std::vector<sim::Measure> Pedicle::measures(const sim::OperationState& operation) const {
-  const auto* world = operation.undoable_of<PedicleWorld>();
+  const auto* world = operation.undoable_of<PedicleState>();
   if (world == nullptr) return {};
   // Judgements of screws that were not removed or undone.
   const auto* judged = operation.result_of<ScrewJudgements>();
@@ -146,7 +146,7 @@ bool Pedicle::is_moving(const sim::OperationState& operation) const {
 sim::Overlays Pedicle::overlays(const sim::OperationState& operation) const {
   sim::Overlays result;
   constexpr double k_above = 6;  // mm from the entry to a label
-  const auto* world = operation.undoable_of<PedicleWorld>();
+  const auto* world = operation.undoable_of<PedicleState>();
   for (std::size_t i = 0; world && i < world->track_entries.size(); ++i) {
     // A screw in the track hides its line.
     if (std::find(world->screw_tracks.begin(), world->screw_tracks.end(), static_cast<double>(i + 1)) !=

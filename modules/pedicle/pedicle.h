@@ -16,14 +16,14 @@ class Pedicle final : public sim::Module {
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value world() const override { return PedicleWorld{}; }
+  sim::Value undoable() const override { return PedicleState{}; }
   sim::Value result() const override { return ScrewJudgements{}; }
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
   void react(const sim::Event& event, const sim::OperationState& operation,
              sim::ModuleReaction& reaction) const override;
-  void hear(const sim::Command& command, const sim::OperationState& operation,
-            sim::ModuleReaction& reaction) const override;
+  void react_to_command(const sim::Command& command, const sim::OperationState& operation,
+                        sim::ModuleReaction& reaction) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
   std::vector<sim::Finding> findings(const sim::JobInput& input) const override;
   /// The ruler next to a probe shows its depth.

@@ -46,7 +46,7 @@ double distance_between(const Screw& a, const Screw& b) {
 std::string rounded(double mm) { return std::to_string(std::lround(mm)); }
 
 /// Returns why a screw cannot be placed there; empty if it can.
-LocatedStatus check_place(const PlaceScrew& request, const Screw& screw, const PedicleWorld* world,
+LocatedStatus check_place(const PlaceScrew& request, const Screw& screw, const PedicleState* world,
                           const volume::Field& bone) {
   constexpr double k_step = 0.25;  // mm
   const double length = screw.length();
@@ -70,7 +70,7 @@ LocatedStatus check_place(const PlaceScrew& request, const Screw& screw, const P
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const PlaceScrew*>(parameters);
-  const auto* world = input.state.undoable_of<PedicleWorld>();
+  const auto* world = input.state.undoable_of<PedicleState>();
   auto result = std::make_shared<PlacementResult>();
   Screw& screw = result->screw;
   screw.diameter = mm_of(request.diameter);
@@ -120,7 +120,7 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
     work.raise_event(ScrewFailed{output.error->reason}, output.error->position_world);
     return;
   }
-  PedicleWorld& world = work.change_world<PedicleWorld>();
+  PedicleState& world = work.change_undoable<PedicleState>();
   world.screw_bodies.push_back({});
   world.screw_entries.push_back(output.screw.entry_world);
   world.screw_tips.push_back(output.screw.tip_world);
@@ -130,14 +130,14 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
 
 }  // namespace
 
-std::optional<std::size_t> PedicleWorld::find_screw(sim::Id body) const noexcept {
+std::optional<std::size_t> PedicleState::find_screw(sim::Id body) const noexcept {
   if (body.value == 0) return screw_bodies.empty() ? std::optional<std::size_t>() : screw_bodies.size() - 1;
   const auto found = std::find(screw_bodies.begin(), screw_bodies.end(), body);
   if (found == screw_bodies.end()) return std::nullopt;
   return static_cast<std::size_t>(found - screw_bodies.begin());
 }
 
-void PedicleWorld::remove_screw(std::size_t index) {
+void PedicleState::remove_screw(std::size_t index) {
   const auto at = static_cast<std::ptrdiff_t>(index);
   screw_bodies.erase(screw_bodies.begin() + at);
   screw_entries.erase(screw_entries.begin() + at);
@@ -152,7 +152,7 @@ const sim::JobType& placement_job() noexcept {
 }
 
 Status check_placement(const sim::Command& command, const sim::OperationState& operation) {
-  const auto* world = operation.undoable_of<PedicleWorld>();
+  const auto* world = operation.undoable_of<PedicleState>();
   if (const auto* remove = command.request.as<RemoveScrew>()) {
     if (world && world->find_screw(remove->body)) return std::nullopt;
     return Error{.what = "unknown screw",

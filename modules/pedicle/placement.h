@@ -7,7 +7,7 @@
 namespace trephine::pedicle {
 
 /// Tracks and screws of an operation. Lists of equal lengths.
-struct PedicleWorld {
+struct PedicleState {
   std::vector<glm::dvec3> track_entries, track_ends;  ///< mm, world
   std::vector<double> track_depths, track_outside;    ///< mm
   std::vector<sim::Id> screw_bodies;                  ///< 0 until the body exists

@@ -5,17 +5,17 @@ namespace trephine::pedicle {
 
 using sim::field;
 
-const sim::Schema& PedicleWorld::schema() {
+const sim::Schema& PedicleState::schema() {
   static constexpr sim::Field fields[] = {
-      field<&PedicleWorld::track_entries>("track_entries", {.unit = "mm"}),
-      field<&PedicleWorld::track_ends>("track_ends", {.unit = "mm"}),
-      field<&PedicleWorld::track_depths>("track_depths", {.unit = "mm"}),
-      field<&PedicleWorld::track_outside>("track_outside", {.unit = "mm"}),
-      field<&PedicleWorld::screw_bodies>("screw_bodies"),
-      field<&PedicleWorld::screw_entries>("screw_entries", {.unit = "mm"}),
-      field<&PedicleWorld::screw_tips>("screw_tips", {.unit = "mm"}),
-      field<&PedicleWorld::screw_diameters>("screw_diameters", {.unit = "mm"}),
-      field<&PedicleWorld::screw_tracks>("screw_tracks")};
+      field<&PedicleState::track_entries>("track_entries", {.unit = "mm"}),
+      field<&PedicleState::track_ends>("track_ends", {.unit = "mm"}),
+      field<&PedicleState::track_depths>("track_depths", {.unit = "mm"}),
+      field<&PedicleState::track_outside>("track_outside", {.unit = "mm"}),
+      field<&PedicleState::screw_bodies>("screw_bodies"),
+      field<&PedicleState::screw_entries>("screw_entries", {.unit = "mm"}),
+      field<&PedicleState::screw_tips>("screw_tips", {.unit = "mm"}),
+      field<&PedicleState::screw_diameters>("screw_diameters", {.unit = "mm"}),
+      field<&PedicleState::screw_tracks>("screw_tracks")};
   static constexpr sim::Schema table{"pedicle-state", 1, fields};
   return table;
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
-#include "modules/ventriculostomy/left_catheter.h"
+#include "modules/ventriculostomy/catheter_in_place.h"
 #include "sim/api/work.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/scan/solid_runs.h"
@@ -203,7 +203,7 @@ std::optional<CatheterPath> newest_path(const sim::OperationState& operation) {
                           operation.settings.hands[hand].parameters.as<Catheter>()->diameter};
   const auto* passages = operation.persistent_of<CatheterPassages>();
   if (passages == nullptr || passages->starts.empty()) return std::nullopt;
-  if (const auto* left = operation.undoable_of<LeftCatheters>())
+  if (const auto* left = operation.undoable_of<CathetersInPlace>())
     if (const auto i = left->find_start(passages->starts.back()))
       return CatheterPath{left->starts[*i], left->tips[*i], left->diameters[*i]};
   if (glm::distance(passages->starts.back(), passages->tips.back()) < k_step) return std::nullopt;
@@ -213,10 +213,11 @@ std::optional<CatheterPath> newest_path(const sim::OperationState& operation) {
 Status check_judging(const JudgeCatheter& request, const sim::OperationState& operation) {
   if (!request.at.empty() &&
       (request.at.size() != 2 || !(glm::distance(request.at[0], request.at[1]) > k_step)))
-    return Error{.what = "a path has two different points",
+    return Error{.what = "the path does not consist of two different points",
                  .where = "judge-catheter at",
                  .found = std::to_string(request.at.size()),
-                 .expected = "a point before the bone, and the tip"};
+                 .expected = "a point before the bone, and the tip",
+                 .remedy = "pass two points that differ"};
   if (request.at.empty() && !newest_path(operation))
     return Error{.what = "there is no catheter to judge",
                  .where = "judge-catheter",

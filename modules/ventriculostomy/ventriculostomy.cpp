@@ -89,10 +89,10 @@ void Ventriculostomy::react(const sim::Event& event, const sim::OperationState&,
     return;
   }
   if (const auto* added = event.value.as<sim::BodyAdded>()) {
-    if (const auto& bodies = reaction.world<LeftCatheters>().bodies;
+    if (const auto& bodies = reaction.undoable<CathetersInPlace>().bodies;
         bodies.empty() || bodies.back().value != 0)
       return;
-    LeftCatheters& left = reaction.change_world<LeftCatheters>();
+    CathetersInPlace& left = reaction.change_undoable<CathetersInPlace>();
     left.bodies.back() = added->body;
     const dvec3 tip = left.tips.back();
     reaction.raise_event(CatheterLeftInPlace{added->body, glm::distance(left.starts.back(), tip)}, tip);
@@ -104,18 +104,18 @@ void Ventriculostomy::react(const sim::Event& event, const sim::OperationState&,
     passages.tips[i] = event.position_world;
 }
 
-void Ventriculostomy::hear(const sim::Command& command, const sim::OperationState&,
-                           sim::ModuleReaction& reaction) const {
+void Ventriculostomy::react_to_command(const sim::Command& command, const sim::OperationState&,
+                                       sim::ModuleReaction& reaction) const {
   const auto* discard = command.request.as<sim::DiscardBody>();
   if (discard == nullptr || discard->body.value == 0) return;
-  const std::vector<sim::Id>& left = reaction.world<LeftCatheters>().bodies;
+  const std::vector<sim::Id>& left = reaction.undoable<CathetersInPlace>().bodies;
   if (std::find(left.begin(), left.end(), discard->body) != left.end())
-    reaction.change_world<LeftCatheters>().remove(discard->body);
+    reaction.change_undoable<CathetersInPlace>().remove(discard->body);
 }
 
 std::vector<sim::Measure> Ventriculostomy::measures(const sim::OperationState& operation) const {
   const auto* passages = operation.persistent_of<CatheterPassages>();
-  const auto* left = operation.undoable_of<LeftCatheters>();
+  const auto* left = operation.undoable_of<CathetersInPlace>();
   const auto* j = operation.result_of<CatheterJudged>();
   if (passages == nullptr || left == nullptr || j == nullptr) return {};
   const bool is_stale = operation.is_result_stale<CatheterJudged>();

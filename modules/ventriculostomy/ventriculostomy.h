@@ -1,8 +1,8 @@
 // Ventriculostomy: a catheter through a hole into a ventricle, and its judgement.
 #pragma once
 
+#include "modules/ventriculostomy/catheter_in_place.h"
 #include "modules/ventriculostomy/judgement.h"
-#include "modules/ventriculostomy/left_catheter.h"
 
 namespace trephine::ventriculostomy {
 
@@ -13,14 +13,14 @@ class Ventriculostomy final : public sim::Module {
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::uint32_t version() const noexcept override { return 2; }  // 2: catheters left in place
-  sim::Value world() const override { return LeftCatheters{}; }
+  sim::Value undoable() const override { return CathetersInPlace{}; }
   sim::Value settings() const override { return CatheterPassages{}; }
   sim::Value result() const override { return CatheterJudged{}; }
   Status allows(const sim::Command& command, const sim::OperationState& operation) const override;
   void react(const sim::Event& event, const sim::OperationState& operation,
              sim::ModuleReaction& reaction) const override;
-  void hear(const sim::Command& command, const sim::OperationState& operation,
-            sim::ModuleReaction& reaction) const override;
+  void react_to_command(const sim::Command& command, const sim::OperationState& operation,
+                        sim::ModuleReaction& reaction) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
   std::vector<sim::Finding> findings(const sim::JobInput& input) const override;
   bool is_moving(const sim::OperationState& operation) const override;

@@ -29,9 +29,9 @@ struct CoreCommand {
   Status (*restore)(Engine& engine, const Command& command) = nullptr;
   /// Releases data that were submitted for a refused command. Null: no data belong to it.
   void (*discard)(Engine& engine, const Command& command) = nullptr;
-  bool is_for_users = true;  ///< users and scripts may send it; other commands are issued by drivers
-  bool is_guarded = true;    ///< modules may refuse it
-  bool is_heard = true;      ///< modules hear it
+  bool is_for_users = true;          ///< users and scripts may send it; other commands are issued by drivers
+  bool is_guarded = true;            ///< modules may refuse it
+  bool is_passed_to_modules = true;  ///< modules receive it
   StepRule step_rule = StepRule::listed;
   bool causes_transitions = true;  ///< of a procedure, to another step
 };

@@ -1,4 +1,4 @@
-// Finding: a result of an operation that a teacher would discuss, with its share of the score.
+// Finding: a row of the score of an operation: a value, its verdict and its points.
 #pragma once
 
 #include <glm/vec3.hpp>

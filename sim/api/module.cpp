@@ -16,7 +16,7 @@ void ModuleReaction::raise_event(Value value, const glm::dvec3& position_world) 
 Status Module::allows(const Command&, const OperationState&) const { return std::nullopt; }
 void Module::apply(const Command&, ModuleWork&) const {}
 void Module::react(const Event&, const OperationState&, ModuleReaction&) const {}
-void Module::hear(const Command&, const OperationState&, ModuleReaction&) const {}
+void Module::react_to_command(const Command&, const OperationState&, ModuleReaction&) const {}
 bool Module::is_moving(const OperationState&) const { return false; }
 Overlays Module::overlays(const OperationState&) const { return {}; }
 std::vector<Measure> Module::measures(const OperationState&) const { return {}; }

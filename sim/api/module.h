@@ -16,13 +16,13 @@ namespace trephine::sim {
 class ModuleState {
  public:
   /// `edits`: OperationState::edits of the anatomy that new results describe.
-  ModuleState(std::shared_ptr<const Value>& world, std::shared_ptr<const Value>& settings,
+  ModuleState(std::shared_ptr<const Value>& undoable, std::shared_ptr<const Value>& settings,
               ModuleResult& result, std::uint64_t edits)
-      : world_(&world), settings_(&settings), result_(&result), edits_(edits) {}
+      : undoable_(&undoable), settings_(&settings), result_(&result), edits_(edits) {}
 
   template <HasSchema T>
-  const T& world() const noexcept {
-    return *(*world_)->as<T>();
+  const T& undoable() const noexcept {
+    return *(*undoable_)->as<T>();
   }
   template <HasSchema T>
   const T& settings() const noexcept {
@@ -30,16 +30,16 @@ class ModuleState {
   }
   /// Undoable state, for writing.
   template <HasSchema T>
-  T& change_world() {
+  T& change_undoable() {
     is_world_changed_ = true;
-    return change<T>(*world_);
+    return change<T>(*undoable_);
   }
   /// Persistent state, for writing.
   template <HasSchema T>
   T& change_settings() {
     return change<T>(*settings_);
   }
-  bool is_world_changed() const noexcept { return is_world_changed_; }
+  bool is_undoable_changed() const noexcept { return is_world_changed_; }
   template <HasSchema T>
   const T& result() const noexcept {
     return *result_->value->as<T>();
@@ -60,7 +60,7 @@ class ModuleState {
     value = std::move(copy);
     return object;
   }
-  std::shared_ptr<const Value>*world_, *settings_;
+  std::shared_ptr<const Value>*undoable_, *settings_;
   ModuleResult* result_;
   std::uint64_t edits_;
   bool is_world_changed_ = false;
@@ -142,7 +142,7 @@ class Module {
   virtual std::span<const JobType* const> jobs() const { return {}; }
   virtual std::span<const ValueType* const> events() const { return {}; }
   /// Initial undoable state; empty: the module has no such state.
-  virtual Value world() const { return {}; }
+  virtual Value undoable() const { return {}; }
   /// Initial persistent state; empty: the module has no such state.
   virtual Value settings() const { return {}; }
   /// Initial result: what the module finds out about the anatomy, such as a judgement. Undo does not change
@@ -157,7 +157,8 @@ class Module {
   virtual void react(const Event& event, const OperationState& state, ModuleReaction& reaction) const;
   /// Handles a command of any module or of the engine, such as undo, after it was carried out. Commands that
   /// only adopt derived data are left out.
-  virtual void hear(const Command& command, const OperationState& state, ModuleReaction& reaction) const;
+  virtual void react_to_command(const Command& command, const OperationState& state,
+                                ModuleReaction& reaction) const;
   virtual std::vector<Measure> measures(const OperationState& state) const;
   /// Judges the current operation for a score, from state, chronicle and plan alone; may take seconds. Order
   /// and names are constant for a plan. Called on a frozen state, on any thread.

@@ -5,9 +5,9 @@ namespace trephine::sim {
 std::uint64_t OperationState::hash() const {
   MixHash result;
   result.add(next_tick);
-  result.add(world.version->content_hash());
-  result.add(static_cast<std::uint64_t>(world.version->ledger().freed_units));
-  for (const auto* modules : {&world.modules, &settings.modules})
+  result.add(undoable.version->content_hash());
+  result.add(static_cast<std::uint64_t>(undoable.version->ledger().freed_units));
+  for (const auto* modules : {&undoable.modules, &settings.modules})
     for (const auto& value : *modules)
       if (value) add_value(result, *value);
   for (const ModuleResult& one : settings.results)
@@ -15,7 +15,7 @@ std::uint64_t OperationState::hash() const {
       add_value(result, *one.value);
       result.add(one.edits);
     }
-  for (const Body& body : world.bodies) {
+  for (const Body& body : undoable.bodies) {
     result.add(std::uint64_t{body.id.value});
     result.add(static_cast<std::uint64_t>(body.mover));
     result.add(static_cast<std::uint64_t>(body.holder + 1));
@@ -30,7 +30,7 @@ std::uint64_t OperationState::hash() const {
     result.add(body.motion.begin_tick);
     result.add(body.motion.seconds);
   }
-  if (const ProcedurePosition& position = world.procedure; position.step >= 0) {
+  if (const ProcedurePosition& position = undoable.procedure; position.step >= 0) {
     result.add(static_cast<std::uint64_t>(position.step));
     result.add(position.entered_tick);
     result.add(position.first_event);

@@ -31,7 +31,7 @@ struct UndoableState {
   ProcedurePosition procedure;
 };
 
-/// Finding of a module about the anatomy, such as a judgement or a preview.
+/// Result that a module computed about the anatomy, such as a judgement or a preview.
 struct ModuleResult {
   std::shared_ptr<const Value> value;  ///< null: the module has no results
   std::uint64_t edits = 0;             ///< OperationState::edits of the anatomy that it describes
@@ -54,7 +54,7 @@ struct OperationState {
   std::uint64_t edits = 0;
   /// Plan of the operation, constant; null: nothing is planned. Part of a session's header, not of hash().
   std::shared_ptr<const volume::SurgicalPlan> plan;
-  UndoableState world;
+  UndoableState undoable;
   PersistentState settings;
   Chronicle chronicle;
   std::vector<ForbiddenWatch> watches;  ///< hand by hand, one per forbidden structure
@@ -65,7 +65,7 @@ struct OperationState {
   /// Returns the state of a module; null if no module of this operation has such a state.
   template <HasSchema T>
   const T* undoable_of() const noexcept {
-    return find_in<T>(world.modules);
+    return find_in<T>(undoable.modules);
   }
   template <HasSchema T>
   const T* persistent_of() const noexcept {

@@ -107,11 +107,11 @@ std::vector<LiveSession::HistoryState> LiveSession::history_states_now(std::size
     if (stroke == 0 && !is_current) continue;
     if (const auto state = branch.history[i]->state())
       result.push_back({stroke == 0 ? "before the first stroke" : "stroke " + std::to_string(stroke),
-                        is_current ? engine_.current() : state.value().world.version, is_current});
+                        is_current ? engine_.current() : state.value().undoable.version, is_current});
   }
   for (const Branch& other : engine_.other_branches())
     if (const auto state = other.history[other.position]->state())
-      result.push_back({"branch " + other.name, state.value().world.version});
+      result.push_back({"branch " + other.name, state.value().undoable.version});
   return result;
 }
 
@@ -377,7 +377,7 @@ void LiveSession::show(const Outcome& outcome, bool is_command) {
   state_.depths = engine_.displayed_depths(0);
   state_.settings = engine_.now().settings.modules;
   state_.bodies.clear();
-  for (const Body& body : engine_.now().world.bodies) state_.bodies.push_back(body.id);
+  for (const Body& body : engine_.now().undoable.bodies) state_.bodies.push_back(body.id);
 }
 
 void LiveSession::update_state(const Outcome& outcome) {
@@ -414,9 +414,9 @@ void LiveSession::update_state(const Outcome& outcome) {
   }
   state_.can_undo = engine_.can_undo();
   state_.can_redo = engine_.can_redo();
-  state_.step = engine_.now().world.procedure.step;
-  state_.step_tick = engine_.now().world.procedure.entered_tick;
-  state_.step_visits = engine_.now().world.procedure.visits;
+  state_.step = engine_.now().undoable.procedure.step;
+  state_.step_tick = engine_.now().undoable.procedure.entered_tick;
+  state_.step_visits = engine_.now().undoable.procedure.visits;
 }
 
 void LiveSession::teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand) {

@@ -241,9 +241,9 @@ void Replay::compare_checkpoint() {
   // After many cuts the hash takes longer than the replay that it checks: only some are compared.
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_some = 16;
-  if (image.now.world.version->brick_count() > k_many_bricks && next_checkpoint_ % k_some != 0) {
-    const volume::RemovalLedger &recorded = stored.image.now.world.version->ledger(),
-                                &here = image.now.world.version->ledger();
+  if (image.now.undoable.version->brick_count() > k_many_bricks && next_checkpoint_ % k_some != 0) {
+    const volume::RemovalLedger &recorded = stored.image.now.undoable.version->ledger(),
+                                &here = image.now.undoable.version->ledger();
     if (recorded.total() != here.total() || recorded.freed_units != here.freed_units)
       record_mismatch(tick, "checkpoint", "another removed volume", "");
   } else if (const std::uint64_t recorded = stored.image.now.hash(), replayed = image.now.hash();

@@ -177,12 +177,13 @@ double DepthSets::edge_of(const TouchItem& item) const noexcept {
 Status DepthSets::check_pixel(double pixel_mm, double rate, double tool_radius) {
   const double least = edge_at(k_usual_speed, rate, 1e-3) + 2 * tool_radius + k_border * pixel_mm;
   if (k_max_pixels * pixel_mm >= least) return std::nullopt;
-  return Error{.what = "depth images with so small pixels cover too little around a hand",
-               .where = "depth pixel",
-               .found = text_of(k_max_pixels * pixel_mm) + " mm",
-               .expected = text_of(least) + " mm or more, for a hand at 1 m/s and " + text_of(rate) +
-                           " sets per second",
-               .remedy = "use larger pixels, or more sets per second"};
+  return Error{
+      .what = "the pixels of depth images are too small: the images do not cover the reach of a hand",
+      .where = "depth pixel",
+      .found = text_of(k_max_pixels * pixel_mm) + " mm",
+      .expected =
+          text_of(least) + " mm or more, for a hand at 1 m/s and " + text_of(rate) + " sets per second",
+      .remedy = "use larger pixels, or more sets per second"};
 }
 
 void DepthSets::see(const dvec3& hip, const dvec3& proxy) noexcept {

@@ -37,7 +37,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     now_.settings.hands.push_back(std::move(hands[h].instrument));
   }
   for (const Module* module : catalogue_.modules()) {
-    now_.world.modules.push_back(shared(module->world()));
+    now_.undoable.modules.push_back(shared(module->undoable()));
     now_.settings.modules.push_back(shared(module->settings()));
     now_.settings.results.push_back({shared(module->result())});
   }
@@ -46,7 +46,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     Change change = Change::removal;
     use_forces_of_instrument(h, change);
   }
-  now_.world.version = published_version_ = untouched_ = editor_.publish();
+  now_.undoable.version = published_version_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::removal);
   if (now_.plan && !now_.plan->procedure.is_empty()) begin_procedure();
@@ -83,7 +83,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
         instrument.type->is_working(instrument.parameters.data(), instrument.state.data());
     was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed() || is_working);
     if (work.removed().bricks_changed > 0) {
-      now_.world.version = published_version_ = editor_.publish();
+      now_.undoable.version = published_version_ = editor_.publish();
       ++now_.edits;
       publish(Change::removal);
       record_cut(work.removed());
@@ -95,7 +95,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     if (Change change = Change::removal; use_forces_of_instrument(tick.hand, change))
       publish(change), outcome.is_changed = true;
   if (!forbidden_.empty()) watch_forbidden(input);
-  if (!now_.world.bodies.empty()) end_motions(previous_tick, outcome);
+  if (!now_.undoable.bodies.empty()) end_motions(previous_tick, outcome);
   const bool is_stroke_over = was_pressed && !is_in_stroke();
   handle_events(
       outcome,
@@ -115,15 +115,15 @@ Outcome Engine::apply(const Command& command) {
     return outcome;
   }
   carry_out(command, core, outcome);
-  const bool is_heard = !core || core->is_heard;
-  if (is_heard)
+  const bool is_passed_to_modules = !core || core->is_passed_to_modules;
+  if (is_passed_to_modules)
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       ModuleReaction reaction(state_of(m, now_.edits), pending_events_, now_.next_tick, command.hand);
-      catalogue_.modules()[m]->hear(command, now_, reaction);
-      if (reaction.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
+      catalogue_.modules()[m]->react_to_command(command, now_, reaction);
+      if (reaction.is_undoable_changed()) is_stroke_changed_ = outcome.is_edit = true;
     }
   StepCause cause{now_.next_tick, command.hand};
-  if (is_heard) cause.command = command.request.name(), cause.when = StepCause::When::always;
+  if (is_passed_to_modules) cause.command = command.request.name(), cause.when = StepCause::When::always;
   if (core && !core->causes_transitions) cause.when = StepCause::When::never;
   handle_events(outcome, cause);
   return outcome;
@@ -207,21 +207,21 @@ const InstrumentType* Engine::instrument_of(const Command& command) const noexce
 }
 
 ModuleState Engine::state_of(std::size_t module, std::uint64_t edits) noexcept {
-  return {now_.world.modules[module], now_.settings.modules[module], now_.settings.results[module], edits};
+  return {now_.undoable.modules[module], now_.settings.modules[module], now_.settings.results[module], edits};
 }
 
 /// Publishes the work of a module, and marks undoable changes.
 void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   const bool is_cut = work.removed().bricks_changed > 0;
   const bool is_any_body_removed = remove_bodies(work.removed_bodies());
-  if (!is_cut && !work.is_restored() && !work.is_world_changed() && !is_any_body_removed) return;
+  if (!is_cut && !work.is_restored() && !work.is_undoable_changed() && !is_any_body_removed) return;
   if (is_cut || work.is_restored()) ++now_.edits;
   is_stroke_changed_ = outcome.is_edit = true;
   if (work.is_restored()) {
     editor_.reset(untouched_);
-    now_.world.version = published_version_ = editor_.publish();
-    if (!now_.world.bodies.empty()) {
-      now_.world.bodies.clear();
+    now_.undoable.version = published_version_ = editor_.publish();
+    if (!now_.undoable.bodies.empty()) {
+      now_.undoable.bodies.clear();
       use_bodies(Bodies::others);
     }
     for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
@@ -230,7 +230,7 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
     outcome.box = {glm::ivec3(0), scene().base->size - 1};
     stroke_box_ = outcome.box;
   } else if (is_cut) {
-    now_.world.version = published_version_ = editor_.publish();
+    now_.undoable.version = published_version_ = editor_.publish();
     publish(Change::removal);
     record_cut(work.removed());
     outcome.box = work.removed().box;
@@ -402,7 +402,7 @@ void Engine::pass_events(Outcome& outcome) {
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       ModuleReaction reaction(state_of(m, now_.edits), pending_events_, event.tick, event.hand);
       catalogue_.modules()[m]->react(event, now_, reaction);
-      if (reaction.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
+      if (reaction.is_undoable_changed()) is_stroke_changed_ = outcome.is_edit = true;
     }
     now_.chronicle.add(std::move(event));
   }
@@ -412,8 +412,8 @@ void Engine::pass_events(Outcome& outcome) {
 // ---- snapshots and measures ----
 
 void Engine::freeze() {
-  if (now_.world.version->is_frozen()) return;
-  now_.world.version = editor_.freeze();
+  if (now_.undoable.version->is_frozen()) return;
+  now_.undoable.version = editor_.freeze();
 }
 
 std::shared_ptr<const OperationState> Engine::snapshot() {
@@ -432,7 +432,7 @@ std::vector<double> Engine::removed_mm3_by_label() const {
 
 Overlays Engine::overlays() const {
   Overlays result;
-  for (const Body& body : now_.world.bodies) {
+  for (const Body& body : now_.undoable.bodies) {
     Overlay& overlay = result.emplace_back();
     overlay.kind = Overlay::Kind::object;
     overlay.matter = body.matter, overlay.is_detached = !body.is_implant;

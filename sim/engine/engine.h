@@ -91,7 +91,7 @@ class Engine {
   /// Time of the next tick, s.
   double seconds() const noexcept { return now_.seconds(); }
   /// Remaining anatomy.
-  const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.world.version; }
+  const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.undoable.version; }
   const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
   double removed_mm3() const noexcept;
   /// By label; one entry for volumes without labels.
@@ -140,7 +140,7 @@ class Engine {
   static constexpr const char* k_first_branch = "main";
   static constexpr std::size_t k_max_branches = 16;
   const Branch& branch() const noexcept { return branch_; }
-  const std::vector<Branch>& other_branches() const noexcept { return left_branches_; }
+  const std::vector<Branch>& other_branches() const noexcept { return other_branches_; }
   /// Bytes of tables, bricks and masks of all branches; shared ones count once. Traverses all of them.
   std::size_t history_bytes() const;
 
@@ -242,7 +242,7 @@ class Engine {
   struct StepCause {
     std::uint64_t tick = 0;
     std::uint8_t hand = 0;
-    std::string_view command = {};  ///< name of a command that modules hear
+    std::string_view command = {};  ///< name of a command that modules receive
     /// Whether transitions are considered: if there are events or a stroke ends, always, or never.
     enum class When : std::uint8_t { events, always, never } when = When::events;
   };
@@ -250,10 +250,10 @@ class Engine {
   void pass_events(Outcome& outcome);
 
   // Procedure of the plan.
-  bool has_procedure() const noexcept { return now_.world.procedure.step >= 0; }
+  bool has_procedure() const noexcept { return now_.undoable.procedure.step >= 0; }
   const volume::SurgicalProcedure& procedure() const noexcept { return now_.plan->procedure; }
   const volume::ProcedureStep& step() const noexcept {
-    return procedure().steps[static_cast<std::size_t>(now_.world.procedure.step)];
+    return procedure().steps[static_cast<std::size_t>(now_.undoable.procedure.step)];
   }
   void begin_procedure();
   Status check_step(const Command& command, const CoreCommand* core) const;
@@ -289,7 +289,7 @@ class Engine {
   std::vector<TouchFields> fields_;  ///< one per scene with a round tool
 
   Branch branch_{k_first_branch, {}};
-  std::vector<Branch> left_branches_;
+  std::vector<Branch> other_branches_;
   std::uint64_t last_entry_ = 0;
   bool is_stroke_changed_ = false;
   bool are_initial_commands_due_ = false;

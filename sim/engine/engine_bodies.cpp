@@ -65,7 +65,7 @@ auto find_held_body(Bodies& bodies, std::uint8_t hand) {
 std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& request,
                                              std::vector<volume::Field> solids, const OperationState& input) {
   auto result = std::make_shared<PiecesResult>();
-  result->pieces = detach_free_pieces(shape, request, std::move(solids), input.world.version);
+  result->pieces = detach_free_pieces(shape, request, std::move(solids), input.undoable.version);
   result->fingerprint = hash_of(result->pieces);
   return result;
 }
@@ -75,7 +75,7 @@ std::vector<int> Engine::free_movers() const {
   std::vector<int> free;
   for (int m = 0; m < haptics::TouchScene::k_max_movers; ++m) {
     const auto is_used = [m](const haptics::TouchItem& item) { return item.mover == m; };
-    bool is_free = std::none_of(now_.world.bodies.begin(), now_.world.bodies.end(),
+    bool is_free = std::none_of(now_.undoable.bodies.begin(), now_.undoable.bodies.end(),
                                 [m](const Body& body) { return body.mover == m; });
     for (const HandTool& tool : tools_)
       is_free = is_free && std::none_of(tool.scene->items.begin(), tool.scene->items.end(), is_used);
@@ -109,7 +109,7 @@ Status Engine::check_room_for_pieces(std::string_view command) const {
   return Error{
       .what = "too many detached bodies",
       .where = std::string(command),
-      .found = std::to_string(now_.world.bodies.size()) + " bodies",
+      .found = std::to_string(now_.undoable.bodies.size()) + " bodies",
       .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers) + " with models that move",
       .remedy = "discard a body"};
 }
@@ -126,7 +126,7 @@ struct BodyCommands {
   }
 
   static Status check_hold(const Engine& engine, const HoldBody& request, std::uint8_t hand) {
-    const std::vector<Body>& bodies = engine.now_.world.bodies;
+    const std::vector<Body>& bodies = engine.now_.undoable.bodies;
     const auto body = find_body(bodies, request.body);
     if (body == bodies.end()) return no_body("hold-body", request.body);
     if (Status error = check_free(*body, "hold-body")) return error;
@@ -142,24 +142,24 @@ struct BodyCommands {
     return std::nullopt;
   }
   static void hold(Engine& engine, const HoldBody& request, std::uint8_t hand, Outcome& outcome) {
-    Body& body = *find_body(engine.now_.world.bodies, request.body);
+    Body& body = *find_body(engine.now_.undoable.bodies, request.body);
     body.holder = hand;
     body.grip = engine.work_[hand].place->inverse() * body.place;
     publish(engine, Engine::Bodies::same, outcome);  // the release is the undoable change
   }
 
   static Status check_release(const Engine& engine, const ReleaseBody&, std::uint8_t hand) {
-    const std::vector<Body>& bodies = engine.now_.world.bodies;
+    const std::vector<Body>& bodies = engine.now_.undoable.bodies;
     if (find_held_body(bodies, hand) != bodies.end()) return std::nullopt;
     return Error{.what = "the hand holds no body", .where = "release-body", .expected = "a held body"};
   }
   static void release(Engine& engine, const ReleaseBody&, std::uint8_t hand, Outcome& outcome) {
-    engine.release_body(*find_held_body(engine.now_.world.bodies, hand));
+    engine.release_body(*find_held_body(engine.now_.undoable.bodies, hand));
     publish_edit(engine, Engine::Bodies::same, outcome);
   }
 
   static Status check_place(const Engine& engine, const PlaceBody& request, std::uint8_t) {
-    const std::vector<Body>& bodies = engine.now_.world.bodies;
+    const std::vector<Body>& bodies = engine.now_.undoable.bodies;
     const auto body = find_body(bodies, request.body);
     if (body == bodies.end()) return no_body("place-body", request.body);
     if (Status error = check_free(*body, "place-body")) return error;
@@ -167,17 +167,18 @@ struct BodyCommands {
   }
   static void place(Engine& engine, const PlaceBody& request, std::uint8_t, Outcome& outcome) {
     const std::vector<double>& q = request.rotation;
-    find_body(engine.now_.world.bodies, request.body)->place = {request.position, {q[0], q[1], q[2], q[3]}};
+    find_body(engine.now_.undoable.bodies, request.body)->place = {request.position,
+                                                                   {q[0], q[1], q[2], q[3]}};
     // The body counts as a new item at its new pose, so that it pushes no hand.
     publish_edit(engine, Engine::Bodies::others, outcome);
   }
 
   static Status check_discard(const Engine& engine, const DiscardBody& request, std::uint8_t) {
-    const std::vector<Body>& bodies = engine.now_.world.bodies;
+    const std::vector<Body>& bodies = engine.now_.undoable.bodies;
     return find_body(bodies, request.body) == bodies.end() ? no_body("discard-body", request.body) : Status();
   }
   static void discard(Engine& engine, const DiscardBody& request, std::uint8_t, Outcome& outcome) {
-    std::vector<Body>& bodies = engine.now_.world.bodies;
+    std::vector<Body>& bodies = engine.now_.undoable.bodies;
     bodies.erase(find_body(bodies, request.body));
     publish_edit(engine, Engine::Bodies::others, outcome);
   }
@@ -208,7 +209,7 @@ std::span<const CoreCommand> body_commands() noexcept {
 
 /// Removes bodies for a module. Returns false if no such body exists.
 bool Engine::remove_bodies(std::span<const Id> ids) {
-  const std::size_t removed = std::erase_if(now_.world.bodies, [&](const Body& body) {
+  const std::size_t removed = std::erase_if(now_.undoable.bodies, [&](const Body& body) {
     return std::find(ids.begin(), ids.end(), body.id) != ids.end();
   });
   if (removed > 0) use_bodies(Bodies::others);
@@ -243,7 +244,7 @@ haptics::Placement Engine::place_of(const haptics::TouchItem& item) const {
 
 std::vector<const haptics::TouchItem*> Engine::models() const {
   std::vector<const haptics::TouchItem*> result;
-  const std::vector<Body>& bodies = now_.world.bodies;
+  const std::vector<Body>& bodies = now_.undoable.bodies;
   for (const haptics::TouchItem& item : scene().items)
     if (item.tree && std::none_of(bodies.begin(), bodies.end(),
                                   [&](const Body& body) { return body.piece->tree == item.tree; }))
@@ -259,7 +260,7 @@ std::shared_ptr<const haptics::MeshTree> Engine::surface_of(const haptics::Touch
 
 bool Engine::has_moving_surfaces() const {
   const std::vector<haptics::TouchItem>& items = scene().items;
-  const std::vector<Body>& bodies = now_.world.bodies;
+  const std::vector<Body>& bodies = now_.undoable.bodies;
   if (std::any_of(bodies.begin(), bodies.end(), [&](const Body& body) { return is_in_motion(body); }))
     return true;
   for (const Module* module : catalogue_.modules())
@@ -290,7 +291,7 @@ void Engine::release_body(Body& body) {
 /// Releases all held bodies, since devices start again at unknown positions.
 void Engine::release_all_bodies(Outcome& outcome) {
   bool was_held = false;
-  for (Body& body : now_.world.bodies)
+  for (Body& body : now_.undoable.bodies)
     if (body.holder >= 0) release_body(body), was_held = true;
   if (!was_held) return;
   use_bodies(Bodies::same);
@@ -312,12 +313,12 @@ std::string Engine::reason_not_to_adopt(const Detachment& detachment) const {
 void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& outcome) {
   const std::vector<int> movers = free_movers();
   editor_.reset(detachment.rest);
-  now_.world.version = published_version_ = editor_.publish();
+  now_.undoable.version = published_version_ = editor_.publish();
   ++now_.edits;
   for (std::size_t i = 0; i < detachment.pieces.size(); ++i) {
     const std::shared_ptr<const Piece>& piece = detachment.pieces[i];
     const Id id{++last_body_};
-    now_.world.bodies.push_back({id, movers[i], piece, {}, -1});
+    now_.undoable.bodies.push_back({id, movers[i], piece, {}, -1});
     pending_events_.push_back({now_.next_tick, hand, piece->middle_world, PieceFreed{id, piece->mm3}});
   }
   if (detachment.debris > 0)
@@ -340,7 +341,7 @@ std::string Engine::reason_not_to_add(std::span<const NewBody> bodies) const {
     return std::to_string(moving) + " movable implants were added, and there is room for " +
            std::to_string(room);
   for (const HandTool& tool : tools_)
-    if (haptics::item_count(*tool.scene) + static_cast<int>(now_.world.bodies.size() + bodies.size()) +
+    if (haptics::item_count(*tool.scene) + static_cast<int>(now_.undoable.bodies.size() + bodies.size()) +
             haptics::TouchScene::k_max_movers >
         haptics::ShapeSet::k_max)
       return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_max) + " objects";
@@ -360,7 +361,7 @@ void Engine::add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& ou
     body.motion = one.motion, body.motion.begin_tick = now_.next_tick;
     pending_events_.push_back({now_.next_tick, hand, one.place.world_from_local(one.piece->middle_world),
                                BodyAdded{body.id, one.piece->mm3}});
-    now_.world.bodies.push_back(std::move(body));
+    now_.undoable.bodies.push_back(std::move(body));
   }
   use_bodies(Bodies::others);
   publish(Change::removal);
@@ -369,7 +370,7 @@ void Engine::add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& ou
 
 /// Lets hands touch the bodies whose motion ended since `previous_tick`.
 void Engine::end_motions(std::uint64_t previous_tick, Outcome& outcome) {
-  const std::vector<Body>& bodies = now_.world.bodies;
+  const std::vector<Body>& bodies = now_.undoable.bodies;
   const auto is_ending = [&](const Body& body) {
     const std::uint64_t end = end_of(body.motion);
     return body.motion.seconds > 0 && previous_tick < end && end <= now_.next_tick;
@@ -387,7 +388,7 @@ void Engine::use_bodies(Bodies update) {
 }
 
 void Engine::use_bodies(std::size_t h, Bodies update) {
-  const std::vector<Body>& bodies = now_.world.bodies;
+  const std::vector<Body>& bodies = now_.undoable.bodies;
   haptics::ServoHand& hand = hands_[h];
   const HandTool& tool = tools_[h];
   const int first = haptics::item_count(*tool.scene);

@@ -153,8 +153,8 @@ struct DerivedCommands {
 
 std::span<const CoreCommand> derived_commands() noexcept {
   using Group = DerivedCommands;
-  // Modules neither refuse nor hear the adoption of a result.
-  constexpr CoreCommand k_adoption{.is_for_users = false, .is_guarded = false, .is_heard = false};
+  // Modules neither refuse nor receive the adoption of a result.
+  constexpr CoreCommand k_adoption{.is_for_users = false, .is_guarded = false, .is_passed_to_modules = false};
   static const std::array all = [&] {
     CoreCommand adopt = k_adoption, adopt_job = k_adoption;
     adopt.restore = &Group::restore, adopt.discard = &Group::discard;

@@ -21,7 +21,7 @@ struct HistoryCommands {
   static Status check_entry(const Engine& engine, const HistoryEntry& entry) {
     const Result<EntryState> state = entry.state();
     if (!state) return state.error();
-    return state.value().world.bodies.empty() ? Status() : engine.check_room_for_bodies();
+    return state.value().undoable.bodies.empty() ? Status() : engine.check_room_for_bodies();
   }
 
   /// Returns the entry to which undo goes; null if nothing can be undone.
@@ -63,11 +63,12 @@ struct HistoryCommands {
     const auto letters = static_cast<std::size_t>(
         std::count_if(name.begin(), name.end(), [](char c) { return (c & 0xc0) != 0x80; }));
     if (name.empty() || letters > k_longest || std::any_of(name.begin(), name.end(), is_control))
-      return Error{.what = "a branch needs a name",
+      return Error{.what = "the name of the branch is invalid",
                    .where = "begin-branch name",
                    .found = name,
-                   .expected = "1 to " + std::to_string(k_longest) + " letters on one line"};
-    const std::vector<Branch>& others = engine.left_branches_;
+                   .expected = "1 to " + std::to_string(k_longest) + " letters on one line",
+                   .remedy = name.empty() ? "enter a name" : "choose a shorter name on one line"};
+    const std::vector<Branch>& others = engine.other_branches_;
     if (name == engine.branch_.name || find_branch(others, name) != others.end())
       return Error{.what = "the branch already exists",
                    .where = "begin-branch name",
@@ -82,14 +83,14 @@ struct HistoryCommands {
   }
   static void begin_branch(Engine& engine, const BeginBranch& request, std::uint8_t, Outcome&) {
     engine.end_stroke();
-    engine.left_branches_.push_back(engine.branch_);
+    engine.other_branches_.push_back(engine.branch_);
     engine.branch_.name = request.name;
     engine.branch_.history.resize(engine.branch_.position + 1);
     ++engine.now_.edits;  // results of earlier jobs belong to the previous branch
   }
 
   static Status check_switch_branch(const Engine& engine, const SwitchBranch& request, std::uint8_t) {
-    const std::vector<Branch>& others = engine.left_branches_;
+    const std::vector<Branch>& others = engine.other_branches_;
     const auto found = find_branch(others, request.name);
     if (found != others.end()) return check_entry(engine, *found->history[found->position]);
     std::string known;
@@ -103,7 +104,7 @@ struct HistoryCommands {
   static void switch_branch(Engine& engine, const SwitchBranch& request, std::uint8_t, Outcome& outcome) {
     engine.end_stroke();
     Branch& current = engine.branch_;
-    Branch& target = *find_branch(engine.left_branches_, request.name);
+    Branch& target = *find_branch(engine.other_branches_, request.name);
     // All changes on both branches since their last common entry.
     volume::VoxelBox box = k_no_voxels;
     const auto add = [&box](const Branch& branch, const Branch& reference) {
@@ -148,8 +149,8 @@ const HistoryEntry* Engine::target_of(const Command& command) const {
   if (command.request.as<Redo>()) return HistoryCommands::redo_target(*this);
   const auto* request = command.request.as<SwitchBranch>();
   if (request == nullptr) return nullptr;
-  const auto found = find_branch(left_branches_, request->name);
-  return found == left_branches_.end() ? nullptr : found->history[found->position].get();
+  const auto found = find_branch(other_branches_, request->name);
+  return found == other_branches_.end() ? nullptr : found->history[found->position].get();
 }
 
 /// Adds the current state as the newest entry of the history; discards undone entries.
@@ -164,7 +165,7 @@ void Engine::add_entry(const volume::VoxelBox& box) {
 }
 
 EntryState Engine::current_entry_state() const {
-  EntryState state{now_.world, {}};
+  EntryState state{now_.undoable, {}};
   for (const TouchFields& fields : fields_) state.fields.emplace_back(fields.scene(), fields.keep());
   return state;
 }
@@ -183,19 +184,19 @@ void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outco
   const EntryState state = entry.state().value();  // read by HistoryCommands::check_entry()
   outcome.is_changed = outcome.is_edit = true;
   outcome.box = box;
-  editor_.reset(state.world.version);
-  const std::vector<Body> previous_bodies = std::exchange(now_.world, state.world).bodies;
-  if (has_procedure()) now_.world.procedure.first_event = now_.chronicle.size();
-  const bool has_bodies = !previous_bodies.empty() || !now_.world.bodies.empty();
+  editor_.reset(state.undoable.version);
+  const std::vector<Body> previous_bodies = std::exchange(now_.undoable, state.undoable).bodies;
+  if (has_procedure()) now_.undoable.procedure.first_event = now_.chronicle.size();
+  const bool has_bodies = !previous_bodies.empty() || !now_.undoable.bodies.empty();
   // A held body stays in its hand, if it exists in that state: grasps are not undoable.
-  for (Body& body : now_.world.bodies) {
+  for (Body& body : now_.undoable.bodies) {
     body.holder = -1, body.grip = {};
     for (const Body& previous : previous_bodies)
       if (previous.id == body.id) body.holder = previous.holder, body.grip = previous.grip;
   }
   ++now_.edits;
   if (has_bodies) use_bodies(Bodies::others);
-  now_.world.version = published_version_ = editor_.publish();
+  now_.undoable.version = published_version_ = editor_.publish();
   for (TouchFields& fields : fields_) {
     const auto kept = std::find_if(state.fields.begin(), state.fields.end(),
                                    [&](const auto& one) { return one.first == fields.scene(); });
@@ -211,12 +212,12 @@ std::size_t Engine::history_bytes() const {
   std::size_t bytes = 0;
   const auto add = [&](const Branch& branch) {
     for (const auto& entry : branch.history)
-      if (!entry->load && entry->stored.world.version)
-        bytes += entry->stored.world.version->add_bytes(counted);
+      if (!entry->load && entry->stored.undoable.version)
+        bytes += entry->stored.undoable.version->add_bytes(counted);
   };
   add(branch_);
-  for (const Branch& one : left_branches_) add(one);
-  return bytes + now_.world.version->add_bytes(counted);
+  for (const Branch& one : other_branches_) add(one);
+  return bytes + now_.undoable.version->add_bytes(counted);
 }
 
 }  // namespace trephine::sim

@@ -10,7 +10,7 @@ void Engine::for_each_kept(SomeEngine& engine, Image& image, Each&& each) {
   each(engine.now_, image.now);
   each(engine.fields_, image.fields);
   each(engine.branch_, image.branch);
-  each(engine.left_branches_, image.other_branches);
+  each(engine.other_branches_, image.other_branches);
   each(engine.last_entry_, image.last_entry);
   each(engine.addition_count_, image.addition_count);
   each(engine.is_stroke_changed_, image.is_stroke_changed);
@@ -39,8 +39,8 @@ Status Engine::restore(const EngineImage& image) {
         return error;
   }
   for_each_kept(*this, image, [](auto& member, const auto& copy) { member = copy; });
-  editor_.reset(now_.world.version);
-  published_version_ = now_.world.version;
+  editor_.reset(now_.undoable.version);
+  published_version_ = now_.undoable.version;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const EngineImage::Hand& hand = image.hands[h];
     tools_[h] = hand.tool;
@@ -64,7 +64,7 @@ Status Engine::restore(const EngineImage& image) {
       if (Status error = row->restore(*this, command)) return error;
     }
   }
-  if (!now_.world.bodies.empty()) {
+  if (!now_.undoable.bodies.empty()) {
     if (Status error = check_room_for_bodies()) return error;
     use_bodies(Bodies::others);
   }

@@ -16,7 +16,7 @@ namespace trephine::sim {
 
 /// State of the operation at an entry of the history.
 struct EntryState {
-  UndoableState world;
+  UndoableState undoable;
   /// Offset fields, one per scene with a round tool.
   std::vector<std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept>> fields;
 };

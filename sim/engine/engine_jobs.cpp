@@ -60,7 +60,7 @@ void Engine::make_runnable(PendingJob& job) const {
     };
   else
     job.run = [tool = tools_[job.hand], request = requested_geometry(job), input = job.input, cut = job.cut] {
-      return make_geometry(tool, request, *input->world.version, cut);
+      return make_geometry(tool, request, *input->undoable.version, cut);
     };
 }
 

@@ -23,7 +23,7 @@ std::string reason_of(const Error& error) {
 
 /// Returns the measurements that conditions read.
 Measurements measure_step(const Engine& engine) {
-  return {engine, {.first_event = engine.now().world.procedure.first_event, .accepts_stale = false}};
+  return {engine, {.first_event = engine.now().undoable.procedure.first_event, .accepts_stale = false}};
 }
 
 bool are_met(const StepTransition& transition, Measurements& values) {
@@ -75,7 +75,7 @@ std::span<const CoreCommand> procedure_commands() noexcept {
 }
 
 void Engine::begin_procedure() {
-  ProcedurePosition& position = now_.world.procedure;
+  ProcedurePosition& position = now_.undoable.procedure;
   position.step = 0;
   position.visits.assign(procedure().steps.size(), 0);
   position.visits[0] = 1;
@@ -100,8 +100,8 @@ Status Engine::check_step(const Command& command, const CoreCommand* core) const
   if (const auto* request = command.request.as<GoToStep>()) return check_request(*request);
   if (const HistoryEntry* target = target_of(command)) {
     const Result<EntryState> state = target->state();
-    if (!state || state.value().world.procedure.step == now_.world.procedure.step) return std::nullopt;
-    return check_held(procedure().steps[static_cast<std::size_t>(state.value().world.procedure.step)]);
+    if (!state || state.value().undoable.procedure.step == now_.undoable.procedure.step) return std::nullopt;
+    return check_held(procedure().steps[static_cast<std::size_t>(state.value().undoable.procedure.step)]);
   }
   if (const auto* take = command.request.as<TakeInstrument>())
     return check_instrument(procedure(), step(), named_instrument(*take).value());
@@ -131,7 +131,7 @@ Status Engine::check_request(const GoToStep& request) const {
   Measurements values = measure_step(*this);
   Error unmet{.what = "the conditions of the next step are not met",
               .where = "step " + step().name,
-              .remedy = "meet the conditions"};
+              .remedy = "continue the step until each value is within its limits"};
   bool is_met = false;
   for (const StepTransition& transition : step().transitions) {
     if (transition.on != StepTransition::k_on_request || transition.to != request.step) continue;
@@ -182,7 +182,7 @@ void Engine::take_transition(const StepCause& cause, std::size_t first_event, Ou
 }
 
 void Engine::enter_step(int next, const StepCause& cause, Outcome& outcome) {
-  ProcedurePosition& position = now_.world.procedure;
+  ProcedurePosition& position = now_.undoable.procedure;
   position.step = next;
   position.entered_tick = now_.next_tick;
   position.first_event = now_.chronicle.size();

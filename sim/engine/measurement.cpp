@@ -22,10 +22,10 @@ Error unknown(const std::string& name, const std::vector<std::string>& known) {
 
 std::optional<double> Measurements::value_of(const std::string& name) {
   const OperationState& now = engine_->now();
-  const ProcedurePosition& position = now.world.procedure;
+  const ProcedurePosition& position = now.undoable.procedure;
   if (name == "removed_mm3") return engine_->removed_mm3();
   if (name == "strokes") return static_cast<double>(engine_->stroke_count());
-  if (name == "bodies") return static_cast<double>(now.world.bodies.size());
+  if (name == "bodies") return static_cast<double>(now.undoable.bodies.size());
   if (position.step >= 0) {
     if (name == "step_seconds") return static_cast<double>(now.next_tick - position.entered_tick) * now.dt;
     if (name.starts_with(k_visits))

@@ -19,7 +19,7 @@ const haptics::TouchItem* first_shape(const haptics::TouchScene& scene) noexcept
 PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
   if (engine.is_in_stroke()) return Finding::nothing;
   if (refused_at_) {
-    if (engine.now().world.bodies.size() >= *refused_at_) return Finding::nothing;
+    if (engine.now().undoable.bodies.size() >= *refused_at_) return Finding::nothing;
     refused_at_.reset();
     before_ = engine.current();
     return Finding::pending;
@@ -57,7 +57,7 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
 void PieceWatch::after_command(const Engine& engine, const Command& command, const Outcome& outcome) {
   if (std::exchange(is_command_due_, false) && command.request.as<FreePieces>()) {
     if (outcome.refused)
-      refused_at_ = engine.now().world.bodies.size();
+      refused_at_ = engine.now().undoable.bodies.size();
     else
       job_ = outcome.job;
   }
@@ -80,8 +80,8 @@ DerivedJob PieceWatch::search(Engine& engine) const {
     DerivedData data{.is_empty = true};
     const haptics::TouchItem* shape = first_shape(*scene);
     if (shape == nullptr) return data;
-    const volume::SolidParts parts(shape->field, *shape->bits, *state->world.version);
-    const double sample = state->world.version->lattice().frame().voxel_mm3();
+    const volume::SolidParts parts(shape->field, *shape->bits, *state->undoable.version);
+    const double sample = state->undoable.version->lattice().frame().voxel_mm3();
     data.is_empty = std::none_of(parts.parts().begin(), parts.parts().end(), [&](const auto& part) {
       return part.is_detached && static_cast<double>(part.samples) * sample >= smallest;
     });

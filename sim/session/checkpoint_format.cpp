@@ -189,11 +189,11 @@ void put_position(std::string& out, const ProcedurePosition& position) {
 }
 }  // namespace
 
-void CheckpointEncoder::put_world(std::string& out, const UndoableState& world) {
-  put_count(out, link_of(world.version));
-  put_modules(out, world.modules);
-  put_count(out, world.bodies.size());
-  for (const Body& body : world.bodies) {
+void CheckpointEncoder::put_undoable(std::string& out, const UndoableState& undoable) {
+  put_count(out, link_of(undoable.version));
+  put_modules(out, undoable.modules);
+  put_count(out, undoable.bodies.size());
+  for (const Body& body : undoable.bodies) {
     std::uint64_t& chain = pieces_[body.id.value];
     if (chain == 0) {
       chain = tail_.next_chain++;
@@ -208,12 +208,12 @@ void CheckpointEncoder::put_world(std::string& out, const UndoableState& world) 
     put(out, static_cast<std::uint8_t>(body.is_implant));
     if (body.is_implant) put_implant(out, body);
   }
-  if (world.procedure.step >= 0) put_position(out, world.procedure);
+  if (undoable.procedure.step >= 0) put_position(out, undoable.procedure);
 }
 
 void CheckpointEncoder::put_entry_state(std::string& out, const Checkpoint& checkpoint,
                                         const EntryState& state) {
-  put_world(out, state.world);
+  put_undoable(out, state.undoable);
   const auto is_of_a_hand = [&](const auto& one) {
     return hand_of(checkpoint, one.first) < checkpoint.image.hands.size();
   };
@@ -226,7 +226,7 @@ void CheckpointEncoder::put_entry_state(std::string& out, const Checkpoint& chec
 void CheckpointEncoder::put_state(std::string& out, const OperationState& state) {
   put(out, state.next_tick);
   put_count(out, state.edits);
-  put_world(out, state.world);
+  put_undoable(out, state.undoable);
   put_modules(out, state.settings.modules);
   put_count(out, state.settings.results.size());
   for (const ModuleResult& result : state.settings.results) {

@@ -47,7 +47,7 @@ class CheckpointEncoder {
                    const OffsetFields& offsets);
   void put_fields(std::string& out, const Checkpoint& checkpoint,
                   const std::shared_ptr<const haptics::TouchScene>& scene, const TouchFields::Kept& kept);
-  void put_world(std::string& out, const UndoableState& world);
+  void put_undoable(std::string& out, const UndoableState& undoable);
   void put_entry_state(std::string& out, const Checkpoint& checkpoint, const EntryState& state);
   void put_state(std::string& out, const OperationState& state);
   void put_image(std::string& out, const Checkpoint& checkpoint);

@@ -76,7 +76,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     bool starts_after_known = false;
     const auto changes = links_to(0, link, version ? version_link : ~std::uint64_t{0}, starts_after_known);
     version = value_or_throw(volume::VersionChanges::applied(
-        starts_after_known ? *version : *start.now().world.version, views(changes)));
+        starts_after_known ? *version : *start.now().undoable.version, views(changes)));
     version_link = link;
     return version;
   }
@@ -247,10 +247,10 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         !(std::abs(length - 1) < 1e-6))
       throw Broken{"an implant with an invalid motion"};
   }
-  UndoableState read_world(ByteReader& in) {
-    UndoableState world;
-    world.version = version_at(in.count());
-    world.modules = read_modules(in, start.now().world.modules);
+  UndoableState read_undoable(ByteReader& in) {
+    UndoableState undoable;
+    undoable.version = version_at(in.count());
+    undoable.modules = read_modules(in, start.now().undoable.modules);
     for (std::uint64_t remaining = in.count(haptics::ShapeSet::k_max); remaining > 0; --remaining) {
       Body body;
       body.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
@@ -274,19 +274,19 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       if (body.is_fixed != (body.mover < 0) || (body.is_fixed && holder >= 0))
         throw Broken{"a fixed body in motion"};
       const auto is_used = [&](const auto& item) { return body.mover >= 0 && item.mover == body.mover; };
-      bool is_valid = std::none_of(world.bodies.begin(), world.bodies.end(), is_used) &&
-                      (world.bodies.empty() || world.bodies.back().id.value < body.id.value);
+      bool is_valid = std::none_of(undoable.bodies.begin(), undoable.bodies.end(), is_used) &&
+                      (undoable.bodies.empty() || undoable.bodies.back().id.value < body.id.value);
       for (std::size_t h = 0; h < start.hand_count(); ++h)
         is_valid =
             is_valid && std::none_of(start.scene(h).items.begin(), start.scene(h).items.end(), is_used);
       if (!is_valid) throw Broken{"two bodies with the same id or mover"};
-      world.bodies.push_back(std::move(body));
+      undoable.bodies.push_back(std::move(body));
     }
-    if (start.now().world.procedure.step >= 0) read_position(in, world.procedure);
-    return world;
+    if (start.now().undoable.procedure.step >= 0) read_position(in, undoable.procedure);
+    return undoable;
   }
   void read_position(ByteReader& in, ProcedurePosition& position) const {
-    const std::size_t steps = start.now().world.procedure.visits.size();
+    const std::size_t steps = start.now().undoable.procedure.visits.size();
     position.step = static_cast<std::int32_t>(in.count(steps - 1));
     position.entered_tick = in.count();
     position.first_event = in.count();
@@ -295,7 +295,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   }
   EntryState read_entry_state(ByteReader& in, const Hands& hands) {
     EntryState state;
-    state.world = read_world(in);
+    state.undoable = read_undoable(in);
     for (std::uint64_t remaining = in.count(haptics::ServoScene::k_max_hands); remaining > 0; --remaining)
       if (auto fields = read_fields(in, hands); fields.first) state.fields.push_back(std::move(fields));
     return state;
@@ -306,7 +306,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     state.next_tick = in.value<std::uint64_t>();
     state.edits = in.count();
     state.dt = initial.dt, state.plan = initial.plan;
-    state.world = read_world(in);
+    state.undoable = read_undoable(in);
     state.settings.modules = read_modules(in, initial.settings.modules);
     state.settings.results = initial.settings.results;
     const std::uint64_t results = in.count(initial.settings.results.size());
@@ -360,7 +360,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       std::shared_ptr<const PreparedTool>& prepared = geometries[{h, Value(geometry).bytes()}];
       if (!prepared) {
         if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"an invalid tool"};
-        prepared = make_geometry(hand.tool, geometry, *start.now().world.version, k_no_voxels);
+        prepared = make_geometry(hand.tool, geometry, *start.now().undoable.version, k_no_voxels);
       }
       if (prepared->failed) throw Broken{"a tool of invalid geometry"};
       hand.tool.scene = prepared->scene;
@@ -393,7 +393,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       image.other_branches.push_back(read_branch(in, hands, stored, entries_read));
     image.last_entry = in.count();
     image.addition_count = in.count();
-    image.last_job = static_cast<std::uint32_t>(in.count());
+    image.last_job = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
     image.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
   }
 
@@ -440,7 +440,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   void read_jobs(ByteReader& in, const std::vector<Event>& all_events, EngineImage& image) {
     for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
       PendingJob job;
-      job.id.value = static_cast<std::uint32_t>(in.count());
+      job.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
       job.hand = in.value<std::uint8_t>();
       job.parameters = std::make_shared<const Value>(read_value(in));
       job.addition_count = in.count();
@@ -503,7 +503,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         serial = in.value<std::uint64_t>();
         box = in.box(scene->base->size);
       }
-      image.fields.push_back(TouchFields::of(scene, std::move(kept), cuts, image.now.world.version));
+      image.fields.push_back(TouchFields::of(scene, std::move(kept), cuts, image.now.undoable.version));
     }
     for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
       Checkpoint::Fields& output = result.fields.emplace_back();
@@ -561,7 +561,7 @@ CheckpointTail CheckpointStore::tail() {
   const Result<Checkpoint> newest = read(size() - 1);
   if (!newest) return tail;
   const EngineImage& image = newest.value().image;
-  tail.version = image.now.world.version;
+  tail.version = image.now.undoable.version;
   tail.last_entry = image.last_entry;
   tail.events = image.now.chronicle.size();
   for (const EngineImage::Hand& hand : image.hands) tail.places.push_back(hand.trail.count());

@@ -345,10 +345,10 @@ namespace {
 struct ErrorWords {
   const char *what, *remedy;
 };
-constexpr ErrorWords k_session_words{"the session's header is broken",
-                                     "the file was not written by trephine, or was changed"};
+constexpr ErrorWords k_session_words{"the session's header is damaged",
+                                     "use an undamaged copy of the session"};
 constexpr ErrorWords k_scene_words{"the scene description is invalid",
-                                   "docs/file-formats.md describes the lines of a header"};
+                                   "correct the line as docs/file-formats.md describes"};
 
 Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words) {
   SessionHeader h;

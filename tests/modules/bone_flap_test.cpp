@@ -24,8 +24,8 @@ TEST(BoneFlap, AreaWallsAndKerfEqualAShells) {
     // Half of the kerf belongs to the flap.
     const double shell = (k_outer * k_outer * k_outer - k_inner * k_inner * k_inner) / 3;
     EXPECT_NEAR(flap.flap_size / (outline.solid_angle() * shell - 0.5 * outline.wall() * 1.6), 1, 0.03);
-    ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-    EXPECT_NEAR(run.engine().now().world.bodies[0].piece->mm3 / flap.flap_size, 1, 0.03);
+    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+    EXPECT_NEAR(run.engine().now().undoable.bodies[0].piece->mm3 / flap.flap_size, 1, 0.03);
   }
 }
 
@@ -266,7 +266,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
     ASSERT_FALSE(refusals.empty());
     EXPECT_LT(glm::length(refusals[0].second - one.place), one.reach);
     EXPECT_EQ(run.engine().current()->content_hash(), before);
-    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     EXPECT_FALSE(run.engine().can_undo());
     // Shown until a flap is cut.
     bool is_shown = false;
@@ -295,7 +295,7 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   EXPECT_GT(pieces[1].second.x, 3);
   EXPECT_TRUE(pieces[0].first.is_detached && pieces[0].first.is_seed && !pieces[0].first.is_at_border);
   EXPECT_FALSE(pieces[1].first.is_detached);
-  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   // The kept piece is still there, the detached one is not.
   const volume::Version& left = *run.engine().current();
   const auto is_kept = [&](const dvec3& p) {
@@ -305,26 +305,26 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   EXPECT_TRUE(is_kept(pieces[1].second));
 
   // Lifted and put back by undoable commands; its original position is the one of the detachment.
-  const sim::Id body = run.engine().now().world.bodies[0].id;
+  const sim::Id body = run.engine().now().undoable.bodies[0].id;
   EXPECT_FALSE(run.apply({sim::PlaceBody{body, dvec3(0, 0, 40)}, 0}).refused);
-  EXPECT_EQ(run.engine().now().world.bodies[0].place.position_world, dvec3(0, 0, 40));
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].place.position_world, dvec3(0, 0, 40));
   EXPECT_FALSE(run.apply({sim::PlaceBody{body}, 0}).refused);
-  EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].place, haptics::Placement{});
   EXPECT_TRUE(run.apply({sim::PlaceBody{{99}}, 0}).refused);
   EXPECT_TRUE(run.apply({sim::PlaceBody{body, dvec3(0), {2, 0, 0, 0}}, 0}).refused);
   run.undo();
-  EXPECT_EQ(run.engine().now().world.bodies[0].place.position_world, dvec3(0, 0, 40));
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].place.position_world, dvec3(0, 0, 40));
   run.undo();
-  EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].place, haptics::Placement{});
   EXPECT_EQ(run.engine().now().undoable_of<FlapState>()->flaps, 1);
   run.undo();
-  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   EXPECT_EQ(run.engine().now().undoable_of<FlapState>()->flaps, 0);
   EXPECT_EQ(run.engine().current()->content_hash(), before);
   // Detached together.
   request.leave.clear();
   ASSERT_EQ(cut(run, request), "");
-  EXPECT_EQ(run.engine().now().world.bodies.size(), 2u);
+  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 2u);
 }
 
 TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {

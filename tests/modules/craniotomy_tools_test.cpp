@@ -301,7 +301,7 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
       pull(run, glm::normalize(dvec3(-out.y, out.x, 0) - 0.2 * off * out), 8);
     }
     ASSERT_TRUE(has_come()) << side << " " << state.centre.x << " " << state.centre.y;
-    EXPECT_EQ(run.engine().now().world.bodies.size(), 0u);
+    EXPECT_EQ(run.engine().now().undoable.bodies.size(), 0u);
     // Its top arrives last: continue until it is upright in the hole. Then release it and draw it out.
     for (int i = 0; i < 3000 && glm::length(run.last_record().turn_world) > 0.05; ++i)
       run.step(haptics::Pose{{-side * k_ring, -2 * side, -1}, {1, 0, 0, 0}, 1});
@@ -311,9 +311,9 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
     ASSERT_GT(run.last_record().proxy_world.z, 10);
   }
   EXPECT_TRUE(bench.events<CraniotomeRefused>().empty());
-  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   // The disc inside the ring, without half of the kerf and without the holes' share.
-  const double mm3 = run.engine().now().world.bodies[0].piece->mm3,
+  const double mm3 = run.engine().now().undoable.bodies[0].piece->mm3,
                disc = 7 * 3.1416 * (k_ring - 1.15) * (k_ring - 1.15);
   EXPECT_LT(mm3, disc);
   EXPECT_GT(mm3, 0.6 * disc);

@@ -29,13 +29,13 @@ struct Judged {
 
   explicit Judged(volume::Volume scan, const volume::Shape& shape = {"bone", 300})
       : scene(scenes::scene_of(std::move(scan), {}, shape)) {
-    state.world.version = std::make_shared<const volume::Version>(scene.base);
+    state.undoable.version = std::make_shared<const volume::Version>(scene.base);
     state.plan = plan;
     state.dt = 1e-3;
   }
   template <class T>
   void set_world(const T& value) {
-    state.world.modules = {std::make_shared<const sim::Value>(value)};
+    state.undoable.modules = {std::make_shared<const sim::Value>(value)};
   }
   template <class T>
   void set_settings(const T& value) {
@@ -95,8 +95,8 @@ TEST(Findings, AnOperationThatDidNotUseAModuleHasNoneOfIt) {
   Judged judged(plain_bone());
   const auto expect_none = [&](const sim::Module& module) {
     EXPECT_TRUE(judged.of(module).empty()) << module.name();  // without its state
-    const sim::Value world = module.world(), settings = module.settings(), result = module.result();
-    if (!world.is_empty()) judged.state.world.modules = {std::make_shared<const sim::Value>(world)};
+    const sim::Value world = module.undoable(), settings = module.settings(), result = module.result();
+    if (!world.is_empty()) judged.state.undoable.modules = {std::make_shared<const sim::Value>(world)};
     if (!settings.is_empty()) judged.state.settings.modules = {std::make_shared<const sim::Value>(settings)};
     if (!result.is_empty()) judged.state.settings.results = {{std::make_shared<const sim::Value>(result), 0}};
     EXPECT_TRUE(judged.of(module).empty()) << module.name();  // with its first state
@@ -169,14 +169,14 @@ struct Spine {
     for (double x = -6; x <= 6; x += 4)
       for (double y = 36; y <= 44; y += 4)
         editor.remove(volume::Sweep{spine.world_point(1, {x, y, -14}), spine.world_point(1, {x, y, 14}), 4});
-    judged.state.world.version = editor.freeze();
+    judged.state.undoable.version = editor.freeze();
   }
 };
 
 TEST(Findings, ALaminectomyIsJudgedAgainAfterItsJudgement) {
   using namespace laminectomy;
   Spine spine(1.6);
-  const auto before = judge(spine.bone(), spine.l4(), nullptr, *spine.judged.state.world.version);
+  const auto before = judge(spine.bone(), spine.l4(), nullptr, *spine.judged.state.undoable.version);
   ASSERT_TRUE(before) << before.error().reason;
   // The operation judged the intact vertebra, and stored that.
   const Judgement stored = judgement_of(before.value(), "L4");
@@ -184,7 +184,7 @@ TEST(Findings, ALaminectomyIsJudgedAgainAfterItsJudgement) {
   spine.judged.state.chronicle.add({1, 0, before.value().frame.middle, stored});
   EXPECT_EQ(value(spine.judged.of(Laminectomy()), "L4: canal gained"), 0);
   spine.open_roof();
-  const auto after = judge(spine.bone(), spine.l4(), nullptr, *spine.judged.state.world.version);
+  const auto after = judge(spine.bone(), spine.l4(), nullptr, *spine.judged.state.undoable.version);
   ASSERT_TRUE(after) << after.error().reason;
   const Judgement j = judgement_of(after.value(), "L4");
   ASSERT_GT(j.opened_length, 5);
@@ -216,7 +216,7 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
   const volume::VertebraFrame& frame = bone.value().zones.frame;
   // Screws next to the canal, from the back to the front, in the vertebra's own frame.
   const auto screw = [&](double x) { return Screw{frame.world({x, 18, 8}), frame.world({x, -22, 8}), 6}; };
-  PedicleWorld world;
+  PedicleState world;
   const auto place = [&](const Screw& one, double track, double depth) {
     world.screw_bodies.push_back(sim::Id{static_cast<std::uint32_t>(world.screw_bodies.size() + 1)});
     world.screw_entries.push_back(one.entry_world), world.screw_tips.push_back(one.tip_world);
@@ -259,7 +259,7 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
 TEST(Findings, AScrewWithoutALabelIsComparedWithThePlanOnly) {
   using namespace pedicle;
   Judged judged(plain_bone());
-  PedicleWorld world;
+  PedicleState world;
   world.screw_bodies = {sim::Id{5}};
   world.screw_entries = {dvec3(0, 0, 0)}, world.screw_tips = {dvec3(0, 0, -3)};
   world.screw_diameters = {6}, world.screw_tracks = {0};

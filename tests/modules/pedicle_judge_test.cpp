@@ -270,7 +270,7 @@ TEST(PedicleJudge, TheJobStoresItsJudgementUntilTheScrewIsGone) {
                          .length = Length::l40,
                          .seconds = 0};
   ASSERT_FALSE(bench.run->apply_whole({place, 0}).refused);
-  ASSERT_EQ(bench.run->engine().now().world.bodies.size(), 1u);
+  ASSERT_EQ(bench.run->engine().now().undoable.bodies.size(), 1u);
   EXPECT_TRUE(bench.run->apply({JudgeScrew{}, 0}).refused.has_value()) << "no vertebra";
   ASSERT_FALSE(bench.run->apply_whole({JudgeScrew{.vertebra = "box"}, 0}).refused);
   const auto judged = bench.events<ScrewJudged>();

@@ -49,9 +49,9 @@ struct ScrewBench : ProbeBench {
     const dvec3 origin(x, y, 9);
     move(origin, k_down, -2, depth + 2, 40), move(origin, k_down, depth + 2, -3, 40);
   }
-  std::size_t bodies() const { return run->engine().now().world.bodies.size(); }
+  std::size_t bodies() const { return run->engine().now().undoable.bodies.size(); }
   haptics::Placement place(std::size_t body = 0) const {
-    return run->engine().place_of(run->engine().now().world.bodies[body]);
+    return run->engine().place_of(run->engine().now().undoable.bodies[body]);
   }
 };
 
@@ -67,11 +67,11 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   ASSERT_FALSE(bench.run->apply_whole({request, 0}).refused);
   const auto placed = bench.events<ScrewPlaced>();
   ASSERT_EQ(placed.size(), 1u);
-  EXPECT_EQ(placed[0].first.body, bench.run->engine().now().world.bodies[0].id);
+  EXPECT_EQ(placed[0].first.body, bench.run->engine().now().undoable.bodies[0].id);
   EXPECT_EQ(placed[0].first.track, 1);
   EXPECT_EQ(placed[0].first.diameter, 4.5);
   EXPECT_NEAR(placed[0].first.tip.z, 9 - 20, 0.2);
-  const sim::Body& body = bench.run->engine().now().world.bodies[0];
+  const sim::Body& body = bench.run->engine().now().undoable.bodies[0];
   EXPECT_EQ(body.matter, volume::Matter::titanium);
   EXPECT_TRUE(body.is_fixed && body.is_implant);
   // A whole screw above its place at first; half of the way after half of the time, and turned by as many
@@ -130,7 +130,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   for (const std::uint64_t ticks : {400, 100, 250}) {
     ASSERT_FALSE(run.value()->seek(begin + ticks));
     const sim::Engine& engine = run.value()->engine();
-    EXPECT_NEAR(engine.place_of(engine.now().world.bodies.at(0)).position_world.z,
+    EXPECT_NEAR(engine.place_of(engine.now().undoable.bodies.at(0)).position_world.z,
                 29 - 20 * static_cast<double>(ticks) / 500, 0.2);
   }
 }

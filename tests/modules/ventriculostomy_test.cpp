@@ -459,8 +459,8 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   move(run, 1000, 4, -36, 40, k_ignore);
   const dvec3 tip = state_of(run).tip(), entry = state_of(run).start;
   ASSERT_FALSE(is_refused({LeaveCatheter{20}, 1}));
-  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-  const sim::Body body = run.engine().now().world.bodies[0];
+  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  const sim::Body body = run.engine().now().undoable.bodies[0];
   EXPECT_TRUE(body.is_fixed && body.is_implant);
   EXPECT_EQ(body.matter, volume::Matter::soft_tissue);
   // A tube of 3 mm from the tip to 20 mm above the dura, with a round tip.
@@ -480,14 +480,14 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   // Only once; the hand may lay down the stylet at once or draw it out, and the catheter stays.
   EXPECT_TRUE(is_refused({LeaveCatheter{}, 1}));
   run.undo();
-  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   EXPECT_EQ(measure(run.engine(), "catheters left in place"), 0);
   EXPECT_TRUE(is_refused({sim::RemoveInstrument{}, 1})) << "it is in the hand again";
   run.redo();
-  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   move(run, 1000, -36, 4, 100, [&](const ServoRecord& r, double) { ASSERT_LT(r.force_world.z, 0.3); });
   EXPECT_FALSE(state_of(run).has_entered);
-  EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
+  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   // It is judged where it was left, and touched from outside.
   ASSERT_FALSE(is_refused({JudgeCatheter{}, 1}));
   EXPECT_NEAR(glm::distance(run.engine().now().result_of<CatheterJudged>()->tip, tip), 0, 1e-9);

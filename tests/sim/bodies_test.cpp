@@ -42,7 +42,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
         removed = run.engine().current()->ledger().total();
         const Outcome freed = free_now(run);
         EXPECT_TRUE(freed.is_changed && freed.is_edit);
-        ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+        ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
         EXPECT_FALSE(run.apply({RemoveInstrument{}, 1}).refused);
       }
       if (i == static_cast<int>(1000 * k_sawn) + 50) at_freedom = rests.proxy_world.z;
@@ -70,24 +70,24 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     EXPECT_GT(force_after, force_before + 0.8);
     // Released where it is; after undo it is at its old position again.
     EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
-    EXPECT_NEAR(run.engine().now().world.bodies[0].place.position_world.z, 3, 0.6);
-    EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
+    EXPECT_NEAR(run.engine().now().undoable.bodies[0].place.position_world.z, 3, 0.6);
+    EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
     run.apply({DiscardBody{{1}}, 0});
-    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     const std::int64_t without = run.engine().current()->ledger().freed_units;
     EXPECT_GT(without, 0);
     for (int n = 0; n < 2; ++n) run.undo();  // discard and release; a grasp is not undoable
-    ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-    EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
+    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+    EXPECT_EQ(run.engine().now().undoable.bodies[0].place, haptics::Placement{});
     run.undo();
-    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     EXPECT_EQ(run.engine().current()->ledger().freed_units, 0);
     for (int n = 0; n < 40; ++n) {
       const haptics::Pose poses[2] = {first.at(k_end), second.at(k_end)};
       run.step(poses);
     }
     for (int n = 0; n < 3; ++n) run.redo();
-    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     EXPECT_EQ(run.engine().current()->ledger().freed_units, without);
     run.undo();
     for (int n = 0; n < 300; ++n) {
@@ -116,7 +116,7 @@ TEST(Bodies, AreTheSameLiveInReplayAndAfterSeek) {
     wait_for([&] { return live.fetch_state().newest.t > k_sawn; });
     live.apply(FreePieces{});
     live.apply({RemoveInstrument{}, 1});
-    wait_for([&] { return !live.snapshot().get()->world.bodies.empty(); });
+    wait_for([&] { return !live.snapshot().get()->undoable.bodies.empty(); });
     live.apply({HoldBody{{1}}, 1});
     wait_for([&] { return live.fetch_state().newest.t > k_end + 0.1; });
     live.apply({ReleaseBody{}, 1});
@@ -124,7 +124,7 @@ TEST(Bodies, AreTheSameLiveInReplayAndAfterSeek) {
     live.redo();
     wait_for([&] { return live.fetch_state().newest.t > k_end + 0.4; });
     live.stop();
-    ASSERT_EQ(live.engine().now().world.bodies.size(), 1u);
+    ASSERT_EQ(live.engine().now().undoable.bodies.size(), 1u);
     state = live.engine().now().hash();
     EXPECT_FALSE(writer->finish(live.engine()));
   }
@@ -172,22 +172,22 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
     cuts[1].buttons = 0;
     run.step(cuts);
     run.apply(adopt);
-    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     EXPECT_EQ(events[1].value.as<JobDiscarded>()->reason, "the anatomy changed meanwhile; start it again");
   }
   free_now(run);
-  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-  const Id id = run.engine().now().world.bodies[0].id;
+  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  const Id id = run.engine().now().undoable.bodies[0].id;
   expect_refused(HoldBody{{id.value + 1}}, "unknown body");
   EXPECT_FALSE(run.apply({HoldBody{id}, 1}).refused);
   expect_refused(Command(HoldBody{id}, 0), "held by a hand");
   expect_refused(Command(HoldBody{id}, 1), "held by a hand");
   expect_refused(Command(ReleaseBody{}, 0), "holds no body");
-  expect_refused(PlaceModel{run.engine().now().world.bodies[0].mover, dvec3(0)}, "unknown moving model");
+  expect_refused(PlaceModel{run.engine().now().undoable.bodies[0].mover, dvec3(0)}, "unknown moving model");
   expect_refused(SwitchItem{1, false}, "unknown item");
   // Devices that restart hold nothing.
   run.apply(Resume{});
-  EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
   expect_refused(Command(HoldBody{id}, 1), "the hand's position is unknown");
 
   // A method that does not support bodies.
@@ -226,14 +226,14 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
   for (int i = 0; i < 100; ++i) step();
-  EXPECT_NEAR(run.engine().now().world.bodies[0].place.position_world.x, 30, 0.1);
+  EXPECT_NEAR(run.engine().now().undoable.bodies[0].place.position_world.x, 30, 0.1);
   // A hand in the air between the old and the new position; undo and redo.
   poses[0].position_world = {20, 0, 9};
   for (int i = 0; i < 100; ++i) step();
   for (int n = 0; n < 3; ++n) {
     run.undo();
     for (int i = 0; i < 60; ++i) step();
-    EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
+    EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
     run.redo();
     for (int i = 0; i < 60; ++i) step();
   }
@@ -242,7 +242,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   for (int i = 0; i < 60; ++i) step();
   run.undo();  // of the release: the hand has grasped it again already, and keeps it
   for (int i = 0; i < 60; ++i) step();
-  EXPECT_EQ(run.engine().now().world.bodies[0].holder, 1);
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, 1);
   EXPECT_LT(max_force, 1e-9);
 }
 
@@ -258,7 +258,7 @@ TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
   const Outcome chain = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
   const AdoptJob several = run.engine().finish_job(chain.job);
   free_now(run);
-  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   // A chain touches the detached body too: it rests on it as a ball does.
   const auto rests_at = [&] {
     poses[0].position_world = {0, 0, 12};
@@ -292,7 +292,7 @@ TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
   const Outcome now = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
   EXPECT_TRUE(run.apply(run.engine().finish_job(now.job)).is_changed);
   EXPECT_FALSE(run.apply(Undo{}).refused);
-  EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
+  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
 }
 
 // The grasp is not undoable state: undo of a cut elsewhere releases nothing.
@@ -322,17 +322,17 @@ TEST(Bodies, UndoOfAStrokeReleasesNothing) {
     const Outcome moved = is_undo ? run.undo() : run.redo();
     EXPECT_TRUE(moved.is_edit);
     step(20);
-    ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
-    EXPECT_EQ(run.engine().now().world.bodies[0].holder, 1);
+    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+    EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, 1);
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
-  EXPECT_NEAR(run.engine().now().world.bodies[0].place.position_world.z, 20, 0.1);
+  EXPECT_NEAR(run.engine().now().undoable.bodies[0].place.position_world.z, 20, 0.1);
   // The release is undoable; before it was detached, the body is in no hand.
   run.undo();
-  EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
   run.undo();
-  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   EXPECT_TRUE(run.apply({ReleaseBody{}, 1}).refused);
 }
 
@@ -385,10 +385,10 @@ TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
     cut_through({-13, at, 0}, {13, at, 0});
   }
   const std::int64_t removed = run.engine().current()->ledger().total();
-  const std::uint64_t before = run.engine().snapshot()->world.version->content_hash();
+  const std::uint64_t before = run.engine().snapshot()->undoable.version->content_hash();
   free_now(run);
-  EXPECT_TRUE(run.engine().now().world.bodies.empty());
-  EXPECT_EQ(run.engine().snapshot()->world.version->content_hash(), before);
+  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+  EXPECT_EQ(run.engine().snapshot()->undoable.version->content_hash(), before);
   const Chronicle& events = run.engine().now().chronicle;
   ASSERT_GT(events.size(), 0u);
   const auto* discarded = events[events.size() - 1].value.as<JobDiscarded>();
@@ -402,7 +402,7 @@ TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
   ASSERT_NE(debris, nullptr) << last.value.words();
   EXPECT_GT(debris->count, 3);
   EXPECT_GT(debris->size, 10);
-  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   const volume::Version& left = *run.engine().current();
   EXPECT_EQ(left.ledger().total(), removed);
   EXPECT_NEAR(left.mm3_of(left.ledger().freed_units), debris->size, 1e-6);

@@ -322,7 +322,7 @@ TEST(Engine, CommandsOfEveryEngineAreRowsOfOneTable) {
     all += name;
     if (!row.is_for_users) of_drivers += name;
     if (!row.is_guarded) unguarded += name;
-    if (!row.is_heard) unheard += name;
+    if (!row.is_passed_to_modules) unheard += name;
     if (row.restore) settings += name;
     if (row.step_rule == StepRule::every_step) in_every_step += name;
     if (row.step_rule == StepRule::named) named += name;

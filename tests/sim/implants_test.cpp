@@ -25,7 +25,7 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     rest(run, {0, 0, 40}, 5);
     ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 0, k_above}, 12}, 0}).refused);
-    ASSERT_EQ(run.engine().now().world.bodies.size(), 12u);
+    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 12u);
     int added = 0;
     const Chronicle& chronicle = run.engine().now().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
@@ -37,7 +37,7 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     EXPECT_EQ(added, 12);
     rest(run, {0, 0, 40});
     planted_at = run.engine().now().next_tick;  // a tick after it
-    for (const Body& body : run.engine().now().world.bodies) {
+    for (const Body& body : run.engine().now().undoable.bodies) {
       EXPECT_EQ(body.mover, -1);
       EXPECT_EQ(body.matter, volume::Matter::titanium);
       EXPECT_TRUE(body.is_implant && body.is_fixed);
@@ -50,7 +50,7 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     EXPECT_NEAR(on_top.proxy_world.z, k_above + 0.5, 1e-3);
     EXPECT_GT(on_top.force_world.z, 0.1);
     // A fixed body can be neither grasped nor placed.
-    const Id first = run.engine().now().world.bodies[0].id;
+    const Id first = run.engine().now().undoable.bodies[0].id;
     for (const Command& command : {Command(HoldBody{first}, 0), Command(PlaceBody{first, dvec3(0)}, 0)}) {
       const Outcome outcome = run.apply(command);
       ASSERT_TRUE(outcome.refused.has_value());
@@ -60,17 +60,17 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     EXPECT_EQ(overlays[0].matter, volume::Matter::titanium);
     EXPECT_FALSE(overlays[0].is_detached);
     run.undo();
-    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     EXPECT_FALSE(rest(run, {-8, 0, k_above}, 20).has_contact);
     run.redo();
-    EXPECT_EQ(run.engine().now().world.bodies.size(), 12u);
+    EXPECT_EQ(run.engine().now().undoable.bodies.size(), 12u);
     // Movable ones need a mover: there are eight.
     ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 5, k_above}, 8, 0, false}, 0}).refused);
-    EXPECT_EQ(run.engine().now().world.bodies.size(), 20u);
-    const Id last = run.engine().now().world.bodies.back().id;
+    EXPECT_EQ(run.engine().now().undoable.bodies.size(), 20u);
+    const Id last = run.engine().now().undoable.bodies.back().id;
     EXPECT_FALSE(run.apply(Command(PlaceBody{last, dvec3(0, 0, 12)}, 0)).refused);
     ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 5, 9}, 1, 0, false}, 0}).refused);
-    EXPECT_EQ(run.engine().now().world.bodies.size(), 20u) << "discarded";
+    EXPECT_EQ(run.engine().now().undoable.bodies.size(), 20u) << "discarded";
     const auto& events = run.engine().now().chronicle;
     const auto* discarded = events[events.size() - 1].value.as<JobDiscarded>();
     ASSERT_NE(discarded, nullptr);
@@ -87,9 +87,9 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
   auto run = Replay::open(opened.value(), bench.scene.base);
   ASSERT_TRUE(run.is_ok()) << run.error().message();
   ASSERT_FALSE(run.value()->seek(planted_at));
-  EXPECT_EQ(run.value()->engine().now().world.bodies.size(), 12u);
+  EXPECT_EQ(run.value()->engine().now().undoable.bodies.size(), 12u);
   ASSERT_FALSE(run.value()->seek(2));
-  EXPECT_TRUE(run.value()->engine().now().world.bodies.empty());
+  EXPECT_TRUE(run.value()->engine().now().undoable.bodies.empty());
 }
 
 TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
@@ -97,7 +97,7 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
   const std::string path = folder.file("motion.session");
   const ToyBench bench;
   const auto height = [](const Engine& engine) {
-    return engine.place_of(engine.now().world.bodies.at(0)).position_world.z;
+    return engine.place_of(engine.now().undoable.bodies.at(0)).position_world.z;
   };
   std::uint64_t begin = 0;
   {
@@ -111,7 +111,7 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
     rest(run, {0, 0, k_above}, 100);  // in the place of the implant
     EXPECT_NEAR(height(run.engine()), k_above + 7.5, 1e-9);
     // Three turns, of which three quarters remain.
-    const glm::dquat turn = run.engine().place_of(run.engine().now().world.bodies[0]).rotation;
+    const glm::dquat turn = run.engine().place_of(run.engine().now().undoable.bodies[0]).rotation;
     const dvec3 side = turn * dvec3(1, 0, 0);
     const double angle = -2 * 3.14159265358979 * 3 * 0.75;
     EXPECT_NEAR(side.x, std::cos(angle), 1e-9);

@@ -63,10 +63,10 @@ TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
       Lockstep run(plate.engine(), {}, 1000);
       if (is_watched) run.watch_pieces(20);
       for (int quarter = 0; quarter < 4; ++quarter) {
-        EXPECT_EQ(run.engine().now().world.bodies.size(), 0u) << quarter;
+        EXPECT_EQ(run.engine().now().undoable.bodies.size(), 0u) << quarter;
         for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
       }
-      ASSERT_EQ(run.engine().now().world.bodies.size(), is_watched ? 1u : 0u);
+      ASSERT_EQ(run.engine().now().undoable.bodies.size(), is_watched ? 1u : 0u);
       EXPECT_EQ(count_pieces(run.engine()), is_watched ? 1u : 0u);
       if (!is_watched) continue;
       EXPECT_EQ(run.pieces()->counts().strokes, 4u);
@@ -75,9 +75,9 @@ TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
       // Undo removes the piece, then the stroke; another stroke detaches the piece again.
       run.undo(), run.undo();
       for (const haptics::Pose& pose : Plate::stroke(0)) run.step(pose);  // where it was cut before
-      EXPECT_TRUE(run.engine().now().world.bodies.empty());
+      EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
       for (const haptics::Pose& pose : Plate::stroke(3)) run.step(pose);
-      EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
+      EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
     }
   }
 }
@@ -91,9 +91,9 @@ TEST(PieceWatch, CommandsOfOthersDoNotAffectIt) {
   for (int quarter = 0; quarter < 3; ++quarter)
     for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
   EXPECT_FALSE(run.apply_whole({FreePieces{0, 20}, 0}).refused.has_value());
-  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   for (const haptics::Pose& pose : Plate::stroke(3)) run.step(pose);
-  EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
+  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
 }
 
 TEST(PieceWatch, SmallerPiecesStay) {
@@ -102,7 +102,7 @@ TEST(PieceWatch, SmallerPiecesStay) {
   run.watch_pieces(2000);
   for (int quarter = 0; quarter < 4; ++quarter)
     for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
-  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   EXPECT_EQ(run.engine().now().chronicle.size(), 0u);
 }
 
@@ -123,7 +123,7 @@ TEST(PieceWatch, LiveRunsGiveTheSameState) {
   for (int i = 0; i < 1000 && live.fetch_state().bodies.empty(); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   live.stop();
-  EXPECT_EQ(live.engine().now().world.bodies.size(), 1u);
+  EXPECT_EQ(live.engine().now().undoable.bodies.size(), 1u);
 }
 
 }  // namespace

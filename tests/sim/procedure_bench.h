@@ -67,7 +67,7 @@ struct ProcedureBench : ToyBench {
 };
 
 inline std::string step_of(const Engine& engine) {
-  const ProcedurePosition& position = engine.now().world.procedure;
+  const ProcedurePosition& position = engine.now().undoable.procedure;
   return position.step < 0 ? ""
                            : engine.now().plan->procedure.steps[static_cast<std::size_t>(position.step)].name;
 }

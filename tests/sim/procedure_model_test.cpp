@@ -103,7 +103,7 @@ class Comparison {
     if (difference_.empty()) difference_ = text;
   }
   void compare(const std::string& what, std::size_t first) {
-    const ProcedurePosition& position = engine_.now().world.procedure;
+    const ProcedurePosition& position = engine_.now().undoable.procedure;
     const Position& expected = model_.now();
     const std::vector<std::string> events = steps_in(engine_.now().chronicle, first);
     for (const std::string& one : events) (one.starts_with("entered") ? entered : refused) += 1;

@@ -99,7 +99,7 @@ TEST(Procedure, CostsNothingWhereThePlanHasNone) {
   const ToyBench bench;
   const ProcedureBench planned{volume::SurgicalProcedure()};
   Engine without = bench.engine(), with = planned.planned_engine();
-  EXPECT_EQ(with.now().world.procedure, ProcedurePosition());
+  EXPECT_EQ(with.now().undoable.procedure, ProcedurePosition());
   EXPECT_TRUE(with.take_initial_commands().empty());
   const Outcome outcome = without.apply(GoToStep{"drill"});
   ASSERT_TRUE(outcome.refused);
@@ -158,7 +158,7 @@ TEST(LiveSession, FollowsAProcedureAndReplays) {
 TEST(Procedure, IsUndoneWithTheStrokeThatEndedAStep) {
   const ProcedureBench bench;
   Lockstep run(bench.planned_engine(), {}, 1000);
-  const auto position = [&] { return run.engine().now().world.procedure; };
+  const auto position = [&] { return run.engine().now().undoable.procedure; };
   run.step(in_air());
   run.apply(ToyMark{dvec3(1)});
   const ProcedurePosition before = position();

@@ -1,4 +1,4 @@
-// Modules that react to events and hear commands: they see the state, and raise further events.
+// Modules that react to events and commands: they see the state, and raise further events.
 #include "tests/sim/toy_bench.h"
 
 namespace trephine::sim {
@@ -41,7 +41,8 @@ class ListeningModule final : public Module {
     return all;
   }
   Value settings() const override { return ListenerSettings{}; }
-  void hear(const Command& command, const OperationState& state, ModuleReaction& reaction) const override {
+  void react_to_command(const Command& command, const OperationState& state,
+                        ModuleReaction& reaction) const override {
     auto& settings = reaction.change_settings<ListenerSettings>();
     settings.undos += command.request.as<Undo>() != nullptr;
     settings.carved += command.request.as<ToyCarve>() != nullptr;

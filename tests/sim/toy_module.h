@@ -11,13 +11,14 @@
 
 namespace trephine::sim {
 
-struct ToyWorld {
+struct ToyUndoable {
   std::int64_t marks = 0;
   std::vector<glm::dvec3> places;
   double flooded = 0;  ///< sum of the results of adopted ToyFlood jobs
   static const Schema& schema() {
-    static constexpr Field fields[] = {field<&ToyWorld::marks>("marks"), field<&ToyWorld::places>("places"),
-                                       field<&ToyWorld::flooded>("flooded")};
+    static constexpr Field fields[] = {field<&ToyUndoable::marks>("marks"),
+                                       field<&ToyUndoable::places>("places"),
+                                       field<&ToyUndoable::flooded>("flooded")};
     static constexpr Schema table{"toy-world", 1, fields};
     return table;
   }
@@ -42,7 +43,7 @@ struct ToySettings {
   }
 };
 
-/// Adds a position to ToyWorld; at most ten are allowed.
+/// Adds a position to ToyUndoable; at most ten are allowed.
 struct ToyMark {
   glm::dvec3 at{0.0};
   static const Schema& schema() {
@@ -87,8 +88,8 @@ struct ToyMarked {
   }
 };
 /// A job that takes `milliseconds` (ms) and makes a number from the state in which it started. Its adoption
-/// adds the number to ToyWorld::flooded and removes a ball at the requested position. The result of a strict
-/// job is invalid if matter was removed in the meantime.
+/// adds the number to ToyUndoable::flooded and removes a ball at the requested position. The result of a
+/// strict job is invalid if matter was removed in the meantime.
 struct ToyFlood {
   glm::dvec3 at{0.0};
   double milliseconds = 0;
@@ -138,7 +139,7 @@ class Toy final : public Module {
     static const std::array<const JobType*, 2> all{&flood, &plant};
     return all;
   }
-  Value world() const override { return ToyWorld{}; }
+  Value undoable() const override { return ToyUndoable{}; }
   Value settings() const override { return ToySettings{}; }
   Value result() const override { return ToyFound{}; }
 
@@ -153,7 +154,7 @@ class Toy final : public Module {
   }
   void apply(const Command& command, ModuleWork& work) const override {
     if (const auto* mark = command.request.as<ToyMark>()) {
-      ToyWorld& world = work.change_world<ToyWorld>();
+      ToyUndoable& world = work.change_undoable<ToyUndoable>();
       world.marks += 1;
       world.places.push_back(mark->at);
       work.raise_event(ToyMarked{world.marks}, mark->at);
@@ -179,9 +180,9 @@ class Toy final : public Module {
   static inline std::int64_t deafness = 0;
 
   /// Returns the undoable state of this module; the initial one if the operation lacks the module.
-  static const ToyWorld& toy_world(const OperationState& state) {
-    static const ToyWorld initial;
-    const ToyWorld* world = state.undoable_of<ToyWorld>();
+  static const ToyUndoable& toy_world(const OperationState& state) {
+    static const ToyUndoable initial;
+    const ToyUndoable* world = state.undoable_of<ToyUndoable>();
     return world ? *world : initial;
   }
 
@@ -228,17 +229,17 @@ class Toy final : public Module {
     std::this_thread::sleep_for(
         std::chrono::duration<double, std::milli>(static_cast<const ToyFlood*>(parameters)->milliseconds));
     auto output = std::make_shared<Made>();
-    output->number = static_cast<double>(input.state.world.version->content_hash() >> 12) +
+    output->number = static_cast<double>(input.state.undoable.version->content_hash() >> 12) +
                      static_cast<double>(toy_world(input.state).marks) + salt;
     return output;
   }
   static bool is_result_valid(const void* parameters, const OperationState& input,
                               const OperationState& now) {
     return !static_cast<const ToyFlood*>(parameters)->is_strict ||
-           input.world.version->ledger().total() == now.world.version->ledger().total();
+           input.undoable.version->ledger().total() == now.undoable.version->ledger().total();
   }
   static void adopt(const void* parameters, const JobResult& result, ModuleWork& work) {
-    work.change_world<ToyWorld>().flooded += static_cast<const Made&>(result).number;
+    work.change_undoable<ToyUndoable>().flooded += static_cast<const Made&>(result).number;
     work.change_result<ToyFound>().number = static_cast<const Made&>(result).number;
     work.raise_event(ToyMarked{deafness}, glm::dvec3(0));
     const glm::dvec3& at = static_cast<const ToyFlood*>(parameters)->at;

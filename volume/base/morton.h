@@ -1,4 +1,4 @@
-// morton_code: a number for each point of a lattice, by which near points have near numbers.
+// morton_code: a number for each point of a lattice. Near points mostly have near numbers.
 #pragma once
 
 #include <cstdint>

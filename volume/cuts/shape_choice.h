@@ -33,9 +33,8 @@ enum class PartSize { large, any };
 /// Returns a copy without the parts of a CT's shape outside the patient's body, such as a table or a head
 /// holder: no tissue (-300 HU and above) connects them to the largest part. Returns
 /// `volume` itself if there is no such part that is large (0.5 % of the largest part, or 50 mm long), or no
-/// tissue around the largest part, as in a specimen. PartSize::any removes small parts, too, and does not
-/// require tissue around the largest part.
-/// Changes voxels as keep_largest_part().
+/// tissue around the largest part, as in a specimen. PartSize::any requires neither a large part nor tissue
+/// around the largest part. Changes voxels as keep_largest_part().
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
                                                               const Shape& shape, ShapeParts& removed,
                                                               PartSize size = PartSize::large);

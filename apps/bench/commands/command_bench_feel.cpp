@@ -85,11 +85,11 @@ Result<bench::FeelAnswers> read_answers(const std::string& path) {
                    .found = line,
                    .expected = "scene,proxy_x,proxy_y,proxy_z[,us]",
                    .remedy = "one line per step of hip.csv, numbers in mm"};
-    if (!std::isfinite(x + y + z + us))
+    if (!std::isfinite(x + y + z + us) || (read == 4 && us <= 0))
       return Error{.what = "the results have an invalid number",
                    .where = where + ", line " + std::to_string(number),
                    .found = line,
-                   .expected = "finite numbers"};
+                   .expected = "finite numbers, times above 0"};
     const std::string scene = line.substr(0, comma);
     answers.proxies_world[scene].emplace_back(x, y, z);
     if (read == 4) answers.us[scene].push_back(us);

@@ -98,7 +98,8 @@ std::string axes(const LogAxis& x, const LogAxis& y, const ComparisonChart& char
 
 std::string legend(double left, double top) {
   std::string svg;
-  static constexpr const char* k_kinds[] = {"trephine", "published method, in trephine's code", "library"};
+  static constexpr const char* k_kinds[] = {"trephine", "published method, in trephine's code",
+                                            "other program"};
   static constexpr double k_offsets[] = {0, 110, 410};
   for (std::size_t i = 0; i < 3; ++i)
     svg += format_text("<g transform=\"translate(%.1f %.1f)\">", left + k_offsets[i], top - 5) +
@@ -113,9 +114,26 @@ std::string legend(double left, double top) {
                    left - 6, top + 20);
 }
 
+/// Returns a name as a field of CSV.
+std::string quoted(const std::string& name) {
+  if (name.find_first_of(",\"\n") == std::string::npos) return name;
+  std::string text(1, '"');
+  for (const char c : name) text += c == '"' ? std::string("\"\"") : std::string(1, c);
+  text += '"';
+  return text;
+}
+
 }  // namespace
 
-std::string svg_of(const ComparisonChart& chart) {
+std::string svg_of(const ComparisonChart& all) {
+  ComparisonChart chart = all;
+  std::erase_if(chart.methods, [](const ComparedMethod& m) {
+    return !(m.time_us > 0) || !std::isfinite(m.slow_us) || !std::isfinite(m.median);
+  });
+  for (ComparedMethod& m : chart.methods) {
+    for (double* error : {&m.low, &m.median, &m.high}) *error = std::max(*error, chart.least_error);
+    m.slow_us = std::max(m.slow_us, m.time_us);
+  }
   std::string svg = format_text(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %g %g\" font-family=\"system-ui,sans-serif\" "
       "font-size=\"14\" role=\"img\">\n<rect width=\"%g\" height=\"%g\" fill=\"#fff\"/>\n",
@@ -127,7 +145,9 @@ std::string svg_of(const ComparisonChart& chart) {
     least = std::min(least, m.low), greatest = std::max(greatest, m.high);
     fastest = std::min(fastest, m.time_us), slowest = std::max(slowest, m.slow_us);
   }
-  if (chart.threshold > 0) greatest = std::max(greatest, chart.threshold);
+  if (chart.threshold > 0) {
+    least = std::min(least, chart.threshold), greatest = std::max(greatest, chart.threshold);
+  }
   const LogAxis x(fastest, slowest, 74, k_width - 24), y(least, greatest, k_height - 112, 48);
   const Box plot{x.begin, y.end, x.end, y.begin};
   svg += axes(x, y, chart);
@@ -177,11 +197,11 @@ std::string svg_of(const ComparisonChart& chart) {
 }
 
 std::string csv_of(const ComparisonChart& chart) {
-  static constexpr const char* k_kinds[] = {"trephine", "published", "library"};
+  static constexpr const char* k_kinds[] = {"trephine", "published", "other"};
   std::string csv =
       "method,kind,us_p50,us_p999,error_lower_quartile,error_median,error_upper_quartile,fall_throughs\n";
   for (const ComparedMethod& m : chart.methods)
-    csv += m.name + "," + k_kinds[static_cast<std::size_t>(m.kind)] +
+    csv += quoted(m.name) + "," + k_kinds[static_cast<std::size_t>(m.kind)] +
            format_text(",%.4g,%.4g,%.4g,%.4g,%.4g,%ld\n", m.time_us, m.slow_us, m.low, m.median, m.high,
                        m.falls);
   return csv;

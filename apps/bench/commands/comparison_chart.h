@@ -8,7 +8,7 @@ namespace trephine::bench {
 
 /// A method in a chart: medians over scenes, with their spread.
 struct ComparedMethod {
-  enum class Kind : unsigned char { ours, published, library };
+  enum class Kind : unsigned char { ours, published, other };
   std::string name;
   Kind kind = Kind::ours;
   bool is_default = false;
@@ -19,13 +19,15 @@ struct ComparedMethod {
 
 struct ComparisonChart {
   std::string title, error_label;  ///< label with the unit
-  double threshold = 0;            ///< smallest error that a hand perceives; 0: no line
+  double threshold = 0;            ///< value of a reference line; 0: no line
   std::string threshold_label;
+  double least_error = 1e-4;
   std::vector<ComparedMethod> methods;
 };
 
 /// Draws logarithmic axes, error bars (p50 to p99.9, quartiles of the error), and a name at each point. A
-/// hollow point fell through a surface.
+/// hollow marker: the method fell through a surface. Errors below `least_error` are drawn there; methods
+/// without a positive time are left out.
 std::string svg_of(const ComparisonChart& chart);
 /// Returns the points as CSV with a header.
 std::string csv_of(const ComparisonChart& chart);

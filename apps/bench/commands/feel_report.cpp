@@ -128,41 +128,40 @@ struct Glance {
   }
 };
 
-double median(std::vector<double> v) {
+/// Returns a quantile, interpolated between neighbours; NaN without values.
+double quantile(std::vector<double> v, double share) {
   if (v.empty()) return std::nan("");
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
+  std::sort(v.begin(), v.end());
+  const double at = share * static_cast<double>(v.size() - 1);
+  const auto low = static_cast<std::size_t>(at), high = std::min(low + 1, v.size() - 1);
+  return v[low] + (at - static_cast<double>(low)) * (v[high] - v[low]);
 }
 
-double quartile(std::vector<double> v, double share) {
-  std::sort(v.begin(), v.end());
-  return v[static_cast<std::size_t>(std::lround(share * static_cast<double>(v.size() - 1)))];
-}
+double median(std::vector<double> v) { return quantile(std::move(v), 0.5); }
 
 ComparedMethod::Kind kind_of(const std::string& method) {
   for (const auto& info : haptics::method_catalogue())
     if (method == info.name)
       return info.is_baseline ? ComparedMethod::Kind::published : ComparedMethod::Kind::ours;
-  return ComparedMethod::Kind::library;
+  return ComparedMethod::Kind::other;
 }
 
 /// Run time against error over the smooth scenes. Errors below `least` are drawn at `least`.
 ComparisonChart comparison(const FeelReport& report, const char* title, const char* label,
                            const std::function<std::optional<double>(const FeelRow&)>& error, double least,
                            double threshold, const char* threshold_label) {
-  ComparisonChart chart{title, label, threshold, threshold_label, {}};
+  ComparisonChart chart{title, label, threshold, threshold_label, least, {}};
   for (const std::string& name : methods_of(report)) {
     std::vector<double> times, slow, errors;
     for (const FeelRow& row : report.rows) {
       if (row.method != name || row.group != "smooth" || row.time_us.count == 0) continue;
       const auto e = error(row);
       if (!e) continue;
-      times.push_back(row.time_us.p50), slow.push_back(row.time_us.p999),
-          errors.push_back(std::max(*e, least));
+      times.push_back(row.time_us.p50), slow.push_back(row.time_us.p999), errors.push_back(*e);
     }
     if (times.empty()) continue;
     chart.methods.push_back({name, kind_of(name), name == haptics::k_default_method, median(times),
-                             median(slow), quartile(errors, 0.25), median(errors), quartile(errors, 0.75),
+                             median(slow), quantile(errors, 0.25), median(errors), quantile(errors, 0.75),
                              Glance(report, name).falls});
   }
   // Those of trephine are drawn last, over the others.
@@ -300,17 +299,22 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
   }
   page += std::string("</table><p class=dim>Medians over ") + (has_smooth(report) ? "the smooth" : "all") +
           " scenes; fell through and stuck are sums over all scenes.</p>";
-  if (has_smooth(report))
-    page +=
-        "<h2>Error of the force</h2><img src=time-against-force-error.svg alt='run time against force error'>"
-        "<p class=dim>At a depth of about 1 mm and 0.5 N/mm. The red line: hands distinguish forces from "
-        "about 7 % (Pang, Tan and Durlach 1991).</p>"
-        "<h2>Error of the surface</h2><img src=time-against-surface-error.svg alt='run time against surface "
-        "error'>"
-        "<h2>Error of the force's direction</h2><img src=time-against-direction-error.svg alt='run time "
-        "against "
-        "direction error'><p class=dim>The red line: hands distinguish directions from 25.6 degrees "
-        "(Barbagli et al. 2006, without sight).</p>";
+  const auto charts = comparisons(report);
+  const auto add_chart = [&](const char* name, const char* title, const char* text) {
+    for (const auto& [file, chart] : charts)
+      if (file == name && !chart.methods.empty())
+        page += std::string("<h2>") + title + "</h2><img src=" + file + ".svg alt='" + chart.title +
+                "'><p class=dim>" + text + "</p>";
+  };
+  add_chart(
+      "time-against-force-error", "Error of the force",
+      "At a depth of about 1 mm and 0.5 N/mm. The red line: hands distinguish forces from about 7 % (Pang, "
+      "Tan and Durlach 1991).");
+  add_chart("time-against-surface-error", "Error of the surface",
+            "The red line: an ideal proxy on the smooth solid of the samples.");
+  add_chart(
+      "time-against-direction-error", "Error of the force's direction",
+      "The red line: hands distinguish directions from 25.6 degrees (Barbagli et al. 2006, without sight).");
   if (!report.scaling.empty())
     page += "<h2>Size of the volume</h2><img src=scaling.png alt='run time against size'>";
   if (!report.traces.empty())
@@ -328,15 +332,16 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
         "<h2>Parts of an explicit step's time</h2><table><tr><th>method<th>traversal, us<th>net, "
         "us<th>god-object and rest, us</tr>";
     for (const auto& s : report.split)
-      page += format_text("<tr><td>%s<td>%.3f<td>%.3f<td>%.3f</tr>", s.method.c_str(), s.traversal_us,
-                          s.net_us, s.rest_us);
+      page += format_text("<tr><td>%s<td>%.3f<td>%.3f<td>%.3f</tr>", escaped(s.method).c_str(),
+                          s.traversal_us, s.net_us, s.rest_us);
     page += "</table>";
   }
   std::string counted;
   for (const FeelRow& row : report.rows)
     if (row.instructions)
-      counted += format_text("<tr><td>%s<td>%.0f<td>%.2f<td>%.1f<td>%.1f<td>%.1f</tr>", row.method.c_str(),
-                             *row.instructions, row.time_us.p50, row.voxels, row.cells, row.triangles);
+      counted +=
+          format_text("<tr><td>%s<td>%.0f<td>%.2f<td>%.1f<td>%.1f<td>%.1f</tr>", escaped(row.method).c_str(),
+                      *row.instructions, row.time_us.p50, row.voxels, row.cells, row.triangles);
   if (!counted.empty())
     page +=
         "<h2>Work of a step</h2><p class=dim>On the sphere at 100 mm/s, in contact; instructions are counted "

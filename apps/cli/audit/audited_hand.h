@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 #include "apps/cli/audit/drawn_judge.h"
 #include "apps/cli/audit/friction_audit.h"
 #include "apps/verify/ball_judge.h"
@@ -159,7 +159,7 @@ class TouchableSolids {
   struct Uncut {
     std::size_t item;
     std::shared_ptr<const volume::Volume> volume;
-    scenes::Promise solid;
+    scenes::GuaranteedSolid solid;
   };
   struct Model {
     std::size_t item;
@@ -192,7 +192,7 @@ class TouchableSolids {
           if (other.get() == &item.field.volume()) item_scene.base = other;
         item_scene.items = {item};
         item_scene.tool = scene.tool;
-        uncut_.push_back({i, item_scene.base, scenes::Promise(method(), item_scene)});
+        uncut_.push_back({i, item_scene.base, scenes::GuaranteedSolid(method(), item_scene)});
         continue;
       }
       if (item.depth) continue;  // its triangles change over time; DrawnJudge judges it
@@ -205,7 +205,7 @@ class TouchableSolids {
   }
 
   std::shared_ptr<const haptics::ServoHand> servo_hand_;
-  std::vector<scenes::Promise> cut_;  ///< of the anatomy's shapes
+  std::vector<scenes::GuaranteedSolid> cut_;  ///< of the anatomy's shapes
   std::vector<Uncut> uncut_;
   std::vector<Model> models_;
 };

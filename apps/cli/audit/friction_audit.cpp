@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 #include "apps/verify/friction_judge.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/methods/methods.h"

@@ -44,14 +44,14 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
       info_(*haptics::find_method(operation.method().name())),
       is_smooth_(info_.solid == haptics::MethodInfo::Solid::smooth),
       solid_(verify::solid_voxels(operation.source.volume, scene_.items[0].field.shape())),
-      promise_(info_, scene_),
+      guaranteed_(info_, scene_),
       offset_(scenes::touch_offset_field(scene_, nullptr)),
       smooth_(scenes::touched_smooth_solid(scene_, nullptr)),
       falls_([this](const glm::dvec3& a, const glm::dvec3& b) { return meets(a, b); }) {
   const auto shapes = base_shapes(scene_);
   for (std::size_t i = 1; i < shapes.size(); ++i)
     if (shapes[i].sides == haptics::Side::front)
-      others_.push_back(std::make_unique<scenes::Promise>(info_, scene_, nullptr, i));
+      others_.push_back(std::make_unique<scenes::GuaranteedSolid>(info_, scene_, nullptr, i));
   const bool is_by_images = info_.solid == haptics::MethodInfo::Solid::images;
   if (std::string(info_.name) != "scene-sequential" && !is_by_images) models_ = mesh_walls(scene_);
   const auto identity = [](const glm::dvec3& v) { return v; };
@@ -79,7 +79,7 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
 }
 
 bool TouchJudge::meets(const glm::dvec3& a, const glm::dvec3& b) const {
-  if (promise_.meets(a, b)) return true;
+  if (guaranteed_.meets(a, b)) return true;
   for (const auto& other : others_)
     if (other->meets(a, b)) return true;
   for (const auto& wall : models_)
@@ -144,7 +144,7 @@ void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
     const bool is_let_through =
         (tick.servo_hand.untouchable | tick.servo_hand.let_through).contains(static_cast<int>(model.item)) ||
         popped_ == static_cast<int>(model.item);
-    // A hand faster than the images are updated leaves them; the method promises nothing there.
+    // A hand faster than the images are updated leaves them; the method guarantees nothing there.
     const bool is_covered = !item.depth || is_imaged(tick, model.item, proxy_local);
     if (is_let_through || !is_covered || record.is_reset || record.is_restarted ||
         tick.servo.last_step().is_buried)

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 #include "apps/cli/audit/drawn_judge.h"
 #include "apps/verify/passage_judge.h"
 #include "apps/workbench/touch_run.h"
@@ -24,7 +24,7 @@ class TouchJudge {
   long in_drawn() const { return drawn_.sunk + drawn_.passable; }
   bool has_drawn() const { return has_drawn_; }
   /// True if the method guarantees not to enter a solid.
-  bool is_promised() const { return info_.solid != haptics::MethodInfo::Solid::nothing; }
+  bool is_guaranteed() const { return info_.solid != haptics::MethodInfo::Solid::nothing; }
 
  private:
   bool meets(const glm::dvec3& a, const glm::dvec3& b) const;
@@ -36,8 +36,8 @@ class TouchJudge {
   const haptics::MethodInfo& info_;
   bool is_smooth_;
   verify::SolidVoxels solid_;
-  scenes::Promise promise_;                               ///< of the first shape
-  std::vector<std::unique_ptr<scenes::Promise>> others_;  ///< of the other shapes
+  scenes::GuaranteedSolid guaranteed_;                            ///< of the first shape
+  std::vector<std::unique_ptr<scenes::GuaranteedSolid>> others_;  ///< of the other shapes
   /// Offset field of a round tool; its samples judge the tool's centre, in the frame of the field.
   std::shared_ptr<const volume::OffsetField> offset_;
   verify::SmoothSolid smooth_;

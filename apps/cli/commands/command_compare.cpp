@@ -67,14 +67,14 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
       return untouched;
     }
     auto state = state_at(*session.replay, tick_of(arguments.at), rate, *session.reader);
-    bodies[0] = session.replay->engine().now().world.bodies.size();
+    bodies[0] = session.replay->engine().now().undoable.bodies.size();
     return state;
   };
   auto first = first_state();
   if (!first) return first.error();
   auto second = state_at(*session.replay, tick_of(arguments.with), rate, *session.reader);
   if (!second) return second.error();
-  bodies[1] = session.replay->engine().now().world.bodies.size();
+  bodies[1] = session.replay->engine().now().undoable.bodies.size();
   if (session.scene().items.empty() || session.scene().items[0].is_mesh())
     return Error{.what = "the session has no bone",
                  .where = "session",

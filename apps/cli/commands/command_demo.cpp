@@ -48,7 +48,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   const workbench::Operation& operation = played.run->operation();
   const workbench::Source& source = operation.source;
   const workbench::Place& site = played.run->places()[0];
-  const volume::Version& version = *report.state->world.version;
+  const volume::Version& version = *report.state->undoable.version;
   const bool is_through = is_open(site, *operation.scene(), version);
   const double removed = report.measure("removed");
 

@@ -313,9 +313,9 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   if (is_interrupted())
     return interrupted("the flap", recorder.value() && !recorder.value()->finish(run.engine()));
   const double seconds = seconds_since(begin);
-  if (arguments.lift > 0 && !run.engine().now().world.bodies.empty()) {
+  if (arguments.lift > 0 && !run.engine().now().undoable.bodies.empty()) {
     const dvec3 up = arguments.lift * run.engine().now().undoable_of<bone_flap::FlapState>()->normal;
-    const std::vector<sim::Body> bodies = run.engine().now().world.bodies;
+    const std::vector<sim::Body> bodies = run.engine().now().undoable.bodies;
     for (const sim::Body& body : bodies) run.apply({sim::PlaceBody{body.id, up}, 0});
   }
   const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
@@ -328,7 +328,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   json["anchors_world_mm"] = Json::array();
   for (const dvec3& p : request.anchors) json["anchors_world_mm"].push_back(json_of(p));
   const sim::Engine& engine = run.engine();
-  const std::vector<sim::Body> pieces = engine.now().world.bodies;
+  const std::vector<sim::Body> pieces = engine.now().undoable.bodies;
   dvec3 middle(0), normal(0);
   if (dvec3 at; const auto* no_flap = last_event<bone_flap::FlapFailed>(engine, &at)) {
     json["refused"] = {

@@ -42,9 +42,10 @@ Result<workbench::ReportData> data_of(const ReportArguments& a, const std::strin
 /// Writes the page of a course, which is a folder of sessions.
 Result<Outcome> report_course(const ReportArguments& a, data_tools::OutputSet& outputs) {
   if (!a.expert.empty())
-    return Error{.what = "a session is compared with that of an expert, a folder is not",
+    return Error{.what = "a folder of sessions cannot be compared with an expert",
                  .where = "--expert",
-                 .expected = "a session file"};
+                 .expected = "a session file",
+                 .remedy = "omit --expert, or pass one session"};
   const auto clock = Clock::now();
   const auto course = workbench::score_course(a.session, a.case_source, terminal_listener());
   if (!course) return course.error();

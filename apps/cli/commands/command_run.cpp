@@ -73,7 +73,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   auto played = play_script(request);
   if (!played) return played.error();
   const workbench::ScriptReport& report = played.value().report;
-  const volume::Version& version = *report.state->world.version;
+  const volume::Version& version = *report.state->undoable.version;
   notify_resampled(version.base(), arguments.output);
   outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, version); });
   if (Status error = outputs.result()) return *error;

@@ -184,7 +184,7 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
   if (!opened) return opened.error();
   OpenedVertebra& vertebra = opened.value();
   sim::Engine& engine = vertebra.engine();
-  const auto* world = engine.now().undoable_of<pedicle::PedicleWorld>();
+  const auto* world = engine.now().undoable_of<pedicle::PedicleState>();
   if (world == nullptr || world->screw_bodies.empty())
     return Error{
         .what = "the session has no screws at this time",

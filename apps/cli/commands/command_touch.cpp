@@ -157,7 +157,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
   outputs.recorded(not_recorded);
 
-  Outcome outcome("touch", (judge.fall_throughs() > 0 && judge.is_promised()) || judge.in_drawn() > 0
+  Outcome outcome("touch", (judge.fall_throughs() > 0 && judge.is_guaranteed()) || judge.in_drawn() > 0
                                ? exit_check_failed
                                : exit_done);
   Json& json = outcome.json;

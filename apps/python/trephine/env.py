@@ -1,6 +1,6 @@
 """Learning environments: an operation with reset() and step(), with the results that Gymnasium defines.
 
-Gymnasium is optional: with it, the spaces are its boxes, and the environment may be wrapped as any other.
+Gymnasium need not be installed. If it is, SurgeryEnv is a gymnasium.Env, and its spaces are those of Gymnasium.
 
     env = SurgeryEnv(Pocket())
     observation, info = env.reset(seed=1)
@@ -9,6 +9,7 @@ Gymnasium is optional: with it, the spaces are its boxes, and the environment ma
 
 from __future__ import annotations
 
+import copy
 import importlib
 import importlib.util
 from typing import Any, Optional, Protocol, Union
@@ -33,7 +34,7 @@ class Box:
         self._random = np.random.default_rng(seed)
 
     def sample(self) -> NDArray[np.float32]:
-        sample: NDArray[np.float32] = self._random.uniform(self.low, self.high).astype(np.float32)
+        sample: NDArray[np.float32] = self._random.uniform(np.maximum(self.low, -1e6), np.minimum(self.high, 1e6)).astype(np.float32)
         return sample
 
     def contains(self, value: Any) -> bool:
@@ -41,18 +42,20 @@ class Box:
         return array.shape == self.shape and bool((array >= self.low).all() and (array <= self.high).all())
 
 
+_gymnasium: Any = importlib.import_module("gymnasium") if importlib.util.find_spec("gymnasium") else None
+_Base: Any = _gymnasium.Env if _gymnasium else object
+
+
 def _box(low: Any, high: Any) -> Any:
     low, high = np.asarray(low, np.float32), np.asarray(high, np.float32)
-    if importlib.util.find_spec("gymnasium") is None:
-        return Box(low, high)
-    return importlib.import_module("gymnasium.spaces").Box(low, high, dtype=np.float32)
+    return _gymnasium.spaces.Box(low, high, dtype=np.float32) if _gymnasium else Box(low, high)
 
 
 class Task(Protocol):
-    """What is to be done: the operation, the start of the tool, and the reward."""
+    """Defines the operation, the start of the tool, and the reward. Each environment has a copy of its task."""
 
     def open(self) -> Operation:
-        """Opens the operation, with one hand that holds a burr."""
+        """Opens the operation, with one hand and 1000 ticks per second."""
 
     def start(self, random: np.random.Generator) -> Array:
         """Returns the position at which an episode starts, mm."""
@@ -62,41 +65,69 @@ class Task(Protocol):
 
     def judge(self, operation: Operation, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
         """Returns the value of the state, whether the task is done, and facts for `info`. The reward of a step
-        is the growth of the value. `touches`: of the last step; None at the start."""
+        is the growth of the value. `touches`: of the last step; None after a reset."""
+
+
+def _air_of(scan: Scan) -> float:
+    """Returns the intensity of removed matter."""
+    return -1000.0 if scan.is_hounsfield else float(scan.array.min())
+
+
+def _numbers(value: Any, count: int, name: str) -> Array:
+    array: Array = np.asarray(value, float)
+    if array.shape != (count,) or not np.isfinite(array).all():
+        raise ValueError(f"{name} must be {count} finite numbers.")
+    return array
 
 
 class Pocket:
     """A pocket is drilled: bone within a ball is removed, and none outside.
 
-    The value is the removed share of the bone in the ball, minus the removed volume outside, relative to the
-    same bone. Done at 90 %.
+    Bone: voxels of at least `iso`; at the border of the ball in proportion to their share inside. The value is the
+    removed share of the bone in the ball, minus the volume removed outside, relative to the same bone. Done at 90 %.
     """
 
     def __init__(self, scan: Optional[Scan] = None, centre: Any = (0.0, 0.0, 28.0), radius: float = 4.0,
                  iso: float = 300.0, burr_diameter: float = 3.0) -> None:
         self.scan = scan if scan is not None else Scan.phantom("sphere", spacing=(1, 1, 1), radius=30)
-        self.centre, self.radius, self.iso = np.asarray(centre, float), float(radius), float(iso)
+        self.centre, self.radius, self.iso = _numbers(centre, 3, "The centre"), float(radius), float(iso)
         self.burr_diameter = float(burr_diameter)
-        around = self.centre + self.radius * np.array([[-1.0], [1.0]])
-        voxels = self.scan.voxel(around)
-        low = np.maximum(np.floor(voxels.min(axis=0)), 0).astype(int)
-        high = np.minimum(np.ceil(voxels.max(axis=0)), np.array(self.scan.shape[::-1]) - 1).astype(int)
-        self._low, self._high = low.tolist(), high.tolist()
-        z, y, x = np.mgrid[low[2] : high[2] + 1, low[1] : high[1] + 1, low[0] : high[0] + 1]
+        self._air = _air_of(self.scan)
+        if not 0 < self.radius < 1000 or not self.iso > self._air:
+            raise ValueError("The radius must be between 0 and 1000 mm, and iso above the intensity of air.")
+        axes = self.scan.world(np.eye(3)) - self.scan.world(np.zeros((3, 3)))
+        self._voxel = abs(float(np.linalg.det(axes)))
+        # Weights of the voxels around the ball: the share of their volume inside.
+        corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+        voxels = self.scan.voxel(self.centre + self.radius * corners)
+        last = np.array(self.scan.shape[::-1]) - 1
+        self._low = np.clip(np.floor(voxels.min(axis=0)), 0, last).astype(int)
+        high = np.clip(np.ceil(voxels.max(axis=0)), 0, last).astype(int)
+        z, y, x = np.mgrid[self._low[2] : high[2] + 1, self._low[1] : high[1] + 1, self._low[0] : high[0] + 1]
         points = np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(float)
-        before = self.scan.array[low[2] : high[2] + 1, low[1] : high[1] + 1, low[0] : high[0] + 1]
-        distance = np.linalg.norm(self.scan.world(points) - self.centre, axis=1)
-        inside = (distance <= self.radius).reshape(before.shape) & (before >= self.iso)
-        self._before = before[inside].astype(float)
-        self._inside = inside
-        self._voxel = abs(float(np.linalg.det(self.scan.world(np.eye(3)) - self.scan.world(np.zeros((3, 3))))))
-        self.bone_mm3 = self._voxel * len(self._before)
+        weights = np.zeros(len(points))
+        fine = (np.arange(4) + 0.5) / 4 - 0.5
+        for dx, dy, dz in np.array(np.meshgrid(fine, fine, fine)).reshape(3, -1).T:
+            distance = np.linalg.norm(self.scan.world(points + [dx, dy, dz]) - self.centre, axis=1)
+            weights += (distance <= self.radius) / 64
+        self._weights = weights.reshape(x.shape)
+        self._high = high
+        is_bone = self._part(self.scan.array) >= self.iso
+        self.bone_mm3 = self._voxel * float(self._weights[is_bone].sum())
         if self.bone_mm3 <= 0:
             raise ValueError("The ball contains no bone. Move the centre, or lower iso.")
 
+    def _part(self, voxels: Any) -> Any:
+        (x0, y0, z0), (x1, y1, z1) = self._low, self._high
+        return voxels[z0 : z1 + 1, y0 : y1 + 1, x0 : x1 + 1]
+
     def open(self) -> Operation:
         hand = Hand("burr", diameter=self.burr_diameter, removal_rate=200)
-        return Operation.open(self.scan, hand=hand, iso=self.iso)
+        operation = Operation.open(self.scan, hand=hand, iso=self.iso)
+        self._inside = self._all = 0.0  # removed bone, mm3
+        self._removed = np.zeros(self._weights.shape)
+        self._now = np.array(operation.array)
+        return operation
 
     def start(self, random: np.random.Generator) -> Array:
         start: Array = self.centre + np.array([*random.uniform(-2, 2, 2), self.radius + 6.0])
@@ -106,37 +137,56 @@ class Pocket:
         return self.centre
 
     def judge(self, operation: Operation, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
-        now = operation.read(self._low, self._high)[self._inside].astype(float)
-        # A voxel approaches air in proportion to its removed share.
-        inside = self._voxel * float(np.sum((self._before - now) / (self._before + 1000.0)))
-        outside = max(operation.removed_mm3 - inside, 0.0)
-        share = inside / self.bone_mm3
-        return share - outside / self.bone_mm3, share >= 0.9, {"removed_share": share, "outside_mm3": outside}
+        changed = operation.take_changed()
+        if changed is not None:
+            low, high = changed
+            (x0, y0, z0), (x1, y1, z1) = low, high
+            box = np.s_[z0 : z1 + 1, y0 : y1 + 1, x0 : x1 + 1]
+            before = self.scan.array[box].astype(float)
+            is_bone = before >= self.iso
+            now = operation.read(low, high)
+            # A voxel approaches air in proportion to its removed share.
+            growth = np.where(is_bone, (self._now[box].astype(float) - now) / np.maximum(before - self._air, 1.0), 0.0)
+            self._all += self._voxel * float(growth.sum())
+            self._now[box] = now
+            first, now = self._part(self.scan.array).astype(float), self._part(self._now)
+            removed = np.where(first >= self.iso, (first - now) / np.maximum(first - self._air, 1.0), 0.0)
+            self._inside = self._voxel * float((self._weights * removed).sum())
+        share, outside = self._inside / self.bone_mm3, max(self._all - self._inside, 0.0)
+        value = share - outside / self.bone_mm3
+        return value, share >= 0.9, {"removed_share": share, "outside_mm3": outside}
 
 
 class BurrHole:
-    """A hole is drilled through the built-in head to the dura, which must stay whole.
+    """A hole is drilled through the built-in head to the dura, which must stay whole, as all other structures.
 
-    The value is the removed share of the bone between the entry and the dura, along a vertical line, minus 2 if
-    the dura was torn. Done when no bone is left, or the dura is torn.
+    The value is the removed share of the bone over the dura, along a vertical line, minus 2 if a structure was
+    torn. Done when 95 % are removed, or a structure is torn.
     """
 
     def __init__(self, entry: Any = (15.0, -20.0), burr_diameter: float = 4.0) -> None:
-        scan = Scan.phantom("head")
+        self.scan = Scan.phantom("head")
         self.burr_diameter = float(burr_diameter)
-        x, y, _ = np.rint(scan.voxel([[entry[0], entry[1], 0.0]])[0]).astype(int).tolist()
-        column = scan.array[:, y, x]
-        bone = np.flatnonzero(column >= 300)
+        position = self.scan.voxel(np.array([[*_numbers(entry, 2, "The entry"), 0.0]]))[0]
+        x, y = (int(v) for v in np.rint(position[:2]))
+        labels = self.scan.labels
+        assert labels is not None
+        bone = np.zeros(0, int)
+        if 0 <= x < self.scan.shape[2] and 0 <= y < self.scan.shape[1]:
+            names = self.scan.label_names
+            is_bone = np.isin(labels[:, y, x], [names.index("cortical_bone"), names.index("diploe")])
+            bone = np.flatnonzero(is_bone)
         if len(bone) == 0:
             raise ValueError("No bone above the entry. Choose another entry.")
-        top = int(bone[-1])
-        bottom = top
-        while bottom > 0 and column[bottom - 1] >= 300:
+        top = bottom = int(bone[-1])
+        while is_bone[bottom - 1]:
             bottom -= 1
+        if names[labels[bottom - 1, y, x]] not in ("dura", "venous_sinus"):
+            raise ValueError("No dura below the bone at the entry. Choose another entry.")
         self._low, self._high = [x, y, bottom], [x, y, top]
-        self._before = column[bottom : top + 1].astype(float)
-        self.entry: Array = scan.world([[x, y, top]])[0]
-        self._tears = 0
+        self._before = self.scan.array[bottom : top + 1, y, x].astype(float)
+        self.entry: Array = self.scan.world(np.array([[x, y, top]], float))[0]
+        self._first_event = 0
 
     def open(self) -> Operation:
         return Operation.open("head", hand=Hand("burr", diameter=self.burr_diameter, removal_rate=150), plan=True)
@@ -149,36 +199,39 @@ class BurrHole:
         return self.entry
 
     def judge(self, operation: Operation, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
-        tears = sum(e.name == "structure-torn" and e.fields["structure"] == "dura" for e in operation.events)
         if touches is None:
-            self._tears = tears  # events of former episodes
+            self._first_event = operation.event_count  # those of former episodes do not count
+        is_torn = any(e.name == "structure-torn" for e in operation.events_since(self._first_event))
         now = operation.read(self._low, self._high)[:, 0, 0].astype(float)
         share = float(np.mean((self._before - now) / (self._before + 1000.0)))
-        is_torn = tears > self._tears
         return share - 2.0 * is_torn, share > 0.95 or is_torn, {"removed_share": share, "is_torn": float(is_torn)}
 
 
-class SurgeryEnv:
+class SurgeryEnv(_Base):  # type: ignore[misc]
     """An operation as a learning environment.
 
     An action is a velocity (x, y, z, mm/s) and the button (above 0.5: the tool runs). An observation is the
-    position relative to the goal (mm), the force (N), contact (0 or 1) and the value of the task. A reset
-    undoes what was cut; equal seeds and actions give equal bits.
+    position of the hand relative to the goal (mm), the force (N), contact (0 or 1) and the value of the task. A
+    reset undoes what was cut; equal seeds and actions give equal bits. The hand may move through bone, as a
+    device may: the tool stays outside, and the force grows. Measures such as "nearest to dura" are those of the
+    whole operation, not of an episode.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}
 
     def __init__(self, task: Union[Task, None] = None, ticks_per_step: int = 20, max_steps: int = 500,
                  max_speed: float = 20.0) -> None:
-        if ticks_per_step < 1 or max_steps < 1 or not max_speed > 0:
-            raise ValueError("ticks_per_step, max_steps and max_speed must be positive.")
-        self.task: Task = task if task is not None else Pocket()
+        if not (isinstance(ticks_per_step, int) and isinstance(max_steps, int)) or \
+                min(ticks_per_step, max_steps) < 1 or not 0 < max_speed < 1e4:
+            raise ValueError("ticks_per_step and max_steps must be positive integers, max_speed 0 to 10000 mm/s.")
+        self.task: Task = copy.copy(task) if task is not None else Pocket()
         self.ticks_per_step, self.max_steps, self.max_speed = ticks_per_step, max_steps, max_speed
         self.operation = self.task.open()
+        self._uncut_mm3 = self.operation.removed_mm3  # cuts of the task itself
         self.action_space = _box([-max_speed] * 3 + [0], [max_speed] * 3 + [1])
         self.observation_space = _box([-np.inf] * 8, [np.inf] * 8)
         self._random = np.random.default_rng()
-        self._position = np.zeros(3)
+        self._position: Optional[Array] = None
         self._steps = 0
         self._value = 0.0
 
@@ -186,11 +239,13 @@ class SurgeryEnv:
               options: Optional[dict[str, Any]] = None) -> tuple[NDArray[np.float32], dict[str, Any]]:
         if seed is not None:
             self._random = np.random.default_rng(seed)
-        self._position = self.task.start(self._random)
-        # The end of the stroke, far from bone; then all strokes are undone.
+        self._position = _numbers(self.task.start(self._random), 3, "The start")
+        # Moves away from bone with the tool off, which ends the stroke; then undoes all strokes.
         self.operation.run(self._position[None], buttons=0)
-        while self.operation.removed_mm3 > 0:
+        while (removed := self.operation.removed_mm3) > self._uncut_mm3:
             self.operation.undo()
+            if self.operation.removed_mm3 == removed:  # more strokes than an operation can undo
+                self.operation = self.task.open()
         self.operation.reset()
         touches = self.operation.run(self._position[None], buttons=0)
         self._steps = 0
@@ -198,6 +253,8 @@ class SurgeryEnv:
         return self._observation(touches), dict(facts)
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        if self._position is None:
+            raise RuntimeError("The environment has no episode. Call reset() first.")
         velocity = np.asarray(action, float)
         if velocity.shape != (4,) or not np.isfinite(velocity).all():
             raise ValueError("An action is four finite numbers: a velocity in mm/s and the button.")
@@ -211,6 +268,7 @@ class SurgeryEnv:
         return self._observation(touches), reward, is_done, self._steps >= self.max_steps, dict(facts)
 
     def _observation(self, touches: Touches) -> NDArray[np.float32]:
+        assert self._position is not None
         numbers = np.concatenate([self._position - self.task.goal(), touches.force[-1],
                                   [float(touches.contact[-1]), self._value]])
         observation: NDArray[np.float32] = numbers.astype(np.float32)

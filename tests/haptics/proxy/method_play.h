@@ -1,11 +1,11 @@
-// Play: steps a proxy method and judges each step by the method's promise.
+// Play: steps a proxy method and judges each step by the solid that the method guarantees not to enter.
 #pragma once
 
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 #include "apps/bench/scenes/scenes.h"
 #include "haptics/methods/methods.h"
 #include "volume/cuts/removal.h"
@@ -42,7 +42,7 @@ struct Play {
       : scene(std::move(s)),
         version(std::make_shared<volume::Version>(scene.base)),
         method(make_method(name).value()),
-        judge([this](const glm::dvec3& a, const glm::dvec3& b) { return promise->meets(a, b); }) {
+        judge([this](const glm::dvec3& a, const glm::dvec3& b) { return solid->meets(a, b); }) {
     EXPECT_FALSE(method->prepare(scene).has_value());
     set_version(version);
   }
@@ -53,7 +53,7 @@ struct Play {
   void set_version(std::shared_ptr<const volume::Version> next, TouchState::OffsetFields offsets = {}) {
     version = std::move(next);
     seen = std::make_shared<TouchState>(version, std::move(offsets));
-    promise = std::make_unique<scenes::Promise>(*find_method(method->name()), scene, seen);
+    solid = std::make_unique<scenes::GuaranteedSolid>(*find_method(method->name()), scene, seen);
     judge.solid_changed();
   }
   ProxyStep step(const glm::dvec3& hip_world) {
@@ -65,7 +65,7 @@ struct Play {
   }
 
  private:
-  std::unique_ptr<scenes::Promise> promise;
+  std::unique_ptr<scenes::GuaranteedSolid> solid;
 };
 
 }  // namespace trephine::haptics

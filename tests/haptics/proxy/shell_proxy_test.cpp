@@ -9,7 +9,7 @@
 #include <random>
 
 #include "apps/bench/scenes/closed_models.h"
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 #include "haptics/methods/methods.h"
 #include "haptics/tool/point_shell.h"
 #include "tests/haptics/servo/servo_fixture.h"

@@ -109,7 +109,7 @@ void EraserModule::react(const sim::Event& event, const sim::OperationState&,
                          sim::ModuleReaction& reaction) const {
   const auto* erased = event.value.as<Erased>();
   if (!erased) return;
-  auto& total = reaction.change_world<EraserTotal>();
+  auto& total = reaction.change_undoable<EraserTotal>();
   total.amount += erased->amount;
   total.at = event.position_world;
 }

@@ -42,7 +42,7 @@ class EraserModule final : public sim::Module {
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value world() const override { return EraserTotal(); }
+  sim::Value undoable() const override { return EraserTotal(); }
   sim::Value settings() const override { return EraserLimit(); }
   Status allows(const sim::Command& command, const sim::OperationState& now) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;

@@ -25,7 +25,7 @@ struct CatheterNotLeft {
 };
 
 /// Catheters in place, oldest first. Undoable, as their bodies.
-struct LeftCatheters {
+struct CathetersInPlace {
   std::vector<sim::Id> bodies;           ///< 0 until the body is added
   std::vector<glm::dvec3> starts, tips;  ///< mm, world: at the outermost layer, and at the tip
   std::vector<double> diameters;         ///< mm

@@ -1,5 +1,5 @@
-// Promise: the region that a method promises not to enter (haptics/methods/methods.h), built by the judges
-// from a scene's samples.
+// GuaranteedSolid: the region that a method guarantees not to enter (haptics/methods/methods.h), built by the
+// judges from a scene's samples.
 #pragma once
 
 #include <memory>
@@ -15,11 +15,12 @@ namespace trephine::scenes {
 /// The solid of one of a scene's shapes in one version, or, for a round tool, the region forbidden to its
 /// centre. The smooth solid and the cubes are read sample by sample with the judges' code; of triangles every
 /// one is tested, in extended precision.
-class Promise {
+class GuaranteedSolid {
  public:
-  /// `seen` null: untouched. Copies the needed parts of the scene, and keeps no reference to it.
-  Promise(const haptics::MethodInfo& method, const haptics::TouchScene& scene,
-          std::shared_ptr<const haptics::TouchState> touch_state = nullptr, std::size_t shape = 0);
+  /// `touch_state` null: the untouched volume. Copies the needed parts of the scene, and keeps no reference
+  /// to it.
+  GuaranteedSolid(const haptics::MethodInfo& method, const haptics::TouchScene& scene,
+                  std::shared_ptr<const haptics::TouchState> touch_state = nullptr, std::size_t shape = 0);
 
   /// True if the segment from a to b (volume frame), or the point if both are equal, meets the solid.
   bool meets(const glm::dvec3& a, const glm::dvec3& b) const;

@@ -1,4 +1,4 @@
-#include "apps/bench/scenes/promise.h"
+#include "apps/bench/scenes/guaranteed_solid.h"
 
 #include "apps/verify/cell_mesh.h"
 #include "haptics/depth/depth_net.h"
@@ -28,8 +28,8 @@ verify::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
                               touched.soft);
 }
 
-Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
-                 std::shared_ptr<const haptics::TouchState> touch_state, std::size_t index)
+GuaranteedSolid::GuaranteedSolid(const MethodInfo& method, const haptics::TouchScene& scene,
+                                 std::shared_ptr<const haptics::TouchState> touch_state, std::size_t index)
     : base_(scene.base) {
   using Solid = MethodInfo::Solid;
   const haptics::TouchItem& shape = scene.items[index];
@@ -72,7 +72,7 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
   triangles_ = std::make_unique<verify::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
 }
 
-bool Promise::meets(const glm::dvec3& from, const glm::dvec3& to) const {
+bool GuaranteedSolid::meets(const glm::dvec3& from, const glm::dvec3& to) const {
   const auto in_samples = [this](const glm::dvec3& p) {
     if (!offset_ && !lattice_) return p;
     return (offset_ ? offset_->frame() : *lattice_).volume_from_world(base_->frame.world_from_volume(p));

@@ -1,4 +1,4 @@
-#include "modules/ventriculostomy/left_catheter.h"
+#include "modules/ventriculostomy/catheter_in_place.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -75,20 +75,20 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const LeaveResult&>(result);
   if (output.catheters.empty())
     return work.raise_event(CatheterNotLeft{"the catheter is not in the head any more"}, {});
-  auto& left = work.change_world<LeftCatheters>();
+  auto& left = work.change_undoable<CathetersInPlace>();
   left.bodies.push_back({}), left.starts.push_back(output.start), left.tips.push_back(output.tip);
   left.diameters.push_back(output.diameter);
 }
 
 }  // namespace
 
-std::optional<std::size_t> LeftCatheters::find_start(const dvec3& start) const noexcept {
+std::optional<std::size_t> CathetersInPlace::find_start(const dvec3& start) const noexcept {
   const auto found = std::find(starts.rbegin(), starts.rend(), start);
   if (found == starts.rend()) return std::nullopt;
   return static_cast<std::size_t>(starts.rend() - found) - 1;
 }
 
-void LeftCatheters::remove(sim::Id body) {
+void CathetersInPlace::remove(sim::Id body) {
   const auto found = std::find(bodies.begin(), bodies.end(), body);
   const auto index = found - bodies.begin();
   bodies.erase(found);
@@ -100,7 +100,7 @@ const CatheterState* inserted(const sim::OperationState& operation, std::size_t 
   const auto& hands = operation.settings.hands;
   const auto* state = hand < hands.size() ? hands[hand].state.as<CatheterState>() : nullptr;
   if (!state || !state->has_entered) return nullptr;
-  const auto* left = operation.undoable_of<LeftCatheters>();
+  const auto* left = operation.undoable_of<CathetersInPlace>();
   return left && left->find_start(state->start) ? nullptr : state;
 }
 
@@ -136,11 +136,11 @@ const sim::Schema& CatheterNotLeft::schema() {
   static constexpr sim::Schema table{"catheter-not-left", 1, fields};
   return table;
 }
-const sim::Schema& LeftCatheters::schema() {
-  static constexpr sim::Field fields[] = {field<&LeftCatheters::bodies>("bodies"),
-                                          field<&LeftCatheters::starts>("starts", {.unit = "mm"}),
-                                          field<&LeftCatheters::tips>("tips", {.unit = "mm"}),
-                                          field<&LeftCatheters::diameters>("diameters", {.unit = "mm"})};
+const sim::Schema& CathetersInPlace::schema() {
+  static constexpr sim::Field fields[] = {field<&CathetersInPlace::bodies>("bodies"),
+                                          field<&CathetersInPlace::starts>("starts", {.unit = "mm"}),
+                                          field<&CathetersInPlace::tips>("tips", {.unit = "mm"}),
+                                          field<&CathetersInPlace::diameters>("diameters", {.unit = "mm"})};
   static constexpr sim::Schema table{"left-catheters", 1, fields};
   return table;
 }
