@@ -17,10 +17,10 @@ struct Burr {
   bool is_round = false;      ///< the hand holds the burr, and all of it touches; false: a point touches
   Shape shape = Shape::sphere;
   Grade grade = Grade::cutting;
-  double rpm = 60000;           ///< 1/min, of the spindle
-  double length = 0;            ///< mm; not used for a ball; 0: the usual length of the shape
-  double shaft = 0;             ///< mm, length of shaft that also touches; with is_round
-  bool is_dry = false;          ///< without irrigation
+  double rpm = 60000;   ///< 1/min, of the spindle
+  double length = 0;    ///< mm; not used for a ball; 0: the usual length of the shape
+  double shaft = 0;     ///< mm, length of shaft that also touches; with is_round
+  bool is_dry = false;  ///< without irrigation
 
   double radius() const noexcept { return 0.5 * diameter; }
   /// Returns the cutting body. The hand holds its origin (`along` 0): the centre of a ball, of the tip ball

@@ -350,7 +350,7 @@ TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
   EXPECT_FALSE(doctor.contains("timer_late_us"));
   for (const auto& [options, text] : std::initializer_list<std::pair<const char*, const char*>>{
            {"--device flacon", "spacemouse"},
-           {"--device falcon:first", "selected by its index"},
+           {"--device falcon:first", "index of the device is invalid"},
            {"--device falcon:", "no selector"},
            {"--device spacemouse --device-scale 0", "0.1 to 10"},
            {"--device pedal", "unknown device"},

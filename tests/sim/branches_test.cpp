@@ -59,12 +59,12 @@ TEST(Branches, EachKeepsItsWholeHistory) {
   for (int n = 0; n < 3; ++n) done(Redo{});
   EXPECT_EQ(undoable_of(engine), other);
 
-  for (const auto& [name, words] :
-       std::initializer_list<std::pair<std::string, std::string>>{{"main", "already exists"},
-                                                                  {"other", "already exists"},
-                                                                  {"", "needs a name"},
-                                                                  {"a\nb", "needs a name"},
-                                                                  {std::string(50, 'x'), "needs a name"}}) {
+  for (const auto& [name, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"main", "already exists"},
+           {"other", "already exists"},
+           {"", "name of the branch is invalid"},
+           {"a\nb", "name of the branch is invalid"},
+           {std::string(50, 'x'), "name of the branch is invalid"}}) {
     const Outcome refused = engine.apply(BeginBranch{name});
     ASSERT_TRUE(refused.refused) << name;
     EXPECT_NE(refused.refused->what.find(words), std::string::npos) << refused.refused->what;

@@ -224,7 +224,7 @@ TEST(DepthSession, PixelsTooFineForAHandAreRefused) {
   EXPECT_FALSE(DepthSets::check_pixel(0.05, 100, 0));
   const auto fine = DepthSets::check_pixel(0.02, 100, 0);
   ASSERT_TRUE(fine);
-  EXPECT_NE(fine->what.find("too little"), std::string::npos);
+  EXPECT_NE(fine->what.find("too small"), std::string::npos);
   EXPECT_FALSE(DepthSets::check_pixel(0.02, 1000, 0));  // fewer are needed until the next set
 }
 

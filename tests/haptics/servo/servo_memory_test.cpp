@@ -153,6 +153,32 @@ TEST_P(ServoMemories, BrokenBytesAreRefusedOrHarmless) {
   EXPECT_GT(refused, 400);  // all truncated ones, and more
 }
 
+// More points are near matter than are tested: their number in matter is unknown.
+TEST(ServoMemory, OfAToolWithPointsLeftOutIsLoaded) {
+  data_tools::PhantomOptions options = grid(48);
+  options.parameters = {{"angle", 0}};
+  TouchScene scene = scenes::phantom_scene("plane", options);
+  const auto tool = sampled(std::make_shared<const ToolShape>(ToolProfile{{{0, 9}, {20, 9}}, 0.2}));
+  ASSERT_TRUE(tool);
+  ASSERT_FALSE(set_tool(scene, tool.value()));
+  const auto method = make_method("shell").value();
+  ASSERT_FALSE(method->prepare(scene));
+  const auto seen = seen_by(scene, *method);
+  ServoCore core({}, 1e-3);
+  ServoRecord record;
+  for (int i = 0; i < 120; ++i) record = core.step(*seen, {Pose{{0, 0, 10 - 0.1 * i}, {1, 0, 0, 0}}});
+  EXPECT_TRUE(record.has_contact);
+  ServoCore loaded({}, 1e-3);
+  ASSERT_TRUE(ServoMemory::load(ServoMemory::save(core, seen->hands[0]), seen->hands[0], loaded));
+  for (int i = 0; i < 20; ++i) {
+    std::string a, b;
+    const ServoInput input{Pose{{0.05 * i, 0, -2}, {1, 0, 0, 0}}};
+    put_record(a, core.step(*seen, input));
+    put_record(b, loaded.step(*seen, input));
+    ASSERT_EQ(a, b) << i;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, ServoMemories, testing::Values("implicit", "subvoxel", "explicit", "scene"));
 
 }  // namespace
