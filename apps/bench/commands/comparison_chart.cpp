@@ -52,7 +52,7 @@ std::string marker(ComparedMethod::Kind kind, bool is_hollow) {
 }
 
 /// Width of a text in the font of the chart, about.
-double text_width(const std::string& text) { return 7.6 * static_cast<double>(text.size()); }
+double text_width(const std::string& text) { return 8.0 * static_cast<double>(text.size()) + 3; }
 
 /// Returns the free place around a point that is nearest to it, for its name.
 Box label_box(double x, double y, double width, const std::vector<Box>& occupied, const Box& plot) {
@@ -105,7 +105,7 @@ std::string legend(double left, double top) {
     svg += format_text("<g transform=\"translate(%.1f %.1f)\">", left + k_offsets[i], top - 5) +
            marker(static_cast<ComparedMethod::Kind>(i), false) + "<text x=\"13\" y=\"5\">" + k_kinds[i] +
            "</text></g>\n";
-  svg += format_text("<g transform=\"translate(%.1f %.1f)\">", left + 505, top - 5) +
+  svg += format_text("<g transform=\"translate(%.1f %.1f)\">", left + 560, top - 5) +
          marker(ComparedMethod::Kind::published, true) +
          "<text x=\"13\" y=\"5\">hollow: fell through a surface</text></g>\n";
   return svg + format_text(
