@@ -137,7 +137,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
         worst = std::max(worst, (std::sqrt(2 * held) - std::sqrt(2 * least)) / voxel);
       }
     }
-  EXPECT_GT(touching, 20);
+  EXPECT_GT(touching, 15);
   EXPECT_LT(deepest, 0.1) << "voxels";
   EXPECT_LT(worst, 0.02) << "voxels";
   RecordProperty("nearer_by_trial_voxels", std::to_string(worst));
