@@ -212,12 +212,7 @@ double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noe
 }
 
 bool Chain::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
-  const MeshMotion motion{walls_.tree_of(mesh),
-                          walls_.blocks(mesh, Side::front),
-                          walls_.blocks(mesh, Side::back),
-                          previous,
-                          current,
-                          1e-5 * voxel_};
+  const MeshMotion motion(walls_, mesh, previous, current, voxel_);
   const auto find_push = [&](const Placement& to, dvec3& push) {
     bool is_any = false;
     double first = 2;

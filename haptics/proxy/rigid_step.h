@@ -16,6 +16,15 @@ struct MeshMotion {
   const Placement &previous, &current;
   double margin;  ///< mm, distance from the surface that a push adds
 
+  MeshMotion(const SceneWalls& walls, int mesh, const Placement& from, const Placement& to,
+             double voxel_mm) noexcept
+      : tree(walls.tree_of(mesh)),
+        is_front(walls.blocks(mesh, Side::front)),
+        is_back(walls.blocks(mesh, Side::back)),
+        previous(from),
+        current(to),
+        margin(1e-5 * voxel_mm) {}
+
   /// Returns true if the mesh passes over a ball (radius 0: a point) of a tool that moves from `tool` to
   /// `to`, at a time earlier than `first`. Then sets `push`, which prevents it, and `first` to that time.
   bool meets(const Placement& tool, const Placement& to, const glm::dvec3& local, double radius,

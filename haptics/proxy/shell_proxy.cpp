@@ -336,12 +336,8 @@ void Shell::report(ProxyStep& result, double share) const noexcept {
 
 /// Handles the motion of a mesh since the previous step. Returns false if it passed over the tool.
 bool Shell::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
-  const MeshMotion motion{walls_.tree_of(mesh),
-                          walls_.blocks(mesh, Side::front),
-                          walls_.blocks(mesh, Side::back),
-                          previous,
-                          current,
-                          1e-5 * voxel_};
+  is_found_ = false;
+  const MeshMotion motion(walls_, mesh, previous, current, voxel_);
   const auto find_push = [&](const Placement& to, dvec3& push) {
     bool is_any = false;
     double first = 2;

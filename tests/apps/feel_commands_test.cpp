@@ -95,6 +95,10 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   const Ended bad = run("bench feel -o out --quick --only " + id + " --score bad.csv");
   EXPECT_EQ(bad.exit_code, 2);
   EXPECT_NE(bad.err.find("nowhere"), std::string::npos);
+  write("instant.csv", "scene,proxy_x,proxy_y,proxy_z,us\n" + id + ",1,2,3,0\n");
+  const Ended instant = run("bench feel -o out --quick --only " + id + " --score instant.csv");
+  EXPECT_EQ(instant.exit_code, 2);
+  EXPECT_NE(instant.err.find("times above 0"), std::string::npos) << instant.err;
 }
 
 /// One scorer for all: our own answers, submitted, get our own row; a burr hole is exported as it is touched.

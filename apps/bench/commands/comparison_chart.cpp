@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/cli/report/report_html.h"
+#include "apps/cli/score_rows.h"
 #include "apps/workbench/text.h"
 
 namespace trephine::bench {
@@ -114,15 +115,6 @@ std::string legend(double left, double top) {
                    left - 6, top + 20);
 }
 
-/// Returns a name as a field of CSV.
-std::string quoted(const std::string& name) {
-  if (name.find_first_of(",\"\n") == std::string::npos) return name;
-  std::string text(1, '"');
-  for (const char c : name) text += c == '"' ? std::string("\"\"") : std::string(1, c);
-  text += '"';
-  return text;
-}
-
 }  // namespace
 
 std::string svg_of(const ComparisonChart& all) {
@@ -145,9 +137,8 @@ std::string svg_of(const ComparisonChart& all) {
     least = std::min(least, m.low), greatest = std::max(greatest, m.high);
     fastest = std::min(fastest, m.time_us), slowest = std::max(slowest, m.slow_us);
   }
-  if (chart.threshold > 0) {
+  if (chart.threshold > 0)
     least = std::min(least, chart.threshold), greatest = std::max(greatest, chart.threshold);
-  }
   const LogAxis x(fastest, slowest, 74, k_width - 24), y(least, greatest, k_height - 112, 48);
   const Box plot{x.begin, y.end, x.end, y.begin};
   svg += axes(x, y, chart);
@@ -201,7 +192,7 @@ std::string csv_of(const ComparisonChart& chart) {
   std::string csv =
       "method,kind,us_p50,us_p999,error_lower_quartile,error_median,error_upper_quartile,fall_throughs\n";
   for (const ComparedMethod& m : chart.methods)
-    csv += quoted(m.name) + "," + k_kinds[static_cast<std::size_t>(m.kind)] +
+    csv += cli::csv_cell(m.name) + "," + k_kinds[static_cast<std::size_t>(m.kind)] +
            format_text(",%.4g,%.4g,%.4g,%.4g,%.4g,%ld\n", m.time_us, m.slow_us, m.low, m.median, m.high,
                        m.falls);
   return csv;

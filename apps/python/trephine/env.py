@@ -125,7 +125,6 @@ class Pocket:
         hand = Hand("burr", diameter=self.burr_diameter, removal_rate=200)
         operation = Operation.open(self.scan, hand=hand, iso=self.iso)
         self._inside = self._all = 0.0  # removed bone, mm3
-        self._removed = np.zeros(self._weights.shape)
         self._now = np.array(operation.array)
         return operation
 

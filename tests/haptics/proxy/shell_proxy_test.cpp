@@ -361,6 +361,35 @@ TEST(ShellProxy, AModelUnderThousandsOfPointsReleasesAndCarriesTheTool) {
   }
 }
 
+// A new version and a motion of the model in the same tick: points are found after the motion.
+TEST(ShellProxy, AModelThatMovesWhileMatterIsCutIsNotEntered) {
+  const auto tool = shell_of({0, 20, 4}, 0.5);
+  TouchScene scene = scene_with("sphere", {{"radius", 5}}, std::make_shared<const ToolShape>());
+  const depth::Model plate = depth::box({-20, -20, 36}, {20, 20, 40});
+  TouchItem item = mesh_item("plate", std::make_shared<MeshTree>(plate.vertices, plate.triangles));
+  item.mover = 0;
+  scene.items.push_back(item);
+  ASSERT_FALSE(set_tool(scene, tool));
+  volume::RemovalEditor editor(untouched(scene), solids_of(scene));
+  int touching = 0;
+  for (int phase = 0; phase < 20; ++phase) {
+    ShellPlay run(scene);
+    Placement place;
+    const std::span<const Placement> movers(&place, 1);
+    for (int i = 0; i < 16; ++i) {
+      const dvec3 cut(0, 0, 5 - 0.02 * (16 * phase + i));
+      editor.remove(volume::Sweep{.start_world = cut, .end_world = cut, .radius_mm = 1});
+      run.touch_state = TouchState(std::shared_ptr<const volume::Version>(editor.publish()));
+      place.position_world.z = 0.6 * i;
+      const ProxyStep r = run.step({{0, 0, 48 + 0.05 * phase - 0.4 * i}, {1, 0, 0, 0}}, movers);
+      ASSERT_FALSE(r.is_buried) << phase << ", " << i;
+      ASSERT_GT(r.proxy_world.z, 40 + place.position_world.z - 0.01) << phase << ", " << i;
+      touching += r.has_contact;
+    }
+  }
+  EXPECT_GT(touching, 100);
+}
+
 TEST(ShellProxy, GrownMatterReleasesTheTool) {
   TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of({0, 40, 1.2}, 0.4));
   ASSERT_FALSE(set_smallest_burr(scene, 6));
