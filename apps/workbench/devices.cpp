@@ -58,8 +58,9 @@ Result<DevicePointer> make_hardware(const std::string& text, bool has_pose, cons
                      .expected = kind.name + ", or " + kind.name + ":1"};
       return kind.make(name.selector, device_host(listener));
     }
-  else if (name.kind == "falcon" || name.kind == "spacemouse" || name.kind == "pedal")
-    return kinds.error();
+  else
+    for (const char* const kind : {"falcon", "touch", "omega", "inverse3", "spacemouse", "pedal"})
+      if (name.kind == kind) return kinds.error();
   return Error{.what = has_pose ? "unknown device" : "unknown pedal",
                .where = "device",
                .found = text,

@@ -13,7 +13,7 @@ namespace trephine::workbench {
 
 struct DeviceChoice {
   std::string device =
-      "mouse";        ///< "mouse", "falcon", "spacemouse:1", "playback:PATH.csv", "virtual:PATH.csv"
+      "mouse";        ///< "mouse", "falcon", "touch", "spacemouse:1", "playback:PATH.csv", "virtual:PATH.csv"
   std::string pedal;  ///< "pedal", "pedal:1", "pedal:/dev/input/event5"; empty: none
   double scale = 1;   ///< motion of the tool per motion of the device
 };

@@ -12,7 +12,7 @@ namespace trephine::haptics {
 
 /// One result of a check of this machine, with its remedy.
 struct DeviceCheck {
-  std::string found, remedy;
+  std::string found, remedy = {};
   bool is_fault = false;
   std::string node = {};  ///< file of the device; empty: not of one device
 };

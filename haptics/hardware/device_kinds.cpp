@@ -4,13 +4,17 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <unistd.h>
 
 #include "haptics/device/device_kind.h"
 #include "haptics/hardware/falcon_device.h"
+#include "haptics/hardware/force_dimension_device.h"
 #include "haptics/hardware/hid_link.h"
 #include "haptics/hardware/input_file.h"
+#include "haptics/hardware/inverse3_device.h"
 #include "haptics/hardware/pedal_device.h"
 #include "haptics/hardware/spacemouse_device.h"
+#include "haptics/hardware/touch_device.h"
 #include "haptics/hardware/usb_link.h"
 
 namespace trephine::haptics {
@@ -18,6 +22,7 @@ namespace trephine::haptics {
 namespace {
 
 constexpr std::uint16_t k_ftdi = 0x0403, k_falcon = 0xcb48;
+constexpr std::uint16_t k_force_dimension = 0x1451, k_3d_systems = 0x2988, k_any_product = 0;
 constexpr std::size_t k_largest_firmware = 1 << 20;  // bytes; the known image has about 20 kB
 constexpr const char* k_rules_remedy =
     "install packaging/60-trephine.rules in /etc/udev/rules.d, then plug it in again";
@@ -71,16 +76,37 @@ Result<std::shared_ptr<Device>> make_falcon(const std::string& selector, const D
   return std::shared_ptr<Device>(std::make_shared<FalconDevice>(std::move(choice)));
 }
 
-std::vector<DeviceCheck> check_falcon(const DeviceHost& host) {
-  const auto found = find_usb(k_ftdi, k_falcon);
+/// Returns the check of a device that was found: its name, its file, and whether this user may open it.
+DeviceCheck check_node(const std::string& product, const std::string& name, const std::string& node,
+                       bool is_accessible) {
+  return {product + " as '" + name + "', " + node + (is_accessible ? "" : ", which this user may not open"),
+          is_accessible ? "" : k_rules_remedy, !is_accessible, node};
+}
+
+/// Checks the devices of a vendor on the USB.
+std::vector<DeviceCheck> check_usb(std::uint16_t vendor, std::uint16_t product, const std::string& label,
+                                   const std::string& kind) {
+  const auto found = find_usb(vendor, product);
   if (!found) return {{found.error().what, found.error().remedy, true}};
   std::vector<DeviceCheck> checks;
   for (std::size_t i = 0; i < found.value().size(); ++i) {
     const UsbDevice& device = found.value()[i];
-    checks.push_back({"Novint Falcon as 'falcon:" + std::to_string(i) + "', " + device.node() +
-                          (device.is_accessible ? "" : ", which this user may not open"),
-                      device.is_accessible ? "" : k_rules_remedy, !device.is_accessible, device.node()});
+    checks.push_back(check_node(label, kind + ":" + std::to_string(i), device.node(), device.is_accessible));
   }
+  return checks;
+}
+
+/// Adds the check of a vendor's library. It is loaded only if a device is plugged in.
+void add_library_check(std::vector<DeviceCheck>& checks, const Status& error, const std::string& product) {
+  if (error)
+    checks.push_back({error->what + (error->found.empty() ? "" : ": " + error->found), error->remedy, true});
+  else
+    checks.push_back({"the library of " + product + " is installed"});
+}
+
+std::vector<DeviceCheck> check_falcon(const DeviceHost& host) {
+  std::vector<DeviceCheck> checks = check_usb(k_ftdi, k_falcon, "Novint Falcon", "falcon");
+  if (!checks.empty() && checks.front().node.empty()) return checks;
   std::error_code error;
   if (!checks.empty() && !std::filesystem::exists(firmware_file(host), error))
     checks.push_back({"no firmware file of the Falcon, which is necessary after it was switched on",
@@ -101,10 +127,8 @@ std::vector<DeviceCheck> check_spacemice(const DeviceHost&) {
   std::vector<DeviceCheck> checks;
   for (std::size_t i = 0; i < found.value().size(); ++i) {
     const HidDevice& device = found.value()[i];
-    checks.push_back({(device.product.empty() ? std::string("SpaceMouse") : device.product) +
-                          " as 'spacemouse:" + std::to_string(i) + "', " + device.node +
-                          (device.is_accessible ? "" : ", which this user may not open"),
-                      device.is_accessible ? "" : k_rules_remedy, !device.is_accessible, device.node});
+    checks.push_back(check_node(device.product.empty() ? "SpaceMouse" : device.product,
+                                "spacemouse:" + std::to_string(i), device.node, device.is_accessible));
   }
   return checks;
 }
@@ -131,9 +155,75 @@ std::vector<DeviceCheck> check_pedals(const DeviceHost&) {
   std::vector<DeviceCheck> checks;
   const std::vector<PedalNode> found = find_pedals();
   for (std::size_t i = 0; i < found.size(); ++i)
-    checks.push_back({found[i].name + " as 'pedal:" + std::to_string(i) + "', " + found[i].node +
-                          (found[i].is_accessible ? "" : ", which this user may not open"),
-                      found[i].is_accessible ? "" : k_rules_remedy, !found[i].is_accessible, found[i].node});
+    checks.push_back(
+        check_node(found[i].name, "pedal:" + std::to_string(i), found[i].node, found[i].is_accessible));
+  return checks;
+}
+
+Result<std::shared_ptr<Device>> make_touch(const std::string& selector, const DeviceHost& host) {
+  TouchChoice choice;
+  choice.name = selector;
+  if (host.notice) choice.notice = host.notice;
+  return std::shared_ptr<Device>(std::make_shared<TouchDevice>(std::move(choice)));
+}
+
+/// Returns the serial ports of devices of 3D Systems: some models are used through such a file.
+std::vector<std::string> find_touch_ports() {
+  std::vector<std::string> ports;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it("/sys/class/tty", error), end; !error && it != end;
+       it.increment(error)) {
+    const std::string name = it->path().filename();
+    if (!name.starts_with("ttyACM")) continue;
+    std::string vendor;
+    std::ifstream(it->path() / "device" / ".." / "idVendor") >> vendor;
+    if (vendor == "2988") ports.push_back("/dev/" + name);
+  }
+  return ports;
+}
+
+std::vector<DeviceCheck> check_touch(const DeviceHost&) {
+  const auto found = find_usb(k_3d_systems, k_any_product);
+  if (!found || found.value().empty()) return {};
+  std::vector<DeviceCheck> checks;
+  for (const std::string& port : find_touch_ports())
+    checks.push_back(check_node("3D Systems Touch", "touch", port, ::access(port.c_str(), R_OK | W_OK) == 0));
+  if (checks.empty())
+    for (const UsbDevice& device : found.value())
+      checks.push_back(check_node("3D Systems Touch", "touch", device.node(), device.is_accessible));
+  add_library_check(checks, check_touch_library(), "OpenHaptics");
+  return checks;
+}
+
+Result<std::shared_ptr<Device>> make_force_dimension(const std::string& selector, const DeviceHost&) {
+  const auto index = index_of(selector, "omega");
+  if (!index) return index.error();
+  return std::shared_ptr<Device>(
+      std::make_shared<ForceDimensionDevice>(ForceDimensionChoice{index.value(), dhd_files()}));
+}
+
+std::vector<DeviceCheck> check_force_dimension(const DeviceHost&) {
+  std::vector<DeviceCheck> checks =
+      check_usb(k_force_dimension, k_any_product, "Force Dimension device", "omega");
+  if (!checks.empty() && !checks.front().node.empty())
+    add_library_check(checks, check_dhd_library(), "Force Dimension");
+  return checks;
+}
+
+Result<std::shared_ptr<Device>> make_inverse3(const std::string& selector, const DeviceHost&) {
+  const auto index = index_of(selector, "inverse3");
+  if (!index) return index.error();
+  return std::shared_ptr<Device>(std::make_shared<Inverse3Device>(Inverse3Choice{.index = index.value()}));
+}
+
+std::vector<DeviceCheck> check_inverse3(const DeviceHost&) {
+  const auto count = count_inverse3(Inverse3Choice().port);
+  if (!count) return {};  // no service: nothing of Haply is installed
+  if (count.value() == 0)
+    return {{"the service of Haply reports no Inverse3", "plug it in and switch it on", false}};
+  std::vector<DeviceCheck> checks;
+  for (std::size_t i = 0; i < count.value(); ++i)
+    checks.push_back({"Haply Inverse3 as 'inverse3:" + std::to_string(i) + "'"});
   return checks;
 }
 
@@ -147,6 +237,12 @@ extern "C" __attribute__((visibility("default"))) const trephine::haptics::Devic
   using namespace trephine::haptics;
   static const DeviceKind kinds[] = {
       {"falcon", "Novint Falcon: 3 degrees of freedom, 8 N", true, make_falcon, check_falcon},
+      {"touch", "3D Systems Touch, Omni, Phantom: 6 degrees of freedom, with OpenHaptics", true, make_touch,
+       check_touch},
+      {"omega", "Force Dimension omega, delta, sigma, lambda: 3 or 6 degrees of freedom, with its SDK", true,
+       make_force_dimension, check_force_dimension},
+      {"inverse3", "Haply Inverse3: 6 degrees of freedom, 8 N, with its service", true, make_inverse3,
+       check_inverse3},
       {"spacemouse", "3Dconnexion SpaceMouse: 6 degrees of freedom, no force", true, make_spacemouse,
        check_spacemice},
       {"pedal", "foot pedal: buttons and axes", false, make_pedal, check_pedals},

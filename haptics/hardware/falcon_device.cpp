@@ -95,17 +95,14 @@ Status FalconDevice::open() {
   link_ = std::move(link).value();
   parser_.clear();
   position_ = FalconKinematics::k_centre;
-  sent_ = {}, last_ = {}, written_ = {}, last_force_ = {};
-  report_.set(sent_);
-  force_.set(written_);
-  silence_.restart();
+  exchange_.restart();
 
   // A running firmware answers a frame without force.
   std::optional<FalconState> state;
   bool is_running = false;
   if (set_running(*link_) == LinkResult::done)
     for (int attempt = 0; attempt < 3 && !is_running; ++attempt)
-      is_running = exchange({}, state, 50) == LinkResult::done && state;
+      is_running = exchange_frame({}, state, 50) == LinkResult::done && state;
   Status error = is_running ? std::nullopt : load();
   if (!error) error = home();
   if (error) {
@@ -196,7 +193,7 @@ Status FalconDevice::load_once(const std::vector<std::uint8_t>& image) {
   parser_.clear();
   std::optional<FalconState> state;
   for (int attempt = 0; attempt < 20; ++attempt) {
-    result = exchange({}, state, 50);
+    result = exchange_frame({}, state, 50);
     if (state) return std::nullopt;
     if (result == LinkResult::gone) break;
   }
@@ -211,7 +208,7 @@ Status FalconDevice::home() {
   while (true) {
     std::optional<FalconState> state;
     const LinkResult result =
-        exchange({.homes = true, .light = FalconRequest::Light::red}, state, k_frame_ms);
+        exchange_frame({.homes = true, .light = FalconRequest::Light::red}, state, k_frame_ms);
     const double now = seconds_now();
     if (state) answered = now;
     if (state && state->is_homed() && adopt(*state)) return std::nullopt;
@@ -228,8 +225,8 @@ Status FalconDevice::home() {
 }
 
 /// Sends a request and reads until a frame is complete or the time is over.
-LinkResult FalconDevice::exchange(const FalconRequest& request, std::optional<FalconState>& state,
-                                  int timeout_ms) {
+LinkResult FalconDevice::exchange_frame(const FalconRequest& request, std::optional<FalconState>& state,
+                                        int timeout_ms) {
   if (const LinkResult sent = link_->write(encode(request), timeout_ms); sent != LinkResult::done)
     return sent;
   std::array<std::uint8_t, 8 * k_packet> buffer;
@@ -252,13 +249,8 @@ LinkResult FalconDevice::exchange(const FalconRequest& request, std::optional<Fa
 
 /// Returns the motor values of the servo's newest force at the current position.
 FalconRequest FalconDevice::force_request() {
-  constexpr double k_stalled = 0.05;  // s without a new force
-  const double now = seconds_now();
-  if (const auto force = force_.get(); force && force->count != last_force_.count)
-    last_force_ = *force, force_seconds_ = now;
   FalconRequest request{.light = FalconRequest::Light::blue};
-  if (last_force_.count == 0 || now - force_seconds_ > k_stalled) return request;
-  const auto torques = FalconKinematics::torques(angles_, position_, last_force_.newtons);
+  const auto torques = FalconKinematics::torques(angles_, position_, exchange_.wrench().force_world);
   if (!torques) return request;
   // Limited together, so that the direction of the force is kept.
   double greatest = 1;
@@ -270,10 +262,9 @@ FalconRequest FalconDevice::force_request() {
 /// Exchanges one frame. Returns false after the device was unplugged.
 bool FalconDevice::step() {
   std::optional<FalconState> state;
-  const LinkResult result = exchange(force_request(), state, k_frame_ms);
+  const LinkResult result = exchange_frame(force_request(), state, k_frame_ms);
   if (result == LinkResult::gone || result == LinkResult::failed) {
-    sent_.is_lost = true;
-    report_.set(sent_);
+    exchange_.report_loss();
     return false;
   }
   if (state) adopt(*state);
@@ -287,25 +278,8 @@ bool FalconDevice::adopt(const FalconState& state) {
   if (!position) position = FalconKinematics::forward(angles_);
   if (!position) return false;
   position_ = *position;
-  sent_.position = position_ - FalconKinematics::k_centre;
-  sent_.buttons = state.buttons;
-  ++sent_.count;
-  report_.set(sent_);
+  exchange_.report(position_ - FalconKinematics::k_centre, {1, 0, 0, 0}, state.buttons);
   return true;
-}
-
-bool FalconDevice::read(double t, Pose& pose) noexcept {
-  if (const auto report = report_.get()) last_ = *report;
-  if (last_.is_lost || silence_.is_over(t, last_.count)) return false;
-  pose.position_world = last_.position;
-  pose.orientation = {1, 0, 0, 0};
-  pose.buttons = last_.buttons;
-  return true;
-}
-
-void FalconDevice::write(const Wrench& wrench) noexcept {
-  written_ = {wrench.force_world, written_.count + 1};
-  force_.set(written_);
 }
 
 }  // namespace trephine::haptics

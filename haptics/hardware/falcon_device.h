@@ -9,8 +9,7 @@
 #include "haptics/device/device.h"
 #include "haptics/device/falcon_frame.h"
 #include "haptics/device/falcon_kinematics.h"
-#include "haptics/device/latest.h"
-#include "haptics/hardware/device_thread.h"
+#include "haptics/hardware/device_exchange.h"
 #include "haptics/hardware/links.h"
 
 namespace trephine::haptics {
@@ -36,24 +35,14 @@ class FalconDevice final : public Device {
   Status open() override;
   void close() noexcept override;
   DeviceCapabilities capabilities() const override;
-  bool read(double t, Pose& pose) noexcept override;
-  void write(const Wrench& wrench) noexcept override;
+  bool read(double t, Pose& pose) noexcept override { return exchange_.read(t, pose); }
+  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
 
  private:
-  struct Report {
-    glm::dvec3 position{0.0};  ///< from the centre of the workspace
-    std::uint32_t buttons = 0;
-    std::uint64_t count = 0;  ///< of reports
-    bool is_lost = false;
-  };
-  struct Force {
-    glm::dvec3 newtons{0.0};
-    std::uint64_t count = 0;  ///< of writes
-  };
   Status load();
   Status load_once(const std::vector<std::uint8_t>& image);
   Status home();
-  LinkResult exchange(const FalconRequest& request, std::optional<FalconState>& state, int timeout_ms);
+  LinkResult exchange_frame(const FalconRequest& request, std::optional<FalconState>& state, int timeout_ms);
   bool step();
   bool adopt(const FalconState& state);
   FalconRequest force_request();
@@ -61,19 +50,11 @@ class FalconDevice final : public Device {
   FalconChoice choice_;
   std::unique_ptr<UsbLink> link_;
   DeviceThread thread_;
-  Latest<Report> report_;
-  Latest<Force> force_;
+  DeviceExchange exchange_;
   // The thread's.
   FalconParser parser_;
   FalconAngles angles_{};
   glm::dvec3 position_ = FalconKinematics::k_centre;
-  Report sent_;
-  Force last_force_;
-  double force_seconds_ = 0;  ///< time of the last new force
-  // The servo's.
-  Report last_;
-  Force written_;
-  Silence silence_{0.1};
 };
 
 }  // namespace trephine::haptics

@@ -32,7 +32,8 @@ int for_devices(libusb_context* context, std::uint16_t vendor, std::uint16_t pro
   for (ssize_t i = 0; i < count; ++i) {
     libusb_device_descriptor descriptor{};
     if (libusb_get_device_descriptor(list[i], &descriptor) != 0) continue;
-    if (descriptor.idVendor == vendor && descriptor.idProduct == product && !each(list[i])) break;
+    if (descriptor.idVendor == vendor && (product == 0 || descriptor.idProduct == product) && !each(list[i]))
+      break;
   }
   libusb_free_device_list(list, 1);
   return 0;

@@ -15,7 +15,7 @@ struct UsbDevice {
   std::string node() const;    ///< file of the device, /dev/bus/usb/...
 };
 
-/// Returns the devices of a vendor and product, in the order of the bus.
+/// Returns the devices of a vendor and product, in the order of the bus. `product` 0: all of the vendor.
 Result<std::vector<UsbDevice>> find_usb(std::uint16_t vendor, std::uint16_t product);
 /// Opens the device with an index among those of a vendor and product. `name`: of the device, for errors. A
 /// driver of the kernel that holds it is detached until the link is closed.

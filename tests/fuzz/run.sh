@@ -3,7 +3,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 build=$1 seconds=$2
-for target in session path case plan dicom volume_file; do
+for target in session path case plan dicom volume_file device; do
   mkdir -p "$build/corpus/$target"
   options=""
   # ITK's readers leak memory of invalid headers; these leaks are ignored.

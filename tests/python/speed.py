@@ -1,6 +1,6 @@
 """Prints the time of a tick in contact, with all ticks in one call and with one call per tick; and of resets.
 
-PYTHONPATH=build/release/python python3 tests/python/speed.py
+PYTHONPATH=build/release/python /usr/bin/python3 tests/python/speed.py
 """
 
 import time

@@ -128,29 +128,9 @@ std::string users_of(const std::string& node) {
   return users;
 }
 
-/// Finds devices on the USB that this version does not drive.
-std::vector<Finding> find_unsupported() {
-  const struct {
-    const char *vendor, *product, *name;
-  } known[] = {{"1451", "0402", "Force Dimension device"}, {"2988", "0302", "3D Systems Touch"}};
-  std::vector<Finding> found;
-  std::error_code error;
-  for (std::filesystem::directory_iterator it("/sys/bus/usb/devices", error), end; !error && it != end;
-       it.increment(error)) {
-    std::string vendor, product;
-    std::ifstream(it->path() / "idVendor") >> vendor;
-    std::ifstream(it->path() / "idProduct") >> product;
-    for (const auto& k : known)
-      if (vendor == k.vendor && product == k.product)
-        found.push_back({"devices", std::string(k.name) + " is plugged in",
-                         "this version does not drive it; use another device", false});
-  }
-  return found;
-}
-
 /// Checks which devices are plugged in, and what prevents their use.
 std::vector<Finding> find_devices() {
-  std::vector<Finding> found = find_unsupported();
+  std::vector<Finding> found;
   const auto kinds = workbench::hardware_kinds();
   const haptics::DeviceHost host = workbench::device_host(terminal_listener());
   if (!kinds) found.push_back({"drivers", kinds.error().what, kinds.error().remedy, true});

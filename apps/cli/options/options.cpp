@@ -294,9 +294,10 @@ void add_session(Options& options, std::string& session, workbench::SourceChoice
 
 void add_devices(Options& options, workbench::DeviceChoice& devices) {
   options
-      .add("--device", devices.device,
-           "Source of the hand's motion: mouse, falcon, spacemouse (:1 is the second one), playback:PATH.csv "
-           "(follows the path exactly), or virtual:PATH.csv (a simulated hand that is drawn along the path)")
+      .add(
+          "--device", devices.device,
+          "Source of the hand's motion: mouse, falcon, touch, omega, inverse3, spacemouse (spacemouse:1 is the "
+          "second one), playback:PATH.csv (follows the path exactly), or virtual:PATH.csv (a simulated hand that is drawn along the path)")
       .shows_default()
       .type("NAME");
   options

@@ -1,0 +1,59 @@
+#include "haptics/hardware/device_exchange.h"
+
+#include <chrono>
+
+namespace trephine::haptics {
+
+namespace {
+
+constexpr double k_stalled_seconds = 0.05;  // without a wrench from the servo
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+void DeviceExchange::restart() noexcept {
+  sent_ = last_ = {};
+  newest_ = written_ = {};
+  request_seconds_ = 0;
+  report_.set(sent_);
+  request_.set(written_);
+  silence_.restart();
+}
+
+void DeviceExchange::report(const glm::dvec3& position, const glm::dquat& orientation,
+                            std::uint32_t buttons) noexcept {
+  sent_ = {position, orientation, buttons, sent_.count + 1, false};
+  report_.set(sent_);
+}
+
+void DeviceExchange::report_loss() noexcept {
+  sent_.is_lost = true;
+  report_.set(sent_);
+}
+
+Wrench DeviceExchange::wrench() noexcept {
+  const double now = seconds_now();
+  if (const auto request = request_.get(); request && request->count != newest_.count)
+    newest_ = *request, request_seconds_ = now;
+  const bool is_current = newest_.count != 0 && now - request_seconds_ <= k_stalled_seconds;
+  return is_current ? newest_.wrench : Wrench();
+}
+
+bool DeviceExchange::read(double t, Pose& pose) noexcept {
+  if (const auto report = report_.get()) last_ = *report;
+  if (last_.is_lost || last_.count == 0 || silence_.is_over(t, last_.count)) return false;
+  pose.position_world = last_.position;
+  pose.orientation = last_.orientation;
+  pose.buttons = last_.buttons;
+  return true;
+}
+
+void DeviceExchange::write(const Wrench& wrench) noexcept {
+  written_ = {wrench, written_.count + 1};
+  request_.set(written_);
+}
+
+}  // namespace trephine::haptics

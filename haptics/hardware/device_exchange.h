@@ -1,0 +1,54 @@
+// DeviceExchange: poses from the thread of a driver to the servo, and wrenches back.
+#pragma once
+
+#include "haptics/device/device.h"
+#include "haptics/device/latest.h"
+#include "haptics/hardware/device_thread.h"
+
+namespace trephine::haptics {
+
+/// The driver's thread reports poses and fetches the wrench to render, the servo reads and writes. No call
+/// waits or allocates.
+class DeviceExchange {
+ public:
+  /// Forgets both sides. Call while no other thread uses the exchange.
+  void restart() noexcept;
+
+  // The driver's thread.
+  void report(const glm::dvec3& position, const glm::dquat& orientation, std::uint32_t buttons) noexcept;
+  /// Reports that the device was unplugged.
+  void report_loss() noexcept;
+  /// Returns the servo's newest wrench. It is zero before the first one, and 50 ms after the last one.
+  Wrench wrench() noexcept;
+
+  // The servo's thread.
+  /// Returns false after a loss, and after 100 ms without a report.
+  bool read(double t, Pose& pose) noexcept;
+  void write(const Wrench& wrench) noexcept;
+
+ private:
+  struct Report {
+    glm::dvec3 position{0.0};
+    glm::dquat orientation{1, 0, 0, 0};
+    std::uint32_t buttons = 0;
+    std::uint64_t count = 0;  ///< of reports
+    bool is_lost = false;
+  };
+  struct Request {
+    Wrench wrench;
+    std::uint64_t count = 0;  ///< of writes
+  };
+
+  Latest<Report> report_;
+  Latest<Request> request_;
+  // The driver's thread.
+  Report sent_;
+  Request newest_;
+  double request_seconds_ = 0;  ///< time of the newest request
+  // The servo's thread.
+  Report last_;
+  Request written_;
+  Silence silence_{0.1};
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,53 @@
+// ForceDimensionDevice: delta, omega, sigma and lambda of Force Dimension, by their library libdhd.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptics/hardware/device_exchange.h"
+
+namespace trephine::haptics {
+
+struct ForceDimensionChoice {
+  std::size_t index = 0;           ///< among those plugged in
+  std::vector<std::string> files;  ///< candidates for the library
+};
+
+/// Returns the places where installations of the SDK put the library.
+std::vector<std::string> dhd_files();
+
+/// Error if the library cannot be loaded or is too old.
+Status check_dhd_library();
+
+/// Force, and torque where the wrist has motors. Its thread exchanges pose and wrench at the rate of the USB.
+/// Poses are in the device frame of MappedDevice, about the centre of the workspace. The wrench is zero until
+/// the servo writes one, when the servo wrote none for 50 ms, and on close(). read() fails after 100 ms in
+/// which the library reported errors.
+class ForceDimensionDevice final : public Device {
+ public:
+  explicit ForceDimensionDevice(ForceDimensionChoice choice);
+  ~ForceDimensionDevice() override;
+  Status open() override;
+  void close() noexcept override;
+  DeviceCapabilities capabilities() const override { return capabilities_; }
+  bool read(double t, Pose& pose) noexcept override { return exchange_.read(t, pose); }
+  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
+
+ private:
+  struct Functions;
+  friend Status check_dhd_library();
+  Status load();
+  bool step();
+  bool send(const Wrench& wrench) noexcept;
+
+  ForceDimensionChoice choice_;
+  std::unique_ptr<Functions> dhd_;
+  DeviceCapabilities capabilities_;
+  bool has_wrist_ = false, has_torque_ = false;
+  int id_ = -1;  ///< of the open device; -1: closed
+  DeviceExchange exchange_;
+  DeviceThread thread_;
+};
+
+}  // namespace trephine::haptics

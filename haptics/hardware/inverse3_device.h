@@ -1,0 +1,46 @@
+// Inverse3Device: Haply's Inverse3 with a VerseGrip, by the vendor's service on this machine.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "haptics/hardware/device_exchange.h"
+#include "haptics/hardware/web_socket.h"
+
+namespace trephine::haptics {
+
+struct Inverse3Choice {
+  std::size_t index = 0;  ///< among those of the service
+  std::uint16_t port = 10001;
+};
+
+/// Returns the number of devices that the service on a port reports. Error if there is no service.
+Result<std::size_t> count_inverse3(std::uint16_t port);
+
+/// Force in 3 degrees of freedom, orientation and buttons of the grip. Its thread answers each state of the
+/// service with a force. Poses are in the device frame of MappedDevice, about the place where the grip was
+/// when the device was opened. The force is zero until the servo writes one, when the servo wrote none for
+/// 50 ms, and on close(). read() fails after 100 ms without a state, and when the service ended.
+class Inverse3Device final : public Device {
+ public:
+  explicit Inverse3Device(const Inverse3Choice& choice) : choice_(choice) {}
+  ~Inverse3Device() override { close(); }
+  Status open() override;
+  void close() noexcept override;
+  DeviceCapabilities capabilities() const override;
+  bool read(double t, Pose& pose) noexcept override { return exchange_.read(t, pose); }
+  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
+
+ private:
+  bool step();
+
+  Inverse3Choice choice_;
+  std::unique_ptr<WebSocket> socket_;
+  std::string device_;  ///< identifier
+  glm::dvec3 centre_{0.0};
+  DeviceExchange exchange_;
+  DeviceThread thread_;
+};
+
+}  // namespace trephine::haptics
