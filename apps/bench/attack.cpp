@@ -297,10 +297,12 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
       touch_state = publish(&report.box);
       judge.set_touch_state(touch_state);
     }
+    bool has_grown = false;
     if (i % (2 * cut_every) == 2 * cut_every - cut_every / 4 && is_cut) {
       ++row.undos;
       editor.reset(untouched);
       shape.undo_all();
+      has_grown = true;
       touch_state = publish(nullptr);
       judge.set_touch_state(touch_state);
     }
@@ -321,6 +323,9 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     const haptics::Placement tool{step.proxy_world, state.has_turn ? state.tool_turn : turn};
     // A start may be in matter, or have matter in the ball: contact is judged once the tool was free.
     const bool is_free = !info.is_six_dof() || judge.judge_balls(tool, step.is_buried);
+    // Only matter that grew can bury a tool. A buried tool may come into contact with another shape.
+    row.fall_throughs += step.is_buried && !has_grown;
+    if (step.is_buried) was_free = false;
     was_free = is_free && (was_free || (target.distance && !shape.holds(tool, 0)));
     if (was_free && step.has_contact) {
       ++row.judged_by_shape;
@@ -337,7 +342,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
                                      step.normal_world.x + step.normal_world.y + step.normal_world.z);
     ++row.steps;
   }
-  row.fall_throughs = judge.fall_throughs();
+  row.fall_throughs += judge.fall_throughs();
   row.buried = judge.buried();
   return row;
 }
@@ -379,7 +384,9 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
                          [](const dvec3& p) { return data_tools::phantom_distance("sphere", {}, p); }}),
       with_radius({"ball of three labels, ball of 2.5 mm", three_labels_scene(),
                    [](const dvec3& p) { return data_tools::phantom_distance("sphere", {}, p); }},
-                  2.5)};
+                  2.5),
+      {"ball of three labels", three_labels_scene(),
+       [](const dvec3& p) { return data_tools::phantom_distance("sphere", {}, p); }}};
   for (const auto& [name, scene] : options.more) targets.push_back({name, scene});
   targets.push_back(with_rod(target("corner, rod of 1.5 mm", "corner", 0.7), 1.5));
   targets.push_back(with_rod(with_fine_lattice(target("groove, slices 1:3, fine cuts, rod of 1.5 mm",

@@ -73,7 +73,7 @@ std::vector<std::string> late_measures_of(const SurgicalProcedure& procedure) {
       for (const auto& [name, minimum, maximum] : transition.conditions)
         if (is_module_measure(name) && std::find(names.begin(), names.end(), name) == names.end() &&
             std::none_of(known.begin(), known.end(),
-                         [&](const sim::Measure& measure) { return measure.name == name; }))
+                         [&, &wanted = name](const sim::Measure& measure) { return measure.name == wanted; }))
           names.push_back(name);
   return names;
 }

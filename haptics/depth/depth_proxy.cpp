@@ -5,6 +5,7 @@
 #include "haptics/depth/depth_items.h"
 #include "haptics/proxy/friction.h"
 #include "haptics/walls/cell_cast.h"
+#include "haptics/walls/union_samples.h"
 #include "volume/surface/local_net.h"
 
 namespace trephine::haptics {
@@ -61,10 +62,13 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& touch_stat
     const dvec3 from = frame.world_from_volume(a), to = frame.world_from_volume(b);
     const auto no_box = [](const ivec3&) { return volume::VoxelBox{ivec3(1), ivec3(0)}; };
     bool is_hit = false;
+    ShapeSet front;  // shapes of the volume that block from the front
+    int front_count = 0;
     for (int index = 0; index < item_count(scene); ++index) {
       const bool is_front = blocks(scene, state.around.passable, index, Side::front),
                  is_back = blocks(scene, state.around.passable, index, Side::back);
       if (!is_front && !is_back) continue;
+      if (is_front && !item_of(scene, index).is_mesh()) front.set(index, true), ++front_count;
       const DepthCube& cube = net_of(index).cube();
       if (!cast_on_cells(surface_of(index), cube.frame(), cube.size(), no_box, in_cube(index, from),
                          in_cube(index, to), is_front, is_back, is_hit, hit, result.counters))
@@ -74,7 +78,17 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& touch_stat
       hit.shape = index;
       is_hit = true;
     }
-    return is_hit;
+    if (front_count < 2) return is_hit;
+    const auto samples_of = [&](int index) { return depth::DepthSamples(net_of(index)); };
+    const UnionSamples united(samples_of, front);
+    const int first = front.next(0);
+    const DepthCube& cube = net_of(first).cube();
+    const dvec3 start = in_cube(first, from), end = in_cube(first, to);
+    if (!cast_on_cells(volume::LocalNet(united), cube.frame(), cube.size(), no_box, start, end, true, false,
+                       is_hit, hit, result.counters))
+      return is_hit;
+    hit.shape = united.owner_near(start + hit.t * (end - start));
+    return true;
   };
   const dvec3 before = state.proxy_volume;
   PathFacets facets;

@@ -4,11 +4,61 @@
 
 #include "haptics/mesh/god_object.h"
 #include "haptics/proxy/friction.h"
+#include "haptics/walls/solid_grid.h"
+#include "haptics/walls/union_samples.h"
+#include "volume/surface/local_net.h"
 #include "volume/surface/surface_nets.h"
 
 namespace trephine::haptics {
 
 using glm::dvec3;
+using glm::ivec3;
+
+namespace {
+
+/// Returns the shapes of a scene's volume that block from the front.
+ShapeSet front_shapes(const TouchScene& scene, const ShapeSet& passable, int& count) {
+  ShapeSet front;
+  count = 0;
+  for (int s = 0; s < static_cast<int>(scene.items.size()); ++s)
+    if (!scene.items[static_cast<std::size_t>(s)].is_mesh() && blocks(scene, passable, s, Side::front))
+      front.set(s, true), ++count;
+  return front;
+}
+
+/// Returns the surface of the union of shapes, in the world frame.
+std::shared_ptr<const MeshTree> union_tree(const TouchScene& scene, const ShapeSet& members) {
+  const std::shared_ptr<const volume::Version> version = untouched(scene);
+  const VoxelGrid grid(scene, *version);
+  const auto samples_of = [&](int s) { return grid.samples(static_cast<std::size_t>(s)); };
+  const UnionSamples united(samples_of, members);
+  const volume::LocalNet net(united);
+  const volume::Frame& frame = grid.frame();
+  const bool is_mirrored = glm::dot(glm::cross(frame.axes()[0], frame.axes()[1]), frame.axes()[2]) < 0;
+  std::vector<dvec3> vertices;
+  std::vector<std::uint32_t> triangles;
+  const auto add = [&](const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+    for (const glm::vec3& corner : {a, is_mirrored ? c : b, is_mirrored ? b : c}) {
+      triangles.push_back(static_cast<std::uint32_t>(vertices.size()));
+      vertices.push_back(frame.world_from_volume(dvec3(corner)));
+    }
+  };
+  ivec3 v;
+  for (v.z = 0; v.z < grid.size().z; ++v.z)
+    for (v.y = 0; v.y < grid.size().y; ++v.y)
+      for (v.x = 0; v.x < grid.size().x; ++v.x) {
+        if (!united.is_solid(v)) continue;
+        for (int axis = 0; axis < 3; ++axis)
+          for (const int way : {-1, 1}) {
+            ivec3 next = v;
+            next[axis] += way;
+            if (!united.is_solid(next)) net.quad(glm::min(v, next), axis).triangles(add);
+          }
+      }
+  return std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
+}
+
+}  // namespace
 
 std::shared_ptr<const MeshTree> surface_tree(const TouchItem& shape) {
   const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
@@ -38,6 +88,9 @@ Status MeshProxy::prepare(const TouchScene& scene) {
     trees_.push_back(item.is_mesh() ? item.tree : surface_tree(item));
     gap_ = std::min(gap_, trees_.back()->gap());
   }
+  int count = 0;
+  union_members_ = front_shapes(scene, {}, count);
+  union_ = count > 1 ? union_tree(scene, union_members_) : nullptr;
   return std::nullopt;
 }
 
@@ -51,6 +104,9 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& touch_state
     begin_at_hip(hip, input.hip_world, state, result);
     return result;
   }
+  // While a shape is passable, the union of the others is not known, and only the single shapes block.
+  int front_count = 0;
+  const bool has_union = union_ && front_shapes(scene, state.around.passable, front_count) == union_members_;
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
     const dvec3 from = frame.world_from_volume(a), to = frame.world_from_volume(b);
     bool is_hit = false;
@@ -70,7 +126,18 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& touch_state
       hit.shape = index;
       is_hit = true;
     }
-    return is_hit;
+    FacetHit candidate;
+    if (!has_union ||
+        !union_->cast(from, to, scene.tool->radius(), true, false, candidate, result.counters.triangles) ||
+        (is_hit && candidate.t >= hit.t))
+      return is_hit;
+    hit = candidate;
+    const VoxelGrid grid(scene, *touch_state.version);
+    const auto samples_of = [&](int s) { return grid.samples(static_cast<std::size_t>(s)); };
+    // A ball's centre is off the surface by its radius.
+    const dvec3 place = from + hit.t * (to - from) - scene.tool->radius() * hit.normal_world;
+    hit.shape = UnionSamples(samples_of, union_members_).owner_near(frame.volume_from_world(place));
+    return true;
   };
   PathFacets facets;
   const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, facets, result);

@@ -31,6 +31,8 @@ class MeshProxy final : public ProxyMethod {
 
  private:
   std::vector<std::shared_ptr<const MeshTree>> trees_;  ///< one per item
+  std::shared_ptr<const MeshTree> union_;               ///< of the shapes of the volume, if there are several
+  ShapeSet union_members_;
   double gap_ = 1e-5;
 };
 

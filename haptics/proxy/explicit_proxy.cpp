@@ -4,6 +4,7 @@
 #include "haptics/proxy/friction.h"
 #include "haptics/walls/cell_cast.h"
 #include "haptics/walls/solid_grid.h"
+#include "haptics/walls/union_samples.h"
 #include "volume/surface/local_net.h"
 #include "volume/surface/marching_cubes.h"
 
@@ -21,13 +22,16 @@ class SurfaceCaster {
  public:
   SurfaceCaster(const TouchScene& scene, const Grid& grid, const ShapeSet& passable,
                 ProxyCounters& counters) noexcept
-      : scene_(scene), grid_(grid), passable_(passable), counters_(counters) {}
+      : scene_(scene), grid_(grid), passable_(passable), counters_(counters) {
+    for (int s = 0; s < static_cast<int>(scene.items.size()); ++s)
+      if (blocks(scene, passable, s, Side::front)) front_.set(s, true), ++front_count_;
+  }
 
   bool operator()(const dvec3& a, const dvec3& b, FacetHit& hit) const noexcept {
     if (a == b) return false;
     bool is_hit = false;
     for (int s = 0; s < static_cast<int>(scene_.items.size()); ++s) is_hit = cast(s, a, b, hit, is_hit);
-    return is_hit;
+    return front_count_ > 1 ? cast_on_union(a, b, hit, is_hit) : is_hit;
   }
 
   /// Returns true if p is behind the surface of the shape.
@@ -53,10 +57,28 @@ class SurfaceCaster {
     return is_hit || is_nearer;
   }
 
+  /// Casts against the surface of all shapes that block from the front.
+  bool cast_on_union(const dvec3& a, const dvec3& b, FacetHit& hit, bool is_hit) const noexcept {
+    const auto samples_of = [this](int s) { return grid_.samples(static_cast<std::size_t>(s)); };
+    using Samples = UnionSamples<decltype(samples_of)>;
+    const Samples samples(samples_of, front_);
+    const auto empty_box = [&](const ivec3& cell) {
+      return grid_.contains(cell) ? grid_.empty_box(cell, 0, scene_.items.size())
+                                  : volume::VoxelBox{ivec3(1), ivec3(0)};
+    };
+    if (!cast_on_cells(Local<Samples>(samples), grid_.frame(), grid_.size(), empty_box, a, b, true, false,
+                       is_hit, hit, counters_))
+      return is_hit;
+    hit.shape = samples.owner_near(a + hit.t * (b - a));
+    return true;
+  }
+
   const TouchScene& scene_;
   const Grid& grid_;
   const ShapeSet& passable_;
   ProxyCounters& counters_;
+  ShapeSet front_;  ///< shapes that block from the front
+  int front_count_ = 0;
 };
 
 template <template <class> class Local, class Grid>

@@ -158,6 +158,31 @@ TEST(Seams, NothingFallsThroughWhereShapesMeet) {
     }
 }
 
+/// Presses along the line where three labels meet, from the pole toward the centre, and stirs about it.
+TEST(Seams, NoChannelLeadsInWhereThreeLabelsMeet) {
+  Division division = std::move(divisions().front());
+  for (const double radius : {0.0, 1.5}) {
+    ASSERT_FALSE(set_tool_radius(division.scene, radius));
+    for (const char* name : {"subvoxel", "scene", "implicit", "explicit", "mesh", "depth"}) {
+      const auto method = make_method(name).value();
+      if (method->prepare(division.scene)) {
+        EXPECT_EQ(std::string(name) == "depth", radius > 0) << name;
+        continue;
+      }
+      const auto seen = std::make_shared<const TouchState>(untouched(division.scene));
+      ProxyState state;
+      double deepest = -1e9;
+      for (int i = 0; i < 8000; ++i) {
+        const double along = k_radius + 3 - 0.002 * i, wide = 0.4 * std::sin(0.0031 * i);
+        const dvec3 hip(wide * std::cos(0.05 * i), wide * std::sin(0.05 * i), along);
+        const ProxyStep step = method->step(division.scene, *seen, state, {hip});
+        deepest = std::max(deepest, k_radius - glm::length(step.proxy_world));
+      }
+      EXPECT_LT(deepest + radius, 0.9) << name << ", ball of " << radius << " mm";
+    }
+  }
+}
+
 /// A trough cut across the seam of a label and the window next to it: where one field continues into the
 /// other and ends there, a frictionless tool on its floor meets no obstacle.
 TEST(Seams, ATroughAcrossASeamIsSmooth) {
