@@ -41,7 +41,7 @@ if [ "${1:-}" = --all ]; then
         ;;
       package)
         echo "== package"
-        build_preset release all -DTREPHINE_WITH_TESTS=ON
+        build_preset release all -DTREPHINE_WITH_TESTS=ON -DTREPHINE_WITH_PYTHON=ON
         tests/package/deb_test.sh build/release
         continue
         ;;

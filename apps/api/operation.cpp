@@ -4,7 +4,9 @@
 #include <glm/matrix.hpp>
 
 #include "apps/imaging/xray_panel.h"
+#include "apps/workbench/findings.h"
 #include "apps/workbench/moment.h"
+#include "apps/workbench/session_score.h"
 #include "modules/catalogue.h"
 #include "modules/ct_viewer/slice_image.h"
 #include "sim/drivers/lockstep.h"
@@ -370,6 +372,17 @@ const Volume& Operation::scan() const noexcept { return *data_->engine().scene()
 std::string Operation::scene() const { return sim::to_text(data_->scene); }
 double Operation::removed_mm3() const { return data_->engine().removed_mm3(); }
 std::vector<Measure> Operation::measures() const { return data_->engine().measures(); }
+
+Score Operation::score() {
+  const sim::Score judged = workbench::score_of(data_->engine(), nullptr);
+  Score result{
+      .findings = {}, .points = judged.points, .possible = judged.possible, .not_judged = judged.not_judged};
+  for (const sim::Finding& f : judged.findings)
+    result.findings.push_back({f.name, f.value, f.unit, std::string(workbench::verdict_name(f)), f.reason,
+                               f.points, f.weight, f.tick, f.position_world});
+  return result;
+}
+
 std::size_t Operation::event_count() const noexcept { return data_->engine().now().chronicle.size(); }
 const Event& Operation::event(std::size_t index) const noexcept {
   TREPHINE_ASSERT(index < event_count());

@@ -87,6 +87,24 @@ struct Body {
   std::shared_ptr<const Surface> surface;  ///< in the frame in which the body was detached
 };
 
+/// A row of a score: a measured value, its verdict and its points.
+struct Finding {
+  std::string name;                    ///< "L4 left: breach"
+  std::optional<double> value;         ///< empty: it could not be judged
+  std::string unit;                    ///< "mm"; empty: dimensionless
+  std::string verdict;                 ///< "good", "fair", "bad", "not judged"; "reported": it has no limits
+  std::string reason;                  ///< one sentence; may be empty
+  double points = 0, weight = 0;       ///< `weight`: the most points that it can have
+  std::optional<std::uint64_t> tick;   ///< when it happened
+  std::optional<glm::dvec3> position;  ///< world, mm, where it happened
+};
+struct Score {
+  std::vector<Finding> findings;
+  double points = 0;
+  double possible = 0;    ///< sum of the weights of judged findings
+  double not_judged = 0;  ///< sum of the weights of the others
+};
+
 /// Image row by row from the upper left.
 template <class Pixel>
 struct Image {
@@ -173,7 +191,10 @@ class Operation {
   const Volume& scan() const noexcept;  ///< uncut
   std::string scene() const;            ///< in the format of open_scene()
   double removed_mm3() const;
-  std::vector<Measure> measures() const;     ///< "removed", "nearest to dura", ...
+  std::vector<Measure> measures() const;  ///< "removed", "nearest to dura", ...
+  /// Judges the current state by the findings of the modules and the limits of the plan. Without measures of
+  /// the hands' motion, which `trephine score` adds for a session. Takes up to seconds.
+  Score score();
   std::size_t event_count() const noexcept;  ///< undo removes no events
   const Event& event(std::size_t index) const noexcept;
   std::vector<Body> bodies() const;

@@ -8,8 +8,8 @@
 #include <memory>
 #include <optional>
 
-#include "apps/api/operation.h"
 #include "apps/python/bind_scan.h"
+#include "apps/python/results.h"
 
 namespace trephine::python {
 
@@ -17,73 +17,6 @@ using glm::dvec3;
 using glm::ivec3;
 
 namespace {
-
-/// Results of ticks as arrays. Shapes (N, 3) and (N,); with several hands (T, H, 3) and (T, H).
-struct Touches {
-  py::array_t<double> proxy, normal, force, torque;
-  py::array_t<bool> contact;
-  py::array_t<std::int32_t> item;
-  py::array_t<std::uint32_t> faults;
-
-  explicit Touches(std::vector<py::ssize_t> shape) {
-    const std::vector<py::ssize_t> flat(shape.begin(), shape.end() - 1);
-    shape.back() = 3;
-    for (auto* vectors : {&proxy, &normal, &force, &torque}) *vectors = py::array_t<double>(shape);
-    contact = py::array_t<bool>(flat);
-    item = py::array_t<std::int32_t>(flat);
-    faults = py::array_t<std::uint32_t>(flat);
-  }
-};
-
-/// Writes results into the memory of the arrays, without the interpreter.
-struct TouchWriter {
-  double *proxy, *normal, *force, *torque;
-  bool* contact;
-  std::int32_t* item;
-  std::uint32_t* faults;
-
-  explicit TouchWriter(Touches& touches)
-      : proxy(touches.proxy.mutable_data()),
-        normal(touches.normal.mutable_data()),
-        force(touches.force.mutable_data()),
-        torque(touches.torque.mutable_data()),
-        contact(touches.contact.mutable_data()),
-        item(touches.item.mutable_data()),
-        faults(touches.faults.mutable_data()) {}
-  void write(std::size_t i, const Touch& touch) const {
-    const auto put = [i](double* out, const dvec3& v) {
-      out[3 * i] = v.x, out[3 * i + 1] = v.y, out[3 * i + 2] = v.z;
-    };
-    put(proxy, touch.proxy_world);
-    put(normal, touch.normal_world);
-    put(force, touch.force_world);
-    put(torque, touch.torque_world);
-    contact[i] = touch.has_contact;
-    item[i] = touch.item;
-    faults[i] = touch.faults;
-  }
-};
-
-/// An event, as data.
-struct PyEvent {
-  std::uint64_t tick;
-  int hand;
-  py::tuple position;
-  std::string name;
-  py::dict fields;
-};
-
-/// Triangles as arrays.
-struct PySurface {
-  py::array_t<double> vertices;
-  py::array_t<std::uint32_t> triangles;
-
-  explicit PySurface(const Surface& surface)
-      : vertices({static_cast<py::ssize_t>(surface.vertices_world.size()), py::ssize_t{3}},
-                 surface.vertices_world.empty() ? nullptr : &surface.vertices_world[0].x),
-        triangles({static_cast<py::ssize_t>(surface.triangles.size() / 3), py::ssize_t{3}},
-                  surface.triangles.data()) {}
-};
 
 template <class Pixel>
 py::array_t<Pixel> image_of(const Image<Pixel>& image) {
@@ -274,6 +207,10 @@ py::dict measures(PyOperation& self) {
   return result;
 }
 
+py::dict score(PyOperation& self) {
+  return dict_of(self.with([](Operation& operation) { return operation.score(); }));
+}
+
 py::array slice(PyOperation& self, const py::object& middle, const py::object& right, const py::object& up,
                 double pixel, int columns, int rows) {
   ImagePlane plane;
@@ -313,6 +250,7 @@ py::list bodies(PyOperation& self) {
 }  // namespace
 
 void bind_operation(py::module_& module) {
+  bind_results(module);
   py::class_<Hand>(module, "Hand", "A hand with an instrument. `trephine modules` lists the instruments.")
       .def(py::init([](const std::string& instrument, double radius, const std::string& method,
                        const std::vector<std::string>& effects, const py::kwargs& parameters) {
@@ -328,32 +266,6 @@ void bind_operation(py::module_& module) {
                (hand.instrument.empty() ? std::string("without instrument") : hand.instrument) +
                (hand.parameters.empty() ? "" : " " + hand.parameters) + ">";
       });
-
-  py::class_<Touches>(
-      module, "Touches",
-      "Results of ticks: arrays of shape (N, 3) and (N,), or (T, H, 3) and (T, H) for H hands.")
-      .def_readonly("proxy", &Touches::proxy, "Position of the proxy, world, mm.")
-      .def_readonly("normal", &Touches::normal, "Unit normal toward the proxy; 0 without contact.")
-      .def_readonly("force", &Touches::force, "Force for the device, N.")
-      .def_readonly("torque", &Touches::torque, "Torque for the device, N mm.")
-      .def_readonly("contact", &Touches::contact, "True in contact.")
-      .def_readonly("item", &Touches::item, "Index of the touched structure; -1 without contact.")
-      .def_readonly("faults", &Touches::faults, "Latched faults, a bit each; the force is 0 meanwhile.");
-
-  py::class_<PyEvent>(module, "Event", "An occurrence during the operation.")
-      .def_readonly("tick", &PyEvent::tick)
-      .def_readonly("hand", &PyEvent::hand)
-      .def_readonly("position", &PyEvent::position, "World, mm.")
-      .def_readonly("name", &PyEvent::name, "Such as \"structure-torn\".")
-      .def_readonly("fields", &PyEvent::fields, "Values of the event.")
-      .def("__repr__", [](const PyEvent& e) {
-        return "<trephine.Event " + e.name + " at tick " + std::to_string(e.tick) + ">";
-      });
-
-  py::class_<PySurface>(module, "Surface",
-                        "Triangles in the world frame, counter-clockwise as seen from outside.")
-      .def_readonly("vertices", &PySurface::vertices, "(V, 3), mm.")
-      .def_readonly("triangles", &PySurface::triangles, "(T, 3), indices of vertices.");
 
   py::class_<PyOperation, SharedOperation>(
       module, "Operation",
@@ -422,6 +334,10 @@ void bind_operation(py::module_& module) {
           "verify", [](PyOperation& self) { self.with([](Operation& o) { return check(o.verify()), 0; }); },
           "Of a reopened operation: replays all. Raises Error with the first difference.")
       .def_property_readonly("measures", &measures, "Values by name: \"removed\", \"nearest to dura\", ...")
+      .def(
+          "score", &score,
+          "Judges the current state: `points` of `possible`, the weight that is `not_judged`, and `findings`, a "
+          "dict each. Without measures of the hands' motion, which `trephine score` adds.")
       .def_property_readonly("events", &events, "All events so far.")
       .def_property_readonly(
           "event_count",

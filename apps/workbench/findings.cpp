@@ -137,4 +137,12 @@ std::vector<Finding> operation_findings(const sim::OperationState& operation,
   return findings;
 }
 
+sim::Score score_of(sim::Engine& engine, const MotionStats* motion,
+                    const std::function<bool(double share)>& progress) {
+  std::vector<sim::Finding> findings = findings_of(engine, motion, progress);
+  const volume::SurgicalPlan* const plan = engine.now().plan.get();
+  return sim::score(std::move(findings),
+                    plan ? volume::score_limits(*plan) : std::vector<volume::ScoreLimit>());
+}
+
 }  // namespace trephine::workbench

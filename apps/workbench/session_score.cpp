@@ -49,13 +49,10 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
                     static_cast<double>(mismatch->tick) / session.reader->header().rate_hz));
   sim::Engine& engine = replay.engine();
   SessionScore result;
-  const volume::SurgicalPlan* plan = engine.now().plan.get();
   bool goes_on = true;
-  std::vector<sim::Finding> findings = findings_of(
+  result.score = score_of(
       engine, &motion, [&](double share) { return goes_on = progress(k_replay + (1 - k_replay) * share); });
   if (!goes_on) return interrupted();
-  result.score =
-      sim::score(std::move(findings), plan ? volume::score_limits(*plan) : std::vector<volume::ScoreLimit>());
   for (std::size_t i = 0; i < motion.hand_count(); ++i) result.motion.push_back(motion.hand(i));
   result.total_motion = motion.total();
   result.seconds = engine.seconds();

@@ -7,7 +7,7 @@ trap 'rm -rf "$scratch"' EXIT
 (cd "$build" && cpack -G DEB -B "$scratch/deb" >"$scratch/log" 2>&1) || { cat "$scratch/log"; exit 1; }
 cd "$scratch"
 field() { dpkg-deb -f "$1" "$2"; }
-for name in libtrephine0.1 libtrephine-dev trephine trephine-window trephine-formats; do
+for name in libtrephine0.1 libtrephine-dev trephine trephine-window trephine-formats python3-trephine; do
   ls deb/"$name"_*.deb >/dev/null 2>&1 || { echo "there is no package $name"; exit 1; }
 done
 library=$(field deb/libtrephine0.1_*.deb Depends) command=$(field deb/trephine_*.deb Depends)
@@ -21,6 +21,8 @@ demand formats "$(field deb/trephine-formats_*.deb Depends)" 'libhdf5'
 demand library "$library" 'libc6'
 demand command "$command" 'libtrephine0.1 \(= 0.1.0\)'
 demand command "$command" 'libvtk9.1'
+demand python "$(field deb/python3-trephine_*.deb Depends)" 'python3-numpy'
+refuse python "$(field deb/python3-trephine_*.deb Depends)" 'qt5'
 demand window "$window" 'libqt5widgets5'
 demand window "$window" 'trephine \(= 0.1.0\)'
 demand dev "$dev" 'libtrephine0.1 \(= 0.1.0\)'
@@ -38,6 +40,13 @@ env -u DISPLAY root/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >/d
 [ -s s.png ]
 [ -s root/usr/share/applications/trephine.desktop ] && [ -s root/usr/share/icons/hicolor/scalable/apps/trephine.svg ]
 [ -s root/usr/lib/udev/rules.d/60-trephine.rules ]
+# The Python module and the program of cohorts.
+LD_LIBRARY_PATH=$LD_LIBRARY_PATH:$scratch/root/usr/lib PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c "
+import trephine
+operation = trephine.Operation.open(trephine.Scan.phantom('sphere', spacing=(2, 2, 2)), iso=300)
+assert operation.run([[0, 0, 60], [0, 0, 20]]).contact.any()"
+{ root/usr/bin/trephine-cohort plan none.toml -o plan.csv 2>&1 || true; } | grep -q 'does not exist'
+[ -s root/usr/share/trephine/cohort/Snakefile ]
 # With a display, the package of the window is tested too.
 if command -v xvfb-run >/dev/null; then
   XDG_STATE_HOME=$scratch/state xvfb-run -a -s '-screen 0 1024x768x24' root/usr/bin/trephine view s.mha --iso 300 --seconds 1 --json >view.json

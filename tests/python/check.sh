@@ -2,7 +2,7 @@
 # check.sh module|examples|types FOLDER: tests the Python module of that folder.
 set -euo pipefail
 source=$(cd "$(dirname "$0")/../.." && pwd)
-export PYTHONPATH=$2 PYTHONDONTWRITEBYTECODE=1
+export PYTHONPATH=$2 PYTHONDONTWRITEBYTECODE=1 TREPHINE_COMMAND=$2/../bin/trephine
 python=/usr/bin/python3
 case $1 in
   module) $python -m pytest -q -p no:cacheprovider "$source/tests/python" ;;

@@ -128,6 +128,32 @@ def test_sessions_are_recorded_and_verified(tmp_path):
         session.run(positions)
 
 
+def test_scores_judge_the_current_state(tmp_path):
+    session = str(tmp_path / "a.session")
+    hand = tr.Hand("burr", diameter=7, removal_rate=100)
+    operation = tr.Operation.open("head", plan=True, hand=hand, record=session)
+    untouched = operation.score()
+    assert untouched["points"] == untouched["possible"] == sum(f["weight"] for f in untouched["findings"])
+    assert all(f["verdict"] in ("good", "reported") for f in untouched["findings"])
+    positions = path_down(4000, start=70, depth=0.008)
+    positions[:, 1] = -20
+    operation.run(positions, buttons=1)
+    injured = operation.score()
+    by_name = {f["name"]: f for f in injured["findings"]}
+    assert len(by_name) == len(injured["findings"])
+    torn = by_name["venous_sinus: torn"]
+    assert (torn["value"], torn["verdict"], torn["points"]) == (1, "bad", 0)
+    assert 0 < torn["tick"] < 4000 and abs(torn["position"][1] + 20) < 5
+    assert injured["points"] < untouched["points"]
+    operation.end()
+    # A recorded state has the same score.
+    recorded = tr.Operation.reopen(session)
+    recorded.go_to(recorded.tick_count)
+    assert recorded.score() == injured
+    recorded.go_to(0)
+    assert recorded.score() == untouched
+
+
 def test_surface_slice_and_xray():
     operation = tr.Operation.open(sphere(), iso=300)
     surface = operation.surface()

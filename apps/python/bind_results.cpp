@@ -1,0 +1,49 @@
+#include "apps/python/results.h"
+
+namespace trephine::python {
+
+py::dict dict_of(const Score& judged) {
+  py::list findings;
+  for (const Finding& f : judged.findings) {
+    py::dict row;
+    row["name"] = f.name, row["value"] = f.value, row["unit"] = f.unit, row["verdict"] = f.verdict;
+    row["reason"] = f.reason, row["points"] = f.points, row["weight"] = f.weight, row["tick"] = f.tick;
+    row["position"] =
+        f.position ? py::object(py::make_tuple(f.position->x, f.position->y, f.position->z)) : py::none();
+    findings.append(row);
+  }
+  py::dict result;
+  result["points"] = judged.points, result["possible"] = judged.possible;
+  result["not_judged"] = judged.not_judged, result["findings"] = findings;
+  return result;
+}
+
+void bind_results(py::module_& module) {
+  py::class_<Touches>(
+      module, "Touches",
+      "Results of ticks: arrays of shape (N, 3) and (N,), or (T, H, 3) and (T, H) for H hands.")
+      .def_readonly("proxy", &Touches::proxy, "Position of the proxy, world, mm.")
+      .def_readonly("normal", &Touches::normal, "Unit normal toward the proxy; 0 without contact.")
+      .def_readonly("force", &Touches::force, "Force for the device, N.")
+      .def_readonly("torque", &Touches::torque, "Torque for the device, N mm.")
+      .def_readonly("contact", &Touches::contact, "True in contact.")
+      .def_readonly("item", &Touches::item, "Index of the touched structure; -1 without contact.")
+      .def_readonly("faults", &Touches::faults, "Latched faults, a bit each; the force is 0 meanwhile.");
+
+  py::class_<PyEvent>(module, "Event", "An occurrence during the operation.")
+      .def_readonly("tick", &PyEvent::tick)
+      .def_readonly("hand", &PyEvent::hand)
+      .def_readonly("position", &PyEvent::position, "World, mm.")
+      .def_readonly("name", &PyEvent::name, "Such as \"structure-torn\".")
+      .def_readonly("fields", &PyEvent::fields, "Values of the event.")
+      .def("__repr__", [](const PyEvent& e) {
+        return "<trephine.Event " + e.name + " at tick " + std::to_string(e.tick) + ">";
+      });
+
+  py::class_<PySurface>(module, "Surface",
+                        "Triangles in the world frame, counter-clockwise as seen from outside.")
+      .def_readonly("vertices", &PySurface::vertices, "(V, 3), mm.")
+      .def_readonly("triangles", &PySurface::triangles, "(T, 3), indices of vertices.");
+}
+
+}  // namespace trephine::python

@@ -1,0 +1,166 @@
+"""trephine-cohort against a stand-in for the command, and one case with the command itself."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+COHORT = ROOT / "apps/cohort/trephine-cohort"
+
+# A stand-in that answers as `trephine run` and `trephine score` do. Seed 3 fails, seed 4 crashes, seed 5 never ends.
+STAND_IN = f"#!{sys.executable} -SE" + """
+import json, os, sys, time
+words = sys.argv[1:]
+with open(os.environ["CALLS"], "a") as log:
+    log.write(" ".join(words[:2]) + "\\n")
+time.sleep(float(os.environ.get("PAUSE", "0")))
+commit = os.environ.get("COMMIT", "abc")
+if words[0] == "run":
+    seed, skill = int(words[words.index("--seed") + 1]), words[words.index("--skill") + 1]
+    if seed == 3:
+        print(json.dumps({"commit": commit, "error": {"what": "the scan is missing"}}))
+        sys.exit(2)
+    if seed == 4:
+        os.kill(os.getpid(), 11)
+    if seed == 5:
+        time.sleep(60)
+    open(words[words.index("--record") + 1], "w").write(f"{skill} {seed}")
+    print(json.dumps({"commit": commit, "title": "A drill", "removed_mm3_total": 2.5, "content_hash": f"h{seed}"}))
+else:
+    skill, seed = open(words[1]).read().split()
+    points = {"novice": 4, "trained": 6, "expert": 9}[skill] + 0.1 * int(seed)
+    print(json.dumps({"points": points, "possible": 10, "not_judged": 0, "seconds": 12.0,
+                      "findings": [{"name": "dura: torn", "value": 0}, {"name": "depth", "value": points}]}))
+"""
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    stand_in = tmp_path / "trephine"
+    stand_in.write_text(STAND_IN)
+    stand_in.chmod(0o755)
+    (tmp_path / "drill.toml").write_text("title = 'A drill'\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("CALLS", str(tmp_path / "calls"))
+    return tmp_path
+
+
+def cohort(*words):
+    return subprocess.run([sys.executable, COHORT, *words], capture_output=True, text=True)
+
+
+def run(results, *words):
+    return cohort("run", "plan.csv", results, "--trephine", "./trephine", *words)
+
+
+def plan(seeds, *words):
+    assert cohort("plan", "drill.toml", "--seeds", str(seeds), "-o", "plan.csv", *words).returncode == 0
+
+
+def table_of(results):
+    merged = cohort("merge", "plan.csv", results, "-o", f"{results}.csv", "--picture", f"{results}.svg")
+    assert merged.returncode == 0, merged.stderr
+    return merged.stdout.splitlines()[-1]
+
+
+def calls(place):
+    return sum(line.startswith("run ") for line in (place / "calls").read_text().splitlines())
+
+
+def test_parts_and_cores_give_the_same_table(place):
+    plan(2)
+    assert run("one", "--cores", "1").returncode == 0
+    for part in ("2/3", "1/3", "3/3"):
+        assert run("parts", "--cores", "4", "--part", part).returncode == 0
+    assert table_of("one") == table_of("parts")
+    rows = list(csv.DictReader(open("one.csv")))
+    assert [row["skill"] for row in rows] == ["novice"] * 2 + ["trained"] * 2 + ["expert"] * 2
+    assert rows[4]["points"] == "9.1" and rows[4]["depth"] == "9.1" and rows[0]["dura: torn"] == "0"
+    assert Path("one.svg").read_text().count("<circle") == 6
+    assert not [name for name in os.listdir("one") if name.startswith("work") or name.endswith("part")]
+    assert not Path("one/sessions").exists()
+
+
+def test_cases_that_fail_are_lines(place):
+    plan(4, "--skills", "novice")
+    assert run("results").returncode == 0
+    table_of("results")
+    errors = [row["error"] for row in csv.DictReader(open("results.csv"))]
+    assert errors == ["", "", "the scan is missing", "trephine run ended with -11"]
+    Path("plan.csv").write_text("case,script,skill,seed\n1,drill.toml,novice,5\n")
+    assert run("late", "--timeout", "1").returncode == 0
+    table_of("late")
+    (row,) = csv.DictReader(open("late.csv"))
+    assert row["error"] == "trephine run longer than 1 s"
+
+
+def test_a_killed_run_continues(place, monkeypatch):
+    plan(2)
+    run("whole")
+    monkeypatch.setenv("PAUSE", "0.1")
+    for kill in (signal.SIGKILL, signal.SIGTERM):
+        process = subprocess.Popen([sys.executable, COHORT, "run", "plan.csv", "killed", "--trephine", "./trephine",
+                                    "--cores", "1"], stderr=subprocess.DEVNULL)
+        before = len(list(Path("killed").glob("0*.json"))) if Path("killed").exists() else 0
+        for _ in range(3000):
+            time.sleep(0.01)
+            if len(list(Path("killed").glob("0*.json"))) > before:
+                break
+        process.send_signal(kill)
+        assert process.wait() == (-9 if kill == signal.SIGKILL else 130)
+    ready = len(list(Path("killed").glob("0*.json")))
+    assert 2 <= ready
+    before = calls(place)
+    assert run("killed").returncode == 0
+    assert calls(place) - before == 6 - ready
+    assert table_of("killed") == table_of("whole")
+
+
+def test_results_of_another_plan_or_version_are_refused(place, monkeypatch):
+    plan(1)
+    merged = cohort("merge", "plan.csv", "results", "-o", "table.csv")
+    assert merged.returncode == 2 and "3 of 3 cases were not run" in merged.stderr
+    run("results", "--part", "1/3")
+    monkeypatch.setenv("COMMIT", "def")
+    run("results")
+    merged = cohort("merge", "plan.csv", "results", "-o", "table.csv")
+    assert merged.returncode == 2 and "2 versions of trephine" in merged.stderr
+    (place / "drill.toml").write_text("title = 'Another drill'\n")
+    again = run("results")
+    assert again.returncode == 2 and "belongs to another script" in again.stderr
+    assert not Path("table.csv").exists()
+
+
+def test_mistakes_are_reported_with_a_remedy(place):
+    plan(1)
+    for words, problem in [
+        (["plan", "none.toml", "-o", "new.csv"], "does not exist"),
+        (["plan", "drill.toml", "-o", "plan.csv"], "exists already"),
+        (["plan", "drill.toml", "-o", "new.csv", "--skills", "master"], "unknown skill"),
+        (["run", "none.csv", "results"], "cannot be read"),
+        (["run", "drill.toml", "results"], "lacks the columns"),
+        (["run", "plan.csv", "results", "--trephine", "./none"], "was not found"),
+        (["run", "plan.csv", "results", "--trephine", "./trephine", "--part", "4/3"], "out of range"),
+        (["run", "plan.csv", "results", "--trephine", "./trephine", "--part", "x"], "whole number"),
+    ]:
+        result = cohort(*words)
+        assert result.returncode == 2 and problem in result.stderr and "Traceback" not in result.stderr, result.stderr
+
+
+@pytest.mark.skipif("TREPHINE_COMMAND" not in os.environ, reason="the command was not built")
+def test_a_case_with_the_command_itself(place):
+    script = ROOT / "docs/examples/procedure-laminectomy-screws.toml"
+    assert cohort("plan", script, "--skills", "expert", "--seeds", "1", "-o", "plan.csv").returncode == 0
+    ran = cohort("run", "plan.csv", "results", "--keep-sessions", "--trephine", os.environ["TREPHINE_COMMAND"])
+    assert ran.returncode == 0, ran.stderr
+    table_of("results")
+    (row,) = csv.DictReader(open("results.csv"))
+    assert row["error"] == "" and 0 < float(row["points"]) <= float(row["possible"])
+    assert float(row["L4 left: breach"]) < 2
+    assert Path("results/sessions/00001.session").exists()
