@@ -68,7 +68,8 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& touch_stat
       const bool is_front = blocks(scene, state.around.passable, index, Side::front),
                  is_back = blocks(scene, state.around.passable, index, Side::back);
       if (!is_front && !is_back) continue;
-      if (is_front && !item_of(scene, index).is_mesh()) front.set(index, true), ++front_count;
+      if (is_front && !state.inside.contains(index) && !item_of(scene, index).is_mesh())
+        front.set(index, true), ++front_count;
       const DepthCube& cube = net_of(index).cube();
       if (!cast_on_cells(surface_of(index), cube.frame(), cube.size(), no_box, in_cube(index, from),
                          in_cube(index, to), is_front, is_back, is_hit, hit, result.counters))

@@ -12,7 +12,7 @@ namespace trephine::haptics {
 
 glm::dquat unit_of(const glm::dquat& q) noexcept {
   const double length = glm::length(q);
-  return length > 1e-3 ? q / length : glm::dquat(1, 0, 0, 0);
+  return length > 1e-3 && std::isfinite(length) ? q / length : glm::dquat(1, 0, 0, 0);
 }
 
 glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept {

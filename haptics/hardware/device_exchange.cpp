@@ -16,10 +16,9 @@ double seconds_now() {
 
 void DeviceExchange::restart() noexcept {
   sent_ = last_ = {};
-  newest_ = written_ = {};
-  request_seconds_ = 0;
+  newest_ = {};
   report_.set(sent_);
-  request_.set(written_);
+  request_.set(newest_);
   silence_.restart();
 }
 
@@ -35,11 +34,8 @@ void DeviceExchange::report_loss() noexcept {
 }
 
 Wrench DeviceExchange::wrench() noexcept {
-  const double now = seconds_now();
-  if (const auto request = request_.get(); request && request->count != newest_.count)
-    newest_ = *request, request_seconds_ = now;
-  const bool is_current = newest_.count != 0 && now - request_seconds_ <= k_stalled_seconds;
-  return is_current ? newest_.wrench : Wrench();
+  if (const auto request = request_.get()) newest_ = *request;
+  return seconds_now() - newest_.seconds <= k_stalled_seconds ? newest_.wrench : Wrench();
 }
 
 bool DeviceExchange::read(double t, Pose& pose) noexcept {
@@ -51,9 +47,6 @@ bool DeviceExchange::read(double t, Pose& pose) noexcept {
   return true;
 }
 
-void DeviceExchange::write(const Wrench& wrench) noexcept {
-  written_ = {wrench, written_.count + 1};
-  request_.set(written_);
-}
+void DeviceExchange::write(const Wrench& wrench) noexcept { request_.set({wrench, seconds_now()}); }
 
 }  // namespace trephine::haptics

@@ -18,7 +18,7 @@ class DeviceExchange {
   void report(const glm::dvec3& position, const glm::dquat& orientation, std::uint32_t buttons) noexcept;
   /// Reports that the device was unplugged.
   void report_loss() noexcept;
-  /// Returns the servo's newest wrench. It is zero before the first one, and 50 ms after the last one.
+  /// Returns the servo's newest wrench. It is zero before the first write, and from 50 ms after the last one.
   Wrench wrench() noexcept;
 
   // The servo's thread.
@@ -36,7 +36,7 @@ class DeviceExchange {
   };
   struct Request {
     Wrench wrench;
-    std::uint64_t count = 0;  ///< of writes
+    double seconds = -1e9;  ///< time of the write
   };
 
   Latest<Report> report_;
@@ -44,10 +44,8 @@ class DeviceExchange {
   // The driver's thread.
   Report sent_;
   Request newest_;
-  double request_seconds_ = 0;  ///< time of the newest request
   // The servo's thread.
   Report last_;
-  Request written_;
   Silence silence_{0.1};
 };
 

@@ -96,7 +96,7 @@ std::vector<DeviceCheck> check_usb(std::uint16_t vendor, std::uint16_t product, 
   return checks;
 }
 
-/// Adds the check of a vendor's library. It is loaded only if a device is plugged in.
+/// Adds the result of loading a vendor's library. Call only if a device is plugged in.
 void add_library_check(std::vector<DeviceCheck>& checks, const Status& error, const std::string& product) {
   if (error)
     checks.push_back({error->what + (error->found.empty() ? "" : ": " + error->found), error->remedy, true});

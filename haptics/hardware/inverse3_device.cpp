@@ -6,7 +6,7 @@ namespace trephine::haptics {
 
 namespace {
 
-constexpr int k_connect_ms = 500, k_first_ms = 1000, k_state_ms = 20, k_send_ms = 20;
+constexpr int k_connect_ms = 500, k_first_ms = 1000, k_state_ms = 20, k_send_ms = 20, k_lost_ms = 500;
 constexpr std::size_t k_most_devices = 16;
 
 }  // namespace
@@ -56,30 +56,65 @@ Status Inverse3Device::open() {
                  .kind = ErrorKind::missing_here};
   socket_ = std::move(socket).value();
   device_ = state->device;
+  zero_force_ = inverse3_force(device_, {0, 0, 0});
   centre_ = state->position;
+  is_waiting_ = false;
   exchange_.restart();
   exchange_.report({0, 0, 0}, state->orientation, state->buttons);
-  thread_.start([this] { return step(); });
+  thread_.start([this] {
+    bool goes_on = false;
+    try {
+      goes_on = step();
+    } catch (...) {
+      // Without memory the device is lost.
+    }
+    if (!goes_on) {
+      exchange_.report_loss();
+      end_force();
+    }
+    return goes_on;
+  });
   return std::nullopt;
+}
+
+/// Sends a last message without force.
+void Inverse3Device::end_force() noexcept {
+  try {
+    socket_->send(zero_force_, k_send_ms);
+  } catch (...) {
+    // Without memory only the end of the connection stops the force.
+  }
 }
 
 void Inverse3Device::close() noexcept {
   thread_.stop();
   if (!socket_) return;
-  socket_->send(inverse3_force(device_, {0, 0, 0}), k_send_ms);
+  end_force();
   socket_.reset();
 }
 
-/// Sends a force and reads the state that answers it. Returns false when the connection ended.
+/// Sends a force unless the last one is not answered yet, and reads the newest state. More forces in flight
+/// would be a delay that lasts. Returns false when the connection ended.
 bool Inverse3Device::step() {
-  const LinkResult sent = socket_->send(inverse3_force(device_, exchange_.wrench().force_world), k_send_ms);
-  std::string message;
-  const LinkResult result = sent == LinkResult::done ? socket_->receive(message, k_state_ms) : sent;
-  if (result == LinkResult::gone || result == LinkResult::failed) {
-    exchange_.report_loss();
-    return false;
+  using namespace std::chrono;
+  if (!is_waiting_) {
+    const LinkResult sent = socket_->send(inverse3_force(device_, exchange_.wrench().force_world), k_send_ms);
+    if (sent == LinkResult::timed_out) return true;
+    if (sent != LinkResult::done) return false;
+    is_waiting_ = true, asked_at_ = steady_clock::now();
   }
-  if (result == LinkResult::timed_out) return true;  // the next force asks for the next state
+  std::string message;
+  LinkResult result = socket_->receive(message, k_state_ms);
+  if (result == LinkResult::timed_out) {
+    // A message that is not answered for long is taken as lost.
+    is_waiting_ = steady_clock::now() - asked_at_ < milliseconds(k_lost_ms);
+    return true;
+  }
+  for (std::string newer; result == LinkResult::done;) {
+    is_waiting_ = false;
+    if ((result = socket_->receive(newer, 0)) == LinkResult::done) message.swap(newer);
+  }
+  if (result != LinkResult::timed_out) return false;
   const auto state = parse_inverse3(message, choice_.index);
   if (state && state->device == device_)
     exchange_.report(state->position - centre_, state->orientation, state->buttons);

@@ -1,7 +1,7 @@
 // Inverse3Device: Haply's Inverse3 with a VerseGrip, by the vendor's service on this machine.
 #pragma once
 
-#include <functional>
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -18,10 +18,11 @@ struct Inverse3Choice {
 /// Returns the number of devices that the service on a port reports. Error if there is no service.
 Result<std::size_t> count_inverse3(std::uint16_t port);
 
-/// Force in 3 degrees of freedom, orientation and buttons of the grip. Its thread answers each state of the
-/// service with a force. Poses are in the device frame of MappedDevice, about the place where the grip was
-/// when the device was opened. The force is zero until the servo writes one, when the servo wrote none for
-/// 50 ms, and on close(). read() fails after 100 ms without a state, and when the service ended.
+/// Force in 3 degrees of freedom, orientation and buttons of the grip. Its thread sends a force, and the
+/// service answers with a state. Poses are in the device frame of MappedDevice, about the place where the
+/// grip was when the device was opened. The force is zero until the servo writes one, when the servo wrote
+/// none for 50 ms, after a damaged message, and on close(). read() fails after 100 ms without a state, and
+/// when the service ended.
 class Inverse3Device final : public Device {
  public:
   explicit Inverse3Device(const Inverse3Choice& choice) : choice_(choice) {}
@@ -34,10 +35,14 @@ class Inverse3Device final : public Device {
 
  private:
   bool step();
+  void end_force() noexcept;
 
   Inverse3Choice choice_;
   std::unique_ptr<WebSocket> socket_;
-  std::string device_;  ///< identifier
+  std::string device_;      ///< identifier
+  std::string zero_force_;  ///< message
+  std::chrono::steady_clock::time_point asked_at_;
+  bool is_waiting_ = false;  ///< for the state that answers the last force
   glm::dvec3 centre_{0.0};
   DeviceExchange exchange_;
   DeviceThread thread_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
+#include <optional>
 #include <thread>
 
 #include "haptics/hardware/vendor_library.h"
@@ -22,7 +23,8 @@ constexpr unsigned k_model_type = 0x2501, k_usable_workspace = 0x2551, k_calibra
 constexpr unsigned k_max_stiffness = 0x2602, k_max_force = 0x2603;
 constexpr unsigned k_force_output = 0x4000;
 constexpr unsigned k_calibration_ok = 0x5000, k_calibration_needs_update = 0x5001;
-constexpr unsigned k_first_force_error = 0x0300, k_last_force_error = 0x0304;
+constexpr unsigned k_first_force_error = 0x0200, k_last_force_error = 0x0204;
+constexpr int k_encoder_reset = 1, k_automatic = 2, k_inkwell = 4;  // bits of the calibration style
 constexpr unsigned k_invalid_device = 0xffffffff;
 constexpr unsigned k_call_again = 1, k_call_no_more = 0;
 constexpr unsigned short k_priority = 500;
@@ -88,15 +90,17 @@ Status TouchDevice::load() {
   return bind.error();
 }
 
-/// Returns the oldest error of the library and forgets all; 0: none.
-unsigned TouchDevice::take_error() noexcept {
-  unsigned first = 0;
+/// Takes all errors of the library.
+TouchDevice::Errors TouchDevice::take_errors() noexcept {
+  Errors errors;
   for (int i = 0; i < k_most_errors; ++i) {
     const HdError error = hd_->get_error();
     if (error.code == 0) break;
-    if (first == 0) first = error.code;
+    const bool is_of_force = error.code >= k_first_force_error && error.code <= k_last_force_error;
+    (is_of_force ? errors.is_of_force : errors.is_of_device) = true;
+    if (errors.code == 0 || !is_of_force) errors.code = error.code;
   }
-  return first;
+  return errors;
 }
 
 Status TouchDevice::open() {
@@ -111,9 +115,9 @@ Status TouchDevice::open() {
                  .remedy = remedy,
                  .kind = ErrorKind::missing_here};
   };
-  take_error();
+  take_errors();
   id_ = hd_->init_device(choice_.name.empty() ? nullptr : choice_.name.c_str());
-  if (const unsigned code = take_error(); code != 0 || id_ == k_invalid_device) {
+  if (const unsigned code = take_errors().code; code != 0 || id_ == k_invalid_device) {
     id_ = k_invalid_device;
     return failed("the Touch could not be opened", "absent", code,
                   "plug it in, pair it with the vendor's setup program, and check the permission of its "
@@ -126,7 +130,7 @@ Status TouchDevice::open() {
   schedule_ = hd_->schedule(&TouchDevice::tick, this, k_priority);
   is_scheduled_ = true;
   hd_->start();
-  if (const unsigned code = take_error(); code != 0) {
+  if (const unsigned code = take_errors().code; code != 0) {
     close();
     return failed("the scheduler of OpenHaptics does not start", "busy", code,
                   "close other programs that use the device");
@@ -145,21 +149,28 @@ Status TouchDevice::open() {
   return failed("the Touch does not respond", "silent", 0, "check its cable and power supply");
 }
 
-/// Waits until the device is calibrated; some need the stylus in the inkwell.
+/// Waits until the device is calibrated. Some need the stylus in the inkwell, or the arm at its reset
+/// position.
 Status TouchDevice::calibrate() {
   using namespace std::chrono;
   int style = 0;
   hd_->get_integers(k_calibration_style, &style);
+  style = (style & k_automatic) != 0 ? k_automatic : (style & k_inkwell) != 0 ? k_inkwell : k_encoder_reset;
   const auto end = steady_clock::now() + duration<double>(choice_.calibration_seconds);
-  bool has_notice = false;
+  constexpr auto k_reset_time = seconds(3);  // for the hand to reach the position
+  std::optional<steady_clock::time_point> asked_at;
   while (true) {
     const unsigned state = hd_->check_calibration();
     if (state == k_calibration_ok) return std::nullopt;
     if (state == k_calibration_needs_update) {
       hd_->update_calibration(static_cast<unsigned>(style));
-    } else if (!has_notice) {
-      choice_.notice("Touch: put the stylus into the inkwell until it is calibrated.");
-      has_notice = true;
+    } else if (!asked_at) {
+      choice_.notice(style == k_encoder_reset
+                         ? "Touch: hold the arm at its reset position for some seconds."
+                         : "Touch: put the stylus into the inkwell until it is calibrated.");
+      asked_at = steady_clock::now();
+    } else if (style == k_encoder_reset && steady_clock::now() - *asked_at > k_reset_time) {
+      hd_->update_calibration(static_cast<unsigned>(style));
     }
     if (steady_clock::now() > end)
       return Error{.what = "the Touch was not calibrated in time",
@@ -180,7 +191,7 @@ void TouchDevice::read_capabilities() {
   hd_->get_doubles(k_max_force, &force);
   hd_->get_doubles(k_max_stiffness, &stiffness);
   hd_->get_doubles(k_usable_workspace, box.data());
-  take_error();
+  take_errors();
   const dvec3 low(box[0], box[1], box[2]), high(box[3], box[4], box[5]);
   const dvec3 size = high - low;
   const double least = std::min({size.x, size.y, size.z});
@@ -206,7 +217,7 @@ void TouchDevice::close() noexcept {
     is_scheduled_ = false;
   }
   hd_->disable_device(id_);
-  take_error();
+  take_errors();
   id_ = k_invalid_device;
 }
 
@@ -229,11 +240,9 @@ bool TouchDevice::step() noexcept {
   if (is_closing_) force = dvec3(0);
   hd_->set_doubles(k_current_force, &force.x);
   hd_->end_frame(id_);
-  if (const unsigned code = take_error(); code != 0) {
-    const bool is_of_force = code >= k_first_force_error && code <= k_last_force_error;
-    if (!is_of_force) return false;
-    pause_ticks_ = k_pause_ticks;
-  }
+  const Errors errors = take_errors();
+  if (errors.is_of_force) pause_ticks_ = k_pause_ticks;
+  if (errors.is_of_device) return false;
   glm::dmat3 rotation;
   for (int column = 0; column < 3; ++column)
     for (int row = 0; row < 3; ++row)

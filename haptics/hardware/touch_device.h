@@ -43,7 +43,11 @@ class TouchDevice final : public Device {
   Status load();
   Status calibrate();
   void read_capabilities();
-  unsigned take_error() noexcept;
+  struct Errors {
+    unsigned code = 0;  ///< of an error, of the device if there is one; 0: none
+    bool is_of_force = false, is_of_device = false;
+  };
+  Errors take_errors() noexcept;
   bool step() noexcept;
   static unsigned tick(void* device) noexcept;
 

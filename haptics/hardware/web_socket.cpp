@@ -18,8 +18,8 @@ namespace {
 constexpr unsigned k_text = 1, k_binary = 2, k_close = 8, k_ping = 9, k_pong = 10;
 constexpr std::size_t k_largest_control = 125, k_largest_answer = 8192;  // bytes
 
-// Key and answer of the example in RFC 6455, 1.3. The key shows that the peer is a WebSocket server; it is no
-// secret.
+// Key and answer of the example in RFC 6455, 1.3. The key shows that the peer is a WebSocket server; it is
+// not a secret.
 constexpr const char* k_key = "dGhlIHNhbXBsZSBub25jZQ==";
 constexpr const char* k_answer = "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=";
 
@@ -72,7 +72,8 @@ WebSocketParser::Found WebSocketParser::next() {
     for (std::size_t i = 0; i < size_bytes; ++i) size = size << 8 | byte(2 + i);
     const bool is_control = opcode >= k_close;
     if (is_control && (size > k_largest_control || !is_final)) return Found::invalid;
-    if (size > k_largest_message || fragment_.size() + size > k_largest_message) return Found::invalid;
+    if (!is_control && (size > k_largest_message || fragment_.size() + size > k_largest_message))
+      return Found::invalid;
     if (buffer_.size() < header + size) return Found::nothing;
     const std::string payload = buffer_.substr(header, size);
     buffer_.erase(0, header + size);
@@ -131,7 +132,16 @@ Result<std::unique_ptr<WebSocket>> WebSocket::connect(std::uint16_t port, int ti
 }
 
 WebSocket::~WebSocket() {
-  send_bytes(client_frame(k_close, {}, next_mask()), 10);
+  try {
+    send_bytes(client_frame(k_close, {}, next_mask()), 10);
+    ::shutdown(file_, SHUT_WR);
+    // Unread bytes would reset the connection, and the server might drop what it has not read yet.
+    const TimeLeft time(50);
+    std::string rest;
+    while (time.ms() > 0 && read_some(time.ms(), rest) == LinkResult::done) rest.clear();
+  } catch (...) {
+    // Without memory the connection ends without a farewell.
+  }
   ::close(file_);
 }
 
@@ -144,7 +154,7 @@ Status WebSocket::shake_hands(std::uint16_t port, int timeout_ms) {
   std::string answer;
   std::size_t end = std::string::npos;
   while ((end = answer.find("\r\n\r\n")) == std::string::npos) {
-    if (answer.size() > k_largest_answer) return unreachable(port, "an answer that is no HTTP");
+    if (answer.size() > k_largest_answer) return unreachable(port, "an answer that is not HTTP");
     switch (read_some(time.ms(), answer)) {
       case LinkResult::done:
         break;
@@ -171,6 +181,7 @@ std::uint32_t WebSocket::next_mask() noexcept {
 
 LinkResult WebSocket::send_bytes(std::string_view bytes, int timeout_ms) {
   const TimeLeft time(timeout_ms);
+  const std::size_t size = bytes.size();
   while (!bytes.empty()) {
     const ssize_t sent = ::send(file_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent > 0) {
@@ -179,7 +190,9 @@ LinkResult WebSocket::send_bytes(std::string_view bytes, int timeout_ms) {
     }
     if (errno == EINTR) continue;
     if (errno != EAGAIN && errno != EWOULDBLOCK) return LinkResult::gone;
-    if (!wait_for(file_, POLLOUT, time.ms())) return LinkResult::timed_out;
+    // After a part of a frame, no other frame may follow.
+    if (!wait_for(file_, POLLOUT, time.ms()))
+      return bytes.size() < size ? LinkResult::gone : LinkResult::timed_out;
   }
   return LinkResult::done;
 }
@@ -201,7 +214,7 @@ LinkResult WebSocket::send(std::string_view text, int timeout_ms) {
 
 LinkResult WebSocket::receive(std::string& text, int timeout_ms) {
   const TimeLeft time(timeout_ms);
-  while (true) {
+  for (bool has_read = false;;) {
     switch (parser_.next()) {
       case WebSocketParser::Found::message:
         text = parser_.message();
@@ -215,6 +228,8 @@ LinkResult WebSocket::receive(std::string& text, int timeout_ms) {
       case WebSocketParser::Found::invalid:
         return LinkResult::failed;
       case WebSocketParser::Found::nothing: {
+        if (has_read && time.ms() == 0) return LinkResult::timed_out;
+        has_read = true;
         std::string bytes;
         if (const LinkResult result = read_some(time.ms(), bytes); result != LinkResult::done) return result;
         parser_.add({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});

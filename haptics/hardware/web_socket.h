@@ -19,7 +19,7 @@ class WebSocketParser {
     message,  ///< message() is complete
     ping,     ///< message() must be returned in a pong
     closed,   ///< the server closed the connection
-    invalid,  ///< the bytes are no frames of a server, or a message is too large
+    invalid,  ///< the bytes are not valid frames of a server, or a message is too large
   };
   void add(std::span<const std::uint8_t> bytes) { buffer_.append(bytes.begin(), bytes.end()); }
   /// Returns the next frame that concerns the client. Call until it returns `nothing`.
@@ -45,8 +45,9 @@ class WebSocket {
   WebSocket(const WebSocket&) = delete;
   WebSocket& operator=(const WebSocket&) = delete;
 
+  /// Returns `gone` if only a part was sent in time: no further message can follow.
   LinkResult send(std::string_view text, int timeout_ms);
-  /// Waits for one message.
+  /// Waits for one message. With a limit of 0, reads once what has arrived.
   LinkResult receive(std::string& text, int timeout_ms);
 
  private:

@@ -91,6 +91,7 @@ Status MeshProxy::prepare(const TouchScene& scene) {
   int count = 0;
   union_members_ = front_shapes(scene, {}, count);
   union_ = count > 1 ? union_tree(scene, union_members_) : nullptr;
+  if (union_) gap_ = std::min(gap_, union_->gap());
   return std::nullopt;
 }
 

@@ -20,11 +20,12 @@ namespace {
 template <class Grid, template <class> class Local>
 class SurfaceCaster {
  public:
-  SurfaceCaster(const TouchScene& scene, const Grid& grid, const ShapeSet& passable,
+  /// `inside`: shapes that the proxy is in. They are not a part of the union.
+  SurfaceCaster(const TouchScene& scene, const Grid& grid, const ShapeSet& passable, const ShapeSet& inside,
                 ProxyCounters& counters) noexcept
       : scene_(scene), grid_(grid), passable_(passable), counters_(counters) {
     for (int s = 0; s < static_cast<int>(scene.items.size()); ++s)
-      if (blocks(scene, passable, s, Side::front)) front_.set(s, true), ++front_count_;
+      if (blocks(scene, passable, s, Side::front) && !inside.contains(s)) front_.set(s, true), ++front_count_;
   }
 
   bool operator()(const dvec3& a, const dvec3& b, FacetHit& hit) const noexcept {
@@ -87,7 +88,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
   const volume::Frame& frame = grid.frame();
   const dvec3 hip = frame.volume_from_world(input.hip_world);
   const ShapeSet passable = state.around.passable;
-  const SurfaceCaster<Grid, Local> caster(scene, grid, passable, result.counters);
+  const SurfaceCaster<Grid, Local> caster(scene, grid, passable, state.inside, result.counters);
 
   // The first step, and one in which matter has grown over the proxy, start at the HIP, inside any solid
   // there.
@@ -135,8 +136,10 @@ bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state,
   const auto is_behind = [&](const auto& grid, const dvec3& p) {
     using Grid = std::decay_t<decltype(grid)>;
     const int s = static_cast<int>(shape);
-    return SurfaceCaster<Grid, volume::LocalNet>(scene, grid, no_shapes, counters).is_behind(s, p) ||
-           SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, no_shapes, counters).is_behind(s, p);
+    return SurfaceCaster<Grid, volume::LocalNet>(scene, grid, no_shapes, no_shapes, counters)
+               .is_behind(s, p) ||
+           SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, no_shapes, no_shapes, counters)
+               .is_behind(s, p);
   };
   if (scene.tool->radius() <= 0) return is_behind(VoxelGrid(scene, *touch_state.version), place);
   const OffsetGrid grid(scene, touch_state);

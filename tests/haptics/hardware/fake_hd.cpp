@@ -34,7 +34,7 @@ EXPORT trephine::fake_vendor::State fake_hd;
 
 EXPORT unsigned hdInitDevice(const char* name) {
   if (fake_hd.refuses_to_open || (name && std::strcmp(name, "Right Device") != 0)) {
-    raise_error(0x0201);
+    raise_error(0x0302);
     return 0xffffffff;
   }
   fake_hd.is_open = true;
@@ -43,13 +43,13 @@ EXPORT unsigned hdInitDevice(const char* name) {
 EXPORT void hdDisableDevice(unsigned) { fake_hd.is_open = false, fake_hd.has_force = false; }
 EXPORT void hdBeginFrame(unsigned device) {
   is_in_frame = device == 7;
-  if (!is_in_frame) raise_error(0x0204);
+  if (!is_in_frame) raise_error(0x0400);
 }
 EXPORT void hdEndFrame(unsigned) {
-  if (!is_in_frame) raise_error(0x0205);
+  if (!is_in_frame) raise_error(0x0401);
   is_in_frame = false;
-  if (fake_hd.fails) raise_error(0x0201);
-  if (fake_hd.has_hot_motors) raise_error(0x0300);
+  if (fake_hd.fails) raise_error(0x0302);
+  if (fake_hd.has_hot_motors) raise_error(0x0200);
   ++fake_hd.frames;
 }
 EXPORT void hdGetDoublev(unsigned name, double* values) {
@@ -67,7 +67,7 @@ EXPORT void hdGetDoublev(unsigned name, double* values) {
 }
 EXPORT void hdGetIntegerv(unsigned name, int* value) {
   if (name == 0x2000) *value = static_cast<int>(fake_hd.buttons.load());
-  if (name == 0x2555) *value = 4;
+  if (name == 0x2555) *value = fake_hd.calibration_styles;
 }
 EXPORT const char* hdGetString(unsigned name) { return name == 0x2501 ? "Touch" : ""; }
 EXPORT void hdSetDoublev(unsigned name, const double* values) {
@@ -85,10 +85,15 @@ EXPORT ErrorInfo hdGetError() {
   return {0, 0, 0xffffffff};
 }
 EXPORT const char* hdGetErrorString(unsigned code) {
-  return code == 0x0201 ? "An error in communicating with the device" : "other";
+  return code == 0x0302 ? "An error in communicating with the device" : "other";
 }
-EXPORT unsigned hdCheckCalibration() { return fake_hd.needs_inkwell ? 0x5002 : 0x5000; }
-EXPORT void hdUpdateCalibration(unsigned) {}
+EXPORT unsigned hdCheckCalibration() {
+  return fake_hd.needs_update ? 0x5001 : fake_hd.needs_inkwell ? 0x5002 : 0x5000;
+}
+EXPORT void hdUpdateCalibration(unsigned style) {
+  fake_hd.calibrated_by = static_cast<int>(style);
+  if (style == 1 || style == 2) fake_hd.needs_inkwell = fake_hd.needs_update = false;
+}
 EXPORT unsigned long hdScheduleAsynchronous(unsigned (*function)(void*), void* data, unsigned short) {
   callback = function, callback_data = data;
   return 11;

@@ -10,7 +10,8 @@ namespace trephine::fake_vendor {
 struct State {
   // Faults.
   std::atomic<bool> has_no_device{false}, refuses_to_open{false}, fails{false}, needs_inkwell{false},
-      is_silent{false}, has_hot_motors{false};
+      is_silent{false}, has_hot_motors{false}, needs_update{false};
+  std::atomic<int> calibration_styles{4}, calibrated_by{0};
   // Values that the library returns.
   std::atomic<double> position[3] = {};                           ///< in the library's units and axes
   std::atomic<double> rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< rows

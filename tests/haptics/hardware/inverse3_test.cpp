@@ -25,7 +25,8 @@ class Service {
  public:
   // Faults.
   std::atomic<bool> splits{false}, pings{false}, is_http_only{false}, is_silent{false}, hangs_up{false},
-      is_calibrated{true}, has_device{true};
+      is_calibrated{true}, has_device{true}, is_slow{false};
+  std::atomic<bool> sends_damage{false};  ///< once
   std::atomic<double> x{0.1}, y{0.2}, z{0.3};
 
   Service() {
@@ -54,6 +55,8 @@ class Service {
   int messages() const { return messages_; }
   int pongs() const { return pongs_; }
   bool was_closed() const { return was_closed_; }
+  /// Returns the greatest number of forces that waited for the service at once.
+  int most_waiting() const { return most_waiting_; }
 
  private:
   static bool is_readable(int file) {
@@ -84,6 +87,8 @@ class Service {
     std::string bytes;
     while (!is_stopping_ && !hangs_up) {
       if (!take(client, bytes)) return;
+      // A masked frame with a force has about 100 bytes.
+      most_waiting_ = std::max(most_waiting_.load(), static_cast<int>(bytes.size() / 80));
       while (answer(client, bytes)) {}
     }
   }
@@ -124,6 +129,8 @@ class Service {
       ADD_FAILURE() << text;
     }
     ++messages_;
+    if (sends_damage.exchange(false)) put(client, "\xff\xff");
+    while (is_slow && !is_stopping_) wait_ms(1);
     if (!is_silent) put_state(client);
     return true;
   }
@@ -159,7 +166,7 @@ class Service {
 
   int listener_ = -1;
   std::atomic<bool> is_stopping_{false}, was_closed_{false};
-  std::atomic<int> messages_{0}, pongs_{0};
+  std::atomic<int> messages_{0}, pongs_{0}, most_waiting_{0};
   std::mutex lock_;
   dvec3 force_{0.0};
   std::thread thread_;
@@ -296,6 +303,38 @@ TEST(Inverse3, FailuresNameTheirCauseAndALostServiceIsReported) {
   service.hangs_up = true;
   EXPECT_TRUE(eventually([&] { return !device.read(t, pose); }));
   device.close();
+}
+
+TEST(Inverse3, ADamagedMessageEndsTheForce) {
+  Service service;
+  Inverse3Device device({.port = service.port});
+  ASSERT_FALSE(device.open());
+  EXPECT_TRUE(eventually([&] {
+    device.write(Wrench(dvec3(5, 0, 0)));
+    return service.force().x == 5;
+  }));
+  service.sends_damage = true;
+  Pose pose;
+  EXPECT_TRUE(eventually([&] {
+    device.write(Wrench(dvec3(5, 0, 0)));
+    return !device.read(0, pose);
+  }));
+  for (int i = 0; i < 20; ++i) device.write(Wrench(dvec3(5, 0, 0))), wait_ms(1);
+  EXPECT_TRUE(eventually([&] { return service.force() == dvec3(0); }));
+}
+
+TEST(Inverse3, NoForcesQueueUpWhileTheServiceStalls) {
+  Service service;
+  Inverse3Device device({.port = service.port});
+  ASSERT_FALSE(device.open());
+  ASSERT_TRUE(eventually([&] { return service.messages() > 5; }));
+  service.is_slow = true;
+  wait_ms(300);
+  const int before = service.messages();
+  service.is_slow = false;
+  ASSERT_TRUE(eventually([&] { return service.messages() > before + 20; }));
+  // At most one force was sent in the stall; each later one waits for the state before.
+  EXPECT_LE(service.most_waiting(), 2);
 }
 
 TEST(Inverse3, WithoutAServiceTheErrorNamesIt) {

@@ -20,11 +20,13 @@ fake_vendor::State& state_of(const char* library, const char* symbol) {
   void* const loaded = ::dlopen(library, RTLD_NOW | RTLD_LOCAL);
   auto* const state = static_cast<fake_vendor::State*>(loaded ? ::dlsym(loaded, symbol) : nullptr);
   if (!state) throw std::runtime_error("the stand-in was not built");
-  for (auto* const fault : {&state->has_no_device, &state->refuses_to_open, &state->fails,
-                            &state->needs_inkwell, &state->is_silent, &state->has_hot_motors})
+  for (auto* const fault :
+       {&state->has_no_device, &state->refuses_to_open, &state->fails, &state->needs_inkwell,
+        &state->is_silent, &state->has_hot_motors, &state->needs_update})
     *fault = false;
   for (auto& value : state->position) value = 0;
   for (int i = 0; i < 9; ++i) state->rotation[i] = i % 4 == 0;
+  state->calibration_styles = 4, state->calibrated_by = 0;
   state->buttons = 0, state->frames = 0, state->frames_with_force = 0;
   return *state;
 }
@@ -145,6 +147,41 @@ TEST(TouchDevice, HotMotorsPauseTheForceAndErrorsOfCommunicationLoseTheDevice) {
   device.close();
   expect_loss_and_return(device, state.fails);
   expect_loss_and_return(device, state.is_silent);  // a scheduler that hangs
+}
+
+TEST(TouchDevice, IsCalibratedByOneOfItsStyles) {
+  for (const auto& [styles, chosen] : {std::pair(7, 2), {6, 2}, {3, 2}, {1, 1}}) {
+    auto& state = touch_state();
+    state.calibration_styles = styles, state.needs_update = true;
+    TouchDevice device(touch_choice());
+    EXPECT_FALSE(device.open());
+    EXPECT_EQ(state.calibrated_by, chosen) << styles;
+  }
+  // A device that is calibrated at its reset position: the hand gets an instruction and time.
+  auto& state = touch_state();
+  state.calibration_styles = 1, state.needs_inkwell = true;
+  TouchChoice choice = touch_choice();
+  choice.calibration_seconds = 60;
+  std::vector<std::string> notices;
+  choice.notice = [&](const std::string& text) { notices.push_back(text); };
+  TouchDevice device(choice);
+  EXPECT_FALSE(device.open());
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find("reset position"), std::string::npos);
+  EXPECT_EQ(state.calibrated_by, 1);
+}
+
+TEST(DeviceExchange, AForceIsAsOldAsItsWrite) {
+  DeviceExchange exchange;
+  exchange.restart();
+  EXPECT_TRUE(exchange.wrench().is_zero());
+  exchange.write(Wrench(dvec3(0, 0, 8)));
+  wait_ms(100);  // a driver that hangs, and sees the force late
+  EXPECT_TRUE(exchange.wrench().is_zero());
+  EXPECT_TRUE(eventually([&] {
+    exchange.write(Wrench(dvec3(0, 0, 8)));
+    return exchange.wrench().force_world.z == 8;
+  }));
 }
 
 TEST(TouchDevice, FailuresNameTheirCause) {

@@ -183,6 +183,33 @@ TEST(Seams, NoChannelLeadsInWhereThreeLabelsMeet) {
   }
 }
 
+/// A tool that started inside one label presses on the seam of two others, which the first one covers.
+TEST(Seams, TheShapeThatTheToolIsInDoesNotHideASeam) {
+  volume::Volume result =
+      volume::make_volume(ivec3(40), volume::Frame::from_axes(dvec3(0), glm::dmat3(1)).value(), true).value();
+  result.label_names = {"background", "part1", "part2", "part3"};
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x)
+        result.labels[result.index(x, y, z)] = static_cast<std::uint8_t>(z >= 20 ? 1 : x < 20 ? 2 : 3);
+  TouchScene scene;
+  scene.base = std::make_shared<const volume::Volume>(std::move(result));
+  for (int label = 1; label <= 3; ++label) scene.items.push_back(item_of_shape(*scene.base, label_of(label)));
+  soften(scene);
+  for (const char* name : {"explicit", "depth"}) {
+    const auto method = make_method(name).value();
+    ASSERT_FALSE(method->prepare(scene));
+    const auto seen = std::make_shared<const TouchState>(untouched(scene));
+    ProxyState state;
+    double lowest = 1e9;
+    for (int i = 0; i < 4000; ++i)
+      lowest = std::min(
+          lowest, method->step(scene, *seen, state, {{19.5 + 0.1 * std::sin(0.05 * i), 20.2, 26 - 0.004 * i}})
+                      .proxy_world.z);
+    EXPECT_NEAR(lowest, 19.5, 0.1) << name;
+  }
+}
+
 /// A trough cut across the seam of a label and the window next to it: where one field continues into the
 /// other and ends there, a frictionless tool on its floor meets no obstacle.
 TEST(Seams, ATroughAcrossASeamIsSmooth) {
