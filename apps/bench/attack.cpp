@@ -321,10 +321,9 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
         method->step(scene, *touch_state, state, {.hip_world = hip, .orientation = turn});
     if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
     const haptics::Placement tool{step.proxy_world, state.has_turn ? state.tool_turn : turn};
-    // A start may be in matter, or have matter in the ball: contact is judged once the tool was free.
-    const bool is_free = !info.is_six_dof() || judge.judge_balls(tool, step.is_buried);
-    // Only matter that grew can bury a tool. A buried tool may come into contact with another shape.
-    row.fall_throughs += step.is_buried && !has_grown;
+    // A start may be in matter, or have matter in the ball, and an undo may bury the tool, which then may
+    // come into contact with another shape: contact is judged once the tool was free.
+    const bool is_free = !info.is_six_dof() || judge.judge_balls(tool, step.is_buried && has_grown);
     if (step.is_buried) was_free = false;
     was_free = is_free && (was_free || (target.distance && !shape.holds(tool, 0)));
     if (was_free && step.has_contact) {
@@ -342,7 +341,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
                                      step.normal_world.x + step.normal_world.y + step.normal_world.z);
     ++row.steps;
   }
-  row.fall_throughs += judge.fall_throughs();
+  row.fall_throughs = judge.fall_throughs();
   row.buried = judge.buried();
   return row;
 }

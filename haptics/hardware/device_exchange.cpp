@@ -1,16 +1,10 @@
 #include "haptics/hardware/device_exchange.h"
 
-#include <chrono>
-
 namespace trephine::haptics {
 
 namespace {
 
 constexpr double k_stalled_seconds = 0.05;  // without a wrench from the servo
-
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 

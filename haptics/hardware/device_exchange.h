@@ -1,4 +1,5 @@
-// DeviceExchange: poses from the thread of a driver to the servo, and wrenches back.
+// DeviceExchange: poses from the thread of a driver to the servo, and wrenches back. ExchangeDevice: a device
+// with such a thread.
 #pragma once
 
 #include "haptics/device/device.h"
@@ -47,6 +48,19 @@ class DeviceExchange {
   // The servo's thread.
   Report last_;
   Silence silence_{0.1};
+};
+
+/// Base of devices with force that a thread of the driver serves. Poses are in the device frame of
+/// MappedDevice. The wrench is zero until the servo writes one, and when the servo wrote none for 50 ms; a
+/// device also ends it on close(). read() fails after a loss, and after 100 ms without a pose from the
+/// device.
+class ExchangeDevice : public Device {
+ public:
+  bool read(double t, Pose& pose) noexcept final { return exchange_.read(t, pose); }
+  void write(const Wrench& wrench) noexcept final { exchange_.write(wrench); }
+
+ protected:
+  DeviceExchange exchange_;
 };
 
 }  // namespace trephine::haptics

@@ -2,11 +2,17 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <thread>
 
 #include "haptics/servo/servo_loop.h"
 
 namespace trephine::haptics {
+
+/// Returns the time of the monotonic clock, s.
+inline double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// Runs a function until it returns false or stop() is called, with real-time priority if it is permitted.
 class DeviceThread {

@@ -29,10 +29,6 @@ constexpr int k_reply_ms = 1000;
 /// the motors.
 constexpr double k_share_per_torque = -10.0 / 4095;
 
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 Error lost() {
   return {.what = "the Falcon stopped responding",
           .where = "falcon: silent",

@@ -24,19 +24,15 @@ struct FalconChoice {
   int load_attempts = 5;       ///< of the firmware
 };
 
-/// 3 degrees of freedom, 8 N. Its thread exchanges frames at the rate of the USB, about 1 kHz. Poses are in
-/// the device frame: see MappedDevice. open() loads the firmware if necessary and waits for homing. The force
-/// is zero until the servo writes one, when the servo wrote none for 50 ms, and on close(). read() fails
-/// after 100 ms without a frame.
-class FalconDevice final : public Device {
+/// 3 degrees of freedom, 8 N. Its thread exchanges frames at the rate of the USB, about 1 kHz. open() loads
+/// the firmware if necessary and waits for homing.
+class FalconDevice final : public ExchangeDevice {
  public:
   explicit FalconDevice(FalconChoice choice) : choice_(std::move(choice)) {}
   ~FalconDevice() override { close(); }
   Status open() override;
   void close() noexcept override;
   DeviceCapabilities capabilities() const override;
-  bool read(double t, Pose& pose) noexcept override { return exchange_.read(t, pose); }
-  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
 
  private:
   Status load();
@@ -50,7 +46,6 @@ class FalconDevice final : public Device {
   FalconChoice choice_;
   std::unique_ptr<UsbLink> link_;
   DeviceThread thread_;
-  DeviceExchange exchange_;
   // The thread's.
   FalconParser parser_;
   FalconAngles angles_{};

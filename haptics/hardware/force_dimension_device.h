@@ -21,18 +21,14 @@ std::vector<std::string> dhd_files();
 Status check_dhd_library();
 
 /// Force, and torque where the wrist has motors. Its thread exchanges pose and wrench at the rate of the USB.
-/// Poses are in the device frame of MappedDevice, about the centre of the workspace. The wrench is zero until
-/// the servo writes one, when the servo wrote none for 50 ms, and on close(). read() fails after 100 ms in
-/// which the library reported errors.
-class ForceDimensionDevice final : public Device {
+/// Poses are about the centre of the workspace. Errors of the library give no pose.
+class ForceDimensionDevice final : public ExchangeDevice {
  public:
   explicit ForceDimensionDevice(ForceDimensionChoice choice);
   ~ForceDimensionDevice() override;
   Status open() override;
   void close() noexcept override;
   DeviceCapabilities capabilities() const override { return capabilities_; }
-  bool read(double t, Pose& pose) noexcept override { return exchange_.read(t, pose); }
-  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
 
  private:
   struct Functions;
@@ -46,7 +42,6 @@ class ForceDimensionDevice final : public Device {
   DeviceCapabilities capabilities_;
   bool has_wrist_ = false, has_torque_ = false;
   int id_ = -1;  ///< of the open device; -1: closed
-  DeviceExchange exchange_;
   DeviceThread thread_;
 };
 

@@ -19,19 +19,15 @@ struct Inverse3Choice {
 Result<std::size_t> count_inverse3(std::uint16_t port);
 
 /// Force in 3 degrees of freedom, orientation and buttons of the grip. Its thread sends a force, and the
-/// service answers with a state. Poses are in the device frame of MappedDevice, about the place where the
-/// grip was when the device was opened. The force is zero until the servo writes one, when the servo wrote
-/// none for 50 ms, after a damaged message, and on close(). read() fails after 100 ms without a state, and
-/// when the service ended.
-class Inverse3Device final : public Device {
+/// service answers with a state. Poses are about the place where the grip was when the device was opened. A
+/// damaged message ends the force and the connection.
+class Inverse3Device final : public ExchangeDevice {
  public:
   explicit Inverse3Device(const Inverse3Choice& choice) : choice_(choice) {}
   ~Inverse3Device() override { close(); }
   Status open() override;
   void close() noexcept override;
   DeviceCapabilities capabilities() const override;
-  bool read(double t, Pose& pose) noexcept override { return exchange_.read(t, pose); }
-  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
 
  private:
   bool step();
@@ -44,7 +40,6 @@ class Inverse3Device final : public Device {
   std::chrono::steady_clock::time_point asked_at_;
   bool is_waiting_ = false;  ///< for the state that answers the last force
   glm::dvec3 centre_{0.0};
-  DeviceExchange exchange_;
   DeviceThread thread_;
 };
 

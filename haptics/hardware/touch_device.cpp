@@ -157,7 +157,7 @@ Status TouchDevice::calibrate() {
   hd_->get_integers(k_calibration_style, &style);
   style = (style & k_automatic) != 0 ? k_automatic : (style & k_inkwell) != 0 ? k_inkwell : k_encoder_reset;
   const auto end = steady_clock::now() + duration<double>(choice_.calibration_seconds);
-  constexpr auto k_reset_time = seconds(3);  // for the hand to reach the position
+  const duration<double> reset_time(choice_.reset_seconds);
   std::optional<steady_clock::time_point> asked_at;
   while (true) {
     const unsigned state = hd_->check_calibration();
@@ -169,7 +169,7 @@ Status TouchDevice::calibrate() {
                          ? "Touch: hold the arm at its reset position for some seconds."
                          : "Touch: put the stylus into the inkwell until it is calibrated.");
       asked_at = steady_clock::now();
-    } else if (style == k_encoder_reset && steady_clock::now() - *asked_at > k_reset_time) {
+    } else if (style == k_encoder_reset && steady_clock::now() - *asked_at > reset_time) {
       hd_->update_calibration(static_cast<unsigned>(style));
     }
     if (steady_clock::now() > end)

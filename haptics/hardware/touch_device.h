@@ -17,25 +17,22 @@ struct TouchChoice {
   /// Receives instructions for the user while open() waits.
   std::function<void(const std::string&)> notice = [](const std::string&) {};
   double calibration_seconds = 30;  ///< open() fails if the device is not calibrated by then
+  double reset_seconds = 3;         ///< for the hand to bring the arm to its reset position
 };
 
 /// Error if the library of OpenHaptics cannot be loaded or is too old.
 Status check_touch_library();
 
 /// 6 degrees of freedom, force of 3. The library's scheduler calls at 1 kHz; one device of a program can be
-/// open. Poses are in the device frame of MappedDevice, about the centre of the usable workspace. The force
-/// is zero until the servo writes one, when the servo wrote none for 50 ms, for 0.5 s after the library
-/// reported hot motors or an excessive force, and on close(). read() fails after 100 ms in which the library
-/// reported errors.
-class TouchDevice final : public Device {
+/// open. Poses are about the centre of the usable workspace. The force is also zero for 0.5 s after the
+/// library reported hot motors or an excessive force. Other errors of the library give no pose.
+class TouchDevice final : public ExchangeDevice {
  public:
   explicit TouchDevice(TouchChoice choice);
   ~TouchDevice() override;
   Status open() override;
   void close() noexcept override;
   DeviceCapabilities capabilities() const override { return capabilities_; }
-  bool read(double t, Pose& pose) noexcept override { return exchange_.read(t, pose); }
-  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
 
  private:
   struct Functions;
@@ -58,7 +55,6 @@ class TouchDevice final : public Device {
   unsigned id_;             ///< of the open device
   unsigned long schedule_ = 0;
   bool is_scheduled_ = false;
-  DeviceExchange exchange_;
   int pause_ticks_ = 0;  ///< without force; the scheduler's thread
   std::atomic<bool> is_closing_{false};
   std::atomic<int> last_ticks_{0};  ///< since is_closing_

@@ -32,7 +32,7 @@ mkdir -p root/var/lib/dpkg/{info,updates} root/var/lib/dpkg/triggers
 touch root/var/lib/dpkg/{status,available}
 dpkg --root="$scratch/root" --force-not-root --force-depends --force-script-chrootless --log=/dev/null -i deb/*.deb >log 2>&1 ||
   { cat log; exit 1; }
-export LD_LIBRARY_PATH=$scratch/root/usr/lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH)
+export LD_LIBRARY_PATH=$scratch/root/usr/lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH):$scratch/root/usr/lib
 root/usr/bin/trephine phantom sphere --size 24 -o s.mha >/dev/null
 root/usr/bin/trephine info s.mha | grep -q MetaImage
 root/usr/bin/trephine convert s.mha -o s.vdb >/dev/null && root/usr/bin/trephine info s.vdb | grep -q OpenVDB
@@ -41,7 +41,7 @@ env -u DISPLAY root/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >/d
 [ -s root/usr/share/applications/trephine.desktop ] && [ -s root/usr/share/icons/hicolor/scalable/apps/trephine.svg ]
 [ -s root/usr/lib/udev/rules.d/60-trephine.rules ]
 # The Python module and the program of cohorts.
-LD_LIBRARY_PATH=$LD_LIBRARY_PATH:$scratch/root/usr/lib PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c "
+PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c "
 import trephine
 operation = trephine.Operation.open(trephine.Scan.phantom('sphere', spacing=(2, 2, 2)), iso=300)
 assert operation.run([[0, 0, 60], [0, 0, 20]]).contact.any()"

@@ -86,6 +86,22 @@ TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
   EXPECT_GT(sunk, by_shape / 200);
 }
 
+/// Planted fault: a whole tool that follows the hand, with the excuse that matter grew over it.
+TEST(Stability, TheAttackCatchesBurialsWithoutGrowth) {
+  bench::AttackOptions options;
+  options.steps = 9'000;
+  options.methods = {"chain"};
+  long contacts = 0;
+  options.spoil = [&](ProxyStep& step, const dvec3&, const dvec3& hip_world) {
+    if (!step.has_contact || ++contacts % 20 != 0) return;
+    step.proxy_world = hip_world;
+    step.is_buried = true;
+  };
+  long falls = 0;
+  for (const bench::AttackRow& row : bench::run_attack(options)) falls += row.fall_throughs;
+  EXPECT_GT(falls, contacts / 100);
+}
+
 /// Planted fault: a proxy that follows the HIP through everything is caught at once.
 TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
   bench::AttackOptions options;

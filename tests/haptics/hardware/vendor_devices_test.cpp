@@ -161,7 +161,7 @@ TEST(TouchDevice, IsCalibratedByOneOfItsStyles) {
   auto& state = touch_state();
   state.calibration_styles = 1, state.needs_inkwell = true;
   TouchChoice choice = touch_choice();
-  choice.calibration_seconds = 60;
+  choice.calibration_seconds = 60, choice.reset_seconds = 0.1;
   std::vector<std::string> notices;
   choice.notice = [&](const std::string& text) { notices.push_back(text); };
   TouchDevice device(choice);
