@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <map>
 #include <string>
 #include <tuple>
@@ -46,6 +47,7 @@ namespace trephine::view {
 using glm::dvec3;
 
 namespace {
+constexpr double k_half_angle = glm::radians(14.0);  // vertical, of the camera
 
 /// Solid of revolution around +z; optionally with helical flutes.
 vtkSmartPointer<vtkPolyData> make_revolution(const std::vector<glm::dvec2>& profile, bool is_fluted) {
@@ -158,7 +160,7 @@ struct BoneView::Parts {
   vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
   vtkNew<vtkPolyData> edge_line;
   std::vector<dvec3> drawn_edge;
-  unsigned long layout_observer = 0;  ///< of the window
+  std::array<unsigned long, 2> observers{};  ///< of the window
 
   void fit_text();
   void lay_out();
@@ -290,16 +292,21 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
 
   p.text = std::make_unique<PictureText>(on_top);
 
-  // The window system redraws on its own after a resize: the texts then need new positions.
-  vtkNew<vtkCallbackCommand> lay_out;
-  lay_out->SetClientData(&p);
+  // The window system redraws on its own after a resize. The angle comes first: the bone's layer compares it
+  // with that of its last picture.
+  constexpr float k_first = 1;  // priority
+  vtkNew<vtkCallbackCommand> fit_camera, lay_out;
+  fit_camera->SetClientData(this), lay_out->SetClientData(&p);
+  fit_camera->SetCallback(
+      [](vtkObject*, unsigned long, void* view, void*) { static_cast<BoneView*>(view)->fit_camera(); });
   lay_out->SetCallback(
       [](vtkObject*, unsigned long, void* data, void*) { static_cast<Parts*>(data)->lay_out(); });
-  p.layout_observer = window->AddObserver(vtkCommand::StartEvent, lay_out);
+  p.observers = {window->AddObserver(vtkCommand::StartEvent, fit_camera, k_first),
+                 window->AddObserver(vtkCommand::StartEvent, lay_out)};
 }
 
 BoneView::~BoneView() {
-  parts_->window->RemoveObserver(parts_->layout_observer);
+  for (const unsigned long observer : parts_->observers) parts_->window->RemoveObserver(observer);
   if (parts_->scenery && is_drawable()) parts_->scenery->depth.release();
 }
 
@@ -342,19 +349,16 @@ void BoneView::show(const StylusState& s) {
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
   place(p.shaft, shaft_begin, shaft, 34, s.tool.shaft_radius);
   place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, std::max(4.5, 2.6 * s.tool.shaft_radius));
-  constexpr double k_tool_length = 100;  // mm, of shaft and grip
+  constexpr double k_tool_length = 100, k_near = 90;  // mm
   p.overlays->labels().set_tool(
       s.is_visible ? std::vector<std::array<dvec3, 2>>{{s.tool_world, shaft_begin + k_tool_length * shaft}}
                    : std::vector<std::array<dvec3, 2>>{});
   // A handle seen end-on or from nearby hides the tool's work: draw it translucent, or not at all.
   vtkCamera* camera = p.renderer->GetActiveCamera();
-  double position[3];
-  camera->GetPosition(position);
+  const double* position = camera->GetPosition();
   const dvec3 viewer = dvec3(position[0], position[1], position[2]) - s.tool_world;
-  constexpr double k_half_degree = 3.14159265358979 / 360;
   // Height of the picture at the tool, mm.
-  const double view_height = 2 * glm::length(viewer) * std::tan(camera->GetViewAngle() * k_half_degree);
-  constexpr double k_near = 90;  // mm
+  const double view_height = 2 * glm::length(viewer) * std::tan(0.5 * glm::radians(camera->GetViewAngle()));
   const bool is_end_on = glm::dot(shaft, viewer) > 0.93 * glm::length(viewer), is_near = view_height < k_near;
   p.grip->SetVisibility(s.is_visible && !(is_near && is_end_on) && view_height > 0.5 * k_near);
   p.grip->GetProperty()->SetOpacity(is_near ? 0.15 : is_end_on ? 0.3 : 1);
@@ -425,11 +429,21 @@ void BoneView::Parts::lay_out() {
 }
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {
-  constexpr double k_half_angle = 14 * 3.14159265358979 / 180;  // of the camera
   // A tall body needs its full height, plus a margin for its nearer half.
   const dvec3 size = high - low;
   const double tallest = 1.12 * std::max({size.x, size.y, size.z});
   return std::max(0.86 * glm::length(size), tallest) / (2 * std::tan(k_half_angle));
+}
+
+void BoneView::fit_camera() {
+  constexpr double k_narrow = 0.9;  // width over height below which the width determines the angle
+  const int* size = parts_->window->GetSize();
+  const double aspect = std::max(1, size[0]) / static_cast<double>(std::max(1, size[1]));
+  const double angle = glm::degrees(2 * std::atan(std::tan(k_half_angle) * std::max(1.0, k_narrow / aspect)));
+  vtkCamera* camera = parts_->renderer->GetActiveCamera();
+  if (camera->GetViewAngle() == angle) return;
+  camera->SetViewAngle(angle);
+  parts_->renderer->ResetCameraClippingRange();
 }
 
 void BoneView::aim_camera(const dvec3& target, const dvec3& from, const dvec3& up, double distance) {
@@ -441,7 +455,7 @@ void BoneView::aim_camera(const dvec3& target, const dvec3& from, const dvec3& u
   const bool is_upright = std::abs(glm::dot(up, glm::normalize(from))) < 0.99 * glm::length(up);
   const dvec3 upward = is_upright ? up : std::abs(up.y) < 0.5 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
   camera->SetViewUp(upward.x, upward.y, upward.z);
-  camera->SetViewAngle(28);
+  fit_camera();
   parts_->renderer->ResetCameraClippingRange();
 }
 

@@ -146,6 +146,9 @@ void LabelLayer::lay_out() {
   };
   const int* window = p.renderer->GetSize();
   const dvec2 picture(window[0], window[1]);
+  // A small picture has room only for names of visible points.
+  constexpr double k_narrow = 430;  // pixels
+  const bool is_narrow = picture.x < k_narrow * p.scale;
   std::vector<Request> requests;
   imaging::LabelLayout::Obstacles obstacles{{}, p.tool_segments()};
   for (std::size_t i = 0; i < p.labels.size(); ++i) {
@@ -157,6 +160,7 @@ void LabelLayer::lay_out() {
         display[2] > 1 || display[2] < 0)
       continue;
     const bool is_behind = is_hidden(at);
+    if (is_behind && is_narrow && p.labels[i].is_name) continue;
     p.labels[i].text->SetInput((p.labels[i].name + (is_behind ? " (behind)" : "")).c_str());
     p.labels[i].text->GetTextProperty()->SetOpacity(is_behind ? 0.55 : 1);
     double size[2];

@@ -75,6 +75,9 @@ struct WindowHost {
   std::function<Status(const std::string& session, const std::string& scan, const std::string& page,
                        const Listener& listener)>
       report;
+  /// Plays a recording in a window of its own, and returns when that is closed, or stopped by the listener's
+  /// progress. Not called on the drawing thread. Null: no replays.
+  std::function<Status(const std::string& session, const std::string& scan, const Listener& listener)> replay;
 };
 
 struct WindowOptions {

@@ -162,6 +162,7 @@ std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
 }
 
 volume::Camera Viewport::camera() {
+  view_.fit_camera();
   vtkCamera* vtk_camera = view_.renderer()->GetActiveCamera();
   volume::Camera camera;
   const int* size = window_->GetSize();
@@ -223,6 +224,7 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
 }
 
 Ray Viewport::ray_at(double x, double y) {
+  view_.fit_camera();
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();
   // Starts at the camera, because the near plane moves when the view turns.
@@ -236,6 +238,7 @@ Ray Viewport::ray_at(double x, double y) {
 }
 
 glm::dvec2 Viewport::project(const dvec3& at_world) {
+  view_.fit_camera();
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();
   renderer->SetWorldPoint(at_world.x, at_world.y, at_world.z, 1);

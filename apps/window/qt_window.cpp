@@ -301,6 +301,7 @@ void MainWindow::tick() {
     return;
   }
   adopt_opened();
+  collect_replays();
   const double elapsed = seconds_since(last_tick_);
   last_tick_ = Clock::now();
   if (!is_drawable()) return;

@@ -50,6 +50,8 @@ class MainWindow : public QMainWindow {
   void open_source(const QString& source);
   /// Continues a recorded session, which is opened in the background.
   void resume_session(const QString& session);
+  /// Plays a recorded session in a window of its own.
+  void watch_session(const QString& session);
   /// Starts again with a further scan to touch. `shape` as in WindowHost::add_scan.
   void add_scan(const QString& scan, const QString& shape);
   Status check_save(const std::string& file, data_tools::OutputKind kind) const;
@@ -121,6 +123,8 @@ class MainWindow : public QMainWindow {
   void show_state();
   /// File of the current session; empty if there are no strokes or no recording.
   QString saved_session() const;
+  QString ask_session(const QString& title);
+  void collect_replays();
   /// Adds the assumptions about the scan to the log, and shows the one about its shape.
   void show_assumptions();
   void show_notices();
@@ -165,6 +169,18 @@ class MainWindow : public QMainWindow {
     WindowHost::Listener listener() const;
   };
   Opening opening_;
+  /// A session that is played in another window. The destructor waits for the end of its process.
+  struct Replay {
+    std::shared_ptr<std::atomic<bool>> is_stopped = std::make_shared<std::atomic<bool>>(false);
+    std::future<Status> result;
+    Replay() = default;
+    Replay(Replay&&) = default;
+    Replay& operator=(Replay&&) = default;
+    ~Replay() {
+      if (is_stopped) *is_stopped = true;
+    }
+  };
+  std::vector<Replay> replays_;
   WindowStage stage_;
   DrillSound sound_;
   WindowReport report_;

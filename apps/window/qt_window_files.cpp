@@ -65,6 +65,34 @@ void MainWindow::add_scan(const QString& scan, const QString& shape) {
   });
 }
 
+QString MainWindow::ask_session(const QString& title) {
+  const WindowStage::Dialog dialog(stage_);
+  return QFileDialog::getOpenFileName(this, title, QString::fromStdString(options_.host.session_folder),
+                                      "Sessions (*.session);;All files (*)");
+}
+
+void MainWindow::watch_session(const QString& path) {
+  Replay replay;
+  const WindowHost::Listener listener{
+      [](const std::string&) {},
+      [is_stopped = replay.is_stopped](const char*) { return [=](double) { return !*is_stopped; }; }};
+  replay.result = std::async(std::launch::async,
+                             [play = options_.host.replay, session = path.toStdString(), scan = options_.scan,
+                              listener] { return play(session, scan, listener); });
+  replays_.push_back(std::move(replay));
+  show_message(tr("The session opens in a window of its own."));
+}
+
+/// Removes replays whose window was closed, and shows their errors.
+void MainWindow::collect_replays() {
+  for (std::size_t i = replays_.size(); i-- > 0;) {
+    if (replays_[i].result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) continue;
+    const Status error = replays_[i].result.get();
+    replays_.erase(replays_.begin() + static_cast<std::ptrdiff_t>(i));
+    if (error) show_error(*error);
+  }
+}
+
 QString MainWindow::saved_session() const {
   const bool is_changed = operation_ && operation_->state().strokes > 0;
   return is_changed && options_.recorder ? QString::fromStdString(options_.session_file) : QString();

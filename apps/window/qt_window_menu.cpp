@@ -56,16 +56,19 @@ void MainWindow::build_menu() {
   }
   if (options_.host.resume) {
     add(file, "open_session", tr("Open a s&ession to continue ..."), QKeySequence("Ctrl+Alt+O"), [this] {
-      const QString path = QFileDialog::getOpenFileName(this, "Open a session",
-                                                        QString::fromStdString(options_.host.session_folder),
-                                                        "Sessions (*.session);;All files (*)");
+      const QString path = ask_session(tr("Open a session"));
       if (!path.isEmpty()) resume_session(path);
     });
     if (!options_.host.interrupted_session.empty())
       add(file, "continue_interrupted", tr("Continue the &interrupted session"), {},
           [this] { resume_session(QString::fromStdString(options_.host.interrupted_session)); });
-    file->addSeparator();
   }
+  if (options_.host.replay)
+    add(file, "watch_session", tr("&Watch a session ..."), {}, [this] {
+      const QString path = ask_session(tr("Watch a session"));
+      if (!path.isEmpty()) watch_session(path);
+    });
+  if (options_.host.resume || options_.host.replay) file->addSeparator();
   add(file, "save_volume", tr("&Save the operated volume ..."), QKeySequence::Save, [this] {
     ask_path_and_save("Save the operated volume", "operated.nii.gz", k_volume_filter,
                       &MainWindow::save_volume);

@@ -351,6 +351,31 @@ TEST(WholePicture, IsDrawnInTheNewSizeWhenTheWindowSystemRedrawsIt) {
   EXPECT_LE(subject.faults(false).missing, 1);
 }
 
+/// A picture that is narrower than high shows the whole head, and points of it keep their rays.
+TEST(WholePicture, ShowsTheWholeHeadInANarrowWindow) {
+  const haptics::TouchScene scene = scenes::phantom_scene("head", {});
+  Subject subject(scene);
+  glm::dvec3 low, high;
+  ASSERT_TRUE(subject.picture().complete());
+  subject.picture().view().bounds(low, high);
+  for (const double aspect : {2.0, 1.0, 0.64, 0.3}) {
+    subject.window()->SetSize(static_cast<int>(k_height * aspect), k_height);
+    for (const char side : {'\0', 'A', 'L', 'S'}) {
+      SCOPED_TRACE(std::to_string(aspect) + side);
+      subject.aim_camera(side, 1);
+      for (int face = 0; face < 6; ++face) {
+        glm::dvec3 at = 0.5 * (low + high);
+        at[face / 2] = face % 2 ? high[face / 2] : low[face / 2];
+        const glm::dvec2 in_picture = subject.picture().project(at);
+        EXPECT_GE(std::min({in_picture.x, in_picture.y, 1 - in_picture.x, 1 - in_picture.y}), 0);
+        const Ray ray = subject.picture().ray_at(in_picture.x, in_picture.y);
+        const glm::dvec3 to = at - ray.origin;
+        EXPECT_LT(glm::length(to - glm::dot(to, ray.direction) * ray.direction), 0.5);
+      }
+    }
+  }
+}
+
 /// Other code that fits the camera's clipping planes to the visible surface cuts nothing off.
 TEST(WholePicture, StaysWholeWhenOthersMoveTheCamerasPlanes) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});

@@ -1,5 +1,7 @@
 // Notices in the window: at the tool, in the log, and a force that returns automatically.
 #include <QListWidget>
+#include <QMessageBox>
+#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -176,6 +178,38 @@ TEST_F(Window, ASessionIsResumedFromTheMenu) {
   ASSERT_NE(window.operation(), nullptr);
   EXPECT_FALSE(child<QLabel>(window, "notice")->text().contains("saved")) << "nothing was done before";
   window.close();
+}
+
+/// A session is played in a window of its own. Its error is shown here, and closing this window stops it.
+TEST_F(Window, ASessionIsPlayedFromTheMenu) {
+  std::atomic<int> started = 0, stopped = 0;
+  options_.scan = "folder";
+  options_.host.replay = [&](const std::string& session, const std::string& scan,
+                             const WindowHost::Listener& listener) -> Status {
+    ++started;
+    EXPECT_EQ(scan, "folder");
+    if (session == "missing.session") return Error{.what = "no such session"};
+    const auto progress = listener.progress("replay");
+    while (progress(0)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ++stopped;
+    return std::nullopt;
+  };
+  {
+    MainWindow window(scene_, options_);
+    window.show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    EXPECT_NE(window.findChild<QAction*>("watch_session"), nullptr);
+    window.watch_session("first.session");
+    window.watch_session("missing.session");
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.findChild<QMessageBox*>("error") != nullptr; }, 20000));
+    EXPECT_TRUE(window.findChild<QMessageBox*>("error")->text().contains("no such session"));
+    window.findChild<QMessageBox*>("error")->close();
+    ASSERT_NE(window.operation(), nullptr) << "the operation continues";
+    EXPECT_EQ(stopped, 0);
+    window.close();
+  }
+  EXPECT_EQ(started, 2);
+  EXPECT_EQ(stopped, 1);
 }
 
 }  // namespace trephine::view

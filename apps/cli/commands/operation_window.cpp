@@ -229,7 +229,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
     return host->add_scan(path, shape, listener);
   };
   options.host.session_folder = workbench::autosave_folder();
-  add_scoring(options.host);
+  add_recordings(options.host);
   options.host.reshape = [host](const view::ShapeRequest& shape, const workbench::Listener& listener) {
     return host->reshape(shape, listener);
   };

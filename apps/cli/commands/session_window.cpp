@@ -20,14 +20,24 @@ Result<sim::Score> score(const std::string& session, const std::string& open_sca
   return std::move(result).value().score;
 }
 
+/// Runs a command in a process of its own, with the open scan if the session does not contain one.
+Status run_with_scan(std::vector<std::string> words, const std::string& session, const std::string& open_scan,
+                     const std::function<bool(double)>& progress) {
+  const auto scan = scan_for(session, open_scan);
+  if (!scan) return scan.error();
+  if (!scan.value().path.empty()) words.insert(words.end(), {"--scan", scan.value().path});
+  return run_own_program(words, progress);
+}
+
 /// Writes the page in a process of its own: its pictures need libraries that the window uses meanwhile.
 Status report(const std::string& session, const std::string& open_scan, const std::string& page,
               const workbench::Listener& listener) {
-  const auto scan = scan_for(session, open_scan);
-  if (!scan) return scan.error();
-  std::vector<std::string> words{"report", session, "-o", page};
-  if (!scan.value().path.empty()) words.insert(words.end(), {"--scan", scan.value().path});
-  return run_own_program(words, listener.progress("writing the report"));
+  return run_with_scan({"report", session, "-o", page}, session, open_scan,
+                       listener.progress("writing the report"));
+}
+
+Status replay(const std::string& session, const std::string& open_scan, const workbench::Listener& listener) {
+  return run_with_scan({"replay", session, "--show"}, session, open_scan, listener.progress("replay"));
 }
 
 }  // namespace
@@ -40,7 +50,9 @@ Result<workbench::SourceChoice> scan_for(const std::string& session, const std::
   return scan;
 }
 
-void add_scoring(view::WindowHost& host) { host.score = score, host.report = report; }
+void add_recordings(view::WindowHost& host) {
+  host.score = score, host.report = report, host.replay = replay;
+}
 
 Status play_in_window(workbench::OpenedSession& session, const std::string& file, const std::string& title) {
   auto summary = workbench::summarize_session(file);
@@ -76,7 +88,7 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
   options.scan = scan;
   options.device = devices.device;
   options.pedal = devices.pedal;
-  add_scoring(options.host);
+  add_recordings(options.host);
   return view::run_window(scene, options);
 }
 

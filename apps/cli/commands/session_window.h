@@ -19,7 +19,7 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
 
 /// Returns the scan for a session that does not contain its own: `open_scan`.
 Result<workbench::SourceChoice> scan_for(const std::string& session, const std::string& open_scan);
-/// Adds the score and the report of recordings.
-void add_scoring(view::WindowHost& host);
+/// Adds the score, the report and the replay of recordings.
+void add_recordings(view::WindowHost& host);
 
 }  // namespace trephine::cli
