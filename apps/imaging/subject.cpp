@@ -1,7 +1,5 @@
 #include "apps/imaging/subject.h"
 
-#include <cctype>
-
 #include "apps/workbench/text.h"
 #include "volume/surface/surface_facts.h"
 
@@ -14,19 +12,6 @@ Subject subject_of(const workbench::Moment& moment) {
   subject.structures = moment.forbidden;
   subject.plan = std::make_shared<const volume::SurgicalPlan>(moment.plan);
   return subject;
-}
-
-bool is_spine(const volume::Volume& scan) {
-  bool has_vertebra = false;
-  for (const std::string& label : scan.label_names) {
-    std::string name(label);
-    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    for (const char* head_name : {"skull", "cranium", "brain", "mandible"})
-      if (name.find(head_name) != std::string::npos) return false;
-    const bool is_short = name.size() >= 2 && name.size() <= 3 && name[1] >= '0' && name[1] <= '9';
-    has_vertebra |= volume::is_bone_name(label) && (is_short || name.find("vertebra") != std::string::npos);
-  }
-  return has_vertebra;
 }
 
 Status check_closed(const Object& object) {

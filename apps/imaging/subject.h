@@ -21,9 +21,6 @@ struct Subject {
 };
 Subject subject_of(const workbench::Moment& moment);
 
-/// True if the names of the labels show a spine, which is operated on from the back: vertebrae and no skull.
-bool is_spine(const volume::Volume& scan);
-
 /// Returns an error that names the object if its surface is not closed, or faces inward.
 Status check_closed(const Object& object);
 /// Cuts the surface of a model, a screw or a piece with a plane. Error: the surface is not closed.

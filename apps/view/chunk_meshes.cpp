@@ -22,46 +22,6 @@ using glm::dvec3;
 
 namespace {
 
-/// Ambient visibility at p (volume frame), by twenty rays of three samples each; a near wall darkens more
-/// than a far one.
-float openness_at(const haptics::TouchScene& scene, const volume::Version& version, const dvec3& p,
-                  const dvec3& normal_world) {
-  static const std::array<dvec3, 20> k_directions = [] {  // corners of a dodecahedron
-    std::array<dvec3, 20> d;
-    std::size_t n = 0;
-    const double golden = 0.5 * (1 + std::sqrt(5.0));
-    for (int i = 0; i < 8; ++i) d[n++] = dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
-    for (int i = 0; i < 4; ++i) {
-      const double a = (i & 1 ? 1 : -1) / golden, b = (i & 2 ? 1 : -1) * golden;
-      d[n++] = {0, a, b}, d[n++] = {a, b, 0}, d[n++] = {b, 0, a};
-    }
-    for (dvec3& v : d) v = glm::normalize(v);
-    return d;
-  }();
-  constexpr struct { double mm, darkness; } k_samples[] = {{2, 1}, {5, 0.75}, {11, 0.45}};
-  const volume::Frame& frame = scene.base->frame;
-  const dvec3 start = p + frame.vector_volume_from_world(0.6 * frame.diagonal_mm() * normal_world);
-  double total = 0, open = 0;
-  for (const dvec3& direction : k_directions) {
-    const double weight = glm::dot(direction, normal_world);
-    if (weight <= 0.25) continue;  // grazing rays meet the steps of their own surface
-    total += weight;
-    double light = 1;
-    for (const auto& sample : k_samples) {
-      const glm::ivec3 v = volume::voxel_of(start + frame.vector_volume_from_world(sample.mm * direction));
-      if (!scene.base->contains(v)) break;
-      bool is_solid = false;
-      for (const haptics::TouchItem& shape : base_shapes(scene))
-        is_solid = is_solid || shape.bits->is_solid(v);
-      if (!is_solid || !version.is_kept(v)) continue;
-      light = 1 - sample.darkness;
-      break;
-    }
-    open += weight * light;
-  }
-  return total > 0 ? static_cast<float>(open / total) : 1.0f;
-}
-
 /// Returns the depth (mm) of p (volume frame) below the surface of the scan, to first order.
 double depth_mm(const volume::Field& field, const dvec3& p) {
   constexpr double k_step = 0.5;  // voxels
@@ -145,6 +105,44 @@ Result<volume::Volume> block_counts(const volume::Volume& base, const volume::Oc
 }
 
 }  // namespace
+
+float openness_at(const haptics::TouchScene& scene, const volume::Version& version, const dvec3& p,
+                  const dvec3& normal_world) {
+  static const std::array<dvec3, 20> k_directions = [] {  // corners of a dodecahedron
+    std::array<dvec3, 20> d;
+    std::size_t n = 0;
+    const double golden = 0.5 * (1 + std::sqrt(5.0));
+    for (int i = 0; i < 8; ++i) d[n++] = dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+    for (int i = 0; i < 4; ++i) {
+      const double a = (i & 1 ? 1 : -1) / golden, b = (i & 2 ? 1 : -1) * golden;
+      d[n++] = {0, a, b}, d[n++] = {a, b, 0}, d[n++] = {b, 0, a};
+    }
+    for (dvec3& v : d) v = glm::normalize(v);
+    return d;
+  }();
+  constexpr struct { double mm, darkness; } k_samples[] = {{2, 1}, {5, 0.75}, {11, 0.45}};
+  const volume::Frame& frame = scene.base->frame;
+  const dvec3 start = p + frame.vector_volume_from_world(0.6 * frame.diagonal_mm() * normal_world);
+  double total = 0, open = 0;
+  for (const dvec3& direction : k_directions) {
+    const double weight = glm::dot(direction, normal_world);
+    if (weight <= 0.25) continue;  // grazing rays meet the steps of their own surface
+    total += weight;
+    double light = 1;
+    for (const auto& sample : k_samples) {
+      const glm::ivec3 v = volume::voxel_of(start + frame.vector_volume_from_world(sample.mm * direction));
+      if (!scene.base->contains(v)) break;
+      bool is_solid = false;
+      for (const haptics::TouchItem& shape : base_shapes(scene))
+        is_solid = is_solid || shape.bits->is_solid(v);
+      if (!is_solid || !version.is_kept(v)) continue;
+      light = 1 - sample.darkness;
+      break;
+    }
+    open += weight * light;
+  }
+  return total > 0 ? static_cast<float>(open / total) : 1.0f;
+}
 
 VertexMatter matter_of_detached(const haptics::TouchScene& scene, const dvec3& p_world,
                                 const dvec3& normal_world) {

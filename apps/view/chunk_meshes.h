@@ -47,6 +47,11 @@ struct VertexMatter {
 VertexMatter matter_of_detached(const haptics::TouchScene& scene, const glm::dvec3& p_world,
                                 const glm::dvec3& normal_world);
 
+/// Returns DrawMesh::openness at p (volume frame) among the shapes of a scene, by twenty rays of three
+/// samples each; a near wall darkens more than a far one.
+float openness_at(const haptics::TouchScene& scene, const volume::Version& version, const glm::dvec3& p,
+                  const glm::dvec3& normal_world);
+
 enum class CutsOfShape { applied, ignored };
 
 /// Meshes one chunk of a shape in a version. Ignored cuts still affect the light.

@@ -27,8 +27,9 @@ constexpr double k_margin = 12;  // mm around an opening in which structures are
 constexpr int k_halo = 3;        // voxels around a chunk that its surface and normals depend on
 // Level of the surface, of 64; below one half, so that smoothing does not remove a nerve of one voxel.
 constexpr double k_level = 27;
-constexpr int k_membrane = 3;   // voxels; a flap strips a membrane of this thickness off a structure
-constexpr int k_torn_near = 3;  // voxels around a deep cut in which shallow cuts are drawn as well
+constexpr int k_membrane = 3;          // voxels; a flap strips a membrane of this thickness off a structure
+constexpr double k_normal_voxels = 6;  // radius around a vertex in which labels determine its normal
+constexpr int k_torn_near = 3;         // voxels around a deep cut in which shallow cuts are drawn as well
 constexpr double k_turn = 6.283185307179586;
 constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane needs intact matter
 
@@ -36,15 +37,20 @@ constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane nee
 struct NamedColour {
   const char* part;
   dvec3 colour;
+  bool is_in_gaps = false;  ///< visible between the vertebrae of a spine without openings
 };
 constexpr NamedColour k_structures[] = {
-    {"dura", {0.70, 0.73, 0.80}},     {"brain", {0.86, 0.66, 0.62}},      {"cerebr", {0.86, 0.66, 0.62}},
-    {"cerebell", {0.82, 0.60, 0.56}}, {"tumour", {0.80, 0.62, 0.30}},     {"tumor", {0.80, 0.62, 0.30}},
-    {"lesion", {0.80, 0.62, 0.30}},   {"meningioma", {0.80, 0.62, 0.30}}, {"venous", {0.36, 0.42, 0.70}},
-    {"vein", {0.36, 0.42, 0.70}},     {"artery", {0.76, 0.22, 0.20}},     {"vessel", {0.76, 0.22, 0.20}},
-    {"aorta", {0.76, 0.22, 0.20}},    {"cord", {0.84, 0.80, 0.70}},       {"thecal", {0.70, 0.73, 0.80}},
-    {"csf", {0.66, 0.66, 0.72}},      {"fluid", {0.66, 0.66, 0.72}},      {"ventricle", {0.66, 0.66, 0.72}},
-    {"nerve", {0.93, 0.82, 0.45}},    {"root", {0.93, 0.82, 0.45}},       {"disc", {0.74, 0.82, 0.86}}};
+    {"dura", {0.70, 0.73, 0.80}},         {"brain", {0.86, 0.66, 0.62}},
+    {"cerebr", {0.86, 0.66, 0.62}},       {"cerebell", {0.82, 0.60, 0.56}},
+    {"tumour", {0.80, 0.62, 0.30}},       {"tumor", {0.80, 0.62, 0.30}},
+    {"lesion", {0.80, 0.62, 0.30}},       {"meningioma", {0.80, 0.62, 0.30}},
+    {"venous", {0.36, 0.42, 0.70}},       {"vein", {0.36, 0.42, 0.70}},
+    {"artery", {0.76, 0.22, 0.20}},       {"vessel", {0.76, 0.22, 0.20}},
+    {"aorta", {0.76, 0.22, 0.20}},        {"cord", {0.84, 0.80, 0.70}, true},
+    {"thecal", {0.70, 0.73, 0.80}, true}, {"csf", {0.66, 0.66, 0.72}},
+    {"fluid", {0.66, 0.66, 0.72}},        {"ventricle", {0.66, 0.66, 0.72}},
+    {"nerve", {0.93, 0.82, 0.45}, true},  {"root", {0.93, 0.82, 0.45}, true},
+    {"disc", {0.74, 0.82, 0.86}, true}};
 
 const NamedColour* find_structure(std::string name) {
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -52,6 +58,13 @@ const NamedColour* find_structure(std::string name) {
   for (const NamedColour& structure : k_structures)
     if (name.find(structure.part) != std::string::npos) return &structure;
   return nullptr;
+}
+
+/// Returns true if a scan is one of a spine with labels of structures that are visible in its gaps.
+bool has_gaps(const volume::Volume& scan, const std::vector<int>& labels) {
+  return volume::is_spine(scan) && std::any_of(labels.begin(), labels.end(), [&](int label) {
+           return find_structure(scan.label_names[static_cast<std::size_t>(label)])->is_in_gaps;
+         });
 }
 
 bool is_empty(const VoxelBox& box) { return box.low.x > box.high.x; }
@@ -81,9 +94,17 @@ void for_voxels(const VoxelBox& box, const Each& each) {
 /// All structures as one solid: separate surfaces would coincide where structures touch.
 struct OpenedStructures::Solid {
   Solid(const haptics::TouchScene& touched, const std::vector<int>& labels);
+  /// Meshes the structures near changed voxels.
   std::vector<ChunkMesh> mesh(const volume::Version& version, const VoxelBox& changed);
+  /// Meshes the structures in natural gaps.
+  std::vector<ChunkMesh> mesh_gaps(const volume::Version& version);
 
  private:
+  struct Part {
+    ivec3 chunk;
+    VoxelBox changed;  ///< voxels
+  };
+  std::vector<ChunkMesh> mesh_parts(const volume::Version& version, const std::vector<Part>& parts);
   bool is_structure(const ivec3& v) const {
     return base->contains(v) && is_structure_label[base->labels[base->index(v.x, v.y, v.z)]];
   }
@@ -95,17 +116,27 @@ struct OpenedStructures::Solid {
   /// Smooths the drawn labels in a box, to remove their steps.
   void smooth(const VoxelBox& box);
   /// Returns the label of the matter just below a point of the surface.
+  /// Distance (mm) within which voxels determine a normal.
+  double normal_reach() const {
+    const dvec3 spacing = base->frame.spacing();
+    return std::max(k_normal_voxels * std::cbrt(base->frame.voxel_mm3()),
+                    1.5 * std::max({spacing.x, spacing.y, spacing.z}));
+  }
   std::optional<int> label_below(const dvec3& at, const dvec3& normal) const;
   void paint(DrawMesh& mesh) const;
+  /// Shades a mesh by the labels within some voxels, and by the shadow of bone alone: the surface of labels
+  /// is terraced.
+  void shade(DrawMesh& mesh, const haptics::TouchScene& light, const volume::Version& version) const;
 
   std::shared_ptr<const volume::Volume> base;
   std::size_t shape;  ///< shape number in the picture
   std::vector<int> labels;
-  std::array<bool, 256> is_structure_label{};  ///< by label value
-  std::vector<dvec3> colours;                  ///< by label value
+  std::array<bool, 256> is_structure_label{}, is_in_gaps{};  ///< by label value
+  std::vector<dvec3> colours;                                ///< by label value
   std::shared_ptr<volume::Volume> drawn;
   std::vector<std::shared_ptr<const volume::Occupancy>> bone;  ///< occludes the light
   std::set<std::tuple<int, int, int>> meshed;                  ///< chunks
+  std::vector<ivec3> around;                                   ///< voxels that a normal depends on
   volume::NetScratch scratch;
 };
 
@@ -115,13 +146,21 @@ OpenedStructures::Solid::Solid(const haptics::TouchScene& touched, const std::ve
       labels(values),
       colours(touched.base->label_names.size()),
       drawn(std::make_shared<volume::Volume>()) {
+  const bool is_spine = volume::is_spine(*base);
   for (const int label : labels) {
     const auto l = static_cast<std::size_t>(label);
     is_structure_label[l] = true;
+    is_in_gaps[l] = is_spine && find_structure(base->label_names[l])->is_in_gaps;
     colours[l] = l < base->label_colours.size() ? dvec3(base->label_colours[l]) / 255.0
                                                 : find_structure(base->label_names[l])->colour;
   }
   for (const haptics::TouchItem& item : base_shapes(touched)) bone.push_back(item.bits);
+  const dvec3 spacing = base->frame.spacing();
+  const double reach = normal_reach() + 0.5 * base->frame.diagonal_mm();
+  const ivec3 most(glm::ceil(reach / spacing));
+  for_voxels({-most, most}, [&](const ivec3& v) {
+    if (glm::length(dvec3(v) * spacing) <= reach) around.push_back(v);
+  });
   drawn->size = base->size;
   drawn->frame = base->frame;
   drawn->label_names = {"", "structures"};
@@ -130,7 +169,7 @@ OpenedStructures::Solid::Solid(const haptics::TouchScene& touched, const std::ve
   std::fill(drawn->voxels.span().begin(), drawn->voxels.span().end(), std::int16_t{0});
   const auto source = base->labels.span();
   std::transform(source.begin(), source.end(), drawn->labels.span().begin(),
-                 [&](std::uint8_t label) { return is_structure_label[label] ? 1 : 0; });
+                 [&](std::uint8_t label) { return is_in_gaps[label] ? 1 : 0; });
 }
 
 bool OpenedStructures::Solid::is_deep(const ivec3& v) const {
@@ -187,14 +226,35 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh(const volume::Version& vers
                            outdated = volume::chunks_touching(near.low, near.high, base->size);
   cut(version, grown(changed, ivec3(k_backing), base->size));
   smooth(near);
-  std::vector<std::pair<ivec3, bool>> chunks;  // chunk, is_new
+  std::vector<Part> parts;
   for_voxels({range.first, range.last}, [&](const ivec3& chunk) {
     const bool is_new = meshed.insert({chunk.x, chunk.y, chunk.z}).second;
     if (!is_new && !VoxelBox{outdated.first, outdated.last}.contains(chunk)) return;
-    chunks.emplace_back(chunk, is_new);
     const VoxelBox cells{volume::k_chunk * chunk, volume::k_chunk * (chunk + 1) - 1};
-    if (is_new) smooth(grown(cells, ivec3(k_halo), base->size));
+    parts.push_back({chunk, is_new ? grown(cells, ivec3(1), base->size) : near});
+    if (!is_new) return;
+    cut(version, grown(cells, ivec3(k_halo + 1), base->size));
+    smooth(grown(cells, ivec3(k_halo), base->size));
   });
+  return mesh_parts(version, parts);
+}
+
+std::vector<ChunkMesh> OpenedStructures::Solid::mesh_gaps(const volume::Version& version) {
+  std::vector<Part> parts;
+  for_voxels({ivec3(0), (base->size - 1) / volume::k_chunk}, [&](const ivec3& chunk) {
+    const VoxelBox cells =
+        grown({volume::k_chunk * chunk, volume::k_chunk * (chunk + 1) - 1}, ivec3(1), base->size);
+    bool has_some = false;
+    for_voxels(cells, [&](const ivec3& v) { has_some |= drawn->labels[drawn->index(v.x, v.y, v.z)] != 0; });
+    if (!has_some) return;
+    parts.push_back({chunk, cells});
+    smooth(grown(cells, ivec3(k_halo), base->size));
+  });
+  return mesh_parts(version, parts);
+}
+
+std::vector<ChunkMesh> OpenedStructures::Solid::mesh_parts(const volume::Version& version,
+                                                           const std::vector<Part>& parts) {
   volume::Shape solid;
   solid.name = "structures";
   solid.low = k_level;
@@ -202,19 +262,23 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh(const volume::Version& vers
   scene.base = drawn;
   const volume::Field field(*drawn, solid);
   auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*drawn, solid, 1));
-  scene.items.push_back({field, bits, {}, haptics::Side::front});
-  for (const auto& other : bone) scene.items.push_back({field, other, {}, haptics::Side::front});
+  haptics::TouchScene light;
+  light.base = drawn;
+  for (const auto& other : bone) light.items.push_back({field, other, {}, haptics::Side::front});
+  scene.items = light.items;
+  scene.items.insert(scene.items.begin(), {field, bits, {}, haptics::Side::front});
 
   std::vector<ChunkMesh> meshes;
-  for (const auto& [chunk, is_new] : chunks) {
+  for (const auto& [chunk, changed] : parts) {
     const ivec3 middle = glm::min(volume::k_chunk * chunk + volume::k_chunk / 2, base->size - 1);
     if (bits->empty_distance(middle) > volume::k_chunk / 8 + 2) continue;
     ChunkMesh result = make_chunk_mesh(scene, 0, version, chunk, &scratch, CutsOfShape::ignored);
     result.shape = shape;
     paint(result.fine);
     paint(result.coarse);
-    set_changed(result, base->frame,
-                is_new ? VoxelBox{volume::k_chunk * chunk - 1, volume::k_chunk * (chunk + 1)} : near);
+    shade(result.fine, light, version);
+    shade(result.coarse, light, version);
+    set_changed(result, base->frame, changed);
     meshes.push_back(std::move(result));
   }
   return meshes;
@@ -267,6 +331,31 @@ void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
   }
 }
 
+void OpenedStructures::Solid::shade(DrawMesh& mesh, const haptics::TouchScene& light,
+                                    const volume::Version& version) const {
+  std::fill(mesh.freshness.begin(), mesh.freshness.end(), 0.0f);  // no cut faces: steps would count as such
+  const double reach = normal_reach();
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const dvec3 at(mesh.vertices[i]), old(mesh.normals[i]);
+    const ivec3 middle = volume::voxel_of(base->frame.volume_from_world(at));
+    dvec3 outward(0);
+    for (const ivec3& offset : around) {
+      const ivec3 v = glm::clamp(middle + offset, ivec3(0), base->size - 1);
+      if (drawn->labels[drawn->index(v.x, v.y, v.z)] == 0) continue;
+      const dvec3 d = base->frame.world_from_volume(dvec3(middle + offset)) - at;
+      // The weight ends smoothly: the set of voxels jumps with the vertex.
+      const double weight = std::max(0.0, 1 - glm::dot(d, d) / (reach * reach));
+      outward -= weight * weight * d;
+    }
+    const double length = glm::length(outward);
+    // Near edges and in cuts the surface itself has the better normal.
+    constexpr double k_turned = 0.2;  // cosine
+    if (length > 1e-9 && glm::dot(outward, old) > k_turned * length)
+      mesh.normals[i] = glm::vec3(outward / length);
+    mesh.openness[i] = openness_at(light, version, base->frame.volume_from_world(at), dvec3(mesh.normals[i]));
+  }
+}
+
 std::vector<int> OpenedStructures::structures_of(const haptics::TouchScene& scene) {
   std::vector<int> labels;
   if (scene.base->labels.is_empty()) return labels;
@@ -283,14 +372,16 @@ std::vector<int> OpenedStructures::structures_of(const haptics::TouchScene& scen
 }
 
 OpenedStructures::OpenedStructures(const haptics::TouchScene& scene)
-    : scene_(&scene), labels_(structures_of(scene)) {}
+    : scene_(&scene), labels_(structures_of(scene)), are_gaps_waiting_(has_gaps(*scene.base, labels_)) {}
 
 OpenedStructures::~OpenedStructures() {
   if (job_.valid()) job_.wait();
 }
 
 void OpenedStructures::request_all(const std::shared_ptr<const volume::Version>& version) {
-  if (labels_.empty() || version->is_untouched()) return;
+  if (labels_.empty()) return;
+  if (are_gaps_waiting_) version_ = version, start();
+  if (version->is_untouched()) return;
   // Chunk by chunk, which is the granularity of requests.
   const volume::CutLattice& lattice = version->lattice();
   VoxelBox opened{ivec3(0), ivec3(-1)};
@@ -312,12 +403,16 @@ void OpenedStructures::request(const std::shared_ptr<const volume::Version>& ver
 }
 
 void OpenedStructures::start() {
-  if (job_.valid() || is_empty(waiting_)) return;
+  if (job_.valid() || (is_empty(waiting_) && !are_gaps_waiting_)) return;
   job_ = std::async(std::launch::async, [this, version = std::move(version_),
-                                         changed = std::exchange(waiting_, {ivec3(0), ivec3(-1)})] {
+                                         changed = std::exchange(waiting_, {ivec3(0), ivec3(-1)}),
+                                         has_gaps = std::exchange(are_gaps_waiting_, false)] {
     setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
     if (!solid_) solid_ = std::make_unique<Solid>(*scene_, labels_);
-    return solid_->mesh(*version, changed);
+    std::vector<ChunkMesh> meshes;
+    if (has_gaps) meshes = solid_->mesh_gaps(*version);
+    if (!is_empty(changed)) std::ranges::move(solid_->mesh(*version, changed), std::back_inserter(meshes));
+    return meshes;
   });
 }
 

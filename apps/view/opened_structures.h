@@ -1,5 +1,5 @@
-// OpenedStructures: structures of a scan that are visible through openings in its bone: dura, brain, cord,
-// vessels.
+// OpenedStructures: structures of a scan that are visible through openings in its bone, and through the natural
+// gaps of a spine: dura, brain, cord, vessels.
 #pragma once
 
 #include <future>
@@ -14,8 +14,9 @@ namespace trephine::view {
 
 /// Meshes the labelled structures near removed matter for a BoneLayer: one solid, coloured by the label just
 /// below its surface. Cuts up to 3 voxels deep are not drawn if more of the structure remains beneath: the
-/// structure counts as a membrane that was pushed off the bone. No cost for scans without such labels or
-/// without openings. Borrows the scene. Drawing thread only.
+/// structure counts as a membrane that was pushed off the bone. The cord, nerves and discs of a spine are meshed
+/// whole. No cost for scans without such labels, or of a head without openings. Borrows the scene. Drawing
+/// thread only.
 class OpenedStructures {
  public:
   explicit OpenedStructures(const haptics::TouchScene& scene);
@@ -23,7 +24,7 @@ class OpenedStructures {
   OpenedStructures(const OpenedStructures&) = delete;
   OpenedStructures& operator=(const OpenedStructures&) = delete;
 
-  /// Requests the structures near all removed matter of a version.
+  /// Requests the structures near all removed matter of a version, and once those in natural gaps.
   void request_all(const std::shared_ptr<const volume::Version>& version);
   /// Requests the structures near the voxels that changed since the previous version.
   void request(const std::shared_ptr<const volume::Version>& version, const volume::VoxelBox& changed);
@@ -48,6 +49,7 @@ class OpenedStructures {
   std::vector<ChunkMesh> done_;
   std::shared_ptr<const volume::Version> version_;  ///< newest requested version
   volume::VoxelBox waiting_{glm::ivec3(0), glm::ivec3(-1)};
+  bool are_gaps_waiting_;  ///< the structures in natural gaps were not requested yet
 };
 
 }  // namespace trephine::view

@@ -33,6 +33,7 @@
 #include "apps/workbench/operation.h"
 #include "apps/workbench/plan_overlays.h"
 #include "volume/cuts/shape_choice.h"
+#include "volume/scan/bone_labels.h"
 
 namespace trephine::view {
 
@@ -136,7 +137,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     picture = &operation_->viewport();
   }
   // A spine is operated on from the back: select this view for the picture and all panes.
-  const bool is_from_back = options_.side == 'P' || (options_.side == 0 && imaging::is_spine(*scene_->base));
+  const bool is_from_back = options_.side == 'P' || (options_.side == 0 && volume::is_spine(*scene_->base));
   picture->look_from(is_from_back ? 'P' : options_.side);
   set_from_back(is_from_back);
   // A device starts in front of the camera.

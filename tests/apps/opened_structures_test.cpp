@@ -181,6 +181,46 @@ TEST(OpenedStructures, BordersBetweenThemAreSmooth) {
   EXPECT_GT(deviation(planted), 0.18);
 }
 
+/// In a spine the cord is drawn whole without an opening, other structures only near one. In a head nothing is.
+TEST(OpenedStructures, TheCordIsVisibleInNaturalGaps) {
+  const auto label_of = [](int x, int, int z) { return z < k_inner_table - 6 ? 0 : x < 20 ? 2 : 3; };
+  const haptics::TouchScene spine =
+      below_bone({"background", "vertebrae_L4", "spinal_cord", "aorta"}, label_of);
+  struct Count {
+    std::size_t cord = 0, aorta = 0;
+  };
+  const auto count = [&](OpenedStructures& structures) {
+    Count found;
+    std::map<std::tuple<int, int, int>, ChunkMesh> shown;
+    for (ChunkMesh& mesh : structures.take())
+      shown[{mesh.chunk.x, mesh.chunk.y, mesh.chunk.z}] = std::move(mesh);
+    for (const auto& [key, mesh] : shown)
+      for (const glm::vec3& p : mesh.fine.vertices) ++(p.x < 21 ? found.cord : found.aorta);
+    return found;
+  };
+  const auto untouched = haptics::untouched(spine);
+  OpenedStructures structures(spine);
+  structures.request_all(untouched);
+  structures.finish();
+  const Count whole = count(structures);
+  EXPECT_GT(whole.cord, 1000u);
+  EXPECT_EQ(whole.aorta, 0u);
+  structures.request_all(untouched);
+  EXPECT_TRUE(structures.is_complete()) << "requested once";
+  volume::RemovalEditor editor(untouched, {spine.items[0].field});
+  editor.remove({dvec3(20, 20, k_inner_table), dvec3(20, 20, k_inner_table + 8), 4});
+  structures.request_all(editor.freeze());
+  structures.finish();
+  const Count opened = count(structures);
+  EXPECT_GT(opened.cord, 300u);
+  EXPECT_GT(opened.aorta, 300u);
+  const haptics::TouchScene head = below_bone({"background", "skull", "spinal_cord", "aorta"}, label_of);
+  OpenedStructures none(head);
+  none.request_all(haptics::untouched(head));
+  none.finish();
+  EXPECT_EQ(count(none).cord, 0u);
+}
+
 TEST(OpenedStructures, ScansWithoutThemCostNothing) {
   const Bottom bottom = drilled(layers({"background", "skull", "label-2", "label-3"}), 5.0, false);
   EXPECT_EQ(bottom.vertices, 0u);

@@ -1,6 +1,7 @@
 #include "volume/scan/bone_labels.h"
 
 #include <algorithm>
+#include <cctype>
 #include <string>
 
 #include "volume/scan/traversal.h"
@@ -25,6 +26,19 @@ bool is_bone_name(std::string_view label) {
   std::size_t end = 1;
   while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
   return end > 1 && end <= 3 && (end == name.size() || name.find("vertebra", end) != std::string::npos);
+}
+
+bool is_spine(const Volume& scan) {
+  bool has_vertebra = false;
+  for (const std::string& label : scan.label_names) {
+    std::string name(label);
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    for (const char* head_name : {"skull", "cranium", "brain", "mandible"})
+      if (name.find(head_name) != std::string::npos) return false;
+    const bool is_short = name.size() >= 2 && name.size() <= 3 && name[1] >= '0' && name[1] <= '9';
+    has_vertebra |= is_bone_name(label) && (is_short || name.find("vertebra") != std::string::npos);
+  }
+  return has_vertebra;
 }
 
 bool has_soft_label(const Volume& volume, const glm::dvec3& p_world) {

@@ -13,6 +13,10 @@ namespace trephine::volume {
 /// Knows the names of TotalSegmentator, VerSe and the built-in phantoms.
 bool is_bone_name(std::string_view label);
 
+/// Returns true if the names of the labels show a spine, which is operated on from the back: vertebrae and no
+/// skull.
+bool is_spine(const Volume& scan);
+
 /// Returns true in a voxel whose label denotes something else than bone. Its intensity may be that of a
 /// blurred edge of bone, where a threshold finds bone by mistake.
 bool has_soft_label(const Volume& volume, const glm::dvec3& p_world);

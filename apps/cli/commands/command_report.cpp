@@ -25,7 +25,7 @@ std::string title_of(const workbench::ReportData& data) {
   if (!procedure.title.empty()) return procedure.title;
   const haptics::TouchScene& scene = data.engine().scene();
   if (!scene.base) return "Operation";
-  if (imaging::is_spine(*scene.base)) return "Operation on the spine";
+  if (volume::is_spine(*scene.base)) return "Operation on the spine";
   for (const std::string& label : scene.base->label_names)
     for (const char* of_head : {"skull", "brain", "dura"})
       if (label.find(of_head) != std::string::npos) return "Operation on the head";
