@@ -1,8 +1,11 @@
 // ChunkWorker: the thread that builds the surface during cuts; also for the sanitizers, without a window.
 #include <chrono>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <gtest/gtest.h>
 #include <map>
 #include <thread>
+#include <tuple>
 
 #include "apps/bench/scenes/scenes.h"
 #include "apps/view/chunk_meshes.h"
@@ -54,6 +57,60 @@ TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
     triangles += right.fine.triangles.size() / 3;
   }
   EXPECT_GT(triangles, 5000u);
+}
+
+/// Counts the edges of all chunks of a shape that have no triangle on their other side, away from the
+/// volume's border. `missing`: a chunk that is left out.
+std::size_t open_edges(const haptics::TouchScene& scene, const volume::Version& version, bool is_coarse,
+                       const glm::ivec3& missing = glm::ivec3(-1)) {
+  std::map<std::tuple<float, float, float>, std::uint32_t> numbers;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;  // directed
+  std::vector<glm::vec3> vertices;
+  const glm::ivec3 last = (scene.base->size - 1) / volume::k_chunk;
+  volume::NetScratch scratch;
+  for (int z = 0; z <= last.z; ++z)
+    for (int y = 0; y <= last.y; ++y)
+      for (int x = 0; x <= last.x; ++x) {
+        if (glm::ivec3(x, y, z) == missing) continue;
+        const ChunkMesh chunk = make_chunk_mesh(scene, 0, version, {x, y, z}, &scratch);
+        const DrawMesh& mesh = is_coarse ? chunk.coarse : chunk.fine;
+        std::vector<std::uint32_t> number;
+        for (const glm::vec3& v : mesh.vertices) {
+          const auto [found, is_new] = numbers.try_emplace({v.x, v.y, v.z}, vertices.size());
+          if (is_new) vertices.push_back(v);
+          number.push_back(found->second);
+        }
+        for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3)
+          for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint32_t a = number[mesh.triangles[t + i]],
+                                b = number[mesh.triangles[t + (i + 1) % 3]];
+            if (a != b) ++edges[{a, b}];
+          }
+      }
+  std::size_t count = 0;
+  for (const auto& [edge, times] : edges) {
+    const auto opposite = edges.find({edge.second, edge.first});
+    const int back = opposite == edges.end() ? 0 : opposite->second;
+    // Triangles of a coarse surface may be turned to the light.
+    if (is_coarse ? (times + back) % 2 == 0 : times == back) continue;
+    const glm::dvec3 p = scene.base->frame.volume_from_world(glm::dvec3(vertices[edge.first]));
+    const glm::dvec3 end = glm::dvec3(scene.base->size) - 2.0;
+    if (glm::any(glm::lessThan(p, glm::dvec3(1))) || glm::any(glm::greaterThan(p, end))) continue;
+    ++count;
+  }
+  return count;
+}
+
+/// The surfaces of chunks meet without gaps, also where a cut crosses the borders of chunks.
+TEST(ChunkWorker, ChunksMeetWithoutGaps) {
+  const haptics::TouchScene scene = shell(80);
+  volume::RemovalEditor editor(haptics::untouched(scene), {scene.items[0].field});
+  for (const glm::dvec3& out : {glm::dvec3(0, 0, 1), glm::normalize(glm::dvec3(0.9, -0.3, 0.5))})
+    editor.remove({20.0 * out, 60.0 * out, 6});
+  const auto version = editor.freeze();
+  EXPECT_EQ(open_edges(scene, *version, false), 0u);
+  EXPECT_EQ(open_edges(scene, *version, true), 0u);
+  EXPECT_GT(open_edges(scene, *version, false, {1, 1, 1}), 100u) << "a missing chunk is found";
 }
 
 /// A detached piece has the colours of bone: old on the surface of the scan, cut within it.
