@@ -153,11 +153,20 @@ VertexMatter matter_of_detached(const haptics::TouchScene& scene, const dvec3& p
     const double value = item.field.value(item.field.volume().frame.volume_from_world(p_world));
     if (deepest == nullptr || value > deepest_value) deepest = &item.field, deepest_value = value;
   }
-  if (deepest == nullptr) return {};
+  if (deepest == nullptr) return {.normal_world = normal_world};
   const volume::Frame& frame = deepest->volume().frame;
   const dvec3 p = frame.volume_from_world(p_world);
-  return {static_cast<float>(cut_share(*deepest, p)),
-          density_below(*deepest, p, -k_density_depth * frame.diagonal_mm() * normal_world)};
+  // The mesh of a piece is within a third of a voxel's diagonal of the surface of the scan.
+  constexpr double k_rough = 0.35, k_rim = 0.25;  // voxel diagonals
+  const double share = std::clamp((depth_mm(*deepest, p) / frame.diagonal_mm() - k_rough) / k_rim, 0.0, 1.0);
+  dvec3 normal = normal_world;
+  const dvec3 outward = -frame.gradient_world_from_volume(deepest->smooth_gradient(p));
+  constexpr double k_turned = 0.3;  // cosine; at an edge of a cut the mesh has the better normal
+  if (const double length = glm::length(outward);
+      share < 1 && length > 0 && glm::dot(outward, normal_world) > k_turned * length)
+    normal = glm::normalize(glm::mix(outward / length, normal_world, share));
+  return {static_cast<float>(share),
+          density_below(*deepest, p, -k_density_depth * frame.diagonal_mm() * normal), normal};
 }
 
 ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,

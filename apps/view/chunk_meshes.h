@@ -38,12 +38,13 @@ struct ChunkMesh {
   DrawMesh fine, coarse;
 };
 
-/// Properties of a vertex that determine its colour; see DrawMesh.
+/// Properties of a vertex that determine its shading; see DrawMesh.
 struct VertexMatter {
   float freshness = 0, density = 1;
+  glm::dvec3 normal_world{0, 0, 1};
 };
 /// Returns the matter at a vertex of detached bone, at its position before it was detached: a vertex below
-/// the surface of the scan lies on a cut.
+/// the surface of the scan lies on a cut, others have the normal of the scan. `normal_world`: of the mesh.
 VertexMatter matter_of_detached(const haptics::TouchScene& scene, const glm::dvec3& p_world,
                                 const glm::dvec3& normal_world);
 

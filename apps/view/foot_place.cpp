@@ -234,11 +234,13 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
   std::sort(offsets.begin(), offsets.end(),
             [](const glm::dvec2& x, const glm::dvec2& y) { return glm::dot(x, x) < glm::dot(y, y); });
   constexpr int k_max = 40;  // points at which the foot is fitted
-  bool is_open = false;
+  bool is_open = false, is_drilled = false;
   int fitted = 0;
   for (const glm::dvec2& offset : offsets) {
     const dvec3 at = at_world + offset.x * a + offset.y * b;
-    if (is_bone(at - 0.5 * shaft) || column_at(is_bone, at, shaft).has_bone) continue;
+    if (is_bone(at - 0.5 * shaft)) continue;
+    is_drilled |= was_bone(at - 0.5 * shaft);
+    if (column_at(is_bone, at, shaft).has_bone) continue;
     is_open = true;
     if (!is_disc_free(is_bone, at, shaft, tool.bit, -2, k_above)) continue;
     if (++fitted > k_max) break;
@@ -257,7 +259,8 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
     return {std::move(place), {}};
   }
   return {std::nullopt, is_open ? "the foot has no room under the bone. Widen the hole to its inner side."
-                                : "no burr hole is near. Make one with the perforator first."};
+                        : is_drilled ? "the hole is too narrow at its inner end. Widen that end with a burr."
+                                     : "no burr hole is near. Make one with the perforator first."};
 }
 
 }  // namespace trephine::view

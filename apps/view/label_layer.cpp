@@ -5,9 +5,11 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <utility>
 #include <vector>
 #include <vtkActor2D.h>
+#include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
@@ -146,9 +148,12 @@ void LabelLayer::lay_out() {
   };
   const int* window = p.renderer->GetSize();
   const dvec2 picture(window[0], window[1]);
-  // A small picture has room only for names of visible points.
-  constexpr double k_narrow = 430;  // pixels
-  const bool is_narrow = picture.x < k_narrow * p.scale;
+  // A small picture, and one of a part of the body, have room only for names of visible points.
+  constexpr double k_narrow = 430, k_overview = 180;  // pixels, mm
+  vtkCamera* camera = p.renderer->GetActiveCamera();
+  const double height =
+      2 * camera->GetDistance() * std::tan(0.5 * glm::radians(camera->GetViewAngle()));  // mm
+  const bool is_overview = picture.x >= k_narrow * p.scale && height >= k_overview;
   std::vector<Request> requests;
   imaging::LabelLayout::Obstacles obstacles{{}, p.tool_segments()};
   for (std::size_t i = 0; i < p.labels.size(); ++i) {
@@ -160,7 +165,7 @@ void LabelLayer::lay_out() {
         display[2] > 1 || display[2] < 0)
       continue;
     const bool is_behind = is_hidden(at);
-    if (is_behind && is_narrow && p.labels[i].is_name) continue;
+    if (is_behind && !is_overview && p.labels[i].is_name) continue;
     p.labels[i].text->SetInput((p.labels[i].name + (is_behind ? " (behind)" : "")).c_str());
     p.labels[i].text->GetTextProperty()->SetOpacity(is_behind ? 0.55 : 1);
     double size[2];

@@ -22,7 +22,6 @@ using workbench::seconds_since;
 namespace {
 
 constexpr std::size_t k_max_times = 1 << 20;  // recorded frame times; enough for hours
-constexpr double k_soft_clearance = 0.5;      // mm, of an idle tool; covers the motion between two frames
 
 haptics::ServoOptions servo_options(const WindowOptions& options) {
   haptics::ServoOptions servo;
@@ -156,8 +155,11 @@ void OperationController::collect_notices() {
   const auto session_time = [&](std::uint64_t tick) { return static_cast<double>(tick) / options_.rate_hz; };
   for (const sim::Event& event : state_.events) {
     workbench::EventText text = workbench::describe_event(event);
+    if (const auto* fault = event.value.as<sim::FaultEvent>()) {
+      report_.force_faults += !fault->is_cleared;
+      if (!options_.device) text.level = EventLevel::record;  // a mouse has no force
+    }
     notices_.add({now, session_time(event.tick), text.level, std::move(text.text)});
-    if (const auto* fault = event.value.as<sim::FaultEvent>()) report_.force_faults += !fault->is_cleared;
   }
   if (state_.refused && !is_refusal_in(state_.events, *state_.refused))
     notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,
@@ -387,64 +389,6 @@ std::optional<dvec3> OperationController::touched() const {
   return std::nullopt;
 }
 
-/// Returns the distance (mm) from the tool's end to the nearest forbidden structure; `tip`: position of the
-/// hand.
-double OperationController::clearance_at(const dvec3& tip, double expected) const {
-  const ToolAppearance tool = appearance_of(state_.tool);
-  const double radius = std::max(state_.tool_radius, tool.radius);
-  // Centre of the tool's end: a ball is held at its centre, another tool at its lowest point, a Kerrison at
-  // the upper face of its foot.
-  const dvec3 middle = tool.is_ball && state_.tool_radius > 0 ? dvec3(0) : (radius - tool.foot.jaw) * shaft();
-  double clearance = 1e9;
-  for (const auto& structure : live_.engine().forbidden())
-    clearance = std::min(clearance, structure->clearance({tip + middle, radius}, expected));
-  return clearance;
-}
-
-/// Returns the distance (mm) along the ray, at most `along`, at which the tool keeps clear of all forbidden
-/// structures, where no bone holds it.
-double OperationController::distance_above_soft(const Ray& ray, double along) const {
-  constexpr int k_max_steps = 20;
-  for (int i = 0; i < k_max_steps; ++i) {
-    const double clearance = clearance_at(ray.origin + along * ray.direction, 0);
-    if (clearance >= k_soft_clearance) break;
-    along -= std::max(0.1, k_soft_clearance - clearance);
-  }
-  return along;
-}
-
-/// Returns the distance (mm) along the ray at which a tool that moves along it meets a forbidden structure
-/// before the bone at `hit` (negative: no bone), such as the cord between two vertebrae; nullopt if it meets
-/// no structure.
-std::optional<double> OperationController::distance_to_forbidden(const Ray& ray, double hit) const {
-  constexpr double k_before = 2, k_step = 0.25;  // mm: least distance before the bone, shortest step
-  // A clip plane opens structures: the tool may go to the bone behind them.
-  if (live_.engine().forbidden().empty() || viewport_.clip_plane()) return std::nullopt;
-  // The part of the ray in the ball around the scan.
-  const volume::Volume& base = *scene_->base;
-  const dvec3 last(base.size - 1);
-  const double middle = glm::dot(base.frame.world_from_volume(0.5 * last) - ray.origin, ray.direction),
-               reach = 0.5 * glm::length(base.frame.vector_world_from_volume(last));
-  const double end = hit < 0 ? middle + reach : hit - state_.tool_radius - k_before;
-  double expected = sim::Forbidden::k_reach;
-  for (double along = std::max(0.0, middle - reach); along < end;) {
-    expected = clearance_at(ray.origin + along * ray.direction, expected);
-    if (expected < k_soft_clearance) return along;
-    along += std::max(k_step, expected - k_soft_clearance);
-  }
-  return std::nullopt;
-}
-
-/// True if a tool that moves straight from one position to another would enter a forbidden structure, such as
-/// the convex cord between two positions on it.
-bool OperationController::passes_forbidden(const dvec3& from, const dvec3& to) const {
-  constexpr double k_step = 0.5;  // mm
-  const int count = static_cast<int>(std::ceil(glm::length(to - from) / k_step));
-  for (int i = 1; i < count; ++i)
-    if (clearance_at(glm::mix(from, to, static_cast<double>(i) / count), 0) <= 0) return true;
-  return false;
-}
-
 void OperationController::follow_cursor() {
   // The requested position: on the surface under the cursor, and below it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
@@ -454,9 +398,10 @@ void OperationController::follow_cursor() {
   if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit))
     hit = body, is_soft = false;
   const double guided_hit = hit;
-  if (!is_pressed_ && !is_soft)
+  // In a gap the tool rests, and is pressed, on the structure in front of the bone.
+  if (!is_soft)
     if (const std::optional<double> soft = distance_to_forbidden(ray, hit))
-      hit = *soft + state_.tool_radius, is_soft = true;
+      hit = *soft + state_.tool_radius, is_soft = !is_pressed_;
   // A working tool that broke through stops, instead of going to the far side, visible through its hole.
   constexpr double k_through = 10;  // mm
   if (is_pressed_ && is_over_bone_ && hit > reach_ + k_through) hit = reach_;
@@ -477,7 +422,7 @@ void OperationController::follow_cursor() {
       guide_.is_holding() && appearance_of(state_.tool).foot.kind == FootTool::Kind::craniotome;
   follow_surface(
       is_craniotome_held ? Ray{ray.origin, glm::normalize(state_.newest.proxy_world - ray.origin)} : ray,
-      is_over_bone_ || is_craniotome_held);
+      is_over_bone_ || is_craniotome_held, is_soft);
   if (follow_guide(ray, guided_hit)) return;
   if (is_soft) along = distance_above_soft(ray, hit - radius);
   const dvec3 request = ray.origin + along * ray.direction;

@@ -169,7 +169,7 @@ class OperationController {
   void follow_taking();
   bool needs_other_balls(const sim::InstrumentType& type, const sim::Value& instrument) const;
   double distance_to_bodies(const Ray& ray) const;
-  void follow_surface(const Ray& ray, bool is_over_bone);
+  void follow_surface(const Ray& ray, bool is_over_bone, bool is_soft);
   bool follow_guide(const Ray& ray, double hit);
   std::optional<glm::dvec3> bone_near(const Ray& ray, double hit);
   glm::dvec3 shaft() const { return tilt_ * shaft_; }

@@ -15,9 +15,9 @@ using workbench::Clock;
 using workbench::EventLevel;
 using workbench::seconds_since;
 
-/// Holds a tool perpendicular to the surface, a ball so that its work is visible. A working tool turns no
-/// faster than a wrist.
-void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
+/// Holds a tool perpendicular to the surface, a ball so that its work is visible, but always from the
+/// viewer's side. A working tool turns no faster than a wrist.
+void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool is_soft) {
   const ToolAppearance tool = appearance_of(state_.tool);
   const bool is_kerrison = tool.foot.kind == FootTool::Kind::kerrison;
   if (!is_over_bone && !is_kerrison) return;
@@ -25,10 +25,20 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
   std::optional<dvec3> normal = viewport_.facing(*untouched_, ray);
   // Near an edge the bone has no defined direction: use the mean with the viewing direction.
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
+  // The bone around a gap does not show how the gap is entered.
+  if (is_soft) normal = -ray.direction;
   if (!normal) return;
-  const dvec3 target = hold_ == Hold::viewer ? -ray.direction
-                       : tool.is_ball        ? Viewport::shaft_direction(*normal, -ray.direction)
-                                             : *normal;
+  dvec3 target = hold_ == Hold::viewer ? -ray.direction
+                 : tool.is_ball        ? Viewport::shaft_direction(*normal, -ray.direction)
+                                       : *normal;
+  constexpr double k_flattest = 1.1;  // radians between the shaft and the direction to the viewer
+  if (const double slope = std::acos(std::clamp(glm::dot(target, -ray.direction), -1.0, 1.0));
+      slope > k_flattest) {
+    const dvec3 aside = target - glm::dot(target, ray.direction) * ray.direction;
+    target = glm::length(aside) > 1e-6
+                 ? std::sin(k_flattest) * glm::normalize(aside) - std::cos(k_flattest) * ray.direction
+                 : -ray.direction;
+  }
   if (!is_pressed_) {
     shaft_ = target;
     return;

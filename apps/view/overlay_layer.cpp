@@ -62,7 +62,8 @@ Colour colour_of(const sim::Overlay& overlay) {
 }
 
 vtkSmartPointer<vtkPolyData> make_surface(
-    const haptics::MeshTree& tree, const std::function<dvec3(const dvec3&, const dvec3&)>& vertex_colour) {
+    const haptics::MeshTree& tree,
+    const std::function<OverlayLayer::Vertex(const dvec3&, const dvec3&)>& shade) {
   std::vector<dvec3> normals(tree.vertices().size(), dvec3(0));
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> triangles;
@@ -82,17 +83,18 @@ vtkSmartPointer<vtkPolyData> make_surface(
   colours->SetNumberOfComponents(3);
   for (std::size_t i = 0; i < normals.size(); ++i) {
     const dvec3& n = normals[i];
-    const dvec3 unit = glm::length(n) > 0 ? glm::normalize(n) : dvec3(0, 0, 1);
-    directions->InsertNextTuple3(unit.x, unit.y, unit.z);
-    if (!vertex_colour) continue;
-    const dvec3 colour = 255.0 * vertex_colour(tree.vertices()[i], unit);
-    colours->InsertNextTuple3(colour.x, colour.y, colour.z);
+    OverlayLayer::Vertex vertex;
+    if (glm::length(n) > 0) vertex.normal = glm::normalize(n);
+    if (shade) vertex = shade(tree.vertices()[i], vertex.normal);
+    directions->InsertNextTuple3(vertex.normal.x, vertex.normal.y, vertex.normal.z);
+    const dvec3 colour = 255.0 * vertex.colour;
+    if (shade) colours->InsertNextTuple3(colour.x, colour.y, colour.z);
   }
   auto data = vtkSmartPointer<vtkPolyData>::New();
   data->SetPoints(points);
   data->SetPolys(triangles);
   data->GetPointData()->SetNormals(directions);
-  if (vertex_colour) data->GetPointData()->SetScalars(colours);
+  if (shade) data->GetPointData()->SetScalars(colours);
   return data;
 }
 
@@ -194,9 +196,9 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
     if (overlay.surface) {
       Parts::Surface& surface = p.surfaces[overlay.surface.get()];
       if (!surface.actor) {
-        const bool is_coloured = bone_colour && overlay.is_detached;
+        const bool is_coloured = shade_bone && overlay.is_detached;
         surface = {overlay.surface,
-                   make_actor(make_surface(*overlay.surface, is_coloured ? bone_colour : nullptr), colour)};
+                   make_actor(make_surface(*overlay.surface, is_coloured ? shade_bone : nullptr), colour)};
         if (is_coloured) surface.actor->GetMapper()->ScalarVisibilityOn();
         p.renderer->AddActor(surface.actor);
       }

@@ -20,9 +20,13 @@ class OverlayLayer {
   OverlayLayer(const OverlayLayer&) = delete;
   OverlayLayer& operator=(const OverlayLayer&) = delete;
 
-  /// Returns the colour of a vertex of detached bone, shares of 1, from its position in the frame of the
-  /// surface and its unit normal. Empty: bone has one colour.
-  std::function<glm::dvec3(const glm::dvec3& p, const glm::dvec3& normal)> bone_colour;
+  /// Colour of a vertex, shares of 1, and its unit normal.
+  struct Vertex {
+    glm::dvec3 colour{0.0}, normal{0, 0, 1};
+  };
+  /// Shades a vertex of detached bone, from its position in the frame of the surface and its unit normal.
+  /// Empty: bone has one colour.
+  std::function<Vertex(const glm::dvec3& p, const glm::dvec3& normal)> shade_bone;
 
   /// Replaces the shown overlays. `hands`: placement of each hand, for the objects that it holds.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands);

@@ -76,8 +76,9 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
     visible_low_ = glm::min(visible_low_, box_low), visible_high_ = glm::max(visible_high_, box_high);
   }
   view_.bone().set_room(room_low, room_high);
-  view_.overlays().bone_colour = [this](const dvec3& p, const dvec3& normal) {
-    return bone_colour(matter_of_detached(*scene_, p, normal));
+  view_.overlays().shade_bone = [this](const dvec3& p, const dvec3& normal) -> OverlayLayer::Vertex {
+    const VertexMatter matter = matter_of_detached(*scene_, p, normal);
+    return {bone_colour(matter), matter.normal_world};
   };
   view_.overlays().labels().is_hidden = [this](const dvec3& at) {
     constexpr double k_deep = 6;  // mm; a point on the surface of bone is not hidden by it

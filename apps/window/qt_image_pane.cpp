@@ -100,15 +100,19 @@ void ImagePane::lay_out() {
   int x = k_gap;
   const bool is_xray = panes_->kind(index_) == PaneKind::xray;
   for (QWidget* w : std::initializer_list<QWidget*>{preset_, live_, shoot_}) w->setVisible(is_xray);
-  // Fit the controls into the width; combo boxes shrink first.
+  // Fit the controls into the width: combo boxes shrink first, then the buttons move below them.
   const int room = width() - 2 * k_gap - button_height - 3;
   const int buttons = is_xray ? live_->sizeHint().width() + shoot_->sizeHint().width() + 9 : 0;
-  const int box = std::max(40, (room - buttons) / (is_xray ? 2 : 1));
+  const int least_box = 5 * fontMetrics().averageCharWidth() + button_height;
+  const bool is_narrow = is_xray && (room - buttons) / 2 < least_box;
+  const int box = std::max(40, (room - (is_narrow ? 3 : buttons)) / (is_xray ? 2 : 1));
   for (QWidget* w : std::initializer_list<QWidget*>{kind_, preset_, live_, shoot_}) {
     if (w->isHidden()) continue;
     const bool is_box = w == kind_ || w == preset_;
     const int control_width = is_box ? std::min(box, w->sizeHint().width()) : w->sizeHint().width();
-    w->setGeometry(x, k_gap, control_width, button_height);
+    if (is_narrow && w == live_) x = k_gap;
+    const int row = is_narrow && !is_box ? 1 : 0;
+    w->setGeometry(x, k_gap + row * (button_height + 3), control_width, button_height);
     x += control_width + 3;
   }
   maximise_->setGeometry(width() - button_height - k_gap, k_gap, button_height, button_height);
@@ -277,7 +281,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
     write_text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
                QString::fromStdString(panes_->problem(index_)));
   } else if (panel == nullptr && kind == PaneKind::xray) {
-    write_text(painter, inner, Qt::AlignCenter,
+    write_text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
                panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Press Shoot, or switch Live on."));
   }
   painter.setPen(QPen(colour_of(kind), 2));

@@ -117,6 +117,7 @@ void EventLog::showEvent(QShowEvent* event) {
   QDockWidget::showEvent(event);
   // Eight lines at first; the user can change the height.
   constexpr int k_lines = 8;
+  QTimer::singleShot(0, list_, &QListWidget::scrollToBottom);
   if (std::exchange(was_shown_, true)) return;
   // The sizes of the layout are known when it was done.
   QTimer::singleShot(0, this, [this] {

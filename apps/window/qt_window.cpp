@@ -396,6 +396,7 @@ void MainWindow::show_state() {
                     : recording
                         ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
                     : record.is_escaping                   ? QString("guiding the tool out of restored bone")
+                    : operation_->is_changing_instrument() ? ""
                     : operation_->state().pending_jobs > 0 ? QString::fromStdString(operation_->job_text())
                     : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
                     : panes_.panes().is_waiting() ? tr("computing images ...")

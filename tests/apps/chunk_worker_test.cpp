@@ -1,6 +1,8 @@
 // ChunkWorker: the thread that builds the surface during cuts; also for the sanitizers, without a window.
 #include <chrono>
+#include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <gtest/gtest.h>
 #include <map>
@@ -125,6 +127,17 @@ TEST(ChunkWorker, DetachedBoneIsCutWithinTheScan) {
     most = std::max(most, matter_of_detached(scene, p, glm::normalize(p)).freshness);
   }
   EXPECT_LT(most, 0.35F);
+  // Normals of a rough mesh, off by 25 degrees, are those of the scan with its voxels of 2 mm.
+  int count = 0, wrong = 0;
+  for (const glm::vec3& vertex : mesh.vertices.span()) {
+    const glm::dvec3 p = scene.base->frame.world_from_volume(glm::dvec3(vertex)), out = glm::normalize(p),
+                     rough = glm::normalize(out + glm::dvec3(0.3, -0.2, 0.25));
+    if (glm::length(p) < 49.8) continue;  // not the outer surface, of radius 50
+    const glm::dvec3 normal = matter_of_detached(scene, p, rough).normal_world;
+    ++count, wrong += std::acos(std::min(1.0, glm::dot(normal, out))) > glm::radians(12.0);
+  }
+  EXPECT_GT(count, 5000);
+  EXPECT_LT(wrong, count / 5) << "at rims of holes and in thin parts of three voxels";
   glm::dvec3 deepest(0);
   double value = -1e300;
   for (int z = 0; z < 48; ++z)

@@ -110,6 +110,12 @@ TEST(FootPose, ACraniotomeFitsIntoABurrHole) {
   const dvec3 far = glm::normalize(dvec3(30, 0, 60));
   EXPECT_NE(find_hole(is, was, k_craniotome, vault.outer * far, far).reason.find("no burr hole"),
             std::string::npos);
+  // A perforator leaves a thin plate at the inner end of its hole.
+  const Vault blind{.hole = 7, .hole_inside = 0};
+  const auto is_blind = [&](const dvec3& p) { return blind.is(p); };
+  EXPECT_NE(find_hole(is_blind, was, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1))
+                .reason.find("too narrow at its inner end"),
+            std::string::npos);
   const Vault narrow{.hole = 1.3, .hole_inside = 1.3};
   const auto is_narrow = [&](const dvec3& p) { return narrow.is(p); };
   EXPECT_NE(find_hole(is_narrow, was, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1)).reason.find("no room"),

@@ -146,7 +146,7 @@ TEST(Phantoms, LandmarksOfTheHeadLieWhereAnatomistsPutThem) {
 }
 
 TEST(Phantoms, TheHeadsVaultIsTwoToNineMillimetresThickWithoutRings) {
-  for (const std::uint64_t seed : {1, 3}) {
+  for (const std::uint64_t seed : {1u, 3u}) {
     PhantomOptions options;
     options.parameters["noise"] = 0;
     options.seed = seed;
@@ -229,7 +229,7 @@ TEST(Phantoms, AScrewIsRecognizedByItsVertices) {
 }
 
 TEST(Phantoms, ScrewsOfThePlanAreWellCentredInTheirPedicles) {
-  for (const std::uint64_t seed : {1, 2, 7}) {
+  for (const std::uint64_t seed : {1u, 2u, 7u}) {
     const SpinePhantom spine(seed);
     const auto screws = spine.screws();
     ASSERT_EQ(screws.size(), 12U);
@@ -261,7 +261,7 @@ TEST(Phantoms, ScrewsOfThePlanAreWellCentredInTheirPedicles) {
 }
 
 TEST(Phantoms, FacetsKeepAGap) {
-  for (const std::uint64_t seed : {1, 4}) {
+  for (const std::uint64_t seed : {1u, 4u}) {
     const SpinePhantom spine(seed);
     std::mt19937 random(3);
     std::uniform_real_distribution<double> across(-20, 20);

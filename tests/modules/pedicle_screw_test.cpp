@@ -127,7 +127,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();
   auto run = sim::Replay::open(opened.value(), bench.scene.base);
   ASSERT_TRUE(run.is_ok()) << run.error().message();
-  for (const std::uint64_t ticks : {400, 100, 250}) {
+  for (const std::uint64_t ticks : {400u, 100u, 250u}) {
     ASSERT_FALSE(run.value()->seek(begin + ticks));
     const sim::Engine& engine = run.value()->engine();
     EXPECT_NEAR(engine.place_of(engine.now().undoable.bodies.at(0)).position_world.z,

@@ -31,7 +31,7 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
   const std::string whole = bytes_of(path);
   const auto base = small_bone().base;
   int forks = 0;
-  for (const std::uint64_t tick : {500, 2222, 4000, 6000, 9999}) {
+  for (const std::uint64_t tick : {500u, 2222u, 4000u, 6000u, 9999u}) {
     SCOPED_TRACE(tick);
     const std::string fork = folder.file(("fork" + std::to_string(tick) + ".session").c_str());
     const auto ticks = fork_session(path, tick, fork);

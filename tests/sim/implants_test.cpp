@@ -131,7 +131,7 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();
   auto run = Replay::open(opened.value(), bench.scene.base);
   ASSERT_TRUE(run.is_ok()) << run.error().message();
-  for (const std::uint64_t ticks : {300, 50, 400, 1, 200}) {
+  for (const std::uint64_t ticks : {300u, 50u, 400u, 1u, 200u}) {
     ASSERT_FALSE(run.value()->seek(begin + ticks)) << ticks;
     EXPECT_NEAR(height(run.value()->engine()), k_above + 10 * (1 - static_cast<double>(ticks) / 400), 1e-9);
   }

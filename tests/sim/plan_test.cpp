@@ -63,7 +63,7 @@ TEST(Plan, IsInTheStateOfEveryDriverWithoutItsCase) {
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();
   auto replay = Replay::open(opened.value(), bench.scene.base);
   ASSERT_TRUE(replay.is_ok()) << replay.error().message();
-  for (const std::uint64_t tick : {300, 100, 0, 250}) {
+  for (const std::uint64_t tick : {300u, 100u, 0u, 250u}) {
     ASSERT_FALSE(replay.value()->seek(tick)) << tick;
     const OperationState& state = replay.value()->engine().now();
     ASSERT_NE(state.plan, nullptr) << tick;
@@ -117,7 +117,7 @@ TEST(ModuleResult, IsStaleAfterACutAndAfterUndo) {
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();
   auto run = Replay::open(opened.value(), bench.scene.base);
   ASSERT_TRUE(run.is_ok()) << run.error().message();
-  for (const std::size_t i : {5, 0, 3, 1, 4}) {
+  for (const std::size_t i : {5u, 0u, 3u, 1u, 4u}) {
     ASSERT_FALSE(run.value()->seek(expected[i].first)) << i;
     EXPECT_EQ(found(run.value()->engine()).is_stale, stale[i]) << i;
   }

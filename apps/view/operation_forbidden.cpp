@@ -1,0 +1,76 @@
+// Forbidden structures in OperationController: where a mouse's tool rests on them.
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "apps/view/operation_controller.h"
+#include "apps/view/tool_appearance.h"
+
+namespace trephine::view {
+
+using glm::dvec3;
+
+namespace {
+constexpr double k_soft_clearance = 0.5;  // mm, of an idle tool; covers the motion between two frames
+}  // namespace
+
+/// Returns the distance (mm) from the tool's end to the nearest forbidden structure; `tip`: position of the
+/// hand.
+double OperationController::clearance_at(const dvec3& tip, double expected) const {
+  const ToolAppearance tool = appearance_of(state_.tool);
+  const double radius = std::max(state_.tool_radius, tool.radius);
+  // Centre of the tool's end: a ball is held at its centre, another tool at its lowest point, a Kerrison at
+  // the upper face of its foot.
+  const dvec3 middle = tool.is_ball && state_.tool_radius > 0 ? dvec3(0) : (radius - tool.foot.jaw) * shaft();
+  double clearance = 1e9;
+  for (const auto& structure : live_.engine().forbidden())
+    clearance = std::min(clearance, structure->clearance({tip + middle, radius}, expected));
+  return clearance;
+}
+
+/// Returns the distance (mm) along the ray, at most `along`, at which the tool keeps clear of all forbidden
+/// structures, where no bone holds it.
+double OperationController::distance_above_soft(const Ray& ray, double along) const {
+  constexpr int k_max_steps = 20;
+  for (int i = 0; i < k_max_steps; ++i) {
+    const double clearance = clearance_at(ray.origin + along * ray.direction, 0);
+    if (clearance >= k_soft_clearance) break;
+    along -= std::max(0.1, k_soft_clearance - clearance);
+  }
+  return along;
+}
+
+/// Returns the distance (mm) along the ray at which a tool that moves along it meets a forbidden structure
+/// before the bone at `hit` (negative: no bone), such as the cord between two vertebrae; nullopt if it meets
+/// no structure.
+std::optional<double> OperationController::distance_to_forbidden(const Ray& ray, double hit) const {
+  constexpr double k_before = 2, k_step = 0.25;  // mm: least distance before the bone, shortest step
+  // A clip plane opens structures: the tool may go to the bone behind them.
+  if (live_.engine().forbidden().empty() || viewport_.clip_plane()) return std::nullopt;
+  // The part of the ray in the ball around the scan.
+  const volume::Volume& base = *scene_->base;
+  const dvec3 last(base.size - 1);
+  const double middle = glm::dot(base.frame.world_from_volume(0.5 * last) - ray.origin, ray.direction),
+               reach = 0.5 * glm::length(base.frame.vector_world_from_volume(last));
+  const double end = hit < 0 ? middle + reach : hit - state_.tool_radius - k_before;
+  double expected = sim::Forbidden::k_reach;
+  for (double along = std::max(0.0, middle - reach); along < end;) {
+    expected = clearance_at(ray.origin + along * ray.direction, expected);
+    if (expected < k_soft_clearance) return along;
+    along += std::max(k_step, expected - k_soft_clearance);
+  }
+  return std::nullopt;
+}
+
+/// True if a tool that moves straight from one position to another would enter a forbidden structure, such as
+/// the convex cord between two positions on it.
+bool OperationController::passes_forbidden(const dvec3& from, const dvec3& to) const {
+  constexpr double k_step = 0.5;  // mm
+  const int count = static_cast<int>(std::ceil(glm::length(to - from) / k_step));
+  for (int i = 1; i < count; ++i)
+    if (clearance_at(glm::mix(from, to, static_cast<double>(i) / count), 0) <= 0) return true;
+  return false;
+}
+
+}  // namespace trephine::view
