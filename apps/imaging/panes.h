@@ -35,6 +35,8 @@ class Panes {
   const glm::dvec3& focus() const noexcept { return at_; }
   /// Sets the tool's tip (world, mm) and the direction of its shaft, out of the body (unit).
   void show_tool(const glm::dvec3& tip, const glm::dvec3& shaft);
+  /// Sets the surface of the tool for the next X-rays; nullopt: they show no tool.
+  void set_xray_tool(std::optional<Object> tool) { xray_tool_ = std::move(tool); }
   /// Sets the normal of sections (world, any length above 0).
   void turn_section(const glm::dvec3& normal);
   glm::dvec3 section_normal() const noexcept { return section_normal_; }
@@ -179,6 +181,7 @@ class Panes {
   Subject subject_;
   std::vector<Pane> panes_;
   Xray xray_;
+  std::optional<Object> xray_tool_;
   glm::dvec3 at_{0.0}, tip_{0.0}, shaft_{0, 0, 1}, section_normal_{0, -1, 0};
   ct_viewer::GreyWindow window_;
   ct_viewer::Blend blend_ = ct_viewer::Blend::now;

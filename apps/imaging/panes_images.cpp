@@ -94,9 +94,11 @@ void Panes::request_xray() {
   if (!xray_.camera) xray_.camera = std::make_shared<XrayCamera>();
   xray_.is_computing = true;
   const fluoroscopy::CArm arm = with_columns(arm_, is_shot ? k_shot_pixels : k_live_pixels);
+  Subject exposed = subject_;
+  if (xray_tool_) exposed.objects.push_back(*xray_tool_);
   worker_.request(
       panes_.size(),
-      [camera = xray_.camera, subject = subject_, arm] {
+      [camera = xray_.camera, subject = std::move(exposed), arm] {
         Result<Panel> panel = camera->shoot(subject, arm, k_threads);
         if (panel) panel.value().shows_sides = shows_sides(fluoroscopy::View(arm));
         return panel;

@@ -57,6 +57,9 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
   untouched_ = haptics::untouched(scene);
   solids_ = haptics::solids_of(scene);
   guided_at_ = started_;
+  if (options.plan)
+    for (const volume::PlannedTrajectory& line : options.plan->trajectories)
+      planned_lines_.push_back({line.entry_world, line.target_world});
   if (const auto& plan = live_.engine().now().plan; plan && !plan->procedure.is_empty()) steps_.emplace(plan);
   for (int i = 0; i < haptics::item_count(scene); ++i)
     if (const auto& depth = haptics::item_of(scene, i).depth; depth && depth->is_streamed()) scenery_ = i;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/view/line_guide.h"
 #include "apps/view/mouse_device.h"
 #include "apps/view/notices.h"
 #include "apps/view/pedal_button.h"
@@ -61,9 +62,9 @@ class OperationController {
   void move_tip(double right, double up);
   /// Keeps the tip at its position, independent of the cursor, until it is released.
   void hold_tip(bool is_held) { is_tip_held_ = is_held; }
-  /// Slides the foot of a Kerrison farther under the edge of bone that holds it, by steps of 0.5 mm, or back.
-  /// Returns false if it is under no edge.
-  bool slide_foot(int steps) { return guide_.slide(steps); }
+  /// Slides the foot of a Kerrison farther under the edge of bone that holds it, or an inserted tool farther
+  /// along its line, by steps of 0.5 mm, or back. Returns false if no tool is held so.
+  bool slide_tool(int steps) { return guide_.slide(steps) || line_.advance(0.5 * steps); }
   /// Shows or hides the clip volumes of depth images.
   void show_clip_volumes(bool are_shown) {
     if (!are_shown && shows_clip_volumes_) shown_.reset();
@@ -137,6 +138,8 @@ class OperationController {
   void note(std::string text) {
     notices_.add({seconds(), 0, workbench::EventLevel::record, std::move(text)});
   }
+  /// True if a guide holds the tool, independent of the cursor: with its foot under bone, or on a line.
+  bool is_guided() const noexcept { return guide_.is_holding() || line_.is_holding(); }
   /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
   /// Returns the name and the duration of the job that is computed, such as "cut flap: 3 s"; empty: none, or
@@ -171,6 +174,7 @@ class OperationController {
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone, bool is_soft);
   bool follow_guide(const Ray& ray, double hit);
+  bool follow_line(const Ray& ray, double length, bool is_pressed);
   std::optional<glm::dvec3> bone_near(const Ray& ray, double hit);
   glm::dvec3 shaft() const { return tilt_ * shaft_; }
 
@@ -194,6 +198,8 @@ class OperationController {
   std::vector<volume::Field> solids_;  ///< shapes that count as bone
   Hold hold_ = Hold::surface;
   ToolGuide guide_;
+  LineGuide line_;
+  std::vector<LineGuide::Line> planned_lines_;
   std::optional<StepGuide> steps_;
   std::chrono::steady_clock::time_point guided_at_;
   bool is_over_bone_ = false;  ///< the cursor is over bone

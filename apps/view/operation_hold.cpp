@@ -100,11 +100,37 @@ std::optional<dvec3> OperationController::bone_near(const Ray& ray, double hit) 
   return best;
 }
 
+/// Holds a tool of this length on the line along which it is inserted; returns false if the cursor determines
+/// its pose.
+bool OperationController::follow_line(const Ray& ray, double length, bool is_pressed) {
+  const bool was_holding = line_.is_holding();
+  LineGuide::Input input;
+  input.length = length;
+  input.ray_origin = ray.origin, input.ray_direction = ray.direction;
+  if (const double old = viewport_.distance_to_solid(*untouched_, ray); length > 0 && old >= 0)
+    input.surface = ray.origin + old * ray.direction;
+  input.shaft = shaft();
+  input.tip = state_.newest.has_contact ? state_.newest.proxy_world : state_.newest.pose.position_world;
+  input.is_pressed = is_pressed;
+  input.seconds = seconds_since(std::exchange(guided_at_, Clock::now()));
+  const std::optional<LineGuide::Pose> pose = line_.follow(planned_lines_, input);
+  viewport_.mark_edge(line_.line());
+  if (was_holding && !pose) request_ = dvec3(1e9);  // lifts the stylus
+  if (!pose) return false;
+  request_ = dvec3(1e9);
+  constexpr double k_roll = 3.14159265358979 / 12;
+  const dvec3 up(0, 0, 1);
+  mouse_.set(pose->at_world, glm::dquat(up, pose->shaft) * glm::angleAxis(k_roll * roll_, up),
+             pose->is_pressed, pose->is_jump ? std::optional(pose->at_world) : std::nullopt);
+  return true;
+}
+
 /// Holds a tool with a foot by its guide; returns false if the guide has no pose for it.
 bool OperationController::follow_guide(const Ray& ray, double hit) {
   const bool was_holding = guide_.is_holding(), is_pressed = std::exchange(has_click_, false) || is_pressed_;
-  const FootTool tool = appearance_of(state_.tool).foot;
-  if (tool.kind == FootTool::Kind::none && !was_holding) return viewport_.mark_edge({}), false;
+  const ToolAppearance appearance = appearance_of(state_.tool);
+  const FootTool tool = appearance.foot;
+  if (tool.kind == FootTool::Kind::none && !was_holding) return follow_line(ray, appearance.insertion, is_pressed);
   // Labels count as well: a window of intensities excludes marrow.
   const auto bone_of = [this](const volume::Version& version) {
     return [this, &version, labelled = volume::BoneClassifier(*scene_->base, {}, &version)](const dvec3& at) {

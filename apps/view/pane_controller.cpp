@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "apps/view/tool_appearance.h"
 #include "modules/cross_section/cross_section.h"
 #include "modules/ct_viewer/ct_viewer.h"
 #include "modules/fluoroscopy/fluoroscopy.h"
@@ -38,6 +39,7 @@ imaging::Subject subject_of(const PaneInput& input) {
 void PaneController::begin() {
   panes_.forget();
   tool_.reset(), followed_.clear(), clip_.reset();
+  shadow_of_ = {}, shadow_.reset();
   shots_.reset();
   is_placed_ = false, exposed_ = 0, unconfirmed_shots_ = 0;
 }
@@ -85,6 +87,22 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
   followed_.assign(settings.begin(), settings.end());
 }
 
+/// The tool is of steel. X-rays show it at the position where it is drawn.
+void PaneController::show_tool_in_xrays(const PaneInput& input) {
+  const sim::Value tool = input.tool != nullptr && input.is_tool_there ? *input.tool : sim::Value();
+  if (!(tool == shadow_of_)) {
+    shadow_of_ = tool;
+    shadow_.reset();
+    if (const auto solid = tool.is_empty() ? std::nullopt : solid_of(appearance_of(tool)))
+      shadow_ = std::make_shared<const haptics::MeshTree>(solid->vertices, solid->triangles);
+  }
+  if (!shadow_) return panes_.set_xray_tool({});
+  const haptics::ServoRecord& r = input.newest;
+  const dvec3 at = r.has_contact ? r.proxy_world : r.pose.position_world;
+  panes_.set_xray_tool(imaging::Object{
+      "instrument", shadow_, {at, haptics::unit_of(r.pose.orientation)}, volume::Matter::steel});
+}
+
 bool PaneController::frame(const PaneInput& input) {
   panes_.show(subject_of(input), input.is_changed);
   panes_.set_camera(input.camera, input.clip);
@@ -97,6 +115,7 @@ bool PaneController::frame(const PaneInput& input) {
   tool_.reset();
   if (input.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
+  show_tool_in_xrays(input);
   if (follows_tool && r.has_contact) panes_.set_focus(middle - input.touch_radius * r.normal_world);
   if (panes_.is_live() && !panes_.shows(imaging::PaneKind::xray)) set_live(false);
   if (panes_.is_live()) {

@@ -29,6 +29,7 @@ struct PaneInput {
   volume::Camera camera;      ///< camera of the 3-D view
   std::optional<volume::Openings::Plane> clip;
   std::span<const sim::DisplayedDepths> depths = {};
+  const sim::Value* tool = nullptr;  ///< the instrument, which casts a shadow in X-rays; null: none
 };
 
 /// Independent of the windowing toolkit. Drawing thread only; images are rendered on another thread.
@@ -68,11 +69,14 @@ class PaneController {
   const std::optional<Clip>& clip() const noexcept { return clip_; }
 
  private:
+  void show_tool_in_xrays(const PaneInput& input);
   void follow(std::span<const std::shared_ptr<const sim::Value>> settings);
   void confirm_live_shots(std::int64_t shots);
   void place_arm();
   void report_exposure();
 
+  sim::Value shadow_of_;                             ///< instrument of `shadow_`
+  std::shared_ptr<const haptics::MeshTree> shadow_;  ///< surface of the instrument; null: none
   imaging::Panes panes_;
   std::optional<std::array<glm::dvec3, 2>> tool_;
   std::vector<std::shared_ptr<const sim::Value>> followed_;  ///< settings of the last frame

@@ -119,6 +119,21 @@ ToolAppearance ball_appearance(double radius) {
   return tool;
 }
 
+std::optional<volume::TurnedSolid> solid_of(const ToolAppearance& tool) {
+  if (tool.parts.empty()) return std::nullopt;
+  constexpr double k_shaft = 110, k_neck = 0.05;  // mm: length of shaft and grip, of the change of radius
+  constexpr int k_facets = 24;
+  const double radius = std::max(0.3, tool.radius), shaft = std::max(0.3, tool.shaft_radius),
+               low = tool.is_ball ? -radius : 0, from = std::max(tool.shaft_from, low + 1.5 * radius);
+  const std::vector<volume::TurnedRing> rings{{low + 0.15 * radius, 0.5 * radius},
+                                              {low + 0.5 * radius, 0.87 * radius},
+                                              {low + radius, radius},
+                                              {from, radius},
+                                              {from + k_neck, shaft},
+                                              {from + k_shaft, shaft}};
+  return volume::turned_solid(low, rings, from + k_shaft + k_neck, k_facets);
+}
+
 ToolAppearance appearance_of(const sim::Value& parameters) {
   const Fields f(parameters);
   ToolAppearance tool;
@@ -179,6 +194,7 @@ ToolAppearance appearance_of(const sim::Value& parameters) {
     const double tip = f.guide == "walls" ? -radius : 0;
     tool.parts = {round_rod(radius, tip, f.length)};
     tool.shaft_from = tip + f.length;
+    tool.insertion = f.length;
     tool.shaft_radius = 1.6 * radius;
   } else {
     return ball_appearance(radius);

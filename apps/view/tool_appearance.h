@@ -3,10 +3,12 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 #include "apps/view/foot_place.h"
 #include "sim/api/value.h"
+#include "volume/surface/lathe.h"
 
 namespace trephine::view {
 
@@ -27,6 +29,7 @@ struct ToolAppearance {
   double shaft_from = 0;      ///< start of the shaft along z, mm
   double shaft_radius = 0.5;  ///< mm
   FootTool foot;              ///< Kind::none for tools without a foot
+  double insertion = 0;       ///< length that is inserted along the shaft, mm; 0: the tool is not inserted
 };
 
 /// Derives the look from the fields "diameter", "shape" (sphere, cylinder, barrel, match-head) and "length";
@@ -35,6 +38,9 @@ struct ToolAppearance {
 /// radius 0 without parts.
 ToolAppearance appearance_of(const sim::Value& parameters);
 ToolAppearance ball_appearance(double radius);
+/// Returns the closed surface of a tool's end and shaft as solids of revolution, for X-rays, in the frame of
+/// the hand. A tool without parts has none.
+std::optional<volume::TurnedSolid> solid_of(const ToolAppearance& tool);
 /// Half of the field "diameter", mm; 0 without that field.
 double drawn_radius(const sim::Value& parameters);
 /// Changes the first number field by 0.5 of its unit per step, within its range. Returns false if there is no

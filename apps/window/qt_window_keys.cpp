@@ -22,7 +22,7 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
 }
 
 void MainWindow::press_deeper(int steps) {
-  if (operation_ && operation_->slide_foot(steps)) return;
+  if (operation_ && operation_->slide_tool(steps)) return;
   depth_->setValue(depth_->value() + steps);
 }
 

@@ -209,8 +209,10 @@ void MainWindow::show_panes(double elapsed) {
   }
   panes_.frame({*scene_, version(), is_changed, overlays, options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
-                viewport()->touch_radius(), !operation_ || operation_->touched().has_value(), elapsed,
-                viewport()->camera(), viewport()->clip_plane(), depths});
+                viewport()->touch_radius(),
+                !operation_ || operation_->is_guided() || operation_->touched().has_value(), elapsed,
+                viewport()->camera(), viewport()->clip_plane(), depths,
+                operation_ ? &operation_->tool() : nullptr});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {

@@ -1,0 +1,57 @@
+// LineGuide: guides a mouse-driven tool that is inserted along its shaft: a probe into a pedicle, a catheter
+// through a burr hole.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace trephine::view {
+
+/// A hand follows a line by touch; a mouse cannot, so the guide holds it. Near the entry of a planned
+/// trajectory the tool stands on that trajectory, elsewhere along its own shaft. While the button is down it
+/// advances along the line, no farther ahead of its tip than a hand would push. A click elsewhere withdraws
+/// it along the line. Not thread-safe; called once per frame.
+class LineGuide {
+ public:
+  struct Line {
+    glm::dvec3 entry_world{0.0}, target_world{0.0};
+  };
+  struct Input {
+    double length = 0;                                    ///< inserted part of the tool, mm; 0: another tool
+    glm::dvec3 ray_origin{0.0}, ray_direction{0, 0, -1};  ///< of the cursor, world; unit vector
+    std::optional<glm::dvec3> surface;                    ///< point where the ray met the bone as scanned
+    glm::dvec3 shaft{0, 0, 1};                            ///< direction of the shaft without a guide; unit
+    glm::dvec3 tip{0.0};                                  ///< current position of the tool's tip
+    bool is_pressed = false;
+    double seconds = 0;  ///< since the last call
+  };
+  struct Pose {
+    glm::dvec3 at_world{0.0}, shaft{0, 0, 1};
+    bool is_pressed = false;
+    bool is_jump = false;  ///< the tool is lifted over to this pose, not moved through bone
+  };
+  /// Returns the pose of the tool in this frame; nullopt: the cursor determines it.
+  std::optional<Pose> follow(std::span<const Line> planned, const Input& input);
+  /// Moves a held tool along its line, mm; negative: back. Returns false if no tool is held.
+  bool advance(double mm);
+  bool is_holding() const noexcept { return state_ != State::free; }
+  /// Depth (mm) of the requested tip below the begin of the line; negative: above.
+  double depth() const noexcept { return depth_; }
+  /// The line on which the tool stands or is held, to be drawn; empty without one.
+  std::vector<glm::dvec3> line() const;
+
+ private:
+  enum class State { free, held, withdrawn };
+  const Line* nearest(std::span<const Line> planned, const Input& input) const;
+  Pose pose(bool is_pressed, bool is_jump) const;
+
+  State state_ = State::free;
+  glm::dvec3 begin_{0.0}, ahead_{0, 0, -1};     ///< of the line; unit
+  double depth_ = 0, length_ = 0, marked_ = 0;  ///< mm; `marked_`: drawn length of the line, 0: none
+  double pushed_ = 0;                           ///< mm, by advance() since the last frame
+  bool was_pressed_ = false, was_standing_ = false;
+};
+
+}  // namespace trephine::view
