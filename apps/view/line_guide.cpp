@@ -65,7 +65,7 @@ std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, 
   if (state_ == State::free) {
     const Line* line = nearest(planned, input);
     marked_ = 0;
-    if (line == nullptr && (!is_click || !input.surface)) {
+    if (line == nullptr && (input.is_drill || !is_click || !input.surface)) {
       was_standing_ = false;
       return std::nullopt;
     }

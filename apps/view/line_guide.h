@@ -1,5 +1,5 @@
-// LineGuide: guides a mouse-driven tool that is inserted along its shaft: a probe into a pedicle, a catheter
-// through a burr hole.
+// LineGuide: guides a mouse-driven tool that is pushed along its shaft: a probe into a pedicle, a catheter
+// through a burr hole, a perforator.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -20,6 +20,7 @@ class LineGuide {
   };
   struct Input {
     double length = 0;                                    ///< inserted part of the tool, mm; 0: another tool
+    bool is_drill = false;                                ///< the tool follows planned trajectories only
     glm::dvec3 ray_origin{0.0}, ray_direction{0, 0, -1};  ///< of the cursor, world; unit vector
     std::optional<glm::dvec3> surface;                    ///< point where the ray met the bone as scanned
     glm::dvec3 shaft{0, 0, 1};                            ///< direction of the shaft without a guide; unit

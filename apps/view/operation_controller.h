@@ -12,6 +12,7 @@
 #include "apps/view/notices.h"
 #include "apps/view/pedal_button.h"
 #include "apps/view/step_guide.h"
+#include "apps/view/tool_appearance.h"
 #include "apps/view/tool_guide.h"
 #include "apps/view/view_window.h"
 #include "apps/view/viewport.h"
@@ -174,7 +175,7 @@ class OperationController {
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone, bool is_soft);
   bool follow_guide(const Ray& ray, double hit);
-  bool follow_line(const Ray& ray, double length, bool is_pressed);
+  bool follow_line(const Ray& ray, const ToolAppearance& tool, bool is_pressed);
   std::optional<glm::dvec3> bone_near(const Ray& ray, double hit);
   glm::dvec3 shaft() const { return tilt_ * shaft_; }
 

@@ -100,14 +100,14 @@ std::optional<dvec3> OperationController::bone_near(const Ray& ray, double hit) 
   return best;
 }
 
-/// Holds a tool of this length on the line along which it is inserted; returns false if the cursor determines
+/// Holds a tool on the line along which it is inserted; returns false if the cursor determines
 /// its pose.
-bool OperationController::follow_line(const Ray& ray, double length, bool is_pressed) {
+bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool, bool is_pressed) {
   const bool was_holding = line_.is_holding();
   LineGuide::Input input;
-  input.length = length;
+  input.length = tool.insertion, input.is_drill = tool.is_drill;
   input.ray_origin = ray.origin, input.ray_direction = ray.direction;
-  if (const double old = viewport_.distance_to_solid(*untouched_, ray); length > 0 && old >= 0)
+  if (const double old = viewport_.distance_to_solid(*untouched_, ray); tool.insertion > 0 && old >= 0)
     input.surface = ray.origin + old * ray.direction;
   input.shaft = shaft();
   input.tip = state_.newest.has_contact ? state_.newest.proxy_world : state_.newest.pose.position_world;
@@ -130,7 +130,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   const bool was_holding = guide_.is_holding(), is_pressed = std::exchange(has_click_, false) || is_pressed_;
   const ToolAppearance appearance = appearance_of(state_.tool);
   const FootTool tool = appearance.foot;
-  if (tool.kind == FootTool::Kind::none && !was_holding) return follow_line(ray, appearance.insertion, is_pressed);
+  if (tool.kind == FootTool::Kind::none && !was_holding) return follow_line(ray, appearance, is_pressed);
   // Labels count as well: a window of intensities excludes marrow.
   const auto bone_of = [this](const volume::Version& version) {
     return [this, &version, labelled = volume::BoneClassifier(*scene_->base, {}, &version)](const dvec3& at) {

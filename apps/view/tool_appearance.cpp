@@ -170,6 +170,9 @@ ToolAppearance appearance_of(const sim::Value& parameters) {
   if (f.inner > 0) {
     const double tip = 0.5 * f.inner, begin = f.lead - tip;
     tool.parts = {ball_to(tip, begin), disc(begin, begin + f.diameter, radius, false)};
+    constexpr double k_thickest = 20;  // mm of bone
+    tool.insertion = k_thickest;
+    tool.is_drill = true;
     tool.shaft_from = begin + f.diameter;
     tool.shaft_radius = 0.4 * radius;
   } else if (f.foot > 0) {

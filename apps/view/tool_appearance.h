@@ -30,6 +30,7 @@ struct ToolAppearance {
   double shaft_radius = 0.5;  ///< mm
   FootTool foot;              ///< Kind::none for tools without a foot
   double insertion = 0;       ///< length that is inserted along the shaft, mm; 0: the tool is not inserted
+  bool is_drill = false;      ///< the shaft drills its own way
 };
 
 /// Derives the look from the fields "diameter", "shape" (sphere, cylinder, barrel, match-head) and "length";

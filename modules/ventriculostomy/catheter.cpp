@@ -64,7 +64,7 @@ std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, c
   for (double along = -k_shaft; along <= k_clear; along += 0.5) {
     const dvec3 middle = tip + along * ahead;
     if (along >= 0 && is_bone(work, middle))
-      return "there is bone within 10 mm ahead of the tip. Aim through the hole.";
+      return "there is bone within 10 mm ahead of the tip. Aim through the hole, or widen its inner end with a burr.";
     for (const dvec3& direction : around) is_leaning = is_leaning || is_bone(work, middle + rim * direction);
   }
   if (is_leaning)

@@ -116,6 +116,13 @@ TEST(LineGuide, WithoutAPlanTheShaftDetermines) {
   const auto pose = desk.frames(100);
   ASSERT_TRUE(pose);
   EXPECT_LT(glm::length(glm::cross(pose->at_world - dvec3(25, 0, 0), desk.input.shaft)), 1e-9);
+  // A drill follows planned trajectories only.
+  InsertionDesk drill(25);
+  drill.input.is_drill = drill.input.is_pressed = true;
+  EXPECT_FALSE(drill.frames(5));
+  drill.input.is_pressed = false;
+  drill.look_at(2);
+  EXPECT_TRUE(drill.frames(1));
   // Another tool, and bone in front of an entry, are not guided.
   desk.input.length = 0;
   EXPECT_FALSE(desk.frames(1));

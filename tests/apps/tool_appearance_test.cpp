@@ -1,6 +1,7 @@
 // ToolAppearance: a tool is drawn with its cutting shape in every window.
 #include "apps/view/tool_appearance.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 #include "modules/drilling/perforator.h"
 #include "modules/pedicle/probe.h"
 #include "modules/rongeur/rongeur.h"
+#include "volume/surface/surface_facts.h"
 
 namespace trephine::view {
 namespace {
@@ -82,6 +84,26 @@ TEST(ToolAppearance, ShowsFootJawsAndTheDrillAhead) {
     EXPECT_NEAR(one.profile[1].y, 0.5 * tool.width, 1e-9);
   }
   EXPECT_TRUE(appearance_of({}).parts.empty());
+}
+
+/// The solid for X-rays is closed, as thick as the tool, and reaches along its shaft.
+TEST(ToolAppearance, HasAClosedSolidForXrays) {
+  EXPECT_FALSE(solid_of(ToolAppearance()));
+  for (const double radius : {0.5, 1.5, 7.0}) {
+    const auto solid = solid_of(ball_appearance(radius));
+    ASSERT_TRUE(solid);
+    const volume::SurfaceFacts facts = volume::facts_of(solid->vertices, solid->triangles);
+    EXPECT_EQ(facts.open_edges + facts.turned_edges, 0u);
+    EXPECT_GT(facts.volume, 0);
+    double low = 1e9, high = -1e9, widest = 0;
+    for (const glm::dvec3& v : solid->vertices) {
+      low = std::min(low, v.z), high = std::max(high, v.z);
+      widest = std::max(widest, std::hypot(v.x, v.y));
+    }
+    EXPECT_NEAR(low, -radius, 1e-9);
+    EXPECT_GT(high, 100);
+    EXPECT_NEAR(widest, radius, 1e-9);
+  }
 }
 
 }  // namespace
