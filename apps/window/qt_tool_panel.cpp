@@ -270,13 +270,15 @@ void ToolPanel::permit(const Permission& permission) {
   auto* items = qobject_cast<QStandardItemModel*>(instrument_box_->model());
   for (std::size_t i = 0; i < instruments_.size(); ++i) {
     const sim::InstrumentType* type = catalogue_->find_instrument(instruments_[i].name());
-    Result<sim::Value, std::string> parameters =
-        permission ? permission(*type) : sim::Value::of(*type->parameters);
+    Result<sim::Value, std::string> parameters = permission        ? permission(*type)
+                                                 : has_permission_ ? sim::Value::of(*type->parameters)
+                                                                   : instruments_[i];
     QStandardItem* item = items->item(static_cast<int>(i));
     item->setEnabled(parameters.is_ok());
     item->setToolTip(parameters ? QString() : QString::fromStdString(parameters.error()));
     if (parameters) instruments_[i] = std::move(parameters).value();
   }
+  has_permission_ = static_cast<bool>(permission);
   // A step may begin only without an instrument.
   const int count = static_cast<int>(instruments_.size());
   if (permission && instrument_box_->count() == count) instrument_box_->addItem(tr("No tool"), "");
@@ -296,9 +298,13 @@ void ToolPanel::rebuild(const sim::Value& tool) {
 
 void ToolPanel::show(const sim::Value& tool) {
   picture_->show_tool(tool);
-  if (instrument_box_)
-    instrument_box_->setCurrentIndex(
-        instrument_box_->findData(tool.is_empty() ? QString("") : text_of(tool.name())));
+  if (instrument_box_) {
+    const int index = instrument_box_->findData(tool.is_empty() ? QString("") : text_of(tool.name()));
+    instrument_box_->setCurrentIndex(index);
+    // An instrument that is chosen again has its last parameters, unless a step determines them.
+    if (!has_permission_ && !tool.is_empty() && index >= 0)
+      instruments_[static_cast<std::size_t>(index)] = tool;
+  }
   const bool is_same_type = form_ && !tool.is_empty() && form_->value().is_of(tool.type());
   if (!is_same_type) return rebuild(tool);
   if (!(form_->value() == tool)) form_->show(tool);

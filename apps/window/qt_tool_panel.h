@@ -90,6 +90,7 @@ class ToolPanel : public QWidget {
   QVBoxLayout* column_;
   QComboBox* instrument_box_ = nullptr;
   std::vector<sim::Value> instruments_;  ///< taken by the items of the box, in their order
+  bool has_permission_ = false;          ///< the step of a procedure determines their parameters
   FieldForm* form_ = nullptr;
   ToolPicture* picture_ = nullptr;
 };

@@ -435,9 +435,10 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   if (const QString session = saved_session();
       !session.isEmpty() && !is_ended_by_program_ && (event->spontaneous() || is_quitting_)) {
     const WindowStage::Dialog dialog(stage_);
-    QMessageBox::information(this, "trephine",
-                             "The session is saved as\n" + session +
-                                 "\n\nTo continue it later: File > Open a session, or trephine resume.");
+    QMessageBox::information(
+        this, "trephine",
+        "The session is saved as\n" + session +
+            "\n\nTo continue it later: File > Open a session to continue, or trephine resume.");
   }
   if (!options_.screenshot.empty())
     screenshot_error_ = save_picture(QString::fromStdString(options_.screenshot));

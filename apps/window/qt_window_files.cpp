@@ -172,7 +172,8 @@ void MainWindow::adopt_opened() {
   clip_share_->setEnabled(false);
   begin(options_.start->scene());
   if (!session.isEmpty())
-    show_message("The previous session is saved as " + session + ". To continue it: File > Open a session.");
+    show_message("The previous session is saved as " + session +
+                 ". To continue it: File > Open a session to continue.");
 }
 
 std::shared_ptr<const volume::Version> MainWindow::frozen() {

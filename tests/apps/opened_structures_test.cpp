@@ -181,7 +181,8 @@ TEST(OpenedStructures, BordersBetweenThemAreSmooth) {
   EXPECT_GT(deviation(planted), 0.18);
 }
 
-/// In a spine the cord is drawn whole without an opening, other structures only near one. In a head nothing is.
+/// In a spine the cord is drawn whole without an opening, other structures only near one. In a head nothing
+/// is.
 TEST(OpenedStructures, TheCordIsVisibleInNaturalGaps) {
   const auto label_of = [](int x, int, int z) { return z < k_inner_table - 6 ? 0 : x < 20 ? 2 : 3; };
   const haptics::TouchScene spine =

@@ -32,6 +32,8 @@ TEST_F(Window, OffersTheWholeCatalogue) {
     which->setCurrentIndex(which->findText(name));
     emit which->activated(which->currentIndex());
   };
+  child<QDoubleSpinBox>(window, "diameter")->setValue(6);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 3; }, 5000));
   take("Eraser");
   const auto holds = [&](const char* name) {
     return QTest::qWaitFor([&] { return window.operation()->tool().name() == name; }, 5000);
@@ -72,6 +74,7 @@ TEST_F(Window, OffersTheWholeCatalogue) {
   child<QAction>(window, "command_limit-eraser")->trigger();
   take("Burr");
   ASSERT_TRUE(holds("burr"));
+  EXPECT_EQ(drawn_radius(window.operation()->tool()), 3) << "as it was before";
   take("Eraser");
   EXPECT_TRUE(QTest::qWaitFor(
       [&] { return child<QLabel>(window, "notice")->text().contains("the eraser is used up"); }, 5000));
