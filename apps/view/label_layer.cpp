@@ -149,11 +149,11 @@ void LabelLayer::lay_out() {
   const int* window = p.renderer->GetSize();
   const dvec2 picture(window[0], window[1]);
   // A small picture, and one of a part of the body, have room only for names of visible points.
-  constexpr double k_narrow = 430, k_overview = 180;  // pixels, mm
+  constexpr double k_narrow = 430;  // pixels
   vtkCamera* camera = p.renderer->GetActiveCamera();
   const double height =
       2 * camera->GetDistance() * std::tan(0.5 * glm::radians(camera->GetViewAngle()));  // mm
-  const bool is_overview = picture.x >= k_narrow * p.scale && height >= k_overview;
+  const bool is_overview = picture.x >= k_narrow * p.scale && height >= overview;
   std::vector<Request> requests;
   imaging::LabelLayout::Obstacles obstacles{{}, p.tool_segments()};
   for (std::size_t i = 0; i < p.labels.size(); ++i) {

@@ -30,6 +30,7 @@ class LabelLayer {
            bool is_name = true);
   /// Shows or hides names. Numbers of draggable points and warnings always remain.
   void set_visible(bool are_visible);
+  double overview = 0;  ///< mm; a picture of less height omits the names of hidden points
   /// Returns true if a point is hidden: its label is then dimmed and marked "(behind)". Called in lay_out().
   std::function<bool(const glm::dvec3& at_world)> is_hidden = [](const glm::dvec3&) { return false; };
   bool is_visible() const noexcept;
