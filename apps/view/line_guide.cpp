@@ -57,11 +57,11 @@ std::vector<dvec3> LineGuide::line() const {
 std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, const Input& input) {
   const bool is_click = input.is_pressed && !was_pressed_, is_release = !input.is_pressed && was_pressed_;
   was_pressed_ = input.is_pressed;
-  if (input.length <= 0) {
-    state_ = State::free, marked_ = 0, was_standing_ = false;
-    return std::nullopt;
-  }
-  length_ = input.length;
+  // Another tool in the hand is not in the track of the last one.
+  const bool is_other = input.length != length_ || input.is_drill != is_drill_;
+  length_ = input.length, is_drill_ = input.is_drill;
+  if (input.length <= 0 || is_other) state_ = State::free, marked_ = 0, was_standing_ = false;
+  if (input.length <= 0) return std::nullopt;
   if (state_ == State::free) {
     const Line* line = nearest(planned, input);
     marked_ = 0;

@@ -52,6 +52,7 @@ class LineGuide {
   glm::dvec3 begin_{0.0}, ahead_{0, 0, -1};     ///< of the line; unit
   double depth_ = 0, length_ = 0, marked_ = 0;  ///< mm; `marked_`: drawn length of the line, 0: none
   double pushed_ = 0;                           ///< mm, by advance() since the last frame
+  bool is_drill_ = false;                       ///< length_ and is_drill_ are those of the last tool
   bool was_pressed_ = false, was_standing_ = false;
 };
 

@@ -429,8 +429,6 @@ void OperationController::follow_cursor() {
   if (follow_guide(ray, guided_hit)) return;
   if (is_soft) along = distance_above_soft(ray, hit - radius);
   const dvec3 request = ray.origin + along * ray.direction;
-  const dvec3 up(0, 0, 1);
-  constexpr double k_roll = 3.14159265358979 / 12;
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
   std::optional<dvec3> jump;
@@ -439,8 +437,7 @@ void OperationController::follow_cursor() {
         hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
     jump = ray.origin + above * ray.direction;
   }
-  mouse_.set(request, glm::dquat(up, shaft()) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0,
-             jump);
+  mouse_.set(request, turn_along(shaft()), is_pressed_ && hit >= 0, jump);
   request_ = request;
 }
 

@@ -178,6 +178,7 @@ class OperationController {
   bool follow_line(const Ray& ray, const ToolAppearance& tool, bool is_pressed);
   std::optional<glm::dvec3> bone_near(const Ray& ray, double hit);
   glm::dvec3 shaft() const { return tilt_ * shaft_; }
+  glm::dquat turn_along(const glm::dvec3& shaft) const;
 
   const haptics::TouchScene* scene_;
   WindowOptions options_;

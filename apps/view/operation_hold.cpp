@@ -100,15 +100,22 @@ std::optional<dvec3> OperationController::bone_near(const Ray& ray, double hit) 
   return best;
 }
 
-/// Holds a tool on the line along which it is inserted; returns false if the cursor determines
-/// its pose.
+/// Returns the orientation of a tool with this shaft, rolled about it.
+glm::dquat OperationController::turn_along(const dvec3& shaft) const {
+  constexpr double k_roll = 3.14159265358979 / 12;
+  const dvec3 up(0, 0, 1);
+  return glm::dquat(up, shaft) * glm::angleAxis(k_roll * roll_, up);
+}
+
+/// Holds a tool on the line along which it is inserted; returns false if the cursor determines its pose.
 bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool, bool is_pressed) {
   const bool was_holding = line_.is_holding();
   LineGuide::Input input;
   input.length = tool.insertion, input.is_drill = tool.is_drill;
   input.ray_origin = ray.origin, input.ray_direction = ray.direction;
-  if (const double old = viewport_.distance_to_solid(*untouched_, ray); tool.insertion > 0 && old >= 0)
-    input.surface = ray.origin + old * ray.direction;
+  if (tool.insertion > 0)
+    if (const double old = viewport_.distance_to_solid(*untouched_, ray); old >= 0)
+      input.surface = ray.origin + old * ray.direction;
   input.shaft = shaft();
   input.tip = state_.newest.has_contact ? state_.newest.proxy_world : state_.newest.pose.position_world;
   input.is_pressed = is_pressed;
@@ -118,10 +125,8 @@ bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool
   if (was_holding && !pose) request_ = dvec3(1e9);  // lifts the stylus
   if (!pose) return false;
   request_ = dvec3(1e9);
-  constexpr double k_roll = 3.14159265358979 / 12;
-  const dvec3 up(0, 0, 1);
-  mouse_.set(pose->at_world, glm::dquat(up, pose->shaft) * glm::angleAxis(k_roll * roll_, up),
-             pose->is_pressed, pose->is_jump ? std::optional(pose->at_world) : std::nullopt);
+  mouse_.set(pose->at_world, turn_along(pose->shaft), pose->is_pressed,
+             pose->is_jump ? std::optional(pose->at_world) : std::nullopt);
   return true;
 }
 

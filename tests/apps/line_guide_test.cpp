@@ -107,6 +107,20 @@ TEST(LineGuide, IsWithdrawnAlongItsLineByAClickElsewhere) {
   EXPECT_LT(glm::dot(desk.input.tip, ahead), -5) << "out of the bone";
 }
 
+TEST(LineGuide, AnotherToolIsNotInTheTrackOfTheLastOne) {
+  InsertionDesk desk(0);
+  desk.frames(1);
+  desk.input.is_pressed = true;
+  desk.frames(240);
+  desk.input.is_pressed = false;
+  desk.input.length = 150;
+  const auto pose = desk.frames(1);
+  EXPECT_FALSE(desk.guide.is_holding());
+  ASSERT_TRUE(pose);
+  EXPECT_TRUE(pose->is_jump);
+  EXPECT_LT(desk.guide.depth(), 0) << "above the bone";
+}
+
 TEST(LineGuide, WithoutAPlanTheShaftDetermines) {
   InsertionDesk desk(25);
   EXPECT_FALSE(desk.frames(5)) << "follows the cursor";

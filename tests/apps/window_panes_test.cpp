@@ -1,8 +1,11 @@
 // Slices, sections and X-rays next to the picture: they follow the cursor and the cuts, cost nothing while
 // hidden, and the C-arm's last image is held.
 #include <QToolButton>
+#include <algorithm>
 #include <fstream>
+#include <glm/gtc/quaternion.hpp>
 
+#include "apps/view/tool_appearance.h"
 #include "modules/catalogue.h"
 #include "modules/fluoroscopy/fluoroscopy.h"
 #include "tests/apps/window_fixture.h"
@@ -386,6 +389,39 @@ TEST_F(WindowPanes, AVolumeRenderingHasNoTextInItsUpperRightCorner) {
     for (int x = shown.width() - 60; x < shown.width() - 4; ++x)
       ASSERT_LT(qGray(shown.pixel(x, y)), 120) << x << ", " << y;
   window.close();
+}
+
+/// An X-ray shows the instrument as steel: its shaft is far darker than without it.
+TEST_F(WindowPanes, AnXrayShowsTheInstrument) {
+  imaging::Panes panes(1);
+  panes.set_kind(0, imaging::PaneKind::xray);
+  panes.set_size(0, 300, 300, true);
+  imaging::Subject subject;
+  subject.scan = scene_->base, subject.version = haptics::untouched(*scene_);
+  panes.show(subject, true);
+  const auto shoot = [&] {
+    panes.shoot();
+    EXPECT_TRUE(QTest::qWaitFor([&] { return panes.frame() && panes.panel(0) != nullptr; }, 20000));
+    return panes.panel(0)->pixels;
+  };
+  const auto bare = shoot();
+  const auto solid = solid_of(ball_appearance(3));
+  const glm::dvec3 middle = scene_->base->frame.world_from_volume(0.5 * glm::dvec3(scene_->base->size));
+  const auto tree = std::make_shared<const haptics::MeshTree>(solid->vertices, solid->triangles);
+  panes.set_xray_tool(imaging::Object{"instrument",
+                                      tree,
+                                      {middle, glm::dquat(glm::dvec3(0, 0, 1), glm::dvec3(1, 0, 0))},
+                                      volume::Matter::steel});
+  const auto with = shoot();
+  ASSERT_EQ(with.size(), bare.size());
+  // The contrast of the whole image adapts to the metal.
+  const auto darker = std::count_if(
+      with.begin(), with.end(),
+      [&, p = std::size_t{0}](const auto& pixel) mutable { return pixel[0] + 60 < bare[p++][0]; });
+  EXPECT_GT(darker, 1000);
+  EXPECT_LT(darker, static_cast<std::ptrdiff_t>(with.size() / 10));
+  panes.set_xray_tool({});
+  EXPECT_EQ(shoot(), bare);
 }
 
 TEST_F(WindowPanes, InvalidLayoutsAreRefused) {

@@ -71,13 +71,13 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   window.close();
 }
 
-/// A plate with a hole of 10 mm, 14 mm above another one: an opened skull, and its far side. Between them, if
-/// `has_dura`, a sheet of dura 3 mm under the hole.
+/// A plate with a hole of 10 mm above another one, the far side of an opened skull, whose surface is at `far`
+/// mm. Between them, if `has_dura`, a sheet of dura 3 mm under the hole.
 struct Opened {
   std::shared_ptr<haptics::TouchScene> scene;
   std::shared_ptr<const sim::Forbidden> dura;
   std::optional<sim::Engine> engine;
-  explicit Opened(bool has_dura) {
+  explicit Opened(bool has_dura, double far = -18) {
     constexpr int k_side = 64;
     constexpr double k_mm = 0.5;
     const auto axes = glm::dmat3(k_mm);
@@ -91,7 +91,7 @@ struct Opened {
       for (int y = 0; y < k_side; ++y)
         for (int x = 0; x < k_side; ++x) {
           const double height = scan->frame.world_from_volume({x, y, z}).z;
-          const bool is_bone = (height > -4 && height < 0) || height < -18;
+          const bool is_bone = (height > -4 && height < 0) || height < far;
           scan->voxels[scan->index(x, y, z)] = is_bone ? 1200 : -1000;
           scan->labels[scan->index(x, y, z)] = has_dura && height > -8 && height < -7;
         }
@@ -118,6 +118,36 @@ struct Opened {
     engine = run.engine();
   }
 };
+
+/// A tool that is pressed over an opening works at the structure in it, not at the bone close behind that.
+TEST_F(Window, APressedToolStaysAtTheStructureInAnOpening) {
+  const Opened opened(true, -14);
+  options_.start = WindowStart{*opened.engine};
+  options_.recorder = nullptr;
+  options_.session_file.clear();
+  options_.side = 'S';
+  MainWindow window(nullptr, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, 20000));
+  const auto wait = [&] {
+    const std::uint64_t tick = operation.state().newest.tick;
+    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > tick + 400; }, 20000));
+  };
+  const QPoint middle = window.canvas()->rect().center();
+  QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
+  QTest::mouseMove(window.canvas(), middle);
+  wait();
+  operation.set_depth(2);
+  QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+  wait();
+  const double z = operation.state().newest.pose.position_world.z;
+  EXPECT_LT(z, -4);
+  EXPECT_GT(z, -9.5) << "pressed 2 mm into the dura at -7 mm; the bone behind is at -14 mm";
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+  window.close();
+}
 
 /// Over an opening an idle tool rests on the structure in it, or on a plane over it, never on the far side of
 /// the skull, and no touch is reported.
