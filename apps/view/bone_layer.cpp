@@ -57,6 +57,10 @@ class BoneLayer::Painter {
   void show_reduced(const std::vector<ChunkMesh>& meshes);
   void end_reduced();
   void clear();
+  void remove_shape(std::size_t shape);
+  void set_hidden(std::set<std::size_t> shapes);
+  void set_opacity(double opacity, std::function<void()> restore_behind);
+  void blend();
   void set_clip(const dvec3& origin, const dvec3& normal);
   void set_room(const dvec3& low, const dvec3& high) { room_low_ = low, room_high_ = high; }
   bool render(bool always);
@@ -98,6 +102,9 @@ class BoneLayer::Painter {
   enum class Pass { nothing, everything, coarse, batch, rectangle };
 
   vtkSmartPointer<vtkActor> make_actor(std::size_t shape) const;
+  bool is_shown(const Key& key) const { return hidden_.count(static_cast<std::size_t>(key[3])) == 0; }
+  /// True if the bone is blended over what is behind it.
+  bool is_blended() const { return restore_behind_ && can_keep_ && kept_.is_filled(); }
   Rectangle on_screen(const dvec3& low, const dvec3& high) const;
   void refresh_groups();
   void fit_clipping_range();
@@ -122,8 +129,11 @@ class BoneLayer::Painter {
   bool is_live_;
   std::map<Key, Chunk> chunks_;
   std::map<Key, Group> groups_;
-  std::map<std::size_t, Tint> tints_;  // of shapes
-  std::vector<vtkSmartPointer<vtkActor>> reduced_;
+  std::map<std::size_t, Tint> tints_;                                       // of shapes
+  std::vector<std::pair<std::size_t, vtkSmartPointer<vtkActor>>> reduced_;  ///< with their shapes
+  std::set<std::size_t> hidden_;                                            ///< shapes
+  double opacity_ = 1;
+  std::function<void()> restore_behind_;
   dvec3 reduced_low_{1e300}, reduced_high_{-1e300};
   std::size_t reduced_triangles_ = 0;
   vtkNew<vtkPlane> clip_;
@@ -177,7 +187,10 @@ BoneLayer::Painter::Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRende
   before_tools->SetClientData(this);
   before_tools->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
     auto* layer = static_cast<Painter*>(self);
-    if (layer->pass_ == Pass::nothing || layer->pass_ == Pass::batch) layer->kept_.restore();
+    if (layer->is_blended())
+      layer->restore_behind_();
+    else if (layer->pass_ == Pass::nothing || layer->pass_ == Pass::batch)
+      layer->kept_.restore();
   });
   tools->AddObserver(vtkCommand::StartEvent, before_tools);
   // The window system redraws on its own after a resize: the kept picture may then have another size.
@@ -259,16 +272,16 @@ void BoneLayer::Painter::show_reduced(const std::vector<ChunkMesh>& meshes) {
     for (const glm::vec3& v : mesh.coarse.vertices)
       reduced_low_ = glm::min(reduced_low_, dvec3(v)), reduced_high_ = glm::max(reduced_high_, dvec3(v));
     reduced_triangles_ += mesh.coarse.triangles.size() / 3;
-    reduced_.push_back(make_actor(mesh.shape));
-    mapper_of(reduced_.back())->SetInputData(to_poly_data({&mesh.coarse}, tint_of(mesh.shape, mesh.colour)));
-    bone_->AddActor(reduced_.back());
+    vtkActor* actor = reduced_.emplace_back(mesh.shape, make_actor(mesh.shape)).second;
+    mapper_of(actor)->SetInputData(to_poly_data({&mesh.coarse}, tint_of(mesh.shape, mesh.colour)));
+    bone_->AddActor(actor);
     kept_view_ = {};  // forces a new picture
   }
 }
 
 void BoneLayer::Painter::end_reduced() {
   if (reduced_.empty()) return;
-  for (const auto& actor : reduced_) bone_->RemoveActor(actor);
+  for (const auto& [shape, actor] : reduced_) bone_->RemoveActor(actor);
   reduced_.clear();
   reduced_low_ = dvec3(1e300), reduced_high_ = dvec3(-1e300);
   reduced_triangles_ = 0;
@@ -288,6 +301,40 @@ void BoneLayer::Painter::clear() {
   ++revision_;
 }
 
+void BoneLayer::Painter::remove_shape(std::size_t shape) {
+  const auto is_of_shape = [&](const auto& entry) { return entry.first[3] == static_cast<int>(shape); };
+  for (const auto& entry : chunks_) {
+    if (!is_of_shape(entry)) continue;
+    bone_->RemoveActor(entry.second.actor);
+    triangles_ -= entry.second.triangles;
+  }
+  for (const auto& entry : groups_)
+    if (is_of_shape(entry) && entry.second.actor) bone_->RemoveActor(entry.second.actor);
+  const std::size_t removed = std::erase_if(chunks_, is_of_shape);
+  std::erase_if(groups_, is_of_shape);
+  if (removed == 0) return;
+  kept_view_ = {};
+  ++revision_;
+}
+
+void BoneLayer::Painter::set_hidden(std::set<std::size_t> shapes) {
+  if (shapes == hidden_) return;
+  hidden_ = std::move(shapes);
+  kept_view_ = {};
+  ++revision_;
+}
+
+void BoneLayer::Painter::set_opacity(double opacity, std::function<void()> restore_behind) {
+  opacity_ = opacity;
+  restore_behind_ = std::move(restore_behind);
+  kept_view_ = {};
+  ++revision_;
+}
+
+void BoneLayer::Painter::blend() {
+  if (is_blended()) kept_.blend(window_, opacity_);
+}
+
 void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
   const bool is_clipped = normal != dvec3(0);
   if (is_clipped) {
@@ -303,7 +350,7 @@ void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
     };
     for (const auto& [key, chunk] : chunks_) apply(chunk.actor);
     for (const auto& [key, group] : groups_) apply(group.actor);
-    for (const auto& actor : reduced_) apply(actor);
+    for (const auto& [shape, actor] : reduced_) apply(actor);
   }
   kept_view_ = {};  // forces a new picture
   ++revision_;
@@ -363,10 +410,10 @@ void BoneLayer::Painter::refresh_groups() {
 
 void BoneLayer::Painter::draw_all_once() {
   pass_ = Pass::everything;
-  for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOn();
+  for (const auto& [key, chunk] : chunks_) chunk.actor->SetVisibility(is_shown(key));
   for (const auto& [key, group] : groups_)
     if (group.actor) group.actor->VisibilityOff();
-  for (const auto& actor : reduced_) actor->VisibilityOff();
+  for (const auto& [shape, actor] : reduced_) actor->VisibilityOff();
   drawn_triangles_ = triangles_;
   bone_->DrawOn();
   bone_->PreserveColorBufferOff();
@@ -377,7 +424,7 @@ void BoneLayer::Painter::prepare_reduced() {
   draw_all_once();
   pass_ = Pass::coarse;
   for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
-  for (const auto& actor : reduced_) actor->VisibilityOn();
+  for (const auto& [shape, actor] : reduced_) actor->SetVisibility(hidden_.count(shape) == 0);
   drawn_triangles_ = reduced_triangles_;
 }
 
@@ -387,7 +434,8 @@ void BoneLayer::Painter::prepare_coarse() {
   refresh_groups();
   drawn_triangles_ = 0;
   for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
-  for (const auto& [key, group] : groups_) group.actor->VisibilityOn(), drawn_triangles_ += group.triangles;
+  for (const auto& [key, group] : groups_)
+    group.actor->SetVisibility(is_shown(key)), drawn_triangles_ += group.triangles;
 }
 
 void BoneLayer::Painter::prepare_batch() {
@@ -397,7 +445,7 @@ void BoneLayer::Painter::prepare_batch() {
   const double max_triangles = std::max(60000.0, triangles_per_ms_ * k_batch_ms);
   drawn_triangles_ = 0;
   while (!to_draw_.empty() && static_cast<double>(drawn_triangles_) < max_triangles) {
-    if (const auto it = chunks_.find(to_draw_.back()); it != chunks_.end()) {
+    if (const auto it = chunks_.find(to_draw_.back()); it != chunks_.end() && is_shown(it->first)) {
       it->second.actor->VisibilityOn();
       drawn_triangles_ += it->second.triangles;
     }
@@ -415,7 +463,7 @@ void BoneLayer::Painter::prepare_rectangle() {
   pass_ = Pass::rectangle;
   drawn_triangles_ = 0;
   for (const auto& [key, chunk] : chunks_) {
-    const bool is_affected = on_screen(chunk.low, chunk.high).meets(changed_);
+    const bool is_affected = is_shown(key) && on_screen(chunk.low, chunk.high).meets(changed_);
     chunk.actor->SetVisibility(is_affected);
     if (is_affected) drawn_triangles_ += chunk.triangles;
   }
@@ -582,6 +630,12 @@ void BoneLayer::show(const ChunkMesh& mesh) { painter_->show(mesh); }
 void BoneLayer::show_reduced(const std::vector<ChunkMesh>& meshes) { painter_->show_reduced(meshes); }
 void BoneLayer::end_reduced() { painter_->end_reduced(); }
 void BoneLayer::clear() { painter_->clear(); }
+void BoneLayer::remove_shape(std::size_t shape) { painter_->remove_shape(shape); }
+void BoneLayer::set_hidden(std::set<std::size_t> shapes) { painter_->set_hidden(std::move(shapes)); }
+void BoneLayer::set_opacity(double opacity, std::function<void()> restore_behind) {
+  painter_->set_opacity(opacity, std::move(restore_behind));
+}
+void BoneLayer::blend() { painter_->blend(); }
 void BoneLayer::set_clip(const dvec3& origin, const dvec3& normal) { painter_->set_clip(origin, normal); }
 void BoneLayer::set_room(const dvec3& low, const dvec3& high) { painter_->set_room(low, high); }
 void BoneLayer::expose() { painter_->expose(); }

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <set>
 
 #include "apps/view/chunk_meshes.h"
 
@@ -30,6 +32,16 @@ class BoneLayer {
   void show_reduced(const std::vector<ChunkMesh>& meshes);
   void end_reduced();
   void clear();
+  /// Removes the chunks of a shape.
+  void remove_shape(std::size_t shape);
+  /// Hides shapes, by number, which are drawn otherwise.
+  void set_hidden(std::set<std::size_t> shapes);
+  /// Draws the finished picture of the bone with this opacity, 0 to 1, over everything else: in a live
+  /// window, `restore_behind` copies what is behind the bone to the framebuffer before the tools are drawn,
+  /// and blend() is called after them. Null `restore_behind`: opaque, and the tools are drawn over the bone.
+  void set_opacity(double opacity, std::function<void()> restore_behind);
+  /// Blends the bone over the framebuffer if it is not opaque.
+  void blend();
   /// Clips the picture: draws only the side to which `normal_world` points. Null normal: no clipping.
   void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
   /// Sets the world box of the objects on top, which the camera's clipping range includes.

@@ -25,7 +25,6 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
-#include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
 #include <vtkRenderStepsPass.h>
 #include <vtkRenderWindow.h>
@@ -39,6 +38,7 @@
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "apps/view/instrument_actors.h"
 #include "apps/view/picture_text.h"
 #include "volume/base/work_counters.h"
 
@@ -48,96 +48,15 @@ using glm::dvec3;
 
 namespace {
 constexpr double k_half_angle = glm::radians(14.0);  // vertical, of the camera
-
-/// Solid of revolution around +z; optionally with helical flutes.
-vtkSmartPointer<vtkPolyData> make_revolution(const std::vector<glm::dvec2>& profile, bool is_fluted) {
-  constexpr int k_sides = 96, k_flutes = 8;
-  constexpr double k_deep = 0.14;  // share of the radius
-  double widest = 1e-9;
-  for (const glm::dvec2& p : profile) widest = std::max(widest, p.y);
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkCellArray> faces;
-  for (const glm::dvec2& p : profile)
-    for (int i = 0; i < k_sides; ++i) {
-      const double a = 2 * 3.14159265358979 * i / k_sides;
-      const double wave = 0.5 - 0.5 * std::cos(k_flutes * (a - 0.5 * p.x / widest));
-      const double r = p.y * (is_fluted ? 1 - k_deep * std::pow(wave, 3) : 1);
-      points->InsertNextPoint(r * std::cos(a), r * std::sin(a), p.x);
-    }
-  for (std::size_t row = 0; row + 1 < profile.size(); ++row)
-    for (int i = 0; i < k_sides; ++i) {
-      const auto low = static_cast<vtkIdType>(row) * k_sides, high = low + k_sides;
-      const vtkIdType next = (i + 1) % k_sides;
-      const vtkIdType face[4] = {low + i, low + next, high + next, high + i};  // outward
-      faces->InsertNextCell(4, face);
-    }
-  auto data = vtkSmartPointer<vtkPolyData>::New();
-  data->SetPoints(points);
-  data->SetPolys(faces);
-  vtkNew<vtkPolyDataNormals> normals;
-  normals->SetInputData(data);
-  normals->SetFeatureAngle(40);
-  normals->ConsistencyOff();
-  normals->Update();
-  return normals->GetOutput();
-}
-
-/// Sets the matrix of an actor only if it differs, so that no unnecessary frame is drawn.
-void set_matrix(vtkActor* actor, vtkMatrix4x4* matrix) {
-  const vtkMatrix4x4* before = actor->GetUserMatrix();
-  if (before == nullptr || !std::equal(before->GetData(), before->GetData() + 16, matrix->GetData()))
-    actor->SetUserMatrix(matrix);
-}
-
-void place(vtkActor* actor, const dvec3& origin, const dvec3& x, const dvec3& y, const dvec3& z) {
-  vtkNew<vtkMatrix4x4> m;
-  for (int row = 0; row < 3; ++row) {
-    m->SetElement(row, 0, x[row]);
-    m->SetElement(row, 1, y[row]);
-    m->SetElement(row, 2, z[row]);
-    m->SetElement(row, 3, origin[row]);
-  }
-  set_matrix(actor, m);
-}
-/// Returns two unit vectors perpendicular to a direction.
-std::pair<dvec3, dvec3> perpendiculars(const dvec3& direction) {
-  const dvec3 axis = std::abs(direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
-  const dvec3 v = glm::normalize(glm::cross(axis, direction));
-  return {v, glm::cross(direction, v)};
-}
-/// Places a unit source that points along +x along `direction`, scaled to length and width (mm).
-void place(vtkActor* actor, const dvec3& origin, dvec3 direction, double length, double width) {
-  direction = glm::length(direction) > 0 ? glm::normalize(direction) : dvec3(1, 0, 0);
-  const auto [v, w] = perpendiculars(direction);
-  place(actor, origin, length * direction, width * v, width * w);
-}
-/// Places a solid of revolution around +z along `axis`.
-void place(vtkActor* actor, const dvec3& origin, const dvec3& axis) {
-  const auto [v, w] = perpendiculars(axis);
-  place(actor, origin, v, w, axis);
-}
-
-vtkSmartPointer<vtkActor> make_actor(vtkPolyDataMapper* mapper, const dvec3& colour) {
-  mapper->ScalarVisibilityOff();
-  auto actor = vtkSmartPointer<vtkActor>::New();
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(colour.r, colour.g, colour.b);
-  actor->GetProperty()->SetSpecular(0.4);
-  actor->GetProperty()->SetSpecularPower(30);
-  return actor;
-}
-vtkSmartPointer<vtkActor> make_actor(vtkAlgorithmOutput* source, double r, double g, double b) {
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(source);
-  return make_actor(mapper, {r, g, b});
-}
-
 }  // namespace
 
 struct BoneView::Parts {
   vtkRenderWindow* window;
   vtkNew<vtkRenderer> renderer;  // the bone, and in pictures everything
+  vtkNew<vtkRenderer> behind;    // live: whole structures behind translucent bone
   vtkNew<vtkRenderer> front;     // live: objects on top of the kept picture
+  vtkNew<vtkRenderer> letters;   // live: text, over translucent bone
+  std::unique_ptr<StructureLayer> structures;
   std::unique_ptr<BoneLayer> bone;
   std::unique_ptr<OverlayLayer> overlays;
   /// Scenery of a live window: drawn between bone and instruments, so that its depth can be read.
@@ -174,14 +93,19 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   window->AddRenderer(p.renderer);
   if (is_live) {
     window->SetMultiSamples(0);  // the kept picture has one sample per pixel
-    const auto add_over = [&](vtkRenderer* renderer) {
+    const auto add = [&](vtkRenderer* renderer) {
       window->AddRenderer(renderer);
       renderer->SetActiveCamera(p.renderer->GetActiveCamera());
       renderer->SetTwoSidedLighting(true);
       renderer->AutomaticLightCreationOff();
+    };
+    const auto add_over = [&](vtkRenderer* renderer) {
+      add(renderer);
       renderer->PreserveColorBufferOn();
       renderer->PreserveDepthBufferOn();
     };
+    add(p.behind);
+    p.structures = std::make_unique<StructureLayer>(window, p.behind);
     if (has_scenery) {
       p.scenery = std::make_unique<Parts::Scenery>();
       add_over(p.scenery->renderer);
@@ -189,6 +113,12 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
     }
     add_over(p.front);
     p.front->UseFXAAOn();
+    add_over(p.letters);
+    vtkNew<vtkCallbackCommand> blend;
+    blend->SetClientData(&p);
+    blend->SetCallback(
+        [](vtkObject*, unsigned long, void* parts, void*) { static_cast<Parts*>(parts)->bone->blend(); });
+    p.letters->AddObserver(vtkCommand::StartEvent, blend);
   }
   vtkRenderer* first_over = p.scenery ? p.scenery->renderer.Get() : p.front.Get();
   p.bone = std::make_unique<BoneLayer>(window, p.renderer, first_over, is_live);
@@ -210,10 +140,13 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
     });
   }
   vtkRenderer* on_top = p.on_top = is_live ? p.front.Get() : p.renderer.Get();
-  p.overlays = std::make_unique<OverlayLayer>(on_top);
-  p.renderer->SetBackground(0.10, 0.12, 0.16);
-  p.renderer->SetBackground2(0.30, 0.34, 0.40);
-  p.renderer->GradientBackgroundOn();
+  vtkRenderer* letters = is_live ? p.letters.Get() : on_top;
+  p.overlays = std::make_unique<OverlayLayer>(on_top, letters);
+  for (vtkRenderer* renderer : {p.renderer.Get(), p.behind.Get()}) {
+    renderer->SetBackground(0.10, 0.12, 0.16);
+    renderer->SetBackground2(0.30, 0.34, 0.40);
+    renderer->GradientBackgroundOn();
+  }
   p.renderer->SetTwoSidedLighting(true);
 
   // A soft key light from the upper left of the viewer, a fill from the right, and a rim light show depth.
@@ -225,7 +158,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
     l->SetIntensity(strength);
     l->SetColor(1.0, 0.98 - 0.05 * warmth, 0.96 - 0.12 * warmth);
     p.renderer->AddLight(l);
-    if (is_live) p.front->AddLight(l);
+    if (is_live) p.front->AddLight(l), p.behind->AddLight(l);
     if (p.scenery) p.scenery->renderer->AddLight(l);
   };
   light(-0.7, 0.9, 1.0, 0.82, 1);
@@ -290,7 +223,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
     on_top->AddActor(a);
   }
 
-  p.text = std::make_unique<PictureText>(on_top);
+  p.text = std::make_unique<PictureText>(letters);
 
   // The window system redraws on its own after a resize. The angle comes first: the bone's layer compares it
   // with that of its last picture.
@@ -319,6 +252,17 @@ vtkRenderer* BoneView::renderer() { return parts_->renderer; }
 BoneLayer& BoneView::bone() { return *parts_->bone; }
 OverlayLayer* BoneView::scenery() { return parts_->scenery ? parts_->scenery->layer.get() : nullptr; }
 ScreenDepth* BoneView::screen_depth() { return parts_->scenery ? &parts_->scenery->depth : nullptr; }
+StructureLayer* BoneView::structures() { return parts_->structures.get(); }
+
+void BoneView::set_bone_opacity(std::optional<double> opacity) {
+  Parts& p = *parts_;
+  if (!p.structures) return;
+  p.structures->set_active(opacity.has_value());
+  p.letters->SetUseFXAA(opacity.has_value());
+  p.bone->set_opacity(opacity.value_or(1), opacity ? std::function<void()>([&p] { p.structures->restore(); })
+                                                   : std::function<void()>());
+}
+
 OverlayLayer& BoneView::overlays() { return *parts_->overlays; }
 const BoneLayer& BoneView::bone() const { return *parts_->bone; }
 

@@ -4,12 +4,14 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/view/bone_layer.h"
 #include "apps/view/overlay_layer.h"
 #include "apps/view/screen_depth.h"
+#include "apps/view/structure_layer.h"
 #include "apps/view/tool_appearance.h"
 
 class vtkRenderer;
@@ -47,6 +49,11 @@ class BoneView {
   const BoneLayer& bone() const;
   void show(const StylusState& stylus);
   OverlayLayer& overlays();
+  /// Whole structures, which are drawn behind translucent bone; null if not live.
+  StructureLayer* structures();
+  /// Draws the bone with an opacity from 0 to 1 over structures and tools; nullopt: opaque, without
+  /// structures. Live windows only.
+  void set_bone_opacity(std::optional<double> opacity);
   /// Scenery, which is touched by its depth on the screen, and that depth; null without scenery or a live
   /// window.
   OverlayLayer* scenery();

@@ -60,14 +60,6 @@ std::optional<dvec3> label_colour(const volume::Volume& base, const volume::Shap
   return dvec3(base.label_colours[label]) / 255.0;
 }
 
-/// Returns the triangles of a net, counter-clockwise from outside in the world.
-std::vector<std::uint32_t> outward_triangles(const volume::Mesh& mesh, const volume::Frame& frame) {
-  std::vector<std::uint32_t> triangles(mesh.triangles.span().begin(), mesh.triangles.span().end());
-  if (glm::determinant(frame.axes()) < 0)
-    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) std::swap(triangles[t + 1], triangles[t + 2]);
-  return triangles;
-}
-
 constexpr int k_block = 4;  ///< voxels along the edge of a block of the reduced surface
 
 /// Counts the solid voxels in each block of a shape, without those that were cut.
@@ -105,6 +97,13 @@ Result<volume::Volume> block_counts(const volume::Volume& base, const volume::Oc
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> outward_triangles(const volume::Mesh& mesh, const volume::Frame& frame) {
+  std::vector<std::uint32_t> triangles(mesh.triangles.span().begin(), mesh.triangles.span().end());
+  if (glm::determinant(frame.axes()) < 0)
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) std::swap(triangles[t + 1], triangles[t + 2]);
+  return triangles;
+}
 
 float openness_at(const haptics::TouchScene& scene, const volume::Version& version, const dvec3& p,
                   const dvec3& normal_world) {

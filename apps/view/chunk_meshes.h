@@ -53,6 +53,9 @@ VertexMatter matter_of_detached(const haptics::TouchScene& scene, const glm::dve
 float openness_at(const haptics::TouchScene& scene, const volume::Version& version, const glm::dvec3& p,
                   const glm::dvec3& normal_world);
 
+/// Returns the triangles of a net, counter-clockwise from outside in the world.
+std::vector<std::uint32_t> outward_triangles(const volume::Mesh& mesh, const volume::Frame& frame);
+
 enum class CutsOfShape { applied, ignored };
 
 /// Meshes one chunk of a shape in a version. Ignored cuts still affect the light.

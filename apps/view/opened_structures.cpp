@@ -11,8 +11,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "apps/view/structures.h"
 #include "volume/cuts/removal.h"
-#include "volume/scan/bone_labels.h"
 #include "volume/scan/traversal.h"
 
 namespace trephine::view {
@@ -32,40 +32,6 @@ constexpr double k_normal_voxels = 6;  // radius around a vertex in which labels
 constexpr int k_torn_near = 3;         // voxels around a deep cut in which shallow cuts are drawn as well
 constexpr double k_turn = 6.283185307179586;
 constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane needs intact matter
-
-/// Colour (shares of 1) of structures whose name contains `part`.
-struct NamedColour {
-  const char* part;
-  dvec3 colour;
-  bool is_in_gaps = false;  ///< visible between the vertebrae of a spine without openings
-};
-constexpr NamedColour k_structures[] = {
-    {"dura", {0.70, 0.73, 0.80}},         {"brain", {0.86, 0.66, 0.62}},
-    {"cerebr", {0.86, 0.66, 0.62}},       {"cerebell", {0.82, 0.60, 0.56}},
-    {"tumour", {0.80, 0.62, 0.30}},       {"tumor", {0.80, 0.62, 0.30}},
-    {"lesion", {0.80, 0.62, 0.30}},       {"meningioma", {0.80, 0.62, 0.30}},
-    {"venous", {0.36, 0.42, 0.70}},       {"vein", {0.36, 0.42, 0.70}},
-    {"artery", {0.76, 0.22, 0.20}},       {"vessel", {0.76, 0.22, 0.20}},
-    {"aorta", {0.76, 0.22, 0.20}},        {"cord", {0.84, 0.80, 0.70}, true},
-    {"thecal", {0.70, 0.73, 0.80}, true}, {"csf", {0.66, 0.66, 0.72}},
-    {"fluid", {0.66, 0.66, 0.72}},        {"ventricle", {0.66, 0.66, 0.72}},
-    {"nerve", {0.93, 0.82, 0.45}, true},  {"root", {0.93, 0.82, 0.45}, true},
-    {"disc", {0.74, 0.82, 0.86}, true}};
-
-const NamedColour* find_structure(std::string name) {
-  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (volume::is_bone_name(name)) return nullptr;
-  for (const NamedColour& structure : k_structures)
-    if (name.find(structure.part) != std::string::npos) return &structure;
-  return nullptr;
-}
-
-/// Returns true if a scan is one of a spine with labels of structures that are visible in its gaps.
-bool has_gaps(const volume::Volume& scan, const std::vector<int>& labels) {
-  return volume::is_spine(scan) && std::any_of(labels.begin(), labels.end(), [&](int label) {
-           return find_structure(scan.label_names[static_cast<std::size_t>(label)])->is_in_gaps;
-         });
-}
 
 bool is_empty(const VoxelBox& box) { return box.low.x > box.high.x; }
 
@@ -146,13 +112,12 @@ OpenedStructures::Solid::Solid(const haptics::TouchScene& touched, const std::ve
       labels(values),
       colours(touched.base->label_names.size()),
       drawn(std::make_shared<volume::Volume>()) {
-  const bool is_spine = volume::is_spine(*base);
+  const std::array<bool, 256> in_gaps = structures_in_gaps(*base);
   for (const int label : labels) {
     const auto l = static_cast<std::size_t>(label);
     is_structure_label[l] = true;
-    is_in_gaps[l] = is_spine && find_structure(base->label_names[l])->is_in_gaps;
-    colours[l] = l < base->label_colours.size() ? dvec3(base->label_colours[l]) / 255.0
-                                                : find_structure(base->label_names[l])->colour;
+    is_in_gaps[l] = in_gaps[l];
+    colours[l] = structure_colour(*base, label);
   }
   for (const haptics::TouchItem& item : base_shapes(touched)) bone.push_back(item.bits);
   const dvec3 spacing = base->frame.spacing();
@@ -356,23 +321,12 @@ void OpenedStructures::Solid::shade(DrawMesh& mesh, const haptics::TouchScene& l
   }
 }
 
-std::vector<int> OpenedStructures::structures_of(const haptics::TouchScene& scene) {
-  std::vector<int> labels;
-  if (scene.base->labels.is_empty()) return labels;
-  const auto& names = scene.base->label_names;
-  const auto items = base_shapes(scene);
-  for (std::size_t i = 1; i < std::min<std::size_t>(names.size(), 256); ++i) {
-    const int label = static_cast<int>(i);
-    const bool is_shown = std::any_of(items.begin(), items.end(), [&](const haptics::TouchItem& item) {
-      return item.field.shape().is_label() && item.field.shape().label == label;
-    });
-    if (!is_shown && find_structure(names[i])) labels.push_back(label);
-  }
-  return labels;
+OpenedStructures::OpenedStructures(const haptics::TouchScene& scene, std::vector<int> labels)
+    : scene_(&scene), labels_(std::move(labels)) {
+  const std::array<bool, 256> in_gaps = structures_in_gaps(*scene.base);
+  are_gaps_waiting_ = std::any_of(labels_.begin(), labels_.end(),
+                                  [&](int label) { return in_gaps[static_cast<std::size_t>(label)]; });
 }
-
-OpenedStructures::OpenedStructures(const haptics::TouchScene& scene)
-    : scene_(&scene), labels_(structures_of(scene)), are_gaps_waiting_(has_gaps(*scene.base, labels_)) {}
 
 OpenedStructures::~OpenedStructures() {
   if (job_.valid()) job_.wait();

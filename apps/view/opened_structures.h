@@ -19,7 +19,8 @@ namespace trephine::view {
 /// Drawing thread only.
 class OpenedStructures {
  public:
-  explicit OpenedStructures(const haptics::TouchScene& scene);
+  /// `labels`: values of the structures to draw, of untouched_structures().
+  OpenedStructures(const haptics::TouchScene& scene, std::vector<int> labels);
   ~OpenedStructures();
   OpenedStructures(const OpenedStructures&) = delete;
   OpenedStructures& operator=(const OpenedStructures&) = delete;
@@ -34,9 +35,6 @@ class OpenedStructures {
   void finish();
   bool is_complete() const;
 
-  /// Returns the label values of a scan that name such structures.
-  static std::vector<int> structures_of(const haptics::TouchScene& scene);
-
  private:
   struct Solid;
   void start();
@@ -49,7 +47,7 @@ class OpenedStructures {
   std::vector<ChunkMesh> done_;
   std::shared_ptr<const volume::Version> version_;  ///< newest requested version
   volume::VoxelBox waiting_{glm::ivec3(0), glm::ivec3(-1)};
-  bool are_gaps_waiting_;  ///< the structures in natural gaps were not requested yet
+  bool are_gaps_waiting_ = false;  ///< the structures in natural gaps were not requested yet
 };
 
 }  // namespace trephine::view

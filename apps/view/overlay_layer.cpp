@@ -169,8 +169,8 @@ struct OverlayLayer::Parts {
   LabelLayer labels;
 };
 
-OverlayLayer::OverlayLayer(vtkRenderer* renderer)
-    : parts_(new Parts{renderer, {}, {}, LabelLayer(renderer)}) {}
+OverlayLayer::OverlayLayer(vtkRenderer* renderer, vtkRenderer* letters)
+    : parts_(new Parts{renderer, {}, {}, LabelLayer(letters != nullptr ? letters : renderer)}) {}
 OverlayLayer::~OverlayLayer() = default;
 
 std::size_t OverlayLayer::size() const noexcept {

@@ -15,7 +15,8 @@ namespace trephine::view {
 /// Draws overlays in a renderer. Drawing thread only. A surface is prepared once, also if it moves.
 class OverlayLayer {
  public:
-  explicit OverlayLayer(vtkRenderer* renderer);
+  /// `letters`: renderer of the labels; null: the same.
+  explicit OverlayLayer(vtkRenderer* renderer, vtkRenderer* letters = nullptr);
   ~OverlayLayer();
   OverlayLayer(const OverlayLayer&) = delete;
   OverlayLayer& operator=(const OverlayLayer&) = delete;

@@ -1,6 +1,11 @@
 #include "apps/view/picture_cache.h"
 
 #include <utility>
+#include <vtkOpenGLQuadHelper.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLShaderCache.h>
+#include <vtkOpenGLState.h>
+#include <vtkShaderProgram.h>
 #include <vtk_glew.h>
 
 namespace trephine::view {
@@ -50,6 +55,7 @@ void copy(unsigned from, unsigned to, int width, int height) {
 
 }  // namespace
 
+PictureCache::PictureCache() = default;
 PictureCache::~PictureCache() = default;
 
 bool PictureCache::make(int width, int height, int depth_format) {
@@ -107,6 +113,60 @@ void PictureCache::restore() const {
   copy(framebuffer_, static_cast<unsigned>(draw), width_, height_);
 }
 
+void PictureCache::blend(vtkRenderWindow* window, double opacity) {
+  auto* gl_window = vtkOpenGLRenderWindow::SafeDownCast(window);
+  if (!is_filled_ || gl_window == nullptr || !(opacity > 0)) return;
+  if (!quad_)
+    quad_ = std::make_unique<vtkOpenGLQuadHelper>(gl_window, nullptr, R"(//VTK::System::Dec
+in vec2 texCoord;
+uniform sampler2D picture;
+uniform sampler2D depth;
+uniform float opacity;
+//VTK::Output::Dec
+void main() {
+  float near = texture(depth, texCoord).r;
+  if (near >= 1.0) discard;
+  gl_FragDepth = near;
+  gl_FragData[0] = vec4(texture(picture, texCoord).rgb, opacity);
+})",
+                                                  nullptr);
+  else
+    gl_window->GetShaderCache()->ReadyShaderProgram(quad_->Program);
+  if (quad_->Program == nullptr) return;
+  constexpr int k_colour_unit = 6, k_depth_unit = 7;
+  vtkOpenGLState* state = gl_window->GetState();
+  const vtkOpenGLState::ScopedglEnableDisable depth_test(state, GL_DEPTH_TEST), blending(state, GL_BLEND),
+      scissor(state, GL_SCISSOR_TEST), culling(state, GL_CULL_FACE);
+  const vtkOpenGLState::ScopedglDepthFunc depth_func(state);
+  const vtkOpenGLState::ScopedglDepthMask depth_mask(state);
+  const vtkOpenGLState::ScopedglViewport viewport(state);
+  const vtkOpenGLState::ScopedglBlendFuncSeparate blend_func(state);
+  const vtkOpenGLState::ScopedglActiveTexture active(state);
+  state->vtkglEnable(GL_DEPTH_TEST);
+  state->vtkglEnable(GL_BLEND);
+  state->vtkglDisable(GL_SCISSOR_TEST);
+  state->vtkglDisable(GL_CULL_FACE);
+  state->vtkglDepthFunc(GL_LESS);
+  state->vtkglDepthMask(GL_TRUE);
+  state->vtkglViewport(0, 0, width_, height_);
+  state->vtkglBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  GLint bound[2] = {0, 0};
+  const std::pair<int, unsigned> textures[] = {{k_colour_unit, color_}, {k_depth_unit, depth_}};
+  for (int i = 0; i < 2; ++i) {
+    state->vtkglActiveTexture(GL_TEXTURE0 + static_cast<unsigned>(textures[i].first));
+    glGetIntegerv(GL_TEXTURE_BINDING_2D, &bound[i]);
+    glBindTexture(GL_TEXTURE_2D, textures[i].second);
+  }
+  quad_->Program->SetUniformi("picture", k_colour_unit);
+  quad_->Program->SetUniformi("depth", k_depth_unit);
+  quad_->Program->SetUniformf("opacity", static_cast<float>(opacity));
+  quad_->Render();
+  for (int i = 0; i < 2; ++i) {
+    state->vtkglActiveTexture(GL_TEXTURE0 + static_cast<unsigned>(textures[i].first));
+    glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound[i]));
+  }
+}
+
 void PictureCache::release() {
   if (framebuffer_ != 0) {
     glDeleteFramebuffers(1, &framebuffer_);
@@ -118,6 +178,7 @@ void PictureCache::release() {
 }
 
 void PictureCache::swap(PictureCache& other) noexcept {
+  std::swap(quad_, other.quad_);
   std::swap(framebuffer_, other.framebuffer_);
   std::swap(color_, other.color_);
   std::swap(depth_, other.depth_);

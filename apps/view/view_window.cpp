@@ -73,7 +73,10 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   const auto start = Clock::now();
   auto surface = make_offscreen(1200, 900);
   if (!surface) return surface.error();
-  Viewport picture(scene, surface.value()->window(), false);
+  // Translucent bone is drawn by the layers of a live picture.
+  const bool is_live = !options.opacities.empty();
+  Viewport picture(scene, surface.value()->window(), is_live);
+  if (Status error = picture.set_opacities(options.opacities)) return *error;
   const auto version = options.version ? options.version : haptics::untouched(scene);
   picture.request_all(version);
   picture.wait();
@@ -90,7 +93,10 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
                               : ball_appearance(2),
                 picture);
   picture.show_text(options.title, "");
-  picture.draw();
+  if (is_live)
+    picture.complete();
+  else
+    picture.draw();
   WindowReport report;
   report.frames = 1;
   report.triangles = picture.triangle_count();
@@ -148,6 +154,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   window->SetWindowName(options.title.c_str());
   OperationController operation(scene, options, window);
   operation.viewport().look_from(options.side);
+  if (Status error = operation.viewport().set_opacities(options.opacities)) return *error;
   if (Status error = operation.start()) return *error;
   if (options.plan) operation.viewport().set_plan(workbench::plan_overlays(*options.plan));
 

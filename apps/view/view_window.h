@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/view/structures.h"
 #include "apps/workbench/listener.h"
 #include "apps/workbench/session_summary.h"
 #include "haptics/servo/servo_loop.h"
@@ -90,8 +91,9 @@ struct WindowOptions {
   std::optional<double> seconds;            ///< closes the window after this time, s
   /// Polled in every frame: true closes the window properly, like its close button.
   std::function<bool()> should_close = [] { return false; };
-  std::string screenshot;   ///< PNG file at the end; empty: no screenshot
-  char side = 0;            ///< side of the camera, as in Viewport::look_from; 0: front left above
+  std::string screenshot;  ///< PNG file at the end; empty: no screenshot
+  char side = 0;           ///< side of the camera, as in Viewport::look_from; 0: front left above
+  std::vector<StructureOpacity> opacities = {};  ///< of structures at the start
   double free_pieces = 50;  ///< mm3; pieces of at least this size are detached after a stroke; 0: never
   std::shared_ptr<const volume::SurgicalPlan> plan;  ///< shown in addition to the bone; null: no plan
   bool has_tool = true;                              ///< draws a tool in a screenshot without a window

@@ -39,10 +39,13 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       window_(window),
       is_live_(is_live),
       view_(window, is_live, has_scenery(scene)),
-      structures_(scene),
+      opened_labels_(untouched_structures(scene)),
+      list_(structures_of(scene)),
+      surfaces_(*scene.base),
       touch_radius_(scene.tool->radius()),
       is_rigid_(scene.tool->is_six_dof()) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
+  opened_ = std::make_unique<OpenedStructures>(scene, opened_labels_);
   // Box of the solid voxels: the camera needs it before the surface is finished.
   glm::ivec3 low = scene.base->size, high(-1);
   for (const haptics::TouchItem& shape : base_shapes(scene))
@@ -83,8 +86,10 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
   const dvec3 body = high_ - low_;
   view_.overlays().labels().overview = 0.75 * std::max({body.x, body.y, body.z});
   view_.overlays().labels().is_hidden = [this](const dvec3& at) {
-    constexpr double k_deep = 6;  // mm; a point on the surface of bone is not hidden by it
-    if (!version_) return false;
+    constexpr double k_deep = 6;           // mm; a point on the surface of bone is not hidden by it
+    constexpr double k_transparent = 0.5;  // opacity below which bone hides nothing
+    const bool is_transparent = !list_.empty() && list_[0].opacity < k_transparent;
+    if (!version_ || is_transparent) return false;
     const dvec3 from = camera().at, line = at - from;
     const double hit = distance_to_solid(*version_, {from, glm::normalize(line)});
     return hit >= 0 && hit < glm::length(line) - k_deep;
@@ -99,7 +104,8 @@ sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::Dis
 void Viewport::request_all(const std::shared_ptr<const volume::Version>& version) {
   version_ = version;
   worker_->request_all(version);
-  structures_.request_all(version);
+  opened_->request_all(version);
+  for (std::size_t i = 0; i < list_.size(); ++i) request_whole(i, version);
 }
 
 void Viewport::request(const std::shared_ptr<const volume::Version>& version,
@@ -107,12 +113,16 @@ void Viewport::request(const std::shared_ptr<const volume::Version>& version,
   if (changed.low.x > changed.high.x) return;
   version_ = version;
   worker_->request(version, changed.low, changed.high);
-  structures_.request(version, changed);
+  opened_->request(version, changed);
+  if (!has_whole_structures()) return;
+  for (std::size_t i = 0; i < list_.size(); ++i)
+    if (list_[i].label >= 0 && surfaces_.has_voxels(list_[i].label, changed)) request_whole(i, version);
 }
 
 void Viewport::wait() {
   worker_->finish();
-  structures_.finish();
+  opened_->finish();
+  surfaces_.finish();
   fetch_meshes();
 }
 
@@ -384,11 +394,68 @@ void Viewport::fetch_meshes() {
   if (const std::vector<ChunkMesh> reduced = worker_->take_reduced(); !is_finished && is_live_)
     view_.bone().show_reduced(reduced);
   if (is_finished) view_.bone().end_reduced();
-  for (const ChunkMesh& mesh : structures_.take()) view_.bone().show(mesh);
+  for (const ChunkMesh& mesh : opened_->take()) view_.bone().show(mesh);
+  for (const StructureSurfaces::Surface& surface : surfaces_.take())
+    view_.structures()->show(surface.label, surface.mesh, structure_colour(*scene_->base, surface.label));
+}
+
+bool Viewport::has_whole_structures() const {
+  return std::any_of(list_.begin(), list_.end(), [](const Structure& s) {
+    return s.is_translucent() || (s.kind == Structure::Kind::all_bone && s.opacity < 1);
+  });
+}
+
+void Viewport::request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version) {
+  const Structure& s = list_[structure];
+  if (s.label < 0 || s.opacity == 0 || !has_whole_structures()) return;
+  const auto known = whole_versions_.find(s.label);
+  if (known != whole_versions_.end() && known->second == version->serial()) return;
+  whole_versions_[s.label] = version->serial();
+  surfaces_.request(s.label, version);
+}
+
+void Viewport::set_opacity(std::size_t structure, double opacity) {
+  if (!is_live_ || list_[structure].opacity == opacity) return;
+  list_[structure].opacity = opacity;
+  apply_opacities();
+}
+
+Status Viewport::set_opacities(std::span<const StructureOpacity> opacities) {
+  if (opacities.empty() || !is_live_) return {};
+  if (Status error = view::set_opacities(list_, opacities)) return error;
+  apply_opacities();
+  return {};
+}
+
+void Viewport::apply_opacities() {
+  const bool has_whole = has_whole_structures();
+  std::set<std::size_t> hidden;
+  std::vector<int> opened;
+  for (std::size_t i = 0; i < list_.size(); ++i) {
+    const Structure& s = list_[i];
+    // A touched soft structure is drawn whole like the others, not with the bone.
+    if (s.shape >= 0 && (s.opacity == 0 || (has_whole && s.kind == Structure::Kind::labelled)))
+      hidden.insert(static_cast<std::size_t>(s.shape));
+    if (s.label < 0) continue;
+    if (s.shape < 0 && s.opacity > 0 && !has_whole) opened.push_back(s.label);
+    if (!has_whole) continue;
+    view_.structures()->set_opacity(s.label, s.opacity);
+    if (version_) request_whole(i, version_);
+  }
+  view_.bone().set_hidden(std::move(hidden));
+  if (opened != opened_labels_) {
+    opened_labels_ = std::move(opened);
+    opened_ = std::make_unique<OpenedStructures>(*scene_, opened_labels_);
+    view_.bone().remove_shape(base_shapes(*scene_).size());
+    if (version_) opened_->request_all(version_);
+  }
+  const double bone = list_.empty() ? 1 : list_[0].opacity;
+  view_.set_bone_opacity(has_whole ? std::optional<double>(bone) : std::nullopt);
 }
 
 bool Viewport::is_complete() const {
-  return worker_->remaining() == 0 && structures_.is_complete() && view_.bone().is_complete();
+  return worker_->remaining() == 0 && opened_->is_complete() && surfaces_.is_complete() &&
+         view_.bone().is_complete();
 }
 
 double Viewport::drawn_share() const {

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 
 #include "apps/view/bone_view.h"
 #include "apps/view/opened_structures.h"
+#include "apps/view/structure_surfaces.h"
+#include "apps/view/structures.h"
 #include "haptics/servo/servo_core.h"
 #include "sim/engine/depth_sets.h"
 #include "volume/imaging/direct_image.h"
@@ -42,6 +45,14 @@ class Viewport {
   /// Temporarily shows other shapes of the same scan, such as a threshold during its choice; null: its own.
   void preview(std::unique_ptr<haptics::TouchScene> shapes,
                const std::shared_ptr<const volume::Version>& version);
+  /// Bone and structures, each with the opacity that the picture shows it with.
+  const std::vector<Structure>& structures() const noexcept { return list_; }
+  /// Sets the opacity (0 hidden, 1 opaque) of a structure, by its number in the list. If the bone or a
+  /// structure is translucent, structures are drawn whole; otherwise only where an opening shows them. Touch
+  /// does not change. Live windows only.
+  void set_opacity(std::size_t structure, double opacity);
+  /// Sets opacities by name. Error: a name that is not in the list.
+  Status set_opacities(std::span<const StructureOpacity> opacities);
   void set_clip(const ClipChoice& choice);
   const ClipChoice& clip() const noexcept { return clip_; }
   /// Plane in front of which the picture is clipped; nullopt: no clipping.
@@ -133,6 +144,12 @@ class Viewport {
  private:
   /// Adopts finished chunks of bone and of opened structures.
   void fetch_meshes();
+  /// Makes the picture follow the opacities of the list.
+  void apply_opacities();
+  /// True if bone or a structure is translucent.
+  bool has_whole_structures() const;
+  /// Requests the whole surface of a structure if the picture shows it and `version` is not that of its mesh.
+  void request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version);
   /// Calls visit(distance along the ray in mm, voxel, is_solid_as_scanned, is_solid_now) along the ray behind
   /// the clip plane, while it returns true.
   template <class Visit>
@@ -146,7 +163,11 @@ class Viewport {
   BoneView view_;
   std::unique_ptr<haptics::TouchScene> preview_;
   std::unique_ptr<ChunkWorker> worker_;
-  OpenedStructures structures_;
+  std::unique_ptr<OpenedStructures> opened_;
+  std::vector<int> opened_labels_;  ///< those that `opened_` draws
+  std::vector<Structure> list_;
+  StructureSurfaces surfaces_;
+  std::map<int, std::uint64_t> whole_versions_;  ///< serial of the version of each whole mesh, by label
   ClipChoice clip_;
   double touch_radius_;
   bool is_rigid_;  ///< the tool touches with six degrees of freedom; its orientation is that of the hand

@@ -6,6 +6,7 @@
 #include <QSurfaceFormat>
 #include <QTemporaryDir>
 #include <QVTKOpenGLNativeWidget.h>
+#include <utility>
 
 #include "apps/window/qt_window.h"
 
@@ -46,7 +47,24 @@ std::unique_ptr<QApplication> begin_application(bool is_offscreen) {
   if (QApplication::instance() == nullptr) application = std::make_unique<QApplication>(argc, argv);
   QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   apply_look();
+  initial_text_size();
   return application;
 }
+
+double initial_text_size() {
+  static const double k_points = QApplication::font().pointSizeF();
+  return k_points;
+}
+
+namespace {
+/// Never destroyed: an application must not be destroyed after main().
+OpeningPage& kept_page() {
+  static auto* page = new OpeningPage;
+  return *page;
+}
+}  // namespace
+
+void keep_opening_page(OpeningPage page) { kept_page() = std::move(page); }
+OpeningPage take_opening_page() { return std::exchange(kept_page(), {}); }
 
 }  // namespace trephine::view

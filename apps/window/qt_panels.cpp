@@ -1,9 +1,13 @@
 #include "apps/window/qt_panels.h"
 
+#include <QAbstractSpinBox>
+#include <QComboBox>
+#include <QCoreApplication>
 #include <QFontMetrics>
 #include <QHelpEvent>
 #include <QMouseEvent>
 #include <QPainter>
+#include <QScrollArea>
 #include <QStyle>
 #include <QStyleOptionSlider>
 #include <QToolTip>
@@ -123,6 +127,21 @@ FoldButton::FoldButton(const char* name, const QString& text, QWidget* parent) :
   });
 }
 
+WheelScrolls::WheelScrolls(QScrollArea* area) : QObject(area), area_(area) {
+  QCoreApplication::instance()->installEventFilter(this);
+}
+
+bool WheelScrolls::eventFilter(QObject* object, QEvent* event) {
+  if (event->type() != QEvent::Wheel) return false;
+  const auto* widget = qobject_cast<QWidget*>(object);
+  const bool has_value = qobject_cast<QComboBox*>(object) != nullptr ||
+                         qobject_cast<QAbstractSpinBox*>(object) != nullptr ||
+                         qobject_cast<QSlider*>(object) != nullptr;
+  if (widget == nullptr || !has_value || !area_->isAncestorOf(widget)) return false;
+  event->ignore();  // the parents receive it next
+  return true;
+}
+
 HelpOverlay::HelpOverlay(QWidget* parent) : QWidget(parent) {
   setObjectName("help_overlay");
   hide();
@@ -144,6 +163,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {QT_TR_NOOP("Ctrl+Z, Ctrl+Y  (U, Y)"), QT_TR_NOOP("undo or redo a stroke")},
       {QT_TR_NOOP("Ctrl+B, Ctrl+G"), QT_TR_NOOP("start a branch here; go to another branch")},
       {QT_TR_NOOP("Ctrl+D"), QT_TR_NOOP("compare with another state")},
+      {QT_TR_NOOP("Ctrl+R"), QT_TR_NOOP("structures: show, hide, make translucent")},
       {QT_TR_NOOP("Ctrl+1"), QT_TR_NOOP("add an anchor of a bone flap at the touched position")},
       {QT_TR_NOOP("Shift + left,  G"), QT_TR_NOOP("drag an anchor; grasp or release the touched anchor")},
       {QT_TR_NOOP("Ctrl+F,  T"), QT_TR_NOOP("detach cut pieces; grasp or release the touched piece")},

@@ -7,6 +7,8 @@
 #include <functional>
 #include <vector>
 
+class QScrollArea;
+
 namespace trephine::view {
 
 /// Force as a bar with its limit: blue, yellow from half of the limit, with a text at the limit, so that the
@@ -63,6 +65,18 @@ class FoldButton : public QToolButton {
  public:
   FoldButton(const char* name, const QString& text, QWidget* parent = nullptr);
   std::function<void(bool is_open)> on_fold = [](bool) {};
+};
+
+/// Makes the wheel scroll an area wherever the pointer is in it: over a box or a slider, it changes no value.
+class WheelScrolls : public QObject {
+  Q_OBJECT
+
+ public:
+  explicit WheelScrolls(QScrollArea* area);
+  bool eventFilter(QObject* object, QEvent* event) override;
+
+ private:
+  QScrollArea* area_;
 };
 
 /// Help on keys and mouse in two columns, over the window; a click or a key closes it.

@@ -5,12 +5,14 @@
 #include <QFileDialog>
 #include <QGridLayout>
 #include <QGroupBox>
+#include <QKeyEvent>
 #include <QLabel>
 #include <QListWidget>
 #include <QPushButton>
 #include <QScrollArea>
 #include <QTimer>
 #include <QVBoxLayout>
+#include <algorithm>
 #include <chrono>
 
 #include "apps/window/qt_application.h"
@@ -35,17 +37,43 @@ QString duration_text(double seconds) {
 StartPage::StartPage(const StartPageOptions& options, QWidget* parent) : QWidget(parent), options_(options) {
   setObjectName("start_page");
   setWindowTitle(tr("trephine simulator"));
+  auto* outer = new QVBoxLayout(this);
+  outer->setContentsMargins(0, 0, 0, 0);
+  fill();
+  resize(1020, 790);
+}
+
+void StartPage::keyPressEvent(QKeyEvent* event) {
+  const bool has_control = event->modifiers().testFlag(Qt::ControlModifier);
+  if (event->matches(QKeySequence::ZoomIn) || (has_control && event->key() == Qt::Key_Equal))
+    scale_text(1.15);
+  else if (event->matches(QKeySequence::ZoomOut))
+    scale_text(1 / 1.15);
+  else
+    QWidget::keyPressEvent(event);
+}
+
+void StartPage::scale_text(double factor) {
+  QFont font = QApplication::font();
+  font.setPointSizeF(std::clamp(font.pointSizeF() * factor, 6.0, 30.0));
+  QApplication::setFont(font);
+  fill();
+}
+
+void StartPage::fill() {
+  delete whole_;
   auto* contents = new QWidget;
   auto* column = new QVBoxLayout(contents);
   column->setContentsMargins(24, 16, 24, 16);
   column->setSpacing(14);
-  auto* heading = new QLabel(tr("Choose an operation"));
+  heading_ = new QLabel(tr("Choose an operation"));
+  heading_->setObjectName("heading");
   QFont large;
   large.setPointSizeF(1.6 * large.pointSizeF());
-  heading->setFont(large);
-  column->addWidget(heading);
-  if (!options.problem.empty()) {
-    auto* problem = new QLabel("\u26a0 " + text_of(options.problem));
+  heading_->setFont(large);
+  column->addWidget(heading_);
+  if (!options_.problem.empty()) {
+    auto* problem = new QLabel("\u26a0 " + text_of(options_.problem));
     problem->setObjectName("problem");
     problem->setTextFormat(Qt::PlainText);
     problem->setWordWrap(true);
@@ -55,7 +83,7 @@ StartPage::StartPage(const StartPageOptions& options, QWidget* parent) : QWidget
   auto* grid = new QGridLayout;
   grid->setSpacing(14);
   int count = 0;
-  for (const StartTile& tile : options.tiles) {
+  for (const StartTile& tile : options_.tiles) {
     grid->addWidget(make_tile(tile), count / k_columns, count % k_columns);
     ++count;
   }
@@ -69,10 +97,8 @@ StartPage::StartPage(const StartPageOptions& options, QWidget* parent) : QWidget
   area->setWidgetResizable(true);
   area->setFrameShape(QFrame::NoFrame);
   area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
-  auto* whole = new QVBoxLayout(this);
-  whole->setContentsMargins(0, 0, 0, 0);
-  whole->addWidget(area);
-  resize(1020, 790);
+  whole_ = area;
+  layout()->addWidget(area);
 }
 
 /// A button with a picture, a title and a text.
@@ -106,7 +132,7 @@ QWidget* StartPage::make_tile(const StartTile& tile) {
   column->addStretch(1);
   button->setMinimumHeight(column->heightForWidth(k_tile_width));
   connect(button, &QPushButton::clicked, this, [this, tile] {
-    choose({StartChoice::Kind::operation, tile.source, tile.procedure});
+    choose({StartChoice::Kind::operation, tile.source, tile.procedure}, text_of(tile.title));
   });
   return button;
 }
@@ -177,20 +203,26 @@ QWidget* StartPage::make_sessions() {
   return box;
 }
 
-void StartPage::choose(StartChoice choice) {
+void StartPage::choose(StartChoice choice, const QString& title) {
   choice_ = std::move(choice);
-  close();
+  heading_->setText(tr("Opening: %1 ...").arg(title));
+  setEnabled(false);
+  repaint();
+  on_choice();
 }
 
 void StartPage::choose_scan(const QString& path) {
   if (path.isEmpty()) return;
   choose(
-      {StartChoice::Kind::operation, path.toStdString(), procedure_->currentData().toString().toStdString()});
+      {StartChoice::Kind::operation, path.toStdString(), procedure_->currentData().toString().toStdString()},
+      tr("your scan"));
 }
 
 void StartPage::choose_session(StartChoice::Kind kind) {
   const int row = sessions_->currentRow();
-  if (row >= 0) choose({kind, options_.sessions[static_cast<std::size_t>(row)].file, ""});
+  if (row < 0) return;
+  const StartSession& session = options_.sessions[static_cast<std::size_t>(row)];
+  choose({kind, session.file, ""}, text_of(session.title));
 }
 
 }  // namespace trephine::view
@@ -202,8 +234,13 @@ extern "C" trephine::Result<trephine::view::StartChoice> trephine_choose_start(
 trephine::Result<trephine::view::StartChoice> trephine_choose_start(
     const trephine::view::StartPageOptions& options) {
   using namespace trephine::view;
-  const auto application = begin_application(options.is_offscreen());
-  StartPage page(options);
+  OpeningPage previous = take_opening_page();
+  previous.page.reset();
+  auto application =
+      previous.application ? std::move(previous.application) : begin_application(options.is_offscreen());
+  auto owned = std::make_unique<StartPage>(options);
+  StartPage& page = *owned;
+  page.on_choice = [] { QApplication::quit(); };
   page.show();
   QTimer timer;
   const auto begin = std::chrono::steady_clock::now();
@@ -223,5 +260,7 @@ trephine::Result<trephine::view::StartChoice> trephine_choose_start(
                              .where = trephine::data_tools::file_name(options.screenshot),
                              .kind = trephine::ErrorKind::missing_here};
   }
-  return page.choice();
+  StartChoice choice = page.choice();
+  if (choice.kind != StartChoice::Kind::none) keep_opening_page({std::move(application), std::move(owned)});
+  return choice;
 }

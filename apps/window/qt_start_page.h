@@ -2,10 +2,12 @@
 #pragma once
 
 #include <QWidget>
+#include <functional>
 
 #include "apps/view/start_page.h"
 
 class QComboBox;
+class QLabel;
 class QListWidget;
 class QPushButton;
 
@@ -16,20 +18,31 @@ class StartPage : public QWidget {
 
  public:
   explicit StartPage(const StartPageOptions& options, QWidget* parent = nullptr);
-  /// The choice, once the page is closed.
+  /// Called after a choice, when the page says what is being opened.
+  std::function<void()> on_choice = [] {};
+  /// The choice, once there is one.
   const StartChoice& choice() const noexcept { return choice_; }
-  /// Chooses a scan with the selected procedure, and closes the page.
+  /// Chooses a scan with the selected procedure.
   void choose_scan(const QString& path);
+
+ protected:
+  void keyPressEvent(QKeyEvent* event) override;
 
  private:
   QWidget* make_tile(const StartTile& tile);
   QWidget* make_sessions();
   QWidget* make_own_scan();
-  void choose(StartChoice choice);
+  /// Fills the page, in place of its previous contents.
+  void fill();
+  void scale_text(double factor);
+  /// `title`: of what is opened.
+  void choose(StartChoice choice, const QString& title);
   void choose_session(StartChoice::Kind kind);
 
-  const StartPageOptions& options_;
+  const StartPageOptions options_;
   StartChoice choice_;
+  QWidget* whole_ = nullptr;
+  QLabel* heading_ = nullptr;
   QListWidget* sessions_ = nullptr;
   QComboBox* procedure_ = nullptr;
   QPushButton *resume_ = nullptr, *replay_ = nullptr;

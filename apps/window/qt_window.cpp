@@ -29,6 +29,7 @@
 #include "apps/view/stylus_style.h"
 #include "apps/window/qt_application.h"
 #include "apps/window/qt_score_dialog.h"
+#include "apps/window/qt_structure_panel.h"
 #include "apps/workbench/clock.h"
 #include "apps/workbench/operation.h"
 #include "apps/workbench/plan_overlays.h"
@@ -145,9 +146,10 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     if (const Status error = operation_->start()) show_error(*error);
   if (options_.replay && options_.side == 0 && options_.summary.worked_at)
     picture->look_at_work(*options_.summary.worked_at);
+  if (const Status error = picture->set_opacities(std::exchange(options_.opacities, {}))) show_error(*error);
+  structures_->show_list(picture->structures());
   if (options_.plan) picture->set_plan(workbench::plan_overlays(*options_.plan));
-  if (initial_font_size_ > 0)
-    picture->view().set_text_scale(QApplication::font().pointSizeF() / initial_font_size_);
+  picture->view().set_text_scale(QApplication::font().pointSizeF() / initial_text_size());
   vtkNew<StylusStyle> style;
   style->SetDefaultRenderer(picture->view().renderer());
   style->on_press = [this](bool is_down) {
@@ -220,12 +222,11 @@ void MainWindow::resizeEvent(QResizeEvent* event) {
 
 void MainWindow::scale_text(double factor) {
   QFont font = QApplication::font();
-  if (initial_font_size_ <= 0) initial_font_size_ = font.pointSizeF();
   font.setPointSizeF(std::clamp(font.pointSizeF() * factor, 6.0, 30.0));
   QApplication::setFont(font);
   QApplication::setFont(font, "QDockWidgetTitle");
   for (QDockWidget* dock : findChildren<QDockWidget*>()) dock->setFont(font);
-  if (Viewport* picture = viewport()) picture->view().set_text_scale(font.pointSizeF() / initial_font_size_);
+  if (Viewport* picture = viewport()) picture->view().set_text_scale(font.pointSizeF() / initial_text_size());
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->lay_out();
   fit_panel();
 }
@@ -456,11 +457,13 @@ trephine::Result<trephine::view::WindowReport> trephine_run_qt_window(
     std::shared_ptr<const trephine::haptics::TouchScene> scene,
     const trephine::view::WindowOptions& options) {
   using namespace trephine::view;
-  const auto application = begin_application();
+  OpeningPage opening = take_opening_page();
+  const auto application = opening.application ? std::move(opening.application) : begin_application();
   WindowOptions window_options = options;
   if (window_options.layout_file.empty()) window_options.layout_file = default_layout_file();
   MainWindow window(std::move(scene), window_options);
   window.show();
+  opening.page.reset();
   QApplication::exec();
   WindowReport report = window.finish();
   if (window.screenshot_error()) return *window.screenshot_error();

@@ -35,6 +35,7 @@ namespace trephine::view {
 
 class ScoreDialog;
 class StepsPanel;
+class StructurePanel;
 
 /// Shows one operation or one replay at a time. Widget thread only; scans are opened on another thread.
 /// Stores only the layout of the panes (WindowOptions::layout_file): no recent files, no folders.
@@ -187,7 +188,6 @@ class MainWindow : public QMainWindow {
   Status screenshot_error_;
   bool is_quitting_ = false;          ///< closed by the menu
   bool is_ended_by_program_ = false;  ///< closed by a signal or a time limit, without a dialog
-  double initial_font_size_ = 0;      ///< points; 0: text has its initial size
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
   /// The analysed scene; true if another part of its shape is large.
   std::future<std::pair<std::shared_ptr<const haptics::TouchScene>, bool>> parts_;
@@ -203,6 +203,8 @@ class MainWindow : public QMainWindow {
          *session_time_ = nullptr, *history_text_ = nullptr;
   QScrollArea* panel_ = nullptr;
   ToolPanel* tool_ = nullptr;
+  FoldButton* structure_fold_ = nullptr;
+  StructurePanel* structures_ = nullptr;
   sim::Value shown_tool_;
   QDoubleSpinBox *low_ = nullptr, *high_ = nullptr;
   QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr, *history_ = nullptr;

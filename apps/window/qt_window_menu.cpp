@@ -6,9 +6,11 @@
 #include <QLineEdit>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QScrollArea>
 #include <QTimer>
 #include <QVBoxLayout>
 
+#include "apps/window/qt_structure_panel.h"
 #include "apps/window/qt_window.h"
 #include "volume/scan/bone_labels.h"
 
@@ -112,6 +114,11 @@ void MainWindow::build_menu() {
   }
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, "view_all", tr("&Whole scan"), {}, [this] { viewport()->look_from(0); });
+  add(view, "show_structures", tr("S&tructures ..."), QKeySequence("Ctrl+R"), [this] {
+    if (structures_->isHidden()) structure_fold_->click();
+    // After the panel has its new size.
+    QTimer::singleShot(0, panel_, [this] { panel_->ensureWidgetVisible(structures_); });
+  });
   add(view, "larger_text", tr("&Larger text"), QKeySequence::ZoomIn, [this] { scale_text(1.15); });
   add(view, "smaller_text", tr("S&maller text"), QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
   add(view, "show_names", tr("&Names of the plan\tN"), {}, [this] { toggle_names(); });

@@ -19,6 +19,7 @@
 #include <cmath>
 
 #include "apps/view/comparison.h"
+#include "apps/window/qt_structure_panel.h"
 #include "apps/window/qt_window.h"
 
 namespace trephine::view {
@@ -116,6 +117,22 @@ void MainWindow::build_panel() {
   views->addWidget(clip_share_, 4, 0, 1, 2);
   column->addWidget(view_box);
 
+  auto* structures = new QGroupBox(tr("Structures"));
+  auto* structure_column = new QVBoxLayout(structures);
+  auto* fold = structure_fold_ = new FoldButton("structures", tr("Show, hide, make translucent"));
+  structures_ = new StructurePanel;
+  structures_->setVisible(false);
+  structures_->on_opacity = [this](std::size_t structure, double opacity) {
+    if (viewport() != nullptr) viewport()->set_opacity(structure, opacity);
+  };
+  fold->on_fold = [this](bool is_open) {
+    structures_->setVisible(is_open);
+    fit_panel();
+  };
+  structure_column->addWidget(fold);
+  structure_column->addWidget(structures_);
+  column->addWidget(structures);
+
   auto* shape = new QGroupBox(tr("Solid shape"));
   auto* form = new QGridLayout(shape);
   const auto box_of = [this](const char* name, double value) {
@@ -181,6 +198,7 @@ void MainWindow::build_panel() {
   panel_->setWidgetResizable(true);
   panel_->setFrameShape(QFrame::NoFrame);
   panel_->setHorizontalScrollBarPolicy(Qt::ScrollBarAsNeeded);
+  new WheelScrolls(panel_);
   fit_panel();
   dock->setWidget(panel_);
   addDockWidget(Qt::RightDockWidgetArea, dock);

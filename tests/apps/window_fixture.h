@@ -5,6 +5,7 @@
 #include <QApplication>
 #include <QCheckBox>
 #include <QComboBox>
+#include <QCursor>
 #include <QDialog>
 #include <QDoubleSpinBox>
 #include <QDropEvent>
@@ -15,6 +16,7 @@
 #include <QMimeData>
 #include <QProgressBar>
 #include <QPushButton>
+#include <QScreen>
 #include <QSlider>
 #include <QSurfaceFormat>
 #include <QTest>
@@ -77,6 +79,8 @@ inline void answer_dialog_with(const std::string& path) {
 class Window : public ::testing::Test {
  protected:
   Window() {
+    // The pointer of the display must not be over the window at its start.
+    QCursor::setPos(QGuiApplication::primaryScreen()->geometry().bottomRight());
     scene_ = ball(64);
     options_.title = "ball";
     options_.width = 900;

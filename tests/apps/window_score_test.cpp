@@ -175,11 +175,25 @@ TEST_F(StartPageTest, TilesChooseTheirCase) {
     EXPECT_GT(tile->findChildren<QLabel*>().front()->pixmap(Qt::ReturnByValue).width(), 100)
         << "the picture is in the library";
     QTest::mouseClick(tile, Qt::LeftButton);
-    EXPECT_FALSE(page.isVisible());
+    EXPECT_TRUE(page.isVisible()) << "until the operation's window opens";
+    EXPECT_FALSE(page.isEnabled());
+    EXPECT_TRUE(page.findChild<QLabel*>("heading")->text().startsWith("Opening: ")) << "what is opened";
     EXPECT_EQ(page.choice().kind, StartChoice::Kind::operation);
     EXPECT_EQ(page.choice().path, "head");
     EXPECT_EQ(page.choice().procedure, procedure);
   }
+}
+
+TEST_F(StartPageTest, TextIsScaledByKeys) {
+  StartPage page(options_);
+  page.show();
+  EXPECT_TRUE(QTest::qWaitForWindowExposed(&page));
+  const double size = QApplication::font().pointSizeF();
+  QTest::keyClick(&page, Qt::Key_Plus, Qt::ControlModifier);
+  EXPECT_NEAR(QApplication::font().pointSizeF(), 1.15 * size, 0.01);
+  EXPECT_NE(page.findChild<QPushButton*>("tile_craniotomy"), nullptr);
+  QTest::keyClick(&page, Qt::Key_Minus, Qt::ControlModifier);
+  EXPECT_NEAR(QApplication::font().pointSizeF(), size, 0.01);
 }
 
 TEST_F(StartPageTest, SessionsAreContinuedAndWatched) {

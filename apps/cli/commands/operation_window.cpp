@@ -1,5 +1,7 @@
 #include "apps/cli/commands/operation_window.h"
 
+#include <charconv>
+
 #include "apps/cli/commands/session_window.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
@@ -14,6 +16,22 @@
 namespace trephine::cli {
 
 namespace {
+
+/// Reads NAME=PERCENT.
+Result<view::StructureOpacity> opacity_of(const std::string& words) {
+  const std::size_t equals = words.rfind('=');
+  double percent = -1;
+  const char* end = words.data() + words.size();
+  const bool is_read = equals != std::string::npos && equals > 0 &&
+                       std::from_chars(words.data() + equals + 1, end, percent).ptr == end;
+  if (!is_read || !(percent >= 0 && percent <= 100))
+    return Error{.what = "the opacity is invalid",
+                 .where = "--opacity",
+                 .found = words,
+                 .expected = "the name of a structure and a number from 0 to 100",
+                 .remedy = "pass for example --opacity bone=30"};
+  return view::StructureOpacity{words.substr(0, equals), 0.01 * percent};
+}
 
 /// Services for an open window: opens scans and sessions, and starts their recordings.
 class Host {
@@ -189,6 +207,11 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   options.should_close = is_interrupted;
   options.screenshot = arguments.screenshot;
   options.side = side_of(arguments.side);
+  for (const std::string& words : arguments.opacities) {
+    const auto opacity = opacity_of(words);
+    if (!opacity) return opacity.error();
+    options.opacities.push_back(opacity.value());
+  }
   options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
   options.plan = std::make_shared<const volume::SurgicalPlan>(operation.spec.plan);
   options.title = source.written_name();

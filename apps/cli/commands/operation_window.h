@@ -17,6 +17,7 @@ struct WindowArguments {
   std::optional<double> seconds;
   workbench::DeviceChoice device;
   workbench::RecordChoice record;
+  std::vector<std::string> opacities;  ///< NAME=PERCENT of structures
   bool has_no_autosave = false;
 };
 

@@ -1,0 +1,41 @@
+// StructureLayer: whole structures behind translucent bone, kept as a finished picture like the bone.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <memory>
+
+#include "apps/view/chunk_meshes.h"
+
+class vtkRenderer;
+class vtkRenderWindow;
+
+namespace trephine::view {
+
+/// Draws structures in a renderer of a live window that is rendered after the bone and before the tools; its
+/// camera is that of the bone. Draws them again only if they or the view changed. Drawing thread only.
+class StructureLayer {
+ public:
+  StructureLayer(vtkRenderWindow* window, vtkRenderer* renderer);
+  ~StructureLayer();
+  StructureLayer(const StructureLayer&) = delete;
+  StructureLayer& operator=(const StructureLayer&) = delete;
+
+  /// Shows the surface of a structure, in place of its previous one. `id`: number of the structure.
+  void show(int id, const DrawMesh& mesh, const glm::dvec3& colour);
+  /// Sets the opacity of a structure: 0 hidden, 1 opaque.
+  void set_opacity(int id, double opacity);
+  /// Switches the layer on or off. Off, it has no cost.
+  void set_active(bool is_active);
+  bool is_active() const noexcept;
+  /// Copies the finished picture of the structures, with its background, to the framebuffer.
+  void restore() const;
+  std::size_t triangle_count() const noexcept;
+  /// Returns the number of times that the structures were drawn.
+  std::size_t drawn_count() const noexcept;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,58 @@
+// StructureSurfaces: whole surfaces of labelled structures, for pictures with translucent bone.
+#pragma once
+
+#include <future>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "apps/view/chunk_meshes.h"
+
+namespace trephine::view {
+
+/// Returns the boxes of the voxels with each label, by label value; low > high for labels without voxels.
+std::vector<volume::VoxelBox> label_boxes(const volume::Volume& scan);
+
+/// Returns the smooth, closed surface of the voxels with a label in `box` that a version keeps, of at most
+/// about k_structure_triangles; empty if there are no such voxels. Parts thinner than a voxel vanish in
+/// labels whose box has more than 2.4e7 voxels.
+DrawMesh structure_surface(const volume::Volume& scan, const volume::Version& version, int label,
+                           const volume::VoxelBox& box);
+inline constexpr std::size_t k_structure_triangles = 150000;
+
+/// Meshes structures on a thread of its own, one after the other. No cost before the first request. Borrows
+/// the scan. Drawing thread only.
+class StructureSurfaces {
+ public:
+  explicit StructureSurfaces(const volume::Volume& scan) : scan_(&scan) {}
+  ~StructureSurfaces();
+  StructureSurfaces(const StructureSurfaces&) = delete;
+  StructureSurfaces& operator=(const StructureSurfaces&) = delete;
+
+  struct Surface {
+    int label = 0;
+    DrawMesh mesh;
+  };
+  /// Requests the surface of a label in a version; replaces an unfinished request of the same label.
+  void request(int label, std::shared_ptr<const volume::Version> version);
+  /// Returns true if voxels of a label are in a box.
+  bool has_voxels(int label, const volume::VoxelBox& box);
+  /// Returns the surfaces finished since the last call.
+  std::vector<Surface> take();
+  /// Waits until all requests are finished.
+  void finish();
+  bool is_complete() const { return !job_.valid() && waiting_.empty() && done_.empty(); }
+
+ private:
+  const volume::VoxelBox& box_of(int label);
+  void start();
+  void collect();
+
+  const volume::Volume* scan_;
+  std::vector<volume::VoxelBox> boxes_;  ///< by label value; empty before the first request
+  std::map<int, std::shared_ptr<const volume::Version>> waiting_;
+  std::future<Surface> job_;
+  std::vector<Surface> done_;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,254 @@
+// Structures in the picture: whole surfaces, translucent bone, hidden structures, and no cost without them.
+#include "apps/view/structures.h"
+
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <vtkNew.h>
+#include <vtkRenderWindow.h>
+#include <vtkUnsignedCharArray.h>
+
+#include "apps/bench/scenes/scenes.h"
+#include "apps/view/render_window.h"
+#include "apps/view/structure_surfaces.h"
+#include "apps/view/viewport.h"
+#include "volume/cuts/removal.h"
+
+namespace trephine::view {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+
+constexpr int k_size = 48;
+const dvec3 k_middle(24);                               // voxels of 1 mm
+const dvec3 k_in_front = k_middle + dvec3(12, -18, 0);  // middle of the structure in front of the shell
+
+/// A shell of bone, radii 16 to 18 mm, around a ball of "brain" of 8 mm; a ball of "tumour" of 3 mm in front.
+haptics::TouchScene shell() {
+  volume::Volume base = volume::make_volume(ivec3(k_size), volume::Frame(), true).value();
+  base.is_hounsfield = true;
+  base.label_names = {"background", "skull", "brain", "tumour", "liver", "spleen"};
+  for (int z = 0; z < k_size; ++z)
+    for (int y = 0; y < k_size; ++y)
+      for (int x = 0; x < k_size; ++x) {
+        const std::size_t i = base.index(x, y, z);
+        const double from_middle = glm::length(dvec3(x, y, z) - k_middle);
+        const bool is_bone = from_middle >= 16 && from_middle <= 18;
+        const bool is_in_front = glm::length(dvec3(x, y, z) - k_in_front) <= 3;
+        base.voxels[i] = is_bone ? 1000 : -1000;
+        base.labels[i] = is_bone ? 1 : from_middle <= 8 ? 2 : is_in_front ? 3 : x + y + z == 0 ? 4 : 0;
+      }
+  return scenes::scene_of(std::move(base), {});
+}
+
+TEST(Structures, AreListedWithBoneFirst) {
+  const std::vector<Structure> list = structures_of(shell());
+  ASSERT_EQ(list.size(), 4u) << "the spleen has no voxels";
+  EXPECT_EQ(list[0].kind, Structure::Kind::all_bone);
+  EXPECT_EQ(list[0].name, "bone");
+  EXPECT_EQ(list[1].name, "brain");
+  EXPECT_EQ(list[1].label, 2);
+  EXPECT_EQ(list[2].name, "tumour");
+  EXPECT_EQ(list[2].opacity, 1);
+  EXPECT_EQ(list[3].name, "liver");
+  EXPECT_EQ(list[3].opacity, 0) << "not a structure of the operation";
+}
+
+TEST(Structures, RefuseUnknownNames) {
+  std::vector<Structure> list = structures_of(shell());
+  const std::array known{StructureOpacity{"brain", 0.25}}, unknown{StructureOpacity{"brian", 0.25}};
+  EXPECT_FALSE(set_opacities(list, known));
+  EXPECT_EQ(list[1].opacity, 0.25);
+  const Status error = set_opacities(list, unknown);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->message().find("one of: bone, brain, tumour, liver"), std::string::npos);
+}
+
+/// A labelled ball of 9 mm on voxels of 0.5 x 0.7 x 1.1 mm with a sheared frame.
+volume::Volume ball_scan() {
+  const glm::dmat3 axes(dvec3(0.5, 0, 0), dvec3(0.05, 0.7, 0), dvec3(0, 0.1, 1.1));
+  volume::Volume scan =
+      volume::make_volume({60, 50, 36}, volume::Frame::from_axes(dvec3(-7, 3, 40), axes).value(), true)
+          .value();
+  const dvec3 middle = scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
+  for (int z = 0; z < scan.size.z; ++z)
+    for (int y = 0; y < scan.size.y; ++y)
+      for (int x = 0; x < scan.size.x; ++x) {
+        const std::size_t i = scan.index(x, y, z);
+        const dvec3 p = scan.frame.world_from_volume(dvec3(x, y, z));
+        scan.voxels[i] = 0;
+        scan.labels[i] = glm::length(p - middle) <= 9 ? 5 : 0;
+      }
+  return scan;
+}
+
+TEST(StructureSurface, FollowsABall) {
+  auto scan = std::make_shared<volume::Volume>(ball_scan());
+  const dvec3 middle = scan->frame.world_from_volume(0.5 * dvec3(scan->size - 1));
+  haptics::TouchScene scene;
+  scene.base = scan;
+  const auto version = haptics::untouched(scene);
+  const DrawMesh mesh = structure_surface(*scan, *version, 5, label_boxes(*scan)[5]);
+  ASSERT_GT(mesh.triangles.size(), 3000u);
+  double worst = 0, worst_cosine = 1, volume6 = 0;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const dvec3 out = dvec3(mesh.vertices[i]) - middle;
+    worst = std::max(worst, std::abs(glm::length(out) - 9));
+    worst_cosine = std::min(worst_cosine, glm::dot(glm::normalize(out), dvec3(mesh.normals[i])));
+  }
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    const auto corner = [&](std::size_t i) { return dvec3(mesh.vertices[mesh.triangles[t + i]]) - middle; };
+    volume6 += glm::dot(corner(0), glm::cross(corner(1), corner(2)));
+  }
+  EXPECT_LT(worst, 0.55) << "mm, half a voxel's longest side";
+  EXPECT_GT(worst_cosine, std::cos(0.20)) << "the normal, 11 degrees";
+  const double ball = 4.0 / 3 * 3.14159265 * 729;
+  EXPECT_NEAR(volume6 / 6, ball, 0.06 * ball) << "closed, and outward in the world";
+}
+
+TEST(StructureSurface, HasNoRemovedVoxels) {
+  const haptics::TouchScene scene = shell();
+  volume::Shape brain;
+  brain.name = "brain";
+  brain.label = 2;
+  volume::RemovalEditor editor(haptics::untouched(scene), {volume::Field(*scene.base, brain)});
+  const dvec3 at = k_middle - dvec3(0, 8, 0);
+  editor.remove({at, at + dvec3(0, 0, 0.1), 4});
+  const auto version = editor.publish();
+  const volume::VoxelBox box = label_boxes(*scene.base)[2];
+  const auto nearest = [&](const volume::Version& v) {
+    double y = 1e9;
+    for (const glm::vec3& p : structure_surface(*scene.base, v, 2, box).vertices)
+      if (std::abs(p.x - 24) < 1 && std::abs(p.z - 24) < 1) y = std::min(y, static_cast<double>(p.y));
+    return y;
+  };
+  EXPECT_NEAR(nearest(*haptics::untouched(scene)), 16, 0.6);
+  EXPECT_NEAR(nearest(*version), 20, 1.0);
+}
+
+TEST(StructureSurface, HasALimitedSize) {
+  volume::Volume scan = volume::make_volume({300, 300, 300}, volume::Frame(), true).value();
+  std::fill(scan.voxels.span().begin(), scan.voxels.span().end(), std::int16_t{0});
+  for (int z = 0; z < 300; ++z)
+    for (int y = 0; y < 300; ++y)
+      for (int x = 0; x < 300; ++x)
+        scan.labels[scan.index(x, y, z)] = glm::length(dvec3(x, y, z) - 149.5) <= 145 ? 1 : 0;
+  auto shared = std::make_shared<volume::Volume>(std::move(scan));
+  haptics::TouchScene scene;
+  scene.base = shared;
+  const DrawMesh mesh = structure_surface(*shared, *haptics::untouched(scene), 1, label_boxes(*shared)[1]);
+  EXPECT_LT(mesh.triangles.size() / 3, 2 * k_structure_triangles);
+  EXPECT_GT(mesh.triangles.size() / 3, k_structure_triangles / 4);
+  for (const glm::vec3& p : mesh.vertices) ASSERT_NEAR(glm::length(dvec3(p) - 149.5), 145, 1.6);
+}
+
+struct Rgb {
+  double r, g, b;
+};
+
+/// A picture of the shell from the front, without a window.
+class TranslucentPicture : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto surface = make_offscreen(400, 300);
+    if (!surface) GTEST_SKIP() << "no OpenGL here";
+    surface_ = std::move(surface).value();
+    scene_ = std::make_unique<haptics::TouchScene>(shell());
+    picture_ = std::make_unique<Viewport>(*scene_, surface_->window(), true);
+    picture_->request_all(haptics::untouched(*scene_));
+    picture_->look_from('A');
+    picture_->view().show(StylusState{.is_visible = false});
+  }
+  void TearDown() override { picture_.reset(); }
+  /// Colour at the projection of a point after the picture is complete.
+  Rgb at(const dvec3& p) {
+    EXPECT_TRUE(picture_->complete());
+    const glm::dvec2 share = picture_->project(p);
+    const int x = static_cast<int>(share.x * 400), y = static_cast<int>(share.y * 300);
+    vtkNew<vtkUnsignedCharArray> pixels;
+    surface_->window()->GetPixelData(x, y, x, y, 0, pixels);
+    const auto value = [&](int i) { return static_cast<double>(pixels->GetValue(i)); };
+    return {value(0), value(1), value(2)};
+  }
+  static void expect_mix(const Rgb& seen, const Rgb& bone, const Rgb& behind, double opacity) {
+    const double tolerance = 3;  // of 255
+    EXPECT_NEAR(seen.r, opacity * bone.r + (1 - opacity) * behind.r, tolerance);
+    EXPECT_NEAR(seen.g, opacity * bone.g + (1 - opacity) * behind.g, tolerance);
+    EXPECT_NEAR(seen.b, opacity * bone.b + (1 - opacity) * behind.b, tolerance);
+  }
+  std::unique_ptr<DrawSurface> surface_;
+  std::unique_ptr<haptics::TouchScene> scene_;
+  std::unique_ptr<Viewport> picture_;
+  const dvec3 middle_ = k_middle + dvec3(-2, 0, 2), beside_ = k_middle + dvec3(-12, 0, 2);
+};
+
+TEST_F(TranslucentPicture, IsTheMixOfBoneAndOfWhatIsBehind) {
+  const Rgb bone = at(middle_), bone_beside = at(beside_);
+  picture_->set_opacity(0, 0);
+  const Rgb brain = at(middle_), background = at(beside_), in_front = at(k_in_front);
+  EXPECT_GT(brain.r, brain.b + 20) << "the brain's own colour";
+  EXPECT_LT(background.r, 120);
+  for (const double opacity : {0.25, 0.6}) {
+    picture_->set_opacity(0, opacity);
+    expect_mix(at(middle_), bone, brain, opacity);
+    expect_mix(at(beside_), bone_beside, background, opacity);
+    expect_mix(at(k_in_front), {0, 0, 0}, in_front, 0);
+  }
+  picture_->set_opacity(0, 1);
+  expect_mix(at(middle_), bone, brain, 1);
+}
+
+TEST_F(TranslucentPicture, HidesStructures) {
+  picture_->set_opacity(0, 0);
+  const Rgb brain = at(middle_), background = at(beside_);
+  picture_->set_opacity(1, 0);
+  const Rgb hidden = at(middle_);
+  EXPECT_NEAR(hidden.r, background.r, 12) << "the gradient of the background";
+  EXPECT_GT(std::abs(hidden.r - brain.r), 40);
+  picture_->set_opacity(1, 0.5);
+  expect_mix(at(middle_), brain, hidden, 0.5);
+}
+
+TEST_F(TranslucentPicture, FollowsCuts) {
+  picture_->set_opacity(0, 0.3);
+  const Rgb brain = at(middle_);
+  picture_->set_opacity(1, 0);
+  const Rgb without = at(middle_);
+  EXPECT_GT(std::abs(brain.r - without.r), 25);
+  picture_->set_opacity(1, 1);
+  volume::Shape shape;
+  shape.label = 2;
+  const auto untouched = haptics::untouched(*scene_);
+  volume::RemovalEditor editor(untouched, {volume::Field(*scene_->base, shape)});
+  const auto report = editor.remove({k_middle, k_middle + dvec3(0, 0, 0.1), 9.5});
+  picture_->request(editor.publish(), report.box);
+  expect_mix(at(middle_), without, without, 1);
+  picture_->request_all(untouched);
+  expect_mix(at(middle_), brain, brain, 1);
+}
+
+TEST_F(TranslucentPicture, FollowsTheViewAndHasNoCostWhenOpaque) {
+  at(middle_);
+  const StructureLayer& structures = *picture_->view().structures();
+  EXPECT_EQ(structures.drawn_count(), 0u);
+  EXPECT_EQ(structures.triangle_count(), 0u);
+  picture_->set_opacity(0, 0.3);
+  at(middle_);
+  const std::size_t first = structures.drawn_count();
+  EXPECT_GT(first, 0u);
+  for (int i = 0; i < 5; ++i) picture_->draw();
+  EXPECT_EQ(structures.drawn_count(), first) << "the kept picture is reused";
+  picture_->turn(40, 0);
+  at(middle_);
+  EXPECT_GT(structures.drawn_count(), first);
+  picture_->set_opacity(0, 1);
+  const std::size_t last = structures.drawn_count();
+  picture_->turn(40, 0);
+  at(middle_);
+  EXPECT_EQ(structures.drawn_count(), last);
+}
+
+}  // namespace
+}  // namespace trephine::view

@@ -1,0 +1,97 @@
+// The list of structures in the window, and a panel that scrolls.
+#include <QScrollArea>
+#include <QWheelEvent>
+
+#include "apps/window/qt_structure_panel.h"
+#include "apps/workbench/operation.h"
+#include "modules/catalogue.h"
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+class StructureWindow : public Window {
+ protected:
+  void open(const char* source) {
+    auto operation = workbench::open_operation(workbench::SourceChoice(source), {});
+    ASSERT_TRUE(operation) << operation.error().message();
+    held_ = std::make_unique<workbench::Operation>(std::move(operation.value()));
+    options_.start = WindowStart{held_->engine()};
+    options_.catalogue = &modules::catalogue();
+    options_.recorder = nullptr;
+    options_.width = 1200, options_.height = 900;
+    window_ = std::make_unique<MainWindow>(held_->scene(), options_);
+    window_->show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return viewport().is_complete(); }, 60000));
+  }
+  Viewport& viewport() { return window_->operation()->viewport(); }
+  std::size_t whole_triangles() { return viewport().view().structures()->triangle_count(); }
+  /// Number of a structure in the list.
+  std::size_t number_of(const std::string& name) {
+    const auto& list = viewport().structures();
+    for (std::size_t i = 0; i < list.size(); ++i)
+      if (list[i].name == name) return i;
+    ADD_FAILURE() << "no structure " << name;
+    return 0;
+  }
+  bool is_complete() {
+    return QTest::qWaitFor([&] { return viewport().is_complete(); }, 60000);
+  }
+
+  std::unique_ptr<workbench::Operation> held_;
+  std::unique_ptr<MainWindow> window_;
+};
+
+TEST_F(StructureWindow, BoneIsMadeTranslucentAndStructuresHidden) {
+  open("spine");
+  child<QAction>(*window_, "show_structures")->trigger();
+  QTest::qWait(200);
+  auto* bone = child<QSlider>(*window_, "opacity_0");
+  ASSERT_NE(bone, nullptr);
+  EXPECT_TRUE(bone->isVisible());
+  EXPECT_FALSE(bone->visibleRegion().isEmpty()) << "the menu scrolls to the list";
+  EXPECT_EQ(whole_triangles(), 0u) << "no cost before";
+  bone->setValue(30);
+  EXPECT_NEAR(viewport().structures()[0].opacity, 0.3, 1e-9);
+  ASSERT_TRUE(is_complete());
+  EXPECT_GT(whole_triangles(), 5000u);
+  const std::size_t drawn = viewport().view().structures()->drawn_count();
+  QTest::qWait(200);
+  EXPECT_EQ(viewport().view().structures()->drawn_count(), drawn) << "a view at rest is not drawn again";
+  keep(*window_, "translucent");
+  const std::size_t cord = number_of("cord");
+  auto* box = child<QCheckBox>(*window_, ("structure_" + std::to_string(cord)).c_str());
+  ASSERT_NE(box, nullptr);
+  box->click();
+  EXPECT_EQ(viewport().structures()[cord].opacity, 0);
+  EXPECT_FALSE(child<QSlider>(*window_, ("opacity_" + std::to_string(cord)).c_str())->isEnabled());
+  box->click();
+  EXPECT_EQ(viewport().structures()[cord].opacity, 1);
+  bone->setValue(100);
+  ASSERT_TRUE(is_complete());
+  EXPECT_FALSE(viewport().view().structures()->is_active());
+}
+
+TEST_F(StructureWindow, TheWheelScrollsThePanelAndChangesNoValue) {
+  options_.width = 1000, options_.height = 640;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  auto* clip = child<QComboBox>(window, "clip");
+  auto* depth = child<QSlider>(window, "depth");
+  const int depth_before = depth->value();
+  const auto turn_wheel = [](QWidget* widget) {
+    const QPointF at = widget->rect().center();
+    QWheelEvent event(at, widget->mapToGlobal(at.toPoint()), {0, 0}, {0, -120}, Qt::NoButton, Qt::NoModifier,
+                      Qt::NoScrollPhase, false);
+    QApplication::sendEvent(widget, &event);
+  };
+  turn_wheel(clip);
+  turn_wheel(depth);
+  EXPECT_EQ(clip->currentIndex(), 0);
+  EXPECT_EQ(depth->value(), depth_before);
+}
+
+}  // namespace
+}  // namespace trephine::view
