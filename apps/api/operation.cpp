@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <glm/matrix.hpp>
 
+#include "apps/api/operation_input.h"
 #include "apps/imaging/xray_panel.h"
 #include "apps/workbench/findings.h"
 #include "apps/workbench/moment.h"
@@ -25,73 +26,6 @@ Touch touch_of(const haptics::ServoRecord& record) noexcept {
           record.shape,        record.faults};
 }
 
-sim::HandSpec spec_of(const Hand& hand) {
-  sim::HandSpec spec;
-  spec.instrument = hand.instrument;
-  spec.parameters = hand.parameters;
-  spec.tool = std::make_shared<const haptics::ToolShape>(hand.tool_radius);
-  if (!hand.method.empty()) spec.method = hand.method;
-  spec.effects = hand.effects;
-  return spec;
-}
-
-workbench::OperationChoice choice_of(const OperationOptions& options) {
-  workbench::OperationChoice choice;
-  choice.shape.iso = options.iso;
-  choice.shape.window = options.window;
-  choice.shape.label = options.label;
-  choice.hands.clear();
-  for (const Hand& hand : options.hands) choice.hands.push_back(spec_of(hand));
-  choice.rate_hz = options.rate_hz;
-  choice.smallest_burr = options.smallest_burr;
-  return choice;
-}
-
-workbench::RecordChoice record_of(const Recording& recording) {
-  workbench::RecordChoice record;
-  record.file = recording.file;
-  record.is_embedding = recording.is_embedding;
-  record.program = recording.program.empty() ? "trephine " TREPHINE_VERSION " (library)" : recording.program;
-  return record;
-}
-
-/// Checks what the workbench requires of its callers.
-Status check(const OperationOptions& options) {
-  constexpr std::size_t k_max = haptics::ServoScene::k_max_hands;
-  if (!options.hands.empty() && options.hands.size() <= k_max) return std::nullopt;
-  return Error{.what = "the number of hands is out of range",
-               .where = "hands",
-               .found = std::to_string(options.hands.size()),
-               .expected = "1 to " + std::to_string(k_max)};
-}
-
-Error missing_volume() {
-  return {.what = "there is no volume",
-          .where = "volumes",
-          .expected = "at least one, the anatomy first, none of them null",
-          .remedy = "pass the scan"};
-}
-
-bool has_volumes(std::span<const std::shared_ptr<const Volume>> volumes) {
-  return !volumes.empty() && std::find(volumes.begin(), volumes.end(), nullptr) == volumes.end();
-}
-
-Status check(const Surface& surface, std::size_t number) {
-  const std::string where = "model " + std::to_string(number + 1);
-  if (surface.triangles.empty() || surface.triangles.size() % 3 != 0)
-    return Error{.what = "the model has no triangles",
-                 .where = where,
-                 .found = std::to_string(surface.triangles.size()) + " indices",
-                 .expected = "three indices per triangle, one triangle or more"};
-  for (const std::uint32_t corner : surface.triangles)
-    if (corner >= surface.vertices_world.size())
-      return Error{.what = "a triangle refers to a missing vertex",
-                   .where = where,
-                   .found = std::to_string(corner),
-                   .expected = "below " + std::to_string(surface.vertices_world.size())};
-  return std::nullopt;
-}
-
 }  // namespace
 
 /// An operation that is driven by its caller (`run`), or read from a file (`session`).
@@ -99,6 +33,7 @@ struct Operation::Data {
   sim::SceneDescription scene;
   std::unique_ptr<sim::SessionWriter> recorder;
   std::optional<sim::Lockstep> run;
+  std::shared_ptr<const char> identity = std::make_shared<const char>();  ///< of its snapshots
   std::unique_ptr<workbench::OpenedSession> session;
   bool has_ended = false;
   double air = -1000;
@@ -155,6 +90,14 @@ struct Operation::Data {
     return std::move(outcome.refused);
   }
 };
+
+struct Snapshot::Data {
+  sim::Lockstep run;
+  std::vector<Touch> touches;
+  std::shared_ptr<const char> identity;
+};
+
+std::uint64_t Snapshot::tick() const noexcept { return data_->run.engine().now().next_tick; }
 
 Status load_module(const std::string& path) {
   const auto loaded = modules::load_module(path);
@@ -321,6 +264,34 @@ Status Operation::redo() { return data_->apply(sim::Redo{}); }
 Status Operation::reset() {
   if (Status error = data_->check_is_running()) return error;
   data_->run->reset();
+  return std::nullopt;
+}
+
+Result<Snapshot> Operation::snapshot() {
+  if (Status error = data_->check_is_running()) return *error;
+  data_->engine().freeze();
+  return Snapshot(
+      std::make_shared<const Snapshot::Data>(Snapshot::Data{*data_->run, data_->touches, data_->identity}));
+}
+
+Status Operation::restore(const Snapshot& snapshot) {
+  if (Status error = data_->check_is_running()) return error;
+  if (data_->recorder)
+    return Error{.what = "an operation that is being recorded cannot return to a snapshot",
+                 .where = k_where,
+                 .found = "a recording",
+                 .expected = "an operation without a recording",
+                 .remedy = "use undo, or open the operation without a recording"};
+  if (snapshot.data_->identity != data_->identity)
+    return Error{.what = "the snapshot is of another operation",
+                 .where = k_where,
+                 .expected = "a snapshot of this operation",
+                 .remedy = "call snapshot() of the operation that you restore"};
+  const volume::VoxelBox ever_cut =
+      sim::united(data_->engine().ever_cut(), snapshot.data_->run.engine().ever_cut());
+  data_->run.emplace(snapshot.data_->run);
+  data_->touches = snapshot.data_->touches;
+  data_->changed = sim::united(data_->changed, ever_cut);
   return std::nullopt;
 }
 

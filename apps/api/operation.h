@@ -125,6 +125,19 @@ struct VoxelRange {
   glm::ivec3 low{0}, high{-1};  ///< both included
 };
 
+/// State of an operation at one moment, with its undo history. Snapshots share their data with the operation
+/// and with each other. Valid as long as the program keeps it, also after the end of the operation.
+class Snapshot {
+ public:
+  std::uint64_t tick() const noexcept;  ///< number of executed ticks
+
+ private:
+  friend class Operation;
+  struct Data;
+  explicit Snapshot(std::shared_ptr<const Data> data) noexcept : data_(std::move(data)) {}
+  std::shared_ptr<const Data> data_;
+};
+
 /// Loads a module of a shared library (docs/how-to/add-a-module.md), for operations that are opened
 /// afterwards. Call before other threads open operations.
 Status load_module(const std::string& path);
@@ -171,6 +184,12 @@ class Operation {
   Status redo();
   /// Clears faults, contact and force with the next tick.
   Status reset();
+  /// Returns the current state, also in the middle of a stroke. Changes no bits.
+  Result<Snapshot> snapshot();
+  /// Returns to the state of a snapshot of this operation: equal ticks and commands then give equal bits.
+  /// References to events become invalid. Error: a snapshot of another operation, or an operation that is
+  /// being recorded, since a recording has no way back.
+  Status restore(const Snapshot& snapshot);
   /// Ends the operation and its recording. Returns the first error of the recording. Only queries remain.
   Status end();
 

@@ -267,6 +267,8 @@ void bind_operation(py::module_& module) {
                (hand.parameters.empty() ? "" : " " + hand.parameters) + ">";
       });
 
+  py::class_<Snapshot>(module, "Snapshot", "The state of an operation at one moment, with its undo history.")
+      .def_property_readonly("tick", &Snapshot::tick, "Number of executed ticks.");
   py::class_<PyOperation, SharedOperation>(
       module, "Operation",
       "Surgery on a scan: poses in, forces out. One thread at a time uses an operation; several operations share "
@@ -321,6 +323,17 @@ void bind_operation(py::module_& module) {
       .def(
           "reset", [](PyOperation& self) { self.with([](Operation& o) { return check(o.reset()), 0; }); },
           "Clears faults, contact and force with the next tick.")
+      .def(
+          "snapshot",
+          [](PyOperation& self) { return self.with([](Operation& o) { return value_of(o.snapshot()); }); },
+          "The current state, to return to with restore().")
+      .def(
+          "restore",
+          [](PyOperation& self, const Snapshot& snapshot) {
+            self.with([&](Operation& o) { return check(o.restore(snapshot)), 0; });
+          },
+          py::arg("snapshot"),
+          "Returns to a snapshot of this operation; equal input then gives equal bits. Not while recording.")
       .def(
           "end", [](PyOperation& self) { self.with([](Operation& o) { return check(o.end()), 0; }); },
           "Ends the operation and its recording.")

@@ -78,8 +78,9 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       shots_ = arm->shots;
       if (arm->shots > 0) {
         char text[80];
-        std::snprintf(text, sizeof text, "   %d shot%s, %.0f mGy cm\u00b2", static_cast<int>(arm->shots),
-                      arm->shots == 1 ? "" : "s", arm->area_product);
+        // The time, since a live exposure is no number of images.
+        std::snprintf(text, sizeof text, "   X-ray %.1f s, %.0f mGy cm\u00b2", arm->seconds,
+                      arm->area_product);
         panes_.set_xray_note(text);
       }
     }

@@ -301,6 +301,9 @@ void ImagePane::wheelEvent(QWheelEvent* event) {
 
 void ImagePane::mousePressEvent(QMouseEvent* event) {
   last_ = event->localPos();
+  if (event->button() == Qt::LeftButton && event->modifiers() == Qt::NoModifier &&
+      imaging::is_planar(panes_->kind(index_)))
+    if (const auto at = panes_->world(index_, {last_.x(), last_.y()}); at && on_point(*at)) return;
   mouseMoveEvent(event);
 }
 

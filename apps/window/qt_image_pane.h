@@ -39,6 +39,8 @@ class ImagePane : public QWidget {
   std::function<void(int)> on_preset = [](int) {};
   std::function<void()> on_look = [] {};  ///< the focus moved
   /// Turns a ray-cast scan with the picture, degrees.
+  /// The user clicked at a point of the plane (world). Returns true if the click has no other effect.
+  std::function<bool(const glm::dvec3& at)> on_point = [](const glm::dvec3&) { return false; };
   std::function<void(double left, double up)> on_turn = [](double, double) {};
 
  protected:

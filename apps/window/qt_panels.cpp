@@ -163,6 +163,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {QT_TR_NOOP("Ctrl+Z, Ctrl+Y  (U, Y)"), QT_TR_NOOP("undo or redo a stroke")},
       {QT_TR_NOOP("Ctrl+B, Ctrl+G"), QT_TR_NOOP("start a branch here; go to another branch")},
       {QT_TR_NOOP("Ctrl+D"), QT_TR_NOOP("compare with another state")},
+      {QT_TR_NOOP("M"), QT_TR_NOOP("ruler: click two positions, in the picture or in slices")},
       {QT_TR_NOOP("Ctrl+R"), QT_TR_NOOP("structures: show, hide, make translucent")},
       {QT_TR_NOOP("Ctrl+1"), QT_TR_NOOP("add an anchor of a bone flap at the touched position")},
       {QT_TR_NOOP("Shift + left,  G"), QT_TR_NOOP("drag an anchor; grasp or release the touched anchor")},

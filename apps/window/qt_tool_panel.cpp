@@ -1,5 +1,6 @@
 #include "apps/window/qt_tool_panel.h"
 
+#include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDoubleSpinBox>
@@ -7,6 +8,7 @@
 #include <QLineEdit>
 #include <QLinearGradient>
 #include <QPainter>
+#include <QPixmap>
 #include <QPolygonF>
 #include <QStandardItemModel>
 #include <QVBoxLayout>
@@ -53,9 +55,25 @@ QString words_of(std::string_view name) {
   return words;
 }
 
-namespace {
 QString label_of(const sim::Field& field) {
   return field.info.label.empty() ? words_of(field.name) : text_of(field.info.label);
+}
+
+namespace {
+/// Adds a button to a line edit that marks the positions of its field in the picture.
+void add_mark_button(QLineEdit* line, const sim::Field& field, const FieldForm::Mark& mark) {
+  QPixmap cross(16, 16);
+  cross.fill(Qt::transparent);
+  QPainter painter(&cross);
+  painter.setPen(QPen(QColor(246, 201, 68), 1.6));
+  painter.drawEllipse(QPointF(8, 8), 4.5, 4.5);
+  painter.drawLine(8, 0, 8, 16);
+  painter.drawLine(0, 8, 16, 8);
+  painter.end();
+  QAction* action = line->addAction(QIcon(cross), QLineEdit::TrailingPosition);
+  action->setObjectName("mark_" + text_of(field.name));
+  action->setToolTip(QObject::tr("Mark it in the picture or in a slice"));
+  QObject::connect(action, &QAction::triggered, line, [mark, &field] { mark(field); });
 }
 }  // namespace
 
@@ -70,7 +88,18 @@ void FieldForm::add_row(QWidget* widget, const sim::Field& field, std::function<
   rows_.push_back(std::move(show));
 }
 
-FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* parent)
+bool is_point_list(const sim::Field& field) {
+  return field.type == sim::detail::IndexIn<std::vector<glm::dvec3>, sim::FieldPointer>::k_index;
+}
+
+void set_places(sim::Value& value, const sim::Field& field, const std::vector<glm::dvec3>& places) {
+  const sim::FieldPointer pointer = field.pointer_in(value.data());
+  if (auto* const* list = std::get_if<std::vector<glm::dvec3>*>(&pointer)) **list = places;
+  if (auto* const* point = std::get_if<glm::dvec3*>(&pointer); point && !places.empty())
+    **point = places.front();
+}
+
+FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& mark, QWidget* parent)
     : QWidget(parent), value_(value) {
   auto* form = new QFormLayout(this);
   form->setContentsMargins(0, 0, 0, 0);
@@ -133,6 +162,8 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* paren
         value_ = std::move(next);
         notify_change();
       });
+      const bool is_point = std::holds_alternative<glm::dvec3*>(pointer) || is_point_list(field);
+      if (is_point && mark) add_mark_button(line, field, mark);
       add_row(line, field, [this, line, &field] {
         line->setText(QString::fromStdString(sim::to_words(field, value_.data())));
       });

@@ -17,6 +17,13 @@ namespace trephine::view {
 /// Returns a name as text for the user: "Bone flap" for "bone-flap".
 QString words_of(std::string_view name);
 
+/// Returns the text for the user at a field.
+QString label_of(const sim::Field& field);
+/// Returns true if a field holds a list of positions.
+bool is_point_list(const sim::Field& field);
+/// Sets the positions of a field of a value: one, or a list.
+void set_places(sim::Value& value, const sim::Field& field, const std::vector<glm::dvec3>& places);
+
 /// A row for each field of a value. Each widget is named after its field.
 class FieldForm : public QWidget {
   Q_OBJECT
@@ -24,7 +31,11 @@ class FieldForm : public QWidget {
  public:
   /// Returns the names to choose from for a text field; empty for Names without a kind.
   using Offer = std::function<QStringList(sim::FieldInfo::Names)>;
-  explicit FieldForm(const sim::Value& value, const Offer& offer = {}, QWidget* parent = nullptr);
+  /// Called to mark the positions of a field in the picture.
+  using Mark = std::function<void(const sim::Field&)>;
+  /// `mark` null: positions can only be typed.
+  explicit FieldForm(const sim::Value& value, const Offer& offer = {}, const Mark& mark = {},
+                     QWidget* parent = nullptr);
   const sim::Value& value() const { return value_; }
   /// Shows a value without calling on_change.
   void show(const sim::Value& value);

@@ -113,6 +113,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   canvas_->setRenderWindow(window);
   grid_->set_canvas(canvas_);
   at_tool_ = new NoticeLabel(canvas_);
+  build_prompt();
   log_->clear();
   Viewport* picture = nullptr;
   if (options_.replay) {
@@ -153,7 +154,11 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   vtkNew<StylusStyle> style;
   style->SetDefaultRenderer(picture->view().renderer());
   style->on_press = [this](bool is_down) {
-    if (operation_) operation_->press(is_down);
+    if (marking_.is_active()) {
+      if (is_down) mark_touched();
+    } else if (operation_) {
+      operation_->press(is_down);
+    }
   };
   style->on_shift_press = [this](bool is_down) {
     if (!operation_) return;
@@ -309,6 +314,7 @@ void MainWindow::tick() {
   if (!is_drawable()) return;
   if (operation_) {
     follow_cursor();
+    show_marking();
     operation_->frame();
   } else if (replay_) {
     if (const Status error = replay_->frame(elapsed)) {

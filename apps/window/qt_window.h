@@ -10,6 +10,7 @@
 
 #include "apps/view/operation_controller.h"
 #include "apps/view/pane_controller.h"
+#include "apps/view/place_marking.h"
 #include "apps/view/replay_controller.h"
 #include "apps/view/view_window.h"
 #include "apps/view/window_stage.h"
@@ -91,7 +92,15 @@ class MainWindow : public QMainWindow {
   void build_command_menu();
   void apply_at_touched(const sim::ValueType& type);
   void build_pieces_menu();
-  void ask_and_apply(const sim::ValueType& type);
+  /// Asks for the fields of a command in a form that begins with the given values, and applies it.
+  void ask_and_apply(sim::Value command);
+  void mark_for(sim::Value command, const sim::Field& field);
+  void begin_marking(PlaceMarking::Request request, std::function<void(const PlaceMarking::Places&)> done);
+  bool mark_touched();
+  bool mark_by_key(const QKeyEvent* event);
+  void show_marking();
+  void build_prompt();
+  void build_measure_menu();
   QStringList names_of(sim::FieldInfo::Names kind);
   void show_message(const QString& text);
   void show_refusal(const QString& reason);
@@ -160,6 +169,10 @@ class MainWindow : public QMainWindow {
   PaneController panes_{PaneGrid::k_panes};
   PaneGrid* grid_ = nullptr;
   std::optional<PaneController::Clip> followed_clip_;
+  PlaceMarking marking_;
+  std::string marking_prompt_;              ///< shown by prompt_
+  std::optional<glm::dvec3> marking_next_;  ///< shown end of the line
+  QLabel* prompt_ = nullptr;
   /// A scan that is being opened on another thread.
   struct Opening {
     std::shared_ptr<std::atomic<double>> share = std::make_shared<std::atomic<double>>(0);

@@ -1,4 +1,5 @@
 // Keyboard controls of MainWindow, and events of its picture.
+#include <QAction>
 #include <QComboBox>
 #include <QCursor>
 #include <QKeyEvent>
@@ -117,7 +118,7 @@ void MainWindow::show_refusal(const QString& reason) {
 
 void MainWindow::keyPressEvent(QKeyEvent* event) {
   help_->hide();
-  if (move_by_key(event)) return;
+  if (mark_by_key(event) || move_by_key(event)) return;
   const bool is_plain = (event->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) == 0;
   if (!is_plain) return QMainWindow::keyPressEvent(event);
   switch (event->key()) {
@@ -163,6 +164,10 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_PageUp:
     case Qt::Key_PageDown:
       press_deeper(event->key() == Qt::Key_PageDown ? 1 : -1);
+      return;
+    case Qt::Key_M:
+      if (QAction* ruler = findChild<QAction*>("measure_ruler"); ruler && ruler->isEnabled())
+        ruler->trigger();
       return;
     case Qt::Key_N:
       toggle_names();

@@ -100,9 +100,9 @@ void MainWindow::build_menu() {
   if (!options_.replay) {
     edit->addSeparator();
     add(edit, "begin_branch", tr("Try &again from here ..."), QKeySequence("Ctrl+B"),
-        [this] { ask_and_apply(sim::value_type<sim::BeginBranch>()); });
+        [this] { ask_and_apply(sim::BeginBranch()); });
     add(edit, "switch_branch", tr("&Go to another branch ..."), QKeySequence("Ctrl+G"),
-        [this] { ask_and_apply(sim::value_type<sim::SwitchBranch>()); });
+        [this] { ask_and_apply(sim::SwitchBranch()); });
     next_step_action_ = add(edit, "next_step", tr("Go to the &next step"), QKeySequence("Ctrl+Return"),
                             [this] { go_to_next_step(); });
     next_step_action_->setShortcuts({QKeySequence("Ctrl+Return"), QKeySequence("Ctrl+Enter")});
@@ -132,6 +132,7 @@ void MainWindow::build_menu() {
   sound->setCheckable(true);
   build_panes_menu();
   build_pieces_menu();
+  build_measure_menu();
   build_command_menu();
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   add(help, "help", tr("&Keys and mouse"), QKeySequence("F1"), [this] {
@@ -192,8 +193,9 @@ void MainWindow::build_command_menu() {
     if (needs_point && ++point_command_count < 10)
       action->setShortcut(QKeySequence(QString("Ctrl+%1").arg(point_command_count)));
     command_actions_.push_back({action, menu, &type});
-    connect(action, &QAction::triggered, this,
-            [this, &type, needs_point] { needs_point ? apply_at_touched(type) : ask_and_apply(type); });
+    connect(action, &QAction::triggered, this, [this, &type, needs_point] {
+      needs_point ? apply_at_touched(type) : ask_and_apply(sim::Value::of(type));
+    });
   };
   for (const sim::Module* module : options_.catalogue->modules()) {
     for (const sim::ValueType* command : module->commands()) add(*command);
@@ -230,14 +232,20 @@ QStringList MainWindow::names_of(sim::FieldInfo::Names kind) {
   return names;
 }
 
-void MainWindow::ask_and_apply(const sim::ValueType& type) {
-  sim::Value command = sim::Value::of(type);
-  if (!type.schema->fields.empty()) {
+void MainWindow::ask_and_apply(sim::Value command) {
+  if (!command.schema().fields.empty()) {
+    constexpr int k_mark = 2;  // result of the dialog: a field's positions are marked in the picture
+    const sim::Field* marked = nullptr;
     QDialog dialog(this);
     dialog.setObjectName("command");
-    dialog.setWindowTitle(words_of(type.schema->name));
+    dialog.setWindowTitle(words_of(command.schema().name));
     auto* column = new QVBoxLayout(&dialog);
-    auto* form = new FieldForm(command, [this](sim::FieldInfo::Names kind) { return names_of(kind); });
+    const auto mark = [&dialog, &marked](const sim::Field& field) {
+      marked = &field;
+      dialog.done(k_mark);
+    };
+    auto* form = new FieldForm(
+        command, [this](sim::FieldInfo::Names kind) { return names_of(kind); }, mark);
     form->on_resize = [&dialog] { QTimer::singleShot(0, &dialog, [&dialog] { dialog.adjustSize(); }); };
     column->addWidget(form);
     auto* buttons = new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel);
@@ -247,10 +255,27 @@ void MainWindow::ask_and_apply(const sim::ValueType& type) {
     if (operation_) operation_->press(false);
     const WindowStage::Dialog guard(stage_);
     const int answer = dialog.exec();
-    if (answer != QDialog::Accepted) return;
     command = form->value();
+    if (answer == k_mark) return mark_for(std::move(command), *marked);
+    if (answer != QDialog::Accepted) return;
   }
   if (operation_) operation_->apply(std::move(command));
+}
+
+/// Lets the user mark the positions of a field, and then shows the form again.
+void MainWindow::mark_for(sim::Value command, const sim::Field& field) {
+  PlaceMarking::Request request{words_of(command.schema().name).toStdString() + ", " +
+                                label_of(field).toLower().toStdString()};
+  if (!is_point_list(field))
+    request.most = 1;
+  else if (field.info.most_values > 0)
+    request.most = field.info.most_values;
+  begin_marking(request, [this, command, &field](const PlaceMarking::Places& places) {
+    sim::Value next = command;
+    set_places(next, field, places);
+    // After the click that marked the last position.
+    QTimer::singleShot(0, this, [this, next] { ask_and_apply(next); });
+  });
 }
 
 }  // namespace trephine::view

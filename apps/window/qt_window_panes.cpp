@@ -21,6 +21,11 @@ void MainWindow::build_panes() {
     ImagePane* pane = grid_->pane(i);
     pane->on_shoot = [this] { panes_.shoot(); };
     pane->on_live = [this](bool is_live) { panes_.set_live(is_live); };
+    pane->on_point = [this](const glm::dvec3& at) {
+      if (!marking_.is_active()) return false;
+      marking_.add(at);
+      return true;
+    };
     pane->on_turn = [this](double left, double up) { viewport()->turn(left, up); };
     pane->on_preset = [this](int preset) { panes_.set_preset(static_cast<std::size_t>(preset)); };
   }

@@ -149,9 +149,25 @@ int read_hand(TomlReader& reader, const toml::value& value, const toml::table& t
   return static_cast<int>(hand);
 }
 
+/// Returns the opacities of structures in a table of percentages; empty if the key is absent.
+std::vector<std::pair<std::string, double>> read_opacities(TomlReader& reader, const toml::table& t) {
+  std::vector<std::pair<std::string, double>> opacities;
+  const auto it = t.find("opacity");
+  if (it == t.end()) return opacities;
+  if (!it->second.is_table()) {
+    reader.fail(it->second, "opacity is not a table", "", "opacity = { bone = 25 }, from 0 hidden to 100");
+    return opacities;
+  }
+  const toml::table& percentages = it->second.as_table();
+  for (const auto& [name, value] : percentages)
+    opacities.emplace_back(name, 0.01 * reader.number(percentages, name, 0, 100).value_or(100));
+  std::sort(opacities.begin(), opacities.end());
+  return opacities;
+}
+
 ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::size_t hands) {
-  const toml::table& t =
-      reader.table(value, {"at", "file", "place", "from", "aim", "distance", "caption", "tool", "hand"});
+  const toml::table& t = reader.table(
+      value, {"at", "file", "place", "from", "aim", "distance", "caption", "tool", "hand", "opacity"});
   ScriptPicture picture;
   picture.line = TomlReader::line_of(value);
   picture.at = reader.number(t, "at", 0, k_longest_seconds);
@@ -164,6 +180,7 @@ ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::si
   picture.distance = reader.number(t, "distance", 1, 5000);
   picture.caption = reader.text(t, "caption").value_or("");
   picture.has_tool = reader.boolean(t, "tool").value_or(true);
+  picture.opacities = read_opacities(reader, t);
   if (!picture.file.ends_with(".png") || picture.file.find('/') != std::string::npos ||
       picture.file.starts_with('.'))
     reader.fail(value, "invalid file name of a picture", picture.file,

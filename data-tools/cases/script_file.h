@@ -92,6 +92,7 @@ struct ScriptPicture {
   std::optional<double> distance;  ///< of the camera, mm; empty: fits the scene
   std::string caption;             ///< may contain {name} and {name:digits} for measured values
   bool has_tool = true;
+  std::vector<std::pair<std::string, double>> opacities;  ///< of structures by name, 0 hidden to 1 opaque
 };
 
 struct Script {

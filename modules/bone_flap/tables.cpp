@@ -68,6 +68,7 @@ const sim::Schema& CutFlap::schema() {
                                      .high = 1e5,
                                      .help = "position on the flap; found if empty",
                                      .label = "Position on the flap",
+                                     .most_values = 1,
                                      .is_expert = true}),
       field<&CutFlap::leave>("leave", {.help = "numbers of pieces that stay, from the largest on",
                                        .label = "Pieces that stay",

@@ -32,11 +32,13 @@ const sim::Schema& PlaceScrew::schema() {
                                           .low = -1e5,
                                           .high = 1e5,
                                           .help = "position at which it enters, instead of a track",
+                                          .most_values = 1,
                                           .is_expert = true}),
       field<&PlaceScrew::target>("target", {.unit = "mm",
                                             .low = -1e5,
                                             .high = 1e5,
                                             .help = "position toward which it points",
+                                            .most_values = 1,
                                             .is_expert = true}),
       field<&PlaceScrew::seconds>(
           "seconds",

@@ -247,6 +247,7 @@ const sim::Schema& JudgeCatheter::schema() {
                                        .high = 1e5,
                                        .help = "a point before the bone, and the tip; without it the newest "
                                                "catheter",
+                                       .most_values = 2,
                                        .is_expert = true}),
       field<&JudgeCatheter::item>("item",
                                   {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};

@@ -94,6 +94,8 @@ class Engine {
   const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.undoable.version; }
   const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
   double removed_mm3() const noexcept;
+  /// Returns the box of all voxels that were cut since the start, also of undone cuts.
+  const volume::VoxelBox& ever_cut() const noexcept { return ever_cut_; }
   /// By label; one entry for volumes without labels.
   std::vector<double> removed_mm3_by_label() const;
   std::vector<Measure> measures() const;

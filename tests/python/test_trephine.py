@@ -197,6 +197,25 @@ def test_errors_state_problem_and_remedy():
     assert (operation.run(np.zeros((2, 3)) + 50).faults == 0).all()
 
 
+def test_snapshots_give_equal_bits():
+    operation = tr.Operation.open(sphere((2, 2, 2)), hand=tr.Hand("burr", diameter=5, removal_rate=200))
+    path = path_down(400)
+    operation.run(path[:250], buttons=1)
+    snapshot = operation.snapshot()
+    assert snapshot.tick == operation.tick == 250
+    first = operation.run(path[250:], buttons=1)
+    state = operation.hash
+    operation.undo()
+    operation.restore(snapshot)
+    again = operation.run(path[250:], buttons=1)
+    assert np.array_equal(first.force, again.force) and operation.hash == state
+    assert np.abs(first.force).max() > 0.1 and operation.removed_mm3 > 1
+    with pytest.raises(tr.Error, match="another operation"):
+        tr.Operation.open(sphere((2, 2, 2))).restore(snapshot)
+    with pytest.raises(TypeError):
+        pickle.dumps(snapshot)
+
+
 def test_invalid_arguments_are_errors_with_their_name(tmp_path):
     scan = sphere((5, 5, 5))
     hand = tr.Hand("burr", diameter=4)

@@ -18,6 +18,26 @@ using glm::dvec3;
 
 namespace {
 
+std::vector<view::StructureOpacity> opacities_of(const data_tools::ScriptPicture& picture) {
+  std::vector<view::StructureOpacity> opacities;
+  for (const auto& [name, opacity] : picture.opacities) opacities.push_back({name, opacity});
+  return opacities;
+}
+
+/// Checks the structures that pictures name.
+Status check_opacities(const std::vector<data_tools::ScriptPicture>& pictures,
+                       const haptics::TouchScene& scene, const std::string& where) {
+  for (const data_tools::ScriptPicture& picture : pictures) {
+    if (picture.opacities.empty()) continue;
+    std::vector<view::Structure> structures = view::structures_of(scene);
+    Status error = view::set_opacities(structures, opacities_of(picture));
+    if (!error) continue;
+    error->where = where + ", line " + std::to_string(picture.line);
+    return error;
+  }
+  return {};
+}
+
 /// Draws the pictures of one operation off-screen, one after another.
 class ScriptPictures {
  public:
@@ -28,11 +48,15 @@ class ScriptPictures {
                const std::string& caption) {
     const auto begin = Clock::now();
     const volume::Version& version = *moment.engine.current();
-    if (!picture_) {
+    const bool is_opaque = request.opacities.empty();
+    if (!picture_ || request.opacities != opacities_) {
       auto surface = view::make_offscreen(1200, 900);
       if (!surface) return surface.error();
+      picture_.reset();
       surface_ = std::move(surface).value();
-      picture_.emplace(*run_->operation().scene(), surface_->window(), false);
+      opacities_ = request.opacities;
+      picture_.emplace(*run_->operation().scene(), surface_->window(), !is_opaque);
+      if (Status error = picture_->set_opacities(opacities_of(request))) return error;
       picture_->request_all(moment.engine.current());
     } else {
       picture_->request(moment.engine.current(), moment.changed);
@@ -48,7 +72,10 @@ class ScriptPictures {
       picture_->view().show(view::StylusState{.is_visible = false});
     picture_->show(moment.engine.overlays(), moment.hands);
     picture_->show_text(caption, "");
-    picture_->draw();
+    if (is_opaque)
+      picture_->draw();
+    else
+      picture_->complete();
     Status error = view::write_png(surface_->window(), (fs::path(folder_) / request.file).string());
     seconds_ += seconds_since(begin);
     return error;
@@ -73,7 +100,8 @@ class ScriptPictures {
   const workbench::ScriptRun* run_;
   std::string folder_;
   std::unique_ptr<view::DrawSurface> surface_;
-  std::optional<view::Viewport> picture_;  // destroyed before its surface
+  std::optional<view::Viewport> picture_;                  // destroyed before its surface
+  std::vector<std::pair<std::string, double>> opacities_;  // of picture_
   dvec3 from_{0.0};
   double seconds_ = 0;
 };
@@ -119,6 +147,8 @@ Result<PlayedScript> play_script(const ScriptRequest& request) {
   if (!opened) return opened.error();
   played.run = std::move(opened).value();
   workbench::ScriptRun& run = *played.run;
+  if (Status error = check_opacities(request.script.pictures, *run.operation().scene(), request.where))
+    return *error;
   played.ready_seconds = seconds_since(begin);
 
   workbench::RecordChoice record = request.record;

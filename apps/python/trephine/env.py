@@ -151,6 +151,8 @@ class Pocket:
             first, now = self._part(self.scan.array).astype(float), self._part(self._now)
             removed = np.where(first >= self.iso, (first - now) / np.maximum(first - self._air, 1.0), 0.0)
             self._inside = self._voxel * float((self._weights * removed).sum())
+        if touches is None:  # nothing is removed after a reset; sums of growth have rounding errors
+            self._inside = self._all = 0.0
         share, outside = self._inside / self.bone_mm3, max(self._all - self._inside, 0.0)
         value = share - outside / self.bone_mm3
         return value, share >= 0.9, {"removed_share": share, "outside_mm3": outside}
@@ -199,7 +201,7 @@ class BurrHole:
 
     def judge(self, operation: Operation, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
         if touches is None:
-            self._first_event = operation.event_count  # those of former episodes do not count
+            self._first_event = operation.event_count  # those of the task itself do not count
         is_torn = any(e.name == "structure-torn" for e in operation.events_since(self._first_event))
         now = operation.read(self._low, self._high)[:, 0, 0].astype(float)
         share = float(np.mean((self._before - now) / (self._before + 1000.0)))
@@ -211,9 +213,8 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
 
     An action is a velocity (x, y, z, mm/s) and the button (above 0.5: the tool runs). An observation is the
     position of the hand relative to the goal (mm), the force (N), contact (0 or 1) and the value of the task. A
-    reset undoes what was cut; equal seeds and actions give equal bits. The hand may move through bone, as a
-    device may: the tool stays outside, and the force grows. Measures such as "nearest to dura" are those of the
-    whole operation, not of an episode.
+    reset returns to the first state; equal seeds and actions give equal bits. The hand may move through bone, as a
+    device may: the tool stays outside, and the force grows.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}
@@ -226,7 +227,7 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
         self.task: Task = copy.copy(task) if task is not None else Pocket()
         self.ticks_per_step, self.max_steps, self.max_speed = ticks_per_step, max_steps, max_speed
         self.operation = self.task.open()
-        self._uncut_mm3 = self.operation.removed_mm3  # cuts of the task itself
+        self._first = self.operation.snapshot()
         self.action_space = _box([-max_speed] * 3 + [0], [max_speed] * 3 + [1])
         self.observation_space = _box([-np.inf] * 8, [np.inf] * 8)
         self._random = np.random.default_rng()
@@ -239,13 +240,7 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
         if seed is not None:
             self._random = np.random.default_rng(seed)
         self._position = _numbers(self.task.start(self._random), 3, "The start")
-        # Moves away from bone with the tool off, which ends the stroke; then undoes all strokes.
-        self.operation.run(self._position[None], buttons=0)
-        while (removed := self.operation.removed_mm3) > self._uncut_mm3:
-            self.operation.undo()
-            if self.operation.removed_mm3 == removed:  # more strokes than an operation can undo
-                self.operation = self.task.open()
-        self.operation.reset()
+        self.operation.restore(self._first)
         touches = self.operation.run(self._position[None], buttons=0)
         self._steps = 0
         self._value, _, facts = self.task.judge(self.operation, None)

@@ -1,0 +1,104 @@
+#include "apps/view/place_marking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <utility>
+
+namespace trephine::view {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_same = 0.05;  // mm; a second click at a position does not mark it again
+
+std::string text_of(const char* format, double number) {
+  char text[40];
+  std::snprintf(text, sizeof text, format, number);
+  return text;
+}
+
+double length_of(const PlaceMarking::Places& line) {
+  double length = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) length += glm::length(line[i] - line[i - 1]);
+  return length;
+}
+
+}  // namespace
+
+void PlaceMarking::begin(Request request, std::function<void(const Places&)> done) {
+  request_ = std::move(request);
+  places_.clear();
+  done_ = std::move(done);
+}
+
+void PlaceMarking::add(const dvec3& at) {
+  if (!is_active() || (!places_.empty() && glm::length(at - places_.back()) < k_same)) return;
+  places_.push_back(at);
+  if (places_.size() >= request_.most) finish();
+}
+
+void PlaceMarking::remove_last() {
+  if (places_.empty()) return cancel();
+  places_.pop_back();
+}
+
+bool PlaceMarking::finish() {
+  if (!is_active() || places_.size() < request_.least) return false;
+  const auto done = std::exchange(done_, nullptr);
+  done(std::exchange(places_, {}));
+  return true;
+}
+
+void PlaceMarking::cancel() {
+  done_ = nullptr;
+  places_.clear();
+}
+
+std::string PlaceMarking::prompt() const {
+  if (!is_active()) return "";
+  const std::string number = std::to_string(places_.size() + 1);
+  std::string text = request_.title + ": click ";
+  text += request_.most == 1 ? "a position" : "position " + number;
+  if (request_.most == request_.least && request_.most > 1) text += " of " + std::to_string(request_.most);
+  text += ". ";
+  if (places_.size() >= request_.least) text += "Enter finishes. ";
+  text += places_.empty() ? "Esc cancels." : "Backspace removes the last one, Esc cancels.";
+  return text;
+}
+
+sim::Overlays PlaceMarking::overlays(const std::optional<dvec3>& next) const {
+  if (!is_active()) return {};
+  sim::Overlay overlay;
+  overlay.kind = sim::Overlay::Kind::warning;
+  Places line = places_;
+  if (next && line.size() < request_.most) line.push_back(*next);
+  const bool is_outline = request_.shows == Request::Shows::outline && line.size() > 2;
+  if (is_outline) line.push_back(line.front());
+  for (std::size_t i = 1; i < line.size(); ++i) overlay.lines.push_back({line[i - 1], line[i]});
+  for (const dvec3& at : places_) {
+    // A cross of 3 mm along the axes marks a position from every side.
+    constexpr double k_arm = 1.5;
+    for (int a = 0; a < 3; ++a) {
+      dvec3 arm(0);
+      arm[a] = k_arm;
+      overlay.lines.push_back({at - arm, at + arm});
+    }
+  }
+  if (request_.shows == Request::Shows::angle) {
+    if (line.size() == 3) {
+      const dvec3 a = line[0] - line[1], b = line[2] - line[1];
+      const double angle = std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+      overlay.labels.push_back({line[1], text_of("%.1f\u00b0", glm::degrees(angle))});
+    }
+  } else if (line.size() > 1) {
+    const dvec3 end = is_outline ? line[line.size() - 2] : line.back();
+    overlay.labels.push_back({end, text_of("%.1f mm", length_of(line))});
+  }
+  return {overlay};
+}
+
+}  // namespace trephine::view

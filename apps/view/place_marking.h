@@ -1,0 +1,50 @@
+// PlaceMarking: positions for a command that the user marks one by one, with the line between them.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/api/overlay.h"
+
+namespace trephine::view {
+
+/// Drawing thread only.
+class PlaceMarking {
+ public:
+  struct Request {
+    std::string title;  ///< "Ruler"
+    std::size_t least = 1, most = std::numeric_limits<std::size_t>::max();
+    /// Quantity shown while the positions are marked: length of the line, of the closed line, or the angle
+    /// at the second position.
+    enum class Shows { length, outline, angle } shows = Shows::length;
+  };
+  using Places = std::vector<glm::dvec3>;  ///< world, mm
+
+  /// Starts again with no positions. `done`: called with the positions when there are `most`, or by finish().
+  void begin(Request request, std::function<void(const Places&)> done);
+  bool is_active() const noexcept { return done_ != nullptr; }
+  /// Marks a position. Has no effect if it is that of the last one.
+  void add(const glm::dvec3& at);
+  /// Removes the last position; without one, ends the marking.
+  void remove_last();
+  /// Ends the marking with the positions so far. Returns false if they are too few.
+  bool finish();
+  void cancel();
+  const Places& places() const noexcept { return places_; }
+  /// Returns a sentence that says what to do next; empty if there is no marking.
+  std::string prompt() const;
+  /// Returns the marked positions, and the line between them and on to `next`, with its quantity.
+  sim::Overlays overlays(const std::optional<glm::dvec3>& next) const;
+
+ private:
+  Request request_;
+  Places places_;
+  std::function<void(const Places&)> done_;
+};
+
+}  // namespace trephine::view

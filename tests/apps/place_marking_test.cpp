@@ -1,0 +1,87 @@
+// PlaceMarking: positions are counted, removed and finished, and shown with the length of their line.
+#include "apps/view/place_marking.h"
+
+#include <gtest/gtest.h>
+
+namespace trephine::view {
+namespace {
+
+using glm::dvec3;
+using Request = PlaceMarking::Request;
+
+struct Marked {
+  int count = 0;
+  PlaceMarking::Places places;
+};
+
+std::function<void(const PlaceMarking::Places&)> into(Marked& marked) {
+  return [&marked](const PlaceMarking::Places& places) { ++marked.count, marked.places = places; };
+}
+
+std::string label(const PlaceMarking& marking, const std::optional<dvec3>& next = std::nullopt) {
+  const sim::Overlays overlays = marking.overlays(next);
+  return overlays.empty() || overlays[0].labels.empty() ? "" : overlays[0].labels[0].text;
+}
+
+TEST(PlaceMarking, ARulerEndsWithItsSecondPosition) {
+  PlaceMarking marking;
+  EXPECT_EQ(marking.prompt(), "");
+  Marked marked;
+  marking.begin({"Ruler", 2, 2}, into(marked));
+  EXPECT_EQ(marking.prompt(), "Ruler: click position 1 of 2. Esc cancels.");
+  marking.add({1, 2, 3});
+  marking.add({1, 2, 3});
+  EXPECT_EQ(marking.places().size(), 1u) << "the same position again";
+  EXPECT_FALSE(marking.finish()) << "too few";
+  EXPECT_EQ(label(marking, dvec3(4, 6, 3)), "5.0 mm");
+  marking.add({4, 6, 3});
+  EXPECT_EQ(marked.count, 1);
+  EXPECT_EQ(marked.places, (PlaceMarking::Places{{1, 2, 3}, {4, 6, 3}}));
+  EXPECT_FALSE(marking.is_active());
+  EXPECT_TRUE(marking.overlays(dvec3(0)).empty());
+}
+
+TEST(PlaceMarking, ALineOfAnyLengthIsFinishedByTheUser) {
+  PlaceMarking marking;
+  Marked marked;
+  Request request{"Area", 3};
+  request.shows = Request::Shows::outline;
+  marking.begin(request, into(marked));
+  for (const dvec3& at : {dvec3(0), dvec3(3, 0, 0), dvec3(9, 9, 9)}) marking.add(at);
+  marking.remove_last();
+  marking.add({3, 4, 0});
+  EXPECT_EQ(label(marking), "12.0 mm") << "closed: 3, 4 and 5 mm";
+  EXPECT_NE(marking.prompt().find("Enter finishes"), std::string::npos);
+  EXPECT_TRUE(marking.finish());
+  EXPECT_EQ(marked.places.size(), 3u);
+}
+
+TEST(PlaceMarking, AnAngleIsThatAtItsSecondPosition) {
+  PlaceMarking marking;
+  Marked marked;
+  marking.begin({"Angle", 3, 3, Request::Shows::angle}, into(marked));
+  marking.add({10, 0, 0});
+  EXPECT_EQ(label(marking, dvec3(0)), "");
+  marking.add({0, 0, 0});
+  EXPECT_EQ(label(marking, dvec3(0, 0, 2)), "90.0\u00b0");
+  EXPECT_EQ(label(marking, dvec3(-5, 0, 0)), "180.0\u00b0");
+}
+
+TEST(PlaceMarking, IsCancelled) {
+  PlaceMarking marking;
+  Marked marked;
+  marking.begin({"Ruler", 2, 2}, into(marked));
+  marking.add({1, 0, 0});
+  marking.remove_last();
+  EXPECT_TRUE(marking.is_active());
+  marking.remove_last();
+  EXPECT_FALSE(marking.is_active()) << "there was nothing left to remove";
+  marking.begin({"Ruler", 2, 2}, into(marked));
+  marking.add({1, 0, 0});
+  marking.cancel();
+  marking.add({2, 0, 0});
+  EXPECT_EQ(marked.count, 0);
+}
+
+}  // namespace
+}  // namespace trephine::view

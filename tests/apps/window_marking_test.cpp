@@ -1,0 +1,109 @@
+// Positions marked by clicks: a ruler in the picture, and the positions of any command's form.
+#include "modules/catalogue.h"
+#include "modules/measurement/measurement.h"
+#include "sim/engine/engine.h"
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+class MarkingWindow : public Window {
+ protected:
+  MarkingWindow() {
+    const auto fine = std::make_shared<haptics::TouchScene>(*scene_);
+    EXPECT_FALSE(haptics::set_smallest_burr(*fine, 4));
+    auto method = std::make_shared<haptics::SubvoxelProxy>();
+    EXPECT_FALSE(method->prepare(*fine));
+    sim::HandStart hand{haptics::ServoHand(fine, method, haptics::TouchState(nullptr)), drilling::burr({})};
+    scene_ = fine;
+    options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, modules::catalogue())};
+    options_.catalogue = &modules::catalogue();
+    options_.recorder = nullptr;
+    window_ = std::make_unique<MainWindow>(scene_, options_);
+    window_->show();
+    EXPECT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+    EXPECT_TRUE(
+        QTest::qWaitFor([&] { return window_->operation()->viewport().triangle_count() > 1000; }, 20000));
+  }
+  /// Moves to a position of the picture, relative to its middle, and waits until the tool touches there.
+  void touch(const QPoint& off) {
+    const QPoint at = window_->canvas()->rect().center() + off;
+    QTest::mouseMove(window_->canvas(), at + QPoint(1, 0));
+    QTest::mouseMove(window_->canvas(), at);
+    QTest::qWait(300);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window_->operation()->touched().has_value(); }, 20000));
+  }
+  void click(const QPoint& off) {
+    touch(off);
+    QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, window_->canvas()->rect().center() + off);
+  }
+  QString prompt() {
+    QTest::qWait(100);
+    auto* label = window_->findChild<QLabel*>("marking_prompt");
+    return label != nullptr && label->isVisible() ? label->text() : QString();
+  }
+  /// Number of shown measurements.
+  std::size_t measured() {
+    std::size_t count = 0;
+    if (const auto& overlays = window_->operation()->state().overlays)
+      for (const sim::Overlay& overlay : *overlays)
+        for (const auto& label : overlay.labels) count += label.text.find("mm") != std::string::npos;
+    return count;
+  }
+  std::unique_ptr<MainWindow> window_;
+};
+
+TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
+  QTest::keyClick(window_.get(), Qt::Key_M);
+  EXPECT_EQ(prompt(), "Ruler: click position 1 of 2. Esc cancels.");
+  click({-20, 0});
+  EXPECT_TRUE(prompt().startsWith("Ruler: click position 2 of 2."));
+  touch({20, 10});
+  keep(*window_, "ruler");
+  click({20, 10});
+  EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 1; }, 20000));
+  EXPECT_EQ(prompt(), "");
+  EXPECT_EQ(window_->operation()->state().removed_mm3, 0);
+  EXPECT_EQ(window_->operation()->state().strokes, 0u);
+  // Esc cancels; then a click drills again.
+  QTest::keyClick(window_.get(), Qt::Key_M);
+  click({0, 0});
+  QTest::keyClick(window_.get(), Qt::Key_Escape);
+  EXPECT_EQ(prompt(), "");
+  touch({0, 0});
+  QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, window_->canvas()->rect().center());
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window_->operation()->state().removed_mm3 > 0; }, 30000));
+  QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, window_->canvas()->rect().center());
+}
+
+TEST_F(MarkingWindow, APositionOfACommandIsMarkedInsteadOfTyped) {
+  QString form_text;
+  const auto in_dialog = [&](auto&& act) {
+    QTimer::singleShot(400, [act] {
+      auto* dialog = qobject_cast<QDialog*>(QApplication::activeModalWidget());
+      ASSERT_NE(dialog, nullptr);
+      act(*dialog);
+    });
+  };
+  in_dialog([](QDialog& dialog) {
+    auto* mark = dialog.findChild<QAction*>("mark_entry");
+    ASSERT_NE(mark, nullptr);
+    mark->trigger();
+  });
+  child<QAction>(*window_, "command_place-screw")->trigger();
+  const QString words = prompt();
+  EXPECT_TRUE(words.startsWith("Place screw, entry: click a position.")) << words.toStdString();
+  in_dialog([&](QDialog& dialog) {
+    form_text = dialog.findChild<QLineEdit*>("entry")->text();
+    dialog.reject();
+  });
+  click({5, 5});
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !form_text.isEmpty(); }, 5000));
+  const glm::dvec3 at = *window_->operation()->touched();
+  const QStringList numbers = form_text.split(',');
+  ASSERT_EQ(numbers.size(), 3) << form_text.toStdString();
+  for (int a = 0; a < 3; ++a) EXPECT_NEAR(numbers[a].toDouble(), at[a], 1.5);
+}
+
+}  // namespace
+}  // namespace trephine::view
