@@ -59,6 +59,7 @@ struct BoneView::Parts {
   std::unique_ptr<StructureLayer> structures;
   std::unique_ptr<BoneLayer> bone;
   std::unique_ptr<OverlayLayer> overlays;
+  std::unique_ptr<OverlayLayer> marks;  ///< in front of everything; null if not live
   /// Scenery of a live window: drawn between bone and instruments, so that its depth can be read.
   struct Scenery {
     vtkNew<vtkRenderer> renderer;
@@ -142,6 +143,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   vtkRenderer* on_top = p.on_top = is_live ? p.front.Get() : p.renderer.Get();
   vtkRenderer* letters = is_live ? p.letters.Get() : on_top;
   p.overlays = std::make_unique<OverlayLayer>(on_top, letters);
+  if (is_live) p.marks = std::make_unique<OverlayLayer>(letters);
   for (vtkRenderer* renderer : {p.renderer.Get(), p.behind.Get()}) {
     renderer->SetBackground(0.10, 0.12, 0.16);
     renderer->SetBackground2(0.30, 0.34, 0.40);
@@ -158,7 +160,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
     l->SetIntensity(strength);
     l->SetColor(1.0, 0.98 - 0.05 * warmth, 0.96 - 0.12 * warmth);
     p.renderer->AddLight(l);
-    if (is_live) p.front->AddLight(l), p.behind->AddLight(l);
+    if (is_live) p.front->AddLight(l), p.behind->AddLight(l), p.letters->AddLight(l);
     if (p.scenery) p.scenery->renderer->AddLight(l);
   };
   light(-0.7, 0.9, 1.0, 0.82, 1);
@@ -252,6 +254,13 @@ vtkRenderer* BoneView::renderer() { return parts_->renderer; }
 BoneLayer& BoneView::bone() { return *parts_->bone; }
 OverlayLayer* BoneView::scenery() { return parts_->scenery ? parts_->scenery->layer.get() : nullptr; }
 ScreenDepth* BoneView::screen_depth() { return parts_->scenery ? &parts_->scenery->depth : nullptr; }
+void BoneView::set_marks(std::span<const sim::Overlay> marks) {
+  if (!parts_->marks) return;
+  parts_->marks->show(marks, {});
+  // Without the depth of what was drawn before, nothing hides them.
+  parts_->letters->SetPreserveDepthBuffer(marks.empty());
+}
+
 StructureLayer* BoneView::structures() { return parts_->structures.get(); }
 
 void BoneView::set_bone_opacity(std::optional<double> opacity) {
@@ -353,6 +362,7 @@ void BoneView::Parts::fit_text() {
   is_text_stale = true;
   text->set_scale(scale);
   overlays->labels().set_text_scale(scale);
+  if (marks) marks->labels().set_text_scale(scale);
 }
 
 /// Positions letters, scale bar and labels again if the view changed.
@@ -369,7 +379,8 @@ void BoneView::Parts::lay_out() {
   // Redrawn bone may hide labels, or no longer hide them.
   const std::uint64_t revision = bone->revision();
   has_changed |= std::exchange(labelled_revision, revision) != revision;
-  if (has_changed || overlays->labels().is_stale()) overlays->labels().lay_out();
+  for (OverlayLayer* layer : {overlays.get(), marks.get()})
+    if (layer != nullptr && (has_changed || layer->labels().is_stale())) layer->labels().lay_out();
 }
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {

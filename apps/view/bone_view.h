@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,8 @@ class BoneView {
   const BoneLayer& bone() const;
   void show(const StylusState& stylus);
   OverlayLayer& overlays();
+  /// Shows marks in front of everything, in place of the previous ones. Live windows only.
+  void set_marks(std::span<const sim::Overlay> marks);
   /// Whole structures, which are drawn behind translucent bone; null if not live.
   StructureLayer* structures();
   /// Draws the bone with an opacity from 0 to 1 over structures and tools; nullopt: opaque, without

@@ -79,15 +79,7 @@ sim::Overlays PlaceMarking::overlays(const std::optional<dvec3>& next) const {
   const bool is_outline = request_.shows == Request::Shows::outline && line.size() > 2;
   if (is_outline) line.push_back(line.front());
   for (std::size_t i = 1; i < line.size(); ++i) overlay.lines.push_back({line[i - 1], line[i]});
-  for (const dvec3& at : places_) {
-    // A cross of 3 mm along the axes marks a position from every side.
-    constexpr double k_arm = 1.5;
-    for (int a = 0; a < 3; ++a) {
-      dvec3 arm(0);
-      arm[a] = k_arm;
-      overlay.lines.push_back({at - arm, at + arm});
-    }
-  }
+  for (const dvec3& at : places_) overlay.handles.push_back({at, {}});
   if (request_.shows == Request::Shows::angle) {
     if (line.size() == 3) {
       const dvec3 a = line[0] - line[1], b = line[2] - line[1];

@@ -323,25 +323,12 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance to
 }
 
 void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands) {
-  overlays_.assign(overlays.begin(), overlays.end());
-  hands_.assign(hands.begin(), hands.end());
-  show_overlays();
-}
-
-void Viewport::set_marks(sim::Overlays marks) {
-  marks_ = std::move(marks);
-  show_overlays();
-}
-
-void Viewport::show_overlays() {
   std::vector<haptics::Placement> placements;
-  for (const haptics::ServoRecord& hand : hands_) placements.push_back(haptics::place_of(hand.pose));
+  for (const haptics::ServoRecord& hand : hands) placements.push_back(haptics::place_of(hand.pose));
   OverlayLayer* scenery = view_.scenery();
-  if (plan_.empty() && marks_.empty() && scenery == nullptr)
-    return view_.overlays().show(overlays_, placements);
+  if (plan_.empty() && scenery == nullptr) return view_.overlays().show(overlays, placements);
   sim::Overlays others = plan_, scenery_overlays;
-  others.insert(others.end(), marks_.begin(), marks_.end());
-  for (const sim::Overlay& overlay : overlays_)
+  for (const sim::Overlay& overlay : overlays)
     (scenery != nullptr && overlay.kind == sim::Overlay::Kind::scenery ? scenery_overlays : others)
         .push_back(overlay);
   if (scenery != nullptr) scenery->show(scenery_overlays, placements);
@@ -382,7 +369,7 @@ void Viewport::look_at_work(const dvec3& at_world) {
 
 void Viewport::set_plan(sim::Overlays plan) {
   plan_ = std::move(plan);
-  show_overlays();
+  show({}, {});
 }
 
 void Viewport::request_depth(const dvec3& at, double edge) {

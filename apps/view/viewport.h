@@ -84,8 +84,8 @@ class Viewport {
   void set_plan(sim::Overlays plan);
   /// Replaces the overlays that are shown in addition to the plan; `hands`: the newest tick of each.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands);
-  /// Sets marks of the user, which are shown in addition to overlays and plan.
-  void set_marks(sim::Overlays marks);
+  /// Sets marks of the user, which are drawn in front of everything. Live windows only.
+  void set_marks(std::span<const sim::Overlay> marks) { view_.set_marks(marks); }
   std::size_t overlay_count() { return view_.overlays().size(); }
   void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
   /// Draws a whole state without a tool, seen from `from` (unit), aimed between the bone's middle (`share` 0)
@@ -146,7 +146,6 @@ class Viewport {
  private:
   /// Adopts finished chunks of bone and of opened structures.
   void fetch_meshes();
-  void show_overlays();
   /// Makes the picture follow the opacities of the list.
   void apply_opacities();
   /// True if bone or a structure is translucent.
@@ -157,8 +156,7 @@ class Viewport {
   /// the clip plane, while it returns true.
   template <class Visit>
   void follow(const volume::Version& version, const Ray& ray, const Visit& visit) const;
-  sim::Overlays plan_, marks_, overlays_;  ///< `overlays_`: of the last show()
-  std::vector<haptics::ServoRecord> hands_;
+  sim::Overlays plan_;
   std::shared_ptr<const volume::Version> version_;  ///< version of the last request
   std::vector<glm::dvec3> edge_;
   const haptics::TouchScene* scene_;
