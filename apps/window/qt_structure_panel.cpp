@@ -27,6 +27,7 @@ QIcon swatch(const glm::dvec3& colour) {
 QString words_of_name(const std::string& name) {
   QString words = QString::fromStdString(name);
   words.replace('_', ' ');
+  if (words == "csf") return "CSF";
   if (!words.isEmpty()) words[0] = words[0].toUpper();
   return words;
 }
