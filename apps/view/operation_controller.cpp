@@ -392,6 +392,14 @@ std::optional<dvec3> OperationController::touched() const {
   return std::nullopt;
 }
 
+std::optional<dvec3> OperationController::pointed() {
+  if (options_.device) return touched();
+  const Ray ray = viewport_.ray_at(x_, y_);
+  double hit = viewport_.distance_to_solid(*version_, ray);
+  if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit)) hit = body;
+  return hit >= 0 ? std::optional(ray.origin + hit * ray.direction) : std::nullopt;
+}
+
 void OperationController::follow_cursor() {
   // The requested position: on the surface under the cursor, and below it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
@@ -400,6 +408,7 @@ void OperationController::follow_cursor() {
   bool is_soft = !is_pressed_ && rest.is_soft;
   if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit))
     hit = body, is_soft = false;
+  if (wait_outside_clip(ray, hit)) return;
   const double guided_hit = hit;
   // In a gap the tool rests, and is pressed, on the structure in front of the bone.
   if (!is_soft)
@@ -439,6 +448,21 @@ void OperationController::follow_cursor() {
   }
   mouse_.set(request, turn_along(shaft()), is_pressed_ && hit >= 0, jump);
   request_ = request;
+}
+
+/// Holds an idle tool outside the whole anatomy if structures are between the clip plane and the bone at
+/// `hit`, which it would pass. Returns false if there are none.
+bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
+  if (is_pressed_ || !viewport_.clip_plane() || hit < 0 || !distance_to_forbidden(ray, hit)) return false;
+  constexpr double k_away = 5;  // mm
+  const double outer = viewport_.distance_to_whole_solid(*version_, ray);
+  if (outer < 0 || outer >= hit) return false;
+  const dvec3 request = ray.origin + std::max(0.0, outer - state_.tool_radius - k_away) * ray.direction;
+  is_over_bone_ = false;
+  mouse_.set(request, turn_along(shaft()), false,
+             glm::length(request - request_) > k_away ? std::optional(request) : std::nullopt);
+  request_ = request;
+  return true;
 }
 
 }  // namespace trephine::view

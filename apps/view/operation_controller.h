@@ -95,6 +95,8 @@ class OperationController {
   bool grasp_or_release();
   /// Point that the tool touches, or that is under the cursor while the tool hovers; nullopt over nothing.
   std::optional<glm::dvec3> touched() const;
+  /// Returns the visible position of bone or a body under the cursor; with a device, touched().
+  std::optional<glm::dvec3> pointed();
   /// Grasps the point of the plan nearest to touched(), which then follows touched() until drop_point().
   /// Returns false if no point is within a few millimetres.
   bool grab_point();
@@ -164,6 +166,7 @@ class OperationController {
   bool is_release_processed() const;
   void send_history_steps();
   void follow_cursor();
+  bool wait_outside_clip(const Ray& ray, double hit);
   double clearance_at(const glm::dvec3& tip, double expected) const;
   bool passes_forbidden(const glm::dvec3& from, const glm::dvec3& to) const;
   double distance_above_soft(const Ray& ray, double along) const;

@@ -46,8 +46,13 @@ double OperationController::distance_above_soft(const Ray& ray, double along) co
 /// no structure.
 std::optional<double> OperationController::distance_to_forbidden(const Ray& ray, double hit) const {
   constexpr double k_before = 2, k_step = 0.25;  // mm: least distance before the bone, shortest step
-  // A clip plane opens structures: the tool may go to the bone behind them.
-  if (live_.engine().forbidden().empty() || viewport_.clip_plane()) return std::nullopt;
+  // A clip plane opens structures: a working tool may go to the bone behind them.
+  const auto clip = viewport_.clip_plane();
+  if (live_.engine().forbidden().empty() || (clip && is_pressed_)) return std::nullopt;
+  double begin = 0;
+  if (clip)
+    if (const double across = glm::dot(ray.direction, clip->normal); std::abs(across) > 1e-9)
+      begin = std::max(0.0, glm::dot(clip->at - ray.origin, clip->normal) / across);
   // The part of the ray in the ball around the scan.
   const volume::Volume& base = *scene_->base;
   const dvec3 last(base.size - 1);
@@ -55,7 +60,7 @@ std::optional<double> OperationController::distance_to_forbidden(const Ray& ray,
                reach = 0.5 * glm::length(base.frame.vector_world_from_volume(last));
   const double end = hit < 0 ? middle + reach : hit - state_.tool_radius - k_before;
   double expected = sim::Forbidden::k_reach;
-  for (double along = std::max(0.0, middle - reach); along < end;) {
+  for (double along = std::max(begin, middle - reach); along < end;) {
     expected = clearance_at(ray.origin + along * ray.direction, expected);
     if (expected < k_soft_clearance) return along;
     along += std::max(k_step, expected - k_soft_clearance);

@@ -112,6 +112,8 @@ class Viewport {
   /// Distance (mm) along the ray to the first solid of any shape in the part that is not clipped; negative if
   /// the ray meets no solid.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;
+  /// The same for the whole solid, without the clip plane.
+  double distance_to_whole_solid(const volume::Version& version, const Ray& ray) const;
   /// Distance (mm) along the ray at which the centre of a ball that moves along it first touches a solid that
   /// distance_to_solid() returns. `hit`: that distance for the ray itself, not negative.
   double distance_to_contact(const volume::Version& version, const Ray& ray, double radius, double hit) const;
@@ -154,8 +156,10 @@ class Viewport {
   void request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version);
   /// Calls visit(distance along the ray in mm, voxel, is_solid_as_scanned, is_solid_now) along the ray behind
   /// the clip plane, while it returns true.
+  enum class Clipping { applied, ignored };
   template <class Visit>
-  void follow(const volume::Version& version, const Ray& ray, const Visit& visit) const;
+  void follow(const volume::Version& version, const Ray& ray, const Visit& visit,
+              Clipping clipping = Clipping::applied) const;
   sim::Overlays plan_;
   std::shared_ptr<const volume::Version> version_;  ///< version of the last request
   std::vector<glm::dvec3> edge_;

@@ -26,11 +26,12 @@ std::array<dvec3, 2> across(const dvec3& direction) {
 }  // namespace
 
 template <class Visit>
-void Viewport::follow(const volume::Version& version, const Ray& ray, const Visit& visit) const {
+void Viewport::follow(const volume::Version& version, const Ray& ray, const Visit& visit,
+                      Clipping clipping) const {
   constexpr double k_far = 5000;
   const volume::Frame& frame = scene_->base->frame;
   double from = 0;
-  if (clip_normal_ != dvec3(0))
+  if (clip_normal_ != dvec3(0) && clipping == Clipping::applied)
     if (const double along = glm::dot(ray.direction, clip_normal_); along > 1e-9)
       from = std::clamp(glm::dot(clip_origin_ - ray.origin, clip_normal_) / along, 0.0, k_far);
   // Matter that contains the clip plane is no surface.
@@ -53,6 +54,18 @@ double Viewport::distance_to_solid(const volume::Version& version, const Ray& ra
     if (is_solid) hit = distance;
     return !is_solid;
   });
+  return hit;
+}
+
+double Viewport::distance_to_whole_solid(const volume::Version& version, const Ray& ray) const {
+  double hit = -1;
+  follow(
+      version, ray,
+      [&](double distance, const glm::ivec3&, bool, bool is_solid) {
+        if (is_solid) hit = distance;
+        return !is_solid;
+      },
+      Clipping::ignored);
   return hit;
 }
 

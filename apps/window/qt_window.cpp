@@ -155,7 +155,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   style->SetDefaultRenderer(picture->view().renderer());
   style->on_press = [this](bool is_down) {
     if (marking_.is_active()) {
-      if (is_down) mark_touched();
+      if (is_down) mark_pointed();
     } else if (operation_) {
       operation_->press(is_down);
     }

@@ -96,7 +96,7 @@ class MainWindow : public QMainWindow {
   void ask_and_apply(sim::Value command);
   void mark_for(sim::Value command, const sim::Field& field);
   void begin_marking(PlaceMarking::Request request, std::function<void(const PlaceMarking::Places&)> done);
-  bool mark_touched();
+  void mark_pointed();
   bool mark_by_key(const QKeyEvent* event);
   void show_marking();
   void build_prompt();

@@ -21,14 +21,13 @@ void MainWindow::begin_marking(PlaceMarking::Request request,
   canvas_->setFocus();
 }
 
-/// Marks the touched position. Returns false if no marking is active.
-bool MainWindow::mark_touched() {
-  if (!marking_.is_active() || !operation_) return false;
-  if (const std::optional<dvec3> at = operation_->touched())
+/// Marks the position under the cursor.
+void MainWindow::mark_pointed() {
+  if (!operation_) return;
+  if (const std::optional<dvec3> at = operation_->pointed())
     marking_.add(*at);
   else
-    show_refusal(tr("Touch a position on the bone, or click in a slice."));
-  return true;
+    show_refusal(tr("Point at a position on the bone, or click in a slice."));
 }
 
 /// Handles the keys of a marking.
@@ -36,7 +35,7 @@ bool MainWindow::mark_by_key(const QKeyEvent* event) {
   if (!marking_.is_active()) return false;
   switch (event->key()) {
     case Qt::Key_Space:
-      if (!event->isAutoRepeat()) mark_touched();
+      if (!event->isAutoRepeat()) mark_pointed();
       return true;
     case Qt::Key_Return:
     case Qt::Key_Enter:
@@ -53,11 +52,11 @@ bool MainWindow::mark_by_key(const QKeyEvent* event) {
   }
 }
 
-/// Shows the marked positions, the line to the touched one, and what to do next.
+/// Shows the marked positions, the line to that under the cursor, and what to do next.
 void MainWindow::show_marking() {
   constexpr double k_moved = 0.2;  // mm
   const std::string prompt = marking_.prompt();
-  const std::optional<dvec3> next = marking_.is_active() ? operation_->touched() : std::nullopt;
+  const std::optional<dvec3> next = marking_.is_active() ? operation_->pointed() : std::nullopt;
   const bool has_moved = next.has_value() != marking_next_.has_value() ||
                          (next && glm::length(*next - *marking_next_) > k_moved);
   if (prompt == marking_prompt_ && !has_moved) return;

@@ -130,6 +130,28 @@ TEST_F(GuidedWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
   }
 }
 
+TEST_F(GuidedWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
+  workbench::SourceChoice source("head");
+  source.takes_plan = true;  // the dura and others are forbidden
+  open(source, drilling::burr({.diameter = 4}));
+  QTest::keyClick(window_.get(), Qt::Key_A, Qt::ShiftModifier);
+  hand().viewport().set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
+  const auto entries = [&] {
+    std::int64_t sum = 0;
+    for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
+    return sum;
+  };
+  for (const dvec3 inside : {dvec3(0, 0, 20), dvec3(-30, 0, 30), dvec3(40, 0, 0), dvec3(0, 0, 55)}) {
+    point_at(inside);
+    const std::uint64_t tick = hand().state().newest.tick;
+    ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 200; }));
+    EXPECT_EQ(entries(), 0) << inside.x << " " << inside.z;
+    const auto pointed = hand().pointed();
+    ASSERT_TRUE(pointed) << "the bone behind can be marked";
+    EXPECT_GT(pointed->y, 20);
+  }
+}
+
 TEST_F(GuidedWindow, APerforatorTouchesAndDrillsOnSlopes) {
   open("head", drilling::burr({.diameter = 6}));
   hand().take_instrument(drilling::perforator({}).parameters);

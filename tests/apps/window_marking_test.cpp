@@ -99,7 +99,7 @@ TEST_F(MarkingWindow, APositionOfACommandIsMarkedInsteadOfTyped) {
   });
   click({5, 5});
   EXPECT_TRUE(QTest::qWaitFor([&] { return !form_text.isEmpty(); }, 5000));
-  const glm::dvec3 at = *window_->operation()->touched();
+  const glm::dvec3 at = *window_->operation()->pointed();
   const QStringList numbers = form_text.split(',');
   ASSERT_EQ(numbers.size(), 3) << form_text.toStdString();
   for (int a = 0; a < 3; ++a) EXPECT_NEAR(numbers[a].toDouble(), at[a], 1.5);
