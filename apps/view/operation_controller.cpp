@@ -451,7 +451,7 @@ void OperationController::follow_cursor() {
 }
 
 /// Holds an idle tool outside the whole anatomy if structures are between the clip plane and the bone at
-/// `hit`, which it would pass. Returns false if there are none.
+/// `hit`, which it would pass. Returns false if the way is free.
 bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
   if (is_pressed_ || !viewport_.clip_plane() || hit < 0 || !distance_to_forbidden(ray, hit)) return false;
   constexpr double k_away = 5;  // mm

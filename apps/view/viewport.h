@@ -112,7 +112,7 @@ class Viewport {
   /// Distance (mm) along the ray to the first solid of any shape in the part that is not clipped; negative if
   /// the ray meets no solid.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;
-  /// The same for the whole solid, without the clip plane.
+  /// Returns the same distance for the whole solid, without the clip plane.
   double distance_to_whole_solid(const volume::Version& version, const Ray& ray) const;
   /// Distance (mm) along the ray at which the centre of a ball that moves along it first touches a solid that
   /// distance_to_solid() returns. `hit`: that distance for the ray itself, not negative.
