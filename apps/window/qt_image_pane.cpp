@@ -269,6 +269,8 @@ void ImagePane::paintEvent(QPaintEvent*) {
       painter.drawEllipse(QPointF(tip->x + 0.5, tip->y + 0.5), 3, 3);
     }
   }
+  if (plane && panel != nullptr && overlays_) draw_overlays(painter, *plane);
+  if (panel != nullptr) draw_marks(painter);
   painter.setRenderHint(QPainter::Antialiasing, false);
   if (plane && panel != nullptr) {
     const double right = width() - 10.0;
@@ -286,6 +288,59 @@ void ImagePane::paintEvent(QPaintEvent*) {
   }
   painter.setPen(QPen(colour_of(kind), 2));
   painter.drawLine(0, 0, width(), 0);
+}
+
+void ImagePane::set_marks(std::vector<glm::dvec3> marks) {
+  if (marks == marks_) return;
+  marks_ = std::move(marks);
+  update();
+}
+
+void ImagePane::set_overlays(std::shared_ptr<const sim::Overlays> overlays) {
+  if (overlays == overlays_) return;
+  overlays_ = std::move(overlays);
+  update();
+}
+
+void ImagePane::draw_overlays(QPainter& painter, const volume::ImagePlane& plane) const {
+  constexpr double k_near = 2;  // mm from the plane
+  const auto pixel_of = [&](const glm::dvec3& at) -> std::optional<QPointF> {
+    if (std::abs(plane.height(at)) > k_near) return std::nullopt;
+    const auto pixel = panes_->pixel(index_, at);
+    return pixel ? std::optional(QPointF(pixel->x + 0.5, pixel->y + 0.5)) : std::nullopt;
+  };
+  const QColor colour(90, 204, 242);
+  for (const sim::Overlay& overlay : *overlays_) {
+    if (overlay.kind != sim::Overlay::Kind::plan || overlay.holder >= 0) continue;
+    painter.setPen(QPen(colour, 2));
+    for (const auto& [from, to] : overlay.lines) {
+      const auto a = pixel_of(overlay.place.world_from_local(from)),
+                 b = pixel_of(overlay.place.world_from_local(to));
+      if (a && b) painter.drawLine(*a, *b);
+    }
+    for (const sim::Overlay::Label& label : overlay.labels)
+      if (const auto at = pixel_of(overlay.place.world_from_local(label.at))) {
+        const QString text = QString::fromStdString(label.text);
+        const QFontMetrics metrics = fontMetrics();
+        write_text(painter,
+                   QRectF(at->x() + 8, at->y() - metrics.height() - 4, metrics.horizontalAdvance(text) + 8,
+                          metrics.height() + 2),
+                   Qt::AlignLeft | Qt::AlignVCenter, text, colour);
+      }
+  }
+}
+
+void ImagePane::draw_marks(QPainter& painter) const {
+  QPolygonF line;
+  for (const glm::dvec3& mark : marks_)
+    if (const auto at = panes_->pixel(index_, mark)) line << QPointF(at->x + 0.5, at->y + 0.5);
+  const QColor colour(246, 201, 68);
+  painter.setPen(QPen(colour, 1.5));
+  painter.setBrush(Qt::NoBrush);
+  painter.drawPolyline(line);
+  painter.setBrush(colour);
+  constexpr double k_radius = 3;  // pixels
+  for (const QPointF& at : line) painter.drawEllipse(at, k_radius, k_radius);
 }
 
 void ImagePane::wheelEvent(QWheelEvent* event) {

@@ -3,11 +3,16 @@
 
 #include <QImage>
 #include <QWidget>
+#include <array>
 #include <functional>
+#include <memory>
+#include <vector>
 
 #include "apps/imaging/panes.h"
+#include "sim/api/overlay.h"
 
 class QComboBox;
+class QPainter;
 class QToolButton;
 
 namespace trephine::view {
@@ -28,6 +33,10 @@ class ImagePane : public QWidget {
   void set_kind(imaging::PaneKind kind);
   /// Lays out the controls; their height follows the font.
   void lay_out();
+  /// Shows the lines and labels of overlays that are near the plane: measurements, outlines. Null: none.
+  void set_overlays(std::shared_ptr<const sim::Overlays> overlays);
+  /// Shows positions (world) that the user marks, and the line between them.
+  void set_marks(std::vector<glm::dvec3> marks);
   /// Shows or hides the names of the plan.
   void set_names_visible(bool is_visible);
   QSize sizeHint() const override { return {360, 300}; }
@@ -38,9 +47,9 @@ class ImagePane : public QWidget {
   std::function<void(bool)> on_live = [](bool) {};
   std::function<void(int)> on_preset = [](int) {};
   std::function<void()> on_look = [] {};  ///< the focus moved
-  /// Turns a ray-cast scan with the picture, degrees.
   /// The user clicked at a point of the plane (world). Returns true if the click has no other effect.
   std::function<bool(const glm::dvec3& at)> on_point = [](const glm::dvec3&) { return false; };
+  /// Turns a ray-cast scan with the picture, degrees.
   std::function<void(double left, double up)> on_turn = [](double, double) {};
 
  protected:
@@ -57,6 +66,8 @@ class ImagePane : public QWidget {
   /// Widget position of a point of the image, in mm from the image's centre.
   QPointF place(const imaging::Panel& panel, const glm::dvec2& mm) const;
   QRectF image_rect(const imaging::Panel& panel) const;
+  void draw_marks(QPainter& painter) const;
+  void draw_overlays(QPainter& painter, const volume::ImagePlane& plane) const;
   void add_captions(PaneText& text, const imaging::Panel& panel, const QRectF& inner, double& bottom) const;
 
   imaging::Panes* panes_;
@@ -65,6 +76,8 @@ class ImagePane : public QWidget {
   QComboBox *kind_, *preset_;
   QToolButton *live_, *shoot_, *maximise_;
   std::array<glm::dvec3, 2> tool_{};
+  std::vector<glm::dvec3> marks_;
+  std::shared_ptr<const sim::Overlays> overlays_;
   bool has_tool_ = false, has_names_ = true;
   glm::dvec3 shown_at_{1e300}, shown_tip_{1e300};
   std::uint64_t shown_changes_ = 0;

@@ -63,11 +63,16 @@ void MainWindow::show_marking() {
   marking_next_ = next;
   viewport()->set_marks(marking_.overlays(next));
   if (prompt == marking_prompt_) return;
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_marks(marking_.places());
   marking_prompt_ = prompt;
   prompt_->setVisible(!prompt.empty());
   prompt_->setText(QString::fromStdString(prompt));
-  prompt_->adjustSize();
-  prompt_->move(std::max(8, (canvas_->width() - prompt_->width()) / 2), 34);
+  constexpr int k_border = 8, k_top = 34;  // pixels
+  const int text_width =
+                prompt_->fontMetrics().horizontalAdvance(prompt_->text()) + 2 * prompt_->margin() + 8,
+            width = std::min(text_width, std::max(80, canvas_->width() - 2 * k_border));
+  prompt_->resize(width, prompt_->heightForWidth(width));
+  prompt_->move((canvas_->width() - width) / 2, k_top);
   prompt_->raise();
 }
 
@@ -76,6 +81,7 @@ void MainWindow::build_prompt() {
   prompt_->setObjectName("marking_prompt");
   prompt_->setAttribute(Qt::WA_TransparentForMouseEvents);
   prompt_->setMargin(8);
+  prompt_->setWordWrap(true);
   prompt_->setStyleSheet(
       "background: #12161e; color: #ecedf4; border: 2px solid #f6c944; border-radius: 6px");
   prompt_->hide();

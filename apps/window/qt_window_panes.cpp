@@ -218,7 +218,10 @@ void MainWindow::show_panes(double elapsed) {
                 !operation_ || operation_->is_guided() || operation_->touched().has_value(), elapsed,
                 viewport()->camera(), viewport()->clip_plane(), depths,
                 operation_ ? &operation_->tool() : nullptr});
-  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
+    grid_->pane(i)->set_overlays(operation_ ? operation_->state().overlays : nullptr);
+    grid_->pane(i)->refresh(panes_.tool());
+  }
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {
     followed_clip_ = panes_.clip();

@@ -65,6 +65,21 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   EXPECT_EQ(prompt(), "");
   EXPECT_EQ(window_->operation()->state().removed_mm3, 0);
   EXPECT_EQ(window_->operation()->state().strokes, 0u);
+  // In slices.
+  child<QAction>(*window_, "layout_slices")->trigger();
+  QTest::keyClick(window_.get(), Qt::Key_M);
+  ImagePane* pane = window_->panes()->pane(0);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return pane->isVisible() && pane->width() > 100; }, 10000));
+  QTest::qWait(500);
+  QTest::mouseClick(pane, Qt::LeftButton, {}, pane->rect().center());
+  EXPECT_TRUE(prompt().startsWith("Ruler: click position 2 of 2."));
+  const auto* label = window_->findChild<QLabel*>("marking_prompt");
+  EXPECT_TRUE(window_->canvas()->rect().contains(label->geometry())) << "the prompt fits a small picture";
+  keep(*window_, "ruler-in-slices");
+  QTest::mouseClick(pane, Qt::LeftButton, {}, pane->rect().center() + QPoint(0, 30));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 2; }, 20000));
+  child<QAction>(*window_, "layout_picture")->trigger();
+  QTest::qWait(500);
   // Esc cancels; then a click drills again.
   QTest::keyClick(window_.get(), Qt::Key_M);
   click({0, 0});
