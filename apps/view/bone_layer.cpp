@@ -1,5 +1,3 @@
-// BoneLayer: draws bone in batches and shows a kept picture in between.
-// One file, because the kept picture, its depth and the drawing into it share one set of buffers.
 #include "apps/view/bone_layer.h"
 
 #include <algorithm>
@@ -7,24 +5,17 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
-#include <map>
 #include <vector>
-#include <vtkActor.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
-#include <vtkPlane.h>
-#include <vtkPolyData.h>
-#include <vtkPolyDataMapper.h>
-#include <vtkProperty.h>
 #include <vtkRect.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
-#include <vtkSmartPointer.h>
 #include <vtk_glew.h>
 
-#include "apps/view/bone_mesh.h"
+#include "apps/view/bone_actors.h"
 #include "apps/view/picture_cache.h"
 #include "apps/view/render_window.h"
 #include "apps/workbench/clock.h"
@@ -38,11 +29,8 @@ using glm::dvec3;
 
 namespace {
 
-constexpr int k_group = 4;               // chunks along the edge of a coarse group
 constexpr double k_rest_seconds = 0.12;  // rest of the view before drawing at full detail starts
 constexpr double k_batch_ms = 30;        // share of a frame for drawing at full detail
-
-vtkPolyDataMapper* mapper_of(vtkActor* actor) { return static_cast<vtkPolyDataMapper*>(actor->GetMapper()); }
 
 }  // namespace
 
@@ -69,29 +57,15 @@ class BoneLayer::Painter {
   double drawn_share() const noexcept {
     if (is_complete()) return 1;
     if (has_moved()) return 0;
-    if (chunks_.empty()) return 1;
-    return 1 - std::min(1.0, static_cast<double>(to_draw_.size()) / static_cast<double>(chunks_.size()));
+    if (actors_.chunk_count() == 0) return 1;
+    return 1 -
+           std::min(1.0, static_cast<double>(to_draw_.size()) / static_cast<double>(actors_.chunk_count()));
   }
-  std::size_t triangle_count() const noexcept { return triangles_; }
-  std::size_t coarse_triangle_count() const;
-  void bounds(dvec3& low, dvec3& high) const;
+  const BoneActors& actors() const noexcept { return actors_; }
   std::size_t drawn_triangles() const noexcept { return drawn_triangles_; }
   std::uint64_t revision() const noexcept { return revision_; }
 
  private:
-  using Key = std::array<int, 4>;  // chunk and shape
-  struct Chunk {
-    vtkSmartPointer<vtkActor> actor;
-    dvec3 low{0.0}, high{0.0};
-    std::size_t triangles = 0;
-    DrawMesh coarse;
-  };
-  struct Group {  // coarse chunks with one actor
-    vtkSmartPointer<vtkActor> actor;
-    std::vector<Key> chunks;
-    std::size_t triangles = 0;
-    bool is_stale = true;
-  };
   struct Rectangle {
     double low_x = 1e9, low_y = 1e9, high_x = -1e9, high_y = -1e9;
     bool is_empty() const { return low_x > high_x; }
@@ -101,12 +75,12 @@ class BoneLayer::Painter {
   };
   enum class Pass { nothing, everything, coarse, batch, rectangle };
 
-  vtkSmartPointer<vtkActor> make_actor(std::size_t shape) const;
-  bool is_shown(const Key& key) const { return hidden_.count(static_cast<std::size_t>(key[3])) == 0; }
   /// True if the bone is blended over what is behind it.
   bool is_blended() const { return restore_behind_ && can_keep_ && kept_.is_filled(); }
-  Rectangle on_screen(const dvec3& low, const dvec3& high) const;
-  void refresh_groups();
+  Rectangle on_screen(const BoneActors::Box& box) const;
+  /// Makes the next frame begin a new picture.
+  void forget_view() { kept_view_ = {}, ++revision_; }
+  void begin_pass(Pass pass, std::size_t triangles);
   void fit_clipping_range();
   /// Camera of the view, without the clipping range.
   std::array<double, 16> view() const;
@@ -127,18 +101,11 @@ class BoneLayer::Painter {
   vtkRenderWindow* window_;
   vtkRenderer* bone_;
   bool is_live_;
-  std::map<Key, Chunk> chunks_;
-  std::map<Key, Group> groups_;
-  std::map<std::size_t, Tint> tints_;                                       // of shapes
-  std::vector<std::pair<std::size_t, vtkSmartPointer<vtkActor>>> reduced_;  ///< with their shapes
-  std::set<std::size_t> hidden_;                                            ///< shapes
+  BoneActors actors_;
   double opacity_ = 1;
+  bool is_blend_stale_ = false;  ///< the opacity changed since the last frame
   std::function<void()> restore_behind_;
-  dvec3 reduced_low_{1e300}, reduced_high_{-1e300};
-  std::size_t reduced_triangles_ = 0;
-  vtkNew<vtkPlane> clip_;
-  bool is_clipped_ = false;
-  std::size_t triangles_ = 0, drawn_triangles_ = 0;
+  std::size_t drawn_triangles_ = 0;
   std::uint64_t revision_ = 0;
 
   // The kept picture, and the picture that is being drawn at full detail.
@@ -147,7 +114,7 @@ class BoneLayer::Painter {
   bool can_keep_ = true, is_fine_ = false, is_first_batch_ = true, is_last_batch_ = false;
   bool is_redraw_ = false;  ///< the window system redraws a new view, outside render()
   std::array<unsigned long, 2> redraw_observers_{};  ///< of the window
-  std::vector<Key> to_draw_;                         ///< chunks that are missing in the pending picture
+  std::vector<BoneActors::Key> to_draw_;             ///< chunks that are missing in the pending picture
   Rectangle changed_;                                ///< outdated part of the kept picture
   dvec3 room_low_{1e300}, room_high_{-1e300};        ///< box of the objects on top
   dvec3 fitted_low_{1e300}, fitted_high_{-1e300};    ///< box that the camera's clipping range includes
@@ -169,7 +136,7 @@ bool BoneLayer::Painter::Rectangle::meets(const Rectangle& other) const {
 }
 
 BoneLayer::Painter::Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live)
-    : window_(window), bone_(bone), is_live_(is_live) {
+    : window_(window), bone_(bone), is_live_(is_live), actors_(bone, is_live) {
   if (!is_live) return;
   vtkNew<vtkCallbackCommand> start, end;
   start->SetClientData(this);
@@ -212,122 +179,45 @@ BoneLayer::Painter::~Painter() {
   if (window_->IsCurrent()) kept_.release(), pending_.release();
 }
 
-vtkSmartPointer<vtkActor> BoneLayer::Painter::make_actor(std::size_t shape) const {
-  auto actor = vtkSmartPointer<vtkActor>::New();
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->ScalarVisibilityOn();
-  if (is_clipped_) mapper->AddClippingPlane(clip_);
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetSpecular(shape == 0 ? 0.16 : 0.25);
-  actor->GetProperty()->SetSpecularPower(22);
-  actor->GetProperty()->SetAmbient(0.10);
-  actor->PickableOff();
-  return actor;
-}
-
 void BoneLayer::Painter::show(const ChunkMesh& mesh) {
-  const Key key{mesh.chunk.x, mesh.chunk.y, mesh.chunk.z, static_cast<int>(mesh.shape)};
-  const auto known = chunks_.find(key);
-  tints_[mesh.shape] = tint_of(mesh.shape, mesh.colour);
-  if (mesh.fine.triangles.empty() && known == chunks_.end()) return;
-  Key group_key = key;
-  for (std::size_t a = 0; a < 3; ++a) group_key[a] /= k_group;
-  groups_[group_key].is_stale = true;
-
-  // Mark both the old and the new extent of the chunk as changed.
-  Chunk& chunk = chunks_[key];
-  triangles_ -= chunk.triangles;
-  const bool is_known = chunk.actor != nullptr;
-  const dvec3 old_low = glm::max(chunk.low, mesh.changed_low),
-              old_high = glm::min(chunk.high, mesh.changed_high);
-  if (is_known && glm::all(glm::lessThan(old_low, old_high))) changed_.add(on_screen(old_low, old_high));
-  if (mesh.fine.triangles.empty()) {
-    bone_->RemoveActor(chunk.actor);
-    chunks_.erase(key);
-    return;
-  }
-  chunk.low = dvec3(1e300), chunk.high = dvec3(-1e300);
-  for (const glm::vec3& v : mesh.fine.vertices)
-    chunk.low = glm::min(chunk.low, dvec3(v)), chunk.high = glm::max(chunk.high, dvec3(v));
-  chunk.triangles = mesh.fine.triangles.size() / 3;
-  triangles_ += chunk.triangles;
-  if (is_live_) {
-    chunk.coarse = mesh.coarse;
-    const dvec3 low = is_known ? glm::max(chunk.low, mesh.changed_low) : chunk.low;
-    const dvec3 high = is_known ? glm::min(chunk.high, mesh.changed_high) : chunk.high;
-    if (glm::all(glm::lessThan(low, high))) changed_.add(on_screen(low, high));
-    if (!is_fine_) to_draw_.push_back(key);
-  }
-  if (!chunk.actor) {
-    chunk.actor = make_actor(mesh.shape);
-    bone_->AddActor(chunk.actor);
-    groups_[group_key].chunks.push_back(key);
-  }
-  mapper_of(chunk.actor)->SetInputData(to_poly_data({&mesh.fine}, tints_.at(mesh.shape)));
+  const BoneActors::Change change = actors_.show(mesh);
+  if (!is_live_) return;
+  for (const BoneActors::Box& box : change.boxes)
+    if (!box.is_empty()) changed_.add(on_screen(box));
+  if (change.chunk && !is_fine_) to_draw_.push_back(*change.chunk);
 }
 
 void BoneLayer::Painter::show_reduced(const std::vector<ChunkMesh>& meshes) {
   for (const ChunkMesh& mesh : meshes) {
     if (mesh.coarse.triangles.empty()) continue;
-    for (const glm::vec3& v : mesh.coarse.vertices)
-      reduced_low_ = glm::min(reduced_low_, dvec3(v)), reduced_high_ = glm::max(reduced_high_, dvec3(v));
-    reduced_triangles_ += mesh.coarse.triangles.size() / 3;
-    vtkActor* actor = reduced_.emplace_back(mesh.shape, make_actor(mesh.shape)).second;
-    mapper_of(actor)->SetInputData(to_poly_data({&mesh.coarse}, tint_of(mesh.shape, mesh.colour)));
-    bone_->AddActor(actor);
+    actors_.add_reduced(mesh);
     kept_view_ = {};  // forces a new picture
   }
 }
 
 void BoneLayer::Painter::end_reduced() {
-  if (reduced_.empty()) return;
-  for (const auto& [shape, actor] : reduced_) bone_->RemoveActor(actor);
-  reduced_.clear();
-  reduced_low_ = dvec3(1e300), reduced_high_ = dvec3(-1e300);
-  reduced_triangles_ = 0;
-  kept_view_ = {};
+  if (actors_.remove_reduced()) kept_view_ = {};
 }
 
 void BoneLayer::Painter::clear() {
-  end_reduced();
-  for (const auto& [key, chunk] : chunks_) bone_->RemoveActor(chunk.actor);
-  for (const auto& [key, group] : groups_)
-    if (group.actor) bone_->RemoveActor(group.actor);
-  chunks_.clear();
-  groups_.clear();
+  actors_.clear();
   to_draw_.clear();
-  triangles_ = 0;
-  kept_view_ = {};
-  ++revision_;
+  forget_view();
 }
 
 void BoneLayer::Painter::remove_shape(std::size_t shape) {
-  const auto is_of_shape = [&](const auto& entry) { return entry.first[3] == static_cast<int>(shape); };
-  for (const auto& entry : chunks_) {
-    if (!is_of_shape(entry)) continue;
-    bone_->RemoveActor(entry.second.actor);
-    triangles_ -= entry.second.triangles;
-  }
-  for (const auto& entry : groups_)
-    if (is_of_shape(entry) && entry.second.actor) bone_->RemoveActor(entry.second.actor);
-  const std::size_t removed = std::erase_if(chunks_, is_of_shape);
-  std::erase_if(groups_, is_of_shape);
-  if (removed == 0) return;
-  kept_view_ = {};
-  ++revision_;
+  if (actors_.remove_shape(shape)) forget_view();
 }
 
 void BoneLayer::Painter::set_hidden(std::set<std::size_t> shapes) {
-  if (shapes == hidden_) return;
-  hidden_ = std::move(shapes);
-  kept_view_ = {};
-  ++revision_;
+  if (actors_.set_hidden(std::move(shapes))) forget_view();
 }
 
+/// The finished picture of the bone stays as it is: only its blending changes.
 void BoneLayer::Painter::set_opacity(double opacity, std::function<void()> restore_behind) {
   opacity_ = opacity;
   restore_behind_ = std::move(restore_behind);
-  kept_view_ = {};
+  is_blend_stale_ = true;
   ++revision_;
 }
 
@@ -336,39 +226,12 @@ void BoneLayer::Painter::blend() {
 }
 
 void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
-  const bool is_clipped = normal != dvec3(0);
-  if (is_clipped) {
-    clip_->SetOrigin(origin.x, origin.y, origin.z);
-    clip_->SetNormal(normal.x, normal.y, normal.z);
-  }
-  if (is_clipped != is_clipped_) {
-    is_clipped_ = is_clipped;
-    const auto apply = [&](vtkActor* actor) {
-      if (actor == nullptr) return;
-      mapper_of(actor)->RemoveAllClippingPlanes();
-      if (is_clipped) mapper_of(actor)->AddClippingPlane(clip_);
-    };
-    for (const auto& [key, chunk] : chunks_) apply(chunk.actor);
-    for (const auto& [key, group] : groups_) apply(group.actor);
-    for (const auto& [shape, actor] : reduced_) apply(actor);
-  }
-  kept_view_ = {};  // forces a new picture
-  ++revision_;
+  actors_.set_clip(origin, normal);
+  forget_view();
 }
 
-std::size_t BoneLayer::Painter::coarse_triangle_count() const {
-  std::size_t count = 0;
-  for (const auto& [key, chunk] : chunks_) count += chunk.coarse.triangles.size() / 3;
-  return count;
-}
-
-void BoneLayer::Painter::bounds(dvec3& low, dvec3& high) const {
-  low = dvec3(1e300), high = dvec3(-1e300);
-  for (const auto& [key, chunk] : chunks_) low = glm::min(low, chunk.low), high = glm::max(high, chunk.high);
-  low = glm::min(low, reduced_low_), high = glm::max(high, reduced_high_);
-}
-
-BoneLayer::Painter::Rectangle BoneLayer::Painter::on_screen(const dvec3& low, const dvec3& high) const {
+BoneLayer::Painter::Rectangle BoneLayer::Painter::on_screen(const BoneActors::Box& box) const {
+  const auto& [low, high] = box;
   Rectangle r;
   const int* size = window_->GetSize();
   if (size[0] <= 0 || size[1] <= 0) return r;
@@ -389,68 +252,28 @@ BoneLayer::Painter::Rectangle BoneLayer::Painter::on_screen(const dvec3& low, co
   return r.low_x < r.high_x && r.low_y < r.high_y ? r : Rectangle{};
 }
 
-void BoneLayer::Painter::refresh_groups() {
-  for (auto& [key, group] : groups_) {
-    if (!group.is_stale) continue;
-    group.is_stale = false;
-    group.triangles = 0;
-    std::vector<const DrawMesh*> meshes;
-    for (const Key& k : group.chunks)
-      if (const auto it = chunks_.find(k); it != chunks_.end()) {
-        meshes.push_back(&it->second.coarse);
-        group.triangles += it->second.coarse.triangles.size() / 3;
-      }
-    if (!group.actor) {
-      group.actor = make_actor(static_cast<std::size_t>(key[3]));
-      bone_->AddActor(group.actor);
-    }
-    mapper_of(group.actor)->SetInputData(to_poly_data(meshes, tints_.at(static_cast<std::size_t>(key[3]))));
-  }
-}
-
-void BoneLayer::Painter::draw_all_once() {
-  pass_ = Pass::everything;
-  for (const auto& [key, chunk] : chunks_) chunk.actor->SetVisibility(is_shown(key));
-  for (const auto& [key, group] : groups_)
-    if (group.actor) group.actor->VisibilityOff();
-  for (const auto& [shape, actor] : reduced_) actor->VisibilityOff();
-  drawn_triangles_ = triangles_;
+/// Draws the chosen triangles into a new picture.
+void BoneLayer::Painter::begin_pass(Pass pass, std::size_t triangles) {
+  pass_ = pass;
+  drawn_triangles_ = triangles;
   bone_->DrawOn();
   bone_->PreserveColorBufferOff();
   bone_->PreserveDepthBufferOff();
 }
 
-void BoneLayer::Painter::prepare_reduced() {
-  draw_all_once();
-  pass_ = Pass::coarse;
-  for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
-  for (const auto& [shape, actor] : reduced_) actor->SetVisibility(hidden_.count(shape) == 0);
-  drawn_triangles_ = reduced_triangles_;
-}
-
-void BoneLayer::Painter::prepare_coarse() {
-  draw_all_once();
-  pass_ = Pass::coarse;
-  refresh_groups();
-  drawn_triangles_ = 0;
-  for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
-  for (const auto& [key, group] : groups_)
-    group.actor->SetVisibility(is_shown(key)), drawn_triangles_ += group.triangles;
-}
+void BoneLayer::Painter::draw_all_once() { begin_pass(Pass::everything, actors_.draw_all()); }
+void BoneLayer::Painter::prepare_reduced() { begin_pass(Pass::coarse, actors_.draw_reduced()); }
+void BoneLayer::Painter::prepare_coarse() { begin_pass(Pass::coarse, actors_.draw_coarse()); }
 
 void BoneLayer::Painter::prepare_batch() {
-  draw_all_once();
-  pass_ = Pass::batch;
-  for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
+  actors_.draw_nothing();
   const double max_triangles = std::max(60000.0, triangles_per_ms_ * k_batch_ms);
-  drawn_triangles_ = 0;
-  while (!to_draw_.empty() && static_cast<double>(drawn_triangles_) < max_triangles) {
-    if (const auto it = chunks_.find(to_draw_.back()); it != chunks_.end() && is_shown(it->first)) {
-      it->second.actor->VisibilityOn();
-      drawn_triangles_ += it->second.triangles;
-    }
+  std::size_t triangles = 0;
+  while (!to_draw_.empty() && static_cast<double>(triangles) < max_triangles) {
+    triangles += actors_.draw_also(to_draw_.back());
     to_draw_.pop_back();
   }
+  begin_pass(Pass::batch, triangles);
   is_last_batch_ = to_draw_.empty();
   if (!is_first_batch_) {
     bone_->PreserveColorBufferOn();
@@ -459,14 +282,9 @@ void BoneLayer::Painter::prepare_batch() {
 }
 
 void BoneLayer::Painter::prepare_rectangle() {
-  draw_all_once();
-  pass_ = Pass::rectangle;
-  drawn_triangles_ = 0;
-  for (const auto& [key, chunk] : chunks_) {
-    const bool is_affected = is_shown(key) && on_screen(chunk.low, chunk.high).meets(changed_);
-    chunk.actor->SetVisibility(is_affected);
-    if (is_affected) drawn_triangles_ += chunk.triangles;
-  }
+  begin_pass(Pass::rectangle, actors_.draw_where([this](const BoneActors::Box& box) {
+    return on_screen(box).meets(changed_);
+  }));
   const int x = static_cast<int>(changed_.low_x), y = static_cast<int>(changed_.low_y);
   bone_->GetActiveCamera()->SetScissorRect(vtkRecti(x, y, static_cast<int>(std::ceil(changed_.high_x)) - x,
                                                     static_cast<int>(std::ceil(changed_.high_y)) - y));
@@ -477,11 +295,10 @@ void BoneLayer::Painter::prepare_rectangle() {
 /// instruments.
 void BoneLayer::Painter::fit_clipping_range() {
   constexpr double k_room_mm = 150;
-  dvec3 low, high;
-  bounds(low, high);
-  if (low.x > high.x) return;
-  fitted_low_ = low, fitted_high_ = high;
-  low = glm::min(low, room_low_), high = glm::max(high, room_high_);
+  const BoneActors::Box bounds = actors_.bounds();
+  if (bounds.low.x > bounds.high.x) return;
+  fitted_low_ = bounds.low, fitted_high_ = bounds.high;
+  const dvec3 low = glm::min(bounds.low, room_low_), high = glm::max(bounds.high, room_high_);
   const double box[6] = {low.x - k_room_mm,  high.x + k_room_mm, low.y - k_room_mm,
                          high.y + k_room_mm, low.z - k_room_mm,  high.z + k_room_mm};
   bone_->ResetCameraClippingRange(box);
@@ -531,11 +348,11 @@ void BoneLayer::Painter::prepare_view() {
   fit_clipping_range();
   changed_ = {};
   to_draw_.clear();
-  for (const auto& [key, chunk] : chunks_) to_draw_.push_back(key);
+  to_draw_ = actors_.chunks();
   is_first_batch_ = true;
-  is_fine_ =
-      reduced_.empty() && (static_cast<double>(triangles_) < triangles_per_ms_ * k_batch_ms || !can_keep_);
-  if (!reduced_.empty()) {
+  const auto triangles = static_cast<double>(actors_.triangle_count());
+  is_fine_ = !actors_.has_reduced() && (triangles < triangles_per_ms_ * k_batch_ms || !can_keep_);
+  if (actors_.has_reduced()) {
     prepare_reduced();
   } else if (is_fine_) {
     draw_all_once();
@@ -570,15 +387,15 @@ bool BoneLayer::Painter::render(bool always) {
   vtkCamera* camera = bone_->GetActiveCamera();
   const int* size = window_->GetSize();
   // Chunks that arrive while a scan is opened may be outside the camera's clipping range.
-  dvec3 low, high;
-  bounds(low, high);
-  if (glm::any(glm::lessThan(low, fitted_low_)) || glm::any(glm::greaterThan(high, fitted_high_)))
+  const BoneActors::Box bounds = actors_.bounds();
+  if (glm::any(glm::lessThan(bounds.low, fitted_low_)) ||
+      glm::any(glm::greaterThan(bounds.high, fitted_high_)))
     kept_.forget();
   const double broad = 0.35 * size[0] * size[1];
   if (has_moved() || !can_keep_ || !kept_.is_filled() ||
-      (reduced_.empty() && !changed_.is_empty() && changed_.area() > broad)) {
+      (!actors_.has_reduced() && !changed_.is_empty() && changed_.area() > broad)) {
     prepare_view();
-  } else if (reduced_.empty() && !is_fine_ && seconds_since(moved_at_) > k_rest_seconds) {
+  } else if (!actors_.has_reduced() && !is_fine_ && seconds_since(moved_at_) > k_rest_seconds) {
     prepare_batch();
   } else if (is_fine_ && !changed_.is_empty()) {
     prepare_rectangle();
@@ -589,7 +406,8 @@ bool BoneLayer::Painter::render(bool always) {
   }
   // VTK fits the clipping range to the visible actors, which are only those drawn in this frame: restore it.
   camera->SetClippingRange(fitted_range_.data());
-  if (!always && pass_ == Pass::nothing && is_fine_ && newest_change(window_, bone_) == drawn_top_time_)
+  if (!always && pass_ == Pass::nothing && is_fine_ && !std::exchange(is_blend_stale_, false) &&
+      newest_change(window_, bone_) == drawn_top_time_)
     return false;
   revision_ += pass_ != Pass::nothing;
   const bool was_changed = !changed_.is_empty();
@@ -642,10 +460,13 @@ void BoneLayer::expose() { painter_->expose(); }
 bool BoneLayer::render(bool always) { return painter_->render(always); }
 bool BoneLayer::is_complete() const noexcept { return painter_->is_complete(); }
 double BoneLayer::drawn_share() const noexcept { return painter_->drawn_share(); }
-std::size_t BoneLayer::triangle_count() const noexcept { return painter_->triangle_count(); }
-std::size_t BoneLayer::coarse_triangle_count() const { return painter_->coarse_triangle_count(); }
+std::size_t BoneLayer::triangle_count() const noexcept { return painter_->actors().triangle_count(); }
+std::size_t BoneLayer::coarse_triangle_count() const { return painter_->actors().coarse_triangle_count(); }
 std::uint64_t BoneLayer::revision() const noexcept { return painter_->revision(); }
 std::size_t BoneLayer::drawn_triangles() const noexcept { return painter_->drawn_triangles(); }
-void BoneLayer::bounds(dvec3& low, dvec3& high) const { painter_->bounds(low, high); }
+void BoneLayer::bounds(dvec3& low, dvec3& high) const {
+  const BoneActors::Box box = painter_->actors().bounds();
+  low = box.low, high = box.high;
+}
 
 }  // namespace trephine::view

@@ -455,7 +455,7 @@ void OperationController::follow_cursor() {
 bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
   if (is_pressed_ || !viewport_.clip_plane() || hit < 0 || !distance_to_forbidden(ray, hit)) return false;
   constexpr double k_away = 5;  // mm
-  const double outer = viewport_.distance_to_whole_solid(*version_, ray);
+  const double outer = viewport_.distance_to_solid(*version_, ray, Viewport::Clipping::ignored);
   if (outer < 0 || outer >= hit) return false;
   const dvec3 request = ray.origin + std::max(0.0, outer - state_.tool_radius - k_away) * ray.direction;
   is_over_bone_ = false;

@@ -88,7 +88,7 @@ sim::Overlays PlaceMarking::overlays(const std::optional<dvec3>& next) const {
     }
   } else if (line.size() > 1) {
     const dvec3 end = is_outline ? line[line.size() - 2] : line.back();
-    overlay.labels.push_back({end, text_of("%.1f mm", length_of(line))});
+    overlay.labels.push_back({end, text_of(is_outline ? "outline %.1f mm" : "%.1f mm", length_of(line))});
   }
   return {overlay};
 }

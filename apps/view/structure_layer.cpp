@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <utility>
 #include <vtkActor.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
@@ -130,12 +131,13 @@ void StructureLayer::show(int id, const DrawMesh& mesh, const glm::dvec3& colour
 
 void StructureLayer::set_opacity(int id, double opacity) {
   Parts::Shown& shown = parts_->at(id);
+  if (shown.opacity == opacity) return;
   shown.opacity = opacity;
   parts_->apply(shown);
 }
 
 void StructureLayer::set_active(bool is_active) {
-  parts_->is_active = is_active;
+  if (std::exchange(parts_->is_active, is_active) == is_active) return;
   parts_->is_stale = true;
   if (!is_active) parts_->renderer->DrawOff();
 }

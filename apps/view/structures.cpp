@@ -148,9 +148,23 @@ Status set_opacities(std::vector<Structure>& structures, std::span<const Structu
                    .expected = "one of: " + names,
                    .remedy = "use the name of a structure of the scan"};
     }
+    if (found->kind == Structure::Kind::one_bone && wanted.opacity > 0 && wanted.opacity < 1)
+      return Error{.what = "a single bone can only be shown or hidden",
+                   .found = wanted.name + ", translucent",
+                   .expected = "0 or 100 %",
+                   .remedy = "make all bone translucent, by the name bone"};
     found->opacity = wanted.opacity;
   }
   return {};
+}
+
+Status check_opacities(const haptics::TouchScene& scene, std::span<const StructureOpacity> opacities,
+                       const std::string& where) {
+  if (opacities.empty()) return {};
+  std::vector<Structure> structures = structures_of(scene);
+  Status error = set_opacities(structures, opacities);
+  if (error) error->where = where;
+  return error;
 }
 
 }  // namespace trephine::view

@@ -38,8 +38,13 @@ struct StructureOpacity {
 /// no bone and have voxels. Those whose name is not that of a known structure, such as organs, are hidden.
 std::vector<Structure> structures_of(const haptics::TouchScene& scene);
 
-/// Sets opacities by name. Error: a name that is not in the list.
+/// Sets opacities by name. Error: a name that is not in the list, or a single bone that is neither shown nor
+/// hidden.
 Status set_opacities(std::vector<Structure>& structures, std::span<const StructureOpacity> opacities);
+
+/// Checks opacities for a scene. `where`: location for the error.
+Status check_opacities(const haptics::TouchScene& scene, std::span<const StructureOpacity> opacities,
+                       const std::string& where);
 
 /// Returns the label values of a scan that name a soft structure and are not touched.
 std::vector<int> untouched_structures(const haptics::TouchScene& scene);

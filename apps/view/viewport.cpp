@@ -326,13 +326,33 @@ void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const hapt
   std::vector<haptics::Placement> placements;
   for (const haptics::ServoRecord& hand : hands) placements.push_back(haptics::place_of(hand.pose));
   OverlayLayer* scenery = view_.scenery();
-  if (plan_.empty() && scenery == nullptr) return view_.overlays().show(overlays, placements);
+  const auto is_in_front = [&](const sim::Overlay& overlay) { return is_live_ && overlay.is_in_front; };
+  const bool has_front = std::any_of(overlays.begin(), overlays.end(), is_in_front);
+  if (has_front || !in_front_.empty()) {
+    in_front_.clear();
+    std::copy_if(overlays.begin(), overlays.end(), std::back_inserter(in_front_), is_in_front);
+    show_in_front();
+  }
+  if (plan_.empty() && scenery == nullptr && !has_front) return view_.overlays().show(overlays, placements);
   sim::Overlays others = plan_, scenery_overlays;
-  for (const sim::Overlay& overlay : overlays)
-    (scenery != nullptr && overlay.kind == sim::Overlay::Kind::scenery ? scenery_overlays : others)
-        .push_back(overlay);
+  for (const sim::Overlay& overlay : overlays) {
+    if (is_in_front(overlay)) continue;
+    const bool is_scenery = scenery != nullptr && overlay.kind == sim::Overlay::Kind::scenery;
+    (is_scenery ? scenery_overlays : others).push_back(overlay);
+  }
   if (scenery != nullptr) scenery->show(scenery_overlays, placements);
   view_.overlays().show(others, placements);
+}
+
+void Viewport::set_marks(sim::Overlays marks) {
+  marks_ = std::move(marks);
+  show_in_front();
+}
+
+void Viewport::show_in_front() {
+  sim::Overlays all = in_front_;
+  all.insert(all.end(), marks_.begin(), marks_.end());
+  view_.set_marks(all);
 }
 
 dvec3 Viewport::oblique_direction(const dvec3& out) {

@@ -85,7 +85,7 @@ class Viewport {
   /// Replaces the overlays that are shown in addition to the plan; `hands`: the newest tick of each.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands);
   /// Sets marks of the user, which are drawn in front of everything. Live windows only.
-  void set_marks(std::span<const sim::Overlay> marks) { view_.set_marks(marks); }
+  void set_marks(sim::Overlays marks);
   std::size_t overlay_count() { return view_.overlays().size(); }
   void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
   /// Draws a whole state without a tool, seen from `from` (unit), aimed between the bone's middle (`share` 0)
@@ -109,11 +109,13 @@ class Viewport {
   Ray ray_at(double x, double y);
   /// Position of a world point in the picture, as in ray_at().
   glm::dvec2 project(const glm::dvec3& at_world);
-  /// Distance (mm) along the ray to the first solid of any shape in the part that is not clipped; negative if
-  /// the ray meets no solid.
-  double distance_to_solid(const volume::Version& version, const Ray& ray) const;
-  /// Returns the same distance for the whole solid, without the clip plane.
-  double distance_to_whole_solid(const volume::Version& version, const Ray& ray) const;
+  enum class Clipping { applied, ignored };
+  /// Distance (mm) along the ray to the first solid of any shape, in the part that is not clipped or in all;
+  /// negative if the ray meets no solid.
+  double distance_to_solid(const volume::Version& version, const Ray& ray,
+                           Clipping clipping = Clipping::applied) const;
+  /// Number of the touched shape with a solid voxel at or next to a position; 0 without one.
+  std::size_t shape_near(const glm::dvec3& at_world) const;
   /// Distance (mm) along the ray at which the centre of a ball that moves along it first touches a solid that
   /// distance_to_solid() returns. `hit`: that distance for the ray itself, not negative.
   double distance_to_contact(const volume::Version& version, const Ray& ray, double radius, double hit) const;
@@ -156,11 +158,12 @@ class Viewport {
   void request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version);
   /// Calls visit(distance along the ray in mm, voxel, is_solid_as_scanned, is_solid_now) along the ray behind
   /// the clip plane, while it returns true.
-  enum class Clipping { applied, ignored };
   template <class Visit>
   void follow(const volume::Version& version, const Ray& ray, const Visit& visit,
               Clipping clipping = Clipping::applied) const;
+  void show_in_front();
   sim::Overlays plan_;
+  sim::Overlays marks_, in_front_;  ///< `in_front_`: overlays of the last show() that bone does not hide
   std::shared_ptr<const volume::Version> version_;  ///< version of the last request
   std::vector<glm::dvec3> edge_;
   const haptics::TouchScene* scene_;

@@ -48,16 +48,7 @@ void Viewport::follow(const volume::Version& version, const Ray& ray, const Visi
                    });
 }
 
-double Viewport::distance_to_solid(const volume::Version& version, const Ray& ray) const {
-  double hit = -1;
-  follow(version, ray, [&](double distance, const glm::ivec3&, bool, bool is_solid) {
-    if (is_solid) hit = distance;
-    return !is_solid;
-  });
-  return hit;
-}
-
-double Viewport::distance_to_whole_solid(const volume::Version& version, const Ray& ray) const {
+double Viewport::distance_to_solid(const volume::Version& version, const Ray& ray, Clipping clipping) const {
   double hit = -1;
   follow(
       version, ray,
@@ -65,8 +56,21 @@ double Viewport::distance_to_whole_solid(const volume::Version& version, const R
         if (is_solid) hit = distance;
         return !is_solid;
       },
-      Clipping::ignored);
+      clipping);
   return hit;
+}
+
+std::size_t Viewport::shape_near(const dvec3& at_world) const {
+  const volume::Volume& base = *scene_->base;
+  const glm::ivec3 middle = volume::voxel_of(base.frame.volume_from_world(at_world));
+  const auto shapes = base_shapes(*scene_);
+  for (const int reach : {0, 1})
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+      for (int n = 0; n < 27; ++n) {
+        const glm::ivec3 voxel = middle + reach * (glm::ivec3(n % 3, n / 3 % 3, n / 9) - 1);
+        if (base.contains(voxel) && shapes[i].bits->is_solid(voxel)) return i;
+      }
+  return 0;
 }
 
 double Viewport::distance_to_contact(const volume::Version& version, const Ray& ray, double radius,

@@ -70,6 +70,8 @@ void add_mark_button(QLineEdit* line, const sim::Field& field, const FieldForm::
   painter.drawLine(8, 0, 8, 16);
   painter.drawLine(0, 8, 16, 8);
   painter.end();
+  constexpr int k_letters = 22;  // a position: "-123.45,-123.45,123.45"
+  line->setMinimumWidth(k_letters * line->fontMetrics().averageCharWidth() + 40);
   QAction* action = line->addAction(QIcon(cross), QLineEdit::TrailingPosition);
   action->setObjectName("mark_" + text_of(field.name));
   action->setToolTip(QObject::tr("Mark it in the picture or in a slice"));
@@ -171,13 +173,17 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
   }
   show(sim::Value(value_));  // with the names that boxes selected
   if (expert_ == nullptr) return;
-  auto* more = new FoldButton("more_settings", tr("More settings"));
-  more->on_fold = [this](bool is_open) {
+  more_ = new FoldButton("more_settings", tr("More settings"));
+  more_->on_fold = [this](bool is_open) {
     expert_->setVisible(is_open);
     on_resize();
   };
-  form->addRow(more);
+  form->addRow(more_);
   form->addRow(expert_);
+}
+
+void FieldForm::show_more() {
+  if (more_ != nullptr && !more_->isChecked()) more_->click();
 }
 
 /// Creates a combo box if there are names to choose from, otherwise a line edit.

@@ -14,6 +14,8 @@ class QVBoxLayout;
 
 namespace trephine::view {
 
+class FoldButton;
+
 /// Returns a name as text for the user: "Bone flap" for "bone-flap".
 QString words_of(std::string_view name);
 
@@ -39,6 +41,8 @@ class FieldForm : public QWidget {
   const sim::Value& value() const { return value_; }
   /// Shows a value without calling on_change.
   void show(const sim::Value& value);
+  /// Shows the rows that are shown on request.
+  void show_more();
   /// Changes the first number field by `steps` steps.
   void step(int steps);
   std::function<void()> on_change = [] {};
@@ -55,7 +59,8 @@ class FieldForm : public QWidget {
   bool is_showing_ = false;
   std::vector<std::function<void()>> rows_;  ///< each shows its field of value_
   std::function<void(int)> step_ = [](int) {};
-  QWidget* expert_ = nullptr;  ///< rows that are shown on request; null: no such rows
+  QWidget* expert_ = nullptr;   ///< rows that are shown on request; null: no such rows
+  FoldButton* more_ = nullptr;  ///< shows them
 };
 
 /// Picture of the tool, with a scale bar.

@@ -93,7 +93,8 @@ class MainWindow : public QMainWindow {
   void apply_at_touched(const sim::ValueType& type);
   void build_pieces_menu();
   /// Asks for the fields of a command in a form that begins with the given values, and applies it.
-  void ask_and_apply(sim::Value command);
+  enum class Rows { usual, all };
+  void ask_and_apply(sim::Value command, Rows rows = Rows::usual);
   void mark_for(sim::Value command, const sim::Field& field);
   void begin_marking(PlaceMarking::Request request, std::function<void(const PlaceMarking::Places&)> done);
   void mark_pointed();

@@ -127,6 +127,9 @@ void MainWindow::build_measure_menu() {
               begin_marking(request, [this, type, kind](const PlaceMarking::Places& places) {
                 sim::Value command = sim::Value::of(*type);
                 if (command.set("kind=" + kind)) return;
+                // A tape and an outline lie on the shape that was pointed at first.
+                const std::size_t item = viewport()->shape_near(places.front());
+                if (command.set("item=" + std::to_string(item))) return;
                 for (const sim::Field& field : type->schema->fields)
                   if (field.name == "at") set_places(command, field, places);
                 if (operation_) operation_->apply(std::move(command));

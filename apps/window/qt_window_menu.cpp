@@ -9,6 +9,7 @@
 #include <QScrollArea>
 #include <QTimer>
 #include <QVBoxLayout>
+#include <glm/common.hpp>
 
 #include "apps/window/qt_structure_panel.h"
 #include "apps/window/qt_window.h"
@@ -232,7 +233,7 @@ QStringList MainWindow::names_of(sim::FieldInfo::Names kind) {
   return names;
 }
 
-void MainWindow::ask_and_apply(sim::Value command) {
+void MainWindow::ask_and_apply(sim::Value command, Rows rows) {
   if (!command.schema().fields.empty()) {
     constexpr int k_mark = 2;  // result of the dialog: a field's positions are marked in the picture
     const sim::Field* marked = nullptr;
@@ -247,6 +248,7 @@ void MainWindow::ask_and_apply(sim::Value command) {
     auto* form = new FieldForm(
         command, [this](sim::FieldInfo::Names kind) { return names_of(kind); }, mark);
     form->on_resize = [&dialog] { QTimer::singleShot(0, &dialog, [&dialog] { dialog.adjustSize(); }); };
+    if (rows == Rows::all) form->show_more();
     column->addWidget(form);
     auto* buttons = new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel);
     column->addWidget(buttons);
@@ -272,9 +274,13 @@ void MainWindow::mark_for(sim::Value command, const sim::Field& field) {
     request.most = field.info.most_values;
   begin_marking(request, [this, command, &field](const PlaceMarking::Places& places) {
     sim::Value next = command;
-    set_places(next, field, places);
+    PlaceMarking::Places rounded = places;
+    for (glm::dvec3& at : rounded) at = glm::round(100.0 * at) / 100.0;  // 0.01 mm, to be read in the form
+    set_places(next, field, rounded);
     // After the click that marked the last position.
-    QTimer::singleShot(0, this, [this, next] { ask_and_apply(next); });
+    QTimer::singleShot(0, this, [this, next, is_expert = field.info.is_expert] {
+      ask_and_apply(next, is_expert ? Rows::all : Rows::usual);
+    });
   });
 }
 

@@ -374,6 +374,7 @@ sim::Overlays Measurement::overlays(const sim::OperationState& operation) const 
   if (settings == nullptr || settings->kinds.empty()) return {};
   sim::Overlay overlay;
   overlay.kind = sim::Overlay::Kind::plan;
+  overlay.is_in_front = true;  // a straight line between two positions on bone is inside it
   // Dashes of 2 mm and gaps of 1.5 mm, along each whole line.
   constexpr double k_dash = 2, k_period = 3.5;  // mm
   std::size_t first = 0;

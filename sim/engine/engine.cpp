@@ -257,7 +257,9 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
   const Instrument& instrument = now_.settings.hands[tick.hand];
   std::optional<ToolBall>& last_body = work_[tick.hand].body;
-  if (tick.raised & haptics::fault_not_finite) {  // its position is unknown
+  // Its position is unknown, or the hand did not bring it there: a larger tool that was taken at the surface
+  // begins within bone, and is led out.
+  if ((tick.raised & haptics::fault_not_finite) || tick.is_escaping) {
     last_body.reset();
     return;
   }

@@ -50,7 +50,7 @@ TEST(PlaceMarking, ALineOfAnyLengthIsFinishedByTheUser) {
   for (const dvec3& at : {dvec3(0), dvec3(3, 0, 0), dvec3(9, 9, 9)}) marking.add(at);
   marking.remove_last();
   marking.add({3, 4, 0});
-  EXPECT_EQ(label(marking), "12.0 mm") << "closed: 3, 4 and 5 mm";
+  EXPECT_EQ(label(marking), "outline 12.0 mm") << "closed: 3, 4 and 5 mm";
   EXPECT_NE(marking.prompt().find("Enter finishes"), std::string::npos);
   EXPECT_TRUE(marking.finish());
   EXPECT_EQ(marked.places.size(), 3u);

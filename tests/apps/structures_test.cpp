@@ -66,6 +66,16 @@ TEST(Structures, RefuseUnknownNames) {
   EXPECT_NE(error->message().find("one of: bone, brain, tumour, liver"), std::string::npos);
 }
 
+TEST(Structures, RefuseATranslucentSingleBone) {
+  std::vector<Structure> list = structures_of(shell());
+  list.push_back({"L4", Structure::Kind::one_bone, {}, -1, 1});
+  const std::array hidden{StructureOpacity{"L4", 0.0}}, translucent{StructureOpacity{"L4", 0.5}};
+  EXPECT_FALSE(set_opacities(list, hidden));
+  const Status error = set_opacities(list, translucent);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->remedy.find("bone"), std::string::npos);
+}
+
 /// A labelled ball of 9 mm on voxels of 0.5 x 0.7 x 1.1 mm with a sheared frame.
 volume::Volume ball_scan() {
   const glm::dmat3 axes(dvec3(0.5, 0, 0), dvec3(0.05, 0.7, 0), dvec3(0, 0.1, 1.1));
@@ -240,6 +250,11 @@ TEST_F(TranslucentPicture, FollowsTheViewAndHasNoCostWhenOpaque) {
   EXPECT_GT(first, 0u);
   for (int i = 0; i < 5; ++i) picture_->draw();
   EXPECT_EQ(structures.drawn_count(), first) << "the kept picture is reused";
+  picture_->set_opacity(0, 0.5);
+  EXPECT_TRUE(picture_->draw()) << "with another opacity";
+  EXPECT_EQ(structures.drawn_count(), first)
+      << "another opacity of bone is another blend of the same pictures";
+  EXPECT_EQ(picture_->view().bone().drawn_triangles(), 0u);
   picture_->turn(40, 0);
   at(middle_);
   EXPECT_GT(structures.drawn_count(), first);

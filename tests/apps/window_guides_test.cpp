@@ -1,35 +1,20 @@
 // A tool tilted by mouse and keyboard, and guided under an edge and into a burr hole.
 #include <glm/gtc/quaternion.hpp>
 
-#include "apps/workbench/operation.h"
-#include "modules/catalogue.h"
 #include "modules/drilling/craniotome.h"
 #include "modules/drilling/perforator.h"
 #include "modules/rongeur/rongeur.h"
-#include "tests/apps/window_fixture.h"
+#include "tests/apps/operation_window_fixture.h"
 
 namespace trephine::view {
 namespace {
 
 using glm::dvec3;
 
-class GuidedWindow : public Window {
+class GuidedWindow : public OperationWindow {
  protected:
-  /// Opens a window on a built-in phantom, with an instrument.
   void open(const workbench::SourceChoice& source, const sim::Instrument& instrument) {
-    workbench::OperationChoice choice;
-    choice.hands = {sim::HandSpec(instrument)};
-    auto operation = workbench::open_operation(source, choice);
-    ASSERT_TRUE(operation) << operation.error().message();
-    held_ = std::make_unique<workbench::Operation>(std::move(operation.value()));
-    options_.start = WindowStart{held_->engine()};
-    options_.catalogue = &modules::catalogue();
-    options_.recorder = nullptr;
-    options_.width = 1200, options_.height = 900;
-    window_ = std::make_unique<MainWindow>(held_->scene(), options_);
-    window_->show();
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
-    ASSERT_TRUE(QTest::qWaitFor([&] { return hand().viewport().triangle_count() > 1000; }, 60000));
+    OperationWindow::open(source, sim::HandSpec(instrument));
   }
   OperationController& hand() { return *window_->operation(); }
   QPoint pixel_of(const dvec3& world) {
@@ -50,9 +35,6 @@ class GuidedWindow : public Window {
   bool reaches(const std::function<bool()>& is_there, int ms = 20000) {
     return QTest::qWaitFor(is_there, ms);
   }
-
-  std::unique_ptr<workbench::Operation> held_;
-  std::unique_ptr<MainWindow> window_;
 };
 
 TEST_F(GuidedWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {

@@ -110,6 +110,7 @@ TEST_F(MarkingWindow, APositionOfACommandIsMarkedInsteadOfTyped) {
   EXPECT_TRUE(words.startsWith("Place screw, entry: click a position.")) << words.toStdString();
   in_dialog([&](QDialog& dialog) {
     form_text = dialog.findChild<QLineEdit*>("entry")->text();
+    EXPECT_TRUE(dialog.findChild<QLineEdit*>("entry")->isVisible()) << "among more settings";
     dialog.reject();
   });
   click({5, 5});

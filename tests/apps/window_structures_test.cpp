@@ -3,29 +3,13 @@
 #include <QWheelEvent>
 
 #include "apps/window/qt_structure_panel.h"
-#include "apps/workbench/operation.h"
-#include "modules/catalogue.h"
-#include "tests/apps/window_fixture.h"
+#include "tests/apps/operation_window_fixture.h"
 
 namespace trephine::view {
 namespace {
 
-class StructureWindow : public Window {
+class StructureWindow : public OperationWindow {
  protected:
-  void open(const char* source) {
-    auto operation = workbench::open_operation(workbench::SourceChoice(source), {});
-    ASSERT_TRUE(operation) << operation.error().message();
-    held_ = std::make_unique<workbench::Operation>(std::move(operation.value()));
-    options_.start = WindowStart{held_->engine()};
-    options_.catalogue = &modules::catalogue();
-    options_.recorder = nullptr;
-    options_.width = 1200, options_.height = 900;
-    window_ = std::make_unique<MainWindow>(held_->scene(), options_);
-    window_->show();
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
-    ASSERT_TRUE(QTest::qWaitFor([&] { return viewport().is_complete(); }, 60000));
-  }
-  Viewport& viewport() { return window_->operation()->viewport(); }
   std::size_t whole_triangles() { return viewport().view().structures()->triangle_count(); }
   /// Number of a structure in the list.
   std::size_t number_of(const std::string& name) {
@@ -38,13 +22,11 @@ class StructureWindow : public Window {
   bool is_complete() {
     return QTest::qWaitFor([&] { return viewport().is_complete(); }, 60000);
   }
-
-  std::unique_ptr<workbench::Operation> held_;
-  std::unique_ptr<MainWindow> window_;
 };
 
 TEST_F(StructureWindow, BoneIsMadeTranslucentAndStructuresHidden) {
   open("spine");
+  ASSERT_TRUE(is_complete());
   child<QAction>(*window_, "show_structures")->trigger();
   QTest::qWait(200);
   auto* bone = child<QSlider>(*window_, "opacity_0");

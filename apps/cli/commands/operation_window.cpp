@@ -212,6 +212,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
     if (!opacity) return opacity.error();
     options.opacities.push_back(opacity.value());
   }
+  if (Status error = view::check_opacities(*scene, options.opacities, "--opacity")) return *error;
   options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
   options.plan = std::make_shared<const volume::SurgicalPlan>(operation.spec.plan);
   options.title = source.written_name();

@@ -24,20 +24,6 @@ std::vector<view::StructureOpacity> opacities_of(const data_tools::ScriptPicture
   return opacities;
 }
 
-/// Checks the structures that pictures name.
-Status check_opacities(const std::vector<data_tools::ScriptPicture>& pictures,
-                       const haptics::TouchScene& scene, const std::string& where) {
-  for (const data_tools::ScriptPicture& picture : pictures) {
-    if (picture.opacities.empty()) continue;
-    std::vector<view::Structure> structures = view::structures_of(scene);
-    Status error = view::set_opacities(structures, opacities_of(picture));
-    if (!error) continue;
-    error->where = where + ", line " + std::to_string(picture.line);
-    return error;
-  }
-  return {};
-}
-
 /// Draws the pictures of one operation off-screen, one after another.
 class ScriptPictures {
  public:
@@ -147,8 +133,10 @@ Result<PlayedScript> play_script(const ScriptRequest& request) {
   if (!opened) return opened.error();
   played.run = std::move(opened).value();
   workbench::ScriptRun& run = *played.run;
-  if (Status error = check_opacities(request.script.pictures, *run.operation().scene(), request.where))
-    return *error;
+  for (const data_tools::ScriptPicture& picture : request.script.pictures)
+    if (Status error = view::check_opacities(*run.operation().scene(), opacities_of(picture),
+                                             request.where + ", line " + std::to_string(picture.line)))
+      return *error;
   played.ready_seconds = seconds_since(begin);
 
   workbench::RecordChoice record = request.record;
