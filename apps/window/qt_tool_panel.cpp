@@ -148,7 +148,7 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
         if (auto* line = qobject_cast<QLineEdit*>(text))
           line->setText(current);
         else if (auto* box = qobject_cast<QComboBox*>(text))
-          box->setCurrentIndex(box->findText(current));
+          box->setCurrentIndex(box->findData(current));
       });
     } else {
       // Points, lists, whole numbers and ids are edited as text, in the notation of scripts.
@@ -197,9 +197,11 @@ QWidget* FieldForm::make_text(const sim::Field& field, const Offer& offer) {
   const QStringList names = offer ? offer(field.info.names) : QStringList();
   if (!names.isEmpty()) {
     auto* box = new QComboBox;
-    box->addItems(names);
-    connect(box, &QComboBox::currentTextChanged, this, set);
-    if (address_of<std::string>(field, value_)->empty()) set(box->currentText());
+    if (!field.info.empty_choice.empty()) box->addItem(text_of(field.info.empty_choice), QString());
+    for (const QString& name : names) box->addItem(name, name);
+    connect(box, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
+            [box, set] { set(box->currentData().toString()); });
+    if (address_of<std::string>(field, value_)->empty()) set(box->currentData().toString());
     return box;
   }
   auto* line = new QLineEdit;
@@ -288,6 +290,7 @@ ToolPanel::ToolPanel(const sim::Catalogue* catalogue, QWidget* parent)
   instrument_box_ = new QComboBox;
   instrument_box_->setObjectName("instrument");
   instrument_box_->setFocusPolicy(Qt::NoFocus);
+  instrument_box_->setPlaceholderText(tr("No tool"));
   for (const sim::Module* module : catalogue_->modules())
     for (const sim::InstrumentType* type : module->instruments()) {
       instrument_box_->addItem(words_of(type->name()), text_of(type->name()));

@@ -216,20 +216,25 @@ void MainWindow::apply_at_touched(const sim::ValueType& type) {
   operation_->apply(std::move(command));
 }
 
-/// Returns the names to choose from: labels of the scan that name bones, or all its labels; branches other
-/// than the current one.
+/// Returns the names to choose from: labels of the scan (without labels that name bones, all labels count as
+/// bone), names of the plan, or branches other than the current one.
 QStringList MainWindow::names_of(sim::FieldInfo::Names kind) {
+  using Names = sim::FieldInfo::Names;
   QStringList names;
-  if (kind == sim::FieldInfo::Names::label) {
-    const std::vector<std::string>& labels = scene_->base->label_names;
+  const auto add = [&names](const std::string& name) { names << QString::fromStdString(name); };
+  const std::vector<std::string>& labels = scene_->base->label_names;
+  if (kind == Names::bone_label)
     for (std::size_t i = 1; i < labels.size(); ++i)
-      if (volume::is_bone_name(labels[i])) names << QString::fromStdString(labels[i]);
-    if (names.isEmpty())
-      for (std::size_t i = 1; i < labels.size(); ++i) names << QString::fromStdString(labels[i]);
-  } else if (kind == sim::FieldInfo::Names::branch && operation_) {
+      if (volume::is_bone_name(labels[i])) add(labels[i]);
+  if (kind == Names::label || (kind == Names::bone_label && names.isEmpty()))
+    for (std::size_t i = 1; i < labels.size(); ++i) add(labels[i]);
+  if (options_.plan && (kind == Names::outline || kind == Names::approach))
+    for (const volume::PlannedOutline& one : options_.plan->outlines) add(one.name);
+  if (options_.plan && (kind == Names::trajectory || kind == Names::approach))
+    for (const volume::PlannedTrajectory& one : options_.plan->trajectories) add(one.name);
+  if (kind == Names::branch && operation_)
     for (const std::string& branch : operation_->state().branches)
-      if (branch != operation_->state().branch) names << QString::fromStdString(branch);
-  }
+      if (branch != operation_->state().branch) add(branch);
   return names;
 }
 

@@ -146,6 +146,16 @@ OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<dvec
   return distance_between(project(flap.outline), project(plan));
 }
 
+std::optional<OutlineDistance> distance_from_nearest(const FlapState& flap,
+                                                     const volume::SurgicalPlan& plan) {
+  std::optional<OutlineDistance> nearest;
+  for (const volume::PlannedOutline& outline : plan.outlines) {
+    const OutlineDistance distance = distance_from_plan(flap, outline.points_world);
+    if (!nearest || distance.mean < nearest->mean) nearest = distance;
+  }
+  return nearest;
+}
+
 std::vector<StructureClearance> clearances_of(
     const FlapState& flap, std::span<const std::shared_ptr<const sim::Forbidden>> forbidden) {
   std::vector<StructureClearance> clearances;

@@ -45,5 +45,7 @@ OutlineDistance distance_between(const std::vector<glm::dvec3>& first, const std
 /// Returns the distance of a flap's outline from a planned one. Both are projected from the apex onto the
 /// plane through the flap's centre: a plan has straight segments, and the saw follows the skull.
 OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<glm::dvec3>& plan);
+/// Returns the distance from the outline of the plan with the least mean; nullopt without an outline.
+std::optional<OutlineDistance> distance_from_nearest(const FlapState& flap, const volume::SurgicalPlan& plan);
 
 }  // namespace trephine::bone_flap

@@ -21,15 +21,13 @@ std::optional<std::uint64_t> tick_of(const FlapState& flap, const sim::Chronicle
 void add_plan(const FlapState& flap, const volume::SurgicalPlan* plan, std::vector<Finding>& findings) {
   Finding mean{.name = "flap: distance from plan", .unit = "mm", .full_at = 2, .zero_at = 10, .weight = 3};
   Finding worst{.name = "flap: largest distance from plan", .unit = "mm"};
-  if (plan == nullptr || plan->outlines.empty()) {
+  const auto distance = plan ? distance_from_nearest(flap, *plan) : std::nullopt;
+  if (!distance) {
     mean.reason = "The plan has no outline; add one.";
     findings.push_back(std::move(mean));
     return;
   }
-  for (const volume::PlannedOutline& outline : plan->outlines) {
-    const OutlineDistance distance = distance_from_plan(flap, outline.points_world);
-    if (!mean.value || distance.mean < *mean.value) mean.value = distance.mean, worst.value = distance.worst;
-  }
+  mean.value = distance->mean, worst.value = distance->worst;
   findings.push_back(std::move(mean)), findings.push_back(std::move(worst));
 }
 

@@ -46,20 +46,26 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const OutlineShape shape = shape_of(flap);
   judged.perimeter = shape.perimeter, judged.roundness = shape.roundness;
   judged.length = shape.length, judged.width = shape.width;
-  if (!request.target.empty()) {
-    const volume::Volume& scan = *input.anatomy.base;
-    const LabelExposure exposure = exposure_of(flap, scan, scan.label_value(request.target));
-    judged.target = request.target;
+  const volume::Volume& scan = *input.anatomy.base;
+  const volume::SurgicalPlan* plan = input.state.plan.get();
+  std::string target = request.target;
+  if (target.empty() && plan && !plan->targets.empty()) target = plan->targets.front().label;
+  if (!target.empty() && !scan.labels.is_empty() && scan.label_value(target) > 0) {
+    const LabelExposure exposure = exposure_of(flap, scan, scan.label_value(target));
+    judged.target = target;
     judged.has_target = exposure.has_label;
     judged.exposed = 100 * exposure.share, judged.margin = exposure.margin, judged.depth = exposure.depth;
   }
   const volume::PlannedOutline* outline = find_outline(input.state, request.outline);
-  if (const std::vector<dvec3>& planned = outline ? outline->points_world : request.planned;
-      !planned.empty()) {
-    const OutlineDistance distance = distance_from_plan(flap, planned);
-    judged.has_plan = true;
-    judged.plan_mean = distance.mean, judged.plan_worst = distance.worst;
-  }
+  std::optional<OutlineDistance> distance;
+  if (outline)
+    distance = distance_from_plan(flap, outline->points_world);
+  else if (!request.planned.empty())
+    distance = distance_from_plan(flap, request.planned);
+  else if (plan)
+    distance = distance_from_nearest(flap, *plan);
+  judged.has_plan = distance.has_value();
+  if (distance) judged.plan_mean = distance->mean, judged.plan_worst = distance->worst;
   output->clearances = clearances_of(flap, input.forbidden);
   return output;
 }
@@ -131,8 +137,12 @@ const sim::JobType& judge_job() {
 const sim::Schema& JudgeFlap::schema() {
   static constexpr sim::Field fields[] = {
       field<&JudgeFlap::target>(
-          "target", {.help = "label that the flap should expose", .names = sim::FieldInfo::Names::label}),
-      field<&JudgeFlap::outline>("outline", {.help = "planned outline, by its name in the plan"}),
+          "target", {.help = "label that the flap should expose; without it the first target of the plan",
+                     .names = sim::FieldInfo::Names::label,
+                     .empty_choice = "Target of the plan"}),
+      field<&JudgeFlap::outline>("outline", {.help = "outline of the plan; without it the nearest one",
+                                             .names = sim::FieldInfo::Names::outline,
+                                             .empty_choice = "Nearest outline"}),
       field<&JudgeFlap::planned>("planned",
                                  {.unit = "mm",
                                   .low = -1e5,

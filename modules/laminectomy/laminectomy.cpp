@@ -29,15 +29,32 @@ struct JudgementResult final : sim::JobResult {
   }
 };
 
+/// Returns the label that lost the most bone; 0 without one.
+int cut_label(const volume::Version& version) {
+  const auto& units = version.ledger().units_by_label;
+  const auto most = std::max_element(units.begin() + (units.empty() ? 0 : 1), units.end());
+  return most == units.end() || *most <= 0 ? 0 : static_cast<int>(most - units.begin());
+}
+
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const JudgeLaminectomy*>(parameters);
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  const int label = request.vertebra.empty() ? -1 : bone.volume().label_value(request.vertebra);
+  const volume::Version& version = *input.state.undoable.version;
   auto output = std::make_shared<JudgementResult>();
-  const auto outcome = judge(bone, label, request.canal.empty() ? nullptr : request.canal.data(),
-                             *input.state.undoable.version);
+  std::string vertebra = request.vertebra;
+  if (vertebra.empty() && request.canal.empty()) {
+    const int cut = cut_label(version);
+    if (cut == 0) {
+      output->error = LocatedError{"no bone with a label was removed; select a vertebra", {}};
+      output->seal();
+      return output;
+    }
+    vertebra = bone.volume().label_names[static_cast<std::size_t>(cut)];
+  }
+  const int label = vertebra.empty() ? -1 : bone.volume().label_value(vertebra);
+  const auto outcome = judge(bone, label, request.canal.empty() ? nullptr : request.canal.data(), version);
   if (outcome) {
-    output->judgement = judgement_of(outcome.value(), request.vertebra);
+    output->judgement = judgement_of(outcome.value(), vertebra);
     output->at = outcome.value().frame.middle;
   } else {
     output->error = outcome.error();
@@ -55,6 +72,11 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
                  .found = std::to_string(request.item),
                  .expected = "a shape of the anatomy"};
   const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(request.item)].field.volume();
+  if (request.vertebra.empty() && request.canal.empty() && scan.labels.is_empty())
+    return Error{.what = "the scan has no labels",
+                 .where = "judge-laminectomy",
+                 .expected = "a label of the vertebra, or a position in its canal",
+                 .remedy = "set a position in its canal"};
   if (!request.vertebra.empty() && (scan.labels.is_empty() || scan.label_value(request.vertebra) <= 0))
     return Error{.what = "unknown label",
                  .where = "judge-laminectomy vertebra",
@@ -134,11 +156,6 @@ Status Laminectomy::allows(const sim::Command& command, const sim::OperationStat
                  .where = "judge-laminectomy canal",
                  .found = std::to_string(request->canal.size()),
                  .expected = "at most one"};
-  if (request->vertebra.empty() && request->canal.empty())
-    return Error{.what = "no vertebra selected",
-                 .where = "judge-laminectomy",
-                 .expected = "a vertebra (a label of the scan), or a position in its canal",
-                 .remedy = "select a vertebra, such as L4"};
   return std::nullopt;
 }
 
@@ -168,14 +185,17 @@ std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& opera
 const sim::Schema& JudgeLaminectomy::schema() {
   static constexpr sim::Field fields[] = {
       field<&JudgeLaminectomy::vertebra>(
-          "vertebra", {.help = "label of the vertebra", .names = sim::FieldInfo::Names::label}),
+          "vertebra", {.help = "label of the vertebra; without it the one that lost the most bone",
+                       .names = sim::FieldInfo::Names::bone_label,
+                       .empty_choice = "The one that was cut"}),
       field<&JudgeLaminectomy::canal>(
-          "canal", {.unit = "mm",
-                    .low = -1e5,
-                    .high = 1e5,
-                    .help = "position in the canal, at the height of the lamina; required without a label",
-                    .label = "Position in the canal",
-                    .is_expert = true}),
+          "canal",
+          {.unit = "mm",
+           .low = -1e5,
+           .high = 1e5,
+           .help = "position in the canal, at the height of the lamina; required in a scan without labels",
+           .label = "Position in the canal",
+           .is_expert = true}),
       field<&JudgeLaminectomy::item>("item",
                                      {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};
   static constexpr sim::Schema table{"judge-laminectomy", 1, fields};

@@ -45,6 +45,7 @@ struct JudgementFailed {
 class Laminectomy final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "laminectomy"; }
+  std::uint32_t version() const noexcept override { return 2; }  // 2: the vertebra is found
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
   sim::Value result() const override { return Judgement{}; }

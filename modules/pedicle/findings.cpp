@@ -3,65 +3,13 @@
 #include <map>
 
 #include "modules/pedicle/pedicle.h"
-#include "volume/scan/traversal.h"
+#include "modules/pedicle/screw_judge.h"
 
 namespace trephine::pedicle {
 
 namespace {
 
 using sim::Finding;
-
-/// Returns the labels along a screw, the most frequent first.
-std::vector<int> labels_along(const Screw& screw, const volume::Volume& scan) {
-  constexpr double k_step = 0.5;  // mm
-  std::map<int, int> counts;
-  if (scan.labels.is_empty()) return {};
-  for (double s = 0; s <= screw.length(); s += k_step) {
-    const glm::ivec3 v =
-        volume::voxel_of(scan.frame.volume_from_world(screw.entry_world + s * screw.ahead()));
-    if (!scan.contains(v)) continue;
-    const int label = scan.labels[scan.index(v.x, v.y, v.z)];
-    if (label > 0 && static_cast<std::size_t>(label) < scan.label_names.size()) ++counts[label];
-  }
-  std::vector<int> labels;
-  for (const auto& [label, count] : counts) labels.push_back(label);
-  std::stable_sort(labels.begin(), labels.end(), [&](int a, int b) { return counts[a] > counts[b]; });
-  return labels;
-}
-
-/// Judges screws in their vertebrae, which are searched for once.
-class ScrewJudge {
- public:
-  explicit ScrewJudge(const sim::JobInput& input) : input_(input) {}
-
-  /// Judges a screw in the first of its labels that is a vertebra. Returns the reason of a failure.
-  Result<ScrewJudged, std::string> judge(const JudgedScrew& screw) {
-    const auto& items = input_.anatomy.items;
-    if (items.empty() || items[0].is_mesh()) return std::string("The operation has no bone.");
-    std::string reason = "The scan has no label at the screw; add a label of its vertebra.";
-    for (const int label : labels_along(screw.screw, *scan())) {
-      const auto [found, is_new] = bones_.try_emplace(label);
-      if (is_new) found->second.emplace(find_bone(scan(), items[0].field, label, nullptr));
-      const auto& bone = *found->second;
-      if (!bone) {
-        reason = "No canal was found in the labels at the screw; add a label of its vertebra.";
-        continue;
-      }
-      auto judged = pedicle::judge(screw, bone.value(), input_.state.plan.get(), {});
-      if (judged) return std::move(judged).value();
-      reason = "It was not judged: " + judged.error().reason + ".";
-    }
-    return reason;
-  }
-
- private:
-  const std::shared_ptr<const volume::Volume>& scan() const {
-    return input_.state.undoable.version->shared_base();
-  }
-
-  const sim::JobInput& input_;
-  std::map<int, std::optional<Result<JudgedBone, LocatedError>>> bones_;
-};
 
 /// Returns a name that no other screw has: "L4 left", "L4 left 2".
 std::string unique_name(const std::string& name, std::map<std::string, int>& used) {
@@ -132,7 +80,7 @@ void add_screw(const PedicleState& world, std::size_t index, const sim::JobInput
     judged = std::move(result).value();
     name = judged.vertebra + " " + std::string(k_side_names[static_cast<std::size_t>(judged.side)]);
   } else {
-    reason = result.error();
+    reason = "It was not judged: " + result.error().reason + ".";
     if (input.state.plan) compare_with_plan(screw, *input.state.plan, {}, false, judged);
   }
   name = unique_name(name, used);
@@ -147,9 +95,9 @@ void add_screw(const PedicleState& world, std::size_t index, const sim::JobInput
 
 std::vector<Finding> Pedicle::findings(const sim::JobInput& input) const {
   const auto* world = input.state.undoable_of<PedicleState>();
-  if (world == nullptr) return {};
+  if (world == nullptr || input.anatomy.items.empty() || input.anatomy.items[0].is_mesh()) return {};
   std::vector<Finding> findings;
-  ScrewJudge judge(input);
+  ScrewJudge judge(input, 0, {});
   std::map<std::string, int> used;
   for (std::size_t i = 0; i < world->screw_bodies.size(); ++i)
     if (world->screw_bodies[i].value != 0) add_screw(*world, i, input, judge, used, findings);

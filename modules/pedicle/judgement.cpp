@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "modules/pedicle/screw_judge.h"
 #include "sim/api/work.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/base/mix_hash.h"
@@ -76,15 +77,17 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
     result->error = LocatedError{"its screw does not exist any more", {}};
     return result;
   }
-  const volume::Field& shape = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  const int label = request.vertebra.empty() ? -1 : shape.volume().label_value(request.vertebra);
-  const auto bone = find_bone(input.state.undoable.version->shared_base(), shape, label,
-                              request.canal.empty() ? nullptr : request.canal.data());
-  if (!bone) {
-    result->error = bone.error();
-    return result;
-  }
-  auto judged = judge(judged_screw(*world, *index), bone.value(), input.state.plan.get(), request.marks());
+  const auto item = static_cast<std::size_t>(request.item);
+  const JudgedScrew screw = judged_screw(*world, *index);
+  ScrewJudge judge(input, item, request.marks());
+  const auto judge_requested = [&] {
+    if (request.vertebra.empty() && request.canal.empty()) return judge.judge(screw);
+    const int label = request.vertebra.empty()
+                          ? -1
+                          : input.anatomy.items[item].field.volume().label_value(request.vertebra);
+    return judge.judge_in(screw, label, request.canal.empty() ? nullptr : request.canal.data());
+  };
+  auto judged = judge_requested();
   if (judged)
     result->judged = std::move(judged).value();
   else
@@ -101,6 +104,11 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
                  .found = std::to_string(request.item),
                  .expected = "a shape of the anatomy"};
   const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(request.item)].field.volume();
+  if (request.vertebra.empty() && request.canal.empty() && scan.labels.is_empty())
+    return Error{.what = "the scan has no labels",
+                 .where = "judge-screw",
+                 .expected = "a label of the vertebra, or a position in its canal",
+                 .remedy = "set a position in its canal"};
   if (!request.vertebra.empty() && (scan.labels.is_empty() || scan.label_value(request.vertebra) <= 0))
     return Error{.what = "unknown label",
                  .where = "judge-screw vertebra",
@@ -253,10 +261,6 @@ Status check_judging(const sim::Command& command, const sim::OperationState& ope
                  .where = "judge-screw canal",
                  .found = std::to_string(request->canal.size()),
                  .expected = "at most one"};
-  if (request->vertebra.empty() && request->canal.empty())
-    return Error{.what = "no vertebra selected",
-                 .where = "judge-screw",
-                 .expected = "vertebra, a label of the scan, or canal, a position in its canal"};
   return std::nullopt;
 }
 

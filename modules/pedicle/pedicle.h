@@ -11,7 +11,7 @@ namespace trephine::pedicle {
 class Pedicle final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "pedicle"; }
-  std::uint32_t version() const noexcept override { return 2; }  // 2: tracks between walls grow farther ahead
+  std::uint32_t version() const noexcept override { return 3; }  // 3: judge-screw finds the vertebra
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;

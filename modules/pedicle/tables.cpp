@@ -76,8 +76,9 @@ const sim::Schema& ScrewFailed::schema() {
 const sim::Schema& JudgeScrew::schema() {
   static constexpr sim::Field fields[] = {
       field<&JudgeScrew::body>("body", {.help = "body of the screw; 0: the last"}),
-      field<&JudgeScrew::vertebra>("vertebra",
-                                   {.help = "label of the vertebra", .names = sim::FieldInfo::Names::label}),
+      field<&JudgeScrew::vertebra>("vertebra", {.help = "label of the vertebra; without it that of the screw",
+                                                .names = sim::FieldInfo::Names::bone_label,
+                                                .empty_choice = "That of the screw"}),
       field<&JudgeScrew::canal>("canal", {.unit = "mm",
                                           .low = -1e5,
                                           .high = 1e5,

@@ -371,7 +371,9 @@ const sim::Schema& ClampPlan::schema() {
 
 const sim::Schema& FitClamp::schema() {
   static constexpr sim::Field fields[] = {
-      field<&FitClamp::site>("site", {.help = "outline or trajectory of the approach; without it the first"}),
+      field<&FitClamp::site>("site", {.help = "outline or trajectory of the approach; without it the first",
+                                      .names = sim::FieldInfo::Names::approach,
+                                      .empty_choice = "First of the plan"}),
       field<&FitClamp::least_opening>("least_opening",
                                       {.unit = "mm",
                                        .low = 0,

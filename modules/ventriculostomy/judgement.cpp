@@ -241,7 +241,9 @@ const sim::JobType& judge_job() {
 const sim::Schema& JudgeCatheter::schema() {
   static constexpr sim::Field fields[] = {
       field<&JudgeCatheter::trajectory>(
-          "trajectory", {.help = "trajectory of the plan; without it the nearest ventriculostomy"}),
+          "trajectory", {.help = "trajectory of the plan; without it the nearest ventriculostomy",
+                         .names = sim::FieldInfo::Names::trajectory,
+                         .empty_choice = "Nearest ventriculostomy"}),
       field<&JudgeCatheter::at>("at", {.unit = "mm",
                                        .low = -1e5,
                                        .high = 1e5,

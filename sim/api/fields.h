@@ -36,8 +36,11 @@ struct FieldInfo {
   std::string_view label = {};                     ///< name shown to users; empty: the field's name
   std::size_t most_values = 0;                     ///< of a list; 0: any number
   bool is_expert = false;                          ///< shown in a window only on request
-  /// Kind of name that a text field holds: a window then offers the existing ones.
-  enum class Names : std::uint8_t { any, label, branch } names = Names::any;
+  /// Kind of name that a text field holds: a window then offers the existing ones. Outlines and trajectories
+  /// are those of the plan; an approach is one or the other.
+  enum class Names : std::uint8_t { any, label, bone_label, outline, trajectory, approach, branch };
+  Names names = Names::any;
+  std::string_view empty_choice = {};  ///< of an empty name, for users; empty: a name is required
 };
 
 struct Field {

@@ -8,13 +8,11 @@
 
 namespace trephine::sim {
 
-/// Largest number of commands that steps may issue in a row; ends a cycle of steps that issue commands.
-inline constexpr std::size_t k_max_issued = 256;
-
-/// Applies commands in order, and then those that they cause. `apply(command)` returns these.
+/// Applies commands in order, and then those that they cause. `apply(command)` returns these. The engine ends
+/// cycles of steps, see Engine::k_max_steps_per_tick.
 template <class Apply>
 void issue(std::vector<Command> commands, Apply&& apply) {
-  for (std::size_t i = 0; i < commands.size() && i < k_max_issued; ++i) {
+  for (std::size_t i = 0; i < commands.size(); ++i) {
     const Command next = commands[i];
     for (Command& caused : apply(next)) commands.push_back(std::move(caused));
   }

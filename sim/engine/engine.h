@@ -126,6 +126,9 @@ class Engine {
   /// refers to objects that this engine lacks; the engine is then unusable.
   Status restore(const EngineImage& image);
 
+  /// Most steps of the procedure that begin in one tick; ends a cycle of steps that issue commands.
+  static constexpr std::size_t k_max_steps_per_tick = 64;
+
   // ---- strokes ----
   bool is_in_stroke() const noexcept;
   /// Largest number of strokes and commands that can be undone; older ones are final, so that an hour's work
@@ -265,6 +268,7 @@ class Engine {
   void record_refusal(const Command& command, Outcome& outcome);
   void take_transition(const StepCause& cause, std::size_t first_event, Outcome& outcome);
   void enter_step(int next, const StepCause& cause, Outcome& outcome);
+  std::size_t steps_begun_in(std::uint64_t tick) const noexcept;
   std::vector<Command> commands_on_entry() const;
 
   EntryState current_entry_state() const;

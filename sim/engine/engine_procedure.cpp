@@ -156,6 +156,14 @@ void Engine::record_refusal(const Command& command, Outcome& outcome) {
   handle_events(outcome, {now_.next_tick, command.hand, {}, StepCause::When::never});
 }
 
+/// Returns the number of steps that began in a tick.
+std::size_t Engine::steps_begun_in(std::uint64_t tick) const noexcept {
+  std::size_t count = 0;
+  for (std::size_t i = now_.chronicle.size(); i-- > 0 && now_.chronicle[i].tick == tick;)
+    count += now_.chronicle[i].value.as<StepEntered>() != nullptr;
+  return count;
+}
+
 /// Takes the first transition of the current step whose cause and conditions hold, unless a hand holds an
 /// instrument that the next step does not allow: that transition is passed over, and refused if it has a
 /// cause and no other one is taken. `first_event`: of the events that are causes.
@@ -181,7 +189,18 @@ void Engine::take_transition(const StepCause& cause, std::size_t first_event, Ou
   if (refusal) pending_events_.push_back({cause.tick, cause.hand, glm::dvec3(0), std::move(*refusal)});
 }
 
+/// Enters a step, unless many steps began in the same tick: their commands on entry form a cycle, which ends
+/// with a refusal.
 void Engine::enter_step(int next, const StepCause& cause, Outcome& outcome) {
+  const std::string& name = procedure().steps[static_cast<std::size_t>(next)].name;
+  if (steps_begun_in(cause.tick) >= k_max_steps_per_tick) {
+    pending_events_.push_back(
+        {cause.tick, cause.hand, glm::dvec3(0),
+         StepRefused{step().name, name,
+                     std::to_string(k_max_steps_per_tick) +
+                         " steps began at the same time: their commands on entry form a cycle"}});
+    return;
+  }
   ProcedurePosition& position = now_.undoable.procedure;
   position.step = next;
   position.entered_tick = now_.next_tick;

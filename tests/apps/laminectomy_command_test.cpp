@@ -129,7 +129,7 @@ TEST_F(Command, ALaminectomyOfARealSpine) {
                       thinning.hand("burr", "diameter=6") +
                       lamina.hand("rongeur", "kind=kerrison width=5 opening=20 most=400") +
                       "[[do]]\nat = " + std::to_string(lamina.end() + 0.2) +
-                      "\ncommand = \"judge-laminectomy\"\nwith = \"vertebra=vertebrae_L4\"\n"
+                      "\ncommand = \"judge-laminectomy\"\n"  // of the vertebra that was cut
                       "[[expect]]\nwhat = \"canal\"\nleast = 305\n"
                       "[[expect]]\nwhat = \"opened length\"\nleast = 8\n");
   const Json played = json("run l.toml --record l.session");

@@ -16,6 +16,7 @@ class OperationWindow : public Window {
     ASSERT_TRUE(operation) << operation.error().message();
     held_ = std::make_unique<workbench::Operation>(std::move(operation.value()));
     options_.start = WindowStart{held_->engine()};
+    options_.plan = std::make_shared<const volume::SurgicalPlan>(held_->spec.plan);
     options_.catalogue = &modules::catalogue();
     options_.recorder = nullptr;
     options_.width = 1200, options_.height = 900;
@@ -28,6 +29,33 @@ class OperationWindow : public Window {
 
   std::unique_ptr<workbench::Operation> held_;
   std::unique_ptr<MainWindow> window_;
+};
+
+/// A window with an instrument in the hand, which the pointer moves.
+class ToolWindow : public OperationWindow {
+ protected:
+  void open(const workbench::SourceChoice& source, const sim::Instrument& instrument) {
+    OperationWindow::open(source, sim::HandSpec(instrument));
+  }
+  OperationController& hand() { return *window_->operation(); }
+  QPoint pixel_of(const glm::dvec3& world) {
+    const glm::dvec2 at = hand().viewport().project(world);
+    return {static_cast<int>(at.x * window_->canvas()->width()),
+            static_cast<int>((1 - at.y) * window_->canvas()->height())};
+  }
+  void point_at(const glm::dvec3& world) {
+    QTest::mouseMove(window_->canvas(), pixel_of(world) + QPoint(2, 0));
+    QTest::mouseMove(window_->canvas(), pixel_of(world));
+    QTest::qWait(300);
+  }
+  bool holds(const char* instrument) {
+    return !hand().is_changing_instrument() && !hand().tool().is_empty() &&
+           hand().tool().name() == instrument;
+  }
+  glm::dvec3 shaft() { return hand().state().newest.pose.orientation * glm::dvec3(0, 0, 1); }
+  bool reaches(const std::function<bool()>& is_there, int ms = 20000) {
+    return QTest::qWaitFor(is_there, ms);
+  }
 };
 
 }  // namespace trephine::view

@@ -1,5 +1,7 @@
 // Cases and sessions by command: import, --record, info, replay, resume, doctor.
 #include <csignal>
+#include <cstring>
+#include <glm/geometric.hpp>
 
 #include "apps/workbench/sessions.h"
 #include "tests/apps/command_fixture.h"
@@ -66,6 +68,31 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   const Ended taken = run("drill s.mha --burr-diameter 4 --path p.csv -o d2.mha --record d.session");
   EXPECT_EQ(taken.exit_code, 2);
   EXPECT_NE(taken.err.find("already"), std::string::npos);
+}
+
+TEST_F(Command, TheSurfaceAtATimeEnclosesWhatWasNotRemoved) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
+  write("p.csv", "t,x,y,z\n0,-8,0,46\n0.2,-8,0,34\n1.2,8,0,34\n1.4,8,0,46\n");
+  const Json drill =
+      json("drill s.mha --burr-diameter 8 --kinematic --path p.csv -o d.mha --record d.session");
+  const auto volume_at = [&](const std::string& until) {
+    json("replay d.session --scan s.mha --mesh m.stl" + until);
+    const std::string stl = read(file("m.stl"));
+    double six_volumes = 0;
+    for (std::size_t at = 84; at + 50 <= stl.size(); at += 50) {
+      glm::vec3 corners[4];  // the normal, then the corners
+      std::memcpy(corners, stl.data() + at, sizeof corners);
+      six_volumes +=
+          glm::dot(glm::dvec3(corners[1]), glm::cross(glm::dvec3(corners[2]), glm::dvec3(corners[3])));
+    }
+    return six_volumes / 6;
+  };
+  const double removed = drill["removed_mm3_total"], whole = volume_at(" --until 0");
+  EXPECT_GT(removed, 300);
+  EXPECT_NEAR(whole - volume_at(""), removed, 0.03 * removed);
+  const double half = json("replay d.session --scan s.mha --until 0.7")["removed_mm3_total"];
+  EXPECT_GT(half, 0.2 * removed);
+  EXPECT_NEAR(whole - volume_at(" --until 0.7"), half, 0.05 * half);
 }
 
 /// A session whose program was killed is offered at the next start, if it is the newest.

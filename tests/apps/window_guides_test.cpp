@@ -11,33 +11,7 @@ namespace {
 
 using glm::dvec3;
 
-class GuidedWindow : public OperationWindow {
- protected:
-  void open(const workbench::SourceChoice& source, const sim::Instrument& instrument) {
-    OperationWindow::open(source, sim::HandSpec(instrument));
-  }
-  OperationController& hand() { return *window_->operation(); }
-  QPoint pixel_of(const dvec3& world) {
-    const glm::dvec2 at = hand().viewport().project(world);
-    return {static_cast<int>(at.x * window_->canvas()->width()),
-            static_cast<int>((1 - at.y) * window_->canvas()->height())};
-  }
-  void point_at(const dvec3& world) {
-    QTest::mouseMove(window_->canvas(), pixel_of(world) + QPoint(2, 0));
-    QTest::mouseMove(window_->canvas(), pixel_of(world));
-    QTest::qWait(300);
-  }
-  bool holds(const char* instrument) {
-    return !hand().is_changing_instrument() && !hand().tool().is_empty() &&
-           hand().tool().name() == instrument;
-  }
-  dvec3 shaft() { return hand().state().newest.pose.orientation * dvec3(0, 0, 1); }
-  bool reaches(const std::function<bool()>& is_there, int ms = 20000) {
-    return QTest::qWaitFor(is_there, ms);
-  }
-};
-
-TEST_F(GuidedWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
+TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   open("spine",
        rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 14, .max_bite = 130}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
@@ -71,7 +45,7 @@ TEST_F(GuidedWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
 }
 
 /// Between two laminae an idle tool rests on the cord. It does not go through it to the vertebral body.
-TEST_F(GuidedWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
+TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
   workbench::SourceChoice source("spine");
   source.takes_plan = true;  // the cord and the nerve roots are forbidden
   for (const bool is_kerrison : {true, false}) {
@@ -112,7 +86,7 @@ TEST_F(GuidedWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
   }
 }
 
-TEST_F(GuidedWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
+TEST_F(ToolWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
   workbench::SourceChoice source("head");
   source.takes_plan = true;  // the dura and others are forbidden
   open(source, drilling::burr({.diameter = 4}));
@@ -134,7 +108,7 @@ TEST_F(GuidedWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
   }
 }
 
-TEST_F(GuidedWindow, APerforatorTouchesAndDrillsOnSlopes) {
+TEST_F(ToolWindow, APerforatorTouchesAndDrillsOnSlopes) {
   open("head", drilling::burr({.diameter = 6}));
   hand().take_instrument(drilling::perforator({}).parameters);
   ASSERT_TRUE(reaches([&] { return holds("perforator"); }, 60000));
@@ -152,7 +126,7 @@ TEST_F(GuidedWindow, APerforatorTouchesAndDrillsOnSlopes) {
   }
 }
 
-TEST_F(GuidedWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
+TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
   open("head", drilling::craniotome({}));
   hand().take_instrument(drilling::burr({.diameter = 6, .removal_rate = 400}).parameters);
@@ -194,7 +168,7 @@ TEST_F(GuidedWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   keep(*window_, "craniotome-kerf");
 }
 
-TEST_F(GuidedWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
+TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
   open("spine", rongeur::rongeur({}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   const dvec3 place(8, 43, -6);

@@ -315,9 +315,12 @@ TEST(Laminectomy, IsJudgedByCommand) {
   EXPECT_NE(outcome().as<JudgementFailed>(), nullptr);
   EXPECT_EQ(measure("canal"), 0);
   EXPECT_NE(run.engine().now().hash(), first);
+  EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{}, 0}).refused.has_value());
+  ASSERT_NE(outcome().as<JudgementFailed>(), nullptr);
+  EXPECT_NE(outcome().as<JudgementFailed>()->reason.find("no bone"), std::string::npos) << "nothing was cut";
   for (const JudgeLaminectomy& request :
-       {JudgeLaminectomy{}, JudgeLaminectomy{"L9"}, JudgeLaminectomy{"background"},
-        JudgeLaminectomy{"L4", {dvec3(0), dvec3(1)}}, JudgeLaminectomy{"L4", {}, 3}})
+       {JudgeLaminectomy{"L9"}, JudgeLaminectomy{"background"}, JudgeLaminectomy{"L4", {dvec3(0), dvec3(1)}},
+        JudgeLaminectomy{"L4", {}, 3}})
     EXPECT_TRUE(run.apply_whole({request, 0}).refused.has_value()) << sim::Value(request).words();
 }
 

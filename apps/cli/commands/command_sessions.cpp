@@ -11,9 +11,11 @@
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
 #include "data-tools/formats/open_volume.h"
+#include "data-tools/meshes/mesh_files.h"
 #include "modules/catalogue.h"
 #include "sim/drivers/lockstep.h"
 #include "sim/session/session_fork.h"
+#include "volume/surface/surface_nets.h"
 
 namespace trephine::cli {
 
@@ -21,7 +23,7 @@ namespace {
 
 struct ReplayArguments {
   workbench::SourceChoice case_source;
-  std::string session, output, steps, screenshot;
+  std::string session, output, mesh, steps, screenshot;
   std::optional<double> until;
   bool is_verifying = false, wants_window = false;
 };
@@ -33,17 +35,38 @@ struct ResumeArguments {
   workbench::DeviceChoice device;
 };
 
+/// Returns the surface of all shapes of the scan that a state has, in voxels of the scan.
+volume::Mesh surface_of(const sim::Engine& engine) {
+  const haptics::TouchScene& scene = engine.scene();
+  std::vector<volume::Mesh> parts;
+  for (const haptics::TouchItem& item : scene.items)
+    if (!item.is_mesh() && &item.field.volume() == scene.base.get())
+      parts.push_back(volume::surface_net({&item.field, engine.current().get(), item.bits.get()}));
+  std::size_t vertices = 0, triangles = 0;
+  for (const volume::Mesh& part : parts) vertices += part.vertices.size(), triangles += part.triangles.size();
+  volume::Mesh all{Buffer<glm::vec3>(vertices), Buffer<std::uint32_t>(triangles)};
+  vertices = triangles = 0;
+  for (const volume::Mesh& part : parts) {
+    for (const std::uint32_t v : part.triangles.span())
+      all.triangles[triangles++] = static_cast<std::uint32_t>(vertices) + v;
+    for (const glm::vec3& v : part.vertices.span()) all.vertices[vertices++] = v;
+  }
+  return all;
+}
+
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
-  if (arguments.wants_window && (arguments.is_verifying || arguments.until || !arguments.output.empty() ||
-                                 !arguments.steps.empty() || !arguments.screenshot.empty()))
+  if (arguments.wants_window &&
+      (arguments.is_verifying || arguments.until || !arguments.output.empty() || !arguments.mesh.empty() ||
+       !arguments.steps.empty() || !arguments.screenshot.empty()))
     return Error{.what = "--show cannot be combined with these options",
                  .where = "--show",
-                 .found = "--verify, --until, -o, --table or --screenshot too",
+                 .found = "--verify, --until, -o, --mesh, --table or --screenshot too",
                  .expected = "--show alone",
                  .remedy = "omit one of them"};
   data_tools::OutputSet outputs;
   for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.add_input(input);
   outputs.add_output("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.add_output("mesh", arguments.mesh, data_tools::OutputKind::mesh);
   outputs.add_output("steps", arguments.steps, data_tools::OutputKind::table);
   outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
@@ -112,6 +135,9 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   notify_resampled(*session.source.volume, arguments.output);
   outputs.write(arguments.output,
                 [&] { return data_tools::write_operated(arguments.output, *engine.current()); });
+  outputs.write(arguments.mesh, [&] {
+    return data_tools::write_mesh(arguments.mesh, surface_of(engine), session.scene().base->frame);
+  });
   outputs.write(arguments.screenshot, [&]() -> Status {
     view::WindowOptions options;
     options.should_close = is_interrupted;
@@ -282,6 +308,11 @@ Run build_replay(Options& options) {
   options.add("-o,--output", a->output,
               "Write the remaining volume at that time: " +
                   data_tools::extensions_of(data_tools::OutputKind::volume));
+  options
+      .add("--mesh", a->mesh,
+           "Write the remaining surface of the touched shapes at that time: " +
+               data_tools::extensions_of(data_tools::OutputKind::mesh))
+      .type("MESH");
   options.add("--table", a->steps, "Write a row for every tick").type("STEPS.csv");
   options.add("--screenshot", a->screenshot, "Write a picture of the state at that time").type("OUT.png");
   return run_with(a, run_replay);

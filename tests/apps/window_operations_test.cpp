@@ -1,0 +1,104 @@
+// Whole operations by mouse: a pedicle screw along the plan, and a skull clamp.
+#include "modules/pedicle/pedicle.h"
+#include "tests/apps/operation_window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+using glm::dvec3;
+
+class WholeOperation : public ToolWindow {
+ protected:
+  /// Chooses a command of the menu, and accepts its form with these values.
+  void submit(const char* action, const std::map<std::string, double>& values = {}) {
+    QTimer::singleShot(400, [values] {
+      auto* dialog = qobject_cast<QDialog*>(QApplication::activeModalWidget());
+      ASSERT_NE(dialog, nullptr);
+      for (const auto& [name, value] : values) {
+        auto* field = dialog->findChild<QDoubleSpinBox*>(QString::fromStdString(name));
+        ASSERT_NE(field, nullptr) << name;
+        field->setValue(value);
+      }
+      dialog->accept();
+    });
+    child<QAction>(*window_, action)->trigger();
+  }
+  /// Waits for a message of the log that begins so, and returns it; empty without one.
+  std::string logged(const std::string& begin) {
+    std::string found;
+    reaches(
+        [&] {
+          for (const Notices::Entry& entry : hand().notices().log())
+            if (entry.text.starts_with(begin)) found = entry.text;
+          return !found.empty();
+        },
+        60000);
+    if (found.empty())
+      for (const Notices::Entry& entry : hand().notices().log()) ADD_FAILURE() << entry.text;
+    return found;
+  }
+};
+
+TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
+  workbench::SourceChoice source("spine");
+  source.takes_plan = true;
+  open(source, pedicle::probe({}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  QTest::qWait(200);
+  const auto& planned = held_->spec.plan.trajectories;
+  const auto trajectory =
+      std::find_if(planned.begin(), planned.end(), [](const auto& t) { return t.name == "L4 left pedicle"; });
+  ASSERT_NE(trajectory, planned.end());
+  const dvec3 entry = trajectory->entry_world, ahead = glm::normalize(trajectory->target_world - entry);
+  point_at(entry);
+  ASSERT_TRUE(reaches([&] { return glm::dot(shaft(), -ahead) > 0.9999; })) << "the probe stands on the plan";
+  QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
+  ASSERT_TRUE(
+      reaches([&] { return glm::dot(hand().state().newest.proxy_world - entry, ahead) > 35; }, 60000));
+  QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
+  keep(*window_, "probe-in-pedicle");
+  EXPECT_NE(logged("The probe entered bone."), "");
+  // A click elsewhere withdraws the probe.
+  const dvec3 aside = entry + dvec3(-25, 0, 25);
+  point_at(aside);
+  QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, pixel_of(aside));
+  const std::string track = logged("Track of ");
+  EXPECT_GT(std::atof(track.substr(9).c_str()), 30) << track;
+  EXPECT_EQ(track.find("beyond"), std::string::npos) << track;
+
+  submit("command_place-screw", {{"seconds", 1}});
+  EXPECT_NE(logged("Screw of 6.0 mm, 40 mm long"), "");
+  submit("command_judge-screw");
+  EXPECT_TRUE(logged("Screw in L4 left: grade ").starts_with("Screw in L4 left: grade A"));
+  QTest::qWait(1500);
+  keep(*window_, "screw-judged");
+}
+
+TEST_F(WholeOperation, AClampIsFittedToPinsThatAreSetByPointing) {
+  workbench::SourceChoice source("head");
+  source.takes_plan = true;
+  open(source, {});
+  const auto place = [&](Qt::Key side, const dvec3& at) {
+    QTest::keyClick(window_.get(), side, Qt::ShiftModifier);
+    QTest::qWait(300);
+    point_at(at);
+    ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
+    QTest::qWait(300);
+    child<QAction>(*window_, "command_place-pin")->trigger();
+    QTest::qWait(300);
+  };
+  submit("command_fit-clamp");
+  EXPECT_TRUE(reaches([&] { return child<QLabel>(*window_, "notice")->text().contains("pin"); }))
+      << "a fit without pins is refused";
+  place(Qt::Key_R, {-75, 2, 8});
+  place(Qt::Key_L, {60, -50, 8});
+  place(Qt::Key_L, {60, 50, 8});
+  submit("command_fit-clamp");
+  const std::string fitted = logged("Clamp fitted: ");
+  EXPECT_NE(fitted.find("those of the rocker 90 mm"), std::string::npos) << fitted;
+  QTest::qWait(1500);
+  keep(*window_, "clamp");
+}
+
+}  // namespace
+}  // namespace trephine::view
