@@ -437,32 +437,26 @@ void OperationController::follow_cursor() {
       is_over_bone_ || is_craniotome_held, is_soft);
   if (follow_guide(ray, guided_hit)) return;
   if (is_soft) along = distance_above_soft(ray, hit - radius);
+  // Over nothing, and on bone in front of which a structure was clipped, an idle tool stays before
+  // structures.
+  if (!is_pressed_ && (hit < 0 || viewport_.clip_plane()) &&
+      clearance_at(ray.origin + along * ray.direction, 0) < 0)
+    if (const std::optional<double> soft = distance_to_forbidden(ray, hit, Viewport::Clipping::ignored))
+      along = std::min(along, *soft);
   const dvec3 request = ray.origin + along * ray.direction;
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
   std::optional<dvec3> jump;
   if (glm::length(request - request_) > k_jump_mm || (!is_pressed_ && passes_forbidden(request_, request))) {
-    const double above =
-        hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
+    double above = hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
+    // Between a structure and the bone behind it there may be less room.
+    constexpr double k_step = 0.25;  // mm
+    while (!is_pressed_ && above < along && clearance_at(ray.origin + above * ray.direction, 0) < 0)
+      above = std::min(along, above + k_step);
     jump = ray.origin + above * ray.direction;
   }
   mouse_.set(request, turn_along(shaft()), is_pressed_ && hit >= 0, jump);
   request_ = request;
-}
-
-/// Holds an idle tool outside the whole anatomy if structures are between the clip plane and the bone at
-/// `hit`, which it would pass. Returns false if the way is free.
-bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
-  if (is_pressed_ || !viewport_.clip_plane() || hit < 0 || !distance_to_forbidden(ray, hit)) return false;
-  constexpr double k_away = 5;  // mm
-  const double outer = viewport_.distance_to_solid(*version_, ray, Viewport::Clipping::ignored);
-  if (outer < 0 || outer >= hit) return false;
-  const dvec3 request = ray.origin + std::max(0.0, outer - state_.tool_radius - k_away) * ray.direction;
-  is_over_bone_ = false;
-  mouse_.set(request, turn_along(shaft()), false,
-             glm::length(request - request_) > k_away ? std::optional(request) : std::nullopt);
-  request_ = request;
-  return true;
 }
 
 }  // namespace trephine::view

@@ -170,7 +170,8 @@ class OperationController {
   double clearance_at(const glm::dvec3& tip, double expected) const;
   bool passes_forbidden(const glm::dvec3& from, const glm::dvec3& to) const;
   double distance_above_soft(const Ray& ray, double along) const;
-  std::optional<double> distance_to_forbidden(const Ray& ray, double hit) const;
+  std::optional<double> distance_to_forbidden(
+      const Ray& ray, double hit, Viewport::Clipping clipping = Viewport::Clipping::applied) const;
   void drag_point();
   void touch_scenery();
   void follow_taking();

@@ -43,11 +43,12 @@ double OperationController::distance_above_soft(const Ray& ray, double along) co
 
 /// Returns the distance (mm) along the ray at which a tool that moves along it meets a forbidden structure
 /// before the bone at `hit` (negative: no bone), such as the cord between two vertebrae; nullopt if it meets
-/// no structure.
-std::optional<double> OperationController::distance_to_forbidden(const Ray& ray, double hit) const {
+/// no structure. A clip plane opens structures too, unless it is ignored.
+std::optional<double> OperationController::distance_to_forbidden(const Ray& ray, double hit,
+                                                                 Viewport::Clipping clipping) const {
   constexpr double k_before = 2, k_step = 0.25;  // mm: least distance before the bone, shortest step
-  // A clip plane opens structures: a working tool may go to the bone behind them.
-  const auto clip = viewport_.clip_plane();
+  // A working tool may go to the bone behind an opened structure.
+  const auto clip = clipping == Viewport::Clipping::applied ? viewport_.clip_plane() : std::nullopt;
   if (live_.engine().forbidden().empty() || (clip && is_pressed_)) return std::nullopt;
   double begin = 0;
   if (clip)
@@ -76,6 +77,24 @@ bool OperationController::passes_forbidden(const dvec3& from, const dvec3& to) c
   for (int i = 1; i < count; ++i)
     if (clearance_at(glm::mix(from, to, static_cast<double>(i) / count), 0) <= 0) return true;
   return false;
+}
+
+/// Holds an idle tool outside the whole anatomy if structures are between the clip plane and the bone at
+/// `hit`, which it would pass. Returns false if the way is free.
+bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
+  if (is_pressed_ || !viewport_.clip_plane() || hit < 0 || !distance_to_forbidden(ray, hit)) return false;
+  constexpr double k_away = 5;  // mm
+  const double outer = viewport_.distance_to_solid(*version_, ray, Viewport::Clipping::ignored);
+  if (outer < 0 || outer >= hit) return false;
+  double along = std::max(0.0, outer - state_.tool_radius - k_away);
+  if (const std::optional<double> soft = distance_to_forbidden(ray, outer, Viewport::Clipping::ignored))
+    along = std::min(along, *soft);
+  const dvec3 request = ray.origin + along * ray.direction;
+  is_over_bone_ = false;
+  mouse_.set(request, turn_along(shaft()), false,
+             glm::length(request - request_) > k_away ? std::optional(request) : std::nullopt);
+  request_ = request;
+  return true;
 }
 
 }  // namespace trephine::view

@@ -258,7 +258,11 @@ sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrStat
   const bool follows_proxy = burr.removal_rate == 0 && tick.has_contact;
   if (state.has_centre && !follows_proxy) return ball_at(state.centre, state.shaft);
   if (burr.is_kinematic) return ball_at(tick.pose.position_world, shaft);
-  if (burr.is_round) return ball_at(tick.proxy_world, turned(shaft, tick.turn_world));
+  // The contact ball is smaller than the body, which therefore rests that much higher on the surface.
+  const bool is_smaller = body.is_ball() && tick.has_contact && input.contact_radius > 0;
+  const double above = is_smaller ? std::max(0.0, body.radius - input.contact_radius) : 0;
+  if (burr.is_round)
+    return ball_at(tick.proxy_world + above * tick.normal_world, turned(shaft, tick.turn_world));
   if (!tick.has_contact) return {tick.proxy_world, 0};
   return ball_at(tick.proxy_world - lowest_point(body, shaft, tick.normal_world), shaft);
 }

@@ -92,8 +92,8 @@ class Drilling final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "drilling"; }
   std::uint32_t version() const noexcept override {
-    return 5;
-  }  // 5: a burr's shaft is a surface of its own diameter
+    return 6;
+  }  // 6: the clutch of a perforator examines the whole end
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

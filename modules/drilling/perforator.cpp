@@ -1,5 +1,7 @@
 #include "modules/drilling/perforator.h"
 
+#include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
 
@@ -15,7 +17,11 @@ using volume::ToolBody;
 namespace {
 
 constexpr double k_min_depth = 1;              // mm of bone before the clutch may release
-constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the tip at which bone holds the inner drill
+constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the end at which bone holds the inner drill
+// Directions around the axis, and the share of the inner drill's radius at which its end is examined.
+constexpr double k_diagonal = 0.7071067811865476, k_share = 0.5;
+constexpr double k_around[][2] = {{1, 0},  {k_diagonal, k_diagonal},   {0, 1},  {-k_diagonal, k_diagonal},
+                                  {-1, 0}, {-k_diagonal, -k_diagonal}, {0, -1}, {k_diagonal, -k_diagonal}};
 
 Burr inner_of(const Perforator& p) { return {.diameter = p.inner, .is_round = true, .rpm = 1000}; }
 /// Returns the body of the outer drill, which is behind the end of the inner one by the lead.
@@ -25,14 +31,29 @@ dvec3 tip_of(const Perforator& p, const PerforatorState& state) {
   return state.centre - 0.5 * p.inner * state.shaft;
 }
 
-/// Returns true if bone holds the inner drill. Where a label names soft tissue, its intensity does not count.
+/// Returns true if there is bone ahead of a point on the drill's end. Where a label names soft tissue, its
+/// intensity does not count.
+bool has_bone_ahead(const dvec3& end, const dvec3& shaft, const sim::Work& work) {
+  return std::any_of(std::begin(k_ahead), std::end(k_ahead), [&](double ahead) {
+    const dvec3 at = end - ahead * shaft;
+    return work.is_matter(at) && !volume::has_soft_label(work.remaining().base(), at);
+  });
+}
+
+/// Returns true if bone holds the inner drill: ahead of its tip, and of most of its end. A single thick place
+/// does not hold it while the rest of the end is through.
 bool is_held(const Perforator& p, const PerforatorState& state, const sim::Work& work) {
-  const dvec3 tip = tip_of(p, state);
-  for (const double ahead : k_ahead) {
-    const dvec3 p = tip - ahead * state.shaft;
-    if (work.is_matter(p) && !volume::has_soft_label(work.remaining().base(), p)) return true;
-  }
-  return false;
+  if (!has_bone_ahead(tip_of(p, state), state.shaft, work)) return false;
+  const dvec3 u = glm::normalize(
+                  glm::cross(state.shaft, std::abs(state.shaft.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(1, 0, 0))),
+              v = glm::cross(state.shaft, u);
+  const double radius = 0.5 * p.inner, aside = k_share * radius;
+  const double back = std::sqrt(radius * radius - aside * aside);
+  const auto count = std::count_if(std::begin(k_around), std::end(k_around), [&](const double(&around)[2]) {
+    const dvec3 end = state.centre + aside * (around[0] * u + around[1] * v) - back * state.shaft;
+    return has_bone_ahead(end, state.shaft, work);
+  });
+  return 2 * static_cast<std::size_t>(count) > std::size(k_around);
 }
 
 void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInput& input, sim::Work& work) {
@@ -70,7 +91,12 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
 }
 
 sim::ToolBall body(const Perforator& p, const PerforatorState& state, const sim::InstrumentInput& input) {
-  sim::ToolBall ball = ball_around(inner_of(p), ToolBody::ball(0.5 * p.inner), state, input);
+  // While it cuts, the drill is where it has cut. After it stopped it rests on what is left.
+  Burr inner = inner_of(p);
+  inner.removal_rate = p.feed;
+  BurrState position = state;
+  position.has_centre = state.has_centre && !state.has_stopped;
+  sim::ToolBall ball = ball_around(inner, ToolBody::ball(0.5 * p.inner), position, input);
   ball.is_blunt = state.has_stopped;  // it turns no more
   return ball;
 }

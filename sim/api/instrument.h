@@ -19,6 +19,7 @@ struct InstrumentInput {
   /// True in the very first tick, the first tick with these parameters and the first one after an undo: the
   /// instrument's state then belongs to another stroke.
   bool is_fresh;
+  double contact_radius = 0;  ///< mm, of the ball with which the hand touches; 0: a point or a whole tool
 };
 
 /// Needs of an instrument, for which a session is prepared.

@@ -73,7 +73,8 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     hand.place = haptics::place_of(tick.pose);
     depths_[tick.hand].see(tick.pose.position_world, tick.proxy_world);
   }
-  const InstrumentInput input{tick, now_.dt, std::exchange(hand.is_fresh, false)};
+  const InstrumentInput input{tick, now_.dt, std::exchange(hand.is_fresh, false),
+                              tool(tick.hand).scene->tool->radius()};
   bool was_pressed = false;
   if (instrument.type != nullptr) {
     Work work(editor_, pending_events_, tick.tick, tick.hand);

@@ -108,6 +108,37 @@ TEST_F(ToolWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
   }
 }
 
+TEST_F(ToolWindow, AnIdleToolStaysOutsideTheCordWhenHiddenBoneIsClipped) {
+  workbench::SourceChoice source("spine");
+  source.takes_plan = true;  // the cord is forbidden
+  open(source, drilling::burr({.diameter = 4}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  QTest::qWait(200);
+  const auto entries = [&] {
+    std::int64_t sum = 0;
+    for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
+    return sum;
+  };
+  const auto rest = [&] {
+    const std::uint64_t tick = hand().state().newest.tick;
+    ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 150; }));
+  };
+  hand().viewport().set_opacity(0, 0);
+  for (const dvec3 at : {dvec3(-3, 12, 15), dvec3(0, 12, 7.5), dvec3(6, 12, -22.5)}) {
+    point_at(at);
+    rest();
+    EXPECT_EQ(entries(), 0) << "before " << at.x << " " << at.z;
+    for (const double share : {0.5, 0.7}) {
+      hand().viewport().set_clip({.axis = ClipChoice::Axis::view, .share = share});
+      rest();
+      EXPECT_EQ(entries(), 0) << at.x << " " << at.z << ", " << share;
+    }
+    hand().viewport().set_clip({});
+    rest();
+    EXPECT_EQ(entries(), 0) << "after " << at.x << " " << at.z;
+  }
+}
+
 TEST_F(ToolWindow, APerforatorTouchesAndDrillsOnSlopes) {
   open("head", drilling::burr({.diameter = 6}));
   hand().take_instrument(drilling::perforator({}).parameters);
