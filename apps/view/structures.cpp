@@ -137,7 +137,14 @@ std::vector<Structure> structures_of(const haptics::TouchScene& scene) {
 }
 
 Status set_opacities(std::vector<Structure>& structures, std::span<const StructureOpacity> opacities) {
-  for (const StructureOpacity& wanted : opacities) {
+  for (std::size_t i = 0; i < opacities.size(); ++i) {
+    const StructureOpacity& wanted = opacities[i];
+    const auto is_same = [&](const StructureOpacity& other) { return other.name == wanted.name; };
+    if (std::any_of(opacities.begin(), opacities.begin() + static_cast<std::ptrdiff_t>(i), is_same))
+      return Error{.what = "a structure has two opacities",
+                   .found = wanted.name,
+                   .expected = "one opacity per structure",
+                   .remedy = "remove one of them"};
     const auto found = std::find_if(structures.begin(), structures.end(),
                                     [&](const Structure& s) { return s.name == wanted.name; });
     if (found == structures.end()) {

@@ -66,6 +66,12 @@ TEST(Structures, RefuseUnknownNames) {
   EXPECT_NE(error->message().find("one of: bone, brain, tumour, liver"), std::string::npos);
 }
 
+TEST(Structures, RefuseTwoOpacitiesOfOneName) {
+  std::vector<Structure> list = structures_of(shell());
+  const std::array twice{StructureOpacity{"brain", 0.25}, StructureOpacity{"brain", 0.5}};
+  EXPECT_TRUE(set_opacities(list, twice));
+}
+
 TEST(Structures, RefuseATranslucentSingleBone) {
   std::vector<Structure> list = structures_of(shell());
   list.push_back({"L4", Structure::Kind::one_bone, {}, -1, 1});
