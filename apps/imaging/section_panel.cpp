@@ -59,6 +59,7 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
   };
   add(Kind::bone, *subject.bone, k_bone);
   objects[0].by_labels = cross_section::bone_by_labels(plane, *subject.scan, subject.version.get());
+  objects[0].untouched = cross_section::untouched_bone(plane, volume::Field(*subject.scan, *subject.bone));
   for (std::size_t i = 0; i < subject.structures.size(); ++i)
     add(Kind::structure, subject.structures[i], colour_of(*subject.scan, subject.structures[i], i));
   std::size_t pieces = 0, models = 0;
@@ -148,7 +149,8 @@ Panel section_panel(const std::vector<SectionObject>& objects, const std::vector
           colour = object.colour, is_bone |= object.kind == Kind::bone || object.kind == Kind::piece;
       }
       if (model != nullptr) {
-        const bool is_outside = !is_bone && (model->uncounted.empty() || !model->uncounted[at]);
+        const bool is_outside =
+            !is_bone && !objects[0].untouched[at] && (model->uncounted.empty() || !model->uncounted[at]);
         colour = is_outside ? k_outside_bone : model->colour;
         model_pixels += 1, outside_pixels += is_outside;
       }

@@ -91,9 +91,10 @@ std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, 
     state_ = State::free, marked_ = 0, was_standing_ = false;
     return std::nullopt;
   }
-  if (is_release) depth_ = std::min(depth_, tip);  // ends the pressure
+  if (is_release || input.has_stopped) depth_ = std::min(depth_, tip);  // ends the pressure
+  const bool is_pushed = input.is_pressed && !input.has_stopped;
   const double pushed =
-      std::exchange(pushed_, 0) + (input.is_pressed ? k_push_speed * std::min(input.seconds, 0.1) : 0);
+      std::exchange(pushed_, 0) + (is_pushed ? k_push_speed * std::min(input.seconds, 0.1) : 0);
   const double farthest = std::min(length_, std::max(tip, -k_standing) + k_hand_lead);
   depth_ = pushed > 0 ? std::max(depth_, std::min(depth_ + pushed, farthest)) : depth_ + pushed;
   depth_ = std::clamp(depth_, -k_standing, length_);

@@ -26,7 +26,8 @@ class LineGuide {
     glm::dvec3 shaft{0, 0, 1};                            ///< direction of the shaft without a guide; unit
     glm::dvec3 tip{0.0};                                  ///< current position of the tool's tip
     bool is_pressed = false;
-    double seconds = 0;  ///< since the last call
+    bool has_stopped = false;  ///< the clutch of a drill released: it is pushed no farther
+    double seconds = 0;        ///< since the last call
   };
   struct Pose {
     glm::dvec3 at_world{0.0}, shaft{0, 0, 1};

@@ -179,6 +179,7 @@ class OperationController {
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone, bool is_soft);
   bool follow_guide(const Ray& ray, double hit);
+  bool has_event(std::string_view name) const;
   bool follow_line(const Ray& ray, const ToolAppearance& tool, bool is_pressed);
   std::optional<glm::dvec3> bone_near(const Ray& ray, double hit);
   glm::dvec3 shaft() const { return tilt_ * shaft_; }
@@ -208,8 +209,9 @@ class OperationController {
   std::vector<LineGuide::Line> planned_lines_;
   std::optional<StepGuide> steps_;
   std::chrono::steady_clock::time_point guided_at_;
-  bool is_over_bone_ = false;  ///< the cursor is over bone
-  bool has_click_ = false;     ///< a press since the last frame, however short
+  bool is_over_bone_ = false;       ///< the cursor is over bone
+  bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press
+  bool has_click_ = false;          ///< a press since the last frame, however short
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
   int scenery_ = -1;                 ///< item that is touched by its screen depth; -1: no such item

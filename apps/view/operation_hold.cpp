@@ -107,6 +107,12 @@ glm::dquat OperationController::turn_along(const dvec3& shaft) const {
   return glm::dquat(up, shaft) * glm::angleAxis(k_roll * roll_, up);
 }
 
+/// True if a new event has this name.
+bool OperationController::has_event(std::string_view name) const {
+  return std::any_of(state_.events.begin(), state_.events.end(),
+                     [name](const sim::Event& event) { return event.value.name() == name; });
+}
+
 /// Holds a tool on the line along which it is inserted; returns false if the cursor determines its pose.
 bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool, bool is_pressed) {
   const bool was_holding = line_.is_holding();
@@ -119,6 +125,8 @@ bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool
   input.shaft = shaft();
   input.tip = state_.newest.has_contact ? state_.newest.proxy_world : state_.newest.pose.position_world;
   input.is_pressed = is_pressed;
+  has_drill_stopped_ = is_pressed && (has_drill_stopped_ || has_event("perforator-stopped"));
+  input.has_stopped = has_drill_stopped_;
   input.seconds = seconds_since(std::exchange(guided_at_, Clock::now()));
   const std::optional<LineGuide::Pose> pose = line_.follow(planned_lines_, input);
   viewport_.mark_edge(line_.line());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "apps/workbench/text.h"
@@ -148,7 +149,9 @@ EventText text_of(const laminectomy::Judgement& e) {
           Level::outcome};
 }
 EventText text_of(const laminectomy::JudgementFailed& e) {
-  return {"Vertebra " + e.vertebra + " was not judged: " + e.reason, Level::refusal};
+  return {(e.vertebra.empty() ? "The laminectomy" : "Vertebra " + e.vertebra) +
+              " was not judged: " + e.reason + (e.reason.ends_with('.') ? "" : "."),
+          Level::refusal};
 }
 EventText text_of(const drilling::Breakthrough& e) {
   return {format_text("The burr broke through under %.1f N and plunged %.1f mm in %.2f s.", e.thrust,
@@ -194,10 +197,17 @@ EventText text_of(const pedicle::ScrewJudged& e) {
   std::string text = "Screw" + (e.vertebra.empty() ? "" : " in " + e.vertebra) + " " +
                      std::string(pedicle::k_side_names[static_cast<std::size_t>(e.side)]) + ": grade " +
                      grade(e.grade);
-  if (e.breach > 0) text += format_text(", %.1f mm %s", e.breach, wall_text(e.wall).c_str());
+  text += e.breach > 0 ? format_text(", %.1f mm %s", e.breach, wall_text(e.wall).c_str()) : ", no breach";
   if (e.front > 0) text += format_text(", %.1f mm in front of the bone", e.front);
   if (e.is_uncertain)
     text += ". The voxels allow grades " + grade(e.grade_of_larger) + " to " + grade(e.grade_of_smaller);
+  if (e.has_score)
+    text += format_text(". Entry %.1f mm, tip %.1f mm from the plan; %.0f of 100 points", e.entry_error,
+                        e.target_error, e.score);
+  constexpr double k_other_length = 2;  // mm
+  if (e.has_track && std::abs(e.depth_error) > k_other_length)
+    text += format_text(". The screw is %.0f mm %s than its track", std::abs(e.depth_error),
+                        e.depth_error > 0 ? "longer" : "shorter");
   return {text + ".", e.grade >= pedicle::Grade::c ? Level::danger : Level::outcome};
 }
 EventText text_of(const pedicle::ScrewNotJudged& e) {

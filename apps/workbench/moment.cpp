@@ -5,6 +5,7 @@
 
 #include "apps/workbench/text.h"
 #include "data-tools/cases/phantom_cases.h"
+#include "modules/pedicle/placement.h"
 
 namespace trephine::workbench {
 
@@ -49,9 +50,15 @@ std::vector<Moment::Object> objects_of(const sim::Engine& engine) {
     }
     objects.push_back(std::move(object));
   }
-  for (const sim::Body& body : engine.now().undoable.bodies)
+  const auto* pedicle = engine.now().undoable_of<pedicle::PedicleState>();
+  for (const sim::Body& body : engine.now().undoable.bodies) {
     objects.push_back({format_text(body.is_implant ? "implant %u" : "piece %u", body.id.value),
                        body.piece->tree, engine.place_of(body), body.matter, !body.is_implant});
+    const auto index = pedicle ? pedicle->find_screw(body.id) : std::nullopt;
+    if (!index) continue;
+    const pedicle::Screw screw = pedicle->screw(*index);
+    objects.back().screw = {screw.entry_world, screw.tip_world, screw.diameter};
+  }
   return objects;
 }
 

@@ -134,6 +134,13 @@ OutlineDistance distance_between(const std::vector<dvec3>& first, const std::vec
 }
 
 OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<dvec3>& plan) {
+  // A plan on another side of the head has no projection onto the plane of the flap.
+  constexpr double k_least_cosine = 0.5;
+  if (std::any_of(plan.begin(), plan.end(), [&flap](const dvec3& p) {
+        const dvec3 w = p - flap.apex;
+        return glm::dot(w, flap.normal) < k_least_cosine * glm::length(w);
+      }))
+    return distance_between(flap.outline, plan);
   const auto project = [&flap](const std::vector<dvec3>& outline) {
     std::vector<dvec3> points;
     const double depth = glm::dot(flap.centre - flap.apex, flap.normal);

@@ -43,7 +43,8 @@ struct OutlineDistance {
 };
 OutlineDistance distance_between(const std::vector<glm::dvec3>& first, const std::vector<glm::dvec3>& second);
 /// Returns the distance of a flap's outline from a planned one. Both are projected from the apex onto the
-/// plane through the flap's centre: a plan has straight segments, and the saw follows the skull.
+/// plane through the flap's centre: a plan has straight segments, and the saw follows the skull. If a point
+/// of the plan is more than 60 degrees off the flap's normal, the distance is that in space.
 OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<glm::dvec3>& plan);
 /// Returns the distance from the outline of the plan with the least mean; nullopt without an outline.
 std::optional<OutlineDistance> distance_from_nearest(const FlapState& flap, const volume::SurgicalPlan& plan);

@@ -312,4 +312,12 @@ std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const 
   return inside;
 }
 
+std::vector<std::uint8_t> untouched_bone(const volume::ImagePlane& plane, const volume::Field& bone) {
+  const Cut cut = cut_volume(plane, bone, nullptr);
+  std::vector<std::uint8_t> inside(cut.inside.begin(), cut.inside.end());
+  const std::vector<std::uint8_t> labelled = bone_by_labels(plane, bone.volume(), nullptr);
+  for (std::size_t i = 0; i < labelled.size(); ++i) inside[i] = inside[i] || labelled[i];
+  return inside;
+}
+
 }  // namespace trephine::cross_section

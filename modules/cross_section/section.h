@@ -53,4 +53,8 @@ Cut cut_volume(const volume::ImagePlane& plane, const volume::Field& field, cons
 std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const volume::Volume& volume,
                                          const volume::Version* version);
 
+/// Returns the pixels that were bone before anything was removed, by the shape or by labels. Metal in them is
+/// not outside bone: a screw fills the track that was made for it.
+std::vector<std::uint8_t> untouched_bone(const volume::ImagePlane& plane, const volume::Field& bone);
+
 }  // namespace trephine::cross_section

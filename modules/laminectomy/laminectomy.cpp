@@ -45,7 +45,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   if (vertebra.empty() && request.canal.empty()) {
     const int cut = cut_label(version);
     if (cut == 0) {
-      output->error = LocatedError{"no bone with a label was removed; select a vertebra", {}};
+      output->error = LocatedError{"no bone of a labelled vertebra was removed; select a vertebra", {}};
       output->seal();
       return output;
     }

@@ -105,10 +105,13 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
 }
 
 /// Returns the ball whose distance to forbidden structures is watched. It is as wide as the jaws, and rests
-/// on the lower face of a Kerrison's foot, or is centred between a rongeur's cups.
-sim::ToolBall body(const Rongeur& r, const RongeurState&, const sim::InstrumentInput& input) {
+/// on the lower face of a Kerrison's foot, or is centred between a rongeur's cups. Open cups rest on the
+/// bone: they are around it only while they close.
+sim::ToolBall body(const Rongeur& r, const RongeurState& state, const sim::InstrumentInput& input) {
   const ToolPose at = bite_pose(r, input);
   const double radius = 0.5 * r.width;
+  if (r.kind != Kind::kerrison && state.closed < k_open)
+    return {input.tick.proxy_world + radius * (input.tick.pose.orientation * dvec3(0, 0, 1)), radius};
   return {at.at_world + (r.kind == Kind::kerrison ? radius - r.jaw : 0.5 * r.opening) * at.axis_world,
           radius};
 }

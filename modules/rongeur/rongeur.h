@@ -49,7 +49,7 @@ sim::Instrument rongeur(const Rongeur& parameters);
 class RongeurModule final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "rongeur"; }
-  std::uint32_t version() const noexcept override { return 3; }  // 3: a bite has a largest size
+  std::uint32_t version() const noexcept override { return 4; }  // 4: open cups are on the bone
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

@@ -75,6 +75,13 @@ TEST(LineGuide, PushesNoHarderThanAHandAndStopsWithTheButton) {
   desk.input.is_pressed = true;
   desk.frames(600);
   EXPECT_NEAR(desk.most_lead, 8, 0.2);
+  // A drill whose clutch released is not pushed, although the button is down.
+  desk.input.has_stopped = true;
+  desk.frames(60);
+  EXPECT_NEAR(desk.guide.depth(), 12, 1e-6) << "stopped";
+  desk.input.has_stopped = false;
+  desk.frames(60);
+  EXPECT_GT(desk.guide.depth(), 15);
   desk.input.is_pressed = false;
   desk.frames(1);
   EXPECT_NEAR(desk.guide.depth(), 12, 1e-6) << "without pressure";

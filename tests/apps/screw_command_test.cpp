@@ -22,6 +22,10 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
   EXPECT_EQ(medial["wall"], "medial");
   EXPECT_NEAR(medial["breach_mm"].get<double>(), 4.1, 0.5);
   EXPECT_LT(medial["score"], planned["score"]);
+  // In a section the screws fill their tracks: only the part of the right one in the canal is outside bone.
+  const Json section = json("section s.session --trajectory \"L4 left pedicle\" --width 90");
+  EXPECT_GT(section["models_outside_bone_mm2"], 15);
+  EXPECT_LT(section["models_outside_bone_mm2"], 45);
   EXPECT_NE(run("timeline s.session").out.find("toward the canal"), std::string::npos);
   EXPECT_EQ(json("replay s.session --verify")["is_same"], true);
   // Before the second screw there was one.

@@ -48,10 +48,13 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
 TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
   workbench::SourceChoice source("spine");
   source.takes_plan = true;  // the cord and the nerve roots are forbidden
-  for (const bool is_kerrison : {true, false}) {
-    SCOPED_TRACE(is_kerrison);
-    open(source, is_kerrison ? rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 4, .opening = 12})
-                             : drilling::burr({.diameter = 4}));
+  const std::pair<const char*, sim::Instrument> tools[] = {
+      {"kerrison", rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 4, .opening = 12})},
+      {"rongeur", rongeur::rongeur({})},
+      {"burr", drilling::burr({.diameter = 4})}};
+  for (const auto& [tool_name, tool] : tools) {
+    SCOPED_TRACE(tool_name);
+    open(source, tool);
     QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
     QTest::qWait(200);
     const auto entries = [&] {
@@ -78,10 +81,11 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
         EXPECT_EQ(entries(), 0) << x << " " << z;
       }
     EXPECT_GE(crossings, 2);
-    keep(*window_, is_kerrison ? "kerrison-over-cord" : "burr-over-cord");
+    keep(*window_, (std::string(tool_name) + "-over-cord").c_str());
     // The bone is touched as before.
     point_at({0, 43, 30});
     EXPECT_TRUE(reaches([&] { return hand().state().newest.has_contact; }));
+    EXPECT_EQ(entries(), 0) << "on a lamina";
     window_.reset();
   }
 }

@@ -92,6 +92,19 @@ TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
   EXPECT_NEAR(smaller.plan_mean, k_outer * (std::sin(14 * k_pi / 180) - std::sin(6 * k_pi / 180)), 1.0);
 }
 
+TEST(FlapJudgement, APlanOnAnotherSideIsItsDistanceAway) {
+  const Case scene;
+  std::vector<dvec3> opposite = Outline(14, 12).anchors;
+  for (dvec3& p : opposite) p.z = -p.z;
+  sim::Lockstep run = scene.run();
+  ASSERT_EQ(cut(run, Outline(14, 12).request()), "");
+  ASSERT_FALSE(run.apply_whole({JudgeFlap{"", "", opposite}, 0}).refused);
+  const FlapJudged j = events_of<FlapJudged>(run.engine())[0].first;
+  const double across = 2 * k_outer * std::cos(14 * k_pi / 180);
+  EXPECT_NEAR(j.plan_mean, across, 1.5);
+  EXPECT_NEAR(j.plan_worst, across, 2);
+}
+
 TEST(FlapJudgement, InvalidRequestsAreRefusedWithARemedy) {
   const Case scene;
   sim::Lockstep run = scene.run();
