@@ -222,7 +222,8 @@ EventText text_of(const ventriculostomy::CatheterPopped& e) {
           Level::outcome};
 }
 EventText text_of(const ventriculostomy::CatheterLeft& e) {
-  return {format_text("Drawn out of the head, from a depth of %.0f mm.", e.depth), Level::record};
+  return {format_text("Drawn out of the head, from %.0f mm below the outermost layer.", e.depth),
+          Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterRefused& e) {
   return {"The catheter did not enter: " + e.reason, Level::refusal};
@@ -233,7 +234,7 @@ EventText text_of(const ventriculostomy::CatheterJudged& e) {
   if (e.has_plan)
     text +=
         format_text("; %.1f mm from its target, entry %.1f mm from the plan", e.target_error, e.entry_error);
-  if (e.has_table) text += format_text("; %.0f mm deep", e.depth_from_table);
+  if (e.has_table) text += format_text("; %.0f mm below the outer table", e.depth_from_table);
   return {text + ".", e.clearance < 0 ? Level::danger : Level::outcome};
 }
 EventText text_of(const ventriculostomy::CatheterCleared& e) {
@@ -247,13 +248,15 @@ EventText text_of(const ventriculostomy::CatheterCleared& e) {
   return {format_text("The catheter is %.1f mm away from %s.", e.distance, name.c_str()), Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterLeftInPlace& e) {
-  return {format_text("The catheter was left in place, %.0f mm deep.", e.depth), Level::record};
+  return {format_text("The catheter was left in place, %.0f mm below the outermost layer.", e.depth),
+          Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterNotLeft& e) {
   return {"The catheter was not left in place: " + e.reason + ".", Level::refusal};
 }
 EventText text_of(const ventriculostomy::CatheterCrossed& e) {
-  return {format_text("The catheter passed %.1f mm of %s.", e.length, words_of(e.structure).c_str()),
+  return {format_text("On the path of the catheter, before any hole: %.1f mm of %s.", e.length,
+                      words_of(e.structure).c_str()),
           e.is_forbidden ? Level::danger : Level::record};
 }
 EventText text_of(const skull_clamp::ClampFitted& e) {
