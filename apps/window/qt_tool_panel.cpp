@@ -153,8 +153,12 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
     } else {
       // Points, lists, whole numbers and ids are edited as text, in the notation of scripts.
       auto* line = new QLineEdit;
-      connect(line, &QLineEdit::editingFinished, this, [this, line, &field] {
-        const std::string words = std::string(field.name) + "=" + line->text().trimmed().toStdString();
+      const bool may_be_empty = !field.info.empty_choice.empty();  // for the number 0
+      line->setPlaceholderText(text_of(field.info.empty_choice));
+      connect(line, &QLineEdit::editingFinished, this, [this, line, may_be_empty, &field] {
+        const QString text = line->text().trimmed();
+        const std::string words =
+            std::string(field.name) + "=" + (may_be_empty && text.isEmpty() ? "0" : text.toStdString());
         sim::Value next = value_;
         const Status error = next.set(words);
         line->setStyleSheet(error ? "border: 1px solid #e08030" : "");
@@ -166,8 +170,9 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
       });
       const bool is_point = std::holds_alternative<glm::dvec3*>(pointer) || is_point_list(field);
       if (is_point && mark) add_mark_button(line, field, mark);
-      add_row(line, field, [this, line, &field] {
-        line->setText(QString::fromStdString(sim::to_words(field, value_.data())));
+      add_row(line, field, [this, line, may_be_empty, &field] {
+        const QString text = QString::fromStdString(sim::to_words(field, value_.data()));
+        line->setText(may_be_empty && text == "0" ? QString() : text);
       });
     }
   }

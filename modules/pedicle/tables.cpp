@@ -22,8 +22,10 @@ const sim::Schema& PedicleState::schema() {
 
 const sim::Schema& PlaceScrew::schema() {
   static constexpr sim::Field fields[] = {
-      field<&PlaceScrew::track>("track",
-                                {.low = 0, .high = 1000, .help = "number of the track; 0: the last"}),
+      field<&PlaceScrew::track>("track", {.low = 0,
+                                          .high = 1000,
+                                          .help = "number of the track; 0: the last",
+                                          .empty_choice = "The last track"}),
       field<&PlaceScrew::diameter>("diameter",
                                    {.unit = "mm", .choices = k_diameters, .help = "outer diameter"}),
       field<&PlaceScrew::length>("length",
@@ -52,8 +54,8 @@ const sim::Schema& PlaceScrew::schema() {
 }
 
 const sim::Schema& RemoveScrew::schema() {
-  static constexpr sim::Field fields[] = {
-      field<&RemoveScrew::body>("body", {.help = "its body; 0: the last screw"})};
+  static constexpr sim::Field fields[] = {field<&RemoveScrew::body>(
+      "body", {.help = "its body; 0: the last screw", .empty_choice = "The last screw"})};
   static constexpr sim::Schema table{"remove-screw", 1, fields};
   return table;
 }
@@ -75,7 +77,8 @@ const sim::Schema& ScrewFailed::schema() {
 
 const sim::Schema& JudgeScrew::schema() {
   static constexpr sim::Field fields[] = {
-      field<&JudgeScrew::body>("body", {.help = "body of the screw; 0: the last"}),
+      field<&JudgeScrew::body>("body",
+                               {.help = "body of the screw; 0: the last", .empty_choice = "The last screw"}),
       field<&JudgeScrew::vertebra>("vertebra", {.help = "label of the vertebra; without it that of the screw",
                                                 .names = sim::FieldInfo::Names::bone_label,
                                                 .empty_choice = "That of the screw"}),

@@ -40,7 +40,7 @@ struct FieldInfo {
   /// are those of the plan; an approach is one or the other.
   enum class Names : std::uint8_t { any, label, bone_label, outline, trajectory, approach, branch };
   Names names = Names::any;
-  std::string_view empty_choice = {};  ///< of an empty name, for users; empty: a name is required
+  std::string_view empty_choice = {};  ///< of an empty name or the id 0, for users; empty: a name is required
 };
 
 struct Field {
