@@ -43,5 +43,40 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
   }
 }
 
+/// Slices of 3 mm do not decide a grade near its limit, and the judgement states that.
+TEST_F(Command, APedicleScrewOnARealScanIsMarkedUncertain) {
+  const std::string data = data_tools::real_data();
+  if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+  ASSERT_EQ(run("import " + data + "/spine_lumbar/example_ct.nii.gz --labels " + data +
+                "/spine_lumbar/spine_report/totalseg.nii.gz --preset spine -o real")
+                .exit_code,
+            0);
+  write("real/case.toml",
+        read(file("real/case.toml")) +
+            "\n[[trajectories]]\nname = \"L4 left pedicle\"\nentry = [25.0, -113.0, 285.0]\n"
+            "target = [6.0, -146.0, 285.0]\ndiameter = 6.0\nside = \"left\"\n"
+            "vertebra = \"vertebrae_L4\"\n");
+  write("r.toml",
+        "schema = 1\nscan = \"./real\"\nlabel = \"vertebrae_L4\"\nrate = 250\n"
+        "static_friction = 0.1\ndynamic_friction = 0.08\n"
+        "[[places]]\nname = \"left\"\ntrajectory = \"L4 left pedicle\"\n"
+        "[[hands]]\ninstrument = \"probe\"\nplace = \"left\"\nshaft = [0, 0, 1]\n"
+        "points = [[0, 0, 0, 30, 0], [0.6, 0, 0, 6, 0], [4, 0, 0, -40, 0], [6, 0, 0, 30, 0]]\n"
+        "[[expect]]\nwhat = \"events probe-out\"\nmost = 0\n"
+        "[[do]]\nat = 6.1\ncommand = \"place-screw\"\nwith = \"diameter=6 length=35 seconds=1\"\n"
+        "[[do]]\nat = 7.3\ncommand = \"judge-screw\"\n"
+        "[[expect]]\nwhat = \"screws judged\"\nleast = 1\n");
+  const Json played = json("run r.toml --record r.session");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  const Json outcome = json("screw r.session --scan real --vertebra vertebrae_L4");
+  ASSERT_EQ(outcome["screws"].size(), 1u);
+  const Json& screw = outcome["screws"][0];
+  EXPECT_EQ(screw["side"], "left");
+  EXPECT_LT(screw["breach_mm"], 2);
+  EXPECT_EQ(screw["is_uncertain"], true) << screw.dump(1);
+  EXPECT_EQ(screw["plan"]["trajectory"], "L4 left pedicle");
+  EXPECT_EQ(json("replay r.session --scan real --verify")["is_same"], true);
+}
+
 }  // namespace
 }  // namespace trephine::command_tests
