@@ -59,7 +59,6 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
   };
   add(Kind::bone, *subject.bone, k_bone);
   objects[0].by_labels = cross_section::bone_by_labels(plane, *subject.scan, subject.version.get());
-  objects[0].untouched = cross_section::untouched_bone(plane, volume::Field(*subject.scan, *subject.bone));
   for (std::size_t i = 0; i < subject.structures.size(); ++i)
     add(Kind::structure, subject.structures[i], colour_of(*subject.scan, subject.structures[i], i));
   std::size_t pieces = 0, models = 0;
@@ -78,6 +77,9 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
                        std::move(cut).value()});
     if (object.screw) objects.back().uncounted = head_and_tip(plane, *object.screw);
   }
+  if (std::any_of(objects.begin(), objects.end(),
+                  [](const SectionObject& o) { return o.kind == Kind::model; }))
+    objects[0].untouched = cross_section::untouched_bone(plane, volume::Field(*subject.scan, *subject.bone));
   return objects;
 }
 
@@ -149,8 +151,8 @@ Panel section_panel(const std::vector<SectionObject>& objects, const std::vector
           colour = object.colour, is_bone |= object.kind == Kind::bone || object.kind == Kind::piece;
       }
       if (model != nullptr) {
-        const bool is_outside =
-            !is_bone && !objects[0].untouched[at] && (model->uncounted.empty() || !model->uncounted[at]);
+        const bool is_outside = !is_bone && (objects[0].untouched.empty() || !objects[0].untouched[at]) &&
+                                (model->uncounted.empty() || !model->uncounted[at]);
         colour = is_outside ? k_outside_bone : model->colour;
         model_pixels += 1, outside_pixels += is_outside;
       }

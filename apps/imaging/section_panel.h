@@ -17,7 +17,7 @@ struct SectionObject {
   /// Pixels of the head and the tip of a screw, which need not be in bone; empty for other objects.
   std::vector<std::uint8_t> uncounted = {};
   std::vector<std::uint8_t> by_labels = {};  ///< bone only: pixels added by labels that name a bone
-  std::vector<std::uint8_t> untouched = {};  ///< bone only: pixels that were bone before anything was removed
+  std::vector<std::uint8_t> untouched = {};  ///< bone only, if there are models: untouched_bone()
 };
 inline constexpr Panel::Colour k_outside_bone{225, 45, 40};
 

@@ -31,7 +31,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const Cut bone_cut = cut_volume(plane, bone, input.state.undoable.version.get());
   output->measured.bone = bone_cut.area;
-  const std::vector<std::uint8_t> untouched = untouched_bone(plane, bone);
+  std::vector<std::uint8_t> untouched;  // for models only
   double outside = 0;
   const auto add = [&](const haptics::MeshTree& tree, const haptics::Placement& pose,
                        const std::string& name) {
@@ -44,6 +44,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
       return;
     }
     output->measured.models += cut.value().area;
+    if (untouched.empty()) untouched = untouched_bone(plane, bone);
     for (std::size_t i = 0; i < untouched.size(); ++i) outside += cut.value().inside[i] && !untouched[i];
   };
   for (const haptics::TouchItem& item : input.anatomy.items) {

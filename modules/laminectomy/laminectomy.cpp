@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "sim/api/work.h"
+#include "volume/scan/bone_labels.h"
 
 namespace trephine::laminectomy {
 
@@ -29,11 +30,14 @@ struct JudgementResult final : sim::JobResult {
   }
 };
 
-/// Returns the label that lost the most bone; 0 without one.
+/// Returns the label of a bone that lost the most; 0 without one.
 int cut_label(const volume::Version& version) {
   const auto& units = version.ledger().units_by_label;
-  const auto most = std::max_element(units.begin() + (units.empty() ? 0 : 1), units.end());
-  return most == units.end() || *most <= 0 ? 0 : static_cast<int>(most - units.begin());
+  const std::vector<std::string>& names = version.base().label_names;
+  std::size_t most = 0;
+  for (std::size_t label = 1; label < std::min(units.size(), names.size()); ++label)
+    if (volume::is_bone_name(names[label]) && units[label] > (most > 0 ? units[most] : 0)) most = label;
+  return static_cast<int>(most);
 }
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {

@@ -51,6 +51,13 @@ class Command : public ::testing::Test {
     EXPECT_EQ(r.exit_code, 0) << arguments << "\n" << r.out << r.err;
     return Json::parse(r.out, nullptr, false);
   }
+  /// Makes the case `real` of the lumbar CT and its labels in the folder of real data.
+  void import_real_spine(const std::string& data) const {
+    EXPECT_EQ(run("import " + data + "/spine_lumbar/example_ct.nii.gz --labels " + data +
+                  "/spine_lumbar/spine_report/totalseg.nii.gz --preset spine -o real")
+                  .exit_code,
+              0);
+  }
   /// A file that a failing command left behind, or "".
   std::string leftovers(const std::set<std::string>& expected) const {
     for (const auto& entry : fs::directory_iterator(folder_)) {

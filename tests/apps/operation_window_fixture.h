@@ -52,6 +52,12 @@ class ToolWindow : public OperationWindow {
     return !hand().is_changing_instrument() && !hand().tool().is_empty() &&
            hand().tool().name() == instrument;
   }
+  /// Number of entries of the tool into forbidden structures.
+  std::int64_t entries() {
+    std::int64_t sum = 0;
+    for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
+    return sum;
+  }
   glm::dvec3 shaft() { return hand().state().newest.pose.orientation * glm::dvec3(0, 0, 1); }
   bool reaches(const std::function<bool()>& is_there, int ms = 20000) {
     return QTest::qWaitFor(is_there, ms);

@@ -45,12 +45,8 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
 
 /// Slices of 3 mm do not decide a grade near its limit, and the judgement states that.
 TEST_F(Command, APedicleScrewOnARealScanIsMarkedUncertain) {
-  const std::string data = data_tools::real_data();
-  if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
-  ASSERT_EQ(run("import " + data + "/spine_lumbar/example_ct.nii.gz --labels " + data +
-                "/spine_lumbar/spine_report/totalseg.nii.gz --preset spine -o real")
-                .exit_code,
-            0);
+  if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+  import_real_spine(data_tools::real_data());
   write("real/case.toml",
         read(file("real/case.toml")) +
             "\n[[trajectories]]\nname = \"L4 left pedicle\"\nentry = [25.0, -113.0, 285.0]\n"

@@ -57,11 +57,6 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
     open(source, tool);
     QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
     QTest::qWait(200);
-    const auto entries = [&] {
-      std::int64_t sum = 0;
-      for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
-      return sum;
-    };
     const sim::Engine start = held_->engine();
     int crossings = 0;  // rays that meet bone only behind a structure
     for (const double z : {14.5, 17.5})
@@ -96,11 +91,6 @@ TEST_F(ToolWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
   open(source, drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_A, Qt::ShiftModifier);
   hand().viewport().set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
-  const auto entries = [&] {
-    std::int64_t sum = 0;
-    for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
-    return sum;
-  };
   for (const dvec3 inside : {dvec3(0, 0, 20), dvec3(-30, 0, 30), dvec3(40, 0, 0), dvec3(0, 0, 55)}) {
     point_at(inside);
     const std::uint64_t tick = hand().state().newest.tick;
@@ -118,11 +108,6 @@ TEST_F(ToolWindow, AnIdleToolStaysOutsideTheCordWhenHiddenBoneIsClipped) {
   open(source, drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   QTest::qWait(200);
-  const auto entries = [&] {
-    std::int64_t sum = 0;
-    for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
-    return sum;
-  };
   const auto rest = [&] {
     const std::uint64_t tick = hand().state().newest.tick;
     ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 150; }));

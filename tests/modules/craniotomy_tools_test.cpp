@@ -110,6 +110,20 @@ TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
   }
 }
 
+/// A spur on the inner table, below the tip, does not hold a drill whose end is through around it.
+TEST(Perforator, ASpurUnderTheTipDoesNotHoldIt) {
+  const auto spurred = [](const dvec3& p) {
+    const double spur = std::clamp((1 - std::hypot(p.x - 0.1, p.y - 0.2)) / 0.6 + 0.5, 0.0, 1.0);
+    return p.z > 0.5 || p.z < -4 ? vault_at(p) : std::max(vault_at(p), 40 + 1660 * spur);
+  };
+  ToolBench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), spurred, dvec3(0.6),
+                  {-8, -8, -9}, {8, 8, 15});
+  drill_to_the_stop(bench);
+  const auto stops = bench.events<PerforatorStopped>();
+  ASSERT_EQ(stops.size(), 1u);
+  EXPECT_NEAR(stops[0].second.z, -0.4, 0.9);
+}
+
 /// The threshold finds bone down to a blurred edge, 1.2 mm below the upper face of the dura. The clutch
 /// follows the labels where the scan has them.
 TEST(Perforator, ABlurredEdgeBelowTheDuraDoesNotHoldIt) {

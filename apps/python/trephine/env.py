@@ -151,7 +151,7 @@ class Pocket:
             first, now = self._part(self.scan.array).astype(float), self._part(self._now)
             removed = np.where(first >= self.iso, (first - now) / np.maximum(first - self._air, 1.0), 0.0)
             self._inside = self._voxel * float((self._weights * removed).sum())
-        if touches is None:  # the sums begin again at zero, without the rounding errors of the last episode
+        if touches is None:  # exact sums, without the rounding errors of the previous episode
             self._inside = self._all = 0.0
         share, outside = self._inside / self.bone_mm3, max(self._all - self._inside, 0.0)
         value = share - outside / self.bone_mm3
