@@ -1,9 +1,9 @@
-#include "modules/pedicle/pedicle.h"
+#include "apps/bench/pedicle.h"
 
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
 
-#include "apps/bench/pedicle.h"
 #include "apps/bench/scenes/scenes.h"
 #include "data-tools/phantoms/spine_phantom.h"
 #include "haptics/methods/methods.h"
@@ -90,6 +90,42 @@ PedicleResult run_pedicle_benchmark(bool is_quick) {
   time_screws(result);
   result.probe_us = time_probe();
   return result;
+}
+
+std::vector<double> InsertionTrace::means(double width, double end) const {
+  std::vector<double> sums(static_cast<std::size_t>(std::ceil(end / width)), 0), counts = sums;
+  for (std::size_t i = 0; i < depth_mm.size(); ++i) {
+    if (depth_mm[i] < 0 || depth_mm[i] >= end) continue;
+    const auto step = std::min(static_cast<std::size_t>(depth_mm[i] / width), sums.size() - 1);
+    sums[step] += force_n[i], ++counts[step];
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] /= counts[i];
+  return sums;
+}
+
+InsertionTrace trace_insertion(pedicle::Guide guide) {
+  constexpr double k_rate_hz = 500, k_speed = 2, k_half = 0.5 * k_trace_plate_mm;
+  const sim::Instrument probe = pedicle::probe({.length = 30, .guide = guide});
+  data_tools::PhantomOptions options;
+  options.spacing_mm = dvec3(0.5), options.size = glm::ivec3(48), options.psf_sigma_voxels = 0.7;
+  options.parameters = {{"thickness", k_trace_plate_mm}, {"angle", 0}};
+  haptics::TouchScene scene = scenes::phantom_scene("plate", options);
+  const sim::ToolNeeds needs = probe.type->needs(probe.parameters.data(), *scene.base);
+  if (haptics::set_smallest_burr(scene, needs.finest_cut)) return {};
+  if (needs.tool && haptics::set_tool(scene, needs.tool)) return {};
+  // The position of a probe on a line is its tip, else the centre of its lowest ball.
+  const double below = needs.tool ? needs.tool->radius() : 0;
+  const auto method =
+      haptics::make_method(scene.tool->is_six_dof() ? "chain" : haptics::k_default_method).value();
+  if (method->prepare(scene)) return {};
+  sim::Lockstep run(sim::Engine(scene, *method, probe, 1 / k_rate_hz, catalogue()), {}, k_rate_hz);
+  InsertionTrace trace;
+  for (double z = k_half + 2; z > -k_half - 5; z -= k_speed / k_rate_hz) {
+    const haptics::ServoRecord record = run.step({{0.3, 0.2, z}, {1, 0, 0, 0}, 0});
+    trace.depth_mm.push_back(k_half - record.proxy_world.z + below);
+    trace.force_n.push_back(record.force_world.z);
+  }
+  return trace;
 }
 
 }  // namespace trephine::bench

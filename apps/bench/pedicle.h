@@ -1,7 +1,10 @@
 // Pedicle screws and the probe: times of placing, judging, drawing and of a servo step.
 #pragma once
 
+#include <vector>
+
 #include "apps/bench/measure.h"
+#include "modules/pedicle/pedicle.h"
 
 namespace trephine::bench {
 
@@ -14,5 +17,17 @@ struct PedicleResult {
 };
 /// Screws in L4 of the spine phantom; the probe in a plate. `is_quick`: a scan of half the width.
 PedicleResult run_pedicle_benchmark(bool is_quick);
+
+/// A probe that is pushed through a plate, a sample per tick.
+struct InsertionTrace {
+  std::vector<double> depth_mm;  ///< of the tip below the upper face of the plate
+  std::vector<double> force_n;   ///< against the hand, along the shaft
+
+  /// Mean force in steps of depth of `width` mm, from 0 to `end` mm. A step without a sample is NaN.
+  std::vector<double> means(double width, double end) const;
+};
+constexpr double k_trace_plate_mm = 16;  ///< thickness of the plate
+/// Pushes at 2 mm/s. Returns no samples if the scene cannot be prepared.
+InsertionTrace trace_insertion(pedicle::Guide guide);
 
 }  // namespace trephine::bench

@@ -81,18 +81,22 @@ class ProbeTick {
   /// Returns the depth to which the hand presses a track whose end is a wall: the spring of the contact then
   /// keeps the resistance. The end is reached before it moves on, since fields follow cuts later.
   double depth_between_walls() const {
+    if (state_.is_out && !(press_ > p_.resistance)) return std::max(state_.end, state_.depth);
     // Resolution of the contact field, 0.25 mm, and motion of the hand until the field follows a cut.
     constexpr double k_slack = 0.35;  // mm
     const double pressed = glm::dot(tick_.pose.position_world - tick_.proxy_world, state_.ahead);
     if (!(press_ > p_.resistance) || pressed <= 0 || state_.depth < state_.end - k_slack) return state_.end;
-    return state_.end + std::min(pressed * (1 - p_.resistance / press_), k_fastest * input_.dt);
+    const double growth = std::min(pressed * (1 - p_.resistance / press_), k_fastest * input_.dt);
+    return std::min(state_.end + growth, state_.depth + k_slack);
   }
 
   /// Follows the growth of the track in short steps, since a tip that loses its resistance jumps.
   void grow_to(double depth) {
     const double last = std::min(depth, p_.length);
     while (state_.end < last) grow_by(std::min(k_look, last - state_.end));
-    if (state_.is_out || state_.end - state_.carved < k_step) return;
+    // Outside bone, the rim of an oblique exit is removed where it holds the tip.
+    const bool is_held = p_.guide == Guide::walls && press_ > p_.resistance;
+    if ((state_.is_out && !is_held) || state_.end - state_.carved < k_step) return;
     carve();
   }
   void grow_by(double growth) {
@@ -112,6 +116,7 @@ class ProbeTick {
       for (const double ahead : k_ahead)
         if (work_.is_matter(end + ahead * state_.ahead)) return;
       carve();
+      if (p_.guide == Guide::walls) break_through();
       state_.is_out = true;
       work_.raise_event(
           ProbeOut{state_.end, label_behind(end), wall_at(work_, end, state_.ahead, state_.midline)}, end);
@@ -125,6 +130,12 @@ class ProbeTick {
     work_.remove(
         volume::Sweep{at(state_.carved - radius), at(state_.end - radius), radius, state_.is_carving});
     state_.carved = state_.end, state_.is_carving = true;
+  }
+
+  /// Removes the bone around the round end, so that balls pass in their full width.
+  void break_through() {
+    const double radius = 0.5 * p_.diameter;
+    work_.remove(volume::Sweep{at(state_.end - radius), at(state_.end), radius, true});
   }
 
   /// The hand may be off its track, where bone that blocks again would bury it.

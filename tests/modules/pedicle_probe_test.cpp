@@ -167,6 +167,35 @@ TEST(PedicleProbe, WallsOfTheCarvedTrackGiveTheSameForce) {
   }
 }
 
+TEST(PedicleProbe, PassesTheFarSideBetweenWalls) {
+  for (const double spacing : {0.4, 0.8})
+    for (const double degrees : {0.0, 40.0}) {
+      SCOPED_TRACE(std::to_string(spacing) + " mm, exit at " + std::to_string(degrees) + " degrees");
+      // A plate of 8 mm: its upper face is across the shaft, its lower one is oblique.
+      const double slope = std::tan(glm::radians(degrees));
+      haptics::TouchScene scene = scenes::scene_of(
+          scenes::sampled({-12, -12, -16}, {12, 12, 12}, dvec3(spacing), [&](const dvec3& p) {
+            const double inside = std::min(4 - p.z, (p.z + 4 - slope * p.x) / std::hypot(1, slope));
+            return -1000 + 2400 * std::clamp(0.5 + inside / 0.8, 0.0, 1.0);
+          }));
+      ProbeBench bench(std::move(scene), {.length = 40, .guide = Guide::walls}, 500);
+      const dvec3 origin(0.3, 0.2, 4);
+      double largest = 0;
+      const haptics::ServoRecord through = bench.move(
+          origin, k_down, -4, 14, 4,
+          [&](const haptics::ServoRecord& r) { largest = std::max(largest, glm::length(r.force_world)); });
+      ASSERT_EQ(bench.events<ProbeOut>().size(), 1u);
+      EXPECT_NEAR(bench.events<ProbeOut>()[0].first.depth, 8, 0.8);
+      EXPECT_LT(glm::length(through.force_world), 0.05);
+      EXPECT_LT(largest, 2.9);
+      const double tip = 14 + bench.scene.tool->radius();
+      EXPECT_NEAR(bench.state().end, tip, 0.15);
+      bench.move(origin, k_down, 14, -5, 10);
+      ASSERT_EQ(bench.events<TrackMade>().size(), 1u);
+      EXPECT_NEAR(bench.events<TrackMade>()[0].first.outside, tip - 8, 0.8);
+    }
+}
+
 /// The spine phantom with its bone touched.
 haptics::TouchScene spine_scene(double spacing) {
   data_tools::PhantomOptions options;

@@ -7,7 +7,6 @@
 #include "apps/bench/commands/bench_commands.h"
 #include "apps/bench/drilling.h"
 #include "apps/bench/flood.h"
-#include "apps/bench/pedicle.h"
 #include "apps/bench/peers.h"
 #include "apps/bench/rays.h"
 #include "apps/bench/render.h"
@@ -343,23 +342,6 @@ void bench_rays(int size, Outcome& outcome) {
   if (bench::peers().nanovdb_version.empty()) outcome.print("built without NanoVDB: no ratio");
 }
 
-/// Pedicle screws, and the probe's servo step.
-void bench_pedicle(bool is_quick, Outcome& outcome) {
-  const bench::PedicleResult r = bench::run_pedicle_benchmark(is_quick);
-  outcome.json["scan"] = {{"width", r.width}, {"slices", r.slices}};
-  outcome.json["place_ms"] = r.place_ms;
-  outcome.json["judge_ms"] = r.judge_ms;
-  outcome.json["overlays_ms"] = to_json(r.overlays_ms);
-  outcome.json["probe_us"] = to_json(r.probe_us);
-  outcome.print(
-      "screws in L4 of the spine phantom, {scan/width}^2 x {scan/slices}, ms: placing {place_ms:.1f}, judging "
-      "{judge_ms:.1f}");
-  outcome.print("overlays while a screw turns in, ms: p50 {p50:.4f}, p99 {p99:.4f}, max {max:.4f}",
-                outcome.json["overlays_ms"]);
-  outcome.print("servo step of a probe whose track grows, us: p50 {p50:.2f}, p99 {p99:.2f}, p99.9 {p999:.2f}",
-                outcome.json["probe_us"]);
-}
-
 /// Time from the start of the process until a scan can be touched.
 Status bench_load(const std::string& src, Outcome& outcome) {
   auto opened = workbench::open_touch(src, {}, terminal_listener());
@@ -456,15 +438,6 @@ Run build_drill(Options& options) {
   });
 }
 
-Run build_pedicle(Options& options) {
-  auto a = std::make_shared<BenchArguments>();
-  options.add("--quick", a->is_quick, "A scan of half the width");
-  return run_of(a, "bench-pedicle", [](const BenchArguments& one, Outcome& outcome) -> Status {
-    bench_pedicle(one.is_quick, outcome);
-    return std::nullopt;
-  });
-}
-
 Run build_load(Options& options) {
   auto a = std::make_shared<BenchArguments>();
   a->source = "head";
@@ -535,8 +508,6 @@ const Command k_render{"render", "Direct volume rendering, compared with VTK", "
                        build_render};
 const Command k_drill{"drill", "Drilling: error of volume and surface, time of a tick",
                       "  trephine-bench drill --quick", build_drill};
-const Command k_pedicle{"pedicle", "Pedicle screws and the probe: time of placing, judging and a servo step",
-                        "  trephine-bench pedicle --quick", build_pedicle};
 const Command k_load{"load", "Opening a scan until it can be touched", "  trephine-bench load SCANS/HEAD",
                      build_load};
 const Command k_dicom{"dicom", "Finding and reading DICOM series, compared with ITK",
