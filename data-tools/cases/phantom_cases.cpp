@@ -59,7 +59,7 @@ std::vector<dvec3> outline_around(const dvec3& middle, const dvec3& axis, double
   return points;
 }
 
-CasePlan head_plan(std::uint64_t seed) {
+CasePlan head_plan(std::uint64_t seed, HeadApproach approach) {
   CasePlan plan = basic_plan("head", k_head_tissue_names);
   plan.structures.push_back(window_structure("bone", 300));
   for (const HeadTissue tissue : {HeadTissue::dura, HeadTissue::brain, HeadTissue::venous_sinus}) {
@@ -69,9 +69,9 @@ CasePlan head_plan(std::uint64_t seed) {
   const int tumour = static_cast<int>(HeadTissue::tumour);
   plan.structures.push_back(label_structure(k_head_tissue_names[tumour], tumour, false));
   // Burr hole over the tumour on the shortest path: through the bone, to the dura.
-  const HeadAnatomy anatomy = head_anatomy(seed);
+  const HeadAnatomy anatomy = head_anatomy(seed, approach);
   const dvec3 middle = anatomy.tumour * anatomy.size,
-              outward = glm::normalize(anatomy.tumour - dvec3(0, -5, 0));
+              outward = glm::normalize(anatomy.tumour - k_head_middle);
   double outside = 0, beyond = 100;
   while (beyond - outside > 1e-3) {
     const double between = 0.5 * (outside + beyond);
@@ -81,11 +81,11 @@ CasePlan head_plan(std::uint64_t seed) {
   constexpr double k_step = 0.05, k_fine = 0.05;  // mm
   while (inside > 0 && sample_head(middle + inside * outward, k_fine, anatomy).tissue != HeadTissue::dura)
     inside -= k_step;
-  constexpr double k_margin = 0.5, k_burr_hole = 14, k_exposed = 10;  // mm
+  constexpr double k_margin = 0.5, k_burr_hole = 14;  // mm
   plan.trajectories.push_back({"burr hole over the tumour", middle + outside * outward,
                                middle + (inside + k_margin) * outward, k_burr_hole});
-  plan.outlines.push_back(
-      {"craniotomy", outline_around(middle, outward, outside, anatomy.tumour_radius + k_exposed, anatomy)});
+  plan.outlines.push_back({"craniotomy", outline_around(middle, outward, outside,
+                                                        anatomy.tumour_radius + anatomy.exposure, anatomy)});
   plan.targets.push_back({"tumour", k_head_tissue_names[tumour]});
   const HeadLandmarks landmarks = head_landmarks(anatomy);
   plan.landmarks.push_back({"vertex", landmarks.vertex});
@@ -170,15 +170,19 @@ void add_spine_models(PhantomCase& spine_case, std::uint64_t seed) {
 
 }  // namespace
 
-std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed) {
+std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed,
+                                     const std::string& approach) {
   if (name != "head" && name != "spine") return std::nullopt;
-  CasePlan plan = name == "head" ? head_plan(seed) : spine_plan(seed);
+  const HeadApproach from = head_approach(approach).value_or(HeadApproach::vault);
+  CasePlan plan = name == "head" ? head_plan(seed, from) : spine_plan(seed);
+  if (from != HeadApproach::vault) plan.name.append("-").append(approach);
   if (seed != 1) plan.name.append("-").append(std::to_string(seed));  // other anatomies have other names
   return plan;
 }
 
-std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed) {
-  std::optional<CasePlan> plan = phantom_plan(name, seed);
+std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed,
+                                        const std::string& approach) {
+  std::optional<CasePlan> plan = phantom_plan(name, seed, approach);
   if (!plan) return std::nullopt;
   PhantomCase result{std::move(*plan), {}};
   if (name == "spine") add_spine_models(result, seed);

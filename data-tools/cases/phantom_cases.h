@@ -9,8 +9,10 @@
 
 namespace trephine::data_tools {
 
-/// Returns the plan of phantom "head" or "spine" with a seed; empty for other names.
-std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed = 1);
+/// Returns the plan of phantom "head" or "spine" with a seed; empty for other names. `approach`: of a head,
+/// as in PhantomOptions.
+std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed = 1,
+                                     const std::string& approach = "");
 
 /// Plan of a case, and the surfaces of its models.
 struct PhantomCase {
@@ -19,6 +21,7 @@ struct PhantomCase {
 };
 /// Returns the case that is written for a phantom. That of the spine has discs, cord and nerve roots as
 /// models; their labels remain in the scan and are no structures, so that none is counted twice.
-std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed = 1);
+std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed = 1,
+                                        const std::string& approach = "");
 
 }  // namespace trephine::data_tools

@@ -94,7 +94,15 @@ double suture(const dvec3& p, double side_x) {
 
 }  // namespace
 
-HeadAnatomy head_anatomy(std::uint64_t seed) {
+std::optional<HeadApproach> head_approach(std::string_view name) noexcept {
+  for (std::size_t i = 0; i < std::size(k_head_approach_names); ++i)
+    if (name == k_head_approach_names[i]) return static_cast<HeadApproach>(i);
+  return std::nullopt;
+}
+
+namespace {
+
+HeadAnatomy varied_anatomy(std::uint64_t seed) {
   if (seed == 1) return {};
   const auto share = [seed](std::uint64_t stream) {
     return static_cast<double>(hash_bits(hash_bits(seed) ^ stream) >> 11) * 0x1p-53;
@@ -108,6 +116,32 @@ HeadAnatomy head_anatomy(std::uint64_t seed) {
   const double angle = 0.5 + 2.0 * share(7), side = share(8) < 0.5 ? -1 : 1;
   a.tumour = {side * (24 + 14 * share(9)), -52 * deterministic_cos(angle) + 6, 30 + 8 * share(10)};
   return a;
+}
+
+/// Places a tumour of a radius below the vault, mm, in a direction from the middle of the head.
+void place_tumour(HeadAnatomy& anatomy, const dvec3& direction, double radius, double exposure) {
+  constexpr double k_below = 11;  // mm, from the outer surface: bone, dura and fluid
+  double inside = 0, outside = 150;
+  while (outside - inside > 1e-6) {
+    const double middle = 0.5 * (inside + outside);
+    const dvec3 p = k_head_middle + middle * direction;
+    (cranium({std::abs(p.x), p.y, p.z}, 0) < 0 ? inside : outside) = middle;
+  }
+  anatomy.tumour = k_head_middle + (inside - k_below - radius) * direction;
+  anatomy.tumour_radius = radius, anatomy.exposure = exposure;
+}
+
+}  // namespace
+
+HeadAnatomy head_anatomy(std::uint64_t seed, HeadApproach approach) {
+  HeadAnatomy anatomy = varied_anatomy(seed);
+  if (approach == HeadApproach::frontotemporal)
+    place_tumour(anatomy, glm::normalize(dvec3(0.8, -0.52, 0.1)), 13, 16);
+  else if (approach == HeadApproach::suboccipital)
+    place_tumour(anatomy, glm::normalize(dvec3(0.4, 0.82, -0.4)), 8, 10);
+  else if (approach == HeadApproach::keyhole)
+    place_tumour(anatomy, glm::normalize(dvec3(0.44, -0.88, 0.2)), 5, 10);
+  return anatomy;
 }
 
 double vault_distance(const dvec3& p_world, const HeadAnatomy& anatomy) noexcept {

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
+#include <string_view>
 
 namespace trephine::data_tools {
 
@@ -24,6 +26,12 @@ enum class HeadTissue : unsigned char {
 inline constexpr const char* k_head_tissue_names[] = {
     "air",   "soft_tissue",    "cortical_bone", "diploe",       "dura",   "csf",
     "brain", "ventricle_left", "tooth",         "venous_sinus", "tumour", "ventricle_right"};
+/// Surgical approach of a head: determines the position of the tumour, and the size of the planned opening.
+enum class HeadApproach : unsigned char { vault, frontotemporal, suboccipital, keyhole };
+inline constexpr std::string_view k_head_approach_names[] = {"vault", "frontotemporal", "suboccipital",
+                                                             "keyhole"};
+std::optional<HeadApproach> head_approach(std::string_view name) noexcept;
+
 /// Variation of the head: seed 1 is the reference; others differ in size, thickness, sinuses and tumour.
 struct HeadAnatomy {
   glm::dvec3 size{1.0};            ///< along each axis, relative to the reference; at most 1
@@ -31,9 +39,14 @@ struct HeadAnatomy {
   double frontal_sinus = 1;        ///< size, relative to the reference
   glm::dvec3 tumour{-37, 14, 37};  ///< centre, mm, in a head of reference size
   double tumour_radius = 13;       ///< mm, in a head of reference size
+  double exposure = 10;            ///< mm, planned margin of the opening around the tumour
 };
-/// Returns the anatomy of a seed; deterministic.
-HeadAnatomy head_anatomy(std::uint64_t seed);
+/// Returns the anatomy of a seed; deterministic. The seed places the tumour of the vault, on either side;
+/// that of the other approaches is on the left.
+HeadAnatomy head_anatomy(std::uint64_t seed, HeadApproach approach = HeadApproach::vault);
+
+/// Point toward which approaches and their trajectories are directed, mm, in a head of reference size.
+inline constexpr glm::dvec3 k_head_middle{0, -5, 0};
 
 /// Box of the head, world mm (LPS; x toward the left, y toward the back, z up).
 inline constexpr glm::dvec3 k_head_low{-86, -112, -124}, k_head_high{86, 104, 82};

@@ -313,6 +313,13 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
                  .where = "shear",
                  .found = std::to_string(options.shear_degrees),
                  .expected = "-45 to 45 degrees"};
+  const auto approach =
+      options.approach.empty() ? std::optional(HeadApproach::vault) : head_approach(options.approach);
+  if (!approach || (!options.approach.empty() && name != "head"))
+    return Error{.what = approach ? "only a head has approaches" : "unknown approach",
+                 .where = "approach",
+                 .found = approach ? name : options.approach,
+                 .expected = approach ? "head" : "vault, frontotemporal, suboccipital or keyhole"};
 
   // Grid: size and spacing, one derived from the other and the box.
   const bool is_head = name == "head", is_anatomy = is_head || name == "spine";
@@ -358,7 +365,7 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
   std::vector<float> values(result.voxels.size());
   const double voxel_mm = std::max({spacing.x, spacing.y, spacing.z});
   if (is_head) {
-    const HeadAnatomy anatomy = head_anatomy(options.seed);
+    const HeadAnatomy anatomy = head_anatomy(options.seed, *approach);
     for (const char* tissue : k_head_tissue_names) result.label_names.emplace_back(tissue);
     const double step_mm = glm::length(result.frame.axes()[0]);
     parallel_for(size.z, options.threads, [&](int z) {

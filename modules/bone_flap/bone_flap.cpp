@@ -15,6 +15,7 @@
 #include "modules/bone_flap/preview.h"
 #include "modules/bone_flap/rim.h"
 #include "sim/api/work.h"
+#include "volume/base/deterministic_math.h"
 #include "volume/cuts/rays.h"
 #include "volume/cuts/solid_parts.h"
 
@@ -30,6 +31,7 @@ constexpr std::array<double, 5> k_widths{0.8, 1.2, 1.6, 2.0, 2.4};
 /// Result of the job: a flap, or the reason why there is no flap.
 struct FlapResult final : sim::JobResult {
   LocatedStatus error;
+  std::vector<dvec3> tried;  ///< anchors of a failed cut, mm, world
   std::int64_t holes = 0;
   FlapState cut;
   struct Piece {
@@ -80,6 +82,7 @@ class Flap {
       *result_ = {};
       result_->holes = holes;
       result_->error = error;
+      result_->tried = anchors_of(request_, input_.state);
     }
     result_->seal();
     return output;
@@ -87,8 +90,7 @@ class Flap {
 
  private:
   LocatedStatus plan() {
-    const auto pyramid = make_pyramid(anchors_of(request_, *input_.state.persistent_of<FlapSettings>()),
-                                      request_.distance, shape_.field);
+    const auto pyramid = make_pyramid(anchors_of(request_, input_.state), request_.distance, shape_.field);
     if (!pyramid) return pyramid.error();
     if (auto error =
             surface_.make(pyramid.value(), shape_.field, width_of(request_.saw), limits_of(request_)))
@@ -131,19 +133,39 @@ class Flap {
                                 : "there is no bone at the position on the flap",
                           request_.seed[0]};
     }
-    // Search along the normal in both directions; the nearer hit counts.
-    const dvec3 at = scan.frame.volume_from_world(pyramid.centre_world);
+    // The outline's centre may lie over a burr hole: the nearest bone around it counts.
+    constexpr double k_ring = 2;  // mm, between rings
+    constexpr int k_directions = 8;
+    dvec3 right, up;
+    set_orthogonal_axes(pyramid.normal_world, right, up);
+    double widest = 0;
+    for (const dvec3& p : pyramid.anchors_world)
+      widest = std::max(widest, glm::distance(p, pyramid.centre_world));
+    for (double radius = 0; radius < widest && !seed_; radius += k_ring)
+      for (int i = 0; i < (radius > 0 ? k_directions : 1) && !seed_; ++i) {
+        const double angle = 2 * 3.14159265358979323846 * i / k_directions;
+        seed_ = bone_along_normal(pyramid.centre_world + radius * (deterministic_cos(angle) * right +
+                                                                   deterministic_sin(angle) * up));
+      }
+    if (seed_) return std::nullopt;
+    return LocatedError{"there is no bone inside the outline", pyramid.centre_world};
+  }
+
+  /// Returns the nearest bone on the normal through a point, in both directions; empty: none is inside the
+  /// outline.
+  std::optional<glm::ivec3> bone_along_normal(const dvec3& p_world) const {
+    const volume::Frame& frame = version_->base().frame;
+    const Pyramid& pyramid = surface_.pyramid();
+    const dvec3 at = frame.volume_from_world(p_world);
+    std::optional<glm::ivec3> found;
     double nearest = 2;
     for (const double offset : {request_.distance, -request_.distance}) {
-      const dvec3 to = scan.frame.volume_from_world(pyramid.centre_world + offset * pyramid.normal_world);
+      const dvec3 to = frame.volume_from_world(p_world + offset * pyramid.normal_world);
       const volume::RayHit hit = volume::first_hit(*shape_.bits, {at, to}, version_.get());
-      if (hit.is_hit && hit.t < nearest) nearest = hit.t, seed_ = hit.voxel;
+      if (hit.is_hit && hit.t < nearest) nearest = hit.t, found = hit.voxel;
     }
-    if (seed_ && pyramid.contains(scan.frame.world_from_volume(dvec3(*seed_)))) return std::nullopt;
-    return LocatedError{
-        seed_ ? "the outline's centre lies outside the outline: set a position on the flap"
-              : "there is no bone along the normal at the outline's centre: set a position on the flap",
-        pyramid.centre_world};
+    if (found && !pyramid.contains(frame.world_from_volume(dvec3(*found)))) found.reset();
+    return found;
   }
 
   bool is_solid(const glm::ivec3& v) const {
@@ -299,11 +321,11 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
   return sim::check_shape_of_pieces(anatomy, static_cast<const CutFlap*>(parameters)->item, "cut-flap item");
 }
 
-void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
+void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const FlapResult&>(result);
   FlapPreview& preview = work.change_result<FlapPreview>();
   if (output.error) {
-    preview.tried = anchors_of(*static_cast<const CutFlap*>(parameters), work.settings<FlapSettings>());
+    preview.tried = output.tried;
     preview.problem = output.error->reason;
     preview.problem_at = output.error->position_world;
     work.raise_event(FlapFailed{output.error->reason, output.holes}, output.error->position_world);
@@ -412,6 +434,7 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
     if (Status error =
             check_count("preview-flap anchors", static_cast<std::int64_t>(preview->anchors.size())))
       return error;
+    if (Status error = check_outline("preview-flap outline", preview->outline, operation)) return error;
     return check_saw("preview-flap saw", preview->saw);
   }
   if (const auto* judging = command.request.as<JudgeFlap>()) {
@@ -423,6 +446,7 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
   if (request == nullptr) return std::nullopt;
   if (Status error = check_count("cut-flap anchors", static_cast<std::int64_t>(request->anchors.size())))
     return error;
+  if (Status error = check_outline("cut-flap outline", request->outline, operation)) return error;
   if (request->seed.size() > 1)
     return Error{.what = "more than one seed",
                  .where = "cut-flap seed",

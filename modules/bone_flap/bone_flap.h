@@ -33,6 +33,7 @@ struct ClearAnchors {
 
 /// Job that cuts a flap. The anchors are on the skull, in their order around the outline.
 struct CutFlap {
+  std::string outline = {};              ///< of the plan; empty: `anchors`
   std::vector<glm::dvec3> anchors = {};  ///< mm, world; empty: the drawn anchors
   Saw saw = Saw::w1_6;
   double distance = 70;  ///< mm, from the outline's centre to the apex
@@ -48,6 +49,7 @@ struct CutFlap {
 
 /// Job that cuts nothing: shows the path of the saw and the flap until the outline changes.
 struct PreviewFlap {
+  std::string outline = {};              ///< as in CutFlap
   std::vector<glm::dvec3> anchors = {};  ///< as in CutFlap
   Saw saw = Saw::w1_6;
   double distance = 70;  ///< mm

@@ -28,14 +28,6 @@ struct JudgeResult final : sim::JobResult {
   }
 };
 
-const volume::PlannedOutline* find_outline(const sim::OperationState& operation, const std::string& name) {
-  if (!operation.plan) return nullptr;
-  const auto& outlines = operation.plan->outlines;
-  const auto found = std::find_if(outlines.begin(), outlines.end(),
-                                  [&](const volume::PlannedOutline& o) { return o.name == name; });
-  return found == outlines.end() ? nullptr : &*found;
-}
-
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const JudgeFlap*>(parameters);
   const FlapState& flap = *input.state.undoable_of<FlapState>();
@@ -98,22 +90,34 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
 
 }  // namespace
 
+const volume::PlannedOutline* find_outline(const sim::OperationState& operation, const std::string& name) {
+  if (!operation.plan) return nullptr;
+  const auto& outlines = operation.plan->outlines;
+  const auto found = std::find_if(outlines.begin(), outlines.end(),
+                                  [&](const volume::PlannedOutline& o) { return o.name == name; });
+  return found == outlines.end() ? nullptr : &*found;
+}
+
+Status check_outline(const char* where, const std::string& name, const sim::OperationState& operation) {
+  if (name.empty() || find_outline(operation, name) != nullptr) return std::nullopt;
+  std::string known;
+  if (operation.plan)
+    for (const volume::PlannedOutline& outline : operation.plan->outlines)
+      known += (known.empty() ? "" : ", ") + outline.name;
+  return Error{.what = "unknown outline",
+               .where = where,
+               .found = name,
+               .expected = known.empty() ? "a plan with outlines" : known,
+               .remedy = known.empty() ? "add an outline to the plan" : "choose one of these"};
+}
+
 Status check_judging(const JudgeFlap& request, const sim::OperationState& operation) {
   const FlapState* flap = operation.undoable_of<FlapState>();
   if (flap == nullptr || flap->flaps == 0)
     return Error{.what = "there is no bone flap to judge",
                  .where = "judge-flap",
                  .remedy = "cut a flap first (cut-flap)"};
-  if (request.outline.empty() || find_outline(operation, request.outline) != nullptr) return std::nullopt;
-  std::string known;
-  if (operation.plan)
-    for (const volume::PlannedOutline& outline : operation.plan->outlines)
-      known += (known.empty() ? "" : ", ") + outline.name;
-  return Error{.what = "unknown outline",
-               .where = "judge-flap outline",
-               .found = request.outline,
-               .expected = known.empty() ? "a plan with outlines" : known,
-               .remedy = known.empty() ? "add an outline to the plan" : "choose one of these"};
+  return check_outline("judge-flap outline", request.outline, operation);
 }
 
 const FlapJudged* judgement_of(const sim::OperationState& operation) {

@@ -35,6 +35,11 @@ struct FlapClearance {
   static const sim::Schema& schema();
 };
 
+/// Returns an outline of the plan; null: the plan has none of this name.
+const volume::PlannedOutline* find_outline(const sim::OperationState& operation, const std::string& name);
+/// Returns an error for the name of a missing outline, with the existing ones. An empty name is valid.
+Status check_outline(const char* where, const std::string& name, const sim::OperationState& operation);
+
 const sim::JobType& judge_job();
 /// Returns an error if there is no flap, or no such outline in the plan.
 Status check_judging(const JudgeFlap& request, const sim::OperationState& operation);

@@ -26,10 +26,9 @@ struct PreviewResult final : sim::JobResult {
 std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const PreviewFlap*>(parameters);
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  const FlapSettings& settings = *input.state.persistent_of<FlapSettings>();
   auto output = std::make_shared<PreviewResult>();
   const SawLimits limits = limits_of({});
-  const auto pyramid = make_pyramid(anchors_of(request, settings), request.distance, bone);
+  const auto pyramid = make_pyramid(anchors_of(request, input.state), request.distance, bone);
   CutSurface surface;
   LocatedStatus error;
   if (!pyramid)
@@ -40,6 +39,7 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
                     0.01 * surface.wall_mm2(bone, volume::Version(input.anatomy.base)))
     error = LocatedError{"no bone left to cut: this outline was cut before", pyramid.value().centre_world};
   if (error) {
+    output->preview.tried = anchors_of(request, input.state);
     output->preview.problem = error->reason;
     output->preview.problem_at = error->position_world;
     return output;
@@ -62,18 +62,17 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
   return output;
 }
 
-/// Returns true if the request has its own anchors, or the drawn outline is unchanged.
+/// Returns true if the outline of the request is unchanged.
 bool is_current(const void* parameters, const sim::OperationState& input,
                 const sim::OperationState& current) {
-  return !static_cast<const PreviewFlap*>(parameters)->anchors.empty() ||
+  const auto& request = *static_cast<const PreviewFlap*>(parameters);
+  return !request.outline.empty() || !request.anchors.empty() ||
          input.persistent_of<FlapSettings>()->anchors == current.persistent_of<FlapSettings>()->anchors;
 }
 
-void adopt_preview(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
+void adopt_preview(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   FlapPreview& preview = work.change_result<FlapPreview>();
   preview = static_cast<const PreviewResult&>(result).preview;
-  if (!preview.problem.empty())
-    preview.tried = anchors_of(*static_cast<const PreviewFlap*>(parameters), work.settings<FlapSettings>());
   const bool is_valid = preview.problem.empty();
   work.raise_event(FlapPreviewed{static_cast<const PreviewResult&>(result).area,
                                  is_valid ? preview.summary : preview.problem},

@@ -2,15 +2,18 @@
 #pragma once
 
 #include "modules/bone_flap/bone_flap.h"
+#include "modules/bone_flap/judgement.h"
 #include "modules/bone_flap/kerf.h"
 
 namespace trephine::bone_flap {
 
 inline SawLimits limits_of(const CutFlap& request) { return {request.hole, request.space, request.thickest}; }
-/// Returns the anchors of a request, or the drawn anchors if it has no anchors.
+/// Returns the points of the planned outline of a request, else its anchors, else the drawn anchors.
 template <class Request>
-const std::vector<glm::dvec3>& anchors_of(const Request& request, const FlapSettings& settings) {
-  return request.anchors.empty() ? settings.anchors : request.anchors;
+const std::vector<glm::dvec3>& anchors_of(const Request& request, const sim::OperationState& operation) {
+  if (const volume::PlannedOutline* planned = find_outline(operation, request.outline))
+    return planned->points_world;
+  return request.anchors.empty() ? operation.persistent_of<FlapSettings>()->anchors : request.anchors;
 }
 
 const sim::JobType& preview_job();

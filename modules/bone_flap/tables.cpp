@@ -34,6 +34,9 @@ const sim::Schema& ClearAnchors::schema() {
 namespace {
 // Common fields of cutting and its preview.
 constexpr std::string_view k_saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"};
+constexpr sim::FieldInfo k_outline{.help = "outline of the plan, instead of anchors",
+                                   .names = sim::FieldInfo::Names::outline,
+                                   .empty_choice = "Drawn anchors"};
 constexpr sim::FieldInfo k_anchors{.unit = "mm",
                                    .low = -1e5,
                                    .high = 1e5,
@@ -52,14 +55,16 @@ constexpr sim::FieldInfo k_item{.low = 0, .high = 63, .help = "shape of the skul
 
 const sim::Schema& PreviewFlap::schema() {
   static constexpr sim::Field fields[] = {
-      field<&PreviewFlap::anchors>("anchors", k_anchors), field<&PreviewFlap::saw>("saw", k_saw),
-      field<&PreviewFlap::distance>("distance", k_distance), field<&PreviewFlap::item>("item", k_item)};
+      field<&PreviewFlap::outline>("outline", k_outline), field<&PreviewFlap::anchors>("anchors", k_anchors),
+      field<&PreviewFlap::saw>("saw", k_saw), field<&PreviewFlap::distance>("distance", k_distance),
+      field<&PreviewFlap::item>("item", k_item)};
   static constexpr sim::Schema table{"preview-flap", 1, fields};
   return table;
 }
 
 const sim::Schema& CutFlap::schema() {
   static constexpr sim::Field fields[] = {
+      field<&CutFlap::outline>("outline", k_outline),
       field<&CutFlap::anchors>("anchors", k_anchors),
       field<&CutFlap::saw>("saw", k_saw),
       field<&CutFlap::distance>("distance", k_distance),

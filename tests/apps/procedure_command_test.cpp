@@ -59,6 +59,25 @@ TEST_F(Command, ExamplesOfProceduresArePlayedScoredAndReplayed) {
   }
 }
 
+/// A craniotomy along the planned outline of each approach is complete and injures nothing.
+TEST_F(Command, ApproachesOfAHeadArePlayedToTheirEnd) {
+  const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/procedure-approach.toml";
+  std::vector<std::string> approaches{"keyhole"};
+  if (is_whole()) approaches.insert(approaches.end(), {"vault", "frontotemporal", "suboccipital"});
+  for (const std::string& approach : approaches) {
+    SCOPED_TRACE(approach);
+    ASSERT_EQ(run("phantom head --approach " + approach + " --case " + approach).exit_code, 0);
+    const Json played = json("run " + script + " --scan " + approach + " --record " + approach + ".session");
+    EXPECT_EQ(played["is_met"], true) << played["checks"].dump(1);
+    const Json score = json("score " + approach + ".session --scan " + approach);
+    EXPECT_GE(score["points"].get<double>(), 0.95 * score["possible"].get<double>()) << score.dump(1);
+  }
+  const Ended unknown = run("phantom head --approach parietal --case other");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("frontotemporal, suboccipital or keyhole"), std::string::npos) << unknown.err;
+  EXPECT_EQ(run("phantom spine --approach keyhole --case other").exit_code, 2);
+}
+
 TEST_F(Command, ATemplateIsValidAndAStartForChanges) {
   EXPECT_EQ(run("procedure new hole -o hole.toml").exit_code, 0);
   const Ended checked = run("procedure check hole.toml");

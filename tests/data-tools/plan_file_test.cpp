@@ -295,18 +295,25 @@ TEST(Scripts, EveryScriptOfTheDocsIsRead) {
 }
 
 TEST(HeadPlan, TheOutlineOfTheHeadLiesOnTheVaultAroundTheTumour) {
-  for (const std::uint64_t seed : {1u, 2u, 5u}) {
-    const HeadAnatomy anatomy = head_anatomy(seed);
-    const auto plan = phantom_plan("head", seed);
+  for (const auto& [seed, approach] :
+       {std::pair(1, HeadApproach::vault), std::pair(2, HeadApproach::vault),
+        std::pair(5, HeadApproach::vault), std::pair(1, HeadApproach::frontotemporal),
+        std::pair(1, HeadApproach::suboccipital), std::pair(1, HeadApproach::keyhole),
+        std::pair(4, HeadApproach::frontotemporal)}) {
+    const std::string name(k_head_approach_names[static_cast<std::size_t>(approach)]);
+    SCOPED_TRACE(name + ", seed " + std::to_string(seed));
+    const HeadAnatomy anatomy = head_anatomy(static_cast<std::uint64_t>(seed), approach);
+    const auto plan = phantom_plan("head", static_cast<std::uint64_t>(seed), name);
     ASSERT_TRUE(plan.has_value());
     ASSERT_EQ(plan->outlines.size(), 1u);
     const glm::dvec3 entry = plan->trajectories[0].entry_world,
                      axis = glm::normalize(entry - plan->trajectories[0].target_world);
     ASSERT_EQ(plan->outlines[0].points_world.size(), 24u);
     for (const glm::dvec3& p : plan->outlines[0].points_world) {
-      EXPECT_NEAR(vault_distance(p, anatomy), 0, 0.02) << seed;
+      EXPECT_NEAR(vault_distance(p, anatomy), 0, 0.02);
       const glm::dvec3 away = p - entry;
-      EXPECT_NEAR(glm::length(away - glm::dot(away, axis) * axis), anatomy.tumour_radius + 10, 0.02) << seed;
+      EXPECT_NEAR(glm::length(away - glm::dot(away, axis) * axis), anatomy.tumour_radius + anatomy.exposure,
+                  0.02);
       EXPECT_LT(glm::length(away), 1.5 * anatomy.tumour_radius + 15) << "on the same side of the head";
     }
   }

@@ -56,6 +56,22 @@ double measure(const sim::Engine& engine, const std::string& name) {
   return std::nan("");
 }
 
+TEST(FlapJudgement, APlannedOutlineIsPreviewedAndCutByItsName) {
+  const Case scene;
+  sim::Lockstep run = scene.run();
+  const sim::Outcome unknown = run.apply_whole({CutFlap{.outline = "other"}, 0});
+  ASSERT_TRUE(unknown.refused);
+  EXPECT_NE(unknown.refused->message().find("planned flap"), std::string::npos) << unknown.refused->message();
+  EXPECT_FALSE(run.apply_whole({PreviewFlap{.outline = "planned flap"}, 0}).refused);
+  EXPECT_EQ(measure(run.engine(), "previews"), 1);
+  const double height = Outline(14, 12).height;
+  ASSERT_EQ(cut(run, CutFlap{.outline = "planned flap", .distance = height}), "");
+  EXPECT_FALSE(run.apply_whole({JudgeFlap{}, 0}).refused);
+  // The samples of the cut lie on the lines of the saw, 0.5 mm apart.
+  EXPECT_LT(measure(run.engine(), "distance from planned outline"), 0.1);
+  EXPECT_NEAR(measure(run.engine(), "flap area") / Outline(14, 12).area(), 1, 0.01);
+}
+
 TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
   const Case scene;
   sim::Lockstep run = scene.run();

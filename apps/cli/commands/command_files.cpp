@@ -8,6 +8,7 @@
 #include "apps/cli/commands/frame_json.h"
 #include "data-tools/cases/case_folder.h"
 #include "data-tools/cases/phantom_cases.h"
+#include "data-tools/cases/procedure_file.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
 #include "data-tools/formats/open_volume.h"
@@ -22,7 +23,7 @@ namespace trephine::cli {
 namespace {
 
 struct PhantomArguments {
-  std::string name, size, spacing, output, labels_output, case_output;
+  std::string name, size, spacing, output, labels_output, case_output, approach;
   std::optional<double> psf;
   double shear = 0;
   std::uint64_t seed = 1;
@@ -70,7 +71,11 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   if (arguments.output.empty() && arguments.case_output.empty())
     return Error{.what = "no output given", .expected = "-o FILE or --case FOLDER"};
   std::optional<data_tools::PhantomCase> written_case;
-  if (!arguments.case_output.empty()) written_case = data_tools::phantom_case(arguments.name, arguments.seed);
+  if (!arguments.case_output.empty()) {
+    written_case = data_tools::phantom_case(arguments.name, arguments.seed, arguments.approach);
+    if (written_case && !arguments.approach.empty())
+      written_case->plan.procedure = data_tools::shipped_procedure("craniotomy").value().procedure;
+  }
   if (!arguments.case_output.empty() && !written_case)
     return Error{.what = "this phantom has no case",
                  .where = "case",
@@ -78,6 +83,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
                  .expected = "head or spine",
                  .remedy = "write it with -o, and import that"};
   data_tools::PhantomOptions options;
+  options.approach = arguments.approach;
   if (!arguments.size.empty()) {
     auto size = parse_triple(arguments.size, "--size");
     if (!size) return size.error();
@@ -259,6 +265,12 @@ Run build_phantom(Options& options) {
       .add("--seed", a->seed,
            "Seed of the noise and of the anatomy of head and spine; 1 is the standard anatomy")
       .type("K");
+  options
+      .add(
+          "--approach", a->approach,
+          "A head whose tumour needs this approach: vault, frontotemporal, suboccipital or keyhole. Its case "
+          "has the procedure of a craniotomy")
+      .type("NAME");
   options.add("--set", a->settings, "A parameter of the shape, such as radius=40")
       .type("KEY=VALUE")
       .means("parameter");

@@ -16,7 +16,7 @@ namespace trephine::cli {
 namespace {
 
 struct RunArguments {
-  std::string script, output, pictures, skill;
+  std::string script, scan, output, pictures, skill;
   std::optional<double> seed;
   bool wants_window = false, is_live = false;
   workbench::RecordChoice record;
@@ -55,6 +55,11 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (!script) return script.error();
   ScriptRequest request;
   request.script = std::move(script).value();
+  if (!arguments.scan.empty()) {
+    const bool is_builtin = workbench::is_builtin(arguments.scan);
+    request.script.scan = is_builtin ? arguments.scan : std::filesystem::absolute(arguments.scan).string();
+    request.script.takes_plan = request.script.takes_plan && is_builtin;
+  }
   request.where = data_tools::file_name(arguments.script);
   request.folder = std::filesystem::path(arguments.script).parent_path().string();
   request.record = arguments.record;
@@ -135,6 +140,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
 Run build_run(Options& options) {
   auto a = std::make_shared<RunArguments>();
   options.add("SCRIPT", a->script, "Scan, hands, commands and expectations: docs/file-formats.md").required();
+  options.add("--scan", a->scan, "A scan or a case to play it on, instead of that of the script").type("SRC");
   options.add(
       "-o,--output", a->output,
       "Write the remaining volume at the end: " + data_tools::extensions_of(data_tools::OutputKind::volume));
