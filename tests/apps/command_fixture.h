@@ -51,6 +51,10 @@ class Command : public ::testing::Test {
     EXPECT_EQ(r.exit_code, 0) << arguments << "\n" << r.out << r.err;
     return Json::parse(r.out, nullptr, false);
   }
+  /// Planned screw in the left pedicle of L4 of the case `real`, for its case.toml.
+  static constexpr const char* k_real_pedicle =
+      "\n[[trajectories]]\nname = \"L4 left pedicle\"\nentry = [25.0, -113.0, 285.0]\n"
+      "target = [6.0, -146.0, 285.0]\ndiameter = 6.0\nside = \"left\"\nvertebra = \"vertebrae_L4\"\n";
   /// Makes the case `real` of the lumbar CT and its labels in the folder of real data.
   void import_real_spine(const std::string& data) const {
     EXPECT_EQ(run("import " + data + "/spine_lumbar/example_ct.nii.gz --labels " + data +

@@ -47,11 +47,7 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
 TEST_F(Command, APedicleScrewOnARealScanIsMarkedUncertain) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   import_real_spine(data_tools::real_data());
-  write("real/case.toml",
-        read(file("real/case.toml")) +
-            "\n[[trajectories]]\nname = \"L4 left pedicle\"\nentry = [25.0, -113.0, 285.0]\n"
-            "target = [6.0, -146.0, 285.0]\ndiameter = 6.0\nside = \"left\"\n"
-            "vertebra = \"vertebrae_L4\"\n");
+  write("real/case.toml", read(file("real/case.toml")) + k_real_pedicle);
   write("r.toml",
         "schema = 1\nscan = \"./real\"\nlabel = \"vertebrae_L4\"\nrate = 250\n"
         "static_friction = 0.1\ndynamic_friction = 0.08\n"
