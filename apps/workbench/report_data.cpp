@@ -225,6 +225,15 @@ class HandValues {
   std::optional<double> value_;
 };
 
+/// Returns the distance of a hand's tool from the nearest forbidden structure, mm.
+double clearance_of(const sim::Engine& engine, std::size_t hand) {
+  double nearest = sim::Forbidden::k_reach;
+  for (std::size_t s = 0; s < engine.forbidden().size(); ++s)
+    if (engine.watch(hand, s).clearance < nearest)  // a lower bound
+      nearest = std::min(nearest, engine.clearance(hand, s));
+  return nearest;
+}
+
 /// Replays and judges the session; collects envelopes and moments.
 Status judge(ReportData& data, MomentCollector& moments, const Listener& listener) {
   HandValues force(data.force, std::max<double>), clearances(data.clearance, std::min<double>);

@@ -14,14 +14,17 @@ constexpr double k_replay = 0.8;                   // share of the work; the res
 
 Error interrupted() { return {.what = "the score was interrupted", .kind = ErrorKind::interrupted}; }
 
-}  // namespace
-
-double clearance_of(const sim::Engine& engine, std::size_t hand) noexcept {
+/// Returns the distance of a hand's tool from the nearest forbidden structure, mm: exact where the motion
+/// counts as near.
+double watched_clearance(const sim::Engine& engine, std::size_t hand) noexcept {
+  static_assert(MotionLimits{}.near <= sim::Forbidden::k_always_measured);
   double nearest = sim::Forbidden::k_reach;
   for (std::size_t i = 0; i < engine.forbidden().size(); ++i)
     nearest = std::min(nearest, engine.watch(hand, i).clearance);
   return nearest;
 }
+
+}  // namespace
 
 Result<SessionScore> score_session(OpenedSession& session, std::optional<double> until,
                                    const Listener& listener, const ReplayObserver& observe) {
@@ -38,7 +41,7 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
     if (observe) observe(replay, stepped.value());
     if (!stepped.value()) break;
     const haptics::ServoRecord& record = replay.record();
-    motion.add(record, clearance_of(replay.engine(), record.hand));
+    motion.add(record, watched_clearance(replay.engine(), record.hand));
     const double share = static_cast<double>(record.tick) / static_cast<double>(end.value());
     if (record.tick % k_between_reports == 0 && !progress(k_replay * share)) return interrupted();
   }

@@ -22,10 +22,6 @@ struct SessionScore {
 /// Receives the replay after each tick, and after the commands that follow the last one (`is_tick` false).
 using ReplayObserver = std::function<void(sim::Replay& replay, bool is_tick)>;
 
-/// Returns the distance of a hand's tool from the nearest forbidden structure, mm, at most
-/// sim::Forbidden::k_reach.
-double clearance_of(const sim::Engine& engine, std::size_t hand) noexcept;
-
 /// Replays a session from its begin to `until` (s; empty: its end) and judges the final state. The session
 /// stays there. Error if the session does not contain this time, or work was stopped by the listener.
 Result<SessionScore> score_session(OpenedSession& session, std::optional<double> until = {},

@@ -94,6 +94,13 @@ bool Forbidden::is_inside(const dvec3& p, double reach) const noexcept {
   return glm::dot(offset, normal) < 0;
 }
 
+bool ForbiddenWatch::is_far(const ToolBall& ball) noexcept {
+  const double bound = measured - glm::length(ball.centre - measured_at);
+  if (!(bound > std::max(nearest, Forbidden::k_always_measured))) return false;
+  clearance = bound;
+  return true;
+}
+
 void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearness& nearness,
                             double slack) noexcept {
   if (!(nearness.clearance < 0)) {
@@ -128,7 +135,7 @@ void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearn
 /// Returns the distance to the surface, mm, at most `reach`, and sets its nearest point.
 double Forbidden::distance(const dvec3& p, double reach, dvec3& nearest_world) const noexcept {
   double nearest = reach;
-  surface_.for_near(p, reach, [&](const haptics::MeshTree::Near& near) {
+  surface_.for_nearest(p, reach, 0, [&](const haptics::MeshTree::Near& near) {
     if (near.distance < nearest) nearest = near.distance, nearest_world = near.nearest;
   });
   return nearest;
@@ -246,6 +253,8 @@ const Schema& ForbiddenWatch::schema() {
   static constexpr Field fields[] = {field<&ForbiddenWatch::is_inside>("inside"),
                                      field<&ForbiddenWatch::clearance>("clearance", {.unit = "mm"}),
                                      field<&ForbiddenWatch::nearest>("nearest", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::measured>("measured", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::measured_at>("measured_at", {.unit = "mm"}),
                                      field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
                                      field<&ForbiddenWatch::has_worked>("has_worked"),
                                      field<&ForbiddenWatch::is_torn>("is_torn"),

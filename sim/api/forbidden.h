@@ -52,6 +52,8 @@ class Forbidden {
   }
   /// Largest measured distance, mm.
   static constexpr double k_reach = 20;
+  /// Distance up to which a watch measures in every tick, mm.
+  static constexpr double k_always_measured = 3;
   /// Returns the distance from the ball to the structure, mm, at most k_reach; negative: depth inside.
   /// `expected`: an estimate of it, which changes the cost but not the result.
   double clearance(const ToolBall& ball, double expected = k_reach) const noexcept {
@@ -123,8 +125,12 @@ inline constexpr double k_tear_depth = 0.5, k_blunt_tear_depth = 3;
 /// Watch of one hand and one structure since the start; undo does not change it.
 struct ForbiddenWatch {
   bool is_inside = false;
-  double clearance = Forbidden::k_reach;  ///< mm, in the newest tick
-  double nearest = Forbidden::k_reach;    ///< mm, least so far; negative: depth along the path of entry
+  /// Clearance in the newest tick, mm; a lower bound of it beyond both `nearest` and k_always_measured, where
+  /// it is measured only after enough motion. Engine::clearance() measures it.
+  double clearance = Forbidden::k_reach;
+  double nearest = Forbidden::k_reach;  ///< mm, least so far; negative: depth along the path of entry
+  double measured = 0;                  ///< mm, last measured clearance
+  glm::dvec3 measured_at{0.0};          ///< mm, centre of the ball at that measurement
   // Path of entry of the current visit. Depth is measured to the side of entry: a tool that passed through a
   // brain to 2 mm before its far side is not 2 mm deep.
   bool has_entry = false, is_beyond_middle = false;
@@ -133,6 +139,9 @@ struct ForbiddenWatch {
   double deepest_now = 0;                    ///< mm, of the current visit
   bool has_worked = false, is_torn = false;  ///< during the visit
   std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
+  /// Sets `clearance` to its lower bound, if the ball is then still beyond `nearest` and k_always_measured.
+  /// Returns false if the clearance must be measured.
+  bool is_far(const ToolBall& ball) noexcept;
   /// Follows the path of entry while the ball moves from `from_world` to its centre, which has this nearness.
   /// `slack`: jumps of the nearest point of a rough surface, mm.
   void follow(const glm::dvec3& from_world, const ToolBall& ball, const Nearness& nearness,

@@ -275,9 +275,11 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
     const std::string& name = forbidden_[s]->name();
     const glm::dvec3 at = body ? body->centre : tick.proxy_world;
     if (!body) watch.depth = 0, watch.has_entry = false;
+    if (has_path && watch.is_far(*body)) continue;
     watch.clearance = !body      ? Forbidden::k_reach
                       : has_path ? forbidden_[s]->follow(last_body->centre, *body, watch.clearance, watch)
                                  : forbidden_[s]->begin_path(*body, watch.clearance, watch);
+    watch.measured = watch.clearance, watch.measured_at = at;
     const bool is_inside = watch.clearance < 0;
     const bool is_working = tick.pose.is_pressed() && !(body && body->is_blunt);
     watch.nearest = std::min(watch.nearest, is_inside ? -watch.depth : watch.clearance);
@@ -456,6 +458,12 @@ Overlays Engine::overlays() const {
   for (const Module* module : catalogue_.modules())
     for (Overlay& overlay : module->overlays(now_)) result.push_back(std::move(overlay));
   return result;
+}
+
+double Engine::clearance(std::size_t hand, std::size_t structure) const {
+  const ForbiddenWatch& watched = watch(hand, structure);
+  const std::optional<ToolBall>& body = work_[hand].body;
+  return body ? forbidden_[structure]->clearance(*body, watched.clearance) : watched.clearance;
 }
 
 std::vector<Measure> Engine::measures() const {

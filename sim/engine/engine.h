@@ -120,6 +120,9 @@ class Engine {
     return now_.watches[hand * forbidden_.size() + structure];
   }
 
+  /// Measures the clearance of a hand's tool in the newest tick, mm, at most Forbidden::k_reach.
+  double clearance(std::size_t hand, std::size_t structure) const;
+
   /// Freezes and returns the whole state.
   EngineImage image();
   /// Restores the state of an engine with the same start; the image contains its scenes. Error if the image

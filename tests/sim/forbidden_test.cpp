@@ -92,7 +92,12 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   for (int i = 0; i < 2000; ++i) {
     const double z = z_at(i), exact = z - 1.5 - Guarded::k_bottom;
     run.step({{0.3, -0.2, z}, {1, 0, 0, 0}, true});
-    ASSERT_NEAR(run.engine().watch(0, 0).clearance, exact, 0.25) << i;
+    const double clearance = run.engine().clearance(0, 0), watched = run.engine().watch(0, 0).clearance;
+    ASSERT_NEAR(clearance, exact, 0.25) << i;
+    ASSERT_LE(watched, clearance + 1e-9) << i;
+    if (clearance <= Forbidden::k_always_measured) {
+      ASSERT_EQ(watched, clearance) << i;
+    }
     nearest = std::min(nearest, exact);
     if (exact < 0) {
       if (first < 0) first = i;
@@ -117,6 +122,30 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   run.undo();
   EXPECT_EQ(run.engine().now().chronicle.size(), 3u);
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
+}
+
+// Far from the structure the watch measures after some motion only; what it keeps is exact.
+TEST(Forbidden, AFarToolIsMeasuredAfterMotionOnly) {
+  const Guarded guarded;
+  Lockstep run(guarded.engine({.diameter = 3}), {}, 1000);
+  double nearest = Forbidden::k_reach;
+  int measured = 0, count = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const double t = 1e-3 * i;
+    const glm::dvec3 at(3 * std::sin(1.3 * t), 2 * std::cos(0.7 * t),
+                        9 + 5 * std::cos(0.9 * t) + 0.2 * std::sin(40 * t) - 0.1 * t);
+    run.step({at, {1, 0, 0, 0}, false});
+    const ForbiddenWatch& watch = run.engine().watch(0, 0);
+    const double exact = run.engine().clearance(0, 0);
+    ASSERT_LE(watch.clearance, exact + 1e-9) << i;
+    nearest = std::min(nearest, exact);
+    ASSERT_EQ(watch.nearest, nearest) << i;
+    if (i < 200) continue;  // the first approach
+    measured += watch.clearance == watch.measured;
+    ++count;
+  }
+  EXPECT_LT(nearest, 7);
+  EXPECT_LT(measured, 0.5 * count);
 }
 
 // The ball with which a round burr touches is smaller than the burr.

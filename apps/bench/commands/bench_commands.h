@@ -11,6 +11,7 @@ struct BenchArguments {
   std::string source, case_source, output, only, export_folder, score, hand;
   int size = 512;
   std::int64_t steps = 1'000'000;
+  double minutes = 10;  ///< of a recorded operation
   bool is_quick = false;
 };
 

@@ -455,7 +455,8 @@ Run build_dicom(Options& options) {
 
 Run build_open(Options& options) {
   auto a = std::make_shared<BenchArguments>();
-  options.add("SESSION", a->source, "A session (default: ten minutes of drilling, recorded first)");
+  options.add("SESSION", a->source, "A session (default: some minutes of drilling, recorded first)");
+  options.add("--minutes", a->minutes, "Length of the recording").type("N").shows_default();
   options.add("--scan", a->case_source, "The scan of the session, where the session needs it");
   return run_of(a, "bench-open", bench_open);
 }

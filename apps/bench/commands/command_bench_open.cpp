@@ -1,10 +1,11 @@
-// bench open: duration of opening a recorded session at any tick, and bytes per tick in its file.
+// bench open: duration of opening a recorded session at any tick and of its score, and bytes per tick.
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <random>
 
 #include "apps/bench/commands/bench_commands.h"
+#include "apps/workbench/session_score.h"
 #include "modules/drilling/burr.h"
 #include "sim/drivers/lockstep.h"
 
@@ -16,9 +17,9 @@ namespace {
 double part_of(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
-/// Ten minutes over the crown of the built-in head: down next to the last position, back and forth, up again;
-/// the burr is on in two of five strokes.
-haptics::PosePath long_hand() {
+/// Some minutes over the crown of the built-in head: down next to the last position, back and forth, up
+/// again; the burr is on in two of five strokes.
+haptics::PosePath long_hand(double minutes) {
   std::mt19937 random(3);
   const auto between = [&random](double low, double high) {
     return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
@@ -30,7 +31,7 @@ haptics::PosePath long_hand() {
     t += seconds;
   };
   go({0, 0, 110}, false, 1);
-  while (t < 600) {
+  while (t < 60 * minutes) {
     glm::dvec3 at(between(-15, 15), between(-20, 10), 100);
     go(at, false, 0.5);
     const double depth = between(56, 68);
@@ -45,20 +46,22 @@ haptics::PosePath long_hand() {
 }
 
 /// Records that hand; returns the removed volume, mm3.
-Result<double> record_long_hand(const std::string& file, double burr_diameter) {
+Result<double> record_long_hand(const std::string& file, double burr_diameter, double minutes) {
   drilling::Burr burr;
   burr.diameter = burr_diameter;
   workbench::OperationChoice choice;
   choice.hands[0] = sim::HandSpec(drilling::burr(burr));
-  auto opened = workbench::open_operation("head", choice, terminal_listener());
+  workbench::SourceChoice head("head");
+  head.takes_plan = true;
+  auto opened = workbench::open_operation(head, choice, terminal_listener());
   if (!opened) return opened.error();
   const workbench::Operation& operation = opened.value();
   auto recorder = workbench::start_recording({file, false, false, program_name()}, operation);
   if (!recorder) return recorder.error();
   const haptics::ServoOptions servo = operation.servo();
   sim::Lockstep run(operation.engine(), servo.force, servo.rate_hz, recorder.value().get());
-  const haptics::PosePath hand = long_hand();
-  ProgressLine progress("recording ten minutes");
+  const haptics::PosePath hand = long_hand(minutes);
+  ProgressLine progress("recording an operation");
   const std::vector<double> times = haptics::servo_times(hand, servo.rate_hz);
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size())))
@@ -95,12 +98,12 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
                    .remedy = "set TMPDIR, or pass a session"};
     session_file = (folder.path / "long.session").string();
     constexpr double k_burr = 4;  // mm
-    const auto removed = record_long_hand(session_file, k_burr);
+    const auto removed = record_long_hand(session_file, k_burr, arguments.minutes);
     if (!removed) return removed.error();
     outcome.json["removed_mm3_total"] = removed.value();
     outcome.print(
-        "ten minutes over the built-in head, a burr of {burr} mm, {removed_mm3_total:.0f} mm3 removed",
-        {{"burr", k_burr}});
+        "{minutes} minutes over the built-in head, a burr of {burr} mm, {removed_mm3_total:.0f} mm3 removed",
+        {{"burr", k_burr}, {"minutes", arguments.minutes}});
   }
   auto opened = workbench::open_session(session_file, arguments.case_source, terminal_listener());
   if (!opened) return opened.error();
@@ -158,6 +161,11 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
       "{most_ticks_played} ticks played");
   outcome.print(
       "{bytes_a_tick/log:.1f} bytes per tick and hand, and {bytes_a_tick/checkpoints:.1f} of checkpoints");
+  const auto start = Clock::now();
+  const auto score = workbench::score_session(session, {}, terminal_listener());
+  if (!score) return score.error();
+  outcome.json["score_seconds"] = seconds_since(start);
+  outcome.print("replayed and scored in {score_seconds:.1f} s");
   return std::nullopt;
 }
 
