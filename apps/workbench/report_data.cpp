@@ -245,6 +245,13 @@ Status judge(ReportData& data, MomentCollector& moments, const Listener& listene
     force.add(record.tick, glm::length(record.force_world));
     if (!replay.engine().forbidden().empty())
       clearances.add(record.tick, clearance_of(replay.engine(), record.hand));
+    data.paths.resize(std::max<std::size_t>(data.paths.size(), record.hand + 1U));
+    const sim::Instrument& tool = replay.engine().now().settings.hands[record.hand];
+    // A probe or a catheter in its track works without a button.
+    const bool is_working =
+        record.pose.is_pressed() || (tool.type && tool.type->is_working &&
+                                     tool.type->is_working(tool.parameters.data(), tool.state.data()));
+    if (!record.is_reset) data.paths[record.hand].add(record.proxy_world, record.has_contact, is_working);
     data.hands_at += record.pose.position_world;
     ++count;
   };

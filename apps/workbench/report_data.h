@@ -9,6 +9,7 @@
 
 #include "apps/workbench/moment.h"
 #include "apps/workbench/timeline.h"
+#include "apps/workbench/tool_path.h"
 #include "modules/fluoroscopy/fluoroscopy.h"
 #include "sim/api/finding.h"
 
@@ -74,6 +75,7 @@ struct ReportData {
   Timeline timeline;
   Envelope force;      ///< N, the strongest of all hands in each tick
   Envelope clearance;  ///< mm from the nearest tool to a forbidden structure; without structures no values
+  std::vector<ToolPath> paths;            ///< one per hand
   glm::dvec3 hands_at{0.0};               ///< mm, mean position of the hands: the side from where they work
   std::vector<RemovalDistances> removal;  ///< one per forbidden structure
   std::vector<ReportMoment> moments;      ///< by time

@@ -108,6 +108,53 @@ TEST(Report, RemovedMatterByDistanceIsThatOfABall) {
   EXPECT_EQ(workbench::removal_distances(*start, solids, *structure).within(20), 0);
 }
 
+/// Strokes end where the tool neither touches nor works, and a long path keeps its shape with few points.
+TEST(Report, PathsOfToolsAreStrokesOfFewPoints) {
+  workbench::ToolPath path;
+  for (int i = 0; i <= 100; ++i) path.add({0.1 * i, 0, 0}, true, i > 50);
+  path.add({10, 0, 5}, false, false);
+  path.add({20, 0, 0}, true, false);
+  const auto& strokes = path.strokes();
+  ASSERT_EQ(strokes.size(), 3u);
+  EXPECT_FALSE(strokes[0].is_working);
+  EXPECT_TRUE(strokes[1].is_working);
+  EXPECT_EQ(strokes[1].points_world.front(), strokes[0].points_world.back());
+  EXPECT_EQ(strokes[2].points_world, std::vector{dvec3(20, 0, 0)});
+  EXPECT_NEAR(strokes[1].points_world.back().x, 10, workbench::ToolPath::k_least_step);
+  // 10 m on a circle, lifted once per turn.
+  workbench::ToolPath circle;
+  constexpr double k_radius = 40;
+  std::vector<bool> is_visited(360);
+  for (int i = 0; i < 400'000; ++i) {
+    const double angle = i * 6.25e-4;
+    circle.add(k_radius * dvec3(std::cos(angle), std::sin(angle), 0), i % 10'000 > 100, false);
+  }
+  std::size_t count = 0;
+  for (const auto& stroke : circle.strokes())
+    for (std::size_t i = 0; i < stroke.points_world.size(); ++i) {
+      const dvec3& p = stroke.points_world[i];
+      ++count;
+      EXPECT_NEAR(glm::length(p), k_radius, 1e-9);
+      is_visited[static_cast<std::size_t>(std::atan2(p.y, p.x) * 180 / 3.14159265358979 + 359.999) % 360] =
+          true;
+      if (i > 0) {
+        EXPECT_LT(glm::distance(p, stroke.points_world[i - 1]), 1.1 * circle.step());
+      }
+    }
+  EXPECT_LE(count, workbench::ToolPath::k_most_points);
+  EXPECT_GT(count, workbench::ToolPath::k_most_points / 4);
+  EXPECT_GT(std::count(is_visited.begin(), is_visited.end(), true), 80);
+  // Each side shows the path; a working stroke is a line of its own.
+  const std::string svg = cli::svg_of(std::vector{path});
+  EXPECT_EQ(std::count(svg.begin(), svg.end(), 'R'), 2);
+  std::size_t working = 0;
+  for (std::size_t at = svg.find("tool hand1 working"); at != std::string::npos;
+       at = svg.find("tool hand1 working", at + 1))
+    ++working;
+  EXPECT_EQ(working, 3u);
+  EXPECT_EQ(cli::svg_of(std::span<const workbench::ToolPath>()), "");
+}
+
 TEST(Report, TextsStayTexts) {
   EXPECT_EQ(cli::escaped("<script>alert(\"a\" & 'b')</script>"),
             "&lt;script&gt;alert(&quot;a&quot; &amp; &#39;b&#39;)&lt;/script&gt;");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,6 +46,10 @@ struct CourseChart {
 /// Draws a mark per session, joined by a line: disks are good, triangles fair, squares bad, rings without
 /// verdict.
 std::string svg_of(const CourseChart& chart);
+
+/// Draws the paths of all hands from three sides, to one scale: thin in contact, thick with the button
+/// pressed or in a track. Returns an empty text without strokes.
+std::string svg_of(std::span<const workbench::ToolPath> paths);
 
 /// Draws bars of 1 mm.
 std::string svg_of(const workbench::RemovalDistances& distances);

@@ -145,6 +145,15 @@ std::string charts_html(const ReportData& data, const ReportData* other, const s
   return html + svg_of(depth);
 }
 
+std::string paths_html(const ReportData& data, const std::string& who) {
+  const std::string svg = svg_of(data.paths);
+  if (svg.empty()) return "<p>" + escaped(who) + "no tool touched anything.</p>\n";
+  const std::string colours = data.paths.size() > 1 ? " Blue: hand 1; ochre: the others." : "";
+  return svg + "<p class=\"note\">" +
+         escaped(who + "thin: in contact; thick: with the button pressed, or in a track." + colours) +
+         "</p>\n";
+}
+
 std::string injuries_html(const ReportData& data) {
   HtmlTable table({{"time", true}, {"hand", true}, {"injury or fault"}, {"position, mm (LPS)", true}});
   bool is_any = false;
@@ -228,7 +237,8 @@ std::string comparison_html(const ReportData& trainee, const ReportData& expert)
   for (const Finding& finding : expert.score.findings)
     if (!find(trainee, finding.name)) add(finding.name);
   return "<div class=\"wide\">" + table.finish() + "</div>\n<div class=\"pairs\">" +
-         charts_html(trainee, &expert, "Trainee: ") + charts_html(expert, &trainee, "Expert: ") + "</div>";
+         charts_html(trainee, &expert, "Trainee: ") + charts_html(expert, &trainee, "Expert: ") +
+         paths_html(trainee, "Trainee: ") + paths_html(expert, "Expert: ") + "</div>";
 }
 
 /// Lists the origin of the numbers.
@@ -272,6 +282,7 @@ std::string page_html(const ReportPage& page, bool has_models) {
   html += section("anatomy", "Before and after", models_html(page, has_models));
   html += section("moments", "Decisive moments", moments_html(page.pictures));
   html += section("charts", "Force and depth", charts_html(data, nullptr, ""));
+  html += section("paths", "Paths of the tools", paths_html(data, ""));
   html += section("injuries", "Injuries", injuries_html(data));
   html += section("removal", "Removed matter by distance", removal_html(data));
   html += section("course", "Timeline", timeline_html(data));

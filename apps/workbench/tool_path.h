@@ -1,0 +1,36 @@
+// ToolPath: where a hand's tool was in contact or worked, as strokes of few points.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace trephine::workbench {
+
+/// Path of a hand's tool, with a bounded number of points.
+class ToolPath {
+ public:
+  /// A part without interruption.
+  struct Stroke {
+    bool is_working = false;               ///< with the button pressed or in a track; else in contact only
+    std::vector<glm::dvec3> points_world;  ///< mm
+  };
+  static constexpr std::size_t k_most_points = 4000;
+  static constexpr double k_least_step = 0.5;  ///< mm
+
+  /// Adds a tick. A tool that neither touches nor works ends its stroke.
+  void add(const glm::dvec3& at_world, bool is_touching, bool is_working);
+  const std::vector<Stroke>& strokes() const noexcept { return strokes_; }
+  /// Distance between points, mm; it grows with the length of the path.
+  double step() const noexcept { return step_; }
+
+ private:
+  void thin_out();
+
+  std::vector<Stroke> strokes_;
+  std::size_t count_ = 0;
+  double step_ = k_least_step;
+  bool is_open_ = false;
+};
+
+}  // namespace trephine::workbench
