@@ -443,7 +443,9 @@ void OperationController::follow_cursor() {
       clearance_at(ray.origin + along * ray.direction, 0) < 0)
     if (const std::optional<double> soft = distance_to_forbidden(ray, hit, Viewport::Clipping::ignored))
       along = std::min(along, *soft);
-  const dvec3 request = ray.origin + along * ray.direction;
+  dvec3 request = ray.origin + along * ray.direction;
+  if (is_pressed_ && hit >= 0 && !is_soft)
+    request = ray.origin + hit * ray.direction + (hit - along) * pressing_normal(ray, hit);
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
   std::optional<dvec3> jump;

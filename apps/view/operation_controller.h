@@ -165,6 +165,7 @@ class OperationController {
   void change_history(HistoryStep step);
   bool is_release_processed() const;
   void send_history_steps();
+  glm::dvec3 pressing_normal(const Ray& ray, double hit) const;
   void follow_cursor();
   bool wait_outside_clip(const Ray& ray, double hit);
   double clearance_at(const glm::dvec3& tip, double expected) const;

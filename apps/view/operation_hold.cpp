@@ -48,6 +48,36 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool
   if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_max / angle) * (target - shaft_));
 }
 
+/// Returns the direction (unit, out of the bone) against which a tool is pressed: toward the viewer, and the
+/// normal of the uncut surface where the line of sight grazes it and would lead past the bone.
+dvec3 OperationController::pressing_normal(const Ray& ray, double hit) const {
+  // The bone around the point: it lies on the other side of the surface.
+  constexpr double k_reach = 2.5, k_step = 0.5;  // mm
+  const dvec3 at = ray.origin + hit * ray.direction;
+  dvec3 bone(0);
+  double size = 0;  // of the sum for a half-space
+  for (double z = -k_reach; z <= k_reach; z += k_step)
+    for (double y = -k_reach; y <= k_reach; y += k_step)
+      for (double x = -k_reach; x <= k_reach; x += k_step) {
+        const dvec3 offset(x, y, z);
+        if (glm::length(offset) > k_reach) continue;
+        size += 0.5 * std::abs(z);
+        const auto is_solid = [&](const haptics::TouchItem& item) {
+          return !item.is_mesh() &&
+                 item.field.value(item.field.volume().frame.volume_from_world(at + offset)) >= 0;
+        };
+        if (std::any_of(scene_->items.begin(), scene_->items.end(), is_solid)) bone += offset;
+      }
+  // Within a hole, the uncut surface has no direction.
+  constexpr double k_least = 0.2;
+  if (glm::length(bone) < k_least * size) return -ray.direction;
+  constexpr double k_steep = 0.7, k_grazing = 0.3;  // cosines of the slope toward the viewer
+  const dvec3 normal = -glm::normalize(bone);
+  const double slope = glm::dot(normal, -ray.direction),
+               share = std::clamp((k_steep - slope) / (k_steep - k_grazing), 0.0, 1.0);
+  return glm::normalize(glm::mix(-ray.direction, normal, share));
+}
+
 void OperationController::tilt(double right, double up) {
   constexpr double k_radians = 3.14159265358979 / 180, k_max = 75;  // degrees
   const volume::Camera camera = viewport_.camera();

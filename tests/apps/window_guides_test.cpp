@@ -146,6 +146,44 @@ TEST_F(ToolWindow, APerforatorTouchesAndDrillsOnSlopes) {
   }
 }
 
+TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
+  open("spine", drilling::burr({.diameter = 4}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  QTest::qWait(300);
+  const auto ray_at = [&](const dvec3& p) {
+    const glm::dvec2 pixel = hand().viewport().project(p);
+    return hand().viewport().ray_at(pixel.x, pixel.y);
+  };
+  const auto version = hand().version();
+  const auto hits = [&](const dvec3& p) {
+    return hand().viewport().distance_to_solid(*version, ray_at(p)) >= 0;
+  };
+  const auto depth_at = [&](const dvec3& p) {
+    return hand().viewport().distance_to_solid(*version, ray_at(p));
+  };
+  int count = 0;
+  for (const double z : {2.0, 5.0, 8.0, -28.0, -25.0})
+    for (const double side : {-1.0, 1.0}) {
+      // The last position beside the process before the bone ends, or continues 10 mm deeper.
+      const double top = depth_at({0, 60, z});
+      if (top < 0) continue;
+      double x = 0;
+      while (x < 12 && hits({side * (x + 0.1), 60, z}) && depth_at({side * (x + 0.1), 60, z}) < top + 10)
+        x += 0.1;
+      const dvec3 edge(side * (x - 0.3), 60, z);
+      SCOPED_TRACE(std::to_string(edge.x) + " " + std::to_string(z));
+      point_at(edge);
+      const double before = hand().state().removed_mm3;
+      QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
+      const bool is_cut = reaches([&] { return hand().state().removed_mm3 > before + 0.5; });
+      QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
+      EXPECT_TRUE(is_cut) << hand().state().removed_mm3 - before;
+      ++count;
+      QTest::qWait(100);
+    }
+  EXPECT_GT(count, 5);
+}
+
 TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
   open("head", drilling::craniotome({}));
