@@ -123,8 +123,12 @@ std::string OperationController::fault_text() const {
     char depth[32];
     std::snprintf(depth, sizeof depth, ", %.1f mm deep", deepest->depth);
     const auto at = static_cast<std::size_t>(deepest - state_.watches.data());
-    return "The tool is in " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth +
-           ". Lift it.";
+    const char* remedy = options_.device       ? ". Lift it."
+                         : line_.is_holding()  ? ". Click away from the entry to withdraw it."
+                         : guide_.is_holding() ? ". Move the cursor away to withdraw it."
+                         : is_pressed_         ? ". Release the button to lift it."
+                                               : ". Move the cursor away to lift it.";
+    return "The tool is in " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth + remedy;
   }
   return "The force is off: " + workbench::fault_reasons(faults) +
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
@@ -403,9 +407,12 @@ std::optional<dvec3> OperationController::pointed() {
 void OperationController::follow_cursor() {
   // The requested position: on the surface under the cursor, and below it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
+  // A Kerrison works through its guide only: without an edge for its foot, a press must not move it.
+  const bool is_pressed = is_pressed_ && (appearance_of(state_.tool).foot.kind != FootTool::Kind::kerrison ||
+                                          guide_.is_holding());
   const Viewport::RestingPosition rest = viewport_.resting_position(*version_, ray);
-  double hit = is_pressed_ ? viewport_.distance_to_solid(*version_, ray) : rest.distance;
-  bool is_soft = !is_pressed_ && rest.is_soft;
+  double hit = is_pressed ? viewport_.distance_to_solid(*version_, ray) : rest.distance;
+  bool is_soft = !is_pressed && rest.is_soft;
   if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit))
     hit = body, is_soft = false;
   if (wait_outside_clip(ray, hit)) return;
@@ -413,10 +420,10 @@ void OperationController::follow_cursor() {
   // In a gap the tool rests, and is pressed, on the structure in front of the bone.
   if (!is_soft)
     if (const std::optional<double> soft = distance_to_forbidden(ray, hit))
-      hit = *soft + state_.tool_radius, is_soft = !is_pressed_;
+      hit = *soft + state_.tool_radius, is_soft = !is_pressed;
   // A working tool that broke through stops, instead of going to the far side, visible through its hole.
   constexpr double k_through = 10;  // mm
-  if (is_pressed_ && is_over_bone_ && hit > reach_ + k_through) hit = reach_;
+  if (is_pressed && is_over_bone_ && hit > reach_ + k_through) hit = reach_;
   if (hit >= 0) reach_ = hit;
   is_over_bone_ = hit >= 0;
   const double radius = state_.tool_radius;  // height of a round tool's centre above the surface
@@ -426,9 +433,9 @@ void OperationController::follow_cursor() {
   const double voxel = std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
   const auto contact = [&] { return viewport_.distance_to_contact(*version_, ray, radius, hit); };
   constexpr double k_rest = 0.3;  // mm, of an idle tool into the bone
-  double along = hit < 0       ? std::max(0.0, reach_ - radius - 8)
-                 : is_pressed_ ? hit - radius + depth_mm_
-                               : std::min(hit - radius, contact() + 0.7 * voxel) + k_rest;
+  double along = hit < 0      ? std::max(0.0, reach_ - radius - 8)
+                 : is_pressed ? hit - radius + depth_mm_
+                              : std::min(hit - radius, contact() + 0.7 * voxel) + k_rest;
   // A craniotome is perpendicular to the bone around it, not to the bone under a cursor that is ahead.
   const bool is_craniotome_held =
       guide_.is_holding() && appearance_of(state_.tool).foot.kind == FootTool::Kind::craniotome;
@@ -439,25 +446,25 @@ void OperationController::follow_cursor() {
   if (is_soft) along = distance_above_soft(ray, hit - radius);
   // Over nothing, and on bone in front of which a structure was clipped, an idle tool stays before
   // structures.
-  if (!is_pressed_ && (hit < 0 || viewport_.clip_plane()) &&
+  if (!is_pressed && (hit < 0 || viewport_.clip_plane()) &&
       clearance_at(ray.origin + along * ray.direction, 0) < 0)
     if (const std::optional<double> soft = distance_to_forbidden(ray, hit, Viewport::Clipping::ignored))
       along = std::min(along, *soft);
   dvec3 request = ray.origin + along * ray.direction;
-  if (is_pressed_ && hit >= 0 && !is_soft)
+  if (is_pressed && hit >= 0 && !is_soft)
     request = ray.origin + hit * ray.direction + (hit - along) * pressing_normal(ray, hit);
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
   std::optional<dvec3> jump;
-  if (glm::length(request - request_) > k_jump_mm || (!is_pressed_ && passes_forbidden(request_, request))) {
+  if (glm::length(request - request_) > k_jump_mm || (!is_pressed && passes_forbidden(request_, request))) {
     double above = hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
     // Between a structure and the bone behind it there may be less room.
     constexpr double k_step = 0.25;  // mm
-    while (!is_pressed_ && above < along && clearance_at(ray.origin + above * ray.direction, 0) < 0)
+    while (!is_pressed && above < along && clearance_at(ray.origin + above * ray.direction, 0) < 0)
       above = std::min(along, above + k_step);
     jump = ray.origin + above * ray.direction;
   }
-  mouse_.set(request, turn_along(shaft()), is_pressed_ && hit >= 0, jump);
+  mouse_.set(request, turn_along(shaft()), is_pressed && hit >= 0, jump);
   request_ = request;
 }
 

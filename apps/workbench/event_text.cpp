@@ -72,7 +72,8 @@ EventText text_of(const sim::StructureStripped& e) {
           Level::outcome};
 }
 EventText text_of(const sim::StructureTouched& e) {
-  return {format_text("The running tool touched %s, %.2f mm deep.", words_of(e.structure).c_str(), e.deepest),
+  return {format_text("The running tool touched %s, %.2f mm deep, and did not tear it.",
+                      words_of(e.structure).c_str(), e.deepest),
           Level::danger};
 }
 EventText text_of(const sim::StructureTorn& e) {

@@ -44,6 +44,26 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
 }
 
+/// A click where there is no edge for the foot moves nothing while it is held: a press entered the cord.
+TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
+  workbench::SourceChoice source("spine");
+  source.takes_plan = true;
+  open(source, rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 4}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  QTest::qWait(200);
+  for (const dvec3 thick : {dvec3(7, 43, -13), dvec3(7, 43, 13), dvec3(5, 43, 14), dvec3(4, 45, -12)}) {
+    SCOPED_TRACE(thick.x);
+    point_at(thick);
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(thick));
+    const std::uint64_t tick = hand().state().newest.tick;
+    ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 1500; }));
+    EXPECT_FALSE(hand().guide().is_holding());
+    EXPECT_EQ(hand().state().removed_mm3, 0);
+    EXPECT_EQ(entries(), 0);
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(thick));
+  }
+}
+
 /// Between two laminae an idle tool rests on the cord. It does not go through it to the vertebral body.
 TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
   workbench::SourceChoice source("spine");
