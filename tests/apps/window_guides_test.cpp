@@ -184,7 +184,7 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
   int count = 0;
   for (const double z : {2.0, 5.0, 8.0, -28.0, -25.0})
     for (const double side : {-1.0, 1.0}) {
-      // The last position beside the process before the bone ends, or continues 10 mm deeper.
+      // The last position next to the process before the bone ends, or continues 10 mm deeper.
       const double top = depth_at({0, 60, z});
       if (top < 0) continue;
       double x = 0;
