@@ -56,6 +56,11 @@ Error to_error(const CLI::ParseError& error, const std::string& program, const s
                  .found = rest,
                  .expected = "a value as its help says: numbers without a unit",
                  .remedy = help};
+  if (rest == k_empty_value)
+    return Error{.what = "the value of an option is empty",
+                 .where = message.substr(0, message.find(": ")),
+                 .expected = "a text",
+                 .remedy = "omit the option, or give it a value"};
   if (const std::size_t at = rest.find(" not in {"); at != std::string::npos && rest.ends_with("}")) {
     std::string words = rest.substr(at + 9, rest.size() - at - 10);
     for (std::size_t i = 0; (i = words.find(',', i)) != std::string::npos; i += 2) words.insert(i + 1, " ");

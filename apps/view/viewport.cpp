@@ -161,12 +161,12 @@ void Viewport::set_clip(const ClipChoice& choice) {
   }
   if (choice.axis == ClipChoice::Axis::plane) {
     clip_origin_ = choice.at, clip_normal_ = -choice.normal;
-    view_.bone().set_clip(clip_origin_, clip_normal_);
-    return;
+  } else {
+    const double reach = 0.5 * glm::dot(high_ - low_, glm::abs(clip_normal_));
+    clip_origin_ = middle + (2 * choice.share - 1) * reach * clip_normal_;
   }
-  const double reach = 0.5 * glm::dot(high_ - low_, glm::abs(clip_normal_));
-  clip_origin_ = middle + (2 * choice.share - 1) * reach * clip_normal_;
   view_.bone().set_clip(clip_origin_, clip_normal_);
+  if (is_live_ && has_whole_structures() != are_structures_whole_) apply_opacities();
 }
 
 std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
@@ -420,8 +420,10 @@ void Viewport::fetch_meshes() {
 }
 
 bool Viewport::has_whole_structures() const {
-  return std::any_of(list_.begin(), list_.end(), [](const Structure& s) {
-    return s.is_translucent() || (s.kind == Structure::Kind::all_bone && s.opacity < 1);
+  const bool is_clipped = clip_normal_ != dvec3(0);
+  return std::any_of(list_.begin(), list_.end(), [is_clipped](const Structure& s) {
+    return s.is_translucent() || (s.kind == Structure::Kind::all_bone && s.opacity < 1) ||
+           (is_clipped && s.kind == Structure::Kind::labelled && s.opacity > 0);
   });
 }
 
@@ -448,7 +450,7 @@ Status Viewport::set_opacities(std::span<const StructureOpacity> opacities) {
 }
 
 void Viewport::apply_opacities() {
-  const bool has_whole = has_whole_structures();
+  const bool has_whole = are_structures_whole_ = has_whole_structures();
   std::set<std::size_t> hidden;
   std::vector<int> opened;
   for (std::size_t i = 0; i < list_.size(); ++i) {

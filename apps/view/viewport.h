@@ -48,8 +48,8 @@ class Viewport {
   /// Bone and structures, each with the opacity that the picture shows it with.
   const std::vector<Structure>& structures() const noexcept { return list_; }
   /// Sets the opacity (0 hidden, 1 opaque) of a structure, by its number in the list. If the bone or a
-  /// structure is translucent, structures are drawn whole; otherwise only where an opening shows them. Touch
-  /// does not change. Live windows only.
+  /// structure is translucent, or the bone is clipped, structures are drawn whole; otherwise only where an
+  /// opening shows them. Touch does not change. Live windows only.
   void set_opacity(std::size_t structure, double opacity);
   /// Sets opacities by name. Error: a name that is not in the list.
   Status set_opacities(std::span<const StructureOpacity> opacities);
@@ -176,6 +176,7 @@ class Viewport {
   std::vector<int> opened_labels_;  ///< those that `opened_` draws
   std::vector<Structure> list_;
   StructureSurfaces surfaces_;
+  bool are_structures_whole_ = false;            ///< as has_whole_structures() when opacities were applied
   std::map<int, std::uint64_t> whole_versions_;  ///< serial of the version of each whole mesh, by label
   ClipChoice clip_;
   double touch_radius_;

@@ -115,7 +115,7 @@ class Flap {
     result_->cut.kerf_size = version_->mm3_of(report.removed_units);
     result_->holes = kerf.count_holes(shape_.field, *version_);
     if (report.removed_units > 0) return std::nullopt;
-    return LocatedError{"no bone left to cut: this outline was cut before", surface_.pyramid().centre_world};
+    return LocatedError{k_no_bone_to_cut, surface_.pyramid().centre_world};
   }
 
   /// Finds the voxel at which the flood starts.
@@ -351,6 +351,16 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   }
 }
 
+/// Returns an error if a request has both a planned outline and anchors.
+Status check_one_outline(const char* where, const std::string& outline, bool has_no_anchors) {
+  if (outline.empty() || has_no_anchors) return std::nullopt;
+  return Error{.what = "both an outline of the plan and anchors are given",
+               .where = where,
+               .found = outline,
+               .expected = "one of them",
+               .remedy = "omit outline or anchors"};
+}
+
 /// Breaks a label into lines that are not much longer than the head is wide in a picture.
 std::string wrap_label(std::string text) {
   constexpr std::size_t k_longest = 36;
@@ -435,6 +445,8 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
             check_count("preview-flap anchors", static_cast<std::int64_t>(preview->anchors.size())))
       return error;
     if (Status error = check_outline("preview-flap outline", preview->outline, operation)) return error;
+    if (Status error = check_one_outline("preview-flap", preview->outline, preview->anchors.empty()))
+      return error;
     return check_saw("preview-flap saw", preview->saw);
   }
   if (const auto* judging = command.request.as<JudgeFlap>()) {
@@ -447,6 +459,7 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
   if (Status error = check_count("cut-flap anchors", static_cast<std::int64_t>(request->anchors.size())))
     return error;
   if (Status error = check_outline("cut-flap outline", request->outline, operation)) return error;
+  if (Status error = check_one_outline("cut-flap", request->outline, request->anchors.empty())) return error;
   if (request->seed.size() > 1)
     return Error{.what = "more than one seed",
                  .where = "cut-flap seed",

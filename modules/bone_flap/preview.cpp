@@ -37,7 +37,7 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
     error = surface.make(pyramid.value(), bone, width_of(request.saw), limits);
   if (!error && surface.wall_mm2(bone, *input.state.undoable.version) <
                     0.01 * surface.wall_mm2(bone, volume::Version(input.anatomy.base)))
-    error = LocatedError{"no bone left to cut: this outline was cut before", pyramid.value().centre_world};
+    error = LocatedError{k_no_bone_to_cut, pyramid.value().centre_world};
   if (error) {
     output->preview.tried = anchors_of(request, input.state);
     output->preview.problem = error->reason;

@@ -7,6 +7,7 @@
 
 namespace trephine::bone_flap {
 
+inline constexpr const char* k_no_bone_to_cut = "there is no bone left along the outline";
 inline SawLimits limits_of(const CutFlap& request) { return {request.hole, request.space, request.thickest}; }
 /// Returns the points of the planned outline of a request, else its anchors, else the drawn anchors.
 template <class Request>

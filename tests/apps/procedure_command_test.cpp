@@ -76,6 +76,9 @@ TEST_F(Command, ApproachesOfAHeadArePlayedToTheirEnd) {
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_NE(unknown.err.find("frontotemporal, suboccipital or keyhole"), std::string::npos) << unknown.err;
   EXPECT_EQ(run("phantom spine --approach keyhole --case other").exit_code, 2);
+  const Ended empty = run("run " + script + " --scan ''");
+  EXPECT_EQ(empty.exit_code, 2);
+  EXPECT_NE(empty.err.find("--scan: the value of an option is empty"), std::string::npos) << empty.err;
 }
 
 TEST_F(Command, ATemplateIsValidAndAStartForChanges) {

@@ -245,6 +245,27 @@ TEST_F(TranslucentPicture, FollowsCuts) {
   expect_mix(at(middle_), brain, brain, 1);
 }
 
+/// Half of the shell is clipped: the brain in it is whole, and in front of the far half; bone covers the
+/// rest.
+TEST_F(TranslucentPicture, StructuresAreWholeInClippedBone) {
+  const Rgb bone = at(middle_), bone_beside = at(beside_);
+  picture_->set_opacity(0, 0);
+  const Rgb brain = at(middle_);
+  picture_->set_opacity(0, 1);
+  picture_->set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
+  expect_mix(at(middle_), brain, brain, 1);
+  const Rgb inside = at(beside_);
+  EXPECT_GT(std::abs(inside.r - brain.r) + std::abs(inside.b - brain.b), 30) << "the inner side of bone";
+  picture_->set_opacity(1, 0);
+  const Rgb hidden = at(middle_);
+  EXPECT_GT(std::abs(hidden.r - brain.r) + std::abs(hidden.b - brain.b), 30) << "a hidden brain";
+  picture_->set_opacity(1, 1);
+  picture_->set_clip({});
+  expect_mix(at(middle_), bone, bone, 1);
+  expect_mix(at(beside_), bone_beside, bone_beside, 1);
+  EXPECT_FALSE(picture_->view().structures()->is_active());
+}
+
 TEST_F(TranslucentPicture, FollowsTheViewAndHasNoCostWhenOpaque) {
   at(middle_);
   const StructureLayer& structures = *picture_->view().structures();

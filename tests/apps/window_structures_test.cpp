@@ -55,6 +55,21 @@ TEST_F(StructureWindow, BoneIsMadeTranslucentAndStructuresHidden) {
   EXPECT_FALSE(viewport().view().structures()->is_active());
 }
 
+TEST_F(StructureWindow, AClippedHeadShowsItsStructures) {
+  open("head");
+  QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
+  ASSERT_TRUE(is_complete());
+  EXPECT_EQ(whole_triangles(), 0u) << "no cost before";
+  QTest::keyClick(window_.get(), Qt::Key_C);
+  ASSERT_TRUE(is_complete());
+  QTest::qWait(500);
+  EXPECT_GT(whole_triangles(), 5000u);
+  keep(*window_, "clipped-head");
+  QTest::keyClick(window_.get(), Qt::Key_C);
+  QTest::qWait(100);
+  EXPECT_FALSE(viewport().view().structures()->is_active());
+}
+
 TEST_F(StructureWindow, TheWheelScrollsThePanelAndChangesNoValue) {
   options_.width = 1000, options_.height = 640;
   MainWindow window(scene_, options_);

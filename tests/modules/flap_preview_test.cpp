@@ -72,7 +72,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     EXPECT_TRUE(shown().summary.empty());
     // Each raised an event; bone that was sawn already is not detached again.
     EXPECT_FALSE(run.apply_whole({request, 0}).refused);
-    EXPECT_NE(shown().problem.find("cut before"), std::string::npos) << shown().summary;
+    EXPECT_NE(shown().problem.find("no bone left along the outline"), std::string::npos) << shown().summary;
     const auto seen = events_of<FlapPreviewed>(run.engine());
     ASSERT_EQ(seen.size(), 4u);
     EXPECT_NEAR(seen[0].first.area / outline.area(), 1, 0.01);

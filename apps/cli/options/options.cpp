@@ -90,7 +90,11 @@ Option Options::add_any(const char* names, T& value, const std::string& help) {
   return keep(names, app_->add_option(names, value, help));
 }
 Option Options::add(const char* names, std::string& value, const std::string& help) {
-  return keep(names, app_->add_option(names, value, help), [&value] { return std::vector{value}; });
+  CLI::Option* option = app_->add_option(names, value, help);
+  // An empty text is that of an unset variable of a shell.
+  option->check(CLI::Validator(
+      [](const std::string& text) { return text.empty() ? std::string(k_empty_value) : std::string(); }, ""));
+  return keep(names, option, [&value] { return std::vector{value}; });
 }
 Option Options::add(const char* names, double& value, const std::string& help) {
   return add_any(names, value, help);

@@ -44,6 +44,9 @@ class Option {
   std::string *means_, *remedy_;
 };
 
+/// Message of the parser about a text option without a text.
+inline constexpr const char* k_empty_value = "the text is empty";
+
 class Options {
  public:
   explicit Options(CLI::App& app) : app_(&app) {}

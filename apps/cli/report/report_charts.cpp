@@ -194,25 +194,25 @@ std::pair<glm::dvec3, glm::dvec3> bounds_of(std::span<const workbench::ToolPath>
 
 }  // namespace
 
-std::string svg_of(std::span<const workbench::ToolPath> paths) {
+std::vector<std::string> svgs_of(std::span<const workbench::ToolPath> paths) {
   const auto [low, high] = bounds_of(paths);
   if (!(low.x <= high.x)) return {};
-  constexpr double k_edge = 260, k_top = 40, k_between = 330, k_least_mm = 10;
+  constexpr double k_edge = 280, k_top = 40, k_least_mm = 10;
   const glm::dvec3 size = high - low, middle = 0.5 * (low + high);
   const double extent = 1.05 * std::max({size.x, size.y, size.z, k_least_mm}), scale = k_edge / extent;
-  std::string svg = svg_begin(920, k_top + k_edge + 56, "paths of the tools from three sides");
-  for (std::size_t v = 0; v < std::size(k_path_views); ++v) {
-    const PathView& view = k_path_views[v];
-    const double x = static_cast<double>(v) * k_between, centre_x = x + 0.5 * k_edge,
-                 centre_y = k_top + 0.5 * k_edge;
-    svg += format_text("<text class=\"title\" x=\"%.1f\" y=\"12\">%s</text>\n", x, view.name);
-    svg += format_text("<rect class=\"frame\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n", x,
-                       k_top, k_edge, k_edge);
+  constexpr double k_centre_x = 0.5 * k_edge + 1, k_centre_y = k_top + 0.5 * k_edge;
+  std::vector<std::string> svgs;
+  for (const PathView& view : k_path_views) {
+    std::string svg =
+        svg_begin(k_edge + 2, k_top + k_edge + 56, std::string("paths of the tools ") + view.name);
+    svg += format_text("<text class=\"title\" x=\"0\" y=\"12\">%s</text>\n", view.name);
+    svg += format_text("<rect class=\"frame\" x=\"1\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n", k_top,
+                       k_edge, k_edge);
     svg += format_text(
         "<text class=\"mid\" x=\"%.1f\" y=\"%.1f\">%s</text><text class=\"mid\" x=\"%.1f\" y=\"%.1f\">%s</text>"
-        "<text x=\"%.1f\" y=\"%.1f\">%s</text><text class=\"end\" x=\"%.1f\" y=\"%.1f\">%s</text>\n",
-        centre_x, k_top - 6, view.upper_letter, centre_x, k_top + k_edge + 16, view.lower_letter, x + 5,
-        centre_y, view.left_letter, x + k_edge - 5, centre_y, view.right_letter);
+        "<text x=\"6\" y=\"%.1f\">%s</text><text class=\"end\" x=\"%.1f\" y=\"%.1f\">%s</text>\n",
+        k_centre_x, k_top - 6, view.upper_letter, k_centre_x, k_top + k_edge + 16, view.lower_letter,
+        k_centre_y, view.left_letter, k_edge - 4, k_centre_y, view.right_letter);
     for (std::size_t hand = 0; hand < paths.size(); ++hand)
       for (const bool is_working : {false, true}) {
         std::string lines;
@@ -221,8 +221,8 @@ std::string svg_of(std::span<const workbench::ToolPath> paths) {
           for (std::size_t i = 0; i < stroke.points_world.size(); ++i) {
             const glm::dvec3 p = stroke.points_world[i] - middle;
             lines +=
-                format_text("%c%.1f %.1f", i == 0 ? 'M' : 'L', centre_x + scale * glm::dot(p, view.right),
-                            centre_y - scale * glm::dot(p, view.up));
+                format_text("%c%.1f %.1f", i == 0 ? 'M' : 'L', k_centre_x + scale * glm::dot(p, view.right),
+                            k_centre_y - scale * glm::dot(p, view.up));
           }
           if (stroke.points_world.size() == 1) lines += "h0";  // a dot, by its round ends
         }
@@ -231,12 +231,13 @@ std::string svg_of(std::span<const workbench::ToolPath> paths) {
                              is_working ? " working" : "") +
                  lines + "\"/>\n";
       }
+    const double bar = round_step(extent, 3), y = k_top + k_edge + 40;
+    svg += format_text(
+        "<path class=\"scale\" d=\"M1 %.1fv6h%.1fv-6\"/><text x=\"%.1f\" y=\"%.1f\">%g mm</text>\n", y,
+        scale * bar, scale * bar + 7, y + 6, bar);
+    svgs.push_back(svg + "</svg>\n");
   }
-  const double bar = round_step(extent, 3), y = k_top + k_edge + 40;
-  svg +=
-      format_text("<path class=\"scale\" d=\"M0 %.1fv6h%.1fv-6\"/><text x=\"%.1f\" y=\"%.1f\">%g mm</text>\n",
-                  y, scale * bar, scale * bar + 6, y + 6, bar);
-  return svg + "</svg>\n";
+  return svgs;
 }
 
 std::string svg_of(const workbench::RemovalDistances& distances) {

@@ -48,8 +48,8 @@ struct CourseChart {
 std::string svg_of(const CourseChart& chart);
 
 /// Draws the paths of all hands from three sides, to one scale: thin in contact, thick with the button
-/// pressed or in a track. Returns an empty text without strokes.
-std::string svg_of(std::span<const workbench::ToolPath> paths);
+/// pressed or in a track. Returns nothing without strokes.
+std::vector<std::string> svgs_of(std::span<const workbench::ToolPath> paths);
 
 /// Draws bars of 1 mm.
 std::string svg_of(const workbench::RemovalDistances& distances);

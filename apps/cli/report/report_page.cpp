@@ -146,10 +146,12 @@ std::string charts_html(const ReportData& data, const ReportData* other, const s
 }
 
 std::string paths_html(const ReportData& data, const std::string& who) {
-  const std::string svg = svg_of(data.paths);
-  if (svg.empty()) return "<p>" + escaped(who) + "no tool touched anything.</p>\n";
+  const std::vector<std::string> views = svgs_of(data.paths);
+  if (views.empty()) return "<p>" + escaped(who) + "no tool touched anything.</p>\n";
+  std::string html = "<div class=\"multiples\">\n";
+  for (const std::string& svg : views) html += "<figure>" + svg + "</figure>\n";
   const std::string colours = data.paths.size() > 1 ? " Blue: hand 1; ochre: the others." : "";
-  return svg + "<p class=\"note\">" +
+  return html + "</div>\n<p class=\"note\">" +
          escaped(who + "thin: in contact; thick: with the button pressed, or in a track." + colours) +
          "</p>\n";
 }
