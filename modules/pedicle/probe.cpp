@@ -20,6 +20,7 @@ constexpr double k_search = 5;         // mm ahead of the contact in which there
 constexpr double k_left = 0.2;         // mm above its start: the probe left its track
 constexpr double k_min_track = 1;      // mm: shorter tracks are not reported
 constexpr double k_step = 0.05;        // mm of track per removal
+constexpr double k_shaft = 3;          // diameters of shaft for which a track between walls has room
 constexpr double k_look = 0.1;         // mm of track between looks for bone ahead
 constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the tip at which there is bone
 constexpr double k_fastest = 500;              // mm/s, growth of a track between walls
@@ -82,12 +83,14 @@ class ProbeTick {
   /// keeps the resistance. The end is reached before it moves on, since fields follow cuts later.
   double depth_between_walls() const {
     if (state_.is_out && !(press_ > p_.resistance)) return std::max(state_.end, state_.depth);
-    // Resolution of the contact field, 0.25 mm, and motion of the hand until the field follows a cut.
-    constexpr double k_slack = 0.35;  // mm
+    // Resolution of the contact field, 0.25 mm, and motion of the hand until the field follows a cut; more
+    // for a faster hand, which is farther ahead of the tip.
+    constexpr double k_slack = 0.35, k_share = 0.3;  // mm; of the hand's lead
     const double pressed = glm::dot(tick_.pose.position_world - tick_.proxy_world, state_.ahead);
-    if (!(press_ > p_.resistance) || pressed <= 0 || state_.depth < state_.end - k_slack) return state_.end;
-    const double growth = std::min(pressed * (1 - p_.resistance / press_), k_fastest * input_.dt);
-    return std::min(state_.end + growth, state_.depth + k_slack);
+    if (!(press_ > p_.resistance) || pressed <= 0) return state_.end;
+    const double lead = pressed * (1 - p_.resistance / press_), slack = k_slack + k_share * lead;
+    return std::max(state_.end,
+                    std::min(state_.end + std::min(lead, k_fastest * input_.dt), state_.depth + slack));
   }
 
   /// Follows the growth of the track in short steps, since a tip that loses its resistance jumps.
@@ -127,8 +130,10 @@ class ProbeTick {
   void carve() {
     const double radius = 0.5 * p_.diameter;
     if (!(state_.end > state_.carved)) return;
-    work_.remove(
-        volume::Sweep{at(state_.carved - radius), at(state_.end - radius), radius, state_.is_carving});
+    // Beside an oblique entry the shaft passes bone above the surface that the tip met.
+    const bool is_first = p_.guide == Guide::walls && state_.carved <= 0;
+    const double from = is_first ? state_.carved - k_shaft * p_.diameter : state_.carved - radius;
+    work_.remove(volume::Sweep{at(from), at(state_.end - radius), radius, state_.is_carving});
     state_.carved = state_.end, state_.is_carving = true;
   }
 

@@ -167,6 +167,33 @@ TEST(PedicleProbe, WallsOfTheCarvedTrackGiveTheSameForce) {
   }
 }
 
+// The end of the track may be farther ahead for a fast hand: it is not stuck, and resists little more.
+TEST(PedicleProbe, FollowsFastHandsBetweenWalls) {
+  const struct {
+    double rate, diameter, speed, most;  // Hz, mm, mm/s, N
+  } cases[] = {{250, 3, 4, 2.3}, {1000, 2, 4, 2.3}, {500, 5, 16, 3.2}, {250, 3, 16, 3.5}, {1000, 3, 16, 3}};
+  for (const auto& one : cases) {
+    SCOPED_TRACE(std::to_string(one.rate) + " Hz, " + std::to_string(one.diameter) + " mm, " +
+                 std::to_string(one.speed) + " mm/s");
+    ProbeBench bench(plate_scene(16, dvec3(0.8)),
+                     {.diameter = one.diameter, .length = 40, .guide = Guide::walls}, one.rate);
+    const dvec3 above(0.3, 0.2, 10);
+    double sum = 0, count = 0;
+    bench.move(above, k_down, -4, 26, one.speed, [&](const haptics::ServoRecord& r) {
+      if (bench.state().end < 3 || bench.state().is_out) return;
+      sum += r.force_world.z, ++count;
+    });
+    ASSERT_GT(count, 50);
+    EXPECT_GT(sum / count, 1.8);
+    EXPECT_LT(sum / count, one.most);
+    ASSERT_EQ(bench.events<ProbeOut>().size(), 1u);
+    EXPECT_NEAR(bench.events<ProbeOut>()[0].first.depth, 16, 0.8);
+    const haptics::ServoRecord back = bench.move(above, k_down, 26, -6, 40);
+    EXPECT_FALSE(back.has_contact);
+    EXPECT_EQ(bench.world().track_depths.size(), 1u);
+  }
+}
+
 TEST(PedicleProbe, PassesTheFarSideBetweenWalls) {
   for (const double spacing : {0.4, 0.8})
     for (const double degrees : {0.0, 40.0}) {
@@ -186,7 +213,7 @@ TEST(PedicleProbe, PassesTheFarSideBetweenWalls) {
           [&](const haptics::ServoRecord& r) { largest = std::max(largest, glm::length(r.force_world)); });
       ASSERT_EQ(bench.events<ProbeOut>().size(), 1u);
       EXPECT_NEAR(bench.events<ProbeOut>()[0].first.depth, 8, 0.8);
-      EXPECT_LT(glm::length(through.force_world), 0.05);
+      EXPECT_LT(glm::length(through.force_world), 0.1);
       EXPECT_LT(largest, 2.9);
       const double tip = 14 + bench.scene.tool->radius();
       EXPECT_NEAR(bench.state().end, tip, 0.15);
