@@ -130,7 +130,7 @@ class ProbeTick {
   void carve() {
     const double radius = 0.5 * p_.diameter;
     if (!(state_.end > state_.carved)) return;
-    // Beside an oblique entry the shaft passes bone above the surface that the tip met.
+    // Next to an oblique entry the shaft passes bone above the surface that the tip met.
     const bool is_first = p_.guide == Guide::walls && state_.carved <= 0;
     const double from = is_first ? state_.carved - k_shaft * p_.diameter : state_.carved - radius;
     work_.remove(volume::Sweep{at(from), at(state_.end - radius), radius, state_.is_carving});
