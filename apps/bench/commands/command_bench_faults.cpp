@@ -160,11 +160,12 @@ std::map<std::string, double> lost_points(const Points& before, const Points& af
 
 struct FaultsArguments {
   std::vector<std::string> scripts;
-  std::string output;
+  std::string only, output;
 };
 
-/// Plays a script without and with each of its errors; adds a row per error.
-Status plant_all(const Script& script, const std::string& folder, Json& rows, std::string& csv) {
+/// Plays a script without and with each of its errors whose name contains `only`; adds a row per error.
+Status plant(const Script& script, const std::string& folder, const std::string& only, Json& rows,
+             std::string& csv) {
   if (std::none_of(planted_errors().begin(), planted_errors().end(),
                    [&](const PlantedError& error) { return script.procedure == error.procedure; }))
     return Error{.what = "no error is planted for this procedure",
@@ -177,7 +178,8 @@ Status plant_all(const Script& script, const std::string& folder, Json& rows, st
   const auto right = play_and_score(script, folder, {exact, 1});
   if (!right) return right.error();
   for (const PlantedError& error : planted_errors()) {
-    if (script.procedure != error.procedure) continue;
+    if (script.procedure != error.procedure || std::string(error.name).find(only) == std::string::npos)
+      continue;
     if (is_interrupted()) return interrupted("the comparison");
     notice(std::string(error.procedure) + ": " + error.name);
     Script wrong = script;
@@ -209,8 +211,11 @@ Status plant_all(const Script& script, const std::string& folder, Json& rows, st
 
 Result<Outcome> run_faults(const FaultsArguments& arguments) {
   data_tools::OutputSet outputs;
-  const auto rows = run_on_scripts(arguments.scripts, plant_all, "procedure,error,finding,points_lost,kind\n",
-                                   arguments.output, outputs);
+  const auto plant_some = [&](const Script& script, const std::string& folder, Json& rows, std::string& csv) {
+    return plant(script, folder, arguments.only, rows, csv);
+  };
+  const auto rows = run_on_scripts(arguments.scripts, plant_some,
+                                   "procedure,error,finding,points_lost,kind\n", arguments.output, outputs);
   if (!rows) return rows.error();
   Outcome outcome("bench.faults");
   outcome.json["rows"] = rows.value();
@@ -227,6 +232,7 @@ Result<Outcome> run_faults(const FaultsArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<FaultsArguments>();
   options.add("SCRIPT", a->scripts, "Scripts that perform a shipped procedure").required();
+  options.add("--only", a->only, "Only errors with this text in their name").type("TEXT");
   options.add("-o,--output", a->output, "CSV file with a line for each finding that lost points").type("CSV");
   return run_with(a, run_faults);
 }
