@@ -73,8 +73,10 @@ dvec3 OperationController::pressing_normal(const Ray& ray, double hit) const {
   if (glm::length(bone) < k_least * size) return -ray.direction;
   constexpr double k_steep = 0.7, k_grazing = 0.3;  // cosines of the slope toward the viewer
   const dvec3 normal = -glm::normalize(bone);
-  const double slope = glm::dot(normal, -ray.direction),
-               share = std::clamp((k_steep - slope) / (k_steep - k_grazing), 0.0, 1.0);
+  const double slope = glm::dot(normal, -ray.direction);
+  // Deep in a hole the nearest uncut surface is that on the other side of the bone.
+  if (slope < 0) return -ray.direction;
+  const double share = std::clamp((k_steep - slope) / (k_steep - k_grazing), 0.0, 1.0);
   return glm::normalize(glm::mix(-ray.direction, normal, share));
 }
 

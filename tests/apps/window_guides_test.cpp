@@ -166,6 +166,32 @@ TEST_F(ToolWindow, APerforatorTouchesAndDrillsOnSlopes) {
   }
 }
 
+TEST_F(ToolWindow, ABurrThatIsPressedDeepGoesThroughTheSkull) {
+  open("head", drilling::burr({.diameter = 4, .is_kinematic = true}));
+  QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
+  QTest::qWait(300);
+  for (const dvec3 place : {dvec3(-66, 10, 24), dvec3(-55, 5, 48), dvec3(-62, 40, 25)}) {
+    SCOPED_TRACE(place.y);
+    hand().set_depth(1);
+    point_at(place);
+    const auto start = hand().pointed();
+    ASSERT_TRUE(start);
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(place));
+    double deepest = 0;
+    for (double depth = 1; depth <= 3; depth += 0.25) {
+      hand().set_depth(depth);
+      const std::uint64_t tick = hand().state().newest.tick;
+      ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 150; }));
+      const double now = glm::distance(hand().state().newest.proxy_world, *start);
+      EXPECT_GT(now, deepest - 0.1) << "out of its hole, pressed by " << depth << " mm";
+      deepest = std::max(deepest, now);
+    }
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(place));
+    EXPECT_GT(deepest, 7) << "through the bone";
+    QTest::qWait(100);
+  }
+}
+
 TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
   open("spine", drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
