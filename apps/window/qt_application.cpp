@@ -29,6 +29,8 @@ void apply_look() {
   p.setColor(QPalette::Mid, QColor(92, 102, 118));
   for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText, QPalette::WindowText})
     p.setColor(QPalette::Disabled, role, QColor(128, 136, 148));
+  // The style draws the text of disabled items a second time in this colour, one pixel lower.
+  p.setColor(QPalette::Disabled, QPalette::Light, QColor(37, 42, 51));
   QApplication::setPalette(p);
 }
 

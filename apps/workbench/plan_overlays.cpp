@@ -5,6 +5,26 @@
 
 namespace trephine::workbench {
 
+namespace {
+
+constexpr double k_lift = 1.2;  // mm: lines on bone are drawn this far outside, since its picture covers them
+
+/// Adds an outline on both sides of its surface: bone hides the inner one.
+void add_outline(const volume::PlannedOutline& outline, sim::Overlay& overlay) {
+  const std::vector<glm::dvec3>& points = outline.points_world;
+  glm::dvec3 normal(0);  // of its mean plane
+  for (std::size_t i = 0; i < points.size(); ++i)
+    normal += glm::cross(points[i] - points[0], points[(i + 1) % points.size()] - points[0]);
+  const double area = glm::length(normal);
+  const glm::dvec3 lift = area > 0 ? k_lift / area * normal : glm::dvec3(0);
+  for (const double side : {-1.0, 1.0})
+    for (std::size_t i = 0; i < points.size(); ++i)
+      overlay.lines.push_back({points[i] + side * lift, points[(i + 1) % points.size()] + side * lift});
+  overlay.labels.push_back({points[0], outline.name});
+}
+
+}  // namespace
+
 sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
   constexpr double k_before = 20, k_cross = 3;  // mm
   constexpr int k_corners = 24;
@@ -23,7 +43,7 @@ sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
       const double angle = corner * 2 * 3.14159265358979323846 / k_corners;
       return radius * (std::cos(angle) * axis_u + std::sin(angle) * axis_v);
     };
-    for (const glm::dvec3& centre : {t.entry_world, t.target_world})
+    for (const glm::dvec3& centre : {t.entry_world + k_lift * outward, t.target_world})
       for (int corner = 0; corner < k_corners; ++corner)
         overlay.lines.push_back({centre + on_ring(corner), centre + on_ring(corner + 1)});
   }
@@ -35,11 +55,7 @@ sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
     }
     overlay.labels.push_back({l.position_world, l.name});
   }
-  for (const volume::PlannedOutline& o : plan.outlines) {
-    for (std::size_t i = 0; i < o.points_world.size(); ++i)
-      overlay.lines.push_back({o.points_world[i], o.points_world[(i + 1) % o.points_world.size()]});
-    overlay.labels.push_back({o.points_world[0], o.name});
-  }
+  for (const volume::PlannedOutline& outline : plan.outlines) add_outline(outline, overlay);
   return overlay.lines.empty() ? sim::Overlays{} : sim::Overlays{std::move(overlay)};
 }
 

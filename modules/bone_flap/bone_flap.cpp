@@ -552,7 +552,8 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   const FlapPreview* preview = operation.result_of<FlapPreview>();
   if (preview == nullptr) return result;
   if (!preview->summary.empty()) result.push_back(preview_overlay(*preview));
-  if (preview->problem.empty()) return result;
+  // Without anchors the problem has no location; its event states it.
+  if (preview->problem.empty() || preview->tried.empty()) return result;
   // The drawn outline remains as it is; only the location of the problem is marked, by a cross.
   sim::Overlay& warning = result.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;

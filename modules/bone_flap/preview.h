@@ -9,12 +9,16 @@ namespace trephine::bone_flap {
 
 inline constexpr const char* k_no_bone_to_cut = "there is no bone left along the outline";
 inline SawLimits limits_of(const CutFlap& request) { return {request.hole, request.space, request.thickest}; }
-/// Returns the points of the planned outline of a request, else its anchors, else the drawn anchors.
+/// Returns the points of the planned outline of a request, else its anchors, else the drawn anchors; without
+/// these, those of the only outline of the plan.
 template <class Request>
 const std::vector<glm::dvec3>& anchors_of(const Request& request, const sim::OperationState& operation) {
   if (const volume::PlannedOutline* planned = find_outline(operation, request.outline))
     return planned->points_world;
-  return request.anchors.empty() ? operation.persistent_of<FlapSettings>()->anchors : request.anchors;
+  if (!request.anchors.empty()) return request.anchors;
+  const std::vector<glm::dvec3>& drawn = operation.persistent_of<FlapSettings>()->anchors;
+  const bool is_planned = drawn.empty() && operation.plan && operation.plan->outlines.size() == 1;
+  return is_planned ? operation.plan->outlines[0].points_world : drawn;
 }
 
 const sim::JobType& preview_job();

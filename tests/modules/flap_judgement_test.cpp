@@ -62,6 +62,8 @@ TEST(FlapJudgement, APlannedOutlineIsPreviewedAndCutByItsName) {
   const sim::Outcome unknown = run.apply_whole({CutFlap{.outline = "other"}, 0});
   ASSERT_TRUE(unknown.refused);
   EXPECT_NE(unknown.refused->message().find("planned flap"), std::string::npos) << unknown.refused->message();
+  EXPECT_FALSE(run.apply_whole({PreviewFlap{}, 0}).refused);
+  EXPECT_EQ(measure(run.engine(), "previews"), 1) << "the only outline of the plan";
   const CutFlap both{.outline = "planned flap", .anchors = Outline(10, 6).anchors};
   EXPECT_TRUE(run.apply_whole({both, 0}).refused) << "an outline and anchors";
   EXPECT_FALSE(run.apply_whole({PreviewFlap{.outline = "planned flap"}, 0}).refused);
