@@ -444,6 +444,11 @@ void OperationController::follow_cursor() {
       is_over_bone_ || is_craniotome_held, is_soft);
   if (follow_guide(ray, guided_hit)) return;
   if (is_soft) along = distance_above_soft(ray, hit - radius);
+  // On the edge of bone an idle tool may reach a structure next to it.
+  constexpr double k_least_clearance = 0.1;  // mm
+  if (!is_soft && !is_pressed && hit >= 0 &&
+      clearance_at(ray.origin + along * ray.direction, 0) < k_least_clearance)
+    along = distance_above_soft(ray, along);
   // Over nothing, and on bone in front of which a structure was clipped, an idle tool stays before
   // structures.
   if (!is_pressed && (hit < 0 || viewport_.clip_plane()) &&
