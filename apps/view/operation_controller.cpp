@@ -410,6 +410,7 @@ void OperationController::follow_cursor() {
   // A Kerrison works through its guide only: without an edge for its foot, a press must not move it.
   const bool is_pressed = is_pressed_ && (appearance_of(state_.tool).foot.kind != FootTool::Kind::kerrison ||
                                           guide_.is_holding());
+  if (carry_piece(ray)) return;
   const Viewport::RestingPosition rest = viewport_.resting_position(*version_, ray);
   double hit = is_pressed ? viewport_.distance_to_solid(*version_, ray) : rest.distance;
   bool is_soft = !is_pressed && rest.is_soft;

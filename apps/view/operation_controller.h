@@ -165,6 +165,7 @@ class OperationController {
   void change_history(HistoryStep step);
   bool is_release_processed() const;
   void send_history_steps();
+  bool carry_piece(const Ray& ray);
   glm::dvec3 pressing_normal(const Ray& ray, double hit) const;
   void follow_cursor();
   bool wait_outside_clip(const Ray& ray, double hit);
@@ -206,6 +207,12 @@ class OperationController {
   std::vector<volume::Field> solids_;  ///< shapes that count as bone
   Hold hold_ = Hold::surface;
   ToolGuide guide_;
+  /// A held piece: position of the hand and distance from the viewer when it was grasped, height above; mm.
+  struct Carried {
+    glm::dvec3 from{0.0};
+    double along = 0, lift = 0;
+  };
+  std::optional<Carried> carried_;
   LineGuide line_;
   std::vector<LineGuide::Line> planned_lines_;
   std::optional<StepGuide> steps_;

@@ -48,6 +48,24 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool
   if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_max / angle) * (target - shaft_));
 }
 
+/// Moves a held piece parallel to the picture in its orientation. It is lifted toward the viewer as far as it
+/// is moved, out of its place and over the bone around it. Returns false if the hand holds no piece.
+bool OperationController::carry_piece(const Ray& ray) {
+  const bool is_held = state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
+                                                      [](const sim::Overlay& o) { return o.holder == 0; });
+  if (!is_held) {
+    carried_.reset();
+    return false;
+  }
+  if (!carried_) carried_ = Carried{request_, glm::dot(request_ - ray.origin, ray.direction), 0};
+  constexpr double k_highest = 20;  // mm
+  const dvec3 aside = ray.origin + carried_->along * ray.direction;
+  carried_->lift = std::max(carried_->lift, std::min(k_highest, glm::distance(aside, carried_->from)));
+  request_ = aside - carried_->lift * ray.direction;
+  mouse_.set(request_, turn_along(shaft()), false, std::nullopt);
+  return true;
+}
+
 /// Returns the direction (unit, out of the bone) against which a tool is pressed: toward the viewer, and the
 /// normal of the uncut surface where the line of sight grazes it and would lead past the bone.
 dvec3 OperationController::pressing_normal(const Ray& ray, double hit) const {

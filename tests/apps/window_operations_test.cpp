@@ -1,4 +1,5 @@
 // Whole operations by mouse: a pedicle screw along the plan, and a skull clamp.
+#include "modules/bone_flap/bone_flap.h"
 #include "modules/pedicle/pedicle.h"
 #include "tests/apps/operation_window_fixture.h"
 
@@ -98,6 +99,51 @@ TEST_F(WholeOperation, AClampIsFittedToPinsThatAreSetByPointing) {
   EXPECT_NE(fitted.find("those of the rocker 90 mm"), std::string::npos) << fitted;
   QTest::qWait(1500);
   keep(*window_, "clamp");
+}
+
+/// A flap that is grasped stays in its place until the cursor moves, and is then lifted off the dura.
+TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
+  workbench::SourceChoice source("head");
+  source.takes_plan = true;
+  OperationWindow::open(source);
+  const volume::SurgicalPlan& plan = *options_.plan;
+  const dvec3 entry = plan.trajectories[0].entry_world;
+  QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
+  QTest::qWait(300);
+  hand().apply(bone_flap::CutFlap{.outline = "craniotomy"});
+  ASSERT_TRUE(reaches([&] { return hand().state().bodies.size() == 1; }, 60000));
+  const auto pose = [&]() -> haptics::Placement {
+    for (const sim::Overlay& overlay : *hand().state().overlays)
+      if (overlay.is_detached) return overlay.place;
+    ADD_FAILURE() << "no flap";
+    return {};
+  };
+  point_at(entry);
+  ASSERT_TRUE(reaches([&] { return hand().state().newest.has_contact; }));
+  QTest::keyClick(window_.get(), Qt::Key_T);
+  ASSERT_TRUE(reaches([&] {
+    return std::any_of(hand().state().overlays->begin(), hand().state().overlays->end(),
+                       [](const sim::Overlay& overlay) { return overlay.holder == 0; });
+  }));
+  QTest::qWait(1000);
+  keep(*window_, "flap-grasped");
+  // 15 mm to the front.
+  for (int i = 1; i <= 15; ++i) {
+    QTest::mouseMove(window_->canvas(), pixel_of(entry - dvec3(0, i, 0)));
+    QTest::qWait(50);
+  }
+  QTest::qWait(500);
+  keep(*window_, "flap-lifted");
+  QTest::keyClick(window_.get(), Qt::Key_T);
+  EXPECT_TRUE(reaches([&] {
+    return std::none_of(hand().state().overlays->begin(), hand().state().overlays->end(),
+                        [](const sim::Overlay& overlay) { return overlay.holder == 0; });
+  }));
+  QTest::qWait(300);
+  const dvec3 moved = pose().world_from_local(entry) - entry;
+  EXPECT_LT(moved.x, -8) << "lifted toward the viewer: " << moved.x << " " << moved.y << " " << moved.z;
+  EXPECT_LT(moved.y, -8);
+  EXPECT_EQ(entries(), 0);
 }
 
 }  // namespace
