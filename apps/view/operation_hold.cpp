@@ -58,6 +58,8 @@ bool OperationController::carry_piece(const Ray& ray) {
     return false;
   }
   if (!carried_) carried_ = Carried{request_, glm::dot(request_ - ray.origin, ray.direction), 0};
+  const bool is_in_picture = x_ >= 0 && x_ <= 1 && y_ >= 0 && y_ <= 1;
+  if (!is_in_picture) return true;  // it stays where it is
   constexpr double k_highest = 20;  // mm
   const dvec3 aside = ray.origin + carried_->along * ray.direction;
   carried_->lift = std::max(carried_->lift, std::min(k_highest, glm::distance(aside, carried_->from)));
@@ -80,11 +82,10 @@ dvec3 OperationController::pressing_normal(const Ray& ray, double hit) const {
         const dvec3 offset(x, y, z);
         if (glm::length(offset) > k_reach) continue;
         size += 0.5 * std::abs(z);
-        const auto is_solid = [&](const haptics::TouchItem& item) {
-          return !item.is_mesh() &&
-                 item.field.value(item.field.volume().frame.volume_from_world(at + offset)) >= 0;
-        };
-        if (std::any_of(scene_->items.begin(), scene_->items.end(), is_solid)) bone += offset;
+        const dvec3 p = scene_->base->frame.volume_from_world(at + offset);
+        if (std::any_of(solids_.begin(), solids_.end(),
+                        [&](const volume::Field& solid) { return solid.value(p) >= 0; }))
+          bone += offset;
       }
   // Within a hole, the uncut surface has no direction.
   constexpr double k_least = 0.2;

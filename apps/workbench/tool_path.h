@@ -1,7 +1,7 @@
 // ToolPath: where a hand's tool was in contact or worked, as strokes of few points.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <glm/vec3.hpp>
 #include <vector>
 

@@ -49,12 +49,7 @@ std::vector<dvec3> outline_around(const dvec3& middle, const dvec3& axis, double
   for (int i = 0; i < k_points; ++i) {
     const double angle = 2 * 3.14159265358979323846 * i / k_points;
     const dvec3 aside = middle + radius * (deterministic_cos(angle) * u + deterministic_sin(angle) * v);
-    double inside = 0, outside = distance + radius;
-    while (outside - inside > 1e-3) {
-      const double between = 0.5 * (inside + outside);
-      (vault_distance(aside + between * axis, anatomy) < 0 ? inside : outside) = between;
-    }
-    points.push_back(aside + inside * axis);
+    points.push_back(aside + distance_to_vault(aside, axis, distance + radius, anatomy) * axis);
   }
   return points;
 }
@@ -72,11 +67,7 @@ CasePlan head_plan(std::uint64_t seed, HeadApproach approach) {
   const HeadAnatomy anatomy = head_anatomy(seed, approach);
   const dvec3 middle = anatomy.tumour * anatomy.size,
               outward = glm::normalize(anatomy.tumour - k_head_middle);
-  double outside = 0, beyond = 100;
-  while (beyond - outside > 1e-3) {
-    const double between = 0.5 * (outside + beyond);
-    (vault_distance(middle + between * outward, anatomy) < 0 ? outside : beyond) = between;
-  }
+  const double outside = distance_to_vault(middle, outward, 100, anatomy);
   double inside = outside;
   constexpr double k_step = 0.05, k_fine = 0.05;  // mm
   while (inside > 0 && sample_head(middle + inside * outward, k_fine, anatomy).tissue != HeadTissue::dura)

@@ -17,12 +17,7 @@ class Finder {
 
   /// Returns the point of the vault's outer surface in a direction from the centre of the head.
   dvec3 on_vault(const dvec3& direction) const {
-    double low = 0, high = 150;
-    while (high - low > 1e-3) {
-      const double middle = 0.5 * (low + high);
-      (vault_distance(middle * direction, anatomy_) < 0 ? low : high) = middle;
-    }
-    return low * direction;
+    return distance_to_vault(dvec3(0), direction, 150, anatomy_) * direction;
   }
   /// Returns the first bone, or the skin, on a line toward the head. `from`: in a head of reference size.
   dvec3 first_point(const dvec3& from, const dvec3& along, bool is_bone) const {

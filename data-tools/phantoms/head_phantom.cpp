@@ -94,6 +94,21 @@ double suture(const dvec3& p, double side_x) {
 
 }  // namespace
 
+double vault_distance(const dvec3& p_world, const HeadAnatomy& anatomy) noexcept {
+  const dvec3 p = p_world / anatomy.size;
+  return cranium({std::abs(p.x), p.y, p.z}, 0);
+}
+
+double distance_to_vault(const dvec3& from_world, const dvec3& direction, double farthest,
+                         const HeadAnatomy& anatomy) noexcept {
+  double inside = 0, outside = farthest;
+  while (outside - inside > 1e-3) {
+    const double middle = 0.5 * (inside + outside);
+    (vault_distance(from_world + middle * direction, anatomy) < 0 ? inside : outside) = middle;
+  }
+  return inside;
+}
+
 std::optional<HeadApproach> head_approach(std::string_view name) noexcept {
   for (std::size_t i = 0; i < std::size(k_head_approach_names); ++i)
     if (name == k_head_approach_names[i]) return static_cast<HeadApproach>(i);
@@ -121,13 +136,8 @@ HeadAnatomy varied_anatomy(std::uint64_t seed) {
 /// Places a tumour of a radius below the vault, mm, in a direction from the middle of the head.
 void place_tumour(HeadAnatomy& anatomy, const dvec3& direction, double radius, double exposure) {
   constexpr double k_below = 11;  // mm, from the outer surface: bone, dura and fluid
-  double inside = 0, outside = 150;
-  while (outside - inside > 1e-6) {
-    const double middle = 0.5 * (inside + outside);
-    const dvec3 p = k_head_middle + middle * direction;
-    (cranium({std::abs(p.x), p.y, p.z}, 0) < 0 ? inside : outside) = middle;
-  }
-  anatomy.tumour = k_head_middle + (inside - k_below - radius) * direction;
+  const double reach = distance_to_vault(k_head_middle, direction, 150, {});
+  anatomy.tumour = k_head_middle + (reach - k_below - radius) * direction;
   anatomy.tumour_radius = radius, anatomy.exposure = exposure;
 }
 
@@ -142,11 +152,6 @@ HeadAnatomy head_anatomy(std::uint64_t seed, HeadApproach approach) {
   else if (approach == HeadApproach::keyhole)
     place_tumour(anatomy, glm::normalize(dvec3(0.44, -0.88, 0.2)), 5, 10);
   return anatomy;
-}
-
-double vault_distance(const dvec3& p_world, const HeadAnatomy& anatomy) noexcept {
-  const dvec3 p = p_world / anatomy.size;
-  return cranium({std::abs(p.x), p.y, p.z}, 0);
 }
 
 HeadSample sample_head(const dvec3& p_world, double voxel_mm, const HeadAnatomy& anatomy) noexcept {

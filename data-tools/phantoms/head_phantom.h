@@ -64,5 +64,9 @@ HeadSample sample_head(const glm::dvec3& p_world, double voxel_mm, const HeadAna
 
 /// Returns the distance to the outer surface of the vault, mm, negative inside; first order.
 double vault_distance(const glm::dvec3& p_world, const HeadAnatomy& anatomy) noexcept;
+/// Returns the distance from a point inside the vault to its outer surface in a direction (unit), mm, at most
+/// `farthest`; to 0.001 mm.
+double distance_to_vault(const glm::dvec3& from_world, const glm::dvec3& direction, double farthest,
+                         const HeadAnatomy& anatomy) noexcept;
 
 }  // namespace trephine::data_tools

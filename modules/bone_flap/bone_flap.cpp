@@ -53,6 +53,7 @@ struct FlapResult final : sim::JobResult {
     for (const Piece& piece : pieces) sim::add_value(mix, piece.event), add_point(piece.middle_world);
     for (const StructureClearance& clearance : structures)
       sim::add_bytes(mix, clearance.structure), mix.add(clearance.mm), add_point(clearance.at_world);
+    for (const dvec3& anchor : tried) add_point(anchor);
     if (error)
       sim::add_bytes(mix, error->reason), add_point(error->position_world);
     else

@@ -6,7 +6,7 @@
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
 #include "tests/whole.h"
-#include "volume/scan/volume.h"
+#include "volume/scan/traversal.h"
 
 namespace trephine::command_tests {
 namespace {
@@ -19,10 +19,6 @@ void replace(std::string& text, const std::string& before, const std::string& af
   ASSERT_NE(at, std::string::npos) << before;
   text.replace(at, before.size(), after);
 }
-std::string example(const char* name) {
-  std::ifstream in(std::string(TREPHINE_SOURCE_DIR "/docs/examples/") + name, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 std::string toml(const dvec3& p) {
   return "[" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + "]";
 }
@@ -34,7 +30,7 @@ struct Walker {
   static constexpr double k_step = 0.2;  // mm
 
   bool is_bone(const dvec3& p) const {
-    const glm::ivec3 v(glm::floor(scan.frame.volume_from_world(p) + 0.5));
+    const glm::ivec3 v = volume::voxel_of(scan.frame.volume_from_world(p));
     return scan.contains(v) && scan.voxels[scan.index(v.x, v.y, v.z)] >= bone;
   }
   dvec3 first_bone(dvec3 p, const dvec3& along) const {
@@ -91,7 +87,7 @@ TEST_F(Command, AScrewInARealVertebraIsPlacedAndJudgedStepByStep) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   import_real_spine(data_tools::real_data());
   write("real/case.toml", read(file("real/case.toml")) + k_real_pedicle);
-  std::string script = example("procedure-laminectomy-screws.toml");
+  std::string script = read(TREPHINE_SOURCE_DIR "/docs/examples/procedure-laminectomy-screws.toml");
   replace(script, "scan = \"spine\"\nplan = true\n", "scan = \"./real\"\nlabel = \"vertebrae_L4\"\n");
   // The burr thins the bone at the entry.
   replace(script, "shaft = [0, 1, 0]\n", "place = \"left\"\nshaft = [0, 0, 1]\n");

@@ -230,6 +230,36 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
   EXPECT_GT(count, 5);
 }
 
+/// An idle burr that moves over a hole stays clear of the dura at its bottom and at its edge.
+TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
+  workbench::SourceChoice source("head");
+  source.takes_plan = true;  // the dura is forbidden
+  open(source, drilling::burr({.diameter = 6, .is_kinematic = true}));
+  QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
+  QTest::qWait(300);
+  const dvec3 hole(-70, 12, 25);
+  point_at(hole);
+  hand().set_depth(1.5);
+  QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(hole));
+  ASSERT_TRUE(reaches([&] { return entries() > 0; }));
+  QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(hole));
+  hand().take_instrument(drilling::burr({.diameter = 6}).parameters);
+  ASSERT_TRUE(reaches([&] {
+    const auto* burr = hand().tool().as<drilling::Burr>();
+    return burr && !burr->is_kinematic && !hand().is_changing_instrument();
+  }));
+  point_at(hole + dvec3(0, 0, 20));
+  const std::int64_t before = entries();
+  for (double z = -6; z <= 6; z += 1)
+    for (double y = -6; y <= 6; y += 1) {
+      QTest::mouseMove(window_->canvas(), pixel_of(hole + dvec3(0, y, z)));
+      const std::uint64_t tick = hand().state().newest.tick;
+      ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 60; }));
+      EXPECT_EQ(entries(), before) << y << " " << z;
+    }
+  keep(*window_, "burr-over-hole");
+}
+
 TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
   open("head", drilling::craniotome({}));

@@ -1,6 +1,7 @@
 // Commands of trephine-bench, and benchmarks with their own files.
 #pragma once
 
+#include "apps/bench/measure.h"
 #include "apps/cli/commands.h"
 
 namespace trephine::bench {
@@ -14,6 +15,10 @@ struct BenchArguments {
   double minutes = 10;  ///< of a recorded operation
   bool is_quick = false;
 };
+
+inline Json to_json(const StepTimes& t) {
+  return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
+}
 
 extern const cli::Command k_surface, k_flood, k_separation, k_step, k_rays, k_xray, k_reslice, k_render,
     k_drill, k_load, k_dicom, k_open, k_depth, k_feel, k_stability, k_skills, k_faults, k_soak, k_pedicle,

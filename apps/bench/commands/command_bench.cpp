@@ -23,10 +23,6 @@ using namespace cli;
 
 namespace {
 
-Json to_json(const bench::StepTimes& t) {
-  return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
-}
-
 /// Drilling by this project and by other methods, compared with the exact volume and surface of the hole.
 void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
   Json& rows = outcome.json["rows"] = Json::array();
@@ -457,6 +453,7 @@ Run build_open(Options& options) {
   auto a = std::make_shared<BenchArguments>();
   options.add("SESSION", a->source, "A session (default: some minutes of drilling, recorded first)");
   options.add("--minutes", a->minutes, "Length of the recording").type("N").shows_default();
+  options.add("-o,--output", a->output, "Keep the recording in this new file").type("SESSION");
   options.add("--scan", a->case_source, "The scan of the session, where the session needs it");
   return run_of(a, "bench-open", bench_open);
 }

@@ -90,13 +90,13 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
   std::string session_file = arguments.source;
   const TemporaryFolder folder;
   if (session_file.empty()) {
-    if (folder.path.empty())
+    if (folder.path.empty() && arguments.output.empty())
       return Error{.what = "the recording cannot be created",
                    .where = "bench open",
                    .found = "no temporary folder",
                    .expected = "a folder that can be written",
                    .remedy = "set TMPDIR, or pass a session"};
-    session_file = (folder.path / "long.session").string();
+    session_file = arguments.output.empty() ? (folder.path / "long.session").string() : arguments.output;
     constexpr double k_burr = 4;  // mm
     const auto removed = record_long_hand(session_file, k_burr, arguments.minutes);
     if (!removed) return removed.error();

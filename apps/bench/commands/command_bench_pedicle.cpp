@@ -22,10 +22,6 @@ constexpr double k_step_mm = 0.5;  // of depth, in the means of a trace
 constexpr double k_compared_from_mm = 1, k_compared_to_mm = k_trace_plate_mm - 1;
 constexpr double k_shown_mm = k_trace_plate_mm + 4;
 
-Json to_json(const StepTimes& t) {
-  return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
-}
-
 void report_times(bool is_quick, Outcome& outcome) {
   const PedicleResult r = run_pedicle_benchmark(is_quick);
   outcome.json["scan"] = {{"width", r.width}, {"slices", r.slices}};

@@ -13,10 +13,6 @@ struct ToolArguments {
   bool is_quick = false;
 };
 
-Json to_json(const StepTimes& times) {
-  return {{"p50", times.p50}, {"p99", times.p99}, {"p999", times.p999}, {"max", times.max}};
-}
-
 Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
   const WholeToolResult result = run_whole_tool_benchmark(arguments.is_quick);
   outcome.print(
