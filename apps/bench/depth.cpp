@@ -39,7 +39,7 @@ DepthCube six_images(double pixel) {
   return DepthCube::of_triangles(m.vertices, m.triangles, frame, size).value();
 }
 
-/// Time of a search, us, the median of many; `error`: mm, rms.
+/// Returns the median time of a search, us. Sets `error`: RMS distance from the ball's surface, mm.
 double search_us(const DepthCube& cube, const haptics::baselines::LomiOptions& options, double& error) {
   constexpr int k_searches = 1000;
   const auto inside = [&](const dvec3& p) {
@@ -110,7 +110,7 @@ struct ModelHand {
   int runs = MinimumOfRuns::k_runs;
   std::function<dvec3(int)> at;             ///< mm
   std::function<bool(int)> begins;          ///< steps that start again without contact
-  std::function<bool(int)> is_judged;       ///< steps in which it has settled
+  std::function<bool(int)> is_judged;       ///< steps in which the hand is at its full depth
   std::function<double(const dvec3&)> off;  ///< mm from the surface
 };
 
@@ -127,7 +127,8 @@ ModelHand hand_on_ball() {
   return hand;
 }
 
-/// Down onto it at 150 positions, 60 steps to 1 mm deep and 40 along it at 50 mm/s each.
+/// Returns a hand that presses on a model at 150 positions: 60 steps down to a depth of 1 mm, then 40 steps
+/// along the surface at 50 mm/s.
 ModelHand hand_on(const std::shared_ptr<const MeshTree>& tree) {
   static constexpr int k_visit = 100, k_down = 60;
   ModelHand hand;
@@ -244,7 +245,7 @@ std::vector<ModelRow> run_depth_models(bool is_quick, const std::vector<BenchMod
 std::vector<DeformRow> run_depth_deforming(bool is_quick) {
   using depth::DepthModel;
   using depth::DepthSet;
-  constexpr int k_ticks_a_set = 10;
+  constexpr int k_ticks_per_set = 10;
   const int sets = is_quick ? 20 : 200;
   std::vector<DeformRow> rows;
   for (const int count : {69'451, 233'204, 871'414, 2'000'000}) {
@@ -280,7 +281,7 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
       TouchState touch_state(version);
       touch_state.depths.resize(1);
       ProxyState state;
-      for (int i = 0; i < sets * k_ticks_a_set; ++i) {
+      for (int i = 0; i < sets * k_ticks_per_set; ++i) {
         ProxyInput input;
         input.time = 1e-3 * i;
         const double key = 0.1 * i, a = 0.002 * i;
@@ -288,11 +289,11 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
         const double radius = k_radius * swollen(key);
         input.hip_world = middle(key) + (radius + (i < 20 ? 2 - 0.15 * i : -1.0)) * out;
         const auto begin = Clock::now();
-        if (i % k_ticks_a_set == 0) {
+        if (i % k_ticks_per_set == 0) {
           const dvec3 proxy =
               state.has_proxy ? version->base().frame.world_from_volume(state.proxy_volume) : input.hip_world;
           auto set = std::make_shared<DepthSet>(
-              model->draw({proxy, proxy, 20, 0.2, input.time, 1e-3 * k_ticks_a_set}).value());
+              model->draw({proxy, proxy, 20, 0.2, input.time, 1e-3 * k_ticks_per_set}).value());
           set->follow(touch_state.depths[0].get());
           touch_state.depths[0] = std::move(set);
         }
@@ -300,7 +301,7 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
         const ProxyStep step = method->step(scene, touch_state, state, input);
         // Steps that adopt a new set count too.
         least.add(static_cast<std::size_t>(i), 1e6 * seconds_since(stepped));
-        if (i % k_ticks_a_set == 0) set_ms.push_back(1e3 * seconds_since(begin));
+        if (i % k_ticks_per_set == 0) set_ms.push_back(1e3 * seconds_since(begin));
         if (run > 0 || i < 40) continue;
         const double off = glm::length(step.proxy_world - middle(key)) - radius;
         sum += off * off;
@@ -308,7 +309,7 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
         row.passed += off < -0.9;
       }
     }
-    row.error = std::sqrt(sum / (sets * k_ticks_a_set - 40));
+    row.error = std::sqrt(sum / (sets * k_ticks_per_set - 40));
     std::sort(set_ms.begin(), set_ms.end());
     row.set_p50_ms = set_ms[set_ms.size() / 2];
     row.set_p99_ms = set_ms[set_ms.size() * 99 / 100];

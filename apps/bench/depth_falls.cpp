@@ -1,4 +1,4 @@
-// Number of walls that methods pass instead of being held.
+// Counts the segments of proxy paths that cross a thin wall.
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -29,7 +29,7 @@ struct Object {
   const char* name;
   double wall;
   Model model, middle;
-  dvec3 hidden;  ///< a free position inside
+  dvec3 start;  ///< free position at which runs begin: inside a tube or a hollow ball, above a plate
 };
 
 std::vector<Object> test_objects() {
@@ -62,7 +62,7 @@ std::vector<Object> test_objects() {
   for (Object& object : all) {
     for (Model* m : {&object.model, &object.middle})
       for (dvec3& p : m->vertices) p = turn * p;
-    object.hidden = turn * object.hidden;
+    object.start = turn * object.start;
   }
   return all;
 }
@@ -81,7 +81,7 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
       return o;
     }());
     scene.items = {
-        mesh_item("thing", std::make_shared<const MeshTree>(object.model.vertices, object.model.triangles))};
+        mesh_item("object", std::make_shared<const MeshTree>(object.model.vertices, object.model.triangles))};
     scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
     const auto version = untouched(scene);
     const volume::Frame& frame = scene.base->frame;
@@ -98,13 +98,13 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
       for (long i = 0; i < row.steps; ++i) {
         if (i % 200 == 0) {  // restart, inside and outside in turn
           state = {};
-          do hip = i % 400 == 0 ? object.hidden : 9.0 * (2.0 * dvec3(random(), random(), random()) - 1.0);
+          do hip = i % 400 == 0 ? object.start : 9.0 * (2.0 * dvec3(random(), random(), random()) - 1.0);
           while (std::abs(depth::winding(object.model, hip)) > 0.5);
         }
         const bool was_fresh = !state.has_proxy;
         const double mm = was_fresh ? 0 : i % 3 == 0 ? 1 : 0.1;  // mm per tick: 1 m/s and a tenth of it
-        const dvec3 way = 2.0 * dvec3(random(), random(), random()) - 1.0;
-        hip = glm::clamp(hip + mm * way, dvec3(-10), dvec3(10));
+        const dvec3 direction = 2.0 * dvec3(random(), random(), random()) - 1.0;
+        hip = glm::clamp(hip + mm * direction, dvec3(-10), dvec3(10));
         const ProxyStep s = method->step(scene, *version, state, {hip});
         one.touched += s.has_contact;
         for (int k = 1; !was_fresh && k < s.waypoint_count; ++k) {

@@ -5,9 +5,9 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "apps/bench/bench_library.h"
 #include "apps/bench/depth_models.h"
 #include "apps/bench/measure.h"
-#include "apps/bench/module.h"
 #include "apps/bench/peers.h"
 #include "apps/bench/scenes/scenes.h"
 #include "apps/bench/voxel_images.h"
@@ -40,7 +40,7 @@ double min_ms(int runs, Work&& work) {
 }
 
 DrawPeer draw_peer() {
-  static const auto found = find_in_module<DrawPeer>("libtrephine-render-peer.so", "trephine_draw_peer");
+  static const auto found = find_in_library<DrawPeer>("libtrephine-render-peer.so", "trephine_draw_peer");
   return found;
 }
 

@@ -15,8 +15,8 @@ struct BenchModel {
   std::vector<glm::dvec3> vertices;
   std::vector<std::uint32_t> triangles;
 };
-/// A ball of rings and poles, with some triangles split in three, and for odd numbers, as in published
-/// models, one more of zero area: a closed surface has an even number.
+/// Returns a ball with exactly `triangles` triangles. Some are split in three to reach the number. If it is
+/// odd, as for published models, one triangle of zero area is added: a closed surface has an even number.
 BenchModel ball_of(int triangles);
 /// Fills each loop of open edges with a fan around its centre, and makes the model face outward; returns the
 /// number of loops.

@@ -189,7 +189,7 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
   return rows;
 }
 
-DrillingServoLoad run_servo_beside_drilling(double seconds) {
+DrillingServoLoad run_servo_during_drilling(double seconds) {
   haptics::TouchScene scene = scenes::scene_of(scenes::sampled(
       {-15, -15, -10}, {15, 15, 10}, dvec3(0.45), [](const dvec3& p) { return p.z < 4 ? k_bone : -1000; }));
   if (haptics::set_smallest_burr(scene, 2)) return {};

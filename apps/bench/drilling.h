@@ -25,6 +25,6 @@ struct DrillingServoLoad {
   haptics::ServoReport touching, drilling;
   double removed_mm3 = 0;
 };
-DrillingServoLoad run_servo_beside_drilling(double seconds);
+DrillingServoLoad run_servo_during_drilling(double seconds);
 
 }  // namespace trephine::bench

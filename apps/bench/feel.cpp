@@ -59,7 +59,7 @@ struct Judges {
 struct Contender {
   MethodInfo info;
   std::function<std::unique_ptr<haptics::ProxyMethod>()> make;
-  bool needs_radius = false;  ///< only for 2 mm
+  bool needs_radius = false;  ///< plays only smooth scenes with a ball of 2 mm
   bool is_peer = false;
 };
 std::vector<Contender> contenders() {
@@ -154,7 +154,7 @@ bool is_reference(const FeelScene& s) {
 }
 
 /// Instructions per step in contact, over consecutive steps in the middle of a scene's motion.
-std::optional<double> instructions_a_step(const FeelScene& s, const Contender& contender, bool is_quick) {
+std::optional<double> instructions_per_step(const FeelScene& s, const Contender& contender, bool is_quick) {
   const auto method = contender.make();
   if (method->prepare(s.scene)) return std::nullopt;
   const haptics::TouchState touch_state = s.touch_state();
@@ -196,7 +196,7 @@ FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelAnswers& answers
 }
 
 /// Forces along the sphere, raw and smoothed; or pressing into it at 3 Hz with a target that is updated 60
-/// times per second, as by a scene graph (figure 27 of the thesis of the volume haptics toolkit).
+/// times per second, as by a scene graph (Jiang, dissertation, figure 27).
 FeelTrace trace(const FeelScene& s, const Contender& contender, bool is_pressing) {
   FeelTrace result{contender.info.name, is_pressing, {}, {}, {}};
   const auto method = contender.make();
@@ -337,7 +337,8 @@ FeelReport run_feel(const FeelOptions& options) {
       }
       PlayedScene played{&contender, contender.make(), {}};
       played.row = measure(s, judges, contender, *played.method, options.on_answers);
-      if (played.row.steps > 0) playing.push_back(std::move(played));  // others have no radius
+      if (played.row.steps > 0)
+        playing.push_back(std::move(played));  // no steps: the contender does not support the scene
     }
     time_in_turns(s, playing);
     for (PlayedScene& played : playing) {
@@ -345,7 +346,7 @@ FeelReport run_feel(const FeelOptions& options) {
       // Not for peers: their threads do not exist in the child process.
       const bool is_short = row.voxels < 60 && row.triangles < 25;  // others take minutes to count
       if (is_reference(s) && !played.contender->is_peer && (is_short || !options.is_quick))
-        row.instructions = instructions_a_step(s, *played.contender, options.is_quick);
+        row.instructions = instructions_per_step(s, *played.contender, options.is_quick);
       report.rows.push_back(std::move(row));
       if (s.name == "sphere" && s.variant == "psf 1.5" && s.motion == "slide 100 mm/s")
         for (const bool is_pressing : {false, true})

@@ -58,12 +58,11 @@ struct FeelRow {
   double jump_n = 0;            ///< mean change of the raw force when the proxy enters another voxel
   double max_change_n = 0;      ///< largest change of the raw force between two ticks in contact
   long fall_throughs = 0, stuck = 0;
-  long parted =
-      0;  ///< number of times that the proxy came to rest at another position than the ideal proxy's
+  long parted = 0;  ///< number of times that the proxy came to rest elsewhere than the ideal proxy
   long ghosts =
       0;  ///< steps in contact while the ideal proxy is free and the proxy more than a voxel from the HIP
   long missed = 0;  ///< steps without contact while the ideal proxy presses by more than a voxel
-  long buried = 0;  ///< steps that reported growth; nothing grows in these scenes
+  long buried = 0;  ///< steps that reported restored matter over the proxy; these scenes restore none
   StepTimes time_us;
   std::optional<double> instructions;  ///< per step in contact, counted one by one; on one scene
   double voxels = 0, cells = 0, triangles = 0, queries = 0;  ///< per step
@@ -110,8 +109,8 @@ struct FeelOptions {
   std::function<bool(double)> progress;  ///< fraction done; returning false stops
 };
 
-/// Parts of the time of a step that builds its surface on the fly (table V of the thesis of the volume
-/// haptics toolkit): medians over contact steps, us.
+/// Parts of the time of a step that builds its surface on the fly (Jiang, dissertation, table V): medians
+/// over contact steps, us.
 struct FeelSplit {
   std::string method;
   double traversal_us = 0, net_us = 0, rest_us = 0;

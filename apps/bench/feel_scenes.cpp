@@ -352,9 +352,8 @@ std::vector<Plan> plans(bool is_quick) {
                    std::string(name) == "slot" ? circles({0, 0, -10}, {-1, 4, -22}, 6, 60)
                                                : circles({0, 0, 0}, {-22, -24, -23}, 5, 60),
                    1});
-  // Round tools, on the sphere and in a burr hole drilled in the same run.
-  // Down its axis, then out to the wall, and around it from under the rim to its round end; or over the rim
-  // too.
+  // Tools in a burr hole that is drilled first. The HIP moves down the axis of the hole, then to its wall,
+  // and around the wall between the rim and the round end; with `is_over_rim` also over the rim.
   const auto in_hole = [](double radius, bool is_over_rim = false) {
     return [=](const Distance&, int samples) {
       std::vector<dvec3> hips;

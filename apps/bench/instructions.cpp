@@ -9,7 +9,8 @@ namespace trephine::bench {
 
 namespace {
 
-/// Steps between the two signals that the child sends to itself, including those for sending.
+/// Counts the instructions that the child executes between its two signals, including those that send the
+/// second one.
 std::optional<long> count_steps(const std::function<void()>& work) {
   const pid_t child = ::fork();
   if (child < 0) return std::nullopt;

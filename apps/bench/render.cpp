@@ -5,8 +5,8 @@
 #include <glm/geometric.hpp>
 #include <memory>
 
+#include "apps/bench/bench_library.h"
 #include "apps/bench/measure.h"
-#include "apps/bench/module.h"
 #include "data-tools/phantoms/phantoms.h"
 #include "volume/cuts/removal.h"
 #include "volume/imaging/direct_image.h"
@@ -93,7 +93,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
       rows.push_back(row);
     }
   const RenderPeer peer =
-      window != nullptr ? find_in_module<RenderPeer>("libtrephine-render-peer.so", "trephine_render_peer")
+      window != nullptr ? find_in_library<RenderPeer>("libtrephine-render-peer.so", "trephine_render_peer")
                         : nullptr;
   for (const auto& [name, is_on_gpu, threads] :
        {std::tuple("VTK fixed point", false, 1), std::tuple("VTK fixed point", false, 2),

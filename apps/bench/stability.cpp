@@ -465,11 +465,11 @@ std::vector<EnergyRow> run_energy_test() {
                                0.1 * (request - off + glm::dot(off, surface.normal) * surface.normal);
             device.hold(held + hand, dt);
           }
-          (has_controller ? row.contact_share_with : row.contact_share) =
+          (has_controller ? row.contact_share_with_controller : row.contact_share) =
               static_cast<double>(contacts) / k_ticks;
-          (has_controller ? row.max_generated_with : row.max_generated) = result.largest;
-          (has_controller ? row.balance_with : row.balance_without) = least;
-          (has_controller ? row.one_step : row.one_step_without) = one_step;
+          (has_controller ? row.max_generated_with_controller : row.max_generated) = result.largest;
+          (has_controller ? row.balance_with_controller : row.balance_without_controller) = least;
+          (has_controller ? row.one_step : row.one_step_without_controller) = one_step;
           row.share_cut = static_cast<double>(controller.cuts()) / k_ticks;
         }
         rows.push_back(row);

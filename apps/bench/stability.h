@@ -38,16 +38,17 @@ struct EnergyRow {
   double stiffness_over_bound = 0;  ///< ratio
   int delay_ticks = 0;
   /// Share of ticks with contact, without the controller and with it.
-  double contact_share = 0, contact_share_with = 0;
+  double contact_share = 0, contact_share_with_controller = 0;
   /// Least value, over a run of 20 s, of the device's loss to damping and friction minus the energy given by
   /// the surface, N mm; below 0 energy was generated. Without the controller, and with it.
-  double balance_without = 0, balance_with = 0;
+  double balance_without_controller = 0, balance_with_controller = 0;
   /// Largest rise, above its minimum so far, of E = energy given by the surface + energy stored in its spring
   /// - loss of the device, N mm. Without the controller, and with it.
-  double max_generated = 0, max_generated_with = 0;
-  double one_step = 0, one_step_without = 0;  ///< largest work of one tick, with the controller and without
-  double share_cut = 0;                       ///< share of ticks in which the controller limited the force
-  double softness = 1;                        ///< least factor of the stiffness by the controller, 0 to 1
+  double max_generated = 0, max_generated_with_controller = 0;
+  double one_step = 0,
+         one_step_without_controller = 0;  ///< largest work of one tick, with the controller and without
+  double share_cut = 0;                    ///< share of ticks in which the controller limited the force
+  double softness = 1;                     ///< least factor of the stiffness by the controller, 0 to 1
 };
 std::vector<EnergyRow> run_energy_test();
 

@@ -29,7 +29,7 @@ struct WholeToolResult {
 /// `is_quick`: a coarser phantom and fewer ticks.
 WholeToolResult run_whole_tool_benchmark(bool is_quick);
 
-/// Mean and noise (thesis on 6/3-DOF haptic rendering, eq. 3.20) of the force of a dynamic tool in free
+/// Mean and noise (Kadlecek 2013, eq. 3.20) of the force of a dynamic tool in free
 /// motion, by integrator: figure 3.16.
 struct IntegratorRow {
   std::string name;
@@ -37,7 +37,7 @@ struct IntegratorRow {
 };
 std::vector<IntegratorRow> compare_integrators();
 
-/// The lever task of the thesis: most points of the tool that passed through two plates (0: none).
+/// The lever task of Kadlecek (2013): most points of the tool that passed through two plates (0: none).
 struct LeverRow {
   bool is_limited;
   int points = 0;

@@ -28,15 +28,16 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
                               const volume::Version& second);
 
 /// Directions of an axial slice in which the patient's left is on the same side as in a picture of
-/// show_still() from `from` (unit): up to the back if that is seen, else to the front.
+/// show_still() from `from` (unit). `up` points to the patient's back if the camera shows the back, else to
+/// the front.
 struct AxialDirections {
   glm::dvec3 right, up;
 };
 AxialDirections axial_directions(const glm::dvec3& from);
 
 /// Returns four panels: both states from a camera that shows the difference, and two sections of the scan
-/// through its middle, in which matter only in the first is blue, only in the second orange, and removed in
-/// both red.
+/// through its middle. Matter that only the first state contains is blue, matter that only the second
+/// contains is orange, and matter that both have removed is red.
 Result<std::vector<imaging::Panel>> comparison_panels(const haptics::TouchScene& scene,
                                                       const ComparedState& first,
                                                       const ComparedState& second);

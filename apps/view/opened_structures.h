@@ -1,5 +1,5 @@
 // OpenedStructures: structures of a scan that are visible through openings in its bone, and through the
-// natural gaps of a spine: dura, brain, cord, vessels.
+// natural gaps of a spine: dura, brain, dural sac, vessels.
 #pragma once
 
 #include <future>
@@ -14,8 +14,8 @@ namespace trephine::view {
 
 /// Meshes the labelled structures near removed matter for a BoneLayer: one solid, coloured by the label just
 /// below its surface. Cuts up to 3 voxels deep are not drawn if more of the structure remains beneath: the
-/// structure counts as a membrane that was pushed off the bone. The cord, nerves and discs of a spine are
-/// meshed whole. No cost for scans without such labels, or of a head without openings. Borrows the scene.
+/// structure counts as a membrane that was pushed off the bone. The dural sac, nerves and discs of a spine
+/// are meshed whole. No cost for scans without such labels, or of a head without openings. Borrows the scene.
 /// Drawing thread only.
 class OpenedStructures {
  public:

@@ -128,15 +128,15 @@ std::string OperationController::fault_text() const {
                          : guide_.is_holding() ? ". Move the cursor away to withdraw it."
                          : is_pressed_         ? ". Release the button to lift it."
                                                : ". Move the cursor away to lift it.";
-    return "The tool is in " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth + remedy;
+    return "The tool is in the " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth +
+           remedy;
   }
   return "The force is off: " + workbench::fault_reasons(faults) +
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 
 std::string OperationController::notice_text() const {
-  const bool has_latched_fault = (state_.newest.faults & haptics::k_latched_faults) != 0;
-  const std::string fault = has_latched_fault ? fault_text() : "", shown = notices_.shown(seconds());
+  const std::string fault = fault_text(), shown = notices_.shown(seconds());
   std::string text = fault;
   for (const std::string& line : {job_text(), shown})
     text += (text.empty() || line.empty() ? "" : "\n") + line;
@@ -153,15 +153,15 @@ std::string OperationController::job_text() const {
 }
 
 EventLevel OperationController::notice_level() const {
-  const bool has_latched_fault = (state_.newest.faults & haptics::k_latched_faults) != 0;
-  return has_latched_fault ? EventLevel::danger : notices_.shown_level(seconds());
+  return fault_text().empty() ? notices_.shown_level(seconds()) : EventLevel::danger;
 }
 
 void OperationController::collect_notices() {
   const double now = seconds();
   const auto session_time = [&](std::uint64_t tick) { return static_cast<double>(tick) / options_.rate_hz; };
   for (const sim::Event& event : state_.events) {
-    workbench::EventText text = workbench::describe_event(event);
+    workbench::EventText text =
+        steps_ ? workbench::describe_event(event, steps_->procedure()) : workbench::describe_event(event);
     if (const auto* fault = event.value.as<sim::FaultEvent>()) {
       report_.force_faults += !fault->is_cleared;
       if (!options_.device) text.level = EventLevel::record;  // a mouse has no force

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 #include "apps/view/mouse_device.h"
 #include "apps/view/notices.h"
 #include "apps/view/pedal_button.h"
+#include "apps/view/piece_guard.h"
 #include "apps/view/step_guide.h"
 #include "apps/view/tool_appearance.h"
 #include "apps/view/tool_guide.h"
@@ -148,7 +150,8 @@ class OperationController {
   /// Returns the name and the duration of the job that is computed, such as "cut flap: 3 s"; empty: none, or
   /// one that began just now.
   std::string job_text() const;
-  /// Returns the messages to show at the tool: a latched fault, the job, and the newest notices.
+  /// Returns the messages to show at the tool: a latched fault or the structure that the tool is in, the job,
+  /// and the newest notices.
   std::string notice_text() const;
   workbench::EventLevel notice_level() const;
   Viewport& viewport() noexcept { return viewport_; }
@@ -166,6 +169,7 @@ class OperationController {
   bool is_release_processed() const;
   void send_history_steps();
   bool carry_piece(const Ray& ray);
+  std::function<bool(const glm::dvec3&)> bone_in(const volume::Version& version) const;
   glm::dvec3 pressing_normal(const Ray& ray, double hit) const;
   void follow_cursor();
   bool wait_outside_clip(const Ray& ray, double hit);
@@ -207,10 +211,12 @@ class OperationController {
   std::vector<volume::Field> solids_;  ///< shapes that count as bone
   Hold hold_ = Hold::surface;
   ToolGuide guide_;
-  /// A held piece: position of the hand and distance from the viewer when it was grasped, height above; mm.
+  /// A piece that the mouse holds.
   struct Carried {
-    glm::dvec3 from{0.0};
-    double along = 0, lift = 0;
+    glm::dvec3 from{0.0};          ///< mm, of the hand when it grasped the piece
+    double along = 0, lift = 0;    ///< mm from the viewer when it was grasped, and above that
+    haptics::Placement hand = {};  ///< the requested pose
+    PieceGuard guard;
   };
   std::optional<Carried> carried_;
   LineGuide line_;

@@ -42,8 +42,8 @@ double OperationController::distance_above_soft(const Ray& ray, double along) co
 }
 
 /// Returns the distance (mm) along the ray at which a tool that moves along it meets a forbidden structure
-/// before the bone at `hit` (negative: no bone), such as the cord between two vertebrae; nullopt if it meets
-/// no structure. A clip plane opens structures too, unless it is ignored.
+/// before the bone at `hit` (negative: no bone), such as the dural sac between two vertebrae; nullopt if it
+/// meets no structure. A clip plane opens structures too, unless it is ignored.
 std::optional<double> OperationController::distance_to_forbidden(const Ray& ray, double hit,
                                                                  Viewport::Clipping clipping) const {
   constexpr double k_before = 2, k_step = 0.25;  // mm: least distance before the bone, shortest step
@@ -70,7 +70,7 @@ std::optional<double> OperationController::distance_to_forbidden(const Ray& ray,
 }
 
 /// True if a tool that moves straight from one position to another would enter a forbidden structure, such as
-/// the convex cord between two positions on it.
+/// the convex dural sac between two positions on it.
 bool OperationController::passes_forbidden(const dvec3& from, const dvec3& to) const {
   constexpr double k_step = 0.5;  // mm
   const int count = static_cast<int>(std::ceil(glm::length(to - from) / k_step));

@@ -49,23 +49,52 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool
 }
 
 /// Moves a held piece parallel to the picture in its orientation. It is lifted toward the viewer as far as it
-/// is moved, out of its place and over the bone around it. Returns false if the hand holds no piece.
+/// is moved, out of its place and over the bone around it, and stops at bone and forbidden structures.
+/// Returns false if the hand holds no piece.
 bool OperationController::carry_piece(const Ray& ray) {
-  const bool is_held = state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
-                                                      [](const sim::Overlay& o) { return o.holder == 0; });
-  if (!is_held) {
+  const sim::Overlay* held = nullptr;
+  if (state_.overlays)
+    for (const sim::Overlay& overlay : *state_.overlays)
+      if (overlay.holder == 0) held = &overlay;
+  if (held == nullptr || !held->surface) {
     carried_.reset();
     return false;
   }
-  if (!carried_) carried_ = Carried{request_, glm::dot(request_ - ray.origin, ray.direction), 0};
+  if (!carried_)
+    carried_ = Carried{request_, glm::dot(request_ - ray.origin, ray.direction), 0,
+                       haptics::place_of(state_.newest.pose), PieceGuard(*held->surface, held->grip)};
   const bool is_in_picture = x_ >= 0 && x_ <= 1 && y_ >= 0 && y_ <= 1;
   if (!is_in_picture) return true;  // it stays where it is
   constexpr double k_highest = 20;  // mm
   const dvec3 aside = ray.origin + carried_->along * ray.direction;
   carried_->lift = std::max(carried_->lift, std::min(k_highest, glm::distance(aside, carried_->from)));
-  request_ = aside - carried_->lift * ray.direction;
-  mouse_.set(request_, turn_along(shaft()), false, std::nullopt);
+  const haptics::Placement target{aside - carried_->lift * ray.direction, turn_along(shaft())};
+  const auto is_obstacle = [this, is_bone = bone_in(*version_)](const dvec3& at) {
+    return is_bone(at) || std::any_of(live_.engine().forbidden().begin(), live_.engine().forbidden().end(),
+                                      [&](const auto& structure) { return structure->contains(at); });
+  };
+  // Up first: in its gap a piece has no room to the side.
+  const double up = -glm::dot(target.position_world - carried_->hand.position_world, ray.direction);
+  if (up > 0) {
+    const haptics::Placement above{carried_->hand.position_world - up * ray.direction, target.rotation};
+    carried_->hand = carried_->guard.move(carried_->hand, above, is_obstacle);
+  }
+  carried_->hand = carried_->guard.move(carried_->hand, target, is_obstacle);
+  request_ = carried_->hand.position_world;
+  mouse_.set(request_, carried_->hand.rotation, false, std::nullopt);
   return true;
+}
+
+/// Returns the test of a point (world, mm) for bone of a version, which must outlive it. Labels count as
+/// well: a window of intensities excludes marrow.
+std::function<bool(const dvec3&)> OperationController::bone_in(const volume::Version& version) const {
+  return [this, &version, labelled = volume::BoneClassifier(*scene_->base, {}, &version)](const dvec3& at) {
+    const dvec3 p = scene_->base->frame.volume_from_world(at);
+    return (version.distance(p) > 0 &&
+            std::any_of(solids_.begin(), solids_.end(),
+                        [&](const volume::Field& f) { return f.value(p) >= 0; })) ||
+           labelled.by_labels(at);
+  };
 }
 
 /// Returns the direction (unit, out of the bone) against which a tool is pressed: toward the viewer, and the
@@ -195,16 +224,6 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   const ToolAppearance appearance = appearance_of(state_.tool);
   const FootTool tool = appearance.foot;
   if (tool.kind == FootTool::Kind::none && !was_holding) return follow_line(ray, appearance, is_pressed);
-  // Labels count as well: a window of intensities excludes marrow.
-  const auto bone_of = [this](const volume::Version& version) {
-    return [this, &version, labelled = volume::BoneClassifier(*scene_->base, {}, &version)](const dvec3& at) {
-      const dvec3 p = scene_->base->frame.volume_from_world(at);
-      return (version.distance(p) > 0 &&
-              std::any_of(solids_.begin(), solids_.end(),
-                          [&](const volume::Field& f) { return f.value(p) >= 0; })) ||
-             labelled.by_labels(at);
-    };
-  };
   ToolGuide::Input input;
   input.tool = tool;
   input.ray_origin = ray.origin, input.ray_direction = ray.direction;
@@ -217,7 +236,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   input.is_pressed = is_pressed;
   input.seconds = seconds_since(std::exchange(guided_at_, Clock::now()));
   input.version = version_;
-  const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_of(*version_), bone_of(*untouched_), input);
+  const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_in(*version_), bone_in(*untouched_), input);
   viewport_.mark_edge(guide_.edge());
   if (std::string reason = guide_.take_message(); !reason.empty())
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,

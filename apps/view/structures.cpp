@@ -18,17 +18,17 @@ struct NamedColour {
   bool is_in_gaps = false;  ///< visible between the vertebrae of a spine without openings
 };
 constexpr NamedColour k_structures[] = {
-    {"dura", {0.70, 0.73, 0.80}},         {"brain", {0.86, 0.66, 0.62}},
-    {"cerebr", {0.86, 0.66, 0.62}},       {"cerebell", {0.82, 0.60, 0.56}},
-    {"tumour", {0.80, 0.62, 0.30}},       {"tumor", {0.80, 0.62, 0.30}},
-    {"lesion", {0.80, 0.62, 0.30}},       {"meningioma", {0.80, 0.62, 0.30}},
-    {"venous", {0.36, 0.42, 0.70}},       {"vein", {0.36, 0.42, 0.70}},
-    {"artery", {0.76, 0.22, 0.20}},       {"vessel", {0.76, 0.22, 0.20}},
-    {"aorta", {0.76, 0.22, 0.20}},        {"cord", {0.84, 0.80, 0.70}, true},
-    {"thecal", {0.70, 0.73, 0.80}, true}, {"csf", {0.66, 0.66, 0.72}},
-    {"fluid", {0.66, 0.66, 0.72}},        {"ventricle", {0.66, 0.66, 0.72}},
-    {"nerve", {0.93, 0.82, 0.45}, true},  {"root", {0.93, 0.82, 0.45}, true},
-    {"disc", {0.74, 0.82, 0.86}, true}};
+    {"dural", {0.70, 0.73, 0.80}, true}, {"dura", {0.70, 0.73, 0.80}},
+    {"brain", {0.86, 0.66, 0.62}},       {"cerebr", {0.86, 0.66, 0.62}},
+    {"cerebell", {0.82, 0.60, 0.56}},    {"tumour", {0.80, 0.62, 0.30}},
+    {"tumor", {0.80, 0.62, 0.30}},       {"lesion", {0.80, 0.62, 0.30}},
+    {"meningioma", {0.80, 0.62, 0.30}},  {"venous", {0.36, 0.42, 0.70}},
+    {"vein", {0.36, 0.42, 0.70}},        {"artery", {0.76, 0.22, 0.20}},
+    {"vessel", {0.76, 0.22, 0.20}},      {"aorta", {0.76, 0.22, 0.20}},
+    {"cord", {0.84, 0.80, 0.70}, true},  {"thecal", {0.70, 0.73, 0.80}, true},
+    {"csf", {0.66, 0.66, 0.72}},         {"fluid", {0.66, 0.66, 0.72}},
+    {"ventricle", {0.66, 0.66, 0.72}},   {"nerve", {0.93, 0.82, 0.45}, true},
+    {"root", {0.93, 0.82, 0.45}, true},  {"disc", {0.74, 0.82, 0.86}, true}};
 
 const NamedColour* find_structure(std::string name) {
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;

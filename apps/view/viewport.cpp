@@ -310,7 +310,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance to
     stylus.tool_world += tool.radius * (record.has_contact ? record.normal_world : shaft);
   // The depth cue: a ring where the tool would touch the bone.
   const Ray down{stylus.tool_world, -shaft};
-  constexpr double k_near = 40;  // mm
+  constexpr double k_near = 15;  // mm; farther away a ring would not be seen as part of the tool
   if (const double landing = distance_to_solid(version, down);
       !record.has_contact && landing > 0 && landing < k_near) {
     stylus.has_ring = true;

@@ -445,7 +445,8 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     QMessageBox::information(
         this, "trephine",
         "The session is saved as\n" + session +
-            "\n\nTo continue it later: File > Open a session to continue, or trephine resume.");
+            "\n\nTo continue it later, choose it on the start page of trephine simulator, or run trephine "
+            "resume.");
   }
   if (!options_.screenshot.empty())
     screenshot_error_ = save_picture(QString::fromStdString(options_.screenshot));

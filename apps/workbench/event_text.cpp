@@ -58,27 +58,30 @@ EventText text_of(const sim::FaultEvent& e) {
 EventText text_of(const sim::JobDiscarded& e) {
   return {"A computation was not finished: " + e.reason + ".", Level::refusal};
 }
+/// A window displays the structure while the tool is in it, and the result when the tool has left.
 EventText text_of(const sim::ForbiddenEntered& e) {
-  return {"The tool entered " + words_of(e.structure) + (e.is_working ? " while it was running." : "."),
-          Level::danger};
-}
-EventText text_of(const sim::ForbiddenLeft& e) {
-  return {format_text("The tool left %s after %.1f s, at most %.2f mm deep.", words_of(e.structure).c_str(),
-                      e.seconds, e.deepest),
+  return {"The tool entered the " + words_of(e.structure) + (e.is_working ? " while it was running." : "."),
           Level::record};
 }
+/// A structure is torn at a lesser depth than the tool may reach.
+EventText text_of(const sim::ForbiddenLeft& e) {
+  return {format_text("The tool left the %s after %.1f s, at most %.2f mm deep.",
+                      words_of(e.structure).c_str(), e.seconds, e.deepest),
+          e.deepest > sim::k_blunt_tear_depth ? Level::danger : Level::record};
+}
 EventText text_of(const sim::StructureStripped& e) {
-  return {format_text("The tool pushed %s aside by %.2f mm.", words_of(e.structure).c_str(), e.deepest),
+  return {format_text("The tool pushed the %s aside by %.2f mm.", words_of(e.structure).c_str(), e.deepest),
           Level::outcome};
 }
 EventText text_of(const sim::StructureTouched& e) {
-  return {format_text("The running tool touched %s, %.2f mm deep, and did not tear it.",
+  return {format_text("The running tool touched the %s, %.2f mm deep, and did not tear it.",
                       words_of(e.structure).c_str(), e.deepest),
           Level::danger};
 }
 EventText text_of(const sim::StructureTorn& e) {
-  return {format_text("The tool tore %s, %.2f mm deep.", words_of(e.structure).c_str(), e.deepest),
-          Level::danger};
+  return {
+      format_text("The tool tore the %s at a depth of %.2f mm.", words_of(e.structure).c_str(), e.deepest),
+      Level::danger};
 }
 EventText text_of(const sim::BodyAdded& e) {
   return {format_text("Implant %u added, %.0f mm³.", e.body.value, e.size), Level::outcome};
@@ -91,12 +94,18 @@ EventText text_of(const sim::DebrisFreed& e) {
                       e.count == 1 ? "" : "s", e.size),
           Level::record};
 }
-EventText text_of(const sim::StepEntered& e) {
-  return {"The step " + words_of(e.step) + " began.", Level::outcome};
+/// Returns the title of a step in quotes; its name if it has no title.
+std::string step_words(const volume::SurgicalProcedure& procedure, const std::string& name) {
+  const int step = procedure.find(name);
+  if (step < 0 || procedure.steps[static_cast<std::size_t>(step)].title.empty()) return words_of(name);
+  return "\"" + procedure.steps[static_cast<std::size_t>(step)].title + "\"";
 }
-EventText text_of(const sim::StepRefused& e) {
+EventText text_of(const sim::StepEntered& e, const volume::SurgicalProcedure& procedure = {}) {
+  return {"The step " + step_words(procedure, e.step) + " began.", Level::outcome};
+}
+EventText text_of(const sim::StepRefused& e, const volume::SurgicalProcedure& procedure = {}) {
   return {format_text("%s was refused in the step %s: %s.", words_of(e.request).c_str(),
-                      words_of(e.step).c_str(), e.reason.c_str()),
+                      step_words(procedure, e.step).c_str(), e.reason.c_str()),
           Level::refusal};
 }
 EventText text_of(const bone_flap::FlapCut& e) {
@@ -123,9 +132,10 @@ EventText text_of(const bone_flap::FlapJudged& e) {
 }
 EventText text_of(const bone_flap::FlapClearance& e) {
   const std::string name = words_of(e.structure);
-  return {e.is_stripped    ? format_text("The saw's foot stripped %s off the bone.", name.c_str())
-          : e.distance < 0 ? format_text("The saw cut %.1f mm into %s.", -e.distance, name.c_str())
-                           : format_text("The saw stayed %.1f mm or more from %s.", e.distance, name.c_str()),
+  return {e.is_stripped ? format_text("The saw's foot stripped the %s off the bone.", name.c_str())
+          : e.distance < 0
+              ? format_text("The saw cut %.1f mm into the %s.", -e.distance, name.c_str())
+              : format_text("The saw stayed %.1f mm or more from the %s.", e.distance, name.c_str()),
           Level::record};
 }
 EventText text_of(const bone_flap::FlapFailed& e) { return {"No bone flap: " + e.reason, Level::refusal}; }
@@ -171,7 +181,7 @@ EventText text_of(const rongeur::Bite& e) {
 EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.reason, Level::refusal}; }
 EventText text_of(const pedicle::ProbeEntered&) { return {"The probe entered bone.", Level::record}; }
 EventText text_of(const pedicle::ProbeOut& e) {
-  return {format_text("The probe left %s %.1f mm deep: %s.",
+  return {format_text("The probe left %s at a depth of %.1f mm, %s.",
                       e.label.empty() ? "the bone" : words_of(e.label).c_str(), e.depth,
                       wall_text(e.wall).c_str()),
           Level::danger};
@@ -195,10 +205,10 @@ EventText text_of(const pedicle::ScrewJudged& e) {
   const auto grade = [](pedicle::Grade one) {
     return std::string(pedicle::k_grade_names[static_cast<std::size_t>(one)]);
   };
-  std::string text = "Screw" + (e.vertebra.empty() ? "" : " in " + e.vertebra) + " " +
-                     std::string(pedicle::k_side_names[static_cast<std::size_t>(e.side)]) + ": grade " +
-                     grade(e.grade);
-  text += e.breach > 0 ? format_text(", %.1f mm %s", e.breach, wall_text(e.wall).c_str()) : ", no breach";
+  std::string text = std::string(pedicle::k_side_names[static_cast<std::size_t>(e.side)]) + " screw" +
+                     (e.vertebra.empty() ? "" : " in " + e.vertebra) + ": grade " + grade(e.grade);
+  text += e.breach > 0 ? format_text(", breach of %.1f mm %s", e.breach, wall_text(e.wall).c_str())
+                       : ", no breach";
   if (e.front > 0) text += format_text(", %.1f mm in front of the bone", e.front);
   if (e.is_uncertain)
     text += ". The voxels allow grades " + grade(e.grade_of_larger) + " to " + grade(e.grade_of_smaller);
@@ -223,8 +233,10 @@ EventText text_of(const ventriculostomy::CatheterPopped& e) {
           Level::outcome};
 }
 EventText text_of(const ventriculostomy::CatheterLeft& e) {
-  return {format_text("Drawn out of the head, from %.0f mm below the outermost layer.", e.depth),
-          Level::record};
+  return {
+      format_text("The catheter was drawn out of the head. Its tip was %.0f mm below the outermost layer.",
+                  e.depth),
+      Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterRefused& e) {
   return {"The catheter did not enter: " + e.reason, Level::refusal};
@@ -256,8 +268,8 @@ EventText text_of(const ventriculostomy::CatheterNotLeft& e) {
   return {"The catheter was not left in place: " + e.reason + ".", Level::refusal};
 }
 EventText text_of(const ventriculostomy::CatheterCrossed& e) {
-  return {format_text("On the path of the catheter, before any hole: %.1f mm of %s.", e.length,
-                      words_of(e.structure).c_str()),
+  return {format_text("The path of the catheter crosses %.1f mm of %s (in the scan before the operation).",
+                      e.length, words_of(e.structure).c_str()),
           e.is_forbidden ? Level::danger : Level::record};
 }
 EventText text_of(const skull_clamp::ClampFitted& e) {
@@ -346,9 +358,13 @@ const Row* find_row(const sim::ValueType& type) {
 
 bool has_event_text(const sim::ValueType& type) { return find_row(type) != nullptr; }
 
-EventText describe_event(const sim::Event& event) {
+EventText describe_event(const sim::Event& event, const volume::SurgicalProcedure& procedure) {
   EventText result;
-  if (const Row* row = find_row(event.value.type())) {
+  if (const auto* entered = event.value.as<sim::StepEntered>()) {
+    result = text_of(*entered, procedure);
+  } else if (const auto* refused = event.value.as<sim::StepRefused>()) {
+    result = text_of(*refused, procedure);
+  } else if (const Row* row = find_row(event.value.type())) {
     result = row->describe(event.value);
   } else {
     const std::string words = event.value.words();

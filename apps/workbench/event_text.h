@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sim/api/event.h"
+#include "volume/scan/procedure.h"
 
 namespace trephine::workbench {
 
@@ -21,8 +22,9 @@ struct EventText {
 };
 
 /// Describes an event: "Bone flap of 27.0 cm2 cut, 9000 mm3; the saw removed 800 mm3". An event of a type
-/// without a sentence of its own is described by its name and fields, at level `record`.
-EventText describe_event(const sim::Event& event);
+/// without a sentence of its own is described by its name and fields, at level `record`. `procedure`: of the
+/// operation, for the titles of its steps.
+EventText describe_event(const sim::Event& event, const volume::SurgicalProcedure& procedure = {});
 /// True if events of this type have a sentence of their own.
 bool has_event_text(const sim::ValueType& type);
 

@@ -167,7 +167,8 @@ class MomentCollector {
   static constexpr std::size_t k_max_of_type = 2;  // events of one type, so that others are shown too
 
   void observe(const sim::Event& event, sim::Engine& engine) {
-    const EventText text = describe_event(event);
+    const std::shared_ptr<const volume::SurgicalPlan>& plan = engine.now().plan;
+    const EventText text = plan ? describe_event(event, plan->procedure) : describe_event(event);
     const auto* xray = event.value.as<fluoroscopy::XrayTaken>();
     // An implant is added, and a screw placed, before it is turned in.
     const bool is_slice = (text.level == EventLevel::danger || text.level == EventLevel::outcome) &&

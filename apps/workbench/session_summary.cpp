@@ -34,7 +34,7 @@ Result<SessionSummary> summarize_session(const std::string& file) {
       was_pressed[r.hand] = is_pressed;
       if (is_pressed) sum += r.pose.position_world, count += 1;
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
-      EventText text = describe_event(event->event);
+      EventText text = describe_event(event->event, session.header().plan.procedure);
       summary.marks.push_back(
           {static_cast<double>(event->event.tick) / rate, text.level, std::move(text.text)});
     }

@@ -23,7 +23,10 @@ namespace {
 
 /// Parses "LO:HI"; either end is optional.
 Result<volume::Shape> parse_window(const std::string& window) {
-  const Error bad{"the window is not two numbers", "window", window, "LO:HI, for example 300:1800", ""};
+  const Error bad{.what = "invalid window",
+                  .where = "window",
+                  .found = window,
+                  .expected = "LO:HI, for example 300:1800; either end may be empty"};
   const std::size_t colon = window.find(':');
   if (colon == std::string::npos) return bad;
   volume::Shape shape;
@@ -105,15 +108,16 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
         .expected = "three letters: L or R, P or A, S or I, in the order of x, y and z, for example LPS"};
   options.raw = choice.raw;
   if (choice.scale && !(*choice.scale > 0 && std::isfinite(*choice.scale)))
-    return Error{.what = "the step is out of range",
+    return Error{.what = "the step of the stored values is out of range",
                  .where = "scale",
                  .found = text_of(*choice.scale),
                  .expected = "above 0"};
   if (choice.takes_sform && choice.takes_qform)
-    return Error{.what = "contradicting options",
+    return Error{.what = "two frames were requested",
                  .where = "sform",
-                 .found = "--sform and --qform",
-                 .expected = "one of them"};
+                 .found = "sform and qform",
+                 .expected = "at most one of them",
+                 .remedy = "request one"};
   using NiftiFrame = data_tools::OpenOptions::NiftiFrame;
   options.nifti_frame = choice.takes_sform   ? NiftiFrame::sform
                         : choice.takes_qform ? NiftiFrame::qform
@@ -320,9 +324,10 @@ void report_large_parts(const Source& source, const volume::Shape& shape, const 
   const volume::ShapeParts parts = volume::parts_of(source.volume, shape);
   if (!parts.is_other_large()) return;
   listener.notice(format_text(
-      "note: %d parts are not connected to the largest; the second has %.1f %% of its size (a table, a holder, "
-      "another bone?). To remove them, pass --largest",
-      parts.count - 1, 100.0 * static_cast<double>(parts.second) / static_cast<double>(parts.largest)));
+      "note: %d part%s not connected to the largest; the largest of these has %.1f %% of its size (a table, a "
+      "holder, another bone?). Keep only the largest part to remove the others",
+      parts.count - 1, parts.count == 2 ? " is" : "s are",
+      100.0 * static_cast<double>(parts.second) / static_cast<double>(parts.largest)));
 }
 
 Result<haptics::PosePath> open_path(const std::string& path) {

@@ -20,7 +20,10 @@ std::string step_of(const sim::Value& event) {
 class Rows {
  public:
   explicit Rows(const sim::SessionHeader& header)
-      : types_(header.types), rate_hz_(header.rate_hz), pressed_(header.hands.size(), false) {}
+      : types_(header.types),
+        procedure_(header.plan.procedure),
+        rate_hz_(header.rate_hz),
+        pressed_(header.hands.size(), false) {}
 
   void observe(const sim::LogItem& item) {
     if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
@@ -52,7 +55,7 @@ class Rows {
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
       const auto* refusal = event->event.value.as<sim::StepRefused>();
       if (refusal && open_command_ > 0 && refusal->request == open_request_) branches_ = branches_before_;
-      EventText text = describe_event(event->event);
+      EventText text = describe_event(event->event, procedure_);
       add({event->event.tick, Kind::event, event->event.hand, std::move(text.text)});
       rows_.back().level = text.level;
       rows_.back().position_world = event->event.position_world;
@@ -105,6 +108,7 @@ class Rows {
   }
 
   std::vector<sim::NamedVersion> types_;
+  const volume::SurgicalProcedure procedure_;
   double rate_hz_;
   std::vector<TimelineRow> rows_;
   std::vector<bool> pressed_;

@@ -112,8 +112,8 @@ CasePlan spine_plan(std::uint64_t seed) {
   CasePlan plan = basic_plan("spine", k_spine_tissue_names);
   plan.structures.push_back(window_structure("bone", 140));
   for (int label = 1; label <= static_cast<int>(SpineTissue::vessel); ++label)
-    plan.structures.push_back(
-        label_structure(k_spine_tissue_names[label], label, label >= static_cast<int>(SpineTissue::cord)));
+    plan.structures.push_back(label_structure(k_spine_tissue_names[label], label,
+                                              label >= static_cast<int>(SpineTissue::dural_sac)));
   for (const SpineScrew& screw : SpinePhantom(seed).screws()) plan.trajectories.push_back(planned(screw));
   return plan;
 }
@@ -145,7 +145,8 @@ void add_spine_models(PhantomCase& spine_case, std::uint64_t seed) {
   CasePlan& plan = spine_case.plan;
   std::erase_if(plan.structures, [](const CaseStructure& s) {
     const auto tissue = static_cast<SpineTissue>(s.shape.label);
-    return tissue == SpineTissue::disc || tissue == SpineTissue::cord || tissue == SpineTissue::nerve_root;
+    return tissue == SpineTissue::disc || tissue == SpineTissue::dural_sac ||
+           tissue == SpineTissue::nerve_root;
   });
   const SpinePhantom spine(seed);
   for (const SpinePart& part : spine.parts()) {

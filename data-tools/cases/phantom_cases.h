@@ -19,7 +19,7 @@ struct PhantomCase {
   CasePlan plan;
   std::vector<CaseSurface> surfaces;
 };
-/// Returns the case that is written for a phantom. That of the spine has discs, cord and nerve roots as
+/// Returns the case that is written for a phantom. That of the spine has discs, dural sac and nerve roots as
 /// models; their labels remain in the scan and are no structures, so that none is counted twice.
 std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed = 1,
                                         const std::string& approach = "");

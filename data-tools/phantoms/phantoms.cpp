@@ -58,7 +58,7 @@ const std::vector<PhantomInfo> k_catalogue{
      {{"radius", "mm", 6}, {"depth", "mm", 20}}},
     {"head", "an anatomical head with labels and a tumour", {{"noise", "HU, standard deviation", 12}}},
     {"spine",
-     "three lumbar vertebrae with labels, cord and roots",
+     "three lumbar vertebrae with labels, dural sac and nerve roots",
      {{"noise", "HU, standard deviation", 12}}},
 };
 

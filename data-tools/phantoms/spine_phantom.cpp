@@ -153,8 +153,8 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   brush.paint(hollow, -85);
   if (std::abs(world.x) < k_sac + edge) {
     const double distance = sac(world);
-    paint(distance, 18, SpineTissue::cord);
-    if (paint_waves(distance + 2.2, 40, 8, 5)) tissue = SpineTissue::cord;
+    paint(distance, 18, SpineTissue::dural_sac);
+    if (paint_waves(distance + 2.2, 40, 8, 5)) tissue = SpineTissue::dural_sac;
   }
   double root = 1e3;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -211,7 +211,7 @@ std::vector<SpinePart> SpinePhantom::parts() const {
     const dvec3 upper = world_point(i, {0, 0, -k_body_z}), lower = world_point(i + 1, {0, 0, k_body_z});
     add("disc " + name_of(i) + "-" + name_of(i + 1), SpineTissue::disc, i, 0, {upper, lower}, 1.1 * k_body_x);
   }
-  add("cord", SpineTissue::cord, 0, 0,
+  add("dural sac", SpineTissue::dural_sac, 0, 0,
       {sac_[0], sac_[1], sac_[2], sac_[3], sac_[4], sac_[5], sac_[6], sac_[7]}, k_sac);
   for (int i = 0; i < 3; ++i)
     for (const double side : {1.0, -1.0})
@@ -229,14 +229,14 @@ double SpinePhantom::part_distance(const SpinePart& part, const dvec3& world) co
   if (part.tissue == SpineTissue::disc) {
     const dvec3 &above = p[vertebra], &below = p[vertebra + 1];
     distance = std::max({distance, above.z + k_body_z - 1, k_body_z - 1 - below.z, disc_rim(above, below)});
-  } else if (part.tissue == SpineTissue::cord) {
+  } else if (part.tissue == SpineTissue::dural_sac) {
     distance = std::max(distance, sac(world));
   } else {
     distance = std::max({distance, nerve_root(p[vertebra]), -part.side * world.x});
   }
   constexpr double k_far = 2;  // mm: other parts do not change the side of a point
   if (distance > k_far) return distance;
-  // As in sample(): bone covers nerve roots, which cover the cord, which covers discs.
+  // As in sample(): bone covers nerve roots, which cover the dural sac, which covers discs.
   for (const double bone : bone_distances(world)) distance = std::max(distance, -bone);
   if (part.tissue == SpineTissue::nerve_root) return distance;
   for (const dvec3& q : p) distance = std::max(distance, -nerve_root(q));

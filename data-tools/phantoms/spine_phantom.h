@@ -1,5 +1,5 @@
-// SpinePhantom: three lumbar vertebrae with discs, cord, nerve roots and great vessels, and their planned
-// screws. Original shapes.
+// SpinePhantom: three lumbar vertebrae with discs, dural sac, nerve roots and great vessels, and their
+// planned screws. Original shapes.
 #pragma once
 
 #include <array>
@@ -10,9 +10,9 @@
 
 namespace trephine::data_tools {
 
-enum class SpineTissue : unsigned char { background, l3, l4, l5, disc, cord, nerve_root, vessel };
-inline constexpr const char* k_spine_tissue_names[] = {"background", "L3",   "L4",         "L5",
-                                                       "disc",       "cord", "nerve_root", "vessel"};
+enum class SpineTissue : unsigned char { background, l3, l4, l5, disc, dural_sac, nerve_root, vessel };
+inline constexpr const char* k_spine_tissue_names[] = {"background", "L3",        "L4",         "L5",
+                                                       "disc",       "dural_sac", "nerve_root", "vessel"};
 
 /// Box of the spine, world mm (LPS; x toward the left, y toward the back, z up).
 inline constexpr glm::dvec3 k_spine_low{-66, -52, -66}, k_spine_high{66, 86, 66};
@@ -24,9 +24,9 @@ struct SpineScrew {
   double diameter;                       ///< mm
 };
 
-/// Soft structure of the spine with a closed surface of its own: a disc, the cord, or one nerve root.
+/// Soft structure of the spine with a closed surface of its own: a disc, the dural sac, or one nerve root.
 struct SpinePart {
-  std::string name;  ///< "disc L3-L4", "cord", "L3 left nerve root"
+  std::string name;  ///< "disc L3-L4", "dural sac", "L3 left nerve root"
   SpineTissue tissue = SpineTissue::disc;
   int vertebra = 0;                       ///< 0: L3; of a disc the upper one
   double side = 0;                        ///< 1: left, -1: right, 0: in the middle
@@ -46,7 +46,7 @@ class SpinePhantom {
   Sample sample(const glm::dvec3& p_world, double voxel_mm) const noexcept;
   /// Returns the distances to the bone of L3, L4 and L5, mm, negative inside.
   std::array<double, 3> bone_distances(const glm::dvec3& p_world) const noexcept;
-  /// Returns discs, cord and nerve roots.
+  /// Returns discs, dural sac and nerve roots.
   std::vector<SpinePart> parts() const;
   /// Returns the distance to a part, mm, negative inside: the points that sample() assigns to it, within the
   /// box of the spine. To first order near its surface.

@@ -5,8 +5,8 @@
 
 namespace trephine::haptics::baselines {
 
-/// The pipeline of the thesis "A Surface-based Volume Haptics Approach" (4.2.2): a god-object on the meshes
-/// follows the hand, then every volume alone follows that god-object, and the one with the shortest
+/// The pipeline of Jiang (dissertation "A Surface-based Volume Haptics Approach", 4.2.2): a god-object on the
+/// meshes follows the hand, then every volume alone follows that god-object, and the one with the shortest
 /// penetration counts. Implemented with its faults: meshes do not react when volumes push the proxy into them
 /// (figure 23). Changes of a scene after prepare() have no effect.
 class SequentialProxy final : public ProxyMethod {

@@ -10,7 +10,7 @@
 
 namespace trephine::haptics::baselines {
 
-/// Tangent-plane forces (McNeely, Puterbaugh and Troy 1999; thesis on 6/3-DOF haptic rendering, eq. 3.1 to
+/// Tangent-plane forces (McNeely, Puterbaugh and Troy 1999; Kadlecek 2013, master thesis, eq. 3.1 to
 /// 3.5): each point in a proximity voxel is pushed along its own inward normal by its depth below the tangent
 /// plane through the centre of the voxel, at most half a voxel; in a surface voxel by half a voxel; in the
 /// interior not at all, so that a tool that is pressed hard passes through. Borrows map and shell.
@@ -55,7 +55,7 @@ class DynamicTool {
     Coupling coupling{0.59, 0.00768};  ///< critically damped and passive for 0.008 N s/mm at 1 kHz
     double turning_stiffness = 300;    ///< N mm/rad; its damping is critical (eq. 3.22)
     /// Limits the torque of the coupling while contact makes torque without force, which devices without
-    /// torque cannot render: the hand would turn the tool through its contacts (thesis, 3.7).
+    /// torque cannot render: the hand would turn the tool through its contacts (Kadlecek 2013, 3.7).
     bool limits_missing_torque = false;
     double least_turning_stiffness = 10;  ///< N mm/rad, while the torque is limited
   };

@@ -23,35 +23,35 @@ bool is_valid_position(const dvec3& p) noexcept {
 
 Result<std::shared_ptr<const DepthModel>> DepthModel::of(ModelKeys keys) {
   if (keys.keys.empty() || keys.triangles.size() < 3)
-    return Error{.what = "a model without triangles has no depth",
+    return Error{.what = "the model has no triangles",
                  .where = "model",
-                 .found = "nothing",
-                 .expected = "triangles"};
+                 .found = "0 triangles",
+                 .expected = "a surface of triangles"};
   if (!(keys.beat > 0) || !std::isfinite(keys.beat))
     return Error{.what = "the time between two key frames is invalid",
-                 .where = "beat",
+                 .where = "time between key frames",
                  .found = std::to_string(keys.beat) + " s",
                  .expected = "above 0 s"};
-  const std::size_t corners = keys.keys[0].size();
+  const std::size_t vertices = keys.keys[0].size();
   for (std::size_t k = 0; k < keys.keys.size(); ++k) {
-    if (keys.keys[k].size() != corners)
+    if (keys.keys[k].size() != vertices)
       return Error{.what = "the key frames of a model have different vertices",
                    .where = "key " + std::to_string(k + 1),
-                   .found = std::to_string(keys.keys[k].size()) + " corners",
-                   .expected = std::to_string(corners)};
-    for (std::size_t i = 0; i < corners; ++i)
+                   .found = std::to_string(keys.keys[k].size()) + " vertices",
+                   .expected = std::to_string(vertices)};
+    for (std::size_t i = 0; i < vertices; ++i)
       if (!is_valid_position(keys.keys[k][i]))
         return Error{.what = "a vertex of a model is not finite",
                      .where = "key " + std::to_string(k + 1),
-                     .found = "corner " + std::to_string(i),
+                     .found = "vertex " + std::to_string(i),
                      .expected = "three numbers"};
   }
   for (const std::uint32_t index : keys.triangles)
-    if (index >= corners)
+    if (index >= vertices)
       return Error{.what = "a triangle refers to a missing vertex",
                    .where = "model",
                    .found = std::to_string(index),
-                   .expected = "below " + std::to_string(corners)};
+                   .expected = "below " + std::to_string(vertices)};
   return std::shared_ptr<const DepthModel>(new DepthModel(std::move(keys)));
 }
 
@@ -119,7 +119,7 @@ Status DepthModel::check(double pixel) const {
     return Error{.what = "the model is too large for this pixel size",
                  .where = "model",
                  .found = std::to_string(widest / pixel) + " pixels",
-                 .expected = "at most 10000 across, within a million of its origin",
+                 .expected = "at most 10000 pixels across, within 1000000 pixels of its origin",
                  .remedy = "choose larger pixels"};
   return std::nullopt;
 }

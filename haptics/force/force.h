@@ -29,7 +29,7 @@ struct ForceOptions {
 
 /// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), minus the material's
 /// viscosity times the tangential motion relative to the touched object, then exponential smoothing
-/// f_n = a x_n + (1 - a) f_(n-1) (thesis "A Surface-based Volume Haptics Approach", eq. 4.1).
+/// f_n = a x_n + (1 - a) f_(n-1) (Jiang, dissertation, eq. 4.1).
 class ForceModel {
  public:
   /// `dt`: period of the servo, s; smoothing_alpha is converted to it.

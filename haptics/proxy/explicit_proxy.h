@@ -6,7 +6,7 @@
 namespace trephine::haptics {
 
 /// The traversal finds the cells that a motion meets; naive surface nets, or marching cubes, make the
-/// triangles of these cells only (thesis "A Surface-based Volume Haptics Approach", 3.4.2), identical to
+/// triangles of these cells only (Jiang, dissertation, 3.4.2), identical to
 /// those of the whole surface to the bit; a god-object moves on up to three facets at once (Zilles and
 /// Salisbury 1995). The proxy never passes a triangle. For a round tool the surface is that of the offset
 /// fields. Cost: some us in contact, whatever the size of volume and tool.

@@ -8,9 +8,9 @@ namespace trephine::haptics {
 /// Iterative collision detection on voxel cubes: the motion to the HIP is traversed exactly; at each crossing
 /// the HIP is projected on the plane through the crossing with the interpolated normal, and the motion
 /// continues there. All points reached are candidates, and the one nearest to the HIP is the new proxy
-/// (iterative ray casting with candidate trimming, after the thesis "A Surface-based Volume Haptics
-/// Approach", 3.4.1.1). The proxy never enters a solid voxel: every leg of its path is traversed. Cost: 0.1
-/// to 0.5 us in contact, whatever the volume's size.
+/// (iterative ray casting with candidate trimming, after Jiang, dissertation, 3.4.1.1). The proxy never
+/// enters a solid voxel: every leg of its path is traversed. Cost: 0.1 to 0.5 us in contact, whatever the
+/// volume's size.
 class ImplicitProxy final : public ProxyMethod {
  public:
   /// `iterations`: collision queries per step, 1 to k_max_iterations.

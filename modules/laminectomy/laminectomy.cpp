@@ -121,9 +121,9 @@ Judgement judgement_of(const Outcome& o, const std::string& vertebra) {
     const volume::CanalSection& open = o.sections[static_cast<std::size_t>(o.widest_opened)];
     j.opening_before = std::max(0.0, open.area(false)), j.opening_after = std::max(0.0, open.area(true));
   }
-  j.lamina_before = o.lamina.size, j.lamina_left = o.lamina.size - o.lamina.removed;
+  j.lamina_before = o.lamina.size, j.lamina_remaining = o.lamina.size - o.lamina.removed;
   j.spinous_before = o.spinous_process.size;
-  j.spinous_left = o.spinous_process.size - o.spinous_process.removed;
+  j.spinous_remaining = o.spinous_process.size - o.spinous_process.removed;
   const std::array<const Part*, 4> facets{&o.upper_facet[0], &o.lower_facet[0], &o.upper_facet[1],
                                           &o.lower_facet[1]};
   const std::array<double*, 4> shares{&j.left_upper_facet, &j.left_lower_facet, &j.right_upper_facet,
@@ -176,8 +176,8 @@ std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& opera
           {"opened width", j->opened_width, "mm", is_stale},
           {"canal at the opening before", j->opening_before, "mm2", is_stale},
           {"canal at the opening", j->opening_after, "mm2", is_stale},
-          {"lamina left", share(j->lamina_left, j->lamina_before), "%", is_stale},
-          {"spinous process left", share(j->spinous_left, j->spinous_before), "%", is_stale},
+          {"lamina remaining", share(j->lamina_remaining, j->lamina_before), "%", is_stale},
+          {"spinous process remaining", share(j->spinous_remaining, j->spinous_before), "%", is_stale},
           {"left upper facet removed", j->left_upper_facet, "%", is_stale},
           {"left lower facet removed", j->left_lower_facet, "%", is_stale},
           {"right upper facet removed", j->right_upper_facet, "%", is_stale},
@@ -222,9 +222,9 @@ const sim::Schema& Judgement::schema() {
       field<&Judgement::is_at_border>("at_border", {.help = "the scan ends within the vertebra"}),
       field<&Judgement::opened_at>("opened_at", {.unit = "mm", .help = "position of the widest opening"}),
       field<&Judgement::lamina_before>("lamina_before", {.unit = "mm3"}),
-      field<&Judgement::lamina_left>("lamina_left", {.unit = "mm3"}),
+      field<&Judgement::lamina_remaining>("lamina_remaining", {.unit = "mm3"}),
       field<&Judgement::spinous_before>("spinous_before", {.unit = "mm3"}),
-      field<&Judgement::spinous_left>("spinous_left", {.unit = "mm3"}),
+      field<&Judgement::spinous_remaining>("spinous_remaining", {.unit = "mm3"}),
       field<&Judgement::left_upper_facet>("left_upper_facet", {.unit = "%", .help = "removed share"}),
       field<&Judgement::left_lower_facet>("left_lower_facet", {.unit = "%", .help = "removed share"}),
       field<&Judgement::right_upper_facet>("right_upper_facet", {.unit = "%", .help = "removed share"}),

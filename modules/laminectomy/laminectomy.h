@@ -18,14 +18,14 @@ struct JudgeLaminectomy {
 /// A judgement, the result of this module. Emitted at the centre of the canal.
 struct Judgement {
   std::string vertebra;
-  double canal_before = 0, canal_after = 0;      ///< mm2, where the canal was narrowest below a roof
-  glm::dvec3 narrowest_at{0.0};                  ///< mm, world
-  double opened_length = 0, opened_width = 0;    ///< mm, of the opening in the roof
-  double opening_before = 0, opening_after = 0;  ///< mm2, canal at the widest opening
-  bool is_at_border = false;                     ///< the scan ends within the vertebra
-  glm::dvec3 opened_at{0.0};                     ///< mm, world: widest opening
-  double lamina_before = 0, lamina_left = 0;     ///< mm3
-  double spinous_before = 0, spinous_left = 0;   ///< mm3
+  double canal_before = 0, canal_after = 0;          ///< mm2, where the canal was narrowest below a roof
+  glm::dvec3 narrowest_at{0.0};                      ///< mm, world
+  double opened_length = 0, opened_width = 0;        ///< mm, of the opening in the roof
+  double opening_before = 0, opening_after = 0;      ///< mm2, canal at the widest opening
+  bool is_at_border = false;                         ///< the scan ends within the vertebra
+  glm::dvec3 opened_at{0.0};                         ///< mm, world: widest opening
+  double lamina_before = 0, lamina_remaining = 0;    ///< mm3
+  double spinous_before = 0, spinous_remaining = 0;  ///< mm3
   /// Removed share of each facet, %.
   double left_upper_facet = 0, left_lower_facet = 0, right_upper_facet = 0, right_lower_facet = 0;
   glm::dvec3 facet_at{0.0};  ///< mm, world: removed part of the facet that lost most

@@ -141,6 +141,11 @@ double Forbidden::distance(const dvec3& p, double reach, dvec3& nearest_world) c
   return nearest;
 }
 
+bool Forbidden::contains(const dvec3& p) const noexcept {
+  if (volume_) return field_.value(volume_->frame.volume_from_world(p)) >= 0;
+  return p == glm::clamp(p, surface_.low(), surface_.high()) && locate({p, 0}, 0).is_centre_inside;
+}
+
 Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept {
   Nearness result;
   if (volume_) result.is_centre_inside = field_.value(volume_->frame.volume_from_world(ball.centre)) >= 0;

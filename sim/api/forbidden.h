@@ -50,6 +50,8 @@ class Forbidden {
     const glm::dvec3& spacing = volume_->frame.spacing();
     return std::max({spacing.x, spacing.y, spacing.z});
   }
+  /// True if a point (world, mm) is inside.
+  bool contains(const glm::dvec3& p) const noexcept;
   /// Largest measured distance, mm.
   static constexpr double k_reach = 20;
   /// Distance up to which a watch measures in every tick, mm.

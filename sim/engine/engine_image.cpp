@@ -53,7 +53,7 @@ Status Engine::restore(const EngineImage& image) {
   for (const bool is_ending : {true, false}) {
     if (!is_ending)
       for (std::size_t h = 0; h < hands_.size(); ++h) {
-        Change change = Change::removal;  // the restored servos know it
+        Change change = Change::removal;  // not used: the restored servo state already includes the change
         use_forces_of_instrument(h, change);
       }
     for (const auto& [key, command] : now_.settings.latest_commands) {

@@ -28,8 +28,8 @@ class Measurements {
 
 /// Returns the names in addition to Engine::measures(): "removed_mm3", "events NAME".
 std::vector<std::string> measurement_names();
-/// Returns an error if an operation of this engine cannot have such a measurement; it lists the known ones.
-/// Measures that modules add later are unknown.
+/// Returns an error, which lists the known names, if no operation with this engine can have the measurement.
+/// Measures that a module adds only after a command are not known here.
 Status check_measurement(const std::string& name, const Engine& engine, const Catalogue& catalogue);
 /// Checks the name of an event in "events NAME"; other measurements are valid.
 Status check_event_count(const std::string& name, const Catalogue& catalogue);

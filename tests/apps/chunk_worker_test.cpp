@@ -115,8 +115,8 @@ TEST(ChunkWorker, ChunksMeetWithoutGaps) {
   EXPECT_GT(open_edges(scene, *version, false, {1, 1, 1}), 100u) << "a missing chunk is found";
 }
 
-/// A detached piece has the colours of bone: old on the surface of the scan, cut within it.
-TEST(ChunkWorker, DetachedBoneIsCutWithinTheScan) {
+/// A detached piece has the colour of intact bone on the scanned surface, and of cut bone inside.
+TEST(ChunkWorker, ColoursDetachedBoneAsCutInsideTheScan) {
   const haptics::TouchScene scene = shell(48);
   const volume::Version untouched(scene.base);
   const volume::Mesh mesh = volume::surface_net({&scene.items[0].field, &untouched, nullptr, false});
@@ -127,7 +127,7 @@ TEST(ChunkWorker, DetachedBoneIsCutWithinTheScan) {
     most = std::max(most, matter_of_detached(scene, p, glm::normalize(p)).freshness);
   }
   EXPECT_LT(most, 0.35F);
-  // Normals of a rough mesh, off by 25 degrees, are those of the scan with its voxels of 2 mm.
+  // Normals of the mesh that are wrong by 25 degrees are replaced by those of the scan (voxels of 2 mm).
   int count = 0, wrong = 0;
   for (const glm::vec3& vertex : mesh.vertices.span()) {
     const glm::dvec3 p = scene.base->frame.world_from_volume(glm::dvec3(vertex)), out = glm::normalize(p),

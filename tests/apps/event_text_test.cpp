@@ -43,14 +43,29 @@ TEST(EventText, EveryEventOfTheCatalogueHasASentence) {
 
 TEST(EventText, SentencesAndLevels) {
   const EventText torn = describe_event({0, 0, {}, sim::StructureTorn{"dura", 1.45}});
-  EXPECT_EQ(torn.text, "The tool tore dura, 1.45 mm deep.");
+  EXPECT_EQ(torn.text, "The tool tore the dura at a depth of 1.45 mm.");
   EXPECT_EQ(torn.level, EventLevel::danger);
   const EventText none = describe_event({0, 0, {}, bone_flap::FlapFailed{"the outline crosses itself"}});
   EXPECT_EQ(none.text, "No bone flap: the outline crosses itself");
   EXPECT_EQ(none.level, EventLevel::refusal);
   EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene", true}}).level, EventLevel::outcome);
+  // A depth beyond that of a tear is shown when the tool has left.
+  EXPECT_EQ(describe_event({0, 0, {}, sim::ForbiddenLeft{"cord", 5.78, 2}}).level, EventLevel::danger);
+  EXPECT_EQ(describe_event({0, 0, {}, sim::ForbiddenLeft{"cord", 0.4, 2}}).level, EventLevel::record);
   EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene, lost device", false}}).text,
             "The force is off: the haptic device does not respond, the computer is too busy.");
+}
+
+TEST(EventText, StepsHaveTheirTitles) {
+  volume::SurgicalProcedure procedure;
+  procedure.steps.resize(2);
+  procedure.steps[0].name = "burr-holes", procedure.steps[0].title = "Drill the burr holes";
+  procedure.steps[1].name = "saw";
+  EXPECT_EQ(describe_event({0, 0, {}, sim::StepEntered{"burr-holes"}}, procedure).text,
+            "The step \"Drill the burr holes\" began.");
+  EXPECT_EQ(describe_event({0, 0, {}, sim::StepRefused{"burr-holes", "cut-flap", "no hole"}}, procedure).text,
+            "Cut-flap was refused in the step \"Drill the burr holes\": no hole.");
+  EXPECT_EQ(describe_event({0, 0, {}, sim::StepEntered{"saw"}}, procedure).text, "The step saw began.");
 }
 
 TEST(EventText, NamesOfLabelsAreWords) {

@@ -33,8 +33,8 @@ TEST_F(Command, AModelHasMatter) {
   const Json soft = json(plane + " --mesh-matter soft-tissue --svg s.svg");
   EXPECT_EQ(soft.value("models_outside_bone_mm2", 0.0), 0);
   EXPECT_NE(read(file("s.svg")).find("<title>model 1"), std::string::npos) << "it is drawn";
-  // In an X-ray a denser matter has larger line integrals. Soft tissue instead of the cord changes nearly
-  // nothing.
+  // In an X-ray a denser matter has larger line integrals. Soft tissue instead of the dural sac changes
+  // nearly nothing.
   const auto total_of = [&](const std::string& matter) {
     const std::string model = matter.empty() ? "" : " --mesh rod.ply --mesh-matter " + matter;
     const Json image = json("fluoro spine --view ap --pixels 64 -o x.png --sums x.mha" + model);
@@ -120,8 +120,8 @@ least = 1
   EXPECT_NE(r.err.find("not the surface of a solid"), std::string::npos) << r.err;
 }
 
-/// The case of the spine: a burr between two laminae enters the cord, and a probe from the side a root. Both
-/// are models, which appear as soft tissue.
+/// The case of the spine: a burr between two laminae enters the dural sac, and a probe from the side a root.
+/// Both are models, which appear as soft tissue.
 TEST_F(Command, TheSpinesCaseHasNervesAsModels) {
   ASSERT_EQ(run("phantom spine --spacing 0.8 --case spine").exit_code, 0);
   write("r.toml", R"(schema = 1
@@ -137,15 +137,15 @@ points = [[0, 70, 15, -21.3, 0], [1, 40, 15, -21.3, 0], [2, 25.5, 15, -21.3, 0],
 )");
   ASSERT_EQ(run("run r.toml --record r.session").exit_code, 0);
   const std::string timeline = run("timeline r.session").out;
-  for (const char* name : {"cord", "L4 left nerve root"})
+  for (const char* name : {"dural sac", "L4 left nerve root"})
     EXPECT_NE(timeline.find(name), std::string::npos) << name << "\n" << timeline;
   EXPECT_EQ(timeline.find("L4 right nerve root"), std::string::npos) << "nothing was near it";
-  // "The tool left cord after 0.8 s, at most 3.98 mm deep."
+  // "The tool left the dural sac after 0.8 s, at most 3.98 mm deep."
   double depth = 0, seconds = 0;
   const Json rows = json("timeline r.session")["rows"];
   for (const Json& row : rows)
-    std::sscanf(row["text"].get<std::string>().c_str(), "The tool left cord after %lf s, at most %lf mm deep",
-                &seconds, &depth);
+    std::sscanf(row["text"].get<std::string>().c_str(),
+                "The tool left the dural sac after %lf s, at most %lf mm deep", &seconds, &depth);
   // The burr of 2 mm stands 27 mm behind the middle of L4; the sac ends near 30 mm there.
   EXPECT_NEAR(depth, 4, 0.8);
   EXPECT_NEAR(seconds, 0.8, 0.2);
@@ -153,7 +153,7 @@ points = [[0, 70, 15, -21.3, 0], [1, 40, 15, -21.3, 0], [2, 25.5, 15, -21.3, 0],
   const Json section = json("section ./spine --plane axial --at 0,22,-13 -o s.png --svg s.svg");
   EXPECT_EQ(section.value("models_outside_bone_mm2", 0.0), 0);
   const std::string svg = read(file("s.svg"));
-  for (const char* name : {"<title>cord", "<title>L4 left nerve root", "<title>L4 right nerve root"})
+  for (const char* name : {"<title>dural sac", "<title>L4 left nerve root", "<title>L4 right nerve root"})
     EXPECT_NE(svg.find(name), std::string::npos) << name;
   EXPECT_EQ(svg.find("nerve_root"), std::string::npos) << "no structure is counted twice";
 }

@@ -181,9 +181,9 @@ TEST(OpenedStructures, BordersBetweenThemAreSmooth) {
   EXPECT_GT(deviation(planted), 0.18);
 }
 
-/// In a spine the cord is drawn whole without an opening, other structures only near one. In a head nothing
-/// is.
-TEST(OpenedStructures, TheCordIsVisibleInNaturalGaps) {
+/// In a spine the dural sac is drawn whole without an opening, other structures only near one. In a head
+/// nothing is.
+TEST(OpenedStructures, TheDuralSacIsVisibleInNaturalGaps) {
   const auto label_of = [](int x, int, int z) { return z < k_inner_table - 6 ? 0 : x < 20 ? 2 : 3; };
   const haptics::TouchScene spine =
       below_bone({"background", "vertebrae_L4", "spinal_cord", "aorta"}, label_of);

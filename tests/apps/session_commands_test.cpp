@@ -318,7 +318,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_TRUE(dura["visits"][0]["is_left"].get<bool>());
   const Json events = json("info g.session")["events"];
   ASSERT_EQ(events.size(), 3u);  // with the damage done there
-  EXPECT_EQ(events[0]["text"], "The tool entered dura while it was running.");
+  EXPECT_EQ(events[0]["text"], "The tool entered the dura while it was running.");
   EXPECT_TRUE(json("replay g.session --scan my-case --verify")["is_same"].get<bool>());
   const Ended away = run("drill my-case --burr-diameter 6 --path air.csv -o o.mha --json");
   EXPECT_EQ(away.exit_code, 0);

@@ -44,7 +44,7 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
 }
 
-/// A click where there is no edge for the foot moves nothing while it is held: a press entered the cord.
+/// A click where there is no edge for the foot moves nothing while it is held: a press entered the dural sac.
 TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
   workbench::SourceChoice source("spine");
   source.takes_plan = true;
@@ -64,10 +64,10 @@ TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
   }
 }
 
-/// Between two laminae an idle tool rests on the cord. It does not go through it to the vertebral body.
-TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
+/// Between two laminae an idle tool rests on the dural sac. It does not go through it to the vertebral body.
+TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
   workbench::SourceChoice source("spine");
-  source.takes_plan = true;  // the cord and the nerve roots are forbidden
+  source.takes_plan = true;  // the dural sac and the nerve roots are forbidden
   const std::pair<const char*, sim::Instrument> tools[] = {
       {"kerrison", rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 4, .opening = 12})},
       {"rongeur", rongeur::rongeur({})},
@@ -80,7 +80,8 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
     const sim::Engine start = held_->engine();
     int crossings = 0;  // rays that meet bone only behind a structure
     for (const double z : {14.5, 17.5})
-      for (const double x : {-5.0, 3.0, 6.0, 0.0, -6.0}) {  // steps of 3 to 8 mm, over the convex cord too
+      for (const double x :
+           {-5.0, 3.0, 6.0, 0.0, -6.0}) {  // steps of 3 to 8 mm, over the convex dural sac too
         const dvec3 gap(x, 43, z);
         point_at(gap);
         const std::uint64_t tick = hand().state().newest.tick;
@@ -96,7 +97,7 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheCordBetweenLaminae) {
         EXPECT_EQ(entries(), 0) << x << " " << z;
       }
     EXPECT_GE(crossings, 2);
-    keep(*window_, (std::string(tool_name) + "-over-cord").c_str());
+    keep(*window_, (std::string(tool_name) + "-over-dural-sac").c_str());
     // The bone is touched as before.
     point_at({0, 43, 30});
     EXPECT_TRUE(reaches([&] { return hand().state().newest.has_contact; }));
@@ -122,9 +123,9 @@ TEST_F(ToolWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
   }
 }
 
-TEST_F(ToolWindow, AnIdleToolStaysOutsideTheCordWhenHiddenBoneIsClipped) {
+TEST_F(ToolWindow, AnIdleToolStaysOutsideTheDuralSacWhenHiddenBoneIsClipped) {
   workbench::SourceChoice source("spine");
-  source.takes_plan = true;  // the cord is forbidden
+  source.takes_plan = true;  // the dural sac is forbidden
   open(source, drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   QTest::qWait(200);

@@ -134,6 +134,34 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
   }
   QTest::qWait(500);
   keep(*window_, "flap-lifted");
+  const auto vertices_in_bone = [&] {
+    const haptics::TouchItem& skull = hand().scene().items[0];
+    int count = 0;
+    for (const sim::Overlay& overlay : *hand().state().overlays)
+      if (overlay.is_detached)
+        for (const dvec3& vertex : overlay.surface->vertices()) {
+          const haptics::Placement place = haptics::place_of(hand().state().newest.pose) * overlay.grip;
+          const dvec3 p = hand().scene().base->frame.volume_from_world(place.world_from_local(vertex));
+          count += skull.field.value(p) >= 0.1 && hand().version()->distance(p) > 0.1;
+        }
+    return count;
+  };
+  const int in_gap = vertices_in_bone();
+  // Seen from above, the piece would follow the cursor into the vault: it stays outside.
+  QTest::keyClick(window_.get(), Qt::Key_S, Qt::ShiftModifier);
+  int most = 0;
+  for (int i = 0; i < 30; ++i) {
+    QTest::mouseMove(window_->canvas(), pixel_of(entry + dvec3(4 * i, 0, 30)));
+    QTest::qWait(50);
+    most = std::max(most, vertices_in_bone());
+  }
+  keep(*window_, "flap-at-skull");
+  EXPECT_LE(most, in_gap + 20) << "vertices of the piece in the skull";
+  QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
+  for (int i = 0; i < 15; ++i) {
+    QTest::mouseMove(window_->canvas(), pixel_of(entry - dvec3(0, 15, i % 2)));
+    QTest::qWait(100);
+  }
   QTest::keyClick(window_.get(), Qt::Key_T);
   EXPECT_TRUE(reaches([&] {
     return std::none_of(hand().state().overlays->begin(), hand().state().overlays->end(),

@@ -1,5 +1,5 @@
-// Models of the spine's case: discs, cord and nerve roots as closed surfaces, against the closed form and the
-// labels.
+// Models of the spine's case: discs, dural sac and nerve roots as closed surfaces, against the closed form
+// and the labels.
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -150,9 +150,9 @@ TEST(SpineModels, ReplaceTheirLabelsInTheWrittenCase) {
   const Result<OpenedCase> opened = open_case(scratch / "case");
   ASSERT_TRUE(opened) << opened.error().message();
   for (const CaseStructure& s : opened.value().plan.structures)
-    EXPECT_TRUE(s.shape.name != "cord" && s.shape.name != "disc" && s.shape.name != "nerve_root")
+    EXPECT_TRUE(s.shape.name != "dural_sac" && s.shape.name != "disc" && s.shape.name != "nerve_root")
         << s.shape.name;
-  EXPECT_EQ(opened.value().scan.volume.label_value("cord"), static_cast<int>(SpineTissue::cord));
+  EXPECT_EQ(opened.value().scan.volume.label_value("dural_sac"), static_cast<int>(SpineTissue::dural_sac));
   int forbidden = 0;
   for (std::size_t i = 0; i < plan.models.size(); ++i) {
     const CaseModel& model = opened.value().plan.models[i];
@@ -168,7 +168,7 @@ TEST(SpineModels, ReplaceTheirLabelsInTheWrittenCase) {
     for (std::size_t v = 0; v < surface.vertices.size(); v += 97)
       EXPECT_LT(glm::distance(read.value().vertices[v], surface.vertices[v]), 1e-4);
   }
-  EXPECT_EQ(forbidden, 7) << "the cord and six roots";
+  EXPECT_EQ(forbidden, 7) << "the dural sac and six roots";
   // A case that is written again keeps the files of its models.
   ASSERT_FALSE(write_case(scratch / "copy", opened.value().plan, opened.value().scan.volume));
   const Result<OpenedCase> copy = open_case(scratch / "copy");

@@ -309,7 +309,7 @@ TEST(Laminectomy, IsJudgedByCommand) {
   EXPECT_EQ(outcome().as<Judgement>()->canal_before, outcome().as<Judgement>()->canal_after);
   EXPECT_FALSE(outcome().as<Judgement>()->is_at_border);
   EXPECT_NEAR(measure("canal"), 376, 12);
-  EXPECT_NEAR(measure("lamina left"), 100, 1e-9);
+  EXPECT_NEAR(measure("lamina remaining"), 100, 1e-9);
   const std::uint64_t first = run.engine().now().hash();
   EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{"disc"}, 0}).refused.has_value());
   EXPECT_NE(outcome().as<JudgementFailed>(), nullptr);

@@ -145,7 +145,7 @@ TEST(SoftField, SurfaceIsNearTheThresholdedShape) {
   }
 }
 
-TEST(SoftField, DetectsTwoValuedScansAndGivesTheSameBitsForAnyThreads) {
+TEST(SoftField, DetectsTwoValuedScansAndGivesTheSameBitsForAnyNumberOfThreads) {
   const Binary b("gyroid", 64, {});
   const Field field(b.volume, b.shape);
   EXPECT_TRUE(SoftField::is_two_valued(field, b.bits));
@@ -169,7 +169,8 @@ TEST(SoftField, DetectsTwoValuedScansAndGivesTheSameBitsForAnyThreads) {
   EXPECT_TRUE(std::isfinite(patch.value_and_gradient(dvec3(0)).value));
 }
 
-/// Next to another shape it equals the field of a shape that continues into that one for four voxels.
+/// The soft field of a shape next to another one equals that of the shape extended by four voxels into its
+/// neighbour.
 TEST(SoftField, ContinuesIntoNeighbouringShapes) {
   const ivec3 size(40, 33, 29);
   Volume volume = make_volume(size, Frame(), true).value();
@@ -189,8 +190,8 @@ TEST(SoftField, ContinuesIntoNeighbouringShapes) {
     volume.labels[volume.index(v.x, v.y, v.z)] = static_cast<std::uint8_t>(label(v));
   });
   const Occupancy floor = bits_of(1), wall = bits_of(2);
-  const Occupancy* beside[] = {&floor};
-  const auto soft = SoftField::build(wall, 2, {beside});
+  const Occupancy* neighbours[] = {&floor};
+  const auto soft = SoftField::build(wall, 2, {neighbours});
   for_voxels([&](const ivec3& v) {
     bool is_near = label(v) == 2;
     constexpr int k = SoftField::k_overlap;

@@ -51,8 +51,8 @@ FineNet::FineNet(const SurfaceSource& source, const VoxelBox& owned)
       owned_(owned),
       k_(lattice_.per_voxel()),
       origin_(lattice_.centre_of(ivec3(0))) {
-  // Polygons use cells one below the owned ones, cases read one cell more, and the test whether that is fine
-  // one more.
+  // A polygon uses cells up to one below the owned ones; a case reads one cell beyond these, and the test
+  // whether that cell is fine one further: three.
   constexpr int k_reach = 3;
   find_fine_cells({owned.low - k_reach, owned.high + k_reach});
   for (Block& block : storage_)
@@ -157,8 +157,9 @@ int FineNet::config_of(const ivec3& lattice_cell) const {
   return config;
 }
 
-/// Finds, on the other side of a pinching face of coarse cell `cell`, the lattice cell that pinches there too
-/// and is flipped. Solid samples along two edges of the face can meet in a lattice face only at one of its
+/// Finds, on the other side of face `face` of coarse cell `cell`, at which its net touches itself (a pinch),
+/// the lattice cell whose own net touches itself at this face too, and which is flipped: it separates air
+/// instead of solid. Solid samples along two edges of the face can meet in a lattice face only at one of its
 /// air corners; of two such cells the first is flipped, which separates the coarse cell's patch.
 bool FineNet::find_flipped(const ivec3& cell, int face, ivec3& lattice_cell) const {
   const int axis = face / 2, side = face % 2, p = (axis + 1) % 3, q = (axis + 2) % 3;
@@ -261,7 +262,8 @@ std::uint32_t FineNet::coarse_vertex(const ivec3& cell, const Edge& edge,
         upper_q = !is_solid(low_corner);
       }
       patch_edge = net_edge(a, side | upper_a << a | upper_q << q);
-      // On a flipped face of the cell, the curve of all inner edges leads to the other air corner.
+      // If the face of this cell is flipped, all edges inside the face belong to the curve around the air
+      // corner that is not flipped.
       const int face = 2 * normal_axis + (side != 0);
       const std::ptrdiff_t config = vertex.net - k_net_cases[1].data();
       const bool is_flipped =
@@ -269,7 +271,8 @@ std::uint32_t FineNet::coarse_vertex(const ivec3& cell, const Edge& edge,
       if (ivec3 flipped; is_flipped && find_flipped(cell, face, flipped)) {
         const ivec3 from = origin_ + cell * k_;
         const int air_a = flipped[a] > from[a] + k_[a] / 2;
-        // The edge along a at the solid corner touches that air corner if both are on its line.
+        // The patch edge along a at the solid corner touches that air corner if both corners have the same
+        // position along q.
         if (air_a != upper_a) patch_edge = net_edge(q, side | upper_a << a | upper_q << q);
       }
     }

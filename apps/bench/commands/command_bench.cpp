@@ -39,7 +39,7 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
                       "method = {method} | burr = {burr} | voxels = {voxels} | rate, Hz = {rate_hz:.0f} | "
                       "volume = {volume_error:.3%} | surface, mm = {surface_error_mm:.3f} | "
                       "p50, us = {tick_us/p50:.1f} | p99, us = {tick_us/p99:.1f}");
-  const bench::DrillingServoLoad servo = bench::run_servo_beside_drilling(arguments.is_quick ? 3 : 10);
+  const bench::DrillingServoLoad servo = bench::run_servo_during_drilling(arguments.is_quick ? 3 : 10);
   Json hands = Json::array();
   for (const auto& [name, report] :
        {std::pair("touching", servo.touching), std::pair("drilling", servo.drilling)}) {

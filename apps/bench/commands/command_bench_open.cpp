@@ -45,7 +45,7 @@ haptics::PosePath long_hand(double minutes) {
   return haptics::PosePath::from_samples(std::move(samples), "bench open").value();
 }
 
-/// Records that hand; returns the removed volume, mm3.
+/// Records a session with the path long_hand(). Returns the removed volume, mm3.
 Result<double> record_long_hand(const std::string& file, double burr_diameter, double minutes) {
   drilling::Burr burr;
   burr.diameter = burr_diameter;
@@ -154,13 +154,13 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
                              {"max", milliseconds.back()}};
   outcome.json["slowest"] = {
       {"ms", slowest.milliseconds}, {"tick", slowest.tick}, {"ticks_played", slowest.played}};
-  outcome.json["bytes_a_tick"] = {{"log", log_bytes}, {"checkpoints", checkpoint_bytes}};
+  outcome.json["bytes_per_tick"] = {{"log", log_bytes}, {"checkpoints", checkpoint_bytes}};
   outcome.print(
       "{ticks} ticks, {checkpoints} checkpoints: opened at {open_ms/count} random ticks in p50 "
       "{open_ms/p50:.1f} ms, p99 {open_ms/p99:.1f} ms, at most {open_ms/max:.1f} ms; at most "
       "{most_ticks_played} ticks played");
   outcome.print(
-      "{bytes_a_tick/log:.1f} bytes per tick and hand, and {bytes_a_tick/checkpoints:.1f} of checkpoints");
+      "{bytes_per_tick/log:.1f} bytes per tick and hand, and {bytes_per_tick/checkpoints:.1f} of checkpoints");
   const auto start = Clock::now();
   const auto score = workbench::score_session(session, {}, terminal_listener());
   if (!score) return score.error();

@@ -1,5 +1,5 @@
-// whole-tool: times of contact with the whole surface of a tool, and the experiments of the thesis on
-// 6/3-DOF haptic rendering.
+// whole-tool: times of contact with the whole surface of a tool, and experiments of Kadlecek (2013, master
+// thesis "Haptic rendering for 6/3-DOF haptic devices").
 #include "apps/bench/commands/bench_commands.h"
 #include "apps/bench/whole_tool.h"
 

@@ -72,7 +72,8 @@ Result<Outcome> describe_session(const std::string& path) {
       if (counted) ++*counted;
       if (const auto* remark = request.as<sim::Note>()) print_line(last, command->command.hand, remark->text);
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
-      print_line(event->event.tick, event->event.hand, workbench::describe_event(event->event).text);
+      print_line(event->event.tick, event->event.hand,
+                 workbench::describe_event(event->event, h.plan.procedure).text);
       // An undo causes no other refusal than its own.
       if (counted && event->event.value.as<sim::StepRefused>()) --*std::exchange(counted, nullptr);
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {

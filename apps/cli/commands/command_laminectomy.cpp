@@ -281,9 +281,10 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
                              {"canal_before_mm2", j.opening_before},
                              {"canal_now_mm2", j.opening_after}},
                             j.opened_at);
-  json["lamina"] = located({{"before_mm3", j.lamina_before}, {"left_mm3", j.lamina_left}}, o.lamina.at_world);
-  json["spinous_process"] =
-      located({{"before_mm3", j.spinous_before}, {"left_mm3", j.spinous_left}}, o.spinous_process.at_world);
+  json["lamina"] =
+      located({{"before_mm3", j.lamina_before}, {"remaining_mm3", j.lamina_remaining}}, o.lamina.at_world);
+  json["spinous_process"] = located(
+      {{"before_mm3", j.spinous_before}, {"remaining_mm3", j.spinous_remaining}}, o.spinous_process.at_world);
   json["is_at_border"] = o.is_at_border;
   if (o.is_at_border) notice("the scan ends within the vertebra: sizes and shares refer to the scanned part");
   outcome.print("canal: {before_mm2:.0f} mm² where it is narrowest (slice {slice}), now {now_mm2:.0f}",
@@ -294,8 +295,8 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
                                       "{canal_now_mm2:.0f}",
                 json["opening"]);
   outcome.print("lamina: {lamina:.0f} % left; spinous process: {process:.0f} % left",
-                {{"lamina", percent(j.lamina_left, j.lamina_before)},
-                 {"process", percent(j.spinous_left, j.spinous_before)}});
+                {{"lamina", percent(j.lamina_remaining, j.lamina_before)},
+                 {"process", percent(j.spinous_remaining, j.spinous_before)}});
   for (std::size_t side = 0; side < 2; ++side) {
     const char* name = side == 0 ? "left" : "right";
     for (const bool is_upper : {true, false}) {

@@ -156,23 +156,23 @@ TEST(Stability, EnergyIsBoundedInsideTheBoundAndHeldByTheControllerBeyond) {
                  std::to_string(row.delay_ticks));
     EXPECT_GT(row.contact_share, 0.05);  // beyond the bound it chatters
     if (row.delay_ticks == 0 && row.stiffness_over_bound < 1) {
-      EXPECT_GE(row.balance_without, -1e-6);
-      EXPECT_LE(row.max_generated, row.one_step_without);
-      step_inside = row.one_step_without;
+      EXPECT_GE(row.balance_without_controller, -1e-6);
+      EXPECT_LE(row.max_generated, row.one_step_without_controller);
+      step_inside = row.one_step_without_controller;
     }
     // Planted fault: beyond the bound, and with delay, energy is generated without the controller.
     if (row.stiffness_over_bound > (row.delay_ticks > 0 ? 0.8 : 2)) {
       EXPECT_GT(row.max_generated, 10 * step_inside);
-      EXPECT_LT(row.balance_without, -2);
+      EXPECT_LT(row.balance_without_controller, -2);
     }
     // With it, at most the energy of one step, which with delayed forces may be detected a little late.
-    EXPECT_LT(row.max_generated_with, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
+    EXPECT_LT(row.max_generated_with_controller, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
     if (row.delay_ticks == 0) {
-      EXPECT_LT(row.max_generated_with, 1.5 * step_inside);
-      EXPECT_GE(row.balance_with, -1e-6);
+      EXPECT_LT(row.max_generated_with_controller, 1.5 * step_inside);
+      EXPECT_GE(row.balance_with_controller, -1e-6);
     }
     // The surface is still there.
-    EXPECT_GT(row.contact_share_with, 0.9);
+    EXPECT_GT(row.contact_share_with_controller, 0.9);
     EXPECT_GT(row.softness, row.delay_ticks > 0 ? 0.025 : 0.999);
   }
 }

@@ -6,9 +6,9 @@
 
 namespace trephine::bench {
 
-/// A function of such a library; null if it is missing.
+/// Returns a function of a library next to the program; null if the library or the function is missing.
 template <class Function>
-Function find_in_module(const char* library, const char* name) {
+Function find_in_library(const char* library, const char* name) {
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error) return nullptr;
