@@ -140,6 +140,7 @@ std::optional<LabelLayout::Place> LabelLayout::place(const Request& request) {
       Place found{box};
       const dvec2 edge = glm::clamp(request.anchor, box.low, box.high), line = edge - request.anchor;
       const double distance = glm::length(line);
+      if (distance > request.longest) continue;
       if (distance > request.radius + k_near) {
         found.lead = Segment{request.anchor + request.radius / distance * line, edge};
         if (is_crossed(*found.lead, request.anchor)) cost += k_crossing;

@@ -34,6 +34,7 @@ class LabelLayout {
     /// Vertical line that the label's centre must not pass, and its side of that line; nullopt: no limit.
     std::optional<double> limit = {};
     bool is_left = false;
+    double longest = 1e9;  ///< of the lead
   };
   struct Place {
     PictureBox box;
@@ -45,7 +46,8 @@ class LabelLayout {
   };
   /// `gap`: pixels between labels.
   LabelLayout(const PictureBox& picture, Obstacles obstacles, double gap);
-  /// Returns the free place nearest to the preferred one, which later labels avoid; nullopt: no room.
+  /// Returns the free place nearest to the preferred one, which later labels avoid; nullopt: no room
+  /// within the longest lead.
   std::optional<Place> place(const Request& request);
 
  private:

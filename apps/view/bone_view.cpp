@@ -301,7 +301,8 @@ void BoneView::show(const StylusState& s) {
   const dvec3 shaft = s.turn * dvec3(0, 0, 1);
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
   place(p.shaft, shaft_begin, shaft, 34, s.tool.shaft_radius);
-  place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, std::max(4.5, 2.6 * s.tool.shaft_radius));
+  const double grip_radius = std::max(4.5, 2.6 * s.tool.shaft_radius);
+  place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, grip_radius);
   constexpr double k_tool_length = 100, k_near = 90;  // mm
   p.overlays->labels().set_tool(
       s.is_visible ? std::vector<std::array<dvec3, 2>>{{s.tool_world, shaft_begin + k_tool_length * shaft}}
@@ -313,8 +314,14 @@ void BoneView::show(const StylusState& s) {
   // Height of the picture at the tool, mm.
   const double view_height = 2 * glm::length(viewer) * std::tan(0.5 * glm::radians(camera->GetViewAngle()));
   const bool is_end_on = glm::dot(shaft, viewer) > 0.93 * glm::length(viewer), is_near = view_height < k_near;
-  p.grip->SetVisibility(s.is_visible && !(is_near && is_end_on) && view_height > 0.5 * k_near);
-  p.grip->GetProperty()->SetOpacity(is_near ? 0.15 : is_end_on ? 0.3 : 1);
+  // Width of the grip's near end as a share of the picture's height there.
+  const dvec3 grip_end = shaft_begin + k_tool_length * shaft - s.tool_world;
+  const double grip_depth = std::max(1.0, glm::dot(viewer - grip_end, glm::normalize(viewer)));
+  const double grip_share = 2 * grip_radius * glm::length(viewer) / (grip_depth * view_height);
+  constexpr double k_wide = 0.06, k_widest = 0.12;
+  p.grip->SetVisibility(s.is_visible && !(is_near && is_end_on) && view_height > 0.5 * k_near &&
+                        grip_share < k_widest);
+  p.grip->GetProperty()->SetOpacity(is_near || grip_share > k_wide ? 0.15 : is_end_on ? 0.3 : 1);
   p.shaft->GetProperty()->SetOpacity(is_end_on ? 0.35 : 1);
   const bool is_touching = s.is_visible && s.has_contact;
   for (vtkActor* a : {p.proxy.Get(), p.hip_proxy_line.Get()}) a->SetVisibility(is_touching);

@@ -142,6 +142,8 @@ void LabelLayer::lay_out() {
   Parts& p = *parts_;
   p.is_stale = false;
   constexpr double k_away = 26, k_gap = 4, k_border = 6, k_point = 3;  // pixels
+  // A name far from its point would be taken for that of another one.
+  constexpr double k_longest = 55, k_share = 0.14;  // pixels, and of the picture's width
   struct Request {
     std::size_t label;
     imaging::LabelLayout::Request place;
@@ -174,7 +176,9 @@ void LabelLayer::lay_out() {
     // Place the label toward the nearer side of the picture, which is free more often.
     const bool is_left = display.x < 0.5 * picture.x + 1;
     const dvec2 low(is_left ? anchor.x - k_away - size[0] : anchor.x + k_away, anchor.y + 0.5 * k_away);
-    requests.push_back({i, {anchor, 0, {size[0], size[1]}, low}});
+    Request request{i, {anchor, 0, {size[0], size[1]}, low}};
+    if (p.labels[i].is_name) request.place.longest = std::max(k_longest * p.scale, k_share * picture.x);
+    requests.push_back(request);
     obstacles.boxes.push_back({anchor - k_point, anchor + k_point});
   }
   // Avoid the letters at the picture's edges.

@@ -87,8 +87,11 @@ class OperationController {
   void remove_instrument() { apply(sim::RemoveInstrument()); }
   /// Guide through the procedure of the plan; null without a procedure.
   const StepGuide* steps() const noexcept { return steps_ ? &*steps_ : nullptr; }
-  /// Requests the next step of the procedure.
-  void go_to_step(const std::string& name) { apply(sim::GoToStep{name}); }
+  /// Requests the next step of the procedure, and first puts down an instrument that it does not allow.
+  void go_to_step(const std::string& name) {
+    if (steps_ && steps_->needs_empty_hand(name)) remove_instrument();
+    apply(sim::GoToStep{name});
+  }
   /// Sends a command to a module.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
   /// Detaches pieces that were cut off the bone.

@@ -39,7 +39,8 @@ void StepGuide::enter(const sim::LiveState& state) {
         std::any_of(next_.begin(), next_.end(), [&](const Next& next) { return next.step == transition.to; });
     if (transition.on != StepTransition::k_on_request || is_listed) continue;
     const int to = procedure().find(transition.to);
-    next_.push_back({transition.to, title_of(procedure().steps[static_cast<std::size_t>(to)]), false, {}});
+    next_.push_back(
+        {transition.to, title_of(procedure().steps[static_cast<std::size_t>(to)]), false, false, {}});
   }
   reasons_ = {};  // of the previous step
   requested_at_ = -1;
@@ -60,13 +61,20 @@ void StepGuide::take_reasons() {
   const std::vector<Status> reasons = reasons_.get();
   std::vector<Next> answered = next_;
   for (std::size_t i = 0; i < answered.size() && i < reasons.size(); ++i) {
-    answered[i].is_allowed = !reasons[i];
-    answered[i].reason =
-        reasons[i] ? workbench::describe_refusal(step(), answered[i].step, *reasons[i]) : std::string();
+    answered[i].needs_empty_hand = reasons[i] && reasons[i]->found.starts_with("hand 1: ");
+    answered[i].is_allowed = !reasons[i] || answered[i].needs_empty_hand;
+    answered[i].reason = answered[i].is_allowed
+                             ? std::string()
+                             : workbench::describe_refusal(step(), answered[i].step, *reasons[i]);
   }
   if (answered == next_) return;
   next_ = std::move(answered);
   ++revision_;
+}
+
+bool StepGuide::needs_empty_hand(const std::string& step) const {
+  return std::any_of(next_.begin(), next_.end(),
+                     [&](const Next& next) { return next.step == step && next.needs_empty_hand; });
 }
 
 /// True if a condition of a next step changes without a command, an event or a cut.

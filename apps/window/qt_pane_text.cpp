@@ -50,8 +50,9 @@ void PaneText::place_legend(const Panel& panel, double bottom, std::vector<Entry
   entries_ = std::move(entries);
   legend_ = {};
   if (entries_.empty()) return;
+  constexpr double k_share = 0.3;  // of the height, so that the legend does not hide the image
   const double row = row_height(*painter_), swatch = 0.6 * row + 10 - k_margin;
-  const auto most = static_cast<std::size_t>(std::max(0.0, 0.45 * (bottom - inner_.top()) / row));
+  const auto most = static_cast<std::size_t>(std::max(0.0, k_share * (bottom - inner_.top()) / row));
   if (entries_.size() > most) {
     const auto hidden = entries_.size() - most;
     entries_.resize(most);

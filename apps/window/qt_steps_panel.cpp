@@ -152,8 +152,9 @@ void StepsPanel::update_from(const StepGuide& guide) {
   for (std::size_t i = 0; i < buttons_.size(); ++i) {
     const StepGuide::Next& next = guide.next()[i];
     buttons_[i].button->setEnabled(next.is_allowed);
-    buttons_[i].reason->setText(text_of(next.reason));
-    buttons_[i].reason->setVisible(!next.reason.empty());
+    const QString reason = next.needs_empty_hand ? tr("Puts the tool down first.") : text_of(next.reason);
+    buttons_[i].reason->setText(reason);
+    buttons_[i].reason->setVisible(!reason.isEmpty());
   }
   lay_out();
 }
@@ -192,7 +193,9 @@ void StepsPanel::build_buttons(const StepGuide& guide) {
   }
   buttons_.clear();
   for (const StepGuide::Next& next : guide.next()) {
-    Button made{new WrappingButton(tr("Next: %1").arg(text_of(next.title))), make_text("")};
+    const int index = guide.procedure().find(next.step);
+    const QString label = index < static_cast<int>(guide.index()) ? tr("Back: %1") : tr("Next: %1");
+    Button made{new WrappingButton(label.arg(text_of(next.title))), make_text("")};
     made.button->setObjectName("next_" + text_of(next.step));
     made.reason->setObjectName("reason_" + text_of(next.step));
     if (buttons_.empty()) made.button->setToolTip(tr("Ctrl+Enter: the first step that is possible"));

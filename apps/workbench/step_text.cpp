@@ -128,7 +128,7 @@ std::string describe_refusal(const ProcedureStep& current, const std::string& ne
         if (const std::optional<double> value = number_in(*listed); !is_met(condition, value))
           add(describe_unmet(condition, value));
   }
-  if (const std::size_t hand = error.found.find("hand "); hand != std::string::npos) {
+  if (const std::size_t hand = error.found.find("hand "); text.empty() && hand != std::string::npos) {
     const std::size_t colon = error.found.find(": ", hand);
     if (colon != std::string::npos)
       add(capitalized(error.found.substr(hand, colon - hand)) + " holds the " +

@@ -12,8 +12,9 @@ namespace trephine::workbench {
 /// nullopt: unknown.
 std::string describe_unmet(const volume::StepCondition& condition, const std::optional<double>& value);
 
-/// Describes why the next step cannot be requested, a sentence per reason. `error`: refusal of the command
-/// go-to-step in the step `current`.
+/// Describes why the next step cannot be requested, a sentence per reason. An instrument in a hand
+/// is a reason only if the conditions are met. `error`: refusal of the command go-to-step in the step
+/// `current`.
 std::string describe_refusal(const volume::ProcedureStep& current, const std::string& next,
                              const Error& error);
 

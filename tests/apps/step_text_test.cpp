@@ -34,8 +34,9 @@ TEST(StepText, DescribesEachReasonOfARefusal) {
                     .found = "anchors 2, screws unknown; hand 1: burr"};
   EXPECT_EQ(describe_refusal(step, "cut", unmet),
             "At least 3 anchors are needed; there are 2. At least 1 screw is needed; there may be another "
-            "number. Hand 1 holds the burr, which the next step does not allow. Choose another tool, or no "
-            "tool.");
+            "number.");
+  EXPECT_EQ(describe_refusal(step, "cut", {.what = "x", .found = "hand 2: burr"}),
+            "Hand 2 holds the burr, which the next step does not allow. Choose another tool, or no tool.");
   // A name that ends like another one, and limits that hold.
   EXPECT_EQ(describe_refusal(step, "cut", {.what = "x", .found = "old anchors 2, anchors 5"}),
             "X: old anchors 2, anchors 5.");
