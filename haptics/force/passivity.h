@@ -46,12 +46,12 @@ class PassivityController {
   long cuts() const noexcept { return cuts_; }
   /// Clears the energy balance: contact was lost, or the scene changed.
   void reset() noexcept;
-  /// Visits the state with three degrees of freedom, field by field, for saving: ServoCore limits the energy
-  /// of forces only.
+  /// Visits the state field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {
-    for (Wrench& wrench : under_way_) fields(wrench.force_world);
-    fields(last_x_, last_p_, move_, energy_, softness_, largest_, cuts_, has_last_);
+    for (Wrench& wrench : under_way_) fields(wrench.force_world, wrench.torque_world);
+    fields(last_x_, last_p_, move_, last_hand_, last_tool_, turn_, energy_, softness_, largest_, cuts_,
+           has_last_);
   }
 
  private:

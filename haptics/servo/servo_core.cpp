@@ -214,11 +214,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       laws_.reset();
     }
     if (requested_.torque_world != dvec3(0)) is_turning_ = true;
-    // Sessions of tools with six degrees of freedom were recorded without the controller.
-    if (is_passive_ && !is_six_dof)
-      requested_.force_world =
-          passivity_.step(requested_.force_world, hip, step_.has_contact ? step_.proxy_world : hip)
-              .force_world;
+    if (is_passive_) limit_energy(hip, input.pose.orientation, is_six_dof);
     requested_.force_world += active_force_;
     if (hand.has_pops) pop_through(hand, hip, record);
     record.proxy_world = held_tip.value_or(step_.proxy_world);
@@ -254,6 +250,18 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     state_.around.has_placements = false;  // meshes that moved in the meantime passed over it
   }
   return record;
+}
+
+/// Limits the energy that the passive part of the requested wrench returns to the hand.
+void ServoCore::limit_energy(const dvec3& hip, const glm::dquat& orientation, bool is_six_dof) noexcept {
+  const dvec3 proxy = step_.has_contact ? step_.proxy_world : hip;
+  if (!is_six_dof) {
+    requested_.force_world = passivity_.step(requested_.force_world, hip, proxy).force_world;
+    return;
+  }
+  const glm::dquat hand = unit_of(orientation);
+  requested_ = passivity_.step(requested_, hip, proxy, hand,
+                               step_.has_contact && state_.has_turn ? state_.tool_turn : hand);
 }
 
 /// Moves held meshes with the placements of the hands in the previous tick.

@@ -68,6 +68,7 @@ class ServoCore {
            last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_, is_turning_,
            has_recent_poses_, recent_poses_);
   }
+  void limit_energy(const glm::dvec3& hip, const glm::dquat& orientation, bool is_six_dof) noexcept;
   ProxyStep step_with_held(const ServoHand& hand, const ServoInput& input) noexcept;
   void remember_pose(const ServoScene& servo_scene, const ServoRecord& record) noexcept;
   ServoRecord step_without_hand(const ServoScene& servo_scene, const ServoInput& input) noexcept;

@@ -81,6 +81,7 @@ struct DerivedCommands {
     if (fields == nullptr || !fields->take(static_cast<std::uint64_t>(request.serial), data->fields)) return;
     engine.publish(Engine::Change::removal);
     outcome.is_changed = true;
+    if (data->hash != 0) outcome.job_hash = data->hash;  // a checkpoint has its own
     // The entry of the state between strokes gets the new fields, for a later return to it.
     std::shared_ptr<const HistoryEntry>& entry = engine.branch_.history[engine.branch_.position];
     if (!engine.is_stroke_changed_) entry = engine.make_entry(entry->box);

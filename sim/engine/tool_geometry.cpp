@@ -4,6 +4,7 @@
 
 #include "haptics/methods/methods.h"
 #include "haptics/tool/point_shell.h"
+#include "sim/engine/field_samples.h"
 
 namespace trephine::sim {
 
@@ -17,23 +18,6 @@ Status check_tool_radius(const volume::Volume& base, double radius) {
                .expected = "0, or " + std::to_string(least) + " to 6 mm",
                .remedy = radius > 6 ? "use a smaller ball, or a point" : "use a point, or a larger ball"};
 }
-
-namespace {
-/// Adds samples all over a field to a hash: detects another radius, step, shape or cut, in a millisecond.
-void add_samples(MixHash& hash, const volume::OffsetField& field) {
-  constexpr int k_samples = 1 << 16;
-  const glm::uvec3 size(field.size());
-  std::uint64_t random = 1;
-  const auto random_below = [&random](unsigned limit) {
-    random = random * 6364136223846793005u + 1442695040888963407u;
-    return static_cast<int>((random >> 33) % limit);
-  };
-  for (int i = 0; i < k_samples; ++i) {
-    const int x = random_below(size.x), y = random_below(size.y), z = random_below(size.z);
-    hash.add(field.at(x, y, z));
-  }
-}
-}  // namespace
 
 std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const ToolGeometry& request,
                                                   const volume::Version& version,
@@ -64,14 +48,18 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
     for (const haptics::TouchItem& shape : haptics::base_shapes(*result->scene))
       result->offsets.push_back(
           shape.offset->updated(shape.field, *shape.bits, version, cut, 0, nullptr, shape.soft.get()));
+  constexpr int k_samples = 1 << 16;  // a millisecond
   MixHash hash;
   hash.add(radius);
   for (const glm::dvec3& at : request.balls)
     for (int a = 0; a < 3; ++a) hash.add(at[a]);
   if (result->scene->tool->shell()) hash.add(result->scene->tool->shell()->hash());
   if (radius > 0)
-    for (std::size_t s = 0; s < base_shapes(*result->scene).size(); ++s)
-      add_samples(hash, result->offsets.empty() ? *result->scene->items[s].offset : *result->offsets[s]);
+    for (std::size_t s = 0; s < base_shapes(*result->scene).size(); ++s) {
+      const volume::OffsetField& field =
+          result->offsets.empty() ? *result->scene->items[s].offset : *result->offsets[s];
+      add_samples(hash, field, {glm::ivec3(0), field.size() - 1}, k_samples);
+    }
   result->fingerprint = hash.value();
   return result;
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/engine/field_samples.h"
+
 namespace trephine::sim {
 
 void TouchFields::record_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
@@ -37,12 +39,17 @@ std::optional<DerivedJob> TouchFields::job_of(std::uint64_t serial, std::uint8_t
   job.scene = scene_;
   // Takes milliseconds to tens of them, by the size of box and tool.
   job.make = [scene = scene_, version = std::move(version), box, before = std::move(before)](int threads) {
+    constexpr int k_samples = 1 << 12;
     DerivedData data;
+    MixHash hash;
     for (std::size_t s = 0; s < before.size(); ++s) {
       const haptics::TouchItem& shape = scene->items[s];
       data.fields.push_back(
           before[s]->updated(shape.field, *shape.bits, *version, box, threads, nullptr, shape.soft.get()));
+      const volume::OffsetField& field = *data.fields.back();
+      add_samples(hash, field, lattice_box(field, shape.field.volume().frame, box), k_samples);
     }
+    data.hash = hash.value();
     return data;
   };
   return job;

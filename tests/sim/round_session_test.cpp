@@ -1,6 +1,7 @@
 // Sessions of a round tool: its offset fields follow the cuts, off the servo, and a replay repeats their
 // timing.
 #include <chrono>
+#include <set>
 #include <thread>
 
 #include "haptics/methods/methods.h"
@@ -62,6 +63,51 @@ TEST(RoundSession, DrillsWithItsWholeBallAndItsFieldIsNeverTooFree) {
   EXPECT_EQ(v.hash, hash);
   EXPECT_EQ(v.removed, removed);
   EXPECT_GT(v.counts.commands, 20u);  // undos, redos, and adopted fields
+}
+
+/// A replay compares the fields that it derives with those of the session.
+TEST(RoundSession, AnotherFieldIsDetected) {
+  const Folder folder;
+  const std::string path = folder.file("round.session"), copy = folder.file("copy.session");
+  RoundBench bench;
+  std::vector<haptics::ServoRecord> records;  // complete, unlike those of a log
+  {
+    auto writer = bench.writer(path);
+    Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+    const haptics::PosePath request = drilling_request(10);
+    for (int i = 0; i < 700; ++i) records.push_back(run.step(request.at(1e-3 * i)));
+    EXPECT_FALSE(writer->finish(run.engine()));
+  }
+  auto reader = SessionReader::open(path, drilling_catalogue());
+  ASSERT_TRUE(reader);
+  std::vector<LogItem> log;
+  LogItem read;
+  for (auto next = reader.value().next(read); next && next.value(); next = reader.value().next(read))
+    log.push_back(read);
+  for (const bool is_forged : {false, true}) {
+    SCOPED_TRACE(is_forged);
+    ItemEncoder encoder(types_of(reader.value().header(), drilling_catalogue()));
+    std::set<std::int64_t> hashes;
+    for (const LogItem& item : log) {
+      if (const auto* tick = std::get_if<TickItem>(&item)) encoder.add(records[tick->record.tick]);
+      if (const auto* event = std::get_if<EventItem>(&item)) encoder.add(*event);
+      const auto* command = std::get_if<CommandItem>(&item);
+      if (!command) continue;
+      CommandItem copied = *command;
+      if (auto* adopt = copied.command.request.as<Adopt>()) {
+        EXPECT_NE(adopt->hash, 0);
+        hashes.insert(adopt->hash);
+        if (is_forged && hashes.size() == 3) ++adopt->hash;
+      }
+      encoder.add(copied);
+    }
+    EXPECT_GT(hashes.size(), 5u) << "each cut gives another field";
+    SessionHeader header = reader.value().header();
+    write_session(copy, header, encoder.take());
+    const Verdict verdict = replay(copy, bench.scene.base);
+    EXPECT_EQ(verdict.error, "");
+    EXPECT_EQ(verdict.mismatch.has_value(), is_forged) << (verdict.mismatch ? verdict.mismatch->what : "");
+  }
 }
 
 /// Undone in contact, a tool is led to a position free of its method's own solid, not only of voxels: it is

@@ -180,6 +180,40 @@ TEST(ShellProxy, ARodOnAPlaneIsALever) {
   RecordProperty("turn_rad", std::to_string(worst_turn));
 }
 
+// A rod that is pressed on a plane and turned against it, faster than the servo can follow without making
+// energy: its force and torque together return at most what was put in.
+TEST(ShellProxy, EnergyOfForceAndTorqueIsLimited) {
+  TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of({-15, 15, 1.5}, 0.4));
+  scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
+  const double quarter = 0.5 * 3.14159265358979;
+  double made[2] = {0, 0}, torque = 0;
+  for (const bool is_passive : {false, true}) {
+    ShellProxy method;
+    ASSERT_FALSE(method.prepare(scene));
+    const ServoScene seen = scene_for_one(scene, method, std::make_shared<volume::Version>(scene.base));
+    ForceOptions options;
+    options.is_passive = is_passive;
+    ServoCore core(options, 1e-3);
+    double least = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const double t = 1e-3 * i, press = std::min(1.0, t);
+      ServoInput input;
+      input.pose.position_world = {0, 0, 1.5 - press * (0.6 + 0.5 * std::sin(251 * t))};
+      const double tilt = 0.02 * press * std::sin(188 * t);
+      input.pose.orientation = rotation_of({0, tilt, 0}) * rotation_of({0, quarter, 0});
+      const ServoRecord record = core.step(seen, input);
+      torque = std::max(torque, glm::length(record.torque_world));
+      const double energy = core.energy().contact + core.energy().turning;
+      made[is_passive] = std::max(made[is_passive], energy - least);
+      least = std::min(least, energy);
+    }
+  }
+  EXPECT_GT(torque, 2) << "N mm: the torque takes part";
+  EXPECT_GT(made[0], 1) << "N mm";
+  EXPECT_LT(made[1], 0.05 * made[0]) << "N mm";
+  RecordProperty("made_nmm", std::to_string(made[0]) + " " + std::to_string(made[1]));
+}
+
 // A rod that lies flat, pressed by `press` mm and drawn aside: Coulomb's cone.
 TEST(ShellProxy, FrictionIsCoulombs) {
   const Rod rod{-10, 10, 2};
